@@ -1,0 +1,131 @@
+"""Where two flanks are and how far apart: the kernel's geometry.
+
+Lengths in metres per gear in its own terms: roll length s = sqrt(r^2 - rb^2) and
+arc length l along the flank from the tip corner, dl = -s ds / rb.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from fegear.contact.compiled import compiled
+
+FAR = 1.0  # gap [m] where there is no opposite flank
+
+
+class Relief(NamedTuple):
+    """Material removed between two roll lengths, `magnitude` at the end."""
+
+    magnitude: float
+    start: float
+    end: float
+    power: float
+
+
+class Flank(NamedTuple):
+    """One gear as the contact kernel sees it; tables as in FlankCompliance."""
+
+    base_radius: float
+    tip_roll: float
+    length: float
+    grading: float
+    modulus: float
+    poisson: float
+    normal: np.ndarray
+    tangential: np.ndarray
+    tip_relief: Relief
+    root_relief: Relief
+
+
+class Mesh(NamedTuple):
+    """Two flanks along the line of action; s1 + s2 = line on it.
+
+    friction : Coulomb coefficient
+    corner : whether tip corners may touch outside the nominal path
+    """
+
+    driver: Flank
+    driven: Flank
+    line: float
+    pitch: float
+    base_pitch: float
+    friction: float
+    corner: bool
+
+
+@compiled
+def relief_depth(relief, s):
+    fraction = (s - relief.start) / (relief.end - relief.start)
+    if relief.magnitude == 0.0 or fraction <= 0.0:
+        return 0.0
+    return relief.magnitude * fraction**relief.power
+
+
+@compiled
+def modification(flank, s):
+    """Material removed from the flank at roll length s [m]."""
+    return relief_depth(flank.tip_relief, s) + relief_depth(flank.root_relief, s)
+
+
+@compiled
+def arc_of_roll(flank, s):
+    return 0.5 * (flank.tip_roll**2 - s**2) / flank.base_radius
+
+
+@compiled
+def roll_of_arc(flank, arc):
+    return math.sqrt(max(0.0, flank.tip_roll**2 - 2.0 * flank.base_radius * arc))
+
+
+@compiled
+def separation(master, slave, line, s_nominal, s):
+    """(gap, slave's roll length, lean) seen from the master's flank point s.
+
+    The flanks would touch at s_nominal of the master if both were long enough.
+    A point lies on exactly one involute of the slave's base circle, and parallel
+    involutes are rb * angle apart, so the distance normal to the slave's flank is
+    exact. lean [rad] is the turn of that normal from the line of action.
+    """
+    turn = (s - s_nominal) / master.base_radius
+    c, sn = math.cos(turn), math.sin(turn)
+    # frame: master's point of tangency at the origin, line of action along x
+    x = c * s - sn * master.base_radius
+    y = sn * s + c * master.base_radius - master.base_radius
+    dx, dy = x - line, y - slave.base_radius
+    squared = dx * dx + dy * dy - slave.base_radius**2
+    if squared <= 0.0:
+        return FAR, 0.0, 0.0
+    s_slave = math.sqrt(squared)
+    # turn that carries (-s_slave, -rb) onto the point
+    cross = -s_slave * dy + slave.base_radius * dx
+    dot = -s_slave * dx - slave.base_radius * dy
+    lean = math.atan2(cross, dot)
+    gap = -(line - s_slave - s_nominal) - slave.base_radius * lean
+    gap += modification(master, s) + modification(slave, s_slave)
+    return gap, s_slave, lean
+
+
+@compiled
+def closest_arc(master, slave, line, s_nominal, arc, reach):
+    """Arc of the master, within reach of `arc`, where the gap is least.
+
+    Gaps are convex in the arc for reliefs that grow toward the flank's ends.
+    """
+    low, high = max(0.0, arc - reach), arc + reach
+    for _ in range(60):
+        one = low + (high - low) / 3.0
+        two = high - (high - low) / 3.0
+        gap_one, _, _ = separation(
+            master, slave, line, s_nominal, roll_of_arc(master, one)
+        )
+        gap_two, _, _ = separation(
+            master, slave, line, s_nominal, roll_of_arc(master, two)
+        )
+        if gap_one < gap_two:
+            high = two
+        else:
+            low = one
+    return 0.5 * (low + high)

@@ -1,0 +1,90 @@
+"""Flamant's half-plane under a line load: displacement, stress and kernels.
+
+Plane elasticity in two constants: E' and nu', equal to E and nu in plane stress
+and to E / (1 - nu^2) and nu / (1 - nu) in plane strain. Loads are per unit width.
+Timoshenko & Goodier, Theory of Elasticity, 3rd ed. (1970), article 36.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Array = NDArray[np.float64]
+
+
+def _local_polar(points: Array, origin: Array, inward: Array) -> tuple[Array, Array]:
+    """Distance and angle from the inward normal, in (-pi, pi], cut outside."""
+    offset = points - origin
+    depth = offset @ inward
+    side = offset @ [-inward[1], inward[0]]
+    return np.hypot(depth, side), np.arctan2(side, depth)
+
+
+def displacement(
+    points: Array,
+    origin: Array,
+    inward: Array,
+    modulus: float,
+    poisson: float,
+    load_angle: float = 0.0,
+) -> Array:
+    """Displacement (n, 2) of points (n, 2) per unit line load [m/(N/m)].
+
+    The load acts at `origin`, turned by load_angle [rad] counterclockwise from
+    the unit `inward` normal. The rigid motion is chosen so that the displacement
+    of the surface along a normal load is -2 ln(r) / (pi E'), r in metres. The
+    origin itself maps to zero: the finite part of that expression.
+    """
+    r, angle = _local_polar(points, origin, inward)
+    at_load = r == 0.0
+    log_r = np.log(np.where(at_load, 1.0, r))
+    theta = angle - load_angle
+    c, s = np.cos(theta), np.sin(theta)
+    spread = (1.0 - poisson) * angle  # `angle` for theta: differs by a translation
+    radial = -2.0 * c * log_r - spread * s + (1.0 + poisson) * c
+    tangential = 2.0 * s * log_r - spread * c
+    along_r, along_theta = _axes(inward, angle)
+    field = (radial[:, None] * along_r + tangential[:, None] * along_theta) / (
+        math.pi * modulus
+    )
+    return np.where(at_load[:, None], 0.0, field)
+
+
+def _axes(inward: Array, angle: Array) -> tuple[Array, Array]:
+    side = np.array([-inward[1], inward[0]])
+    c, s = np.cos(angle)[:, None], np.sin(angle)[:, None]
+    return c * inward + s * side, c * side - s * inward
+
+
+def traction(
+    points: Array,
+    normals: Array,
+    origin: Array,
+    inward: Array,
+    load_angle: float = 0.0,
+) -> Array:
+    """Traction (n, 2) on unit outward normals (n, 2) per unit line load [1/m].
+
+    Stress is purely radial: sigma_rr = -2 cos(theta) / (pi r).
+    """
+    r, angle = _local_polar(points, origin, inward)
+    along_r, _ = _axes(inward, angle)
+    stress = -2.0 * np.cos(angle - load_angle) / (math.pi * r)
+    return (stress * np.einsum("ij,ij->i", along_r, normals))[:, None] * along_r
+
+
+def normal_kernel(distance: ArrayLike, modulus: float) -> Array:
+    """Surface displacement along a unit normal line load, finite part 0 at 0."""
+    r = np.abs(np.asarray(distance, float))
+    return -2.0 * np.log(np.where(r == 0.0, 1.0, r)) / (math.pi * modulus)
+
+
+def tangential_kernel(distance: ArrayLike, modulus: float, poisson: float) -> Array:
+    """Displacement along the surface, positive with `distance`, per normal load.
+
+    Points on either side are drawn toward the load.
+    """
+    return -0.5 * (1.0 - poisson) / modulus * np.sign(distance)

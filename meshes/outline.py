@@ -1,0 +1,136 @@
+"""Boundary of the right half of a tooth sector as a chain of short edges.
+
+Each edge carries its true curve, so that a mid-side node can be put on it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from meshes.gear import SpurGear
+from meshes.profile import (
+    Points,
+    fillet_points,
+    flank_points,
+    polar,
+    roll_length_at_arc,
+)
+
+Curve = Callable[[NDArray[np.float64]], Points]
+
+
+@dataclass(frozen=True, kw_only=True)
+class MeshSize:
+    """Edges along the tooth outline; the interior is graded from them.
+
+    flank_edges : from the tip corner to the form circle
+    flank_grading : edges grow like cosh from the corner; 0 is uniform
+    fillet_edges : along the trochoid
+    tooth_size, hub_size : edge lengths inside the tooth and on the hub, in modules
+    """
+
+    flank_edges: int = 28
+    flank_grading: float = 3.6
+    fillet_edges: int = 10
+    tooth_size: float = 0.30
+    hub_size: float = 1.2
+
+    def refined(self, factor: float) -> MeshSize:
+        """All edges shorter by `factor` (longer where it is below 1)."""
+        return MeshSize(
+            flank_edges=max(6, round(self.flank_edges * factor)),
+            flank_grading=self.flank_grading,
+            fillet_edges=max(3, round(self.fillet_edges * factor)),
+            tooth_size=self.tooth_size / factor,
+            hub_size=self.hub_size / factor,
+        )
+
+
+@dataclass(frozen=True)
+class Edges:
+    """One named piece of the outline: nodes at curve parameters (n+1,)."""
+
+    name: str
+    curve: Curve
+    parameters: NDArray[np.float64]
+
+    @property
+    def vertices(self) -> Points:
+        return self.curve(self.parameters)
+
+    @property
+    def midpoints(self) -> Points:
+        return self.curve(0.5 * (self.parameters[1:] + self.parameters[:-1]))
+
+
+def flank_arcs(gear: SpurGear, size: MeshSize) -> NDArray[np.float64]:
+    """Arc length of the flank vertices from the tip corner, shape (edges + 1,)."""
+    t = np.linspace(0.0, 1.0, size.flank_edges + 1)
+    if size.flank_grading == 0.0:
+        return gear.flank_length * t
+    beta = size.flank_grading
+    return gear.flank_length * np.sinh(beta * t) / math.sinh(beta)
+
+
+def _equal_arcs(curve: Curve, low: float, high: float, edges: int) -> NDArray:
+    """Parameters that cut a curve into pieces of nearly equal length."""
+    dense = np.linspace(low, high, 40 * edges + 1)
+    steps = np.hypot(*np.diff(curve(dense), axis=0).T)
+    length = np.concatenate([[0.0], np.cumsum(steps)])
+    return np.interp(np.linspace(0.0, length[-1], edges + 1), length, dense)
+
+
+def _graded(length: float, first: float, largest: float) -> NDArray:
+    """Positions from 0 to length, steps growing from `first` by at most 1.5."""
+    steps = [first]
+    while sum(steps) < length:
+        steps.append(min(1.5 * steps[-1], largest))
+    stops = np.concatenate([[0.0], np.cumsum(steps)])
+    return stops * (length / stops[-1])
+
+
+def half_sector_outline(gear: SpurGear, size: MeshSize) -> list[Edges]:
+    """Tip land, flank, fillet and root land, from the tooth axis to the cut."""
+    arcs = flank_arcs(gear, size)
+    tip_angle = gear.half_angle(gear.tip_radius)
+    land = _graded(
+        gear.tip_radius * tip_angle, float(arcs[1]), size.tooth_size * gear.module
+    )
+    to_axis = tip_angle * (1.0 - land[::-1] / land[-1])
+    steepest = 0.5 * math.pi - gear.pressure_angle
+
+    def flank(arc: NDArray) -> Points:
+        return flank_points(gear, roll_length_at_arc(gear, arc))
+
+    def fillet(complement: NDArray) -> Points:
+        return fillet_points(gear, steepest - complement)
+
+    outline = [
+        Edges("tip", lambda angle: polar(gear.tip_radius, angle), to_axis),
+        Edges("flank", flank, arcs),
+        Edges("fillet", fillet, _equal_arcs(fillet, 0.0, steepest, size.fillet_edges)),
+    ]
+    bottom = fillet_points(gear, 0.0)
+    start, cut = math.atan2(bottom[0], bottom[1]), math.pi / gear.teeth
+    land_length = gear.root_radius * (cut - start)
+    if land_length > 1e-6 * gear.module:
+        edge = 2.0 * gear.module / size.fillet_edges
+        angles = np.linspace(start, cut, 1 + max(1, math.ceil(land_length / edge)))
+        outline.append(
+            Edges("root", lambda angle: polar(gear.root_radius, angle), angles)
+        )
+    return outline
+
+
+def hub_edges(gear: SpurGear, size: MeshSize) -> Edges:
+    """Hub arc from the cut back to the tooth axis."""
+    cut = math.pi / gear.teeth
+    edge = size.hub_size * gear.module
+    count = max(1, math.ceil(gear.hub_radius * cut / edge))
+    angles = np.linspace(cut, 0.0, count + 1)
+    return Edges("hub", lambda angle: polar(gear.hub_radius, angle), angles)

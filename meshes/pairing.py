@@ -1,0 +1,133 @@
+"""Two gears in mesh: the line of action and where pairs touch on it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from meshes.gear import GeometryError, SpurGear, involute
+
+
+@dataclass(frozen=True)
+class GearPair:
+    """A driving and a driven gear at a centre distance [m].
+
+    Positions on the line of action are measured by the roll length of the
+    driver, s1, from its base circle's point of tangency; s2 = length - s1.
+
+    Raises GeometryError where the two cannot run together.
+    """
+
+    driver: SpurGear
+    driven: SpurGear
+    center_distance: float
+
+    def __post_init__(self) -> None:
+        require_common_pitch(self)
+        require_path(self)
+        require_clearances(self)
+
+    @property
+    def operating_pressure_angle(self) -> float:
+        bases = self.driver.base_radius + self.driven.base_radius
+        return math.acos(bases / self.center_distance)
+
+    @property
+    def base_pitch(self) -> float:
+        return self.driver.base_pitch
+
+    @property
+    def line_of_action(self) -> float:
+        """Distance between the two points of tangency, a sin(aw)."""
+        return self.center_distance * math.sin(self.operating_pressure_angle)
+
+    @property
+    def pitch_point(self) -> float:
+        """Roll length s1 at the pitch point."""
+        return self.driver.base_radius * math.tan(self.operating_pressure_angle)
+
+    @property
+    def path_start(self) -> float:
+        """Roll length s1 where the driven gear's tip enters."""
+        return self.line_of_action - self.driven.tip_roll_length
+
+    @property
+    def path_end(self) -> float:
+        """Roll length s1 where the driver's tip leaves."""
+        return self.driver.tip_roll_length
+
+    @property
+    def contact_ratio(self) -> float:
+        return (self.path_end - self.path_start) / self.base_pitch
+
+    @property
+    def backlash(self) -> float:
+        """Normal backlash along the line of action."""
+        one, two = self.driver, self.driven
+        angle = self.operating_pressure_angle
+        gap = involute(angle) - one.base_half_angle + math.pi / one.teeth
+        return 2.0 * one.base_radius * gap + 2.0 * two.base_radius * (
+            involute(angle) - two.base_half_angle
+        )
+
+    @property
+    def swapped(self) -> GearPair:
+        """The same gears with driver and driven exchanged."""
+        return GearPair(self.driven, self.driver, self.center_distance)
+
+
+def center_distance_at(one: SpurGear, two: SpurGear, pressure_angle: float) -> float:
+    """Centre distance [m] that gives the operating pressure angle [rad]."""
+    return (one.base_radius + two.base_radius) / math.cos(pressure_angle)
+
+
+def require_common_pitch(pair: GearPair) -> None:
+    one, two = pair.driver.base_pitch, pair.driven.base_pitch
+    if abs(one - two) > 1e-9 * one:
+        raise GeometryError(
+            "gears",
+            f"base pitches {1e3 * one:.6g} mm and {1e3 * two:.6g} mm; they must be equal",
+        )
+
+
+def require_path(pair: GearPair) -> None:
+    bases = pair.driver.base_radius + pair.driven.base_radius
+    a = pair.center_distance
+    if not bases < a < math.inf:
+        raise GeometryError(
+            "center_distance",
+            f"{1e3 * a:.6g} mm; must exceed the sum of base radii {1e3 * bases:.6g} mm",
+        )
+    if not pair.contact_ratio >= 1.0:
+        raise GeometryError(
+            "contact_ratio",
+            f"{pair.contact_ratio:.4f}; at least 1 is needed for continuous motion",
+        )
+
+
+def require_clearances(pair: GearPair) -> None:
+    length = pair.line_of_action
+    roles = [("driver", pair.driver, pair.driven), ("driven", pair.driven, pair.driver)]
+    for name, gear, mate in roles:
+        start = length - mate.tip_roll_length
+        if start < gear.form_roll_length:
+            allowed = math.hypot(mate.base_radius, length - gear.form_roll_length)
+            raise GeometryError(
+                "tip_radius",
+                f"{1e3 * mate.tip_radius:.6g} mm of the mate digs below the form circle "
+                f"of the {name} gear ({gear.teeth} teeth), trochoid interference; "
+                f"at most {1e3 * allowed:.6g} mm",
+            )
+        clearance = pair.center_distance - mate.tip_radius - gear.root_radius
+        if clearance <= 0.0:
+            raise GeometryError(
+                "tip_radius",
+                f"{1e3 * mate.tip_radius:.6g} mm of the mate meets the root circle of "
+                f"the {name} gear ({gear.teeth} teeth), clearance "
+                f"{1e3 * clearance:.6g} mm; it must be positive",
+            )
+    if pair.backlash < 0.0:
+        raise GeometryError(
+            "backlash",
+            f"{1e6 * pair.backlash:.6g} um; teeth would jam, it must not be negative",
+        )

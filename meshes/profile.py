@@ -1,0 +1,78 @@
+"""The generated tooth profile as plane curves.
+
+Tooth frame: origin on the gear axis, y along the tooth's axis of symmetry,
+x to the right; angles count clockwise from y. The right flank is described,
+the left one is its mirror image. All coordinates in metres, shape (n, 2).
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from meshes.gear import SpurGear
+
+Points = NDArray[np.float64]
+
+
+def polar(radius: ArrayLike, angle: ArrayLike) -> Points:
+    """Points (n, 2) at radii and clockwise angles from the tooth axis."""
+    radius, angle = np.broadcast_arrays(radius, angle)
+    return np.stack([radius * np.sin(angle), radius * np.cos(angle)], axis=-1)
+
+
+def turn(points: Points, angle: ArrayLike) -> Points:
+    """Points (n, 2) turned clockwise by one angle or by one each."""
+    x, y = points[..., 0], points[..., 1]
+    c, s = np.cos(angle), np.sin(angle)
+    return np.stack([c * x + s * y, c * y - s * x], axis=-1)
+
+
+def flank_points(gear: SpurGear, roll_length: ArrayLike) -> Points:
+    """Right involute flank at roll lengths s = sqrt(r^2 - rb^2), shape (n,)."""
+    s, rb = np.asarray(roll_length, float), gear.base_radius
+    angle = gear.base_half_angle - (s / rb - np.arctan(s / rb))
+    return polar(np.hypot(rb, s), angle)
+
+
+def flank_tangents(gear: SpurGear, roll_length: ArrayLike) -> Points:
+    """Unit tangents of the right flank toward the tip, shape (n, 2)."""
+    s, rb = np.asarray(roll_length, float), gear.base_radius
+    return polar(np.ones_like(s), gear.base_half_angle - s / rb)
+
+
+def fillet_points(gear: SpurGear, normal_angle: ArrayLike) -> Points:
+    """Right root fillet, the trochoid cut by the rounded rack tip.
+
+    normal_angle : (n,) angle between the profile normal and the radial
+        direction of the space at the instant of cutting; 0 where the fillet
+        meets the root circle, pi/2 - pressure_angle where it meets the flank.
+
+    The contact normal passes through the instantaneous centre of rolling
+    (Litvin & Fuentes, Gear Geometry and Applied Theory, 2004, section 6.2).
+    """
+    beta = np.asarray(normal_angle, float)
+    half_width, depth = gear.rack_tip_center
+    rolled = half_width - depth * np.tan(beta)  # r phi
+    outward = -np.stack([np.sin(beta), np.cos(beta)], axis=-1)
+    center = np.stack(
+        [rolled - half_width, np.full_like(beta, gear.reference_radius - depth)], -1
+    )
+    in_space_frame = turn(
+        center + gear.rack_tip_radius * outward, -rolled / gear.reference_radius
+    )
+    return turn(in_space_frame, math.pi / gear.teeth)
+
+
+def arc_from_tip(gear: SpurGear, roll_length: ArrayLike) -> NDArray[np.float64]:
+    """Arc length along the flank from the tip corner, shape (n,)."""
+    s = np.asarray(roll_length, float)
+    return 0.5 * (gear.tip_roll_length**2 - s**2) / gear.base_radius
+
+
+def roll_length_at_arc(gear: SpurGear, arc: ArrayLike) -> NDArray[np.float64]:
+    """Inverse of `arc_from_tip`, shape (n,)."""
+    squared = gear.tip_roll_length**2 - 2.0 * gear.base_radius * np.asarray(arc, float)
+    return np.sqrt(squared)

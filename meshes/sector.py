@@ -1,0 +1,159 @@
+"""Second-order triangle mesh of one tooth sector, nodes on the true curves.
+
+The right half is meshed by gmsh and mirrored: the two cuts then match node by
+node when the sector is repeated around the gear, and the mesh has the tooth's
+own symmetry.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from types import ModuleType
+
+import numpy as np
+from numpy.typing import NDArray
+
+from meshes.gear import SpurGear
+from meshes.gmsh_session import gmsh_model
+from meshes.outline import Edges, MeshSize, half_sector_outline, hub_edges
+from meshes.profile import Points, polar
+
+__all__ = ["MeshSize", "SectorMesh", "sector_mesh"]
+
+BOUNDARIES = ("tip", "flank", "fillet", "root", "hub", "cut")
+
+
+@dataclass(frozen=True)
+class SectorMesh:
+    """One tooth with its share of the body, tooth axis along y.
+
+    points : (n, 2) [m]
+    triangles : (m, 6) corners, then mid-sides of edges 01, 12, 20
+    edges : boundary name -> (k, 3) ends, then mid-side, on the right half;
+        `left_` names hold the mirror images
+    flank_nodes : (flank_edges + 1,) vertices of the right flank, from the tip
+        corner to the form circle; flank_arcs their arc length from the corner [m]
+    """
+
+    points: Points
+    triangles: NDArray[np.int64]
+    edges: dict[str, NDArray[np.int64]]
+    flank_nodes: NDArray[np.int64]
+    flank_arcs: NDArray[np.float64]
+
+
+def sector_mesh(gear: SpurGear, size: MeshSize | None = None) -> SectorMesh:
+    """Mesh one sector of `gear`."""
+    size = size or MeshSize()
+    outline = [*half_sector_outline(gear, size), hub_edges(gear, size)]
+    with gmsh_model("sector") as gmsh:
+        points, triangles, edges = _half_mesh(gmsh, gear, size, outline)
+    points, triangles, edges = _mirrored(points, triangles, edges)
+    flank = edges["flank"]
+    order = np.concatenate([flank[:, 0], flank[-1:, 1]])
+    arcs = next(piece for piece in outline if piece.name == "flank").parameters
+    return SectorMesh(points, triangles, edges, order, arcs)
+
+
+def _half_mesh(
+    gmsh: ModuleType, gear: SpurGear, size: MeshSize, outline: list[Edges]
+) -> tuple[Points, NDArray, dict[str, NDArray]]:
+    lines = _draw_half_sector(gmsh, gear, size, outline)
+    gmsh.option.setNumber("Mesh.MeshSizeExtendFromBoundary", 1)
+    gmsh.option.setNumber("Mesh.MeshSizeFromPoints", 1)
+    gmsh.option.setNumber("Mesh.Algorithm", 6)
+    gmsh.model.mesh.generate(2)
+    gmsh.model.mesh.setOrder(2)
+    tags, coordinates, _ = gmsh.model.mesh.getNodes()
+    row = np.zeros(int(tags.max()) + 1, np.int64)
+    row[tags] = np.arange(len(tags))
+    points = np.ascontiguousarray(coordinates.reshape(-1, 3)[:, :2])
+    edges = {
+        name: np.concatenate([_line_nodes(gmsh, tag, row) for tag in members])
+        for name, members in lines.items()
+    }
+    for piece in outline:
+        points[edges[piece.name][:, 2]] = piece.midpoints
+    _, _, nodes = gmsh.model.mesh.getElements(2)
+    return points, row[nodes[0]].reshape(-1, 6), edges
+
+
+def _line_nodes(gmsh: ModuleType, line: int, row: NDArray) -> NDArray:
+    """Edges (k, 3) of one straight gmsh line, in its own direction."""
+    _, _, nodes = gmsh.model.mesh.getElements(1, line)
+    return row[nodes[0]].reshape(-1, 3)
+
+
+def _draw_half_sector(
+    gmsh: ModuleType, gear: SpurGear, size: MeshSize, outline: list[Edges]
+) -> dict[str, list[int]]:
+    """Closed chain of straight lines; returns the line tags of each piece."""
+    geo, module = gmsh.model.geo, gear.module
+    *profile, hub = outline
+    lines: dict[str, list[int]] = {}
+
+    def add_point(xy: NDArray, edge: float) -> int:
+        return geo.addPoint(float(xy[0]), float(xy[1]), 0.0, edge)
+
+    def add_chain(piece: Edges, first: int | None) -> int:
+        vertices = piece.vertices
+        lengths = np.hypot(*np.diff(vertices, axis=0).T)
+        last = first or add_point(vertices[0], lengths[0])
+        lines[piece.name] = []
+        for xy, edge in zip(vertices[1:], lengths, strict=True):
+            point = add_point(xy, edge)
+            line = geo.addLine(last, point)
+            geo.mesh.setTransfiniteCurve(line, 2)
+            lines[piece.name].append(line)
+            last = point
+        return last
+
+    start = end = None
+    for piece in profile:
+        if start is None:
+            start = add_point(piece.vertices[0], size.tooth_size * module)
+        end = add_chain(piece, end or start)
+    hub_start = add_point(hub.vertices[0], size.hub_size * module)
+    lines["cut"] = [geo.addLine(end, hub_start)]
+    hub_end = add_chain(hub, hub_start)
+    foot = polar(gear.root_radius - 0.2 * module, 0.0)
+    middle = add_point(foot, 1.5 * size.tooth_size * module)
+    lines["axis"] = [geo.addLine(hub_end, middle), geo.addLine(middle, start)]
+    loop = geo.addCurveLoop([line for piece in lines.values() for line in piece])
+    geo.addPlaneSurface([loop])
+    geo.synchronize()
+    return lines
+
+
+def _mirrored(
+    points: Points, triangles: NDArray, edges: dict[str, NDArray]
+) -> tuple[Points, NDArray, dict[str, NDArray]]:
+    """The half sector joined to its mirror image along the tooth axis."""
+    on_axis = np.zeros(len(points), bool)
+    on_axis[edges["axis"]] = True
+    points[on_axis, 0] = 0.0
+    twin = np.where(on_axis, np.arange(len(points)), -1)
+    twin[~on_axis] = len(points) + np.arange(np.count_nonzero(~on_axis))
+    left = points[~on_axis] * [-1.0, 1.0]
+    flipped = twin[triangles[:, [0, 2, 1, 5, 4, 3]]]
+    both = {name: nodes for name, nodes in edges.items() if name != "axis"}
+    both |= {f"left_{name}": twin[nodes] for name, nodes in both.items()}
+    return np.vstack([points, left]), np.vstack([triangles, flipped]), both
+
+
+def smallest_jacobian(mesh: SectorMesh) -> float:
+    """Smallest element Jacobian at the corners over its straight-sided value."""
+    corners = mesh.points[mesh.triangles[:, :3]]
+    mids = mesh.points[mesh.triangles[:, 3:]]
+    worst = math.inf
+    straight = _cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    for i, (ahead, back) in enumerate([(0, 2), (1, 0), (2, 1)]):
+        one = 4.0 * mids[:, ahead] - 3.0 * corners[:, i] - corners[:, (i + 1) % 3]
+        two = 4.0 * mids[:, back] - 3.0 * corners[:, i] - corners[:, (i + 2) % 3]
+        worst = min(worst, float((_cross(one, two) / straight).min()))
+    return worst
+
+
+def _cross(a: NDArray, b: NDArray) -> NDArray:
+    return a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]

@@ -1,0 +1,1 @@
+"""Closed-form oracles and the checks of every model against them."""

@@ -1,0 +1,400 @@
+"""Stiffness of spur tooth pairs by the potential energy method.
+
+A tooth is a cantilever of varying section, cut at its true profile (involute, a
+radial line below the base circle where needed, and a circular fillet of 0.38 m
+tangent to flank and root circle), held where the fillet meets the root circle.
+Yang & Lin (1987), Tian (2004); the body follows Sainsot, Velex & Duverger (2004).
+
+Tooth frame: x outward along the centre line of the tooth, y across it, the axis of
+the gear at the origin; the loaded flank has y > 0. Angles are measured from x. On
+the loaded flank the roll angle phi = s / rb fixes everything: the line of action
+makes beta = phi - psi_b with the y axis, where psi_b is half the tooth angle on the
+base circle, and crosses x at rb / cos(beta).
+
+Beams are in plane stress (free side faces), as is the body formula. The pairs in
+contact do not deflect each other here, and the twist of the body on its hub, which
+the body formula contains, is counted once per pair although the pairs share it: so
+the stiffness is too large in double contact, the more so the smaller the hub.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from validation.oracles.hertz import (
+    Material,
+    Plane,
+    approach,
+    effective_radius,
+    linear_compliance,
+    require_positive,
+)
+
+Array = NDArray[np.float64]
+ContactLaw = Plane | Literal["linear"]
+
+FILLET_RADIUS = 0.38  # over the module, rho_fP of the ISO 53 basic rack, profile A
+SHEAR_CORRECTION = 1.2  # rectangular section
+QUADRATURE_POINTS = 16  # per stretch of profile
+SHARING_TOLERANCE = 1e-12  # of the force, between two rounds of load sharing
+SHARING_ROUNDS = 100  # the Hertz logarithm is weak: about ten are needed
+
+# Columns A-F of X = A/theta^2 + B h^2 + C h/theta + D/theta + E h + F for
+# L*, M*, P*, Q*: Sainsot et al., J. Mech. Design 126 (2004) 748, table 1.
+BODY_COEFFICIENTS = np.array(
+    [
+        [-5.574e-5, -1.9986e-3, -2.3015e-4, 4.7702e-3, 0.0271, 6.8045],
+        [60.111e-5, 28.100e-3, -83.431e-4, -9.9256e-3, 0.1624, 0.9086],
+        [-50.952e-5, 185.50e-3, 0.0538e-4, 53.300e-3, 0.2895, 0.9236],
+        [-6.2042e-5, 9.0889e-3, -4.0964e-4, 7.8297e-3, -0.1472, 0.6904],
+    ]
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class AnalyticGear:
+    """External involute spur gear on a rigid hub; metres, radians, pascals.
+
+    profile_shift is in modules; tooth_thinning is taken off the arc thickness of the
+    tooth on the reference circle.
+    """
+
+    teeth: int
+    module: float
+    pressure_angle: float
+    profile_shift: float
+    tip_radius: float
+    root_radius: float
+    hub_radius: float
+    young_modulus: float
+    poisson_ratio: float
+    tooth_thinning: float = 0.0
+
+    def __post_init__(self) -> None:
+        if not 0.0 < self.hub_radius < self.root_radius < self.tip_radius:
+            raise ValueError(
+                "radii must satisfy 0 < hub < root < tip, got "
+                f"{self.hub_radius}, {self.root_radius}, {self.tip_radius}"
+            )
+        for name in ("young_modulus", "pressure_angle"):
+            require_positive(name, getattr(self, name))
+        if not self.tip_half_angle > 0.0:
+            raise ValueError(
+                "tip_radius must leave some tooth thickness, "
+                f"got {self.tip_radius} with half angle {self.tip_half_angle} rad"
+            )
+        if self.root_half_angle > math.pi / self.teeth:
+            raise ValueError(
+                f"root fillets of {FILLET_RADIUS} module must fit between the teeth, "
+                f"got half tooth angle {self.root_half_angle} rad at the root"
+            )
+
+    @property
+    def base_radius(self) -> float:
+        return 0.5 * self.module * self.teeth * math.cos(self.pressure_angle)
+
+    @property
+    def base_pitch(self) -> float:
+        return math.pi * self.module * math.cos(self.pressure_angle)
+
+    @property
+    def base_half_angle(self) -> float:
+        """psi_b, half the angle of the tooth on the base circle [rad]."""
+        alpha, m = self.pressure_angle, self.module
+        thickness = m * (0.5 * math.pi + 2.0 * self.profile_shift * math.tan(alpha))
+        thickness -= self.tooth_thinning
+        return thickness / (m * self.teeth) + math.tan(alpha) - alpha
+
+    @property
+    def fillet_centre_roll(self) -> float:
+        """Roll length of the fillet centre, on the involute parallel to the flank [m].
+
+        At least rho: a lower fillet meets a radial line, at that distance from it.
+        """
+        rho = FILLET_RADIUS * self.module
+        squared = (self.root_radius + rho) ** 2 - self.base_radius**2
+        return max(math.sqrt(max(squared, 0.0)), rho)
+
+    @property
+    def form_roll_length(self) -> float:
+        """Roll length where the involute begins, 0 at the base circle [m]."""
+        return self.fillet_centre_roll - FILLET_RADIUS * self.module
+
+    @property
+    def tip_roll_length(self) -> float:
+        return math.sqrt(self.tip_radius**2 - self.base_radius**2)
+
+    @property
+    def tip_half_angle(self) -> float:
+        """Half the angle of the tooth on the tip circle, psi_b - inv(alpha_a) [rad]."""
+        tangent = self.tip_roll_length / self.base_radius
+        return self.base_half_angle - tangent + math.atan(tangent)
+
+    @property
+    def root_half_angle(self) -> float:
+        """theta_f, half the angle of the tooth where fillet meets root circle [rad]."""
+        centre_radius = self.root_radius + FILLET_RADIUS * self.module
+        beta = self.form_roll_length / self.base_radius - self.base_half_angle
+        return math.asin(self.fillet_centre_roll / centre_radius) - beta
+
+    @property
+    def material(self) -> Material:
+        return Material(self.young_modulus, self.poisson_ratio)
+
+
+class Sections(NamedTuple):
+    """Sections of the tooth as a beam, each of shape (n, q)."""
+
+    position: Array  # x [m]
+    half_thickness: Array  # h [m]
+    weight: Array  # quadrature weight, length along x [m]
+
+
+class ToothCompliance(NamedTuple):
+    """Displacement along the line of action per unit force, each (n,) [m/N]."""
+
+    bending: Array
+    shear: Array
+    axial: Array
+    body: Array
+
+    @property
+    def total(self) -> Array:
+        return self.bending + self.shear + self.axial + self.body
+
+
+def _gauss(start: ArrayLike, end: ArrayLike) -> tuple[Array, Array]:
+    """Gauss-Legendre points and weights on intervals (n,), shape (n, q) each."""
+    node, weight = np.polynomial.legendre.leggauss(QUADRATURE_POINTS)
+    low, high = np.atleast_1d(start)[:, None], np.atleast_1d(end)[:, None]
+    half = 0.5 * (high - low)
+    return low + half * (1.0 + node), half * weight
+
+
+def _fillet_sections(gear: AnalyticGear) -> Sections:
+    """Circular fillet, from the root circle to the flank, shape (1, q)."""
+    rho, theta_f = FILLET_RADIUS * gear.module, gear.root_half_angle
+    beta = gear.form_roll_length / gear.base_radius - gear.base_half_angle
+    centre = gear.root_radius + rho
+    omega, weight = _gauss(theta_f, 0.5 * math.pi - beta)
+    x = centre * math.cos(theta_f) - rho * np.cos(omega)
+    y = centre * math.sin(theta_f) - rho * np.sin(omega)
+    return Sections(x, y, rho * np.sin(omega) * weight)
+
+
+def _radial_sections(gear: AnalyticGear) -> Sections:
+    """Radial flank between fillet and base circle, empty if none, shape (1, q)."""
+    if gear.form_roll_length > 0.0:
+        return Sections(*(np.zeros((1, 0)) for _ in range(3)))
+    rho, psi_b = FILLET_RADIUS * gear.module, gear.base_half_angle
+    form_radius = math.sqrt((gear.root_radius + rho) ** 2 - rho**2)
+    r, weight = _gauss(form_radius, gear.base_radius)
+    return Sections(r * math.cos(psi_b), r * math.sin(psi_b), weight * math.cos(psi_b))
+
+
+def _involute_sections(gear: AnalyticGear, roll_length: Array) -> Sections:
+    """Involute from the form point to the load at roll_length (n,), shape (n, q)."""
+    rb = gear.base_radius
+    phi, weight = _gauss(gear.form_roll_length / rb, roll_length / rb)
+    beta = phi - gear.base_half_angle
+    x = rb * (np.cos(beta) + phi * np.sin(beta))
+    y = rb * (phi * np.cos(beta) - np.sin(beta))
+    return Sections(x, y, rb * phi * np.cos(beta) * weight)
+
+
+def tooth_sections(gear: AnalyticGear, roll_length: Array) -> Sections:
+    """All sections between the root circle and the loaded point, shape (n, q)."""
+    parts = (
+        _fillet_sections(gear),
+        _radial_sections(gear),
+        _involute_sections(gear, roll_length),
+    )
+    n = roll_length.size
+    columns = [
+        np.concatenate([np.broadcast_to(a, (n, a.shape[1])) for a in fields], axis=1)
+        for fields in zip(*parts, strict=True)
+    ]
+    return Sections(*columns)
+
+
+def body_factors(radius_ratio: float, root_half_angle: float) -> Array:
+    """L*, M*, P*, Q* of Sainsot et al. (2004) eq. (7), shape (4,).
+
+    radius_ratio : h = root radius / hub radius, fitted over 1.4 to 7
+    root_half_angle : theta_f, fitted over 0.01 to 0.12 [rad]
+    """
+    h, theta = radius_ratio, root_half_angle
+    terms = np.array([1.0 / theta**2, h**2, h / theta, 1.0 / theta, h, 1.0])
+    return np.asarray(BODY_COEFFICIENTS @ terms)
+
+
+def body_compliance(gear: AnalyticGear, roll_length: Array, face_width: float) -> Array:
+    """Body term, Sainsot et al. (2004) eq. (6), shape (n,) [m/N].
+
+    delta = F cos^2(b) / (E w) (L u^2 + M u + P (1 + Q tan^2(b))), where u is the
+    height above the root circle at which the line of action crosses the centre line,
+    over the root arc S_f = 2 theta_f r_f.
+    """
+    rf, theta_f = gear.root_radius, gear.root_half_angle
+    L, M, P, Q = body_factors(rf / gear.hub_radius, theta_f)
+    beta = roll_length / gear.base_radius - gear.base_half_angle
+    u = (gear.base_radius / np.cos(beta) - rf) / (2.0 * theta_f * rf)
+    shape = L * u**2 + M * u + P * (1.0 + Q * np.tan(beta) ** 2)
+    return np.asarray(np.cos(beta) ** 2 * shape / (gear.young_modulus * face_width))
+
+
+def tooth_compliance(
+    gear: AnalyticGear, roll_length: ArrayLike, face_width: float
+) -> ToothCompliance:
+    """Compliance of one tooth and its body, without contact, each term (n,) [m/N].
+
+    Castigliano on the load F along the line of action: in the section at x the
+    moment is F (rb - x cos beta), the shear F cos beta, the thrust F sin beta.
+
+    roll_length : (n,) s between the form point and the tip [m]; face_width [m]
+    """
+    require_positive("face_width", face_width)
+    s = _require_on_flank(gear, roll_length)
+    x, h, dx = tooth_sections(gear, s)
+    beta = (s / gear.base_radius - gear.base_half_angle)[:, None]
+    E, nu, w = gear.young_modulus, gear.poisson_ratio, face_width
+    G, area, inertia = E / (2.0 * (1.0 + nu)), 2.0 * h * w, 2.0 / 3.0 * h**3 * w
+    arm = gear.base_radius - x * np.cos(beta)
+    return ToothCompliance(
+        bending=np.sum(arm**2 / (E * inertia) * dx, axis=1),
+        shear=np.sum(SHEAR_CORRECTION * np.cos(beta) ** 2 / (G * area) * dx, axis=1),
+        axial=np.sum(np.sin(beta) ** 2 / (E * area) * dx, axis=1),
+        body=body_compliance(gear, s, face_width),
+    )
+
+
+def _require_on_flank(gear: AnalyticGear, roll_length: ArrayLike) -> Array:
+    s = np.atleast_1d(np.asarray(roll_length, dtype=float))
+    low, high = gear.form_roll_length, gear.tip_roll_length
+    slack = 1e-9 * gear.module
+    if not np.all((s >= low - slack) & (s <= high + slack)):
+        raise ValueError(
+            f"roll_length must lie on the involute between {low} and {high} m, "
+            f"got {s.min()} to {s.max()}"
+        )
+    return s
+
+
+def nominal_path(
+    driver: AnalyticGear, driven: AnalyticGear, operating_pressure_angle: float
+) -> tuple[float, float]:
+    """Roll lengths of the driver at start and end of contact [m]."""
+    if not math.isclose(driver.base_pitch, driven.base_pitch, rel_tol=1e-9):
+        raise ValueError(
+            "driver and driven must have one base pitch, "
+            f"got {driver.base_pitch} and {driven.base_pitch}"
+        )
+    total = _line_of_action(driver, driven, operating_pressure_angle)
+    return total - driven.tip_roll_length, driver.tip_roll_length
+
+
+def _line_of_action(driver: AnalyticGear, driven: AnalyticGear, angle: float) -> float:
+    """Length a sin(aw) between the base circles [m]."""
+    return (driver.base_radius + driven.base_radius) * math.tan(angle)
+
+
+def _contact_approach(
+    gears: tuple[AnalyticGear, AnalyticGear],
+    rolls: tuple[Array, Array],
+    load: Array,
+    law: ContactLaw,
+) -> Array:
+    """Hertzian approach at load per width (n,), shape (n,) [m].
+
+    The finite-depth laws measure, after Weber (1949), from the surface to where the
+    line of action crosses the centre line of the tooth: d = s - rb tan(beta).
+    """
+    if law == "linear":
+        return load * linear_compliance(gears[0].material, gears[1].material)
+    d1, d2 = (
+        s - gear.base_radius * np.tan(s / gear.base_radius - gear.base_half_angle)
+        for gear, s in zip(gears, rolls, strict=True)
+    )
+    materials = (gears[0].material, gears[1].material)
+    return approach(load, effective_radius(*rolls), materials, (d1, d2), law)
+
+
+def pair_stiffness(
+    driver: AnalyticGear,
+    driven: AnalyticGear,
+    operating_pressure_angle: float,
+    roll_length_of_driver: ArrayLike,
+    force: ArrayLike,
+    face_width: float,
+    *,
+    contact_law: ContactLaw = "strain",
+) -> Array:
+    """Average stiffness F / delta of one pair along the line of action, (n,) [N/m].
+
+    roll_length_of_driver : (n,) s1; the driven gear touches at a sin(aw) - s1 [m]
+    force : scalar or (n,) force of the pair > 0 [N]
+    contact_law : finite depth in plane "strain" or "stress" (nonlinear), or Yang &
+        Sun's "linear" constant
+    """
+    require_positive("force", force)
+    s1 = np.atleast_1d(np.asarray(roll_length_of_driver, dtype=float))
+    s2 = _line_of_action(driver, driven, operating_pressure_angle) - s1
+    F = np.broadcast_to(np.asarray(force, dtype=float), s1.shape)
+    teeth = tooth_compliance(driver, s1, face_width).total
+    teeth = teeth + tooth_compliance(driven, s2, face_width).total
+    contact = _contact_approach((driver, driven), (s1, s2), F / face_width, contact_law)
+    return np.asarray(F / (F * teeth + contact))
+
+
+def mesh_stiffness(
+    driver: AnalyticGear,
+    driven: AnalyticGear,
+    operating_pressure_angle: float,
+    positions: ArrayLike,
+    force: float,
+    face_width: float,
+    *,
+    contact_law: ContactLaw = "strain",
+) -> Array:
+    """Average stiffness F / delta of all pairs on the nominal path, (n,) [N/m].
+
+    Pairs deflect equally and share the force; no relief, no contact beyond the
+    nominal path, no coupling of the pairs through the bodies (module docstring).
+
+    positions : (n,) p in base pitches from the pitch point; pair k touches at
+        s1 = rb1 tan(aw) + (p + k) pb
+    force : of the whole mesh > 0 [N]
+    """
+    require_positive("force", force)
+    gears = (driver, driven, operating_pressure_angle)
+    s1, active = _touching_pairs(*gears, np.atleast_1d(np.asarray(positions, float)))
+    shares = force * active / active.sum(axis=1, keepdims=True)
+    for _ in range(SHARING_ROUNDS):
+        pairs = np.zeros(s1.shape)
+        pairs[active] = pair_stiffness(
+            *gears, s1[active], shares[active], face_width, contact_law=contact_law
+        )
+        total = pairs.sum(axis=1)
+        previous, shares = shares, force * pairs / total[:, None]
+        if np.all(np.abs(shares - previous) <= SHARING_TOLERANCE * force):
+            return np.asarray(total)
+    raise RuntimeError(f"load sharing did not settle in {SHARING_ROUNDS} rounds")
+
+
+def _touching_pairs(
+    driver: AnalyticGear, driven: AnalyticGear, angle: float, positions: Array
+) -> tuple[Array, NDArray[np.bool_]]:
+    """Roll lengths of the driver [m] and which of them touch, both (n, pairs)."""
+    start, end = nominal_path(driver, driven, angle)
+    pitch, middle = driver.base_pitch, driver.base_radius * math.tan(angle)
+    if not end - start >= pitch:
+        raise ValueError(
+            f"contact ratio must be 1 or more, got {(end - start) / pitch}"
+        )
+    first = math.floor((start - middle) / pitch - positions.max())
+    last = math.ceil((end - middle) / pitch - positions.min())
+    s1 = middle + (positions[:, None] + np.arange(first, last + 1)) * pitch
+    return s1, (s1 >= start) & (s1 <= end)

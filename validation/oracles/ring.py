@@ -1,0 +1,90 @@
+"""Thick elastic ring twisted against a held hub: the body of a gear under torque.
+
+The displacement is purely tangential and depends on the radius only, so there is
+no dilatation: the stress is pure shear and plane stress and plane strain have the
+same solution, with the shear modulus alone.
+Timoshenko & Goodier, Theory of Elasticity (1970), ch. 4, stress function C theta.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Ring:
+    """Ring held at the hub radius, uniform tangential traction at the outer radius."""
+
+    hub_radius: float  # m
+    outer_radius: float  # m
+    shear_modulus: float  # Pa
+    face_width: float  # m
+
+    def __post_init__(self) -> None:
+        if not 0.0 < self.hub_radius < self.outer_radius:
+            raise ValueError(
+                "hub_radius must lie between 0 and outer_radius, "
+                f"got {self.hub_radius} and {self.outer_radius}"
+            )
+        for name in ("shear_modulus", "face_width"):
+            if not getattr(self, name) > 0.0:
+                raise ValueError(f"{name} must be positive, got {getattr(self, name)}")
+
+
+def shear_stress(ring: Ring, torque: float, radius: ArrayLike) -> Array:
+    """tau_r_theta = T / (2 pi r^2 b), shape of radius [Pa]: moment about the axis.
+
+    torque : T applied at the outer radius, counter-clockwise positive [N m]
+    """
+    r = np.asarray(radius, dtype=float)
+    return np.asarray(torque / (2.0 * np.pi * r**2 * ring.face_width))
+
+
+def tangential_displacement(ring: Ring, torque: float, radius: ArrayLike) -> Array:
+    """u_theta at each radius, counter-clockwise positive, shape of radius [m].
+
+    u = T r / (4 pi G b) (1/ri^2 - 1/r^2), from tau = G r d(u/r)/dr and u(ri) = 0.
+    """
+    r, ri = np.asarray(radius, dtype=float), ring.hub_radius
+    scale = torque / (4.0 * np.pi * ring.shear_modulus * ring.face_width)
+    return np.asarray(scale * r * (1.0 / ri**2 - 1.0 / r**2))
+
+
+def displacement(ring: Ring, torque: float, points: Array) -> Array:
+    """Displacement vectors at points, both of shape (n, 2), axis at the origin [m]."""
+    r = np.hypot(points[:, 0], points[:, 1])
+    tangent = np.column_stack((-points[:, 1], points[:, 0])) / r[:, None]
+    return np.asarray(tangential_displacement(ring, torque, r)[:, None] * tangent)
+
+
+def rotation(ring: Ring, torque: float) -> float:
+    """Angle u/r of the outer radius, T / (4 pi G b) (1/ri^2 - 1/ro^2) [rad]."""
+    ro = ring.outer_radius
+    return float(tangential_displacement(ring, torque, ro)) / ro
+
+
+def line_of_action_stiffness(ring: Ring, base_radius: float) -> float:
+    """Force along the line of action per displacement along it [N/m].
+
+    F = T / rb moves the point by rotation * rb, so k = T / (rotation rb^2).
+    base_radius : rb [m]
+    """
+    if not base_radius > 0.0:
+        raise ValueError(f"base_radius must be positive, got {base_radius}")
+    return 1.0 / (rotation(ring, 1.0) * base_radius**2)
+
+
+def shear_modulus(young_modulus: float, poisson_ratio: float) -> float:
+    """G = E / (2 (1 + nu)) [Pa]."""
+    return young_modulus / (2.0 * (1.0 + poisson_ratio))
+
+
+def strain_energy(ring: Ring, torque: float) -> float:
+    """Integral of tau^2 / (2 G) over the ring, equal to T rotation / 2 [J]."""
+    ri, ro = ring.hub_radius, ring.outer_radius
+    scale = torque**2 / (8.0 * math.pi * ring.shear_modulus * ring.face_width)
+    return scale * (1.0 / ri**2 - 1.0 / ro**2)
