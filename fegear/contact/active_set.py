@@ -1,8 +1,10 @@
-"""Frictional contact as a linear complementarity problem with a torque balance.
+"""Contact as a linear complementarity problem with a torque balance.
 
 Find pressures q >= 0 and the approach d with
 
     gap + C q - d h >= 0,   q (gap + C q - d h) = 0,   arms . q = torque.
+
+C is unsymmetric with friction.
 """
 
 from __future__ import annotations
@@ -11,88 +13,135 @@ import math
 
 import numpy as np
 
-from fegear.contact.compiled import compiled
+from fegear.contact.compiled import compiled_part
 
 ALL_AT_ONCE = 40  # sweeps that exchange every violated node together
 CONVERGED, NOT_CONVERGED, NOT_FINITE = 0, 1, 2
 
 
-@compiled
-def solve_active(C, gap, h, arms, torque, nodes):
-    """(q on nodes, d, slope d torque / d d) with exactly `nodes` in contact."""
-    n = nodes.size
-    matrix = np.empty((n, n))
-    right = np.empty((n, 2))
+@compiled_part
+def eliminate(matrix, right, n):
+    """Solve the leading n equations in place for two right-hand sides.
+
+    Gauss with partial pivoting; a call to LAPACK takes as long to run at this
+    size and ten times as long to compile.
+    """
+    for k in range(n):
+        pivot = k
+        for i in range(k + 1, n):
+            if abs(matrix[i, k]) > abs(matrix[pivot, k]):
+                pivot = i
+        if pivot != k:
+            for j in range(k, n):
+                swap = matrix[k, j]
+                matrix[k, j] = matrix[pivot, j]
+                matrix[pivot, j] = swap
+            for j in range(2):
+                swap = right[k, j]
+                right[k, j] = right[pivot, j]
+                right[pivot, j] = swap
+        for i in range(k + 1, n):
+            factor = matrix[i, k] / matrix[k, k]
+            for j in range(k + 1, n):
+                matrix[i, j] -= factor * matrix[k, j]
+            right[i, 0] -= factor * right[k, 0]
+            right[i, 1] -= factor * right[k, 1]
+    for i in range(n - 1, -1, -1):
+        for j in range(i + 1, n):
+            right[i, 0] -= matrix[i, j] * right[j, 0]
+            right[i, 1] -= matrix[i, j] * right[j, 1]
+        right[i, 0] /= matrix[i, i]
+        right[i, 1] /= matrix[i, i]
+
+
+@compiled_part
+def solve_active(C, sides, torque, active, q):
+    """(approach, slope d torque / d approach) with the active nodes in contact.
+
+    sides : (n, 3) gap, h and arms of every node; q is overwritten
+    """
+    nodes = np.empty(q.size, np.int64)
+    n = 0
+    for i in range(q.size):
+        q[i] = 0.0
+        if active[i]:
+            nodes[n] = i
+            n += 1
+    matrix, right = np.empty((n, n)), np.empty((n, 2))
     for i in range(n):
-        right[i, 0] = h[nodes[i]]
-        right[i, 1] = gap[nodes[i]]
+        right[i, 0] = sides[nodes[i], 0]
+        right[i, 1] = sides[nodes[i], 1]
         for j in range(n):
             matrix[i, j] = C[nodes[i], nodes[j]]
-    solution = np.linalg.solve(matrix, right)
+    eliminate(matrix, right, n)
     slope, preload = 0.0, 0.0
     for i in range(n):
-        slope += arms[nodes[i]] * solution[i, 0]
-        preload += arms[nodes[i]] * solution[i, 1]
+        preload += sides[nodes[i], 2] * right[i, 0]
+        slope += sides[nodes[i], 2] * right[i, 1]
     d = (torque + preload) / slope
-    return d * solution[:, 0] - solution[:, 1], d, slope
+    for i in range(n):
+        q[nodes[i]] = d * right[i, 1] - right[i, 0]
+    return d, slope
 
 
-@compiled
-def least_gap_node(gap, h):
+@compiled_part
+def require_contact(sides, active):
+    """Put the node that closes first in contact where none is."""
     best = 0
-    for i in range(gap.size):
-        if gap[i] / h[i] < gap[best] / h[best]:
-            best = i
-    return best
-
-
-@compiled
-def solve_contact(C, gap, h, arms, torque, active):
-    """(q, d, slope, residual, status, sweeps); `active` is updated in place.
-
-    Primal-dual active set: all violated nodes are exchanged together. Should that
-    cycle, the violated node of least index alone is exchanged (Murty 1974), which
-    ends for the P-matrices that these are; the number of sweeps is bounded anyway.
-    residual is the largest violation over the approach, of gaps and, scaled by the
-    largest pressure, of pressures.
-    """
-    n = gap.size
-    q = np.zeros(n)
-    d, slope, residual = math.nan, math.nan, math.nan
-    for sweep in range(ALL_AT_ONCE + 20 * n):
-        if not active.any():
-            active[least_gap_node(gap, h)] = True
-        nodes = np.flatnonzero(active)
-        part, d, slope = solve_active(C, gap, h, arms, torque, nodes)
-        if not math.isfinite(d):
-            return q, d, slope, math.nan, NOT_FINITE, sweep + 1
-        q[:] = 0.0
-        q[nodes] = part
-        changed, residual = exchange(C, gap, h, q, d, active, sweep >= ALL_AT_ONCE)
-        if not changed:
-            return q, d, slope, residual, CONVERGED, sweep + 1
-    return q, d, slope, residual, NOT_CONVERGED, ALL_AT_ONCE + 20 * n
-
-
-@compiled
-def exchange(C, gap, h, q, d, active, one_only):
-    """Move violated nodes in or out of contact; (whether any was, residual)."""
-    changed, residual = False, 0.0
-    top = q.max()
-    nodes = np.flatnonzero(active)
-    roundoff = 1e-13 * abs(d)
-    for i in range(q.size):
+    for i in range(active.size):
         if active[i]:
+            return
+        if sides[i, 0] / sides[i, 1] < sides[best, 0] / sides[best, 1]:
+            best = i
+    active[best] = True
+
+
+@compiled_part
+def exchange(C, sides, q, d, active, one_only):
+    """Move violated nodes in or out of contact; (whether any was, residual)."""
+    n = q.size
+    changed, residual, top = False, 0.0, 0.0
+    was = np.empty(n, np.bool_)
+    for i in range(n):
+        was[i] = active[i]
+        top = max(top, q[i])
+    roundoff = 1e-13 * abs(d)
+    for i in range(n):
+        if was[i]:
             wrong = q[i] < 0.0
             if wrong:
                 residual = max(residual, -q[i] / top)
         else:
-            opening = gap[i] - d * h[i]
-            for j in nodes:
-                opening += C[i, j] * q[j]
+            opening = sides[i, 0] - d * sides[i, 1]
+            for j in range(n):
+                if was[j]:
+                    opening += C[i, j] * q[j]
             wrong = opening < -roundoff
             residual = max(residual, -opening / abs(d))
         if wrong and not (one_only and changed):
-            active[i] = not active[i]
+            active[i] = not was[i]
             changed = True
     return changed, residual
+
+
+@compiled_part
+def solve_contact(C, sides, torque, active, q):
+    """(approach, slope, residual, status, sweeps); active and q are overwritten.
+
+    Primal-dual active set: all violated nodes are exchanged together. Should that
+    cycle, the violated node of least index alone is exchanged (Murty 1974), which
+    ends for the P-matrices that these are; the number of sweeps is bounded anyway.
+    residual is the largest violation: of gaps relative to the approach, of
+    pressures relative to the largest one.
+    """
+    most = ALL_AT_ONCE + 20 * q.size
+    d, slope, residual = math.nan, math.nan, math.nan
+    for sweep in range(most):
+        require_contact(sides, active)
+        d, slope = solve_active(C, sides, torque, active, q)
+        if not math.isfinite(d):
+            return d, slope, math.nan, NOT_FINITE, sweep + 1
+        changed, residual = exchange(C, sides, q, d, active, sweep >= ALL_AT_ONCE)
+        if not changed:
+            return d, slope, residual, CONVERGED, sweep + 1
+    return d, slope, residual, NOT_CONVERGED, most

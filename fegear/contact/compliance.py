@@ -1,4 +1,9 @@
-"""Compliance between nodes of contact patches: half-plane part and remainder."""
+"""Compliance between nodes of contact patches: half-plane part and remainder.
+
+tables : (gear, kind, offset, n, n) smooth flank compliances of driver and driven,
+    kind 0 normal and 1 toward the root, as in FlankCompliance
+flanks : (2,) records of driver and driven
+"""
 
 from __future__ import annotations
 
@@ -6,90 +11,183 @@ import math
 
 import numpy as np
 
-from fegear.contact.compiled import compiled
+from fegear.contact.compiled import compiled_part
+from fegear.contact.grid import SUPPORT
 
 STENCIL = 4
+NORMAL, TANGENTIAL = 0, 1
+
+# Contact patch of one pair.
+#   present : whether its flanks face each other
+#   master : gear whose flank carries the nodes, 0 driver or 1 driven
+#   nominal : the master's roll length where the flanks would touch
+#   arc : the master's arc length of the closest point
+#   step : node spacing [m]
+#   least_gap : approach that closes the pair [m]
+#   approach : +1 before the pitch point, -1 behind it, 0 on it
+#   lever : arms of the normal force about driver and driven centre, then of the
+#       friction force [m]
+#   first, weights : table stencils at the support points, by gear
+PATCH = np.dtype(
+    [
+        ("present", "?"),
+        ("master", "i8"),
+        ("nominal", "f8"),
+        ("arc", "f8"),
+        ("step", "f8"),
+        ("least_gap", "f8"),
+        ("approach", "f8"),
+        ("lever", "f8", (4,)),
+        ("first", "i8", (2, SUPPORT)),
+        ("weights", "f8", (2, SUPPORT, STENCIL)),
+    ],
+    align=True,
+)
 
 
-@compiled
-def stencil(arc, length, grading, count, weights):
-    """First index and cubic Lagrange weights of a flank table at an arc."""
-    ratio = min(max(arc / length, 0.0), 1.0)
-    if grading > 0.0:
-        ratio = math.asinh(ratio * math.sinh(grading)) / grading
+@compiled_part
+def set_stencil(patch, gear, a, arc, flank, count):
+    """Place of an arc in a flank table: first index and cubic Lagrange weights."""
+    ratio = min(max(arc / flank.length, 0.0), 1.0)
+    if flank.grading > 0.0:
+        ratio = math.asinh(ratio * math.sinh(flank.grading)) / flank.grading
     place = min(max(ratio * count - 1.0, 0.0), count - 1.0)
     first = min(max(int(place) - 1, 0), count - STENCIL)
     u = place - first
-    weights[0] = -(u - 1.0) * (u - 2.0) * (u - 3.0) / 6.0
-    weights[1] = u * (u - 2.0) * (u - 3.0) / 2.0
-    weights[2] = -u * (u - 1.0) * (u - 3.0) / 2.0
-    weights[3] = u * (u - 1.0) * (u - 2.0) / 6.0
-    return first
+    patch.first[gear, a] = first
+    patch.weights[gear, a, 0] = -(u - 1.0) * (u - 2.0) * (u - 3.0) / 6.0
+    patch.weights[gear, a, 1] = u * (u - 2.0) * (u - 3.0) / 2.0
+    patch.weights[gear, a, 2] = -u * (u - 1.0) * (u - 3.0) / 2.0
+    patch.weights[gear, a, 3] = u * (u - 1.0) * (u - 2.0) / 6.0
 
 
-@compiled
-def interpolate(table, row, row_weights, column, column_weights):
+@compiled_part
+def interpolate(tables, gear, kind, offset, row_patch, a, column_patch, b):
     total = 0.0
+    row, column = row_patch.first[gear, a], column_patch.first[gear, b]
     for i in range(STENCIL):
         line = 0.0
         for j in range(STENCIL):
-            line += column_weights[j] * table[row + i, column + j]
-        total += row_weights[i] * line
+            value = tables[gear, kind, offset, row + i, column + j]
+            line += column_patch.weights[gear, b, j] * value
+        total += row_patch.weights[gear, a, i] * line
     return total
 
 
-@compiled
-def _phi(x):
-    """Second antiderivative of ln|x|."""
-    return 0.0 if x == 0.0 else 0.5 * x * x * math.log(abs(x)) - 0.75 * x * x
+@compiled_part
+def remainder_block(tables, seen, loaded, teeth_apart, kind, factor, block):
+    """Add factor times both gears' smooth compliance to block (SUPPORT, SUPPORT).
 
-
-@compiled
-def hat_logarithm(steps):
-    """Integral of ln|x - steps| over the unit hat function on [-1, 1]."""
-    return _phi(steps + 1.0) - 2.0 * _phi(steps) + _phi(steps - 1.0)
-
-
-@compiled
-def end_hat_logarithm(steps):
-    """Twice that integral over the half hat on [-1, 0]; steps = row - column."""
-    slope = 0.0 if steps == 0.0 else steps * math.log(abs(steps)) - steps
-    return 2.0 * (_phi(steps + 1.0) - _phi(steps) - slope)
-
-
-@compiled
-def logarithm_table(nodes):
-    """Mean of ln|distance| in grid steps, rows seen from columns, (nodes, nodes).
-
-    The last column is the half hat at the end of the grid.
+    seen, loaded : patches where displacement is seen and where load acts
+    teeth_apart : teeth by which `seen` is ahead of `loaded`
+    kind : TANGENTIAL for rootward friction loads, by Maxwell's theorem
     """
-    table = np.empty((nodes, nodes))
-    for i in range(nodes):
-        for j in range(nodes - 1):
-            table[i, j] = hat_logarithm(abs(i - j))
-        table[i, nodes - 1] = end_hat_logarithm(float(i - nodes + 1))
-    return table
+    reach = tables.shape[2] // 2
+    if abs(teeth_apart) > reach:
+        return
+    for gear in range(2):
+        # ahead is to the right on the driver and to the left on the driven gear
+        apart = teeth_apart if gear == 0 else -teeth_apart
+        for a in range(SUPPORT):
+            for b in range(SUPPORT):
+                if kind == NORMAL:
+                    value = interpolate(
+                        tables, gear, NORMAL, reach + apart, seen, a, loaded, b
+                    )
+                else:
+                    value = interpolate(
+                        tables, gear, TANGENTIAL, reach - apart, loaded, b, seen, a
+                    )
+                block[a, b] += factor * value
 
 
-@compiled
-def sign_table(nodes):
-    """Mean of sgn(row - column) over the same hats, (nodes, nodes)."""
-    table = np.empty((nodes, nodes))
+@compiled_part
+def local_normal(flanks, logarithm, step, i, j):
+    """Half-plane part of both gears at node i under a unit load at node j."""
+    softness = 1.0 / flanks[0].modulus + 1.0 / flanks[1].modulus
+    return -2.0 / math.pi * softness * (logarithm[i, j] + math.log(step))
+
+
+@compiled_part
+def local_tangential(flanks, sign, master, i, j):
+    """The same under a unit rootward friction load; it cancels for equal gears."""
+    own = 0.5 * (1.0 - flanks[master].poisson) / flanks[master].modulus
+    other = 0.5 * (1.0 - flanks[1 - master].poisson) / flanks[1 - master].modulus
+    return (other - own) * sign[i, j]
+
+
+@compiled_part
+def spread(C, row, column, lagrange, block):
+    """C[row:, column:] += lagrange block lagrange^T."""
+    nodes = lagrange.shape[0]
+    half = np.empty(SUPPORT)
     for i in range(nodes):
+        for b in range(SUPPORT):
+            half[b] = 0.0
+            for a in range(SUPPORT):
+                half[b] += lagrange[i, a] * block[a, b]
         for j in range(nodes):
-            table[i, j] = np.sign(i - j)
-    table[nodes - 1, nodes - 1] = 1.0
-    return table
+            total = 0.0
+            for b in range(SUPPORT):
+                total += half[b] * lagrange[j, b]
+            C[row + i, column + j] += total
 
 
-@compiled
-def lagrange_table(nodes, points):
-    """Weights (nodes, points.size) from values at `points` in [-1, 1]."""
-    table = np.ones((nodes, points.size))
+@compiled_part
+def fill_compliance(C, friction, flanks, tables, patches, chosen, teeth, grid):
+    """Compliance [m/(N/m)] over the nodes of the chosen pairs, friction included."""
+    logarithm, sign, lagrange, _ = grid
+    nodes = lagrange.shape[0]
+    block = np.empty((SUPPORT, SUPPORT))
+    for p in range(chosen.size):
+        for q in range(chosen.size):
+            seen, loaded = patches[chosen[p]], patches[chosen[q]]
+            apart = teeth[chosen[p]] - teeth[chosen[q]]
+            drag = friction * loaded.approach
+            block[:, :] = 0.0
+            remainder_block(tables, seen, loaded, apart, NORMAL, 1.0, block)
+            if drag != 0.0:
+                remainder_block(tables, seen, loaded, apart, TANGENTIAL, drag, block)
+            for i in range(nodes):
+                for j in range(nodes):
+                    local = 0.0
+                    if p == q:
+                        local = local_normal(flanks, logarithm, loaded.step, i, j)
+                        local += drag * local_tangential(
+                            flanks, sign, loaded.master, i, j
+                        )
+                    C[p * nodes + i, q * nodes + j] = local
+            spread(C, p * nodes, q * nodes, lagrange, block)
+
+
+@compiled_part
+def friction_bending(flanks, tables, patch, q, start, grid):
+    """Stiffening of a pair by rootward friction: -(q' Cnt q) / (q' Cnn q).
+
+    The pair's nodal forces stand in q from `start` on.
+    """
+    logarithm, sign, lagrange, _ = grid
+    nodes = lagrange.shape[0]
+    moments = np.zeros(SUPPORT)
+    normal, tangential = 0.0, 0.0
     for i in range(nodes):
-        x = -1.0 + 2.0 * i / (nodes - 1.0)
-        for a in range(points.size):
-            for b in range(points.size):
-                if a != b:
-                    table[i, a] *= (x - points[b]) / (points[a] - points[b])
-    return table
+        for a in range(SUPPORT):
+            moments[a] += lagrange[i, a] * q[start + i]
+        for j in range(nodes):
+            load = q[start + i] * q[start + j]
+            if load != 0.0:
+                normal += load * local_normal(flanks, logarithm, patch.step, i, j)
+                tangential += load * local_tangential(flanks, sign, patch.master, i, j)
+    block = np.empty((SUPPORT, SUPPORT))
+    for kind in range(2):
+        block[:, :] = 0.0
+        remainder_block(tables, patch, patch, 0, kind, 1.0, block)
+        total = 0.0
+        for a in range(SUPPORT):
+            for b in range(SUPPORT):
+                total += moments[a] * block[a, b] * moments[b]
+        if kind == NORMAL:
+            normal += total
+        else:
+            tangential += total
+    return -tangential / normal

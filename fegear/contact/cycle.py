@@ -1,186 +1,195 @@
-"""The contact problem of every position of a mesh cycle, compiled."""
+"""The contact problem at every position of a mesh cycle, compiled.
+
+Loads, torques and stiffnesses are per unit face width.
+"""
 
 from __future__ import annotations
-
-import math
-from typing import NamedTuple
 
 import numpy as np
 
 from fegear.contact.active_set import NOT_FINITE, solve_contact
-from fegear.contact.compiled import compiled
+from fegear.contact.compiled import compiled, compiled_part
+from fegear.contact.compliance import fill_compliance, friction_bending
 from fegear.contact.flanks import FAR
-from fegear.contact.kernel import (
-    GROWTH,
-    MARGIN,
-    MAX_ROUNDS,
-    compliance_matrix,
-    friction_bending,
-    hertz_half_width,
-    make_grid,
-    make_patches,
-    place_patch,
+from fegear.contact.patches import hertz_half_width, lay_nodes, place_patch
+
+MARGIN = 1.2  # half length of a patch over the Hertz half-width at full load
+GROWTH = 1.6  # of a patch whose pressure reaches its end
+MAX_ROUNDS = 12
+FIRST_GUESS = 40.0  # approach over load per width times 1/E1' + 1/E2', generous
+
+# Per (torque, position).
+#   approach : driver's rotation times its base radius, driven gear held [m]
+#   no_load : the same without load [m]
+#   slope : d(force)/d(approach) along the line of action [Pa]
+#   residual, status, sweeps : of the complementarity problem
+ROW = np.dtype(
+    [
+        ("approach", "f8"),
+        ("no_load", "f8"),
+        ("slope", "f8"),
+        ("residual", "f8"),
+        ("status", "i8"),
+        ("sweeps", "i8"),
+    ],
+    align=True,
+)
+# Per (torque, position, pair).
+#   load : normal line load [N/m];  gap : approach that closes the pair [m]
+#   pressure : largest nodal pressure [Pa];  bending : friction-bending ratio
+#   approach, lever : as in PATCH
+CELL = np.dtype(
+    [
+        ("load", "f8"),
+        ("gap", "f8"),
+        ("pressure", "f8"),
+        ("bending", "f8"),
+        ("approach", "f8"),
+        ("lever", "f8", (4,)),
+    ],
+    align=True,
 )
 
 
-class CycleArrays(NamedTuple):
-    """Results by (torque, position[, pair]); per unit face width.
-
-    approach : driver's rotation times its base radius, driven gear held [m]
-    no_load : the same without load [m]
-    slope : d(force)/d(approach) along the line of action [Pa]
-    load : normal line load of each pair [N/m]
-    gap : approach that closes each pair [m]
-    pressure : largest nodal pressure of each pair [Pa]
-    bending : friction-bending ratio of each pair
-    lever : (..., pair, 4) as in Patches
-    residual, status, sweeps : of the complementarity problem
-    """
-
-    approach: np.ndarray
-    no_load: np.ndarray
-    slope: np.ndarray
-    load: np.ndarray
-    gap: np.ndarray
-    pressure: np.ndarray
-    bending: np.ndarray
-    lever: np.ndarray
-    residual: np.ndarray
-    status: np.ndarray
-    sweeps: np.ndarray
-
-
 @compiled
-def empty_arrays(torques, positions, pairs):
-    rows = (torques, positions)
-    cells = (torques, positions, pairs)
-    return CycleArrays(
-        np.full(rows, math.nan),
-        np.full(rows, math.nan),
-        np.full(rows, math.nan),
-        np.zeros(cells),
-        np.full(cells, FAR),
-        np.zeros(cells),
-        np.full(cells, math.nan),
-        np.zeros((torques, positions, pairs, 4)),
-        np.full(rows, math.nan),
-        np.full(rows, -1),
-        np.zeros(rows, np.int64),
-    )
+def solve_cycle(
+    mesh, flanks, tables, grid, teeth, pair_gaps, positions, torques,
+    patches, gaps, rows, cells,
+):  # fmt: skip
+    """Fill rows and cells; the last contact state starts the next position.
 
-
-@compiled
-def solve_cycle(mesh, teeth, pair_gaps, positions, torques, nodes):
-    """Solve each (torque, position); the last contact state starts the next one.
-
-    teeth : (pairs,) pair k touches k base pitches ahead of the reference pair
+    mesh, flanks, tables, grid : the contact problem's constants
+    teeth : (pairs,) base pitches by which a pair is ahead of the reference pair
     pair_gaps : (pairs,) extra gap of each pair, from pitch errors [m]
-    positions : base pitches from the pitch point
-    torques : on the driver per unit face width [N]
-    nodes : of each contact patch
+    positions : base pitches from the pitch point; torques : on the driver [N]
+    patches, gaps : (pairs,) and (pairs, nodes) work space
     """
-    out = empty_arrays(torques.size, positions.size, teeth.size)
-    grid = make_grid(nodes)
-    patches = make_patches(teeth.size, nodes)
-    for t in range(torques.size):
-        memory = np.zeros((teeth.size, nodes), np.bool_)
-        for n in range(positions.size):
-            _solve_position(
-                mesh, teeth, pair_gaps, positions[n], torques[t], grid, patches,
-                memory, out, t, n,
-            )  # fmt: skip
-    return out
-
-
-@compiled
-def _solve_position(
-    mesh, teeth, pair_gaps, position, torque, grid, patches, memory, out, t, n
-):
-    pairs, nodes = memory.shape
-    load = torque / mesh.driver.base_radius
-    s1 = mesh.pitch + (position + teeth) * mesh.base_pitch
+    pairs, nodes = gaps.shape
     width = np.empty(pairs)
+    C = np.empty((pairs * nodes, pairs * nodes))
+    memory = np.zeros((pairs, nodes), np.bool_)
+    for t in range(torques.size):
+        memory[:, :] = False
+        for n in range(positions.size):
+            row = rows[t, n]
+            load = torques[t] / flanks[0].base_radius
+            for k in range(pairs):
+                s1 = mesh.pitch + (positions[n] + teeth[k]) * mesh.base_pitch
+                width[k] = MARGIN * hertz_half_width(mesh, flanks, s1, load)
+                place_patch(mesh, flanks, patches[k], s1, pair_gaps[k])
+            solve_position(
+                mesh, flanks, tables, grid, teeth, pair_gaps, torques[t],
+                patches, gaps, width, C, memory, row, cells[t, n],
+            )  # fmt: skip
+
+
+@compiled_part
+def solve_position(
+    mesh, flanks, tables, grid, teeth, pair_gaps, torque,
+    patches, gaps, width, C, memory, row, cells,
+):  # fmt: skip
+    """Solve one position; patches grow until they hold all the pressure."""
+    pairs, nodes = gaps.shape
+    q = np.zeros(pairs * nodes)
+    chosen = np.empty(pairs, np.int64)
+    fresh = np.ones(pairs, np.bool_)  # patches whose nodes have to be laid
+    row.no_load = FAR
     for k in range(pairs):
-        width[k] = MARGIN * hertz_half_width(mesh, s1[k], load)
-        place_patch(mesh, patches, k, s1[k], pair_gaps[k], width[k], grid)
-    out.gap[t, n] = patches.least_gap
-    out.lever[t, n] = patches.lever
-    out.no_load[t, n] = patches.least_gap.min()
-    if out.no_load[t, n] >= FAR:
-        out.status[t, n] = NOT_FINITE
+        row.no_load = min(row.no_load, patches[k].least_gap)
+    if row.no_load >= FAR:
+        row.status = NOT_FINITE
         return
-    limit = out.no_load[t, n] + 40.0 * load * (
-        1.0 / mesh.driver.modulus + 1.0 / mesh.driven.modulus
-    )
+    softness = 1.0 / flanks[0].modulus + 1.0 / flanks[1].modulus
+    limit = row.no_load + FIRST_GUESS * torque / flanks[0].base_radius * softness
+    count = 0
     for _ in range(MAX_ROUNDS):
-        chosen = np.flatnonzero(patches.present & (patches.least_gap < limit))
-        q, d = _solve_chosen(
-            mesh, teeth, chosen, torque, grid, patches, memory, out, t, n
-        )
-        if out.status[t, n] != 0:
+        count = 0
+        for k in range(pairs):
+            if patches[k].present and patches[k].least_gap < limit:
+                chosen[count] = k
+                count += 1
+                if fresh[k]:
+                    lay_nodes(
+                        mesh, flanks, patches[k], gaps[k], pair_gaps[k], width[k],
+                        grid[3], tables.shape[3],
+                    )  # fmt: skip
+                    fresh[k] = False
+        solve_chosen(
+            mesh, flanks, tables, grid, teeth, torque,
+            patches, gaps, C, memory, row, chosen[:count], q,
+        )  # fmt: skip
+        if row.status != 0:
             return
         again = False
-        for p in range(chosen.size):
+        for p in range(count):
             k = chosen[p]
-            if q[p * nodes] > 0.0 or _cut_short(patches, q, p, nodes, k, width, mesh):
+            if reaches_end(patches[k], q, p * nodes, nodes, width[k]):
                 width[k] *= GROWTH
-                place_patch(mesh, patches, k, s1[k], pair_gaps[k], width[k], grid)
-                memory[k] = False
-                again = True
+                fresh[k], again = True, True
+                memory[k, :] = False
         for k in range(pairs):
-            if patches.present[k] and limit <= patches.least_gap[k] < d:
+            if patches[k].present and limit <= patches[k].least_gap < row.approach:
                 again = True
-        limit = max(limit, d)
+        limit = max(limit, row.approach)
         if not again:
             break
-    _store(mesh, chosen, q, grid, patches, out, t, n)
+    store(flanks, tables, grid, patches, chosen[:count], q, cells)
 
 
-@compiled
-def _cut_short(patches, q, p, nodes, k, width, mesh):
-    """Whether pressure reaches the patch's end although the flank goes on."""
-    loaded_end = q[p * nodes + nodes - 1] > 0.0
-    full = patches.step[k] * (nodes - 1) > 2.0 * width[k] * (1.0 - 1e-9)
-    return loaded_end and full
+@compiled_part
+def reaches_end(patch, q, start, nodes, width):
+    """Whether pressure touches an end of the patch where the flank goes on."""
+    whole = patch.step * (nodes - 1) > 2.0 * width * (1.0 - 1e-9)
+    return q[start] > 0.0 or (whole and q[start + nodes - 1] > 0.0)
 
 
-@compiled
-def _solve_chosen(mesh, teeth, chosen, torque, grid, patches, memory, out, t, n):
-    """Pressures of the chosen pairs' nodes as nodal forces, and the approach."""
-    nodes = grid.lagrange.shape[0]
-    C = compliance_matrix(mesh, patches, chosen, teeth, grid)
+@compiled_part
+def solve_chosen(
+    mesh, flanks, tables, grid, teeth, torque,
+    patches, gaps, C, memory, row, chosen, q,
+):  # fmt: skip
+    """Nodal forces q of the chosen pairs, node after node, and the row's result."""
+    nodes = gaps.shape[1]
     size = chosen.size * nodes
-    gap, h, arms = np.empty(size), np.empty(size), np.empty(size)
-    active = np.zeros(size, np.bool_)
+    sides = np.empty((size, 3))
+    active = np.empty(size, np.bool_)
+    fill_compliance(C, mesh.friction, flanks, tables, patches, chosen, teeth, grid)
     for p in range(chosen.size):
-        k = chosen[p]
-        lever = patches.lever[k]
-        part = slice(p * nodes, (p + 1) * nodes)
-        gap[part] = patches.gap[k]
-        h[part] = lever[0] / mesh.driver.base_radius
-        arms[part] = lever[0] - mesh.friction * patches.approach[k] * lever[2]
-        active[part] = memory[k]
-    q, d, slope, residual, status, sweeps = solve_contact(
-        C, gap, h, arms, torque, active
+        patch = patches[chosen[p]]
+        for i in range(nodes):
+            at = p * nodes + i
+            sides[at, 0] = gaps[chosen[p], i]
+            sides[at, 1] = patch.lever[0] / flanks[0].base_radius
+            drag = mesh.friction * patch.approach
+            sides[at, 2] = patch.lever[0] - drag * patch.lever[2]
+            active[at] = memory[chosen[p], i]
+    d, slope, residual, status, sweeps = solve_contact(
+        C, sides, torque, active, q[:size]
     )
     for p in range(chosen.size):
-        memory[chosen[p]] = active[p * nodes : (p + 1) * nodes]
-    out.approach[t, n] = d
-    out.slope[t, n] = slope / mesh.driver.base_radius
-    out.residual[t, n] = residual
-    out.status[t, n] = status
-    out.sweeps[t, n] += sweeps
-    return q, d
+        for i in range(nodes):
+            memory[chosen[p], i] = active[p * nodes + i]
+    row.approach, row.slope = d, slope / flanks[0].base_radius
+    row.residual, row.status = residual, status
+    row.sweeps += sweeps
 
 
-@compiled
-def _store(mesh, chosen, q, grid, patches, out, t, n):
-    nodes = grid.lagrange.shape[0]
+@compiled_part
+def store(flanks, tables, grid, patches, chosen, q, cells):
+    nodes = grid[2].shape[0]
+    for k in range(patches.size):
+        cells[k].gap = patches[k].least_gap
+        cells[k].approach = patches[k].approach
+        for a in range(4):
+            cells[k].lever[a] = patches[k].lever[a]
     for p in range(chosen.size):
-        k = chosen[p]
-        own = q[p * nodes : (p + 1) * nodes]
-        out.load[t, n, k] = own.sum()
-        if out.load[t, n, k] > 0.0:
-            peak = max(own[:-1].max(), 2.0 * own[-1])
-            out.pressure[t, n, k] = peak / patches.step[k]
-            out.bending[t, n, k] = friction_bending(mesh, patches, k, own, grid)
+        cell, patch = cells[chosen[p]], patches[chosen[p]]
+        start = p * nodes
+        peak = 2.0 * q[start + nodes - 1]
+        for i in range(nodes):
+            cell.load += q[start + i]
+            if i < nodes - 1:
+                peak = max(peak, q[start + i])
+        if cell.load > 0.0:
+            cell.pressure = peak / patch.step
+            cell.bending = friction_bending(flanks, tables, patch, q, start, grid)
