@@ -1,0 +1,1 @@
+"""Contact of spur gear teeth by plane finite elements."""

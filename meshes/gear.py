@@ -7,12 +7,16 @@ from dataclasses import dataclass
 
 
 class GeometryError(ValueError):
-    """A gear that cannot exist; `field` names the offending quantity."""
+    """A gear that cannot exist; `field` names the offending quantity.
 
-    def __init__(self, field: str, message: str) -> None:
+    role : "driver" or "driven", where the quantity belongs to one gear of a pair
+    """
+
+    def __init__(self, field: str, message: str, role: str = "") -> None:
         super().__init__(message)
         self.field = field
         self.message = message
+        self.role = role
 
 
 def involute(angle: float) -> float:
@@ -155,9 +159,9 @@ def _require(field: str, ok: bool, got: str, allowed: str) -> None:
 def require_finite_sizes(gear: SpurGear) -> None:
     _require("teeth", gear.teeth >= 5, f"{gear.teeth}", "at least 5 teeth are needed")
     for field in ("module", "tip_radius", "dedendum", "hub_radius"):
-        value = getattr(gear, field)
-        ok = 0.0 < value < math.inf
-        _require(field, ok, _mm(value), "must be positive and finite")
+        length: float = getattr(gear, field)
+        ok = 0.0 < length < math.inf
+        _require(field, ok, _mm(length), "must be positive and finite")
     degrees = math.degrees(gear.pressure_angle)
     _require(
         "pressure_angle", 5.0 <= degrees <= 35.0, f"{degrees:g} deg", "allowed 5 to 35"
@@ -174,7 +178,7 @@ def require_finite_sizes(gear: SpurGear) -> None:
 
 def require_generated_tooth(gear: SpurGear) -> None:
     """The rack must cut a whole, pointed-free tooth on a body that is there."""
-    half_width, depth = gear.rack_tip_center
+    half_width, _depth = gear.rack_tip_center
     widest = gear.rack_tip_radius
     if half_width < -1e-9 * gear.module:
         alpha = gear.pressure_angle

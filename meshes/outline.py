@@ -34,8 +34,8 @@ class MeshSize:
     tooth_size, hub_size : edge lengths inside the tooth and on the hub, in modules
     """
 
-    flank_edges: int = 28
-    flank_grading: float = 3.6
+    flank_edges: int = 32
+    flank_grading: float = 6.0
     fillet_edges: int = 10
     tooth_size: float = 0.30
     hub_size: float = 1.2

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from meshes.gear import GeometryError, SpurGear, involute
+from meshes.gear import GeometryError, SpurGear, inverse_involute, involute
 
 
 @dataclass(frozen=True)
@@ -86,7 +86,7 @@ def require_common_pitch(pair: GearPair) -> None:
     if abs(one - two) > 1e-9 * one:
         raise GeometryError(
             "gears",
-            f"base pitches {1e3 * one:.6g} mm and {1e3 * two:.6g} mm; they must be equal",
+            f"base pitches {1e3 * one:.6g} mm, {1e3 * two:.6g} mm; they must be equal",
         )
 
 
@@ -108,15 +108,17 @@ def require_path(pair: GearPair) -> None:
 def require_clearances(pair: GearPair) -> None:
     length = pair.line_of_action
     roles = [("driver", pair.driver, pair.driven), ("driven", pair.driven, pair.driver)]
+    other = {"driver": "driven", "driven": "driver"}
     for name, gear, mate in roles:
         start = length - mate.tip_roll_length
         if start < gear.form_roll_length:
             allowed = math.hypot(mate.base_radius, length - gear.form_roll_length)
             raise GeometryError(
                 "tip_radius",
-                f"{1e3 * mate.tip_radius:.6g} mm of the mate digs below the form circle "
-                f"of the {name} gear ({gear.teeth} teeth), trochoid interference; "
+                f"{1e3 * mate.tip_radius:.6g} mm of the mate digs below the form "
+                f"circle of the {name} gear ({gear.teeth} teeth), trochoid interference; "
                 f"at most {1e3 * allowed:.6g} mm",
+                other[name],
             )
         clearance = pair.center_distance - mate.tip_radius - gear.root_radius
         if clearance <= 0.0:
@@ -125,9 +127,20 @@ def require_clearances(pair: GearPair) -> None:
                 f"{1e3 * mate.tip_radius:.6g} mm of the mate meets the root circle of "
                 f"the {name} gear ({gear.teeth} teeth), clearance "
                 f"{1e3 * clearance:.6g} mm; it must be positive",
+                other[name],
             )
-    if pair.backlash < 0.0:
+    if pair.backlash < -1e-9 * pair.base_pitch:  # rounding is no jam
         raise GeometryError(
             "backlash",
-            f"{1e6 * pair.backlash:.6g} um; teeth would jam, it must not be negative",
+            f"{1e6 * pair.backlash:.6g} um; teeth would jam, it must not be negative: "
+            f"centre distance at least {1e3 * tight_center_distance(pair):.6g} mm",
         )
+
+
+def tight_center_distance(pair: GearPair) -> float:
+    """Centre distance [m] of these gears without backlash."""
+    one, two = pair.driver, pair.driven
+    bases = one.base_radius + two.base_radius
+    filled = one.base_radius * (one.base_half_angle - math.pi / one.teeth)
+    value = (filled + two.base_radius * two.base_half_angle) / bases
+    return bases / math.cos(inverse_involute(value))

@@ -10,7 +10,8 @@ from numba import njit
 F = TypeVar("F", bound=Callable[..., Any])
 
 
-def _compile(function: F, **options: bool) -> F:
+def _compile(function: F, **options: Any) -> F:
+    options["error_model"] = "numpy"  # division by zero gives inf, caught as such
     try:
         return njit(cache=True, **options)(function)
     except RuntimeError:  # numba found no writable place, neither here nor at home

@@ -22,7 +22,7 @@ NORMAL, TANGENTIAL = 0, 1
 #   master : gear whose flank carries the nodes, 0 driver or 1 driven
 #   nominal : the master's roll length where the flanks would touch
 #   arc : the master's arc length of the closest point
-#   step : node spacing [m]
+#   far : the master's arc length of the first node; step : node spacing [m]
 #   least_gap : approach that closes the pair [m]
 #   approach : +1 before the pitch point, -1 behind it, 0 on it
 #   lever : arms of the normal force about driver and driven centre, then of the
@@ -34,6 +34,7 @@ PATCH = np.dtype(
         ("master", "i8"),
         ("nominal", "f8"),
         ("arc", "f8"),
+        ("far", "f8"),
         ("step", "f8"),
         ("least_gap", "f8"),
         ("approach", "f8"),
@@ -104,16 +105,21 @@ def remainder_block(tables, seen, loaded, teeth_apart, kind, factor, block):
 @compiled_part
 def local_normal(flanks, logarithm, step, i, j):
     """Half-plane part of both gears at node i under a unit load at node j."""
-    softness = 1.0 / flanks[0].modulus + 1.0 / flanks[1].modulus
+    softness = 0.0
+    for gear in range(2):
+        softness += flanks[gear].half_plane / flanks[gear].modulus
     return -2.0 / math.pi * softness * (logarithm[i, j] + math.log(step))
 
 
 @compiled_part
 def local_tangential(flanks, sign, master, i, j):
     """The same under a unit rootward friction load; it cancels for equal gears."""
-    own = 0.5 * (1.0 - flanks[master].poisson) / flanks[master].modulus
-    other = 0.5 * (1.0 - flanks[1 - master].poisson) / flanks[1 - master].modulus
-    return (other - own) * sign[i, j]
+    total = 0.0
+    for gear in range(2):
+        drawn = 0.5 * (1.0 - flanks[gear].poisson) / flanks[gear].modulus
+        drawn *= flanks[gear].half_plane
+        total += -drawn if gear == master else drawn
+    return total * sign[i, j]
 
 
 @compiled_part

@@ -11,7 +11,13 @@ from fegear.contact.active_set import NOT_FINITE, solve_contact
 from fegear.contact.compiled import compiled, compiled_part
 from fegear.contact.compliance import fill_compliance, friction_bending
 from fegear.contact.flanks import FAR
-from fegear.contact.patches import hertz_half_width, lay_nodes, place_patch
+from fegear.contact.patches import (
+    FORCE,
+    GAP,
+    hertz_half_width,
+    lay_nodes,
+    place_patch,
+)
 
 MARGIN = 1.2  # half length of a patch over the Hertz half-width at full load
 GROWTH = 1.6  # of a patch whose pressure reaches its end
@@ -54,7 +60,7 @@ CELL = np.dtype(
 @compiled
 def solve_cycle(
     mesh, flanks, tables, grid, teeth, pair_gaps, positions, torques,
-    patches, gaps, rows, cells,
+    patches, nodes, rows, cells,
 ):  # fmt: skip
     """Fill rows and cells; the last contact state starts the next position.
 
@@ -62,12 +68,12 @@ def solve_cycle(
     teeth : (pairs,) base pitches by which a pair is ahead of the reference pair
     pair_gaps : (pairs,) extra gap of each pair, from pitch errors [m]
     positions : base pitches from the pitch point; torques : on the driver [N]
-    patches, gaps : (pairs,) and (pairs, nodes) work space
+    patches, nodes : (pairs,) and (pairs, n, 3), left as at the last position
     """
-    pairs, nodes = gaps.shape
+    pairs, size = nodes.shape[0], nodes.shape[1]
     width = np.empty(pairs)
-    C = np.empty((pairs * nodes, pairs * nodes))
-    memory = np.zeros((pairs, nodes), np.bool_)
+    C = np.empty((pairs * size, pairs * size))
+    memory = np.zeros((pairs, size), np.bool_)
     for t in range(torques.size):
         memory[:, :] = False
         for n in range(positions.size):
@@ -79,18 +85,18 @@ def solve_cycle(
                 place_patch(mesh, flanks, patches[k], s1, pair_gaps[k])
             solve_position(
                 mesh, flanks, tables, grid, teeth, pair_gaps, torques[t],
-                patches, gaps, width, C, memory, row, cells[t, n],
+                patches, nodes, width, C, memory, row, cells[t, n],
             )  # fmt: skip
 
 
 @compiled_part
 def solve_position(
     mesh, flanks, tables, grid, teeth, pair_gaps, torque,
-    patches, gaps, width, C, memory, row, cells,
+    patches, nodes, width, C, memory, row, cells,
 ):  # fmt: skip
     """Solve one position; patches grow until they hold all the pressure."""
-    pairs, nodes = gaps.shape
-    q = np.zeros(pairs * nodes)
+    pairs, size = nodes.shape[0], nodes.shape[1]
+    q = np.zeros(pairs * size)
     chosen = np.empty(pairs, np.int64)
     fresh = np.ones(pairs, np.bool_)  # patches whose nodes have to be laid
     row.no_load = FAR
@@ -110,20 +116,20 @@ def solve_position(
                 count += 1
                 if fresh[k]:
                     lay_nodes(
-                        mesh, flanks, patches[k], gaps[k], pair_gaps[k], width[k],
+                        mesh, flanks, patches[k], nodes[k], pair_gaps[k], width[k],
                         grid[3], tables.shape[3],
                     )  # fmt: skip
                     fresh[k] = False
         solve_chosen(
             mesh, flanks, tables, grid, teeth, torque,
-            patches, gaps, C, memory, row, chosen[:count], q,
+            patches, nodes, C, memory, row, chosen[:count], q,
         )  # fmt: skip
         if row.status != 0:
             return
         again = False
         for p in range(count):
             k = chosen[p]
-            if reaches_end(patches[k], q, p * nodes, nodes, width[k]):
+            if reaches_end(patches[k], q, p * size, size, width[k]):
                 width[k] *= GROWTH
                 fresh[k], again = True, True
                 memory[k, :] = False
@@ -133,62 +139,64 @@ def solve_position(
         limit = max(limit, row.approach)
         if not again:
             break
-    store(flanks, tables, grid, patches, chosen[:count], q, cells)
+    store(flanks, tables, grid, patches, chosen[:count], q, nodes, cells)
 
 
 @compiled_part
-def reaches_end(patch, q, start, nodes, width):
+def reaches_end(patch, q, start, size, width):
     """Whether pressure touches an end of the patch where the flank goes on."""
-    whole = patch.step * (nodes - 1) > 2.0 * width * (1.0 - 1e-9)
-    return q[start] > 0.0 or (whole and q[start + nodes - 1] > 0.0)
+    whole = patch.step * (size - 1) > 2.0 * width * (1.0 - 1e-9)
+    return q[start] > 0.0 or (whole and q[start + size - 1] > 0.0)
 
 
 @compiled_part
 def solve_chosen(
     mesh, flanks, tables, grid, teeth, torque,
-    patches, gaps, C, memory, row, chosen, q,
+    patches, nodes, C, memory, row, chosen, q,
 ):  # fmt: skip
     """Nodal forces q of the chosen pairs, node after node, and the row's result."""
-    nodes = gaps.shape[1]
-    size = chosen.size * nodes
-    sides = np.empty((size, 3))
-    active = np.empty(size, np.bool_)
+    size = nodes.shape[1]
+    sides = np.empty((chosen.size * size, 3))
+    active = np.empty(chosen.size * size, np.bool_)
     fill_compliance(C, mesh.friction, flanks, tables, patches, chosen, teeth, grid)
     for p in range(chosen.size):
         patch = patches[chosen[p]]
-        for i in range(nodes):
-            at = p * nodes + i
-            sides[at, 0] = gaps[chosen[p], i]
+        for i in range(size):
+            at = p * size + i
+            sides[at, 0] = nodes[chosen[p], i, GAP]
             sides[at, 1] = patch.lever[0] / flanks[0].base_radius
             drag = mesh.friction * patch.approach
             sides[at, 2] = patch.lever[0] - drag * patch.lever[2]
             active[at] = memory[chosen[p], i]
     d, slope, residual, status, sweeps = solve_contact(
-        C, sides, torque, active, q[:size]
+        C, sides, torque, active, q[: active.size]
     )
     for p in range(chosen.size):
-        for i in range(nodes):
-            memory[chosen[p], i] = active[p * nodes + i]
+        for i in range(size):
+            memory[chosen[p], i] = active[p * size + i]
     row.approach, row.slope = d, slope / flanks[0].base_radius
     row.residual, row.status = residual, status
     row.sweeps += sweeps
 
 
 @compiled_part
-def store(flanks, tables, grid, patches, chosen, q, cells):
-    nodes = grid[2].shape[0]
+def store(flanks, tables, grid, patches, chosen, q, nodes, cells):
+    size = nodes.shape[1]
     for k in range(patches.size):
+        for i in range(size):
+            nodes[k, i, FORCE] = 0.0
         cells[k].gap = patches[k].least_gap
         cells[k].approach = patches[k].approach
         for a in range(4):
             cells[k].lever[a] = patches[k].lever[a]
     for p in range(chosen.size):
         cell, patch = cells[chosen[p]], patches[chosen[p]]
-        start = p * nodes
-        peak = 2.0 * q[start + nodes - 1]
-        for i in range(nodes):
+        start = p * size
+        peak = 2.0 * q[start + size - 1]
+        for i in range(size):
+            nodes[chosen[p], i, FORCE] = q[start + i]
             cell.load += q[start + i]
-            if i < nodes - 1:
+            if i < size - 1:
                 peak = max(peak, q[start + i])
         if cell.load > 0.0:
             cell.pressure = peak / patch.step

@@ -19,7 +19,8 @@ FAR = 1.0  # gap [m] where there is no opposite flank
 RELIEF = np.dtype(
     [("magnitude", "f8"), ("start", "f8"), ("end", "f8"), ("power", "f8")], align=True
 )
-# One gear; length and grading as in FlankCompliance.
+# One gear; length and grading as in FlankCompliance. half_plane is 1 where the
+# half-plane kernel is to be added to the flank's table, else 0.
 FLANK = np.dtype(
     [
         ("base_radius", "f8"),
@@ -28,6 +29,7 @@ FLANK = np.dtype(
         ("grading", "f8"),
         ("modulus", "f8"),
         ("poisson", "f8"),
+        ("half_plane", "f8"),
         ("tip_relief", RELIEF),
         ("root_relief", RELIEF),
     ],

@@ -21,6 +21,8 @@ from fegear.contact.flanks import (
 )
 from fegear.contact.grid import SUPPORT
 
+GAP, OPPOSITE, FORCE = 0, 1, 2  # per node: gap, the slave's arc [m], load [N/m]
+
 
 @compiled_part
 def hertz_half_width(mesh, flanks, s1, load):
@@ -85,16 +87,18 @@ def set_levers(mesh, flanks, patch, s, lean, off_path):
 
 
 @compiled_part
-def lay_nodes(mesh, flanks, patch, gaps, extra_gap, half_width, points, count):
-    """Gaps (nodes,) of the patch's nodes and stencils at its support points."""
+def lay_nodes(mesh, flanks, patch, nodes, extra_gap, half_width, points, count):
+    """Gaps and opposite arcs of the nodes (n, 3), stencils at support points."""
     m = patch.master
     master, slave = flanks[m], flanks[1 - m]
     near, far = max(0.0, patch.arc - half_width), patch.arc + half_width
-    patch.step = (far - near) / (gaps.size - 1)
-    for i in range(gaps.size):
+    patch.far = far
+    patch.step = (far - near) / (nodes.shape[0] - 1)
+    for i in range(nodes.shape[0]):
         s = roll_of_arc(master, far - i * patch.step)
-        gap = separation(master, slave, mesh.line, patch.nominal, s)[0]
-        gaps[i] = gap + extra_gap
+        gap, s_slave, _ = separation(master, slave, mesh.line, patch.nominal, s)
+        nodes[i, GAP] = gap + extra_gap
+        nodes[i, OPPOSITE] = arc_of_roll(slave, s_slave)
     for a in range(SUPPORT):
         arc = 0.5 * (far + near) - 0.5 * (far - near) * points[a]
         s = roll_of_arc(master, arc)

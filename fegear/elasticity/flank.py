@@ -24,6 +24,7 @@ from fegear.elasticity.sector import (
     boundary_quadrature,
     condense,
 )
+from fegear.timing import stage
 from meshes import MeshSize, SectorMesh, SpurGear, sector_mesh
 from meshes.profile import flank_tangents, roll_length_at_arc
 
@@ -44,6 +45,7 @@ class FlankCompliance:
     flank_length : [m]; points lie at arcs flank_length sinh(beta t) / sinh(beta)
         from the tip corner, t = 1/n, 2/n, ..., 1; grading is beta
     modulus, poisson : E' [Pa] and nu' of the plane state
+    split : whether the half-plane kernel was taken out of the loaded tooth
     """
 
     normal: Array
@@ -52,6 +54,7 @@ class FlankCompliance:
     grading: float
     modulus: float
     poisson: float
+    split: bool = True
 
     @property
     def reciprocity_error(self) -> float:
@@ -84,12 +87,15 @@ def flank_compliance(
     be compared with, and its diagonal depends on the mesh.
     """
     size = size or MeshSize()
-    mesh = sector_mesh(gear, size)
-    model = assemble_sector(mesh, material, order)
-    sector = condense(model, gear.teeth)
-    loads = _flank_loads(gear, mesh, model)
-    solve = _split_displacement if split else _nodal_displacement
-    fields = solve(gear, material, mesh, model, sector, loads)
+    with stage("meshing"):
+        mesh = sector_mesh(gear, size)
+    with stage("assembling"):
+        model = assemble_sector(mesh, material, order)
+    with stage("condensing"):
+        sector = condense(model, gear.teeth)
+        loads = _flank_loads(gear, mesh, model)
+        solve = _split_displacement if split else _nodal_displacement
+        fields = solve(gear, material, mesh, model, sector, loads)
     normal = np.stack([np.einsum("icj,ic->ij", u, loads.inward) for u in fields])
     tangential = np.stack([np.einsum("icj,ic->ij", u, loads.rootward) for u in fields])
     if split:
@@ -104,6 +110,7 @@ def flank_compliance(
         size.flank_grading,
         material.modulus,
         material.poisson,
+        split,
     )
 
 

@@ -158,9 +158,7 @@ def boundary_quadrature(
     return BoundaryQuadrature(operator, points, normals.reshape(-1, 2))
 
 
-def _outward(
-    along: Array, names: list[str], mesh: SectorMesh
-) -> tuple[Array, Array]:
+def _outward(along: Array, names: list[str], mesh: SectorMesh) -> tuple[Array, Array]:
     """Outward unit normals (edges, q, 2) and line elements (edges, q).
 
     The right half's outline runs clockwise, its mirror image the other way.
@@ -198,7 +196,9 @@ def condense(model: SectorModel, teeth: int) -> CondensedSector:
     response = factor.solve(np.ascontiguousarray(coupling))
     direct = polar.T @ (model.stiffness[cut][:, cut] @ polar)
     superelement = direct - coupling.T @ response
-    return CondensedSector(factor, polar, response, 0.5 * (superelement + superelement.T))
+    return CondensedSector(
+        factor, polar, response, 0.5 * (superelement + superelement.T)
+    )
 
 
 def factorise(matrix: csr_array) -> SuperLU:

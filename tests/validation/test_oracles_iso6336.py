@@ -40,7 +40,8 @@ def test_factors_can_be_given():
 
 
 @pytest.mark.parametrize(
-    "dedendum, angle_deg, factor", [(1.2, 20, 1.0), (1.25, 20, 0.975), (1.2, 25, 1.1)]
+    ("dedendum", "angle_deg", "factor"),
+    [(1.2, 20, 1.0), (1.25, 20, 0.975), (1.2, 25, 1.1)],
 )
 def test_basic_rack_factor(dedendum, angle_deg, factor):
     value = iso6336.basic_rack_factor(dedendum, math.radians(angle_deg))

@@ -1,0 +1,73 @@
+"""The command line: a file per command, everything heavy imported where used."""
+
+from __future__ import annotations
+
+import os
+import sys
+
+import typer
+
+from fegear.cli.bench import bench_app
+from fegear.cli.compare import compare_command
+from fegear.cli.mesh import mesh_command
+from fegear.cli.sets import sets_command
+from fegear.cli.show import show_command
+from fegear.cli.stiffness import stiffness_command
+
+app = typer.Typer(
+    name="fegear",
+    help="Mesh stiffness and transmission error of spur gears by finite elements.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+app.command("sets")(sets_command)
+app.command("show")(show_command)
+app.command("mesh")(mesh_command)
+app.command("stiffness")(stiffness_command)
+app.command("compare")(compare_command)
+app.add_typer(bench_app, name="bench")
+
+
+@app.callback()
+def options(
+    debug: bool = typer.Option(
+        False, "--debug", help="Show a traceback where something fails; any place."
+    ),
+) -> None:
+    """Mesh stiffness and transmission error of spur gears by finite elements."""
+
+
+def main() -> None:
+    """Entry point; wrong input ends with one line and exit code 2."""
+    debug = "--debug" in sys.argv
+    arguments = [word for word in sys.argv[1:] if word != "--debug"]
+    try:
+        app(arguments)
+    except KeyboardInterrupt:
+        _end("interrupted; finished compliances are kept in the cache", 130, debug)
+    except BrokenPipeError:  # the reader of a pipe has gone, such as `head`
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        sys.exit(1)
+    except Exception as error:
+        _end(*_explained(error), debug)
+
+
+def _explained(error: Exception) -> tuple[str, int]:
+    from fegear.errors import InputError
+    from meshes.gmsh_session import MissingSystemLibrary
+
+    if isinstance(error, InputError):
+        return str(error), 2
+    if isinstance(error, MissingSystemLibrary):
+        return str(error), 1
+    kind = type(error).__name__
+    return f"{kind}: {error} (run again with --debug for a traceback)", 1
+
+
+def _end(message: str, code: int, debug: bool) -> None:
+    if debug:
+        raise
+    sys.stderr.write(f"fegear: {' '.join(message.split())}\n")
+    sys.exit(code)

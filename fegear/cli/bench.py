@@ -1,0 +1,90 @@
+"""fegear bench: run time against error."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+bench_app = typer.Typer(help="Run time against error.", no_args_is_help=True)
+
+
+@bench_app.callback()
+def benchmarks() -> None:
+    """Run time against error."""
+
+
+@bench_app.command("stiffness")
+def stiffness_benchmark(
+    set_name: Annotated[
+        str, typer.Argument(metavar="[SET]", help="Built-in gear set or path of one.")
+    ] = "liu-pair",
+    torque: Annotated[
+        float, typer.Option(help="Torque on the driving gear [N m].")
+    ] = 100.0,
+    output: Annotated[
+        Path, typer.Option("-o", "--output", help="Directory for CSV and PNG.")
+    ] = Path("bench-stiffness"),
+) -> None:
+    """Static stiffness over mesh size, element order, contact grid and split.
+
+    Example: fegear bench stiffness liu-pair -o bench
+    """
+    from fegear.cli.stiffness import _checked_torques, progress_bar
+    from fegear.gearset import load_gear_set
+    from fegear.output import require_writable, write_whole
+
+    gear_set = load_gear_set(set_name)
+    _checked_torques([torque])
+    require_writable(output / "stiffness.csv")
+    from fegear.plots import save_figure
+    from validation import bench_stiffness as bench
+
+    with progress_bar(enabled=True) as report:
+        points = bench.run_benchmark(gear_set, torque, report)
+    table, picture = output / "stiffness.csv", output / "stiffness.png"
+    write_whole(table, lambda path: bench.write_points(points, path))
+    title = f"{gear_set.name}, {torque:g} N m: run time against error"
+    figure = bench.draw_points(points, title)
+    write_whole(picture, lambda path: save_figure(figure, path))
+    _print_points(points)
+    typer.echo(f"wrote {table} and {picture}")
+
+
+def _print_points(points: list) -> None:
+    from rich import box
+    from rich.console import Console
+    from rich.table import Table
+
+    from validation.bench_stiffness import observed_order
+
+    table = Table(box=box.SIMPLE_HEAD)
+    table.add_column("study")
+    for name in (
+        "flank\nedges",
+        "contact\nnodes",
+        "compliance\n[s]",
+        "contact\n[ms]",
+        "error\nmean STE",
+        "error\npath",
+        "error\ncorner",
+    ):
+        table.add_column(name, justify="right")
+    for p in points:
+        table.add_row(
+            p.study,
+            str(p.flank_edges),
+            str(p.contact_nodes),
+            f"{p.compliance_s:.3f}",
+            f"{1e3 * p.contact_s:.2f}",
+            f"{p.error_mean:.1e}",
+            f"{p.error_path:.1e}",
+            f"{p.error_corner:.1e}",
+        )
+    console = Console()
+    console.print(table)
+    for study in dict.fromkeys(p.study for p in points):
+        if study != "contact grid":
+            order = observed_order(points, study)
+            console.print(f"observed order of the mean STE, {study}: {order:.2f}")

@@ -1,0 +1,69 @@
+"""fegear compare: finite elements beside the closed forms."""
+
+from __future__ import annotations
+
+import sys
+from typing import Annotated
+
+import typer
+
+from fegear.cli.stiffness import PlaneChoice, _checked_torques, _require
+
+
+def compare_command(
+    set_name: Annotated[
+        str, typer.Argument(metavar="[SET]", help="Built-in gear set or path of one.")
+    ] = "liu-pair",
+    mesh: Annotated[int, typer.Option(help="Which mesh, counted from 1.")] = 1,
+    torque: Annotated[
+        float | None, typer.Option(help="Torque on the driving gear [N m].")
+    ] = None,
+    plane: Annotated[
+        PlaneChoice, typer.Option(help="Plane hypothesis.")
+    ] = PlaneChoice.stress,
+    as_json: Annotated[bool, typer.Option("--json", help="Print as JSON.")] = False,
+) -> None:
+    """Finite elements beside ISO 6336, potential energy, Hertz and ring twist.
+
+    Example: fegear compare liu-pair --torque 100
+    """
+    from fegear.gearset import load_gear_set
+
+    gear_set = load_gear_set(set_name)
+    count = len(gear_set.meshes)
+    _require(1 <= mesh <= count, "--mesh", mesh, f"{gear_set.name} has {count}")
+    cases = gear_set.meshes[mesh - 1].torques
+    chosen = _checked_torques([torque] if torque is not None else list(cases))
+    from fegear.errors import InputError
+
+    if not chosen:
+        raise InputError(f"--torque is missing; {gear_set.name} names no load")
+    from fegear.statics import StaticsSettings
+    from validation.compare import compare_mesh
+
+    at = chosen[len(chosen) // 2]
+    settings = StaticsSettings(plane=plane.value, estimate_error=False)
+    rows = compare_mesh(gear_set, mesh - 1, at, settings)
+    if as_json:
+        import json
+        from dataclasses import asdict
+
+        lines = [asdict(row) | {"per_cent": row.per_cent} for row in rows]
+        values = {"gear_set": gear_set.name, "torque_Nm": at, "comparisons": lines}
+        sys.stdout.write(json.dumps(values, indent=2) + "\n")
+        return
+    from rich import box
+    from rich.console import Console
+    from rich.table import Table
+
+    title = f"{gear_set.name} mesh {mesh}, {at:g} N m, plane {plane.value}"
+    table = Table(title=title, box=box.SIMPLE_HEAD, title_justify="left")
+    for name in ("quantity", "slope", "oracle", "unit"):
+        table.add_column(name)
+    for name in ("FE", "oracle", "oracle - FE [%]"):
+        table.add_column(name, justify="right", no_wrap=True)
+    for row in rows:
+        numbers = (f"{row.finite_elements:.4g}", f"{row.expected:.4g}")
+        labels = (row.quantity, row.slope, row.oracle, row.unit)
+        table.add_row(*labels, *numbers, f"{row.per_cent:+.1f}")
+    Console().print(table)

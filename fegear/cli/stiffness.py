@@ -1,0 +1,154 @@
+"""fegear stiffness: the mesh-stiffness table of a gear pair."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+if TYPE_CHECKING:
+    from fegear.statics import Progress, StaticsResult
+
+EPILOG = "Example: fegear stiffness liu-idler --mesh 2 -o mesh2.csv --plot mesh2.png"
+POSITIONS_LIMIT = 1_000_000
+
+
+class PlaneChoice(StrEnum):
+    stress = "stress"
+    strain = "strain"
+
+
+class ResolutionChoice(StrEnum):
+    coarse = "coarse"
+    default = "default"
+    fine = "fine"
+
+
+def stiffness_command(
+    set_name: Annotated[
+        str, typer.Argument(metavar="[SET]", help="Built-in gear set or path of one.")
+    ] = "liu-pair",
+    mesh: Annotated[int, typer.Option(help="Which mesh, counted from 1.")] = 1,
+    torque: Annotated[
+        list[float] | None,
+        typer.Option(help="Torque on the driving gear [N m]; may be repeated."),
+    ] = None,
+    positions: Annotated[int, typer.Option(help="Positions per base pitch.")] = 64,
+    friction: Annotated[float, typer.Option(help="Coulomb coefficient.")] = 0.0,
+    plane: Annotated[
+        PlaneChoice, typer.Option(help="Plane hypothesis.")
+    ] = PlaneChoice.stress,
+    resolution: Annotated[
+        ResolutionChoice, typer.Option(help="Of mesh and contact.")
+    ] = ResolutionChoice.default,
+    corner_contact: Annotated[
+        bool,
+        typer.Option(
+            "--corner-contact/--no-corner-contact",
+            help="Tip corners touch before and after the nominal path.",
+        ),
+    ] = True,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", help="Write the table, CSV.")
+    ] = None,
+    plot: Annotated[Path | None, typer.Option(help="Draw the table, PNG.")] = None,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Print the summary as JSON.")
+    ] = False,
+) -> None:
+    """Stiffness, transmission error and load sharing over a mesh cycle."""
+    from fegear.errors import InputError
+    from fegear.gearset import load_gear_set
+    from fegear.output import require_writable
+
+    for path in (output, plot):
+        if path is not None:
+            require_writable(path)
+    gear_set = load_gear_set(set_name)
+    torques = _checked_torques(torque or [])
+    _require(0.0 <= friction < 0.5, "--friction", friction, "allowed 0 to below 0.5")
+    limit = f"allowed 1 to {POSITIONS_LIMIT}"
+    _require(1 <= positions <= POSITIONS_LIMIT, "--positions", positions, limit)
+    count = len(gear_set.meshes)
+    _require(1 <= mesh <= count, "--mesh", mesh, f"{gear_set.name} has {count}")
+    if not torques and not gear_set.meshes[mesh - 1].torques:
+        raise InputError(
+            f"--torque is missing; {gear_set.name} names no load for mesh {mesh}"
+        )
+    from fegear.statics import StaticsSettings, solve_mesh
+
+    settings = StaticsSettings(
+        positions=positions,
+        friction=friction,
+        plane=plane.value,
+        resolution=resolution.value,
+        corner_contact=corner_contact,
+    )
+    with progress_bar(enabled=not as_json) as report:
+        result = solve_mesh(gear_set, mesh - 1, torques, settings, report)
+    _write(result, output, plot)
+    _print_summary(result, as_json)
+
+
+def _checked_torques(torques: list[float]) -> list[float]:
+    for value in torques:
+        ok = 0.0 < value < 1e9
+        _require(ok, "--torque", value, "must be positive, on the driving gear [N m]")
+    return torques
+
+
+def _require(ok: bool, option: str, value: float, allowed: str) -> None:
+    from fegear.errors import InputError
+
+    if not ok:
+        raise InputError(f"{option} = {value:g}; {allowed}")
+
+
+def _write(result: StaticsResult, output: Path | None, plot: Path | None) -> None:
+    from fegear.output import write_whole
+    from lumped.table import format_table
+
+    if output is not None:
+        text = format_table(result.table)
+        write_whole(output, lambda path: path.write_text(text, encoding="utf-8"))
+    if plot is not None:
+        from fegear.plots import draw_table, save_figure
+
+        write_whole(plot, lambda path: save_figure(draw_table(result), path))
+
+
+def _print_summary(result: StaticsResult, as_json: bool) -> None:
+    from fegear.summary import print_summary, summary
+
+    if as_json:
+        import json
+
+        sys.stdout.write(json.dumps(summary(result), indent=2) + "\n")
+    else:
+        print_summary(summary(result))
+
+
+@contextmanager
+def progress_bar(enabled: bool) -> Iterator[Progress]:
+    """A bar on the error stream that goes away when the work is done."""
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+    console = Console(stderr=True)
+    columns = (TextColumn("{task.description:<28}"), BarColumn(), TimeElapsedColumn())
+    shown = enabled and console.is_terminal
+    with Progress(*columns, console=console, transient=True, disable=not shown) as bar:
+        task = bar.add_task("", total=1)
+
+        def report(what: str, done: int, total: int) -> None:
+            bar.update(task, description=what, completed=done, total=total)
+
+        yield report
+
+
+stiffness_command.__doc__ = f"{stiffness_command.__doc__}\n\n{EPILOG}"

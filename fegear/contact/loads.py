@@ -1,0 +1,56 @@
+"""Contact pressure of one position as loads on both flanks."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fegear.contact.problem import ContactProblem, run_kernel
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class PatchLoad:
+    """Contact load of one tooth pair, piecewise linear between equal nodes.
+
+    tooth : base pitches by which the pair is ahead of the reference pair
+    driver_arcs, driven_arcs : (n,) arc lengths of the nodes from the tip corners [m]
+    step : spacing of the nodes [m]
+    normal : (n,) line loads of the nodes' hats, into both flanks [N/m]
+    rootward : (n,) friction on both teeth, toward their roots [N/m]
+    """
+
+    tooth: int
+    driver_arcs: Array
+    driven_arcs: Array
+    step: float
+    normal: Array
+    rootward: Array
+
+
+def patch_loads(
+    problem: ContactProblem, torque: float, position: float
+) -> list[PatchLoad]:
+    """Loads of the touching pairs at a torque on the driver [N m] and a position.
+
+    Raises ValueError for a torque that is not positive.
+    """
+    from fegear.contact.patches import FORCE, OPPOSITE
+
+    if not torque > 0.0:
+        raise ValueError(f"torque must be positive, got {torque}")
+    solved = run_kernel(problem, np.array([torque]), np.array([position]))
+    loads = []
+    for k in np.flatnonzero(solved.nodes[:, :, FORCE].any(axis=1)):
+        patch, nodes = solved.patches[k], solved.nodes[k]
+        own = patch.far - patch.step * np.arange(len(nodes))
+        arcs = [own, nodes[:, OPPOSITE].copy()]
+        driver, driven = arcs if patch.master == 0 else arcs[::-1]
+        force = nodes[:, FORCE].copy()
+        drag = problem.friction * patch.approach
+        tooth, step = int(solved.teeth[k]), float(patch.step)
+        loads.append(PatchLoad(tooth, driver, driven, step, force, drag * force))
+    return loads

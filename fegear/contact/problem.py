@@ -1,0 +1,331 @@
+"""Static contact of a gear pair over a mesh cycle: describe, solve, result."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from fegear.elasticity.flank import FlankCompliance
+from fegear.gearset.model import Relief
+from meshes import GearPair
+
+Array = NDArray[np.float64]
+NO_RELIEF = (0.0, 0.0, 1.0, 1.0)
+POWERS = {"linear": 1.0, "parabolic": 2.0}
+
+
+class ContactFailure(ArithmeticError):
+    """A contact problem without a finite, converged solution."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ContactProblem:
+    """Two flanks in contact; lengths in metres.
+
+    driver, driven : flank compliances, both with equally many points
+    face_width : common width of the pair
+    friction : Coulomb coefficient
+    corner_contact : whether tip corners touch outside the nominal path
+    nodes : of the contact patch of each tooth pair
+    driver_pitch_errors, driven_pitch_errors : material missing per tooth, or
+        empty; tooth 0 of both gears forms the reference pair and teeth count in
+        the order in which they come into contact
+    """
+
+    pair: GearPair
+    driver: FlankCompliance
+    driven: FlankCompliance
+    face_width: float
+    driver_tip_relief: Relief | None = None
+    driver_root_relief: Relief | None = None
+    driven_tip_relief: Relief | None = None
+    driven_root_relief: Relief | None = None
+    friction: float = 0.0
+    corner_contact: bool = True
+    nodes: int = 25
+    driver_pitch_errors: tuple[float, ...] = ()
+    driven_pitch_errors: tuple[float, ...] = ()
+
+    def __post_init__(self) -> None:
+        if self.driver.normal.shape != self.driven.normal.shape:
+            raise ValueError(
+                "driver and driven compliance must have equally many flank points, "
+                f"got {self.driver.normal.shape} and {self.driven.normal.shape}"
+            )
+        if not self.face_width > 0.0:
+            raise ValueError(f"face_width must be positive, got {self.face_width}")
+        if not 0.0 <= self.friction < 0.5:
+            raise ValueError(f"friction must be in [0, 0.5), got {self.friction}")
+        if self.nodes < 5:
+            raise ValueError(f"nodes must be at least 5, got {self.nodes}")
+
+
+@dataclass(frozen=True)
+class ContactCycle:
+    """Contact over positions (n,) of a mesh cycle at torques (t,) on the driver.
+
+    position : base pitches from the pitch point of the reference pair
+    teeth : (k,) base pitches by which each pair is ahead of the reference pair
+    approach : (t, n) static transmission error, the driver's rotation times its
+        base radius with the driven gear held [m]; negative on the back side
+    no_load : (t, n) the same without load [m]
+    local_stiffness : (t, n) slope of force over approach [N/m]
+    load : (t, n, k) normal force of each pair [N]
+    gap : (t, n, k) approach that closes each pair [m]; infinite where its flanks
+        do not face each other
+    pressure : (t, n, k) largest contact pressure [Pa]
+    friction_bending : (t, n, k) reduction of a pair's deflection by friction toward
+        the tooth roots, per unit friction force, over its deflection per unit
+        normal force; NaN where the pair carries no load
+    driven_torque : (t, n) reaction of the driven gear [N m]
+    residual : (t, n) of the complementarity problem, relative
+    """
+
+    torque: Array
+    position: Array
+    teeth: NDArray[np.int64]
+    base_radius: float
+    approach: Array
+    no_load: Array
+    local_stiffness: Array
+    load: Array
+    gap: Array
+    pressure: Array
+    friction_bending: Array
+    driven_torque: Array
+    residual: Array
+
+    @property
+    def mesh_force(self) -> Array:
+        """Torque over the driver's base radius, (t, 1) [N]."""
+        return self.torque[:, None] / self.base_radius
+
+    @property
+    def stiffness(self) -> Array:
+        """Average slope of force over approach, (t, n) [N/m]."""
+        return self.mesh_force / (self.approach - self.no_load)
+
+    @property
+    def pair_stiffness(self) -> Array:
+        """Average slope of each pair, zero where it carries no load (t, n, k)."""
+        squeeze = self.approach[..., None] - self.gap
+        loaded = self.load != 0.0
+        return np.where(loaded, self.load, 0.0) / np.where(loaded, squeeze, 1.0)
+
+    @property
+    def load_share(self) -> Array:
+        """Part of the normal force that each pair carries, (t, n, k)."""
+        return self.load / self.load.sum(axis=2, keepdims=True)
+
+
+def solve_cycle(
+    problem: ContactProblem, torques: ArrayLike, positions: ArrayLike
+) -> ContactCycle:
+    """Solve the contact at every torque [N m] on the driver and every position.
+
+    A negative torque turns the driver back through the backlash and loads the
+    other flanks. Raises ContactFailure where no solution was found and ValueError
+    for torques that are zero or not finite.
+    """
+    torque = np.atleast_1d(np.asarray(torques, float))
+    position = np.atleast_1d(np.asarray(positions, float))
+    if not (np.isfinite(torque).all() and (torque != 0.0).all()):
+        raise ValueError(f"torques must be finite and not zero, got {torque.tolist()}")
+    if not np.isfinite(position).all():
+        raise ValueError(f"positions must be finite, got {position.tolist()}")
+    if (torque > 0.0).all():
+        return _solve_drive_side(problem, torque, position)
+    if (torque < 0.0).all():
+        return _solve_back_side(problem, torque, position)
+    raise ValueError(f"torques must have one sign, got {torque.tolist()}")
+
+
+def back_side_position(pair: GearPair, position: ArrayLike) -> Array:
+    """Position of the back flanks' cycle while the drive side is at `position`.
+
+    Both gears are symmetric about their teeth, so back contact is drive contact
+    in a mirror, where motion runs the other way. The driven tooth's back flank
+    passes the pitch point a tooth thickness before its drive flank does.
+    """
+    gear = pair.driven
+    rw = gear.base_radius / math.cos(pair.operating_pressure_angle)
+    thickness = 2.0 * gear.half_angle(rw) / gear.pitch_angle
+    return -(np.asarray(position, float) + thickness)
+
+
+def _solve_back_side(
+    problem: ContactProblem, torque: Array, position: Array
+) -> ContactCycle:
+    mirrored = back_side_position(problem.pair, position)
+    cycle = _solve_drive_side(problem, -torque, mirrored)
+    backlash = problem.pair.backlash
+    return replace(
+        cycle,
+        torque=torque,
+        position=position,
+        teeth=-cycle.teeth,
+        approach=-(backlash + cycle.approach),
+        no_load=-(backlash + cycle.no_load),
+        gap=-(backlash + cycle.gap),
+        load=-cycle.load,
+        driven_torque=-cycle.driven_torque,
+    )
+
+
+class KernelResult(NamedTuple):
+    """What the kernel leaves behind; nodes are those of the last position."""
+
+    teeth: NDArray[np.int64]
+    rows: np.recarray
+    cells: np.recarray
+    patches: np.recarray
+    nodes: Array
+
+
+def run_kernel(
+    problem: ContactProblem, torque: Array, position: Array
+) -> KernelResult:
+    """Solve at positive torques (t,) [N m] and positions (n,)."""
+    from fegear.contact import cycle
+    from fegear.contact.compliance import PATCH
+    from fegear.contact.grid import contact_grid
+
+    teeth = candidate_pairs(problem.pair, position)
+    rows = np.zeros((torque.size, position.size), cycle.ROW).view(np.recarray)
+    cells = np.zeros((*rows.shape, teeth.size), cycle.CELL).view(np.recarray)
+    patches = np.zeros(teeth.size, PATCH).view(np.recarray)
+    nodes = np.zeros((teeth.size, problem.nodes, 3))
+    mesh, flanks, tables = kernel_inputs(problem)
+    cycle.solve_cycle(
+        mesh,
+        flanks,
+        tables,
+        contact_grid(problem.nodes),
+        teeth,
+        pair_gaps(problem, teeth),
+        position,
+        torque / problem.face_width,
+        patches,
+        nodes,
+        rows,
+        cells,
+    )
+    _require_solved(rows, torque, position)
+    return KernelResult(teeth, rows, cells, patches, nodes)
+
+
+def _solve_drive_side(
+    problem: ContactProblem, torque: Array, position: Array
+) -> ContactCycle:
+    solved = run_kernel(problem, torque, position)
+    return _collect(problem, torque, position, solved)
+
+
+def candidate_pairs(pair: GearPair, position: Array) -> NDArray[np.int64]:
+    """Pairs that may touch at some position, the reference pair first."""
+    start = (pair.path_start - pair.pitch_point) / pair.base_pitch - 0.5
+    end = (pair.path_end - pair.pitch_point) / pair.base_pitch + 0.5
+    low = math.ceil(start - float(position.max()))
+    high = math.floor(end - float(position.min()))
+    return np.array(sorted(range(low, high + 1), key=lambda k: (abs(k), k)), np.int64)
+
+
+def pair_gaps(problem: ContactProblem, teeth: NDArray[np.int64]) -> Array:
+    """Extra gap of each pair from the pitch errors of its two teeth (k,) [m]."""
+    gaps = np.zeros(teeth.size)
+    for errors in (problem.driver_pitch_errors, problem.driven_pitch_errors):
+        if errors:
+            # the pair ahead (k > 0) came into contact earlier
+            gaps += np.asarray(errors)[(-teeth) % len(errors)]
+    return gaps
+
+
+def kernel_inputs(problem: ContactProblem) -> tuple[np.record, np.recarray, Array]:
+    """The kernel's records of the mesh and its two flanks, and the tables."""
+    from fegear.contact.flanks import FLANK, MESH
+
+    pair = problem.pair
+    mesh = np.recarray(1, MESH)
+    mesh[0] = (
+        pair.line_of_action,
+        pair.pitch_point,
+        pair.base_pitch,
+        problem.friction,
+        problem.corner_contact,
+    )
+    gears = (pair.driver, pair.driven)
+    compliances = (problem.driver, problem.driven)
+    reliefs = [
+        (problem.driver_tip_relief, problem.driver_root_relief),
+        (problem.driven_tip_relief, problem.driven_root_relief),
+    ]
+    lowest = (pair.path_start, pair.line_of_action - pair.path_end)
+    flanks = np.recarray(2, FLANK)
+    for i, (gear, c) in enumerate(zip(gears, compliances, strict=True)):
+        tip, root = reliefs[i]
+        flanks[i] = (
+            gear.base_radius,
+            gear.tip_roll_length,
+            c.flank_length,
+            c.grading,
+            c.modulus,
+            c.poisson,
+            1.0 if c.split else 0.0,
+            _relief_record(tip, gear.tip_roll_length),
+            _relief_record(root, lowest[i]),
+        )
+    tables = np.array([[c.normal, c.tangential] for c in compliances])
+    return mesh[0], flanks, tables
+
+
+def _relief_record(relief: Relief | None, end: float) -> tuple[float, ...]:
+    if relief is None:
+        return NO_RELIEF
+    power = POWERS[relief.shape]
+    return relief.magnitude, relief.start_roll_length, end, power
+
+
+def _require_solved(rows: np.recarray, torque: Array, position: Array) -> None:
+    failed = np.argwhere(rows.status != 0)
+    if len(failed):
+        t, n = failed[0]
+        raise ContactFailure(
+            f"contact not solved at torque {torque[t]:g} N m, position "
+            f"{position[n]:g}: status {rows.status[t, n]}, residual "
+            f"{rows.residual[t, n]:.3g} after {rows.sweeps[t, n]} sweeps"
+        )
+
+
+def _collect(
+    problem: ContactProblem,
+    torque: Array,
+    position: Array,
+    solved: KernelResult,
+) -> ContactCycle:
+    from fegear.contact.flanks import FAR
+
+    teeth, rows, cells, _, _ = solved
+
+    width = problem.face_width
+    load = cells.load * width
+    drag = problem.friction * cells.approach
+    arm = cells.lever[..., 1] - drag * cells.lever[..., 3]
+    return ContactCycle(
+        torque=torque,
+        position=position,
+        teeth=teeth,
+        base_radius=problem.pair.driver.base_radius,
+        approach=rows.approach,
+        no_load=rows.no_load,
+        local_stiffness=rows.slope * width,
+        load=load,
+        gap=np.where(cells.gap >= FAR, np.inf, cells.gap),
+        pressure=cells.pressure,
+        friction_bending=np.where(cells.load > 0.0, cells.bending, np.nan),
+        driven_torque=(load * arm).sum(axis=2),
+        residual=rows.residual,
+    )

@@ -1,0 +1,20 @@
+"""Gear sets: what their TOML files hold, read, checked and described."""
+
+from fegear.gearset.model import Gear, GearSet, Mesh, Relief
+from fegear.gearset.read import (
+    builtin_names,
+    load_gear_set,
+    read_gear_set,
+    read_gear_set_file,
+)
+
+__all__ = [
+    "Gear",
+    "GearSet",
+    "Mesh",
+    "Relief",
+    "builtin_names",
+    "load_gear_set",
+    "read_gear_set",
+    "read_gear_set_file",
+]

@@ -1,0 +1,146 @@
+"""From a checked gear set file to frozen values in SI units."""
+
+from __future__ import annotations
+
+from fegear.errors import InputError
+from fegear.gearset.model import Gear, GearSet, Mesh, Relief
+from fegear.gearset.problems import nearest, shown
+from fegear.gearset.schema import Document, GearEntry, MeshEntry
+from fegear.gearset.teeth import MM, UM, Blank, Tip
+from fegear.gearset.tips import Spacing, find_tips, spacing
+from fegear.gearset.torques import mesh_torques
+from fegear.gearset.zones import relief
+from meshes import GearPair, GeometryError, SpurGear
+
+
+def build_gear_set(document: Document) -> GearSet:
+    """The gear set; raises InputError on the first thing that does not fit."""
+    require_known_gears(document)
+    blanks = [Blank(entry) for entry in document.gear]
+    index = {name: i for i, name in enumerate(document.gear_names)}
+    spacings = [
+        spacing(mesh, blanks[index[mesh.driver]], blanks[index[mesh.driven]])
+        for mesh in document.mesh
+    ]
+    tips = find_tips(document, spacings)
+    teeth = [blank.cut(tip) for blank, tip in zip(blanks, tips, strict=True)]
+    torques = mesh_torques(document)
+    meshes = [
+        _mesh(document, number, place, tips, teeth, torques[number])
+        for number, place in enumerate(spacings)
+    ]
+    return GearSet(
+        name=document.name,
+        description=document.description,
+        gears=tuple(map(_gear, document.gear, teeth)),
+        meshes=tuple(meshes),
+        shafts=tuple(tuple(index[n] for n in shaft.gears) for shaft in document.shaft),
+        inferences=document.inferences,
+    )
+
+
+def require_known_gears(document: Document) -> None:
+    """Every gear that is spoken of exists, and stands on one shaft at most."""
+    names = document.gear_names
+    uses = [(mesh.label, "driver", mesh.driver) for mesh in document.mesh]
+    uses += [(mesh.label, "driven", mesh.driven) for mesh in document.mesh]
+    for number, shaft in enumerate(document.shaft, 1):
+        uses += [(f"shaft {number}", "gears", name) for name in shaft.gears]
+    if document.load:
+        uses.append(("load", "gear", document.load.gear))
+    for where, key, name in uses:
+        if name not in names:
+            listed = ", ".join(names)
+            raise InputError(
+                f'{where}: {key} = "{name}"; no such gear{nearest(name, names)} '
+                f"(gears: {listed})"
+            )
+    on_shafts = [name for shaft in document.shaft for name in shaft.gears]
+    for name in names:
+        if on_shafts.count(name) > 1:
+            raise InputError(f'shaft: gears: "{name}" is listed more than once')
+
+
+def _gear(entry: GearEntry, teeth: SpurGear) -> Gear:
+    return Gear(
+        name=entry.name,
+        geometry=teeth,
+        face_width=entry.face_width_mm * MM,
+        young_modulus=entry.young_modulus_GPa * 1e9,
+        poisson_ratio=entry.poisson_ratio,
+        density=entry.density_kg_per_m3,
+        inertia=entry.inertia_kg_m2,
+        mass=entry.mass_kg,
+        pitch_errors=tuple(error * UM for error in entry.pitch_errors_um or ()),
+    )
+
+
+def _mesh(
+    document: Document,
+    number: int,
+    place: Spacing,
+    tips: list[Tip],
+    teeth: list[SpurGear],
+    torques: tuple[float, ...],
+) -> Mesh:
+    entry, names = document.mesh[number], document.gear_names
+    driver, driven = names.index(entry.driver), names.index(entry.driven)
+    pair = _pair(
+        entry, (teeth[driver], teeth[driven]), place, (tips[driver], tips[driven])
+    )
+    return Mesh(
+        driver=driver,
+        driven=driven,
+        pair=pair,
+        **_reliefs(entry, pair),
+        torques=torques,
+        phase=_phase(entry, first=number == 0),
+    )
+
+
+def _phase(entry: MeshEntry, first: bool) -> float | None:
+    if not first:
+        return entry.phase
+    if entry.phase:
+        raise InputError(
+            f"{entry.label}: phase = {shown(entry.phase)}; the first mesh is the "
+            "reference of all phases, 0 or nothing is allowed"
+        )
+    return 0.0
+
+
+def _pair(
+    entry: MeshEntry,
+    gears: tuple[SpurGear, SpurGear],
+    place: Spacing,
+    tips: tuple[Tip, Tip],
+) -> GearPair:
+    try:
+        return GearPair(*gears, place.center_distance)
+    except GeometryError as error:
+        raise InputError(f"{entry.label}: {_complaint(entry, error, tips)}") from None
+
+
+def _complaint(entry: MeshEntry, error: GeometryError, tips: tuple[Tip, Tip]) -> str:
+    if error.field == "tip_radius":
+        driver = error.role == "driver"
+        name = entry.driver if driver else entry.driven
+        origin = tips[0 if driver else 1].origin
+        return f'{origin} for gear "{name}"; tip radius {error.message}'
+    if error.field == "contact_ratio":
+        return f"contact ratio {error.message}"
+    key = entry.spacing_key
+    what = "backlash " if error.field == "backlash" else ""
+    return f"{key} = {shown(getattr(entry, key))}; {what}{error.message}"
+
+
+def _reliefs(entry: MeshEntry, pair: GearPair) -> dict[str, Relief | None]:
+    """All four reliefs of a mesh by their names in `Mesh`."""
+    found: dict[str, Relief | None] = {}
+    for role in ("driver", "driven"):
+        for place in ("tip", "root"):
+            shared, own = f"{place}_relief", f"{role}_{place}_relief"
+            key = own if getattr(entry, own) else shared
+            where = f"{entry.label}: {key}"
+            found[own] = relief(getattr(entry, key), pair, role, place, where)
+    return found

@@ -1,0 +1,253 @@
+"""What follows from a gear set: the figures that `fegear show` prints.
+
+Units are in the names, as on the screen and in JSON.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from fegear.gearset.model import Gear, GearSet, Mesh, Relief
+from fegear.gearset.zones import Zones, zones
+from meshes.gear import SpurGear, involute
+
+
+@dataclass(frozen=True, kw_only=True)
+class GearFigures:
+    """A gear on its own."""
+
+    name: str
+    teeth: int
+    module_mm: float
+    pressure_angle_deg: float
+    profile_shift: float
+    reference_radius_mm: float
+    base_radius_mm: float
+    tip_radius_mm: float
+    root_radius_mm: float
+    form_radius_mm: float
+    hub_radius_mm: float
+    rack_tip_radius_mm: float
+    tip_thickness_mm: float
+    form_roll_angle_deg: float
+    tip_roll_angle_deg: float
+    face_width_mm: float
+    young_modulus_GPa: float
+    poisson_ratio: float
+    density_kg_per_m3: float
+    inertia_kg_m2: float | None
+    mass_kg: float | None
+    largest_pitch_error_um: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class ReliefFigures:
+    """Where a relief begins; its length is the roll angle over the pitch angle."""
+
+    magnitude_um: float
+    start_roll_angle_deg: float
+    length_pitches: float
+    shape: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class FlankFigures:
+    """One gear's flank in one mesh.
+
+    sap : start of the active profile; lpstc, hpstc : lowest and highest point of
+        single-tooth contact, None where two pairs always touch
+    """
+
+    gear: str
+    role: str
+    sap_radius_mm: float
+    sap_roll_angle_deg: float
+    lpstc_roll_angle_deg: float | None
+    hpstc_roll_angle_deg: float | None
+    tip_roll_angle_deg: float
+    tip_root_clearance_mm: float
+    tip_relief: ReliefFigures | None
+    root_relief: ReliefFigures | None
+
+
+@dataclass(frozen=True, kw_only=True)
+class MeshFigures:
+    """Two gears in mesh; approach and recess lie before and after the pitch point.
+
+    phase_in_line_pitches : phase if the centres stand in a row; None where this mesh
+        does not follow the first one through an idler
+    """
+
+    driver: str
+    driven: str
+    ratio: float
+    center_distance_mm: float
+    operating_pressure_angle_deg: float
+    contact_ratio: float
+    base_pitch_mm: float
+    normal_backlash_um: float
+    approach_pitches: float
+    recess_pitches: float
+    phase_pitches: float | None
+    phase_origin: str
+    phase_in_line_pitches: float | None
+    driver_torques_Nm: tuple[float, ...]
+    flanks: tuple[FlankFigures, FlankFigures]
+
+
+@dataclass(frozen=True, kw_only=True)
+class GearSetFigures:
+    """All figures of a gear set."""
+
+    name: str
+    description: str
+    gears: tuple[GearFigures, ...]
+    meshes: tuple[MeshFigures, ...]
+    shafts: tuple[tuple[str, ...], ...]
+    inferences: tuple[str, ...]
+
+
+def gear_set_figures(gear_set: GearSet) -> GearSetFigures:
+    names = [gear.name for gear in gear_set.gears]
+    return GearSetFigures(
+        name=gear_set.name,
+        description=gear_set.description,
+        gears=tuple(map(gear_figures, gear_set.gears)),
+        meshes=tuple(mesh_figures(gear_set, mesh) for mesh in gear_set.meshes),
+        shafts=tuple(tuple(names[i] for i in shaft) for shaft in gear_set.shafts),
+        inferences=gear_set.inferences,
+    )
+
+
+def gear_figures(gear: Gear) -> GearFigures:
+    teeth = gear.geometry
+    return GearFigures(
+        name=gear.name,
+        teeth=teeth.teeth,
+        module_mm=1e3 * teeth.module,
+        pressure_angle_deg=math.degrees(teeth.pressure_angle),
+        profile_shift=teeth.profile_shift,
+        reference_radius_mm=1e3 * teeth.reference_radius,
+        base_radius_mm=1e3 * teeth.base_radius,
+        tip_radius_mm=1e3 * teeth.tip_radius,
+        root_radius_mm=1e3 * teeth.root_radius,
+        form_radius_mm=1e3 * teeth.form_radius,
+        hub_radius_mm=1e3 * teeth.hub_radius,
+        rack_tip_radius_mm=1e3 * teeth.rack_tip_radius,
+        tip_thickness_mm=1e3 * teeth.tip_thickness,
+        form_roll_angle_deg=roll_angle_deg(teeth, teeth.form_roll_length),
+        tip_roll_angle_deg=roll_angle_deg(teeth, teeth.tip_roll_length),
+        face_width_mm=1e3 * gear.face_width,
+        young_modulus_GPa=1e-9 * gear.young_modulus,
+        poisson_ratio=gear.poisson_ratio,
+        density_kg_per_m3=gear.density,
+        inertia_kg_m2=gear.inertia,
+        mass_kg=gear.mass,
+        largest_pitch_error_um=1e6 * max(map(abs, gear.pitch_errors), default=0.0),
+    )
+
+
+def roll_angle_deg(gear: SpurGear, roll_length: float) -> float:
+    """Roll angle [deg] at a roll length [m]."""
+    return math.degrees(roll_length / gear.base_radius)
+
+
+def mesh_figures(gear_set: GearSet, mesh: Mesh) -> MeshFigures:
+    pair, gears = mesh.pair, gear_set.gears
+    in_line = phase_in_line(gear_set, mesh)
+    phase, origin = _phase(gear_set, mesh, in_line)
+    return MeshFigures(
+        driver=gears[mesh.driver].name,
+        driven=gears[mesh.driven].name,
+        ratio=pair.driven.teeth / pair.driver.teeth,
+        center_distance_mm=1e3 * pair.center_distance,
+        operating_pressure_angle_deg=math.degrees(pair.operating_pressure_angle),
+        contact_ratio=pair.contact_ratio,
+        base_pitch_mm=1e3 * pair.base_pitch,
+        normal_backlash_um=1e6 * pair.backlash,
+        approach_pitches=(pair.pitch_point - pair.path_start) / pair.base_pitch,
+        recess_pitches=(pair.path_end - pair.pitch_point) / pair.base_pitch,
+        phase_pitches=phase,
+        phase_origin=origin,
+        phase_in_line_pitches=in_line,
+        driver_torques_Nm=mesh.torques,
+        flanks=(
+            _flank_figures(gear_set, mesh, "driver"),
+            _flank_figures(gear_set, mesh, "driven"),
+        ),
+    )
+
+
+def _phase(
+    gear_set: GearSet, mesh: Mesh, in_line: float | None
+) -> tuple[float | None, str]:
+    if mesh is gear_set.meshes[0]:
+        return mesh.phase, "reference"
+    if mesh.phase is not None:
+        return mesh.phase, "given"
+    return in_line, "not given" if in_line is None else "derived, centres in line"
+
+
+def phase_in_line(gear_set: GearSet, mesh: Mesh) -> float | None:
+    """Phase of a mesh whose driver an earlier mesh drives, centres in a row.
+
+    In base pitches, nearest to 0. At position 0 of the earlier mesh the idler's
+    trailing flank is at its pitch point; half a turn on, the leading flank of some
+    tooth is this far past the pitch point of `mesh`. None for any other mesh: two
+    gears on a shaft may be clocked at will.
+    """
+    earlier = gear_set.meshes[: gear_set.meshes.index(mesh)]
+    before = next((other for other in earlier if other.driven == mesh.driver), None)
+    if before is None:
+        return None
+    start = before.phase
+    if start is None:
+        start = phase_in_line(gear_set, before)
+    if start is None:
+        return None
+    idler = gear_set.gears[mesh.driver].geometry
+    past = math.pi + 2.0 * idler.base_half_angle
+    for pair in (before.pair, mesh.pair):
+        past -= involute(pair.operating_pressure_angle)
+    return math.remainder(start + past / idler.pitch_angle, 1.0)
+
+
+def _flank_figures(gear_set: GearSet, mesh: Mesh, role: str) -> FlankFigures:
+    flank, pair = zones(mesh.pair, role), mesh.pair
+    driving = role == "driver"
+    index, mate = (mesh.driver, pair.driven) if driving else (mesh.driven, pair.driver)
+    tip, root = (
+        (mesh.driver_tip_relief, mesh.driver_root_relief)
+        if driving
+        else (mesh.driven_tip_relief, mesh.driven_root_relief)
+    )
+    gear = flank.gear
+    single = flank.low <= flank.high
+    clearance = pair.center_distance - gear.tip_radius - mate.root_radius
+    return FlankFigures(
+        gear=gear_set.gears[index].name,
+        role=role,
+        sap_radius_mm=1e3 * math.hypot(gear.base_radius, flank.start),
+        sap_roll_angle_deg=flank.roll_angle_deg(flank.start),
+        lpstc_roll_angle_deg=flank.roll_angle_deg(flank.low) if single else None,
+        hpstc_roll_angle_deg=flank.roll_angle_deg(flank.high) if single else None,
+        tip_roll_angle_deg=flank.roll_angle_deg(flank.tip),
+        tip_root_clearance_mm=1e3 * clearance,
+        tip_relief=_relief_figures(tip, flank, flank.tip),
+        root_relief=_relief_figures(root, flank, flank.start),
+    )
+
+
+def _relief_figures(
+    relief: Relief | None, flank: Zones, end: float
+) -> ReliefFigures | None:
+    """A relief that grows from its start to roll length `end` [m]."""
+    if relief is None:
+        return None
+    return ReliefFigures(
+        magnitude_um=1e6 * relief.magnitude,
+        start_roll_angle_deg=flank.roll_angle_deg(relief.start_roll_length),
+        length_pitches=abs(end - relief.start_roll_length) / flank.gear.base_pitch,
+        shape=relief.shape,
+    )

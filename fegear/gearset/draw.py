@@ -1,0 +1,246 @@
+"""A picture of a gear set: true profiles, in mesh at the first pitch point."""
+
+from __future__ import annotations
+
+import cmath
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fegear.gearset.model import GearSet, Mesh
+from fegear.gearset.placing import Layout, Place, layout
+from fegear.output import write_whole
+from meshes.gear import SpurGear
+from meshes.profile import Points, fillet_points, flank_points, polar
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+COLOURS = ("#4477aa", "#cc9944", "#559966", "#aa5588", "#8866bb", "#778899")
+ACTION = "#cc2222"
+MM = 1e3  # millimetres in a metre
+ZOOM = 3.2  # half height of the detail, in modules
+
+
+def tooth_outline(gear: SpurGear, points_per_curve: int = 24) -> Points:
+    """Closed-pitch outline of one tooth (n, 2) [m], clockwise, axis along y.
+
+    From the middle of one root land to the next: root, fillet, flank and tip of the
+    left half, then the right half mirrored.
+    """
+    tip = gear.half_angle(gear.tip_radius)
+    rolls = np.linspace(gear.tip_roll_length, gear.form_roll_length, points_per_curve)
+    steepest = 0.5 * math.pi - gear.pressure_angle
+    right = np.concatenate(
+        [
+            polar(gear.tip_radius, np.linspace(0.0, tip, 6)[:-1]),
+            flank_points(gear, rolls),
+            fillet_points(gear, np.linspace(steepest, 0.0, points_per_curve)[1:]),
+            polar(gear.root_radius, math.pi / gear.teeth)[None],
+        ]
+    )
+    left = right[:0:-1] * [-1.0, 1.0]
+    return np.concatenate([left, right])
+
+
+def gear_outline(gear: SpurGear, place: Place) -> Points:
+    """Closed outline of all teeth (n, 2) [m] at a place."""
+    x, y = tooth_outline(gear)[:-1].T  # the last point begins the next tooth
+    tooth = np.hypot(x, y) * np.exp(1j * np.arctan2(-x, y))
+    turns = place.tooth_angle - gear.pitch_angle * np.arange(gear.teeth)
+    around = np.exp(1j * turns)[:, None] * tooth[None, :]
+    flat = around.ravel()
+    return np.stack([place.x + flat.real, place.y + flat.imag], axis=-1)
+
+
+def gear_set_figure(gear_set: GearSet) -> Figure:
+    """All gears on the left, the first mesh close up on the right; axes in mm."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    placed = layout(gear_set)
+    figure = Figure(figsize=(13.0, 6.2), layout="constrained")
+    FigureCanvasAgg(figure)
+    whole, detail = figure.subplots(1, 2, width_ratios=(1.35, 1.0))
+    _draw_gears(whole, gear_set, placed, outline_width=0.5)
+    _draw_gears(detail, gear_set, placed, outline_width=1.3)
+    _label_gears(whole, gear_set, placed)
+    for number, mesh in enumerate(gear_set.meshes):
+        _draw_action(whole, mesh, placed, number)
+    _draw_detail(detail, gear_set, placed)
+    _draw_legend(whole)
+    figure.suptitle(f"{gear_set.name}: {gear_set.description}", fontsize=12)
+    return figure
+
+
+def save_gear_set_figure(gear_set: GearSet, path: str | Path) -> None:
+    """Write the picture; its format follows the suffix of `path`, or is PNG."""
+    figure = gear_set_figure(gear_set)
+    kind = Path(path).suffix.lstrip(".").lower() or "png"
+    write_whole(path, lambda beside: figure.savefig(beside, format=kind, dpi=150))
+
+
+def _draw_gears(
+    axes: Axes, gear_set: GearSet, placed: Layout, outline_width: float
+) -> None:
+    """Every gear with hub, base, reference and tip circle; rear layers behind."""
+    from matplotlib.patches import Circle, Polygon
+
+    for index, gear in enumerate(gear_set.gears):
+        place, teeth = placed.places[index], gear.geometry
+        colour, depth = COLOURS[index % len(COLOURS)], 10.0 + place.layer
+        body = MM * gear_outline(teeth, place)
+        style = {"zorder": depth, "linewidth": outline_width}
+        axes.add_patch(Polygon(body, fc=colour, ec="none", alpha=0.30, zorder=depth))
+        axes.add_patch(Polygon(body, fc="none", ec=colour, **style))
+        center = (MM * place.x, MM * place.y)
+        axes.add_patch(
+            Circle(center, MM * teeth.hub_radius, fc="white", ec=colour, zorder=depth)
+        )
+        circles = (
+            (teeth.base_radius, ":"),
+            (teeth.reference_radius, "-."),
+            (teeth.tip_radius, "--"),
+        )
+        for radius, dashes in circles:
+            circle = Circle(
+                center, MM * radius, fc="none", ec=colour, ls=dashes, lw=0.7
+            )
+            axes.add_patch(circle).set_zorder(depth)
+    axes.set_aspect("equal")
+    axes.autoscale_view()
+    axes.set_xlabel("x [mm]")
+    axes.set_ylabel("y [mm]")
+
+
+def _label_gears(axes: Axes, gear_set: GearSet, placed: Layout) -> None:
+    """Name and tooth number in the hub, an arrow for the sense of rotation."""
+    from matplotlib.patches import FancyArrowPatch
+
+    for index, gear in enumerate(gear_set.gears):
+        place, teeth = placed.places[index], gear.geometry
+        colour = COLOURS[index % len(COLOURS)]
+        middle = MM * (teeth.root_radius - 0.6 * teeth.module)
+        height = MM * place.y - (0.0 if place.layer == 0 else middle)
+        axes.text(
+            MM * place.x,
+            MM * place.y if place.layer == 0 else height,
+            f"{gear.name}\n{teeth.teeth} teeth",
+            ha="center",
+            va="center" if place.layer == 0 else "bottom",
+            fontsize=8,
+            zorder=30,
+            bbox={"fc": "white", "ec": "none", "alpha": 0.8, "pad": 1.0},
+        )
+        angles = 0.5 * math.pi + place.sense * np.array([-0.5, 0.5])
+        ends = [
+            (MM * place.x + middle * math.cos(a), MM * place.y + middle * math.sin(a))
+            for a in angles
+        ]
+        bend = 0.25 * place.sense
+        arrow = FancyArrowPatch(
+            ends[0],
+            ends[1],
+            connectionstyle=f"arc3,rad={bend}",
+            arrowstyle="-|>",
+            mutation_scale=11,
+            color=colour,
+            linewidth=1.4,
+            zorder=25,
+        )
+        axes.add_patch(arrow)
+
+
+@dataclass(frozen=True)
+class LineOfAction:
+    """Points on the line of action by the driver's roll length; all in mm."""
+
+    tangency: complex
+    along: complex
+
+    def at(self, roll_length: float) -> tuple[float, float]:
+        point = self.tangency + MM * roll_length * self.along
+        return point.real, point.imag
+
+
+def line_of_action(mesh: Mesh, driver: Place, direction: float) -> LineOfAction:
+    """From the driver's point of tangency in the sense that contact moves."""
+    angle = mesh.pair.operating_pressure_angle
+    centers = cmath.exp(1j * direction)
+    along = centers * complex(math.sin(angle), driver.sense * math.cos(angle))
+    pitch_radius = mesh.pair.driver.base_radius / math.cos(angle)
+    pitch_point = complex(driver.x, driver.y) + pitch_radius * centers
+    return LineOfAction(MM * (pitch_point - mesh.pair.pitch_point * along), along)
+
+
+def _draw_action(axes: Axes, mesh: Mesh, placed: Layout, number: int) -> LineOfAction:
+    """Line of action between the base circles, path of contact, pitch point."""
+    pair = mesh.pair
+    line = line_of_action(mesh, placed.places[mesh.driver], placed.directions[number])
+    ends = np.array([line.at(0.0), line.at(pair.line_of_action)]).T
+    path = np.array([line.at(pair.path_start), line.at(pair.path_end)]).T
+    axes.plot(*ends, color=ACTION, lw=0.8, zorder=20)
+    axes.plot(*path, color=ACTION, lw=2.2, zorder=21)
+    axes.plot(*line.at(pair.pitch_point), "o", color=ACTION, ms=3, zorder=22)
+    return line
+
+
+def _draw_detail(axes: Axes, gear_set: GearSet, placed: Layout) -> None:
+    """Frame the first mesh at its pitch point, name what is seen there."""
+    mesh = gear_set.meshes[0]
+    pair = mesh.pair
+    line = _draw_action(axes, mesh, placed, 0)
+    stops = (
+        (pair.path_start, "start of contact"),
+        (pair.pitch_point, "pitch point"),
+        (pair.path_end, "end of contact"),
+    )
+    for roll_length, name in stops:
+        x, y = line.at(roll_length)
+        axes.plot(x, y, "o", mfc="white", mec=ACTION, ms=5, zorder=22)
+        axes.annotate(
+            name,
+            (x, y),
+            xytext=(10, -3),
+            textcoords="offset points",
+            fontsize=8,
+            color=ACTION,
+            zorder=30,
+            bbox={"fc": "white", "ec": "none", "alpha": 0.75, "pad": 0.8},
+        )
+    x, y = line.at(pair.pitch_point)
+    half = ZOOM * MM * pair.driver.module
+    axes.set_xlim(x - half, x + half)
+    axes.set_ylim(y - half, y + half)
+    names = gear_set.gears[mesh.driver].name, gear_set.gears[mesh.driven].name
+    axes.set_title(
+        f"{names[0]} drives {names[1]}: contact ratio {pair.contact_ratio:.3f}, "
+        f"{math.degrees(pair.operating_pressure_angle):.2f} deg, "
+        f"backlash {1e6 * pair.backlash:.0f} um",
+        fontsize=9,
+    )
+
+
+def _draw_legend(axes: Axes) -> None:
+    """What the circles and the red line are."""
+    from matplotlib.lines import Line2D
+
+    grey = "#555555"
+    handles = [
+        Line2D([], [], color=grey, ls="--", lw=0.8, label="tip circle"),
+        Line2D([], [], color=grey, ls="-.", lw=0.8, label="reference circle"),
+        Line2D([], [], color=grey, ls=":", lw=0.8, label="base circle"),
+        Line2D([], [], color=ACTION, lw=2.2, label="path of contact"),
+    ]
+    axes.legend(
+        handles=handles,
+        loc="upper center",
+        bbox_to_anchor=(0.5, -0.12),
+        ncols=4,
+        fontsize=8,
+        frameon=False,
+    )

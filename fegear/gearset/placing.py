@@ -1,0 +1,151 @@
+"""Where the gears of a set stand, and how they are turned, when it is drawn.
+
+Angles in radians, counter-clockwise from the x axis; lengths in metres.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from fegear.gearset.model import GearSet, Mesh
+
+
+@dataclass(frozen=True)
+class Place:
+    """A gear's centre, the direction of one tooth's axis, its sense of rotation.
+
+    sense : 1 turns counter-clockwise, -1 clockwise
+    layer : 0 in front; gears on a shaft stand one behind the other
+    """
+
+    x: float
+    y: float
+    tooth_angle: float
+    sense: int
+    layer: int = 0
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Places of the gears by index, and directions from drivers to driven gears."""
+
+    places: dict[int, Place]
+    directions: dict[int, float]
+
+
+def layout(gear_set: GearSet) -> Layout:
+    """Gears in a row, the first mesh in contact at its pitch point.
+
+    An idler's next mesh is turned out of the row just so far that its drive flanks
+    are at the given phase; a second gear on a shaft is clocked to it instead.
+    Meshes that hang on none of the others start a row of their own below.
+    """
+    places: dict[int, Place] = {}
+    directions: dict[int, float] = {}
+    waiting = dict(enumerate(gear_set.meshes))
+    while waiting:
+        number = next(
+            (n for n, m in waiting.items() if _found(gear_set, m.driver, places)),
+            min(waiting),
+        )
+        mesh = waiting.pop(number)
+        places |= _driver_place(gear_set, mesh, places)
+        driver = places[mesh.driver]
+        directions[number] = _direction(gear_set, mesh, driver, number == 0)
+        places |= _driven_place(mesh, driver, directions[number], places)
+    for index in range(len(gear_set.gears)):
+        places |= _lone_place(gear_set, index, places)
+    return Layout(places, directions)
+
+
+def drive_flank(mesh: Mesh) -> float:
+    """Angle from the driver's tooth axis to its drive flank at the pitch point."""
+    pair = mesh.pair
+    return pair.driver.half_angle(
+        pair.driver.base_radius / math.cos(pair.operating_pressure_angle)
+    )
+
+
+def driven_flank(mesh: Mesh) -> float:
+    """The same for the driven gear's loaded flank."""
+    pair = mesh.pair
+    return pair.driven.half_angle(
+        pair.driven.base_radius / math.cos(pair.operating_pressure_angle)
+    )
+
+
+def _found(gear_set: GearSet, index: int, places: dict[int, Place]) -> int | None:
+    """A placed gear that stands on the same axis, None if there is none."""
+    group = next((shaft for shaft in gear_set.shafts if index in shaft), (index,))
+    return next((member for member in (index, *group) if member in places), None)
+
+
+def _driver_place(
+    gear_set: GearSet, mesh: Mesh, places: dict[int, Place]
+) -> dict[int, Place]:
+    """The driver's place; clocked to the mesh's phase where nothing holds it."""
+    found = _found(gear_set, mesh.driver, places)
+    if found == mesh.driver:
+        return {}
+    phase = (mesh.phase or 0.0) * mesh.pair.driver.pitch_angle
+    if found is None:
+        below = _free_height(gear_set, mesh.driver, places)
+        return {mesh.driver: Place(0.0, below, phase - drive_flank(mesh), 1)}
+    axis = places[found]
+    angle = axis.sense * (phase - drive_flank(mesh))
+    return {mesh.driver: Place(axis.x, axis.y, angle, axis.sense, axis.layer + 1)}
+
+
+def _direction(gear_set: GearSet, mesh: Mesh, driver: Place, first: bool) -> float:
+    """From driver to driven: along x, or near it where a phase asks for it."""
+    clocked = not any(other.driven == mesh.driver for other in gear_set.meshes)
+    if first or clocked or mesh.phase is None:
+        return 0.0
+    ahead = driver.tooth_angle + driver.sense * drive_flank(mesh)
+    pitch = mesh.pair.driver.pitch_angle
+    return math.remainder(ahead - driver.sense * mesh.phase * pitch, pitch)
+
+
+def _driven_place(
+    mesh: Mesh, driver: Place, direction: float, places: dict[int, Place]
+) -> dict[int, Place]:
+    """The driven gear with a loaded flank on the driver's drive flank."""
+    if mesh.driven in places:  # closed trains: leave it as it is
+        return {}
+    pair, sense = mesh.pair, driver.sense
+    ahead = driver.tooth_angle + sense * drive_flank(mesh) - direction
+    turned = ahead * pair.driver.base_radius / pair.driven.base_radius
+    return {
+        mesh.driven: Place(
+            driver.x + pair.center_distance * math.cos(direction),
+            driver.y + pair.center_distance * math.sin(direction),
+            direction + math.pi - sense * driven_flank(mesh) - turned,
+            -sense,
+            driver.layer,
+        )
+    }
+
+
+def _lone_place(
+    gear_set: GearSet, index: int, places: dict[int, Place]
+) -> dict[int, Place]:
+    """A gear without a mesh, on its shaft's axis or below everything else."""
+    found = _found(gear_set, index, places)
+    if found == index:
+        return {}
+    if found is not None:
+        axis = places[found]
+        return {index: Place(axis.x, axis.y, 0.0, axis.sense, axis.layer + 1)}
+    return {index: Place(0.0, _free_height(gear_set, index, places), 0.0, 1)}
+
+
+def _free_height(gear_set: GearSet, index: int, places: dict[int, Place]) -> float:
+    """Height of a centre below everything that is placed, 0 for the first."""
+    if not places:
+        return 0.0
+    lowest = min(
+        place.y - gear_set.gears[other].geometry.tip_radius
+        for other, place in places.items()
+    )
+    return lowest - 1.2 * gear_set.gears[index].geometry.tip_radius

@@ -1,0 +1,134 @@
+"""What is wrong with a gear set file, in one line for its author."""
+
+from __future__ import annotations
+
+import difflib
+import json
+from collections.abc import Iterable, Mapping
+from typing import Any, get_args
+
+from pydantic import BaseModel, ValidationError
+from pydantic_core import ErrorDetails
+
+from fegear.gearset.schema import Document, mesh_label
+
+PHRASES = {
+    "int_type": "must be a whole number",
+    "float_type": "must be a number",
+    "string_type": "must be a string",
+    "tuple_type": "must be a list",
+    "list_type": "must be a list",
+    "model_type": "must be a table",
+    "finite_number": "must be finite",
+    "greater_than": "must be above {gt:g}",
+    "greater_than_equal": "must be at least {ge:g}",
+    "less_than": "must be below {lt:g}",
+    "less_than_equal": "must be at most {le:g}",
+    "literal_error": "must be {expected}",
+    "too_short": "has {actual_length} entries; at least {min_length} needed",
+    "string_pattern_mismatch": (
+        "must not be empty nor hold quotes or control characters"
+    ),
+}
+TABLES_IN_LISTS = ("gear", "mesh", "shaft")
+
+
+def nearest(word: str, known: Iterable[str]) -> str:
+    """', did you mean x?' or nothing."""
+    close = difflib.get_close_matches(word, list(known), n=1, cutoff=0.6)
+    return f", did you mean {close[0]}?" if close else ""
+
+
+def shown(value: Any) -> str:
+    """A value as an author would recognise it, short and on one line."""
+    if isinstance(value, float):
+        return f"{value:.6g}"
+    if isinstance(value, Mapping):
+        return "a table"
+    if isinstance(value, list):
+        return "a list"
+    text = json.dumps(value, default=str, ensure_ascii=False)
+    return text if len(text) <= 40 else f"{text[:37]}..."
+
+
+def first_problem(error: ValidationError, tables: Mapping[str, Any]) -> str:
+    """One line on the first error; a misspelled key comes before its absence."""
+    details = error.errors(include_url=False)
+    misspelled = [item for item in details if item["type"] == "extra_forbidden"]
+    return _sentence((misspelled or details)[0], tables)
+
+
+def _sentence(item: ErrorDetails, tables: Mapping[str, Any]) -> str:
+    where, key = _place(item["loc"], tables)
+    text = _statement(item, key)
+    return f"{where}: {text}" if where else text
+
+
+def _statement(item: ErrorDetails, key: str) -> str:
+    kind, value = item["type"], item["input"]
+    if kind == "extra_forbidden":
+        hint = nearest(str(item["loc"][-1]), _known_keys(item["loc"][:-1]))
+        return f"unknown key {key}{hint}"
+    if kind == "missing":
+        return f"{_bracketed(key)} is missing"
+    if kind == "value_error":
+        reason = str(item["ctx"]["error"])
+        return f"{key} = {shown(value)}; {reason}" if key else reason
+    if key in TABLES_IN_LISTS and isinstance(value, dict):
+        return f"[{key}] must be written [[{key}]], one table for each {key}"
+    phrase = PHRASES.get(kind, item["msg"]).format(**item.get("ctx", {}))
+    if kind == "too_short":
+        return f"{key} {phrase}"
+    return f"{key} = {shown(value)}; {phrase}" if key else phrase
+
+
+def _bracketed(key: str) -> str:
+    return f"[[{key}]]" if key in TABLES_IN_LISTS else key
+
+
+def _place(loc: tuple[int | str, ...], tables: Mapping[str, Any]) -> tuple[str, str]:
+    """('gear "pinion"', 'hub_radius_mm') of an error's location."""
+    if len(loc) >= 2 and loc[0] in TABLES_IN_LISTS and isinstance(loc[1], int):
+        return _label(str(loc[0]), loc[1], tables), _dotted(loc[2:])
+    if loc and loc[0] in ("defaults", "load") and len(loc) > 1:
+        return str(loc[0]), _dotted(loc[1:])
+    return "", _dotted(loc)
+
+
+def _label(kind: str, index: int, tables: Mapping[str, Any]) -> str:
+    table = tables[kind][index]
+    entry = table if isinstance(table, dict) else {}
+    name, driver, driven = map(entry.get, ("name", "driver", "driven"))
+    if kind == "gear" and isinstance(name, str):
+        return f"gear {shown(name)}"
+    if kind == "mesh" and isinstance(driver, str) and isinstance(driven, str):
+        return mesh_label(driver, driven)
+    return f"{kind} {index + 1}"
+
+
+def _dotted(parts: Iterable[int | str]) -> str:
+    """tip_relief.magnitude_um, or torques_Nm entry 2."""
+    text = ""
+    for part in parts:
+        if isinstance(part, int):
+            text += f" entry {part + 1}"
+        else:
+            text += f".{part}" if text else part
+    return text
+
+
+def _known_keys(loc: Iterable[int | str]) -> list[str]:
+    """Keys of the table at a location of the document."""
+    model: type[BaseModel] = Document
+    for part in loc:
+        if isinstance(part, str) and part in model.model_fields:
+            model = _model_within(model.model_fields[part].annotation) or model
+    return list(model.model_fields)
+
+
+def _model_within(annotation: Any) -> type[BaseModel] | None:
+    """The table's model in `X`, `X | None` or `tuple[X, ...]`."""
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return annotation
+    found = (_model_within(part) for part in get_args(annotation))
+    return next((model for model in found if model), None)

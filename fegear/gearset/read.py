@@ -1,0 +1,82 @@
+"""Gear sets from TOML text, files and the built-in collection."""
+
+from __future__ import annotations
+
+import tomllib
+from importlib import resources
+from importlib.resources.abc import Traversable
+from pathlib import Path
+
+from pydantic import ValidationError
+
+from fegear.errors import InputError
+from fegear.gearset.build import build_gear_set
+from fegear.gearset.model import GearSet
+from fegear.gearset.problems import first_problem, nearest
+from fegear.gearset.schema import Document, with_defaults
+
+
+def load_gear_set(name_or_path: str) -> GearSet:
+    """A built-in gear set by its name, or the one in a TOML file.
+
+    Raises InputError, in one line, on anything that cannot be used.
+    """
+    if name_or_path in builtin_names():
+        text = (_builtin_folder() / f"{name_or_path}.toml").read_text("utf-8")
+        return read_gear_set(text, source=name_or_path)
+    path = Path(name_or_path)
+    if path.suffix != ".toml" and path.name == name_or_path and not path.exists():
+        known = builtin_names()
+        raise InputError(
+            f"{name_or_path}: neither a file nor a built-in gear set"
+            f"{nearest(name_or_path, known)} (built-in: {', '.join(known)})"
+        )
+    return read_gear_set_file(path)
+
+
+def read_gear_set_file(path: Path) -> GearSet:
+    """The gear set in a TOML file; raises InputError naming the file."""
+    try:
+        text = path.read_bytes().decode("utf-8")
+    except OSError as error:
+        reason = (error.strerror or str(error)).lower()
+        raise InputError(f"{path}: cannot be read, {reason}") from None
+    except UnicodeDecodeError as error:
+        raise InputError(
+            f"{path}: not UTF-8 text, byte {error.start} is "
+            f"0x{error.object[error.start]:02x}"
+        ) from None
+    except ValueError as error:  # a null byte in the path
+        raise InputError(f"{str(path)!r}: cannot be read, {error}") from None
+    return read_gear_set(text, source=str(path))
+
+
+def read_gear_set(text: str, source: str = "gear set") -> GearSet:
+    """The gear set in TOML text; `source` begins the message of an InputError."""
+    try:
+        return build_gear_set(_document(text))
+    except InputError as error:
+        raise InputError(f"{source}: {error}") from None
+
+
+def builtin_names() -> list[str]:
+    """Names of the gear sets that come with the program, sorted."""
+    files = (Path(item.name) for item in _builtin_folder().iterdir())
+    return sorted(file.stem for file in files if file.suffix == ".toml")
+
+
+def _builtin_folder() -> Traversable:
+    return resources.files("fegear.gearset") / "sets"
+
+
+def _document(text: str) -> Document:
+    try:
+        tables = with_defaults(tomllib.loads(text))
+    except tomllib.TOMLDecodeError as error:
+        raise InputError(f"TOML syntax: {error}") from None
+    except RecursionError:
+        raise InputError("TOML syntax: nested too deeply") from None
+    try:
+        return Document.model_validate(tables)
+    except ValidationError as error:
+        raise InputError(first_problem(error, tables)) from None

@@ -1,0 +1,251 @@
+"""The gear set file as it is written: TOML keys, units in their names.
+
+Strict about types, keys and finite numbers; what the numbers mean for the teeth is
+checked when they are cut. Every default of the format stands here.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from typing import Annotated, Any, Literal, TypeVar
+
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    ConfigDict,
+    Field,
+    Strict,
+    model_validator,
+)
+
+Item = TypeVar("Item")
+Name = Annotated[str, Field(pattern=r'^[^\x00-\x1f"]*[^\x00-\x20"][^\x00-\x1f"]*$')]
+Positive = Annotated[float, Field(gt=0.0)]
+Length = Annotated[float, Field(gt=0.0, le=1e5)]  # mm, far beyond any gear
+Height = Annotated[float, Field(ge=-1e5, le=1e5)]
+Teeth = Annotated[int, Field(ge=5, le=10000)]
+Module = Annotated[float, Field(ge=0.01, le=1000.0)]
+Angle = Annotated[float, Field(ge=5.0, le=35.0)]
+Shift = Annotated[float, Field(ge=-2.0, le=2.0)]
+Entries = Annotated[tuple[Item, ...], Strict(False)]  # a TOML array is a list
+
+
+class Keys(BaseModel):
+    """A TOML table that accepts its own keys only."""
+
+    model_config = ConfigDict(
+        extra="forbid",
+        frozen=True,
+        strict=True,
+        allow_inf_nan=False,
+    )
+
+    def given(self, *names: str) -> list[str]:
+        """Those of the keys that have a value."""
+        return [name for name in names if getattr(self, name) is not None]
+
+
+def require_at_most_one(keys: Keys, *names: str) -> None:
+    given = keys.given(*names)
+    if len(given) > 1:
+        raise ValueError(f"{' and '.join(given)} are given; only one is allowed")
+
+
+def require_exactly_one(keys: Keys, *names: str) -> None:
+    require_at_most_one(keys, *names)
+    if not keys.given(*names):
+        raise ValueError(f"one of {', '.join(names)} is needed")
+
+
+TIP_KEYS = ("tip_radius_mm", "addendum_mm")
+
+
+class GearDefaults(Keys):
+    """Keys that gears may share through the [defaults] table.
+
+    addendum_mm : height of the tip above the reference circle
+    rack_tip_radius_mm : by default 0.3 module or, if less, what fits the space
+    tooth_thinning_um : reduction of the arc thickness on the reference circle
+    pitch_errors_um : material missing on each tooth's flank
+    """
+
+    teeth: Teeth | None = None
+    module_mm: Module | None = None
+    pressure_angle_deg: Angle = 20.0
+    profile_shift: Shift = 0.0
+    tip_radius_mm: Length | None = None
+    addendum_mm: Height | None = None
+    dedendum_mm: Length | None = None
+    rack_tip_radius_mm: Length | None = None
+    face_width_mm: Length | None = None
+    hub_radius_mm: Length | None = None
+    tooth_thinning_um: float = 0.0
+    young_modulus_GPa: Positive = 206.0
+    poisson_ratio: Annotated[float, Field(ge=0.0, le=0.49)] = 0.3
+    density_kg_per_m3: Positive = 7850.0
+    inertia_kg_m2: Positive | None = None
+    mass_kg: Positive | None = None
+    pitch_errors_um: Entries[float] | None = None
+
+    @model_validator(mode="after")
+    def _one_tip(self) -> GearDefaults:
+        require_at_most_one(self, *TIP_KEYS)
+        return self
+
+
+class GearEntry(GearDefaults):
+    """[[gear]], defaults filled in."""
+
+    name: Name
+    teeth: Teeth
+    module_mm: Module
+    face_width_mm: Length
+    hub_radius_mm: Length
+
+    @model_validator(mode="after")
+    def _error_for_each_tooth(self) -> GearEntry:
+        errors = self.pitch_errors_um
+        if errors is not None and len(errors) != self.teeth:
+            raise ValueError(
+                f"pitch_errors_um has {len(errors)} entries; "
+                f"one for each of the {self.teeth} teeth is needed"
+            )
+        return self
+
+
+class ReliefEntry(Keys):
+    """magnitude_um : at its end; exactly one key says where the relief starts."""
+
+    magnitude_um: Positive
+    length_pitches: Positive | None = None
+    start_roll_angle_deg: Positive | None = None
+    start: Literal["HPSTC", "LPSTC"] | None = None
+    shape: Literal["linear", "parabolic"] = "linear"
+
+    @model_validator(mode="after")
+    def _one_start(self) -> ReliefEntry:
+        require_exactly_one(self, "length_pitches", "start_roll_angle_deg", "start")
+        return self
+
+
+class TipReliefEntry(ReliefEntry):
+    start: Literal["HPSTC"] | None = None
+
+
+class RootReliefEntry(ReliefEntry):
+    start: Literal["LPSTC"] | None = None
+
+
+class MeshEntry(Keys):
+    """[[mesh]]; a relief without a gear's role applies to both gears.
+
+    phase : position of the mesh cycle when the first mesh is at its pitch point,
+        in base pitches
+    """
+
+    driver: Name
+    driven: Name
+    center_distance_mm: Length | None = None
+    operating_pressure_angle_deg: Annotated[float, Field(ge=5.0, le=45.0)] | None = None
+    contact_ratio: Annotated[float, Field(ge=1.0)] | None = None
+    phase: float | None = None
+    tip_relief: TipReliefEntry | None = None
+    root_relief: RootReliefEntry | None = None
+    driver_tip_relief: TipReliefEntry | None = None
+    driven_tip_relief: TipReliefEntry | None = None
+    driver_root_relief: RootReliefEntry | None = None
+    driven_root_relief: RootReliefEntry | None = None
+
+    @model_validator(mode="after")
+    def _exclusive(self) -> MeshEntry:
+        require_exactly_one(self, "center_distance_mm", "operating_pressure_angle_deg")
+        for place in ("tip_relief", "root_relief"):
+            for role in ("driver", "driven"):
+                require_at_most_one(self, place, f"{role}_{place}")
+        if self.driver == self.driven:
+            raise ValueError(f'driven = "{self.driven}"; must differ from the driver')
+        return self
+
+    @property
+    def label(self) -> str:
+        return mesh_label(self.driver, self.driven)
+
+    @property
+    def spacing_key(self) -> str:
+        """The one of the two exclusive keys that sets the centre distance."""
+        return self.given("center_distance_mm", "operating_pressure_angle_deg")[0]
+
+
+def mesh_label(driver: str, driven: str) -> str:
+    return f'mesh "{driver}"-"{driven}"'
+
+
+class ShaftEntry(Keys):
+    """[[shaft]]: gears that turn as one."""
+
+    gears: Annotated[Entries[Name], Field(min_length=2)]
+
+
+def _driving(torque: float) -> float:
+    if not torque > 0.0:
+        raise ValueError(
+            "torque of the wrong sign; must be positive, in the sense of rotation"
+        )
+    return torque
+
+
+class LoadEntry(Keys):
+    """[load]: the torque cases on the input gear."""
+
+    gear: Name
+    torques_Nm: Annotated[
+        Entries[Annotated[float, AfterValidator(_driving)]], Field(min_length=1)
+    ]
+
+
+class Document(Keys):
+    """A whole gear set file."""
+
+    name: Name
+    description: str = ""
+    inferences: Entries[str] = ()
+    defaults: GearDefaults = GearDefaults()
+    gear: Annotated[Entries[GearEntry], Field(min_length=1)]
+    mesh: Annotated[Entries[MeshEntry], Field(min_length=1)]
+    shaft: Entries[ShaftEntry] = ()
+    load: LoadEntry | None = None
+
+    @model_validator(mode="after")
+    def _unique(self) -> Document:
+        for name, count in Counter(gear.name for gear in self.gear).items():
+            if count > 1:
+                raise ValueError(f'gear "{name}": the name is used {count} times')
+        pairs = Counter(frozenset((mesh.driver, mesh.driven)) for mesh in self.mesh)
+        for mesh in self.mesh:
+            if pairs[frozenset((mesh.driver, mesh.driven))] > 1:
+                raise ValueError(f"{mesh.label}: the two gears mesh more than once")
+        return self
+
+    @property
+    def gear_names(self) -> list[str]:
+        return [gear.name for gear in self.gear]
+
+
+def with_defaults(tables: dict[str, Any]) -> dict[str, Any]:
+    """The tables with [defaults] filled into every gear that lacks the key.
+
+    A gear's own tip overrides the shared one even under the other key.
+    """
+    shared, gears = tables.get("defaults"), tables.get("gear")
+    if not isinstance(shared, dict) or not isinstance(gears, list):
+        return tables
+    return tables | {"gear": [_filled(gear, shared) for gear in gears]}
+
+
+def _filled(gear: Any, shared: dict[str, Any]) -> Any:
+    if not isinstance(gear, dict):
+        return gear
+    own_tip = any(key in gear for key in TIP_KEYS)
+    return {
+        key: value for key, value in shared.items() if not (own_tip and key in TIP_KEYS)
+    } | gear

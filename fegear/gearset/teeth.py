@@ -1,0 +1,144 @@
+"""From the keys of a gear to its teeth."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from fegear.errors import InputError
+from fegear.gearset.problems import shown
+from fegear.gearset.schema import GearEntry
+from meshes.gear import GeometryError, SpurGear
+
+MM, UM = 1e-3, 1e-6
+
+GEAR_KEYS = {
+    "teeth": "teeth",
+    "module": "module_mm",
+    "pressure_angle": "pressure_angle_deg",
+    "profile_shift": "profile_shift",
+    "dedendum": "dedendum_mm",
+    "rack_tip_radius": "rack_tip_radius_mm",
+    "hub_radius": "hub_radius_mm",
+    "tooth_thinning": "tooth_thinning_um",
+}
+
+
+@dataclass(frozen=True)
+class Tip:
+    """Tip radius [m] and the key, with its value, that it comes from."""
+
+    radius: float
+    origin: str
+
+
+@dataclass(frozen=True)
+class Blank:
+    """A gear before its tip is known; lengths in metres, angle in radians."""
+
+    entry: GearEntry
+
+    @property
+    def module(self) -> float:
+        return self.entry.module_mm * MM
+
+    @property
+    def pressure_angle(self) -> float:
+        return math.radians(self.entry.pressure_angle_deg)
+
+    @property
+    def reference_radius(self) -> float:
+        return 0.5 * self.module * self.entry.teeth
+
+    @property
+    def base_radius(self) -> float:
+        return self.reference_radius * math.cos(self.pressure_angle)
+
+    @property
+    def base_pitch(self) -> float:
+        return math.pi * self.module * math.cos(self.pressure_angle)
+
+    @property
+    def dedendum(self) -> float:
+        given = self.entry.dedendum_mm
+        return 1.25 * self.module if given is None else given * MM
+
+    @property
+    def widest_rack_tip(self) -> float:
+        """Rounding at which the rack's tip has no flat left; below 0 none fits."""
+        alpha, shift = self.pressure_angle, self.entry.profile_shift * self.module
+        shift_width = 2.0 * shift * math.tan(alpha)
+        thinning = self.entry.tooth_thinning_um * UM
+        half_space = 0.5 * (0.5 * math.pi * self.module - shift_width + thinning)
+        flat = half_space - (self.dedendum - shift) * math.tan(alpha)
+        return flat / (1.0 / math.cos(alpha) - math.tan(alpha))
+
+    @property
+    def rack_tip_radius(self) -> float:
+        given = self.entry.rack_tip_radius_mm
+        if given is not None:
+            return given * MM
+        return min(0.3 * self.module, self.widest_rack_tip)
+
+    @property
+    def given_tip(self) -> Tip | None:
+        entry = self.entry
+        if entry.tip_radius_mm is not None:
+            origin = f"tip_radius_mm = {shown(entry.tip_radius_mm)}"
+            return Tip(entry.tip_radius_mm * MM, origin)
+        if entry.addendum_mm is not None:
+            radius = self.reference_radius + entry.addendum_mm * MM
+            return Tip(radius, f"addendum_mm = {shown(entry.addendum_mm)}")
+        return None
+
+    @property
+    def default_tip(self) -> Tip:
+        addendum = (1.0 + self.entry.profile_shift) * self.module
+        origin = f"addendum_mm = {shown(addendum / MM)} by default"
+        return Tip(self.reference_radius + addendum, origin)
+
+    def cut(self, tip: Tip) -> SpurGear:
+        """The gear; raises InputError on the key that stands in its way."""
+        try:
+            return SpurGear(
+                teeth=self.entry.teeth,
+                module=self.module,
+                pressure_angle=self.pressure_angle,
+                profile_shift=self.entry.profile_shift,
+                tip_radius=tip.radius,
+                dedendum=self.dedendum,
+                rack_tip_radius=self.rack_tip_radius,
+                hub_radius=self.entry.hub_radius_mm * MM,
+                tooth_thinning=self.entry.tooth_thinning_um * UM,
+            )
+        except GeometryError as error:
+            raise InputError(self._complaint(error, tip)) from None
+
+    def _complaint(self, error: GeometryError, tip: Tip) -> str:
+        where = f'gear "{self.entry.name}"'
+        if error.field == "tip_radius":
+            return f"{where}: {tip.origin}; tip radius {error.message}"
+        field, allowed = error.field, error.message.partition("; ")[2]
+        if field == "rack_tip_radius" and self.rack_tip_radius <= 0.0:
+            field, allowed = (
+                "dedendum",
+                f"at most {self._deepest}: no room in the space",
+            )
+        return f"{where}: {self._stated(GEAR_KEYS[field])}; {allowed}"
+
+    @property
+    def _deepest(self) -> str:
+        """Dedendum at which the rack tip is a sharp point."""
+        alpha = self.pressure_angle
+        slack = self.widest_rack_tip * (1.0 / math.cos(alpha) - math.tan(alpha))
+        return f"{(self.dedendum + slack / math.tan(alpha)) / MM:.6g} mm"
+
+    def _stated(self, key: str) -> str:
+        """'key = value' as given, or as it was filled in."""
+        if key in self.entry.model_fields_set:
+            return f"{key} = {shown(getattr(self.entry, key))}"
+        filled = {
+            "dedendum_mm": self.dedendum / MM,
+            "rack_tip_radius_mm": self.rack_tip_radius / MM,
+        }
+        return f"{key} = {shown(filled.get(key, getattr(self.entry, key)))} by default"

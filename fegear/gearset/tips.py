@@ -1,0 +1,120 @@
+"""Gears at their centre distance, and tips that give a contact ratio."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from fegear.errors import InputError
+from fegear.gearset.problems import shown
+from fegear.gearset.schema import Document, MeshEntry
+from fegear.gearset.teeth import MM, Blank, Tip
+
+HIGHEST_ADDENDUM = 3.0  # modules, far beyond any pointed tooth
+CONTACT_RATIO_TOLERANCE = 1e-3
+
+
+@dataclass(frozen=True)
+class Spacing:
+    """Two gears without tips at their centre distance [m]."""
+
+    one: Blank
+    two: Blank
+    center_distance: float
+
+    @property
+    def line_of_action(self) -> float:
+        bases = self.one.base_radius + self.two.base_radius
+        return math.sqrt(self.center_distance**2 - bases**2)
+
+    def contact_ratio(self, tip_one: float, tip_two: float) -> float:
+        """With tip radii [m] of at least the base radii."""
+        path = _roll_length(self.one, tip_one) + _roll_length(self.two, tip_two)
+        return (path - self.line_of_action) / self.one.base_pitch
+
+
+def _roll_length(gear: Blank, radius: float) -> float:
+    return math.sqrt(max(0.0, radius**2 - gear.base_radius**2))
+
+
+def spacing(mesh: MeshEntry, one: Blank, two: Blank) -> Spacing:
+    """Place two gears; raises InputError if they cannot mesh at all."""
+    pitches = one.base_pitch, two.base_pitch
+    if abs(pitches[0] - pitches[1]) > 1e-9 * pitches[0]:
+        raise InputError(
+            f"{mesh.label}: module_mm = {shown(one.entry.module_mm)} and "
+            f"{shown(two.entry.module_mm)}; base pitches {1e3 * pitches[0]:.6g} mm and "
+            f"{1e3 * pitches[1]:.6g} mm must be equal"
+        )
+    bases = one.base_radius + two.base_radius
+    if mesh.center_distance_mm is None:
+        assert mesh.operating_pressure_angle_deg is not None
+        angle = math.radians(mesh.operating_pressure_angle_deg)
+        return Spacing(one, two, bases / math.cos(angle))
+    if not mesh.center_distance_mm * MM > bases:
+        raise InputError(
+            f"{mesh.label}: center_distance_mm = {shown(mesh.center_distance_mm)}; "
+            f"must exceed the sum of base radii {bases / MM:.6g} mm"
+        )
+    return Spacing(one, two, mesh.center_distance_mm * MM)
+
+
+def find_tips(document: Document, spacings: Sequence[Spacing]) -> list[Tip]:
+    """Tips as given, else from the first contact ratio that needs them, else default.
+
+    Of a mesh's gears, those still without a tip get the same addendum.
+    """
+    blanks = {entry.name: Blank(entry) for entry in document.gear}
+    tips = {name: tip for name, blank in blanks.items() if (tip := blank.given_tip)}
+    for mesh, place in zip(document.mesh, spacings, strict=True):
+        if mesh.contact_ratio is None:
+            continue
+        free = [name for name in (mesh.driver, mesh.driven) if name not in tips]
+        if free:
+            addendum = _equal_addendum(mesh, place, tips)
+            origin = f"contact_ratio = {shown(mesh.contact_ratio)} of {mesh.label}"
+            for name in free:
+                tips[name] = Tip(blanks[name].reference_radius + addendum, origin)
+        _require_contact_ratio(mesh, place, tips)
+    return [tips.get(name, blanks[name].default_tip) for name in document.gear_names]
+
+
+def _equal_addendum(mesh: MeshEntry, place: Spacing, tips: dict[str, Tip]) -> float:
+    """Addendum [m] of the gears without a tip that gives the contact ratio."""
+    from scipy.optimize import brentq
+
+    wanted = mesh.contact_ratio
+    assert wanted is not None
+    sides = [(place.one, tips.get(mesh.driver)), (place.two, tips.get(mesh.driven))]
+    free = [blank for blank, tip in sides if tip is None]
+
+    def excess(addendum: float) -> float:
+        one, two = (
+            tip.radius if tip else blank.reference_radius + addendum
+            for blank, tip in sides
+        )
+        return place.contact_ratio(one, two) - wanted
+
+    lowest = min(blank.base_radius - blank.reference_radius for blank in free)
+    highest = HIGHEST_ADDENDUM * place.one.module
+    least, most = excess(lowest) + wanted, excess(highest) + wanted
+    if not least < wanted < most:
+        raise InputError(
+            f"{mesh.label}: contact_ratio = {shown(wanted)}; cannot be had, addenda up "
+            f"to {HIGHEST_ADDENDUM:g} modules give {max(0.0, least):.4g} to {most:.4g}"
+        )
+    return float(brentq(excess, lowest, highest, xtol=1e-15, rtol=1e-15))
+
+
+def _require_contact_ratio(
+    mesh: MeshEntry, place: Spacing, tips: dict[str, Tip]
+) -> None:
+    one, two = tips[mesh.driver], tips[mesh.driven]
+    ratio = place.contact_ratio(one.radius, two.radius)
+    assert mesh.contact_ratio is not None
+    if not abs(ratio - mesh.contact_ratio) <= CONTACT_RATIO_TOLERANCE:
+        raise InputError(
+            f"{mesh.label}: contact_ratio = {shown(mesh.contact_ratio)}; the tips are "
+            f"fixed by {one.origin} and {two.origin}, which give {ratio:.4f}"
+        )

@@ -1,0 +1,94 @@
+"""How the input torque is passed on through meshes and shafts."""
+
+from __future__ import annotations
+
+from fegear.errors import InputError
+from fegear.gearset.schema import Document, MeshEntry
+
+
+def mesh_torques(document: Document) -> list[tuple[float, ...]]:
+    """Torques on every mesh's driver [N m], a value for each load case.
+
+    They follow from statics alone, T2 = T1 z2 / z1, so a train may not branch.
+    Empty where the file has no [load].
+    """
+    load = document.load
+    if load is None:
+        return [()] * len(document.mesh)
+    shafts = _shaft_of(document)
+    driving, driven = _meshes_by_shaft(document, shafts)
+    _require_input(document, driven, shafts)
+    teeth = {gear.name: gear.teeth for gear in document.gear}
+    factors: dict[int, float] = {}
+    shaft, factor = shafts[load.gear], 1.0
+    while shaft in driving:
+        number = driving.pop(shaft)
+        mesh = document.mesh[number]
+        factors[number] = factor
+        factor *= teeth[mesh.driven] / teeth[mesh.driver]
+        shaft = shafts[mesh.driven]
+    _require_all_reached(document, factors)
+    return [
+        tuple(torque * factors[number] for torque in load.torques_Nm)
+        for number in range(len(document.mesh))
+    ]
+
+
+def _shaft_of(document: Document) -> dict[str, int]:
+    """Gears that turn as one share a number."""
+    shafts = {name: number for number, name in enumerate(document.gear_names)}
+    for shaft in document.shaft:
+        shafts.update(dict.fromkeys(shaft.gears, shafts[shaft.gears[0]]))
+    return shafts
+
+
+def _meshes_by_shaft(
+    document: Document, shafts: dict[str, int]
+) -> tuple[dict[int, int], dict[int, int]]:
+    """(mesh that a shaft drives, mesh that drives it), each at most one."""
+    driving: dict[int, int] = {}
+    driven: dict[int, int] = {}
+    for number, mesh in enumerate(document.mesh):
+        for found, name, does in (
+            (driving, mesh.driver, "drives"),
+            (driven, mesh.driven, "is driven by"),
+        ):
+            other = found.setdefault(shafts[name], number)
+            if other != number:
+                raise InputError(_ambiguous(document.mesh[other], mesh, name, does))
+    return driving, driven
+
+
+def _ambiguous(one: MeshEntry, two: MeshEntry, name: str, does: str) -> str:
+    return (
+        f'load: gear "{name}" or its shaft {does} two meshes, {_ends(one)} and '
+        f"{_ends(two)}; the split of the torque is ambiguous, one mesh is allowed"
+    )
+
+
+def _ends(mesh: MeshEntry) -> str:
+    return mesh.label.removeprefix("mesh ")
+
+
+def _require_input(
+    document: Document, driven: dict[int, int], shafts: dict[str, int]
+) -> None:
+    assert document.load is not None
+    name = document.load.gear
+    inputs = [m.driver for m in document.mesh if shafts[m.driver] not in driven]
+    if name not in inputs:
+        listed = " or ".join(f'"{gear}"' for gear in inputs)
+        raise InputError(
+            f'load: gear = "{name}"; must be the driver that no mesh drives, '
+            f"{listed or 'but every driver is driven'}"
+        )
+
+
+def _require_all_reached(document: Document, factors: dict[int, float]) -> None:
+    for number, mesh in enumerate(document.mesh):
+        if number not in factors:
+            assert document.load is not None
+            raise InputError(
+                f'load: gear = "{document.load.gear}"; its torque does not reach '
+                f"{mesh.label}, every mesh must be reached"
+            )

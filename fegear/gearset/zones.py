@@ -1,0 +1,98 @@
+"""Where on a flank contact begins, ends and is borne by one pair alone."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from fegear.errors import InputError
+from fegear.gearset.model import Relief
+from fegear.gearset.problems import shown
+from fegear.gearset.schema import ReliefEntry
+from meshes import GearPair, SpurGear
+
+
+@dataclass(frozen=True)
+class Zones:
+    """Roll lengths sqrt(r^2 - rb^2) [m] of one gear's flank in one mesh.
+
+    start : of the active profile (SAP), where the mate's tip touches
+    low, high : lowest and highest point of single-tooth contact; low exceeds high
+        where at least two pairs always touch
+    """
+
+    gear: SpurGear
+    start: float
+    low: float
+    high: float
+    tip: float
+
+    def roll_angle_deg(self, roll_length: float) -> float:
+        return math.degrees(roll_length / self.gear.base_radius)
+
+
+def zones(pair: GearPair, role: str) -> Zones:
+    """Zones of the "driver" or the "driven" gear."""
+    gear, mate = pair.driver, pair.driven
+    if role == "driven":
+        gear, mate = mate, gear
+    start = pair.line_of_action - mate.tip_roll_length
+    tip = gear.tip_roll_length
+    return Zones(gear, start, tip - pair.base_pitch, start + pair.base_pitch, tip)
+
+
+def relief(
+    entry: ReliefEntry | None, pair: GearPair, role: str, place: str, where: str
+) -> Relief | None:
+    """The relief at the "tip" or "root" of a gear; InputError if it does not fit.
+
+    Tip relief may begin at the form circle, root relief below the tip.
+    """
+    if entry is None:
+        return None
+    flank = zones(pair, role)
+    start = _relief_start(entry, pair.base_pitch, flank, place, where)
+    fits = {
+        "tip": flank.gear.form_roll_length <= start < flank.tip,
+        "root": flank.start < start < flank.tip,
+    }
+    if not fits[place]:
+        text = _too_long(entry, pair.base_pitch, flank, place)
+        raise InputError(f"{where}.{text} on the {role} gear")
+    return Relief(
+        magnitude=entry.magnitude_um * 1e-6, start_roll_length=start, shape=entry.shape
+    )
+
+
+def _relief_start(
+    entry: ReliefEntry, pitch: float, flank: Zones, place: str, where: str
+) -> float:
+    """Roll length [m]; one base pitch is one pitch angle times the base radius."""
+    if entry.length_pitches is not None:
+        length = entry.length_pitches * pitch
+        return flank.tip - length if place == "tip" else flank.start + length
+    if entry.start_roll_angle_deg is not None:
+        return math.radians(entry.start_roll_angle_deg) * flank.gear.base_radius
+    if flank.low > flank.high:
+        ratio = (flank.tip - flank.start) / pitch
+        raise InputError(
+            f'{where}.start = "{entry.start}"; at a contact ratio of {ratio:.4g} there '
+            "is no single-tooth contact, use length_pitches"
+        )
+    return flank.high if place == "tip" else flank.low
+
+
+def _too_long(entry: ReliefEntry, pitch: float, flank: Zones, place: str) -> str:
+    lowest = flank.gear.form_roll_length if place == "tip" else flank.start
+    if entry.length_pitches is not None:
+        largest = (flank.tip - lowest) / pitch
+        given = f"length_pitches = {shown(entry.length_pitches)}"
+        allowed = "at most" if place == "tip" else "below"
+        return f"{given}; {allowed} {largest:.4f}, the profile ends there"
+    low, high = flank.roll_angle_deg(lowest), flank.roll_angle_deg(flank.tip)
+    if entry.start_roll_angle_deg is not None:
+        given = f"start_roll_angle_deg = {shown(entry.start_roll_angle_deg)}"
+    else:
+        given = f'start = "{entry.start}"'
+    ends = "form circle and tip" if place == "tip" else "start of contact and tip"
+    return f"{given}; must lie between {low:.4f} and {high:.4f} deg, {ends}"

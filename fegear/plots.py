@@ -1,0 +1,137 @@
+"""Figures of mesh tables; functions of a result, drawn without a screen."""
+
+from __future__ import annotations
+
+import itertools
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from fegear.statics import StaticsResult
+    from lumped.table import MeshTable
+
+PAIR_COLORS = ("tab:blue", "tab:orange", "tab:green", "tab:purple", "tab:brown")
+CYCLES = 1.0
+
+
+def save_figure(figure: Figure, path: Path) -> None:
+    """Write a PNG; the file's date is left out so that equal input gives it equal."""
+    figure.savefig(path, format="png", dpi=130, metadata={"Software": None})
+
+
+def draw_table(result: StaticsResult) -> Figure:
+    """Stiffness, transmission error and load sharing over one base pitch."""
+    from matplotlib.figure import Figure
+
+    table = result.table
+    figure = Figure(figsize=(9.0, 9.6), layout="constrained")
+    stiffness, error, share = figure.subplots(
+        3, 1, sharex=True, height_ratios=(1.35, 1.0, 0.8)
+    )
+    middle = table.torque_Nm.size // 2
+    _draw_stiffness(stiffness, table, middle)
+    _draw_error(error, table)
+    _draw_share(share, table, middle)
+    for axes in (stiffness, error, share):
+        _shade_contact(axes, table, middle, named=axes is stiffness)
+        axes.grid(alpha=0.25)
+    share.set_xlabel("mesh position [base pitches from the pitch point]")
+    share.set_xlim(0.0, 1.0)
+    header = table.header
+    figure.suptitle(
+        f"{header['gear set']}, mesh {header['mesh']}, teeth {header['teeth']}, "
+        f"contact ratio {result.problem.pair.contact_ratio:.3f}\n"
+        f"plane {header['plane']}, friction {header['friction coefficient']}, "
+        f"corner contact {header['corner contact']}, face width "
+        f"{1e3 * result.problem.face_width:g} mm",
+        fontsize=11,
+    )
+    return figure
+
+
+def _closed(table: MeshTable, values: NDArray) -> tuple[NDArray, NDArray]:
+    """A periodic column with its first value repeated at position 1."""
+    return np.append(table.position, table.position[0] + 1.0), np.append(
+        values, values[0]
+    )
+
+
+def _draw_stiffness(axes: Axes, table: MeshTable, middle: int) -> None:
+    shades = np.linspace(0.55, 0.0, table.torque_Nm.size)
+    for t, torque in enumerate(table.torque_Nm):
+        position, k = _closed(table, table["stiffness_N_per_m"][t])
+        label = f"total at {torque:g} N m"
+        axes.plot(position, 1e-6 * k, color=str(shades[t]), label=label)
+    torque = table.torque_Nm[middle]
+    position, k = _closed(table, table["local_stiffness_N_per_m"][middle])
+    axes.plot(
+        position, 1e-6 * k, "k:", lw=1.2, label=f"local slope dF/dδ at {torque:g} N m"
+    )
+    for pair in range(1, table.pair_count + 1):
+        values = table[f"pair{pair}_stiffness_N_per_m"][middle]
+        shown = np.where(values > 0.0, values, np.nan)
+        axes.plot(
+            table.position,
+            1e-6 * shown,
+            color=PAIR_COLORS[(pair - 1) % len(PAIR_COLORS)],
+            lw=1.4,
+            label=f"pair {pair} at {torque:g} N m",
+        )
+    axes.set_ylabel("mesh stiffness F / (δ - δ₀) [N/µm]")
+    axes.set_ylim(bottom=0.0)
+    axes.legend(fontsize=8, ncols=2, loc="lower center")
+
+
+def _draw_error(axes: Axes, table: MeshTable) -> None:
+    shades = np.linspace(0.55, 0.0, table.torque_Nm.size)
+    for t, torque in enumerate(table.torque_Nm):
+        position, ste = _closed(table, table["ste_m"][t])
+        label = f"loaded, {torque:g} N m"
+        axes.plot(position, 1e6 * ste, color=str(shades[t]), label=label)
+    position, nlte = _closed(table, table["nlte_m"][0])
+    axes.plot(position, 1e6 * nlte, "r--", lw=1.2, label="no load")
+    axes.set_ylabel("static transmission\nerror δ [µm]")
+    axes.set_ylim(bottom=min(0.0, 1.1e6 * float(nlte.min())))
+    axes.legend(fontsize=8, ncols=2, loc="best")
+
+
+def _draw_share(axes: Axes, table: MeshTable, middle: int) -> None:
+    for pair in range(1, table.pair_count + 1):
+        axes.plot(
+            table.position,
+            100.0 * table[f"pair{pair}_load_share"][middle],
+            color=PAIR_COLORS[(pair - 1) % len(PAIR_COLORS)],
+            label=f"pair {pair}",
+        )
+    axes.set_ylabel(f"load share [%]\nat {table.torque_Nm[middle]:g} N m")
+    axes.set_ylim(-3.0, 103.0)
+    axes.legend(fontsize=8, loc="center right")
+
+
+def _shade_contact(axes: Axes, table: MeshTable, middle: int, named: bool) -> None:
+    """Shade where two and more pairs are loaded; name the stretches."""
+    count = table["n_pairs"][middle].astype(int)
+    edges = np.flatnonzero(np.diff(count)) + 1
+    position = np.append(table.position, 1.0)
+    bounds = [0, *edges, len(count)]
+    names = {1: "single", 2: "double", 3: "triple"}
+    for low, high in itertools.pairwise(bounds):
+        pairs = int(count[low])
+        start, end = position[low], position[high]
+        if pairs > 1:
+            axes.axvspan(start, end, color="tab:cyan", alpha=0.06 * pairs, lw=0)
+        if named and end - start > 0.08:
+            axes.text(
+                0.5 * (start + end),
+                1.01,
+                names.get(pairs, f"{pairs} pairs"),
+                transform=axes.get_xaxis_transform(),
+                ha="center",
+                fontsize=8,
+            )

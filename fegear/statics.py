@@ -1,0 +1,302 @@
+"""From a gear set to the mesh-stiffness table of one of its meshes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from importlib.metadata import PackageNotFoundError, version
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fegear.contact.problem import ContactCycle, ContactProblem, solve_cycle
+from fegear.elasticity.cache import cached_flank_compliance
+from fegear.elasticity.flank import FlankCompliance
+from fegear.elasticity.material import Plane, PlaneMaterial
+from fegear.gearset.model import GearSet
+from fegear.timing import recorded_stages, stage
+from lumped.table import MeshTable
+from meshes import MeshSize
+
+Array = NDArray[np.float64]
+Progress = Callable[[str, int, int], None]  # (what, done, of how many)
+CHUNK = 2048  # positions solved between two reports of progress
+
+
+@dataclass(frozen=True)
+class Resolution:
+    """Mesh of a sector and nodes of a contact patch."""
+
+    size: MeshSize
+    nodes: int
+
+    def coarsened(self) -> Resolution:
+        """The companion that the discretisation estimate compares with."""
+        return Resolution(self.size.refined(0.7), max(9, round(0.7 * self.nodes)))
+
+
+RESOLUTIONS = {
+    "coarse": Resolution(MeshSize().refined(0.7), 17),
+    "default": Resolution(MeshSize(), 25),
+    "fine": Resolution(MeshSize().refined(1.7), 49),
+}
+
+
+@dataclass(frozen=True, kw_only=True)
+class StaticsSettings:
+    """How to compute a table; positions are per base pitch."""
+
+    positions: int = 64
+    friction: float = 0.0
+    plane: Plane = "stress"
+    resolution: str = "default"
+    corner_contact: bool = True
+    estimate_error: bool = True
+
+    def __post_init__(self) -> None:
+        if self.positions < 1:
+            raise ValueError(f"positions must be at least 1, got {self.positions}")
+        if self.resolution not in RESOLUTIONS:
+            known = ", ".join(RESOLUTIONS)
+            raise ValueError(f"resolution must be one of {known}")
+
+
+@dataclass(frozen=True)
+class ErrorEstimate:
+    """Relative change of the transmission error against a coarser resolution.
+
+    The error itself is smaller: it shrinks with at least the square of the size.
+    mean : of its mean; path : the largest on the nominal path; corner : the
+    largest where a tip corner is in contact, NaN where there is none
+    """
+
+    mean: float
+    path: float
+    corner: float
+
+
+@dataclass(frozen=True)
+class StaticsResult:
+    """A mesh table with its evidence; seconds by stage."""
+
+    table: MeshTable
+    cycle: ContactCycle
+    problem: ContactProblem
+    error: ErrorEstimate | None
+    seconds: dict[str, float]
+
+    @property
+    def torque_balance(self) -> float:
+        """Largest deviation of T2/T1 from z2/z1, relative."""
+        pair = self.problem.pair
+        expected = self.cycle.torque[:, None] * pair.driven.teeth / pair.driver.teeth
+        return float(np.abs(self.cycle.driven_torque / expected - 1.0).max())
+
+
+def solve_mesh(
+    gear_set: GearSet,
+    mesh: int = 0,
+    torques: Sequence[float] = (),
+    settings: StaticsSettings | None = None,
+    progress: Progress | None = None,
+) -> StaticsResult:
+    """Mesh table of one mesh (index from 0) at torques on its driver [N m].
+
+    Without torques the gear set's own load cases are used. Raises ValueError for
+    a mesh that is not there and where no torque is known.
+    """
+    settings = settings or StaticsSettings()
+    report = progress or (lambda what, done, total: None)
+    if not 0 <= mesh < len(gear_set.meshes):
+        count = len(gear_set.meshes)
+        raise ValueError(f"mesh must be from 1 to {count}, got {mesh + 1}")
+    torque = np.array(torques or gear_set.meshes[mesh].torques, float)
+    if torque.size == 0:
+        raise ValueError("torques must be given: the gear set has no load")
+    resolution = RESOLUTIONS[settings.resolution]
+    with recorded_stages() as seconds:
+        problem = contact_problem(gear_set, mesh, settings, resolution, report)
+        cycle = _solve_in_chunks(problem, torque, settings.positions, report)
+        error = None
+        if settings.estimate_error:
+            error = _estimate(gear_set, mesh, settings, resolution, cycle, report)
+    header = table_header(gear_set, mesh, settings, cycle, error)
+    table = mesh_table(cycle, header)
+    return StaticsResult(table, cycle, problem, error, dict(seconds))
+
+
+def contact_problem(
+    gear_set: GearSet,
+    mesh: int,
+    settings: StaticsSettings,
+    resolution: Resolution,
+    report: Progress = lambda what, done, total: None,
+) -> ContactProblem:
+    """The mesh's contact problem with both flank compliances at hand."""
+    spec = gear_set.meshes[mesh]
+    gears = [gear_set.gears[spec.driver], gear_set.gears[spec.driven]]
+    flanks: list[FlankCompliance] = []
+    for i, gear in enumerate(gears):
+        report(f"compliance of {gear.name}", i, 2)
+        material = PlaneMaterial(gear.young_modulus, gear.poisson_ratio, settings.plane)
+        flanks.append(cached_flank_compliance(gear.geometry, material, resolution.size))
+    report("compliance", 2, 2)
+    return ContactProblem(
+        pair=spec.pair,
+        driver=flanks[0],
+        driven=flanks[1],
+        face_width=min(gear.face_width for gear in gears),
+        driver_tip_relief=spec.driver_tip_relief,
+        driver_root_relief=spec.driver_root_relief,
+        driven_tip_relief=spec.driven_tip_relief,
+        driven_root_relief=spec.driven_root_relief,
+        friction=settings.friction,
+        corner_contact=settings.corner_contact,
+        nodes=resolution.nodes,
+        driver_pitch_errors=gears[0].pitch_errors,
+        driven_pitch_errors=gears[1].pitch_errors,
+    )
+
+
+def _solve_in_chunks(
+    problem: ContactProblem, torque: Array, positions: int, report: Progress
+) -> ContactCycle:
+    """Solve in pieces short enough for Ctrl-C and a progress bar."""
+    position = np.arange(positions) / positions
+    chunks = [position[i : i + CHUNK] for i in range(0, positions, CHUNK)]
+    cycles = []
+    for i, chunk in enumerate(chunks):
+        report("contact", i, len(chunks))
+        with stage("solving"):
+            cycles.append(solve_cycle(problem, torque, chunk))
+    report("contact", len(chunks), len(chunks))
+    return cycles[0] if len(cycles) == 1 else _joined(cycles)
+
+
+def _joined(cycles: list[ContactCycle]) -> ContactCycle:
+    """Cycles over consecutive positions as one; pairs are matched by tooth."""
+    teeth = sorted({int(k) for c in cycles for k in c.teeth}, key=lambda k: (abs(k), k))
+    empty = {"load": 0.0, "pressure": 0.0, "gap": np.inf, "friction_bending": np.nan}
+
+    def by_pair(cycle: ContactCycle, name: str) -> Array:
+        values = getattr(cycle, name)
+        out = np.full((*values.shape[:2], len(teeth)), empty[name])
+        out[..., [teeth.index(k) for k in cycle.teeth]] = values
+        return out
+
+    rows = ("approach", "no_load", "local_stiffness", "driven_torque", "residual")
+    joined: dict[str, Any] = {
+        n: np.concatenate([getattr(c, n) for c in cycles], axis=1) for n in rows
+    }
+    for name in empty:
+        joined[name] = np.concatenate([by_pair(c, name) for c in cycles], axis=1)
+    position = np.concatenate([c.position for c in cycles])
+    return replace(cycles[0], position=position, teeth=np.array(teeth), **joined)
+
+
+def _estimate(
+    gear_set: GearSet,
+    mesh: int,
+    settings: StaticsSettings,
+    resolution: Resolution,
+    cycle: ContactCycle,
+    report: Progress,
+) -> ErrorEstimate:
+    """Compare the middle torque with the coarsened resolution."""
+    middle = len(cycle.torque) // 2
+    coarse = contact_problem(gear_set, mesh, settings, resolution.coarsened(), report)
+    with stage("solving"):
+        other = solve_cycle(coarse, cycle.torque[middle], cycle.position[:CHUNK])
+    same = slice(0, other.position.size)
+    change = np.abs(other.approach[0] / cycle.approach[middle, same] - 1.0)
+    off_path = corner_positions(coarse, cycle, middle)[same]
+    means = other.approach.mean() / cycle.approach[middle, same].mean()
+    return ErrorEstimate(
+        mean=abs(float(means) - 1.0),
+        path=float(change[~off_path].max(initial=0.0)),
+        corner=float(change[off_path].max()) if off_path.any() else float("nan"),
+    )
+
+
+def corner_positions(
+    problem: ContactProblem, cycle: ContactCycle, torque: int
+) -> NDArray[np.bool_]:
+    """Where a loaded pair's nominal contact is off the path, or a Hertz width from
+    its end, at one torque; shape (n,)."""
+    pair = problem.pair
+    s1 = pair.pitch_point + pair.base_pitch * (
+        cycle.position[:, None] + cycle.teeth[None, :]
+    )
+    margin = 0.01 * pair.base_pitch
+    inside = (s1 > pair.path_start + margin) & (s1 < pair.path_end - margin)
+    return ((cycle.load[torque] != 0.0) & ~inside).any(axis=1)
+
+
+def mesh_table(cycle: ContactCycle, header: dict[str, str]) -> MeshTable:
+    """The table of a contact cycle; pairs that never carry load are left out."""
+    used = np.flatnonzero((cycle.load != 0.0).any(axis=(0, 1)))
+    share = cycle.load_share
+    bending = np.nansum(share * cycle.friction_bending, axis=2)
+    columns = {
+        "n_pairs": (cycle.load != 0.0).sum(axis=2).astype(float),
+        "stiffness_N_per_m": cycle.stiffness,
+        "local_stiffness_N_per_m": cycle.local_stiffness,
+        "ste_m": cycle.approach,
+        "nlte_m": cycle.no_load,
+        "max_pressure_Pa": cycle.pressure.max(axis=2),
+        "friction_bending_ratio": bending,
+        "driven_torque_Nm": cycle.driven_torque,
+    }
+    for number, k in enumerate(used, start=1):
+        gap = np.where(np.isfinite(cycle.gap[..., k]), cycle.gap[..., k], np.nan)
+        columns |= {
+            f"pair{number}_stiffness_N_per_m": cycle.pair_stiffness[..., k],
+            f"pair{number}_load_share": share[..., k],
+            f"pair{number}_gap_m": gap,
+            f"pair{number}_max_pressure_Pa": cycle.pressure[..., k],
+            f"pair{number}_friction_bending_ratio": cycle.friction_bending[..., k],
+        }
+    pairs = " ".join(f"pair{i}={cycle.teeth[k]:+d}" for i, k in enumerate(used, 1))
+    header = header | {"pairs ahead of the reference pair [base pitches]": pairs}
+    return MeshTable(cycle.torque, cycle.position, columns, header)
+
+
+def package_version() -> str:
+    try:
+        return version("fegear")
+    except PackageNotFoundError:  # run from a source tree that is not installed
+        return "uninstalled"
+
+
+def table_header(
+    gear_set: GearSet,
+    mesh: int,
+    settings: StaticsSettings,
+    cycle: ContactCycle,
+    error: ErrorEstimate | None,
+) -> dict[str, str]:
+    spec = gear_set.meshes[mesh]
+    driver, driven = gear_set.gears[spec.driver], gear_set.gears[spec.driven]
+    header = {
+        "format": "fegear mesh table 1",
+        "fegear version": package_version(),
+        "gear set": gear_set.name,
+        "mesh": f"{mesh + 1} ({driver.name} drives {driven.name})",
+        "teeth": f"{driver.geometry.teeth} / {driven.geometry.teeth}",
+        "contact ratio": f"{spec.pair.contact_ratio:.6g}",
+        "base pitch [mm]": f"{1e3 * spec.pair.base_pitch:.9g}",
+        "plane": settings.plane,
+        "resolution": settings.resolution,
+        "friction coefficient": f"{settings.friction:g}",
+        "corner contact": "on" if settings.corner_contact else "off",
+        "position": "base pitches past the pitch point of the reference pair",
+        "units": "in column names; torque is on the driver; transmission errors are "
+        "driver rotation times base radius, driven gear held",
+        "largest complementarity residual": f"{cycle.residual.max():.3g}",
+    }
+    if error is not None:
+        header["estimated discretisation error of ste_m"] = (
+            f"mean {error.mean:.2g}, path {error.path:.2g}, corner {error.corner:.2g}"
+        )
+    return header

@@ -1,0 +1,33 @@
+"""Where the time goes: named stages recorded around a piece of work."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+
+_recorder: ContextVar[dict[str, float] | None] = ContextVar("recorder", default=None)
+
+
+@contextmanager
+def recorded_stages() -> Iterator[dict[str, float]]:
+    """Seconds by stage name, filled while the block runs."""
+    seconds: dict[str, float] = {}
+    token = _recorder.set(seconds)
+    try:
+        yield seconds
+    finally:
+        _recorder.reset(token)
+
+
+@contextmanager
+def stage(name: str) -> Iterator[None]:
+    """Count the block's time toward `name` if anyone records."""
+    seconds = _recorder.get()
+    start = time.perf_counter()
+    try:
+        yield
+    finally:
+        if seconds is not None:
+            seconds[name] = seconds.get(name, 0.0) + time.perf_counter() - start

@@ -1,0 +1,159 @@
+"""Mesh tables: stiffness, transmission error and load sharing over a mesh cycle.
+
+The file is a CSV with a header of comment lines, `# key: value`, one line of
+column names with units, and a row per torque and position. Numbers are written in
+the shortest form that reads back to the same bits; an empty cell is NaN. Columns
+beyond the required ones may be missing or extra.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+REQUIRED = ("torque_Nm", "position", "stiffness_N_per_m")
+COUNTS = ("n_pairs",)
+
+
+class TableError(ValueError):
+    """A mesh table that is not one; the message names line or column."""
+
+
+@dataclass(frozen=True, eq=False)
+class MeshTable:
+    """One mesh at torques (t,) on the driver [N m] and positions (n,).
+
+    position : base pitches from the pitch point of the reference pair, in [0, 1)
+    columns : name with unit -> (t, n)
+    header : free text by key, such as gear set, settings and version
+    """
+
+    torque_Nm: Array
+    position: Array
+    columns: Mapping[str, Array]
+    header: Mapping[str, str] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        shape = (self.torque_Nm.size, self.position.size)
+        for name, values in self.columns.items():
+            if values.shape != shape:
+                raise TableError(f"{name} must have shape {shape}, got {values.shape}")
+        if not (np.diff(self.position) > 0.0).all():
+            raise TableError("position must increase")
+        object.__setattr__(self, "columns", MappingProxyType(dict(self.columns)))
+        object.__setattr__(self, "header", MappingProxyType(dict(self.header)))
+
+    def __getitem__(self, name: str) -> Array:
+        return self.columns[name]
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, MeshTable):
+            return NotImplemented
+        same = dict(self.header) == dict(other.header)
+        same &= list(self.columns) == list(other.columns)
+        pairs = [(self.torque_Nm, other.torque_Nm), (self.position, other.position)]
+        pairs += [(self[n], other[n]) for n in self.columns] if same else []
+        return same and all(np.array_equal(a, b, equal_nan=True) for a, b in pairs)
+
+    __hash__ = None  # type: ignore[assignment]
+
+    @property
+    def pair_count(self) -> int:
+        """Tooth pairs with columns of their own, pair1 to pairN."""
+        return sum(name.endswith("_load_share") for name in self.columns)
+
+
+def format_table(table: MeshTable) -> str:
+    """The table as CSV text."""
+    out = io.StringIO()
+    for key, value in table.header.items():
+        out.write(f"# {key}: {value}\n")
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow(["torque_Nm", "position", *table.columns])
+    for t, torque in enumerate(table.torque_Nm):
+        for n, position in enumerate(table.position):
+            cells = [_cell(name, v[t, n]) for name, v in table.columns.items()]
+            writer.writerow([repr(float(torque)), repr(float(position)), *cells])
+    return out.getvalue()
+
+
+def _cell(name: str, value: float) -> str:
+    if math.isnan(value):
+        return ""
+    return str(int(value)) if name in COUNTS else repr(float(value))
+
+
+def parse_table(text: str, source: str = "table") -> MeshTable:
+    """Read CSV text; raises TableError naming `source` and the line."""
+    lines = text.lstrip("\ufeff").splitlines()
+    comments = [line for line in lines if line.startswith("#")]
+    header = dict(_header_entry(line) for line in comments)
+    body = [line for line in lines if line.strip() and not line.startswith("#")]
+    if not body:
+        raise TableError(f"{source}: no column names")
+    names, *rows = list(csv.reader(body))
+    missing = [name for name in REQUIRED if name not in names]
+    if missing:
+        raise TableError(f"{source}: column {missing[0]} is missing")
+    data = np.array([_numbers(row, names, source) for row in rows])
+    if not len(data):
+        raise TableError(f"{source}: no rows")
+    return _table_from(names, data, header, source)
+
+
+def _header_entry(line: str) -> tuple[str, str]:
+    key, _, value = line[1:].partition(":")
+    return key.strip(), value.strip()
+
+
+def _numbers(row: list[str], names: list[str], source: str) -> list[float]:
+    if len(row) != len(names):
+        raise TableError(f"{source}: {len(row)} cells where {len(names)} are named")
+    try:
+        return [float(cell) if cell.strip() else math.nan for cell in row]
+    except ValueError as error:
+        raise TableError(f"{source}: {error}") from None
+
+
+def _table_from(
+    names: list[str], data: Array, header: dict[str, str], source: str
+) -> MeshTable:
+    torque, position = (data[:, names.index(name)] for name in REQUIRED[:2])
+    torques = np.array(list(dict.fromkeys(torque)))
+    positions = position[torque == torque[0]]
+    expected = [(t, p) for t in torques for p in positions]
+    if expected != list(zip(torque, position, strict=True)):
+        raise TableError(f"{source}: every torque must list the same positions")
+    shape = (torques.size, positions.size)
+    columns = {
+        name: data[:, i].reshape(shape)
+        for i, name in enumerate(names)
+        if name not in REQUIRED[:2]
+    }
+    return MeshTable(torques, positions, columns, header)
+
+
+def read_table(path: str) -> MeshTable:
+    """Read a mesh table; OSError or TableError where that is not possible."""
+    with open(path, encoding="utf-8", newline="") as file:
+        return parse_table(file.read(), str(path))
+
+
+def write_table(table: MeshTable, path: str) -> None:
+    """Write a mesh table as it stands; see `format_table`."""
+    with open(path, "w", encoding="utf-8", newline="") as file:
+        file.write(format_table(table))
+
+
+def pair_columns(table: MeshTable, quantity: str) -> Iterable[Array]:
+    """The columns pair1_quantity, pair2_quantity, ... in order."""
+    for pair in range(1, table.pair_count + 1):
+        yield table[f"pair{pair}_{quantity}"]

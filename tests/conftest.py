@@ -1,0 +1,57 @@
+"""Gears shared by the tests, and a cache directory of their own."""
+
+from __future__ import annotations
+
+import math
+import os
+from dataclasses import replace
+
+import pytest
+
+from meshes import GearPair, SpurGear
+from meshes.pairing import center_distance_at
+
+MODULE = 2.54e-3
+ADDENDUM = 2.74842621e-3  # gives contact ratio 1.504
+
+
+@pytest.fixture(scope="session", autouse=True)
+def private_cache(tmp_path_factory):
+    """Never read compliances that an older program has left behind."""
+    before = os.environ.get("FEGEAR_CACHE_DIR")
+    os.environ["FEGEAR_CACHE_DIR"] = str(tmp_path_factory.mktemp("cache"))
+    yield
+    if before is None:
+        del os.environ["FEGEAR_CACHE_DIR"]
+    else:
+        os.environ["FEGEAR_CACHE_DIR"] = before
+
+
+def make_gear(teeth: int, hub_radius: float, **changes) -> SpurGear:
+    gear = SpurGear(
+        teeth=teeth,
+        module=MODULE,
+        pressure_angle=math.radians(20.0),
+        profile_shift=0.0,
+        tip_radius=0.5 * MODULE * teeth + ADDENDUM,
+        dedendum=1.25 * MODULE,
+        rack_tip_radius=0.3 * MODULE,
+        hub_radius=hub_radius,
+    )
+    return replace(gear, **changes)
+
+
+@pytest.fixture(scope="session")
+def pinion() -> SpurGear:
+    return make_gear(38, 15e-3)
+
+
+@pytest.fixture(scope="session")
+def wheel() -> SpurGear:
+    return make_gear(55, 20e-3)
+
+
+@pytest.fixture(scope="session")
+def pair(pinion, wheel) -> GearPair:
+    distance = center_distance_at(pinion, wheel, math.radians(21.22))
+    return GearPair(pinion, wheel, distance)

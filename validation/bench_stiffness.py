@@ -1,0 +1,223 @@
+"""Run time against error of the static mesh stiffness.
+
+Every point is one whole computation without cache: both flank compliances and the
+contact cycle. Errors are those of the transmission error, relative to an overkill
+reference of its own; the compiled kernel is warm.
+"""
+
+from __future__ import annotations
+
+import csv
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fegear.contact.problem import ContactCycle, ContactProblem, solve_cycle
+from fegear.elasticity.flank import flank_compliance
+from fegear.elasticity.material import PlaneMaterial
+from fegear.gearset.model import GearSet
+from fegear.statics import corner_positions
+from meshes import MeshSize
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+POSITIONS = 64
+OVERKILL = MeshSize(
+    flank_edges=120,
+    flank_grading=7.5,
+    fillet_edges=34,
+    tooth_size=0.09,
+    hub_size=0.36,
+)
+OVERKILL_NODES = 161
+FACTORS = (0.35, 0.5, 0.7, 1.0, 1.4, 2.0)
+UNSPLIT_EDGES = (32, 64, 128, 256)
+NODES = (9, 13, 17, 25, 33, 49, 73)
+
+
+@dataclass(frozen=True)
+class Variant:
+    """One way to compute; `study` is what varies along a curve."""
+
+    study: str
+    size: MeshSize
+    order: int = 2
+    nodes: int = 25
+    split: bool = True
+
+
+@dataclass(frozen=True)
+class Point:
+    """Run times [s] and relative errors of one variant."""
+
+    study: str
+    element_order: int
+    half_plane_split: bool
+    flank_edges: int
+    contact_nodes: int
+    edge_at_pitch_mm: float
+    compliance_s: float
+    contact_s: float
+    error_mean: float
+    error_path: float
+    error_corner: float
+
+    @property
+    def total_s(self) -> float:
+        return self.compliance_s + self.contact_s
+
+
+def variants() -> Iterator[Variant]:
+    base = MeshSize()
+    for order in (2, 1):
+        for factor in FACTORS:
+            study = f"mesh size, order {order}, split"
+            yield Variant(study, base.refined(factor), order, 73)
+    for edges in UNSPLIT_EDGES:
+        # contact nodes tied to a uniform flank mesh: the split is what allows less
+        factor = edges / base.flank_edges
+        size = MeshSize(
+            flank_edges=edges,
+            flank_grading=0.0,
+            fillet_edges=round(base.fillet_edges * min(2.0, factor)),
+            tooth_size=base.tooth_size / min(2.0, factor),
+            hub_size=base.hub_size,
+        )
+        yield Variant("mesh size, order 2, no split", size, 2, 0, False)
+    for nodes in NODES:
+        yield Variant("contact grid", base, 2, nodes)
+
+
+def run_benchmark(
+    gear_set: GearSet,
+    torque: float,
+    report: Callable[[str, int, int], None] = lambda what, done, total: None,
+) -> list[Point]:
+    """All points at one torque on the first mesh's driver [N m]."""
+    todo = list(variants())
+    report("reference", 0, len(todo) + 1)
+    reference_problem = _problem(gear_set, Variant("", OVERKILL, 2, OVERKILL_NODES))
+    reference = _cycle(reference_problem, torque)
+    points = []
+    for i, variant in enumerate(todo):
+        report(variant.study, i + 1, len(todo) + 1)
+        points.append(_measure(gear_set, torque, variant, reference_problem, reference))
+    return points
+
+
+def _cycle(problem: ContactProblem, torque: float) -> ContactCycle:
+    return solve_cycle(problem, [torque], np.arange(POSITIONS) / POSITIONS)
+
+
+def _problem(gear_set: GearSet, variant: Variant) -> ContactProblem:
+    spec = gear_set.meshes[0]
+    gears = [gear_set.gears[spec.driver], gear_set.gears[spec.driven]]
+    flanks = [
+        flank_compliance(
+            gear.geometry,
+            PlaneMaterial(gear.young_modulus, gear.poisson_ratio),
+            variant.size,
+            variant.order,
+            variant.split,
+        )
+        for gear in gears
+    ]
+    return ContactProblem(
+        pair=spec.pair,
+        driver=flanks[0],
+        driven=flanks[1],
+        face_width=min(gear.face_width for gear in gears),
+        nodes=variant.nodes or 5,
+    )
+
+
+def _measure(
+    gear_set: GearSet,
+    torque: float,
+    variant: Variant,
+    reference_problem: ContactProblem,
+    reference: ContactCycle,
+) -> Point:
+    start = time.perf_counter()
+    problem = _problem(gear_set, variant)
+    middle = time.perf_counter()
+    cycle = _cycle(problem, torque)
+    end = time.perf_counter()
+    error = np.abs(cycle.approach[0] / reference.approach[0] - 1.0)
+    corner = corner_positions(reference_problem, reference, 0)
+    means = cycle.approach.mean() / reference.approach.mean()
+    return Point(
+        study=variant.study,
+        element_order=variant.order,
+        half_plane_split=variant.split,
+        flank_edges=variant.size.flank_edges,
+        contact_nodes=problem.nodes,
+        edge_at_pitch_mm=1e3 * _edge_at_pitch(gear_set, variant.size),
+        compliance_s=middle - start,
+        contact_s=end - middle,
+        error_mean=abs(float(means) - 1.0),
+        error_path=float(error[~corner].max()),
+        error_corner=float(error[corner].max()) if corner.any() else float("nan"),
+    )
+
+
+def _edge_at_pitch(gear_set: GearSet, size: MeshSize) -> float:
+    """Length of the driver's flank edge at the pitch point [m]."""
+    from meshes.outline import flank_arcs
+    from meshes.profile import arc_from_tip
+
+    pair = gear_set.meshes[0].pair
+    arcs = flank_arcs(pair.driver, size)
+    at = np.searchsorted(arcs, arc_from_tip(pair.driver, pair.pitch_point))
+    return float(arcs[at] - arcs[at - 1])
+
+
+def observed_order(points: list[Point], study: str) -> float:
+    """Slope of log(mean error) over log(flank edges), of one study."""
+    chosen = [p for p in points if p.study == study]
+    edges = np.log([p.flank_edges for p in chosen])
+    errors = np.log([p.error_mean for p in chosen])
+    return -float(np.polyfit(edges, errors, 1)[0])
+
+
+def write_points(points: list[Point], path: Path) -> None:
+    with path.open("w", newline="", encoding="utf-8") as file:
+        names = [*asdict(points[0]), "total_s"]
+        writer = csv.DictWriter(file, names, lineterminator="\n")
+        writer.writeheader()
+        for point in points:
+            writer.writerow(asdict(point) | {"total_s": point.total_s})
+
+
+def draw_points(points: list[Point], title: str) -> Figure:
+    """Run time against error, and error against mesh size, log-log."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(11.0, 5.0), layout="constrained")
+    cost, size = figure.subplots(1, 2)
+    markers = dict(zip(dict.fromkeys(p.study for p in points), "osv^D", strict=False))
+    for study, marker in markers.items():
+        chosen = [p for p in points if p.study == study]
+        errors = [p.error_path for p in chosen]
+        cost.loglog(errors, [p.total_s for p in chosen], marker + "-", label=study)
+        if study != "contact grid":
+            edges = [p.edge_at_pitch_mm for p in chosen]
+            label = f"{study}: order {observed_order(points, study):.1f}"
+            size.loglog(
+                edges, [p.error_mean for p in chosen], marker + "-", label=label
+            )
+    cost.set_xlabel("largest relative error of STE on the nominal path")
+    cost.set_ylabel("run time of compliances and 64 positions [s]")
+    cost.axvline(2e-3, color="0.6", ls=":", label="0.2 %")
+    size.set_xlabel("flank edge at the pitch point [mm]")
+    size.set_ylabel("relative error of mean STE")
+    for axes in (cost, size):
+        axes.grid(alpha=0.3, which="both")
+        axes.legend(fontsize=8)
+    figure.suptitle(title, fontsize=11)
+    return figure

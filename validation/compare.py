@@ -1,0 +1,173 @@
+"""Finite elements beside closed forms: one table, per cent apart."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fegear.elasticity.material import Plane
+from fegear.gearset.model import Gear, GearSet
+from fegear.statics import StaticsResult, StaticsSettings, solve_mesh
+from meshes import GearPair
+from validation.oracles import hertz, iso6336, potential_energy, ring
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """One quantity by finite elements and by an oracle, both in `unit`."""
+
+    quantity: str
+    slope: str
+    oracle: str
+    unit: str
+    finite_elements: float
+    expected: float
+
+    @property
+    def per_cent(self) -> float:
+        """How far the oracle lies above the finite elements."""
+        return 100.0 * (self.expected / self.finite_elements - 1.0)
+
+
+@dataclass(frozen=True)
+class _Case:
+    """One solved torque and what the closed forms need to know of it."""
+
+    result: StaticsResult
+    driver: Gear
+    driven: Gear
+    pair: GearPair
+    plane: Plane
+
+    @property
+    def width(self) -> float:
+        return self.result.problem.face_width
+
+    @property
+    def force(self) -> float:
+        return float(self.result.cycle.mesh_force[0, 0])
+
+
+def compare_mesh(
+    gear_set: GearSet, mesh: int, torque: float, settings: StaticsSettings
+) -> list[Comparison]:
+    """All comparisons for one mesh at one torque on its driver [N m]."""
+    spec = gear_set.meshes[mesh]
+    case = _Case(
+        result=solve_mesh(gear_set, mesh, [torque], settings),
+        driver=gear_set.gears[spec.driver],
+        driven=gear_set.gears[spec.driven],
+        pair=spec.pair,
+        plane=settings.plane,
+    )
+    return [*_average_slopes(case), *_local_slopes(case), _pressure(case)]
+
+
+def _average_slopes(case: _Case) -> list[Comparison]:
+    """Force over deflection, beside the potential-energy method."""
+    oracle = "potential energy, Sainsot body"
+    stiffness = case.result.table["stiffness_N_per_m"][0]
+    energy = _energy_mesh_stiffness(case)
+    rows = [
+        ("mean mesh stiffness", "N/m", stiffness.mean(), energy.mean()),
+        ("peak-to-peak / mean", "-", _fluctuation(stiffness), _fluctuation(energy)),
+        (
+            "one pair at the pitch point",
+            "N/m",
+            case.result.cycle.pair_stiffness[0, 0, 0],
+            _energy_pair_stiffness(case),
+        ),
+    ]
+    return [
+        Comparison(quantity, "average", oracle, unit, float(fe), float(expected))
+        for quantity, unit, fe, expected in rows
+    ]
+
+
+def _local_slopes(case: _Case) -> list[Comparison]:
+    """Slope of force over deflection, beside ISO 6336, with and without bodies."""
+    one, two = case.driver.geometry, case.driven.geometry
+    teeth, shifts = (one.teeth, two.teeth), (one.profile_shift, two.profile_shift)
+    ratio = case.pair.contact_ratio
+    iso = float(iso6336.mean_mesh_stiffness(teeth, ratio, case.width, shifts))
+    series = 1.0 / (1.0 / iso + _twist(case.driver, case) + _twist(case.driven, case))
+    local = float(case.result.table["local_stiffness_N_per_m"][0].mean())
+    names = ("ISO 6336 c_gamma", "ISO 6336 in series with both ring twists")
+    return [
+        Comparison("mean mesh stiffness", "local", name, "N/m", local, expected)
+        for name, expected in zip(names, (iso, series), strict=True)
+    ]
+
+
+def _pressure(case: _Case) -> Comparison:
+    """Hertz at the pitch point with the load that its pair carries there."""
+    s1 = case.pair.pitch_point
+    radius = hertz.effective_radius(s1, case.pair.line_of_action - s1)
+    materials = [
+        hertz.Material(gear.young_modulus, gear.poisson_ratio)
+        for gear in (case.driver, case.driven)
+    ]
+    modulus = hertz.effective_modulus(materials[0], materials[1], case.plane)
+    load = float(case.result.cycle.load[0, 0, 0]) / case.width
+    expected = float(hertz.peak_pressure(load, radius, modulus))
+    computed = float(case.result.cycle.pressure[0, 0, 0])
+    name = "largest pressure at the pitch point"
+    return Comparison(name, "-", "Hertz", "Pa", computed, expected)
+
+
+def _fluctuation(values: NDArray[np.float64]) -> float:
+    return float(np.ptp(values) / values.mean())
+
+
+def _energy_mesh_stiffness(case: _Case) -> NDArray[np.float64]:
+    return potential_energy.mesh_stiffness(
+        _analytic(case.driver),
+        _analytic(case.driven),
+        case.pair.operating_pressure_angle,
+        case.result.table.position,
+        case.force,
+        case.width,
+        contact_law=case.plane,
+    )
+
+
+def _energy_pair_stiffness(case: _Case) -> float:
+    values = potential_energy.pair_stiffness(
+        _analytic(case.driver),
+        _analytic(case.driven),
+        case.pair.operating_pressure_angle,
+        [case.pair.pitch_point],
+        case.force,
+        case.width,
+        contact_law=case.plane,
+    )
+    return float(values[0])
+
+
+def _analytic(gear: Gear) -> potential_energy.AnalyticGear:
+    g = gear.geometry
+    return potential_energy.AnalyticGear(
+        teeth=g.teeth,
+        module=g.module,
+        pressure_angle=g.pressure_angle,
+        profile_shift=g.profile_shift,
+        tip_radius=g.tip_radius,
+        root_radius=g.root_radius,
+        hub_radius=g.hub_radius,
+        young_modulus=gear.young_modulus,
+        poisson_ratio=gear.poisson_ratio,
+        tooth_thinning=g.tooth_thinning,
+    )
+
+
+def _twist(gear: Gear, case: _Case) -> float:
+    """Compliance of the body below the root circle, along the line of action [m/N]."""
+    body = ring.Ring(
+        hub_radius=gear.geometry.hub_radius,
+        outer_radius=gear.geometry.root_radius,
+        shear_modulus=ring.shear_modulus(gear.young_modulus, gear.poisson_ratio),
+        face_width=case.width,
+    )
+    return 1.0 / ring.line_of_action_stiffness(body, gear.geometry.base_radius)
