@@ -25,17 +25,18 @@ def involute(angle: float) -> float:
 
 
 def inverse_involute(value: float) -> float:
-    """Pressure angle [rad] whose involute function is `value` (Newton)."""
-    angle = (3.0 * value) ** (1.0 / 3.0) if value > 0.0 else 0.0
-    for _ in range(60):
-        slope = math.tan(angle) ** 2
-        if slope == 0.0:
-            return 0.0
-        step = (involute(angle) - value) / slope
-        angle -= step
-        if abs(step) < 1e-15:
+    """Pressure angle [rad] whose involute function is `value` >= 0.
+
+    Newton for t = tan(angle) in t - atan(t) = value, which is convex: from above
+    the root the steps descend to it.
+    """
+    t = value + 0.5 * math.pi
+    for _ in range(100):
+        step = (t - math.atan(t) - value) * (1.0 + t * t) / (t * t)
+        t -= step
+        if not abs(step) > 1e-15 * t:
             break
-    return angle
+    return math.atan(t)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -29,7 +29,7 @@ class SectorMesh:
     """One tooth with its share of the body, tooth axis along y.
 
     points : (n, 2) [m]
-    triangles : (m, 6) corners, then mid-sides of edges 01, 12, 20
+    triangles : (m, 6) counterclockwise corners, then mid-sides of edges 01, 12, 20
     edges : boundary name -> (k, 3) ends, then mid-side, on the right half;
         `left_` names hold the mirror images
     flank_nodes : (flank_edges + 1,) vertices of the right flank, from the tip
@@ -136,10 +136,11 @@ def _mirrored(
     twin = np.where(on_axis, np.arange(len(points)), -1)
     twin[~on_axis] = len(points) + np.arange(np.count_nonzero(~on_axis))
     left = points[~on_axis] * [-1.0, 1.0]
-    flipped = twin[triangles[:, [0, 2, 1, 5, 4, 3]]]
+    # gmsh follows the outline, clockwise; turned triangles are counterclockwise
+    turned = triangles[:, [0, 2, 1, 5, 4, 3]]
     both = {name: nodes for name, nodes in edges.items() if name != "axis"}
     both |= {f"left_{name}": twin[nodes] for name, nodes in both.items()}
-    return np.vstack([points, left]), np.vstack([triangles, flipped]), both
+    return np.vstack([points, left]), np.vstack([turned, twin[triangles]]), both
 
 
 def smallest_jacobian(mesh: SectorMesh) -> float:

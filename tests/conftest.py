@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import os
-from dataclasses import replace
 
 import pytest
 
@@ -28,17 +27,17 @@ def private_cache(tmp_path_factory):
 
 
 def make_gear(teeth: int, hub_radius: float, **changes) -> SpurGear:
-    gear = SpurGear(
-        teeth=teeth,
-        module=MODULE,
-        pressure_angle=math.radians(20.0),
-        profile_shift=0.0,
-        tip_radius=0.5 * MODULE * teeth + ADDENDUM,
-        dedendum=1.25 * MODULE,
-        rack_tip_radius=0.3 * MODULE,
-        hub_radius=hub_radius,
-    )
-    return replace(gear, **changes)
+    values = {
+        "teeth": teeth,
+        "module": MODULE,
+        "pressure_angle": math.radians(20.0),
+        "profile_shift": 0.0,
+        "tip_radius": 0.5 * MODULE * teeth + ADDENDUM,
+        "dedendum": 1.25 * MODULE,
+        "rack_tip_radius": 0.3 * MODULE,
+        "hub_radius": hub_radius,
+    }
+    return SpurGear(**(values | changes))
 
 
 @pytest.fixture(scope="session")

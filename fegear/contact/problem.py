@@ -186,9 +186,7 @@ class KernelResult(NamedTuple):
     nodes: Array
 
 
-def run_kernel(
-    problem: ContactProblem, torque: Array, position: Array
-) -> KernelResult:
+def run_kernel(problem: ContactProblem, torque: Array, position: Array) -> KernelResult:
     """Solve at positive torques (t,) [N m] and positions (n,)."""
     from fegear.contact import cycle
     from fegear.contact.compliance import PATCH

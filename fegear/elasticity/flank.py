@@ -9,6 +9,7 @@ and jumps by its values on the cuts and the hub.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -64,14 +65,29 @@ class FlankCompliance:
 
 
 @dataclass(frozen=True)
-class _Loads:
-    """Flamant fields of unit normal loads at the flank points of sector 0."""
+class FlankPoints:
+    """Points of the right flank, unit directions and freedoms (x, y) there."""
 
     points: Array  # (n, 2)
     inward: Array  # (n, 2)
     rootward: Array  # (n, 2)
     arcs: Array  # (n,)
     freedoms: NDArray[np.int64]  # (n, 2)
+
+
+@dataclass(frozen=True)
+class Excitation:
+    """What one set of loads does to sector 0.
+
+    force : (freedoms, loads) nodal loads
+    held : (hub, loads) prescribed displacement of the hub freedoms
+    jump : (cut, loads) polar displacement by which the continuous field exceeds
+        sector 0's own on its cuts
+    """
+
+    force: Array
+    held: Array
+    jump: Array
 
 
 def flank_compliance(
@@ -93,11 +109,18 @@ def flank_compliance(
         model = assemble_sector(mesh, material, order)
     with stage("condensing"):
         sector = condense(model, gear.teeth)
-        loads = _flank_loads(gear, mesh, model)
-        solve = _split_displacement if split else _nodal_displacement
-        fields = solve(gear, material, mesh, model, sector, loads)
-    normal = np.stack([np.einsum("icj,ic->ij", u, loads.inward) for u in fields])
-    tangential = np.stack([np.einsum("icj,ic->ij", u, loads.rootward) for u in fields])
+        loads = flank_points_of(gear, mesh, model)
+        excite = split_excitation if split else nodal_excitation
+        excitation = excite(mesh, model, sector, loads, material)
+        rows = loads.freedoms.ravel()
+        teeth = range(-REACH, REACH + 1)
+        fields = ring_fields(gear, model, sector, excitation, teeth)
+        u = np.stack([fields[tooth][rows] for tooth in teeth])
+        if split:
+            u[REACH] += flamant_displacement(model, loads, material, rows)
+    u = u.reshape(len(teeth), len(loads.arcs), 2, -1)
+    normal = np.einsum("micj,ic->mij", u, loads.inward)
+    tangential = np.einsum("micj,ic->mij", u, loads.rootward)
     if split:
         distance = loads.arcs[:, None] - loads.arcs[None, :]
         E, nu = material.modulus, material.poisson
@@ -114,122 +137,105 @@ def flank_compliance(
     )
 
 
-def _flank_loads(gear: SpurGear, mesh: SectorMesh, model: SectorModel) -> _Loads:
-    """Load points at the flank vertices, except the tip corner itself."""
+def flank_points_of(
+    gear: SpurGear, mesh: SectorMesh, model: SectorModel
+) -> FlankPoints:
+    """The flank vertices where loads act, all but the tip corner itself."""
     arcs = mesh.flank_arcs[1:]
     tangent = flank_tangents(gear, roll_length_at_arc(gear, arcs))
     inward = np.stack([-tangent[:, 1], tangent[:, 0]], axis=1)
     nodes = mesh.flank_nodes[1:]
-    return _Loads(
+    return FlankPoints(
         mesh.points[nodes], inward, -tangent, arcs, model.node_freedoms[nodes]
     )
 
 
-def _split_displacement(
-    gear: SpurGear,
+def flamant_displacement(
+    model: SectorModel,
+    loads: FlankPoints,
     material: PlaneMaterial,
+    dofs: NDArray[np.int64],
+    load_angle: float = 0.0,
+) -> Array:
+    """Flamant's displacement at freedoms given as (x, y) pairs, (dofs, n)."""
+    places = model.locations[dofs[::2]]
+    E, nu = material.modulus, material.poisson
+    fields = [
+        halfplane.displacement(places, x, n, E, nu, load_angle)
+        for x, n in zip(loads.points, loads.inward, strict=True)
+    ]
+    return np.stack([u.ravel() for u in fields], axis=1)
+
+
+def split_excitation(
     mesh: SectorMesh,
     model: SectorModel,
     sector: CondensedSector,
-    loads: _Loads,
-) -> list[Array]:
+    loads: FlankPoints,
+    material: PlaneMaterial,
+    load_angle: float = 0.0,
+) -> Excitation:
+    """What drives the remainder w; load_angle as in `halfplane.displacement`."""
     names = [side + name for name in FREE_BOUNDARIES for side in ("", "left_")]
     names = [name for name in names if name in mesh.edges]
     boundary = boundary_quadrature(model, mesh, names)
-    E, nu = material.modulus, material.poisson
-    pairs = list(zip(loads.points, loads.inward, strict=True))
     tractions = [
-        halfplane.traction(boundary.points, boundary.normals, x, n).T.ravel()
-        for x, n in pairs
+        halfplane.traction(boundary.points, boundary.normals, x, n, load_angle)
+        for x, n in zip(loads.points, loads.inward, strict=True)
     ]
-    force = -(boundary.operator @ np.stack(tractions, axis=1))
-
-    def singular(dofs: NDArray[np.int64]) -> Array:
-        """Flamant's displacement at freedoms given as (x, y) pairs, (dofs, n)."""
-        places = model.locations[dofs[::2]]
-        fields = [halfplane.displacement(places, x, n, E, nu) for x, n in pairs]
-        return np.stack([u.ravel() for u in fields], axis=1)
-
-    hub = _paired(model.hub, model)
-    jump = sector.polar.T @ singular(model.cut)
-    remainder = _ring_displacement(
-        gear, model, sector, loads.freedoms, force, (hub, -singular(hub)), jump
-    )
-    own = singular(loads.freedoms.ravel())
-    remainder[REACH] += own.reshape(remainder[REACH].shape)
-    return remainder
+    force = -(boundary.operator @ np.stack([t.T.ravel() for t in tractions], axis=1))
+    cut = flamant_displacement(model, loads, material, model.cut, load_angle)
+    hub = flamant_displacement(model, loads, material, model.hub, load_angle)
+    return Excitation(force, -hub, sector.polar.T @ cut)
 
 
-def _nodal_displacement(
-    gear: SpurGear,
-    material: PlaneMaterial,
+def nodal_excitation(
     mesh: SectorMesh,
     model: SectorModel,
     sector: CondensedSector,
-    loads: _Loads,
-) -> list[Array]:
+    loads: FlankPoints,
+    material: PlaneMaterial,
+) -> Excitation:
     """Point loads straight on the flank vertices, without a singular part."""
     count = len(loads.points)
     force = np.zeros((model.basis.N, count))
     for component in range(2):
         dofs = loads.freedoms[:, component]
         force[dofs, np.arange(count)] = loads.inward[:, component]
-    hub = _paired(model.hub, model)
-    held = (hub, np.zeros((len(hub), count)))
-    jump = np.zeros((len(model.cut), count))
-    return _ring_displacement(gear, model, sector, loads.freedoms, force, held, jump)
+    held = np.zeros((len(model.hub), count))
+    return Excitation(force, held, np.zeros((len(model.cut), count)))
 
 
-def _paired(dofs: NDArray[np.int64], model: SectorModel) -> NDArray[np.int64]:
-    """Freedoms sorted so that x and y of one place follow each other."""
-    x, y = model.locations[dofs].T
-    return dofs[np.lexsort((dofs, np.round(x, 12), np.round(y, 12)))]
-
-
-def _ring_displacement(
+def ring_fields(
     gear: SpurGear,
     model: SectorModel,
     sector: CondensedSector,
-    flank: NDArray[np.int64],
-    force: Array,
-    held: tuple[NDArray[np.int64], Array],
-    jump: Array,
-) -> list[Array]:
-    """Flank displacement (n, 2, loads) of the teeth -REACH..REACH.
-
-    flank : (n, 2) freedoms of the flank points
-    force : (freedoms, loads) on sector 0
-    held : hub freedoms and their prescribed remainder (hub, loads)
-    jump : (cut, loads) polar displacement by which sector 0's cuts differ from
-        the continuous field
-    """
+    excitation: Excitation,
+    teeth: Iterable[int],
+) -> dict[int, Array]:
+    """Displacement (freedoms, loads) of the sectors `teeth` to the right of the
+    excited one; of the excited sector the remainder only."""
     inner, cut, half = model.inner, model.cut, len(model.cut) // 2
-    hub, prescribed = held
-    reaction = model.stiffness[:, hub] @ prescribed
-    load = force - reaction
+    load = excitation.force - model.stiffness[:, model.hub] @ excitation.held
     settled = sector.factor.solve(np.ascontiguousarray(load[inner]))
     coupling = model.stiffness[cut][:, inner]
     cut_load = sector.polar.T @ (load[cut] - coupling @ settled)
-    cut_load += sector.superelement @ jump
-    cuts = ring_response(
-        sector.superelement,
-        cut_load[:half],
-        cut_load[half:],
-        gear.teeth,
-        range(-REACH - 1, REACH + 1),
+    cut_load += sector.superelement @ excitation.jump
+    wanted = list(teeth)
+    cuts = range(min(wanted) - 1, max(wanted) + 1)
+    edges = ring_response(
+        sector.superelement, cut_load[:half], cut_load[half:], gear.teeth, cuts
     )
-    place = np.full(model.basis.N, -1)
-    place[inner] = np.arange(len(inner))
-    rows = place[flank.ravel()]
-    response = sector.response[rows]
-    shape = (*flank.shape, force.shape[1])
-    fields = []
-    for tooth in range(-REACH, REACH + 1):
-        ends = np.vstack([cuts[tooth - 1], cuts[tooth]])
+    fields = {}
+    for tooth in wanted:
+        ends = np.vstack([edges[tooth - 1], edges[tooth]])
         if tooth == 0:
-            ends -= jump
-        u = -response @ ends
+            ends -= excitation.jump
+        field = np.zeros_like(excitation.force)
+        field[inner] = -sector.response @ ends
+        field[cut] = sector.polar @ ends
         if tooth == 0:
-            u += settled[rows]
-        fields.append(u.reshape(shape))
+            field[inner] += settled
+            field[model.hub] = excitation.held
+        fields[tooth] = field
     return fields

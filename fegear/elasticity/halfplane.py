@@ -88,3 +88,56 @@ def tangential_kernel(distance: ArrayLike, modulus: float, poisson: float) -> Ar
     Points on either side are drawn toward the load.
     """
     return -0.5 * (1.0 - poisson) / modulus * np.sign(distance)
+
+
+def hat_stress(
+    points: Array,
+    origin: Array,
+    inward: Array,
+    half_length: float,
+    normal: float,
+    tangential: float,
+) -> Array:
+    """Stress (n, 3) as (xx, yy, xy) under a hat-shaped surface load [Pa].
+
+    The load falls linearly from `origin` to zero at half_length on either side;
+    normal and tangential are its resultants [N/m], into the body and along the
+    surface turned counterclockwise from `inward`. Integral of Flamant's stress by
+    F(z) = int p(t) / (z - t) dt, whose second difference in t is elementary.
+    """
+    side = np.array([-inward[1], inward[0]])
+    offset = points - origin
+    x, y = offset @ side, offset @ inward
+    F, slope = _hat_potential(x + 1j * y, half_length)
+    A, B, W, V = F.real, -F.imag, 0.5 * y * slope.imag, 0.5 * y * slope.real
+    X, Y = 0.5 * B - V, 0.5 * B + V
+    scale = -2.0 / math.pi
+    along = scale * (normal * X + tangential * (A - W))
+    into = scale * (normal * Y + tangential * W)
+    shear = scale * (normal * W + tangential * X)
+    return _turned_stress(along, into, shear, side, inward)
+
+
+def _hat_potential(z: NDArray[np.complex128], h: float) -> tuple[NDArray, NDArray]:
+    """F and dF/dz of a hat with unit resultant, cut along the outward normal."""
+
+    def log(zeta: NDArray) -> NDArray:
+        inside = np.where(zeta == 0.0, 1.0, zeta)
+        return np.log(-1j * inside) + 0.5j * math.pi
+
+    near, at, far = z + h, z, z - h
+    L = [log(near), log(at), log(far)]
+    F = (near * L[0] - 2.0 * at * L[1] + far * L[2]) / h**2
+    return F, (L[0] - 2.0 * L[1] + L[2]) / h**2
+
+
+def _turned_stress(
+    along: Array, into: Array, shear: Array, side: Array, inward: Array
+) -> Array:
+    """Components (xx, yy, xy) from those along the surface and into the body."""
+    s, n = side, inward
+    parts = [
+        along * s[i] * s[j] + into * n[i] * n[j] + shear * (s[i] * n[j] + s[j] * n[i])
+        for i, j in ((0, 0), (1, 1), (0, 1))
+    ]
+    return np.stack(parts, axis=-1)

@@ -36,8 +36,8 @@ class SectorModel:
     """Assembled sector and the numbering of its freedoms.
 
     stiffness : (n, n) per unit width [Pa]
-    inner, cut, hub : freedoms; cut holds the left cut, then the right one, each
-        from root to hub as (node, component) pairs
+    inner, cut, hub : freedoms; hub as (x, y) pairs; cut holds the left cut, then
+        the right one, each from root to hub as (x, y) pairs
     node_freedoms : (nodes, 2) freedoms (x, y) of the mesh nodes, -1 where none
     """
 
@@ -78,7 +78,8 @@ def assemble_sector(
     grid = scikit_mesh(mesh)
     basis = Basis(grid, ElementVector(ELEMENTS[order]()), intorder=2 * order)
     stiffness = csr_array(linear_elasticity(*material.lame).assemble(basis))
-    hub = basis.get_dofs(boundary_facets(mesh, grid, ["hub", "left_hub"])).flatten()
+    hub_facets = boundary_facets(mesh, grid, ["hub", "left_hub"])
+    hub = _paired(basis, basis.get_dofs(hub_facets).flatten())
     cut = np.concatenate(
         [
             _cut_freedoms(basis, boundary_facets(mesh, grid, [name]), hub)
@@ -99,6 +100,12 @@ def _node_freedoms(mesh: SectorMesh, basis: Basis, order: int) -> Indices:
         facets = basis.mesh.t2f.T  # sides 01, 12, 02 as in the mesh
         freedoms[mesh.triangles[:, 3:]] = basis.facet_dofs.T[facets]
     return freedoms
+
+
+def _paired(basis: Basis, dofs: Indices) -> Indices:
+    """Freedoms sorted so that x and y of one place follow each other."""
+    x, y = np.round(basis.doflocs[:, dofs], 12)
+    return dofs[np.lexsort((dofs, x, y))]
 
 
 def _cut_freedoms(basis: Basis, facets: Indices, hub: Indices) -> Indices:

@@ -125,8 +125,8 @@ def _complaint(entry: MeshEntry, error: GeometryError, tips: tuple[Tip, Tip]) ->
     if error.field == "tip_radius":
         driver = error.role == "driver"
         name = entry.driver if driver else entry.driven
-        origin = tips[0 if driver else 1].origin
-        return f'{origin} for gear "{name}"; tip radius {error.message}'
+        tip = tips[0 if driver else 1]
+        return f'{tip.origin} for gear "{name}"; tip radius {error.message}'
     if error.field == "contact_ratio":
         return f"contact ratio {error.message}"
     key = entry.spacing_key

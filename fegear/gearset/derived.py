@@ -62,6 +62,7 @@ class FlankFigures:
     gear: str
     role: str
     sap_radius_mm: float
+    form_roll_angle_deg: float
     sap_roll_angle_deg: float
     lpstc_roll_angle_deg: float | None
     hpstc_roll_angle_deg: float | None
@@ -229,6 +230,7 @@ def _flank_figures(gear_set: GearSet, mesh: Mesh, role: str) -> FlankFigures:
         gear=gear_set.gears[index].name,
         role=role,
         sap_radius_mm=1e3 * math.hypot(gear.base_radius, flank.start),
+        form_roll_angle_deg=flank.roll_angle_deg(gear.form_roll_length),
         sap_roll_angle_deg=flank.roll_angle_deg(flank.start),
         lpstc_roll_angle_deg=flank.roll_angle_deg(flank.low) if single else None,
         hpstc_roll_angle_deg=flank.roll_angle_deg(flank.high) if single else None,

@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fegear.errors import InputError
 from fegear.gearset.model import GearSet, Mesh
 from fegear.gearset.placing import Layout, Place, layout
-from fegear.output import write_whole
+from fegear.output import require_writable, write_whole
 from meshes.gear import SpurGear
 from meshes.profile import Points, fillet_points, flank_points, polar
 
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
 
 COLOURS = ("#4477aa", "#cc9944", "#559966", "#aa5588", "#8866bb", "#778899")
 ACTION = "#cc2222"
+FORMATS = (".png", ".pdf", ".svg")
 MM = 1e3  # millimetres in a metre
 ZOOM = 3.2  # half height of the detail, in modules
 
@@ -63,7 +65,7 @@ def gear_set_figure(gear_set: GearSet) -> Figure:
     from matplotlib.figure import Figure
 
     placed = layout(gear_set)
-    figure = Figure(figsize=(13.0, 6.2), layout="constrained")
+    figure = Figure(figsize=(13.0, 5.8), layout="constrained")
     FigureCanvasAgg(figure)
     whole, detail = figure.subplots(1, 2, width_ratios=(1.35, 1.0))
     _draw_gears(whole, gear_set, placed, outline_width=0.5)
@@ -72,15 +74,25 @@ def gear_set_figure(gear_set: GearSet) -> Figure:
     for number, mesh in enumerate(gear_set.meshes):
         _draw_action(whole, mesh, placed, number)
     _draw_detail(detail, gear_set, placed)
-    _draw_legend(whole)
+    _draw_legend(figure)
     figure.suptitle(f"{gear_set.name}: {gear_set.description}", fontsize=12)
     return figure
 
 
+def require_picture(path: str | Path) -> str:
+    """The format of a picture that can be written there; raises InputError."""
+    kind = Path(path).suffix.lower()
+    if kind not in FORMATS:
+        allowed = ", ".join(FORMATS)
+        raise InputError(f"{path}: unknown picture format, must end in {allowed}")
+    require_writable(path)
+    return kind.removeprefix(".")
+
+
 def save_gear_set_figure(gear_set: GearSet, path: str | Path) -> None:
-    """Write the picture; its format follows the suffix of `path`, or is PNG."""
+    """Write the picture in the format of the path's suffix, whole or not at all."""
+    kind = require_picture(path)
     figure = gear_set_figure(gear_set)
-    kind = Path(path).suffix.lstrip(".").lower() or "png"
     write_whole(path, lambda beside: figure.savefig(beside, format=kind, dpi=150))
 
 
@@ -92,25 +104,23 @@ def _draw_gears(
 
     for index, gear in enumerate(gear_set.gears):
         place, teeth = placed.places[index], gear.geometry
-        colour, depth = COLOURS[index % len(COLOURS)], 10.0 + place.layer
-        body = MM * gear_outline(teeth, place)
-        style = {"zorder": depth, "linewidth": outline_width}
-        axes.add_patch(Polygon(body, fc=colour, ec="none", alpha=0.30, zorder=depth))
-        axes.add_patch(Polygon(body, fc="none", ec=colour, **style))
-        center = (MM * place.x, MM * place.y)
-        axes.add_patch(
-            Circle(center, MM * teeth.hub_radius, fc="white", ec=colour, zorder=depth)
-        )
-        circles = (
+        colour, depth = COLOURS[index % len(COLOURS)], 10 + place.layer
+        body, center = MM * gear_outline(teeth, place), (MM * place.x, MM * place.y)
+        hub = MM * teeth.hub_radius
+        patches = [
+            Polygon(body, fc=colour, ec="none", alpha=0.30),
+            Polygon(body, fc="none", ec=colour, lw=outline_width),
+            Circle(center, hub, fc="white", ec=colour, lw=outline_width),
+        ]
+        for radius, dashes in (
             (teeth.base_radius, ":"),
             (teeth.reference_radius, "-."),
             (teeth.tip_radius, "--"),
-        )
-        for radius, dashes in circles:
-            circle = Circle(
-                center, MM * radius, fc="none", ec=colour, ls=dashes, lw=0.7
-            )
-            axes.add_patch(circle).set_zorder(depth)
+        ):
+            style = {"fc": "none", "ec": colour, "ls": dashes, "lw": 0.7}
+            patches.append(Circle(center, MM * radius, **style))
+        for patch in patches:
+            axes.add_patch(patch).set_zorder(depth)
     axes.set_aspect("equal")
     axes.autoscale_view()
     axes.set_xlabel("x [mm]")
@@ -118,41 +128,44 @@ def _draw_gears(
 
 
 def _label_gears(axes: Axes, gear_set: GearSet, placed: Layout) -> None:
-    """Name and tooth number in the hub, an arrow for the sense of rotation."""
-    from matplotlib.patches import FancyArrowPatch
-
+    """Name and teeth below each gear, above it in a further layer; its rotation."""
     for index, gear in enumerate(gear_set.gears):
         place, teeth = placed.places[index], gear.geometry
-        colour = COLOURS[index % len(COLOURS)]
-        middle = MM * (teeth.root_radius - 0.6 * teeth.module)
-        height = MM * place.y - (0.0 if place.layer == 0 else middle)
-        axes.text(
-            MM * place.x,
-            MM * place.y if place.layer == 0 else height,
-            f"{gear.name}\n{teeth.teeth} teeth",
+        away, aligned = (-1.0, "top") if place.layer == 0 else (1.0, "bottom")
+        axes.annotate(
+            f"{gear.name}, {teeth.teeth} teeth",
+            (MM * place.x, MM * (place.y + away * teeth.tip_radius)),
+            xytext=(0.0, 4.0 * away),
+            textcoords="offset points",
             ha="center",
-            va="center" if place.layer == 0 else "bottom",
+            va=aligned,
             fontsize=8,
             zorder=30,
-            bbox={"fc": "white", "ec": "none", "alpha": 0.8, "pad": 1.0},
         )
-        angles = 0.5 * math.pi + place.sense * np.array([-0.5, 0.5])
-        ends = [
-            (MM * place.x + middle * math.cos(a), MM * place.y + middle * math.sin(a))
-            for a in angles
-        ]
-        bend = 0.25 * place.sense
-        arrow = FancyArrowPatch(
-            ends[0],
-            ends[1],
-            connectionstyle=f"arc3,rad={bend}",
-            arrowstyle="-|>",
-            mutation_scale=11,
-            color=colour,
-            linewidth=1.4,
-            zorder=25,
-        )
-        axes.add_patch(arrow)
+        _draw_rotation(axes, teeth, place, COLOURS[index % len(COLOURS)])
+    axes.margins(0.09)
+
+
+def _draw_rotation(axes: Axes, gear: SpurGear, place: Place, colour: str) -> None:
+    """An arrow inside the root circle in the sense of rotation."""
+    from matplotlib.patches import FancyArrowPatch
+
+    radius = gear.root_radius - 0.6 * gear.module
+    start, end = (
+        complex(place.x, place.y) + cmath.rect(radius, 0.5 * math.pi + angle)
+        for angle in (-0.5 * place.sense, 0.5 * place.sense)
+    )
+    arrow = FancyArrowPatch(
+        (MM * start.real, MM * start.imag),
+        (MM * end.real, MM * end.imag),
+        connectionstyle=f"arc3,rad={0.25 * place.sense}",
+        arrowstyle="-|>",
+        mutation_scale=11,
+        color=colour,
+        linewidth=1.4,
+        zorder=25,
+    )
+    axes.add_patch(arrow)
 
 
 @dataclass(frozen=True)
@@ -184,8 +197,7 @@ def _draw_action(axes: Axes, mesh: Mesh, placed: Layout, number: int) -> LineOfA
     ends = np.array([line.at(0.0), line.at(pair.line_of_action)]).T
     path = np.array([line.at(pair.path_start), line.at(pair.path_end)]).T
     axes.plot(*ends, color=ACTION, lw=0.8, zorder=20)
-    axes.plot(*path, color=ACTION, lw=2.2, zorder=21)
-    axes.plot(*line.at(pair.pitch_point), "o", color=ACTION, ms=3, zorder=22)
+    axes.plot(*path, color=ACTION, lw=1.8, zorder=21)
     return line
 
 
@@ -225,7 +237,7 @@ def _draw_detail(axes: Axes, gear_set: GearSet, placed: Layout) -> None:
     )
 
 
-def _draw_legend(axes: Axes) -> None:
+def _draw_legend(figure: Figure) -> None:
     """What the circles and the red line are."""
     from matplotlib.lines import Line2D
 
@@ -234,13 +246,8 @@ def _draw_legend(axes: Axes) -> None:
         Line2D([], [], color=grey, ls="--", lw=0.8, label="tip circle"),
         Line2D([], [], color=grey, ls="-.", lw=0.8, label="reference circle"),
         Line2D([], [], color=grey, ls=":", lw=0.8, label="base circle"),
-        Line2D([], [], color=ACTION, lw=2.2, label="path of contact"),
+        Line2D([], [], color=ACTION, lw=1.8, label="path of contact"),
     ]
-    axes.legend(
-        handles=handles,
-        loc="upper center",
-        bbox_to_anchor=(0.5, -0.12),
-        ncols=4,
-        fontsize=8,
-        frameon=False,
+    figure.legend(
+        handles=handles, loc="outside lower center", ncols=4, fontsize=8, frameon=False
     )

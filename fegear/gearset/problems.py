@@ -73,7 +73,9 @@ def _statement(item: ErrorDetails, key: str) -> str:
         return f"{_bracketed(key)} is missing"
     if kind == "value_error":
         reason = str(item["ctx"]["error"])
-        return f"{key} = {shown(value)}; {reason}" if key else reason
+        if isinstance(value, dict):
+            return f"{key}: {reason}" if key else reason
+        return f"{key} = {shown(value)}; {reason}"
     if key in TABLES_IN_LISTS and isinstance(value, dict):
         return f"[{key}] must be written [[{key}]], one table for each {key}"
     phrase = PHRASES.get(kind, item["msg"]).format(**item.get("ctx", {}))

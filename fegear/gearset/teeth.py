@@ -31,6 +31,12 @@ class Tip:
     radius: float
     origin: str
 
+    def complaint(self, error: GeometryError) -> str:
+        """The error on this tip, without its radius where the origin states it."""
+        if self.origin.startswith("tip_radius_mm"):
+            return error.message.partition("; ")[2]
+        return f"tip radius {error.message}"
+
 
 @dataclass(frozen=True)
 class Blank:
@@ -117,13 +123,11 @@ class Blank:
     def _complaint(self, error: GeometryError, tip: Tip) -> str:
         where = f'gear "{self.entry.name}"'
         if error.field == "tip_radius":
-            return f"{where}: {tip.origin}; tip radius {error.message}"
+            return f"{where}: {tip.origin}; {tip.complaint(error)}"
         field, allowed = error.field, error.message.partition("; ")[2]
         if field == "rack_tip_radius" and self.rack_tip_radius <= 0.0:
-            field, allowed = (
-                "dedendum",
-                f"at most {self._deepest}: no room in the space",
-            )
+            field = "dedendum"
+            allowed = f"at most {self._deepest}, the space has no room for the rack tip"
         return f"{where}: {self._stated(GEAR_KEYS[field])}; {allowed}"
 
     @property

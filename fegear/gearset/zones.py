@@ -58,7 +58,7 @@ def relief(
     }
     if not fits[place]:
         text = _too_long(entry, pair.base_pitch, flank, place)
-        raise InputError(f"{where}.{text} on the {role} gear")
+        raise InputError(f"{where}.{text} of the {role} gear")
     return Relief(
         magnitude=entry.magnitude_um * 1e-6, start_roll_length=start, shape=entry.shape
     )
@@ -87,8 +87,9 @@ def _too_long(entry: ReliefEntry, pitch: float, flank: Zones, place: str) -> str
     if entry.length_pitches is not None:
         largest = (flank.tip - lowest) / pitch
         given = f"length_pitches = {shown(entry.length_pitches)}"
-        allowed = "at most" if place == "tip" else "below"
-        return f"{given}; {allowed} {largest:.4f}, the profile ends there"
+        if place == "tip":
+            return f"{given}; at most {largest:.4f}, the whole profile"
+        return f"{given}; must be below {largest:.4f}, the whole active profile"
     low, high = flank.roll_angle_deg(lowest), flank.roll_angle_deg(flank.tip)
     if entry.start_roll_angle_deg is not None:
         given = f"start_roll_angle_deg = {shown(entry.start_roll_angle_deg)}"

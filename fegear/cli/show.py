@@ -1,0 +1,167 @@
+"""`fegear show`: what a gear set holds and what follows from it."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from fegear.gearset.derived import GearSetFigures
+
+# Row header, with its unit, and the figure that it shows.
+GEAR_ROWS = {
+    "Teeth": "teeth",
+    "Module [mm]": "module_mm",
+    "Pressure angle [deg]": "pressure_angle_deg",
+    "Profile shift [modules]": "profile_shift",
+    "Reference radius [mm]": "reference_radius_mm",
+    "Base radius [mm]": "base_radius_mm",
+    "Tip radius [mm]": "tip_radius_mm",
+    "Form radius [mm]": "form_radius_mm",
+    "Root radius [mm]": "root_radius_mm",
+    "Hub radius [mm]": "hub_radius_mm",
+    "Rack tip radius [mm]": "rack_tip_radius_mm",
+    "Tip thickness [mm]": "tip_thickness_mm",
+    "Face width [mm]": "face_width_mm",
+    "Largest pitch error [um]": "largest_pitch_error_um",
+    "Inertia [kg m2]": "inertia_kg_m2",
+    "Mass [kg]": "mass_kg",
+    "Young's modulus [GPa]": "young_modulus_GPa",
+    "Poisson's ratio": "poisson_ratio",
+    "Density [kg/m3]": "density_kg_per_m3",
+}
+MESH_ROWS = {
+    "Centre distance [mm]": "center_distance_mm",
+    "Operating pressure angle [deg]": "operating_pressure_angle_deg",
+    "Contact ratio": "contact_ratio",
+    "Base pitch [mm]": "base_pitch_mm",
+    "Normal backlash [um]": "normal_backlash_um",
+    "Path of approach [base pitches]": "approach_pitches",
+    "Path of recess [base pitches]": "recess_pitches",
+    "Phase [base pitches]": "phase_pitches",
+    "Phase is": "phase_origin",
+    "Phase, centres in line [base pitches]": "phase_in_line_pitches",
+    "Driver torques [N m]": "driver_torques_Nm",
+}
+FLANK_ROWS = {
+    "Start of contact, radius [mm]": "sap_radius_mm",
+    "Form circle, roll angle [deg]": "form_roll_angle_deg",
+    "Start of contact, roll angle [deg]": "sap_roll_angle_deg",
+    "LPSTC, roll angle [deg]": "lpstc_roll_angle_deg",
+    "HPSTC, roll angle [deg]": "hpstc_roll_angle_deg",
+    "Tip, roll angle [deg]": "tip_roll_angle_deg",
+    "Tip to mate's root [mm]": "tip_root_clearance_mm",
+}
+RELIEF_ROWS = {
+    "{} relief [um]": "magnitude_um",
+    "{} relief start, roll angle [deg]": "start_roll_angle_deg",
+    "{} relief length [pitch angles]": "length_pitches",
+    "{} relief shape": "shape",
+}
+
+
+def show_command(
+    set_name: Annotated[
+        str, typer.Argument(metavar="SET", help="Built-in gear set or TOML file.")
+    ],
+    plot: Annotated[
+        Path | None,
+        typer.Option("--plot", "-o", help="Draw the gears: .png, .pdf or .svg file."),
+    ] = None,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Print JSON instead of tables.")
+    ] = False,
+) -> None:
+    """Show a gear set: radii, contact zones, reliefs, and what is inferred."""
+    from fegear.gearset import load_gear_set
+    from fegear.gearset.derived import gear_set_figures
+    from fegear.gearset.draw import require_picture, save_gear_set_figure
+
+    if plot is not None:
+        require_picture(plot)
+    gear_set = load_gear_set(set_name)
+    figures = gear_set_figures(gear_set)
+    if as_json:
+        typer.echo(json.dumps(asdict(figures), indent=2))
+    else:
+        print_figures(figures)
+    if plot is not None:
+        save_gear_set_figure(gear_set, plot)
+
+
+def print_figures(figures: GearSetFigures) -> None:
+    """Tables on the screen, a row for each quantity with its unit."""
+    from rich.console import Console
+
+    console = Console(highlight=False, markup=False)
+    console.print(f"{figures.name}: {figures.description}\n")
+    gears, meshes = figures.gears, figures.meshes
+    names = [gear.name for gear in gears]
+    pairs = [f"{mesh.driver} > {mesh.driven}" for mesh in meshes]
+    console.print(build_table("Gear", names, GEAR_ROWS, gears))
+    console.print(build_table("Mesh", pairs, MESH_ROWS, meshes))
+    for pair, mesh in zip(pairs, meshes, strict=True):
+        sides = [flank.gear for flank in mesh.flanks]
+        rows = FLANK_ROWS | relief_rows(mesh.flanks)
+        console.print(build_table(f"Flanks of {pair}", sides, rows, mesh.flanks))
+    for shaft in figures.shafts:
+        console.print(f"Rigid shaft: {', '.join(shaft)}")
+    if figures.inferences:
+        console.print("Inferred, not printed by the source:")
+    for inference in figures.inferences:
+        console.print(f"- {inference}")
+
+
+def relief_rows(flanks: Sequence[object]) -> dict[str, str]:
+    """Rows of those reliefs that at least one of the flanks has."""
+    return {
+        header.format(place.capitalize()): f"{place}_relief.{figure}"
+        for place in ("tip", "root")
+        if any(getattr(flank, f"{place}_relief") for flank in flanks)
+        for header, figure in RELIEF_ROWS.items()
+    }
+
+
+def build_table(
+    corner: str,
+    columns: Sequence[str],
+    rows: Mapping[str, str],
+    items: Sequence[object],
+) -> Table:
+    """A column for each item, a row for each figure by its name."""
+    from rich import box
+    from rich.table import Table
+    from rich.text import Text
+
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    table.add_column(Text(corner), overflow="fold")
+    for column in columns:
+        table.add_column(Text(column), justify="right", overflow="fold")
+    for header, path in rows.items():
+        cells = (Text(shown(figure(item, path))) for item in items)
+        table.add_row(Text(header), *cells)
+    return table
+
+
+def figure(item: object, path: str) -> Any:
+    """Attribute by a dotted path; None as soon as a part of it is None."""
+    value: Any = item
+    for name in path.split("."):
+        value = None if value is None else getattr(value, name)
+    return value
+
+
+def shown(value: Any) -> str:
+    """Six figures of a number; lists joined, nothing as a dash."""
+    if isinstance(value, tuple):
+        return ", ".join(map(shown, value)) or "-"
+    if isinstance(value, float):
+        return f"{value:.6g}"
+    return "-" if value is None else str(value)

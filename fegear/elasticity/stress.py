@@ -1,0 +1,181 @@
+"""Stress in one tooth sector under contact loads on its own and other teeth."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from types import SimpleNamespace
+
+import numpy as np
+from numpy.typing import NDArray
+from skfem import Basis
+
+from fegear.elasticity import halfplane
+from fegear.elasticity.flank import (
+    FlankPoints,
+    flank_points_of,
+    ring_fields,
+    split_excitation,
+)
+from fegear.elasticity.material import PlaneMaterial
+from fegear.elasticity.sector import SectorModel, assemble_sector, condense
+from meshes import MeshSize, SectorMesh, SpurGear, sector_mesh
+from meshes.profile import flank_points, flank_tangents, roll_length_at_arc
+
+Array = NDArray[np.float64]
+ROOTWARD = 0.5 * np.pi  # turn of a friction load from the inward normal
+
+
+@dataclass(frozen=True)
+class ToothLoad:
+    """Hats of line load on one tooth's flank.
+
+    tooth : place to the right of the sector whose stress is wanted, 0 on it
+    arcs : (n,) arc lengths of the hats from the tip corner [m]
+    step : half-length of each hat [m]
+    normal, rootward : (n,) resultants [N/m]
+    """
+
+    tooth: int
+    arcs: Array
+    step: float
+    normal: Array
+    rootward: Array
+
+
+@dataclass(frozen=True)
+class SectorStress:
+    """Stress at the nodes of a sector mesh.
+
+    components : (nodes, 3) as (xx, yy, xy) in the tooth frame [Pa]
+    out_of_plane : (nodes,) zz, zero in plane stress [Pa]
+    """
+
+    mesh: SectorMesh
+    components: Array
+    out_of_plane: Array
+
+    @property
+    def von_mises(self) -> Array:
+        """Equivalent stress at the nodes (nodes,) [Pa]."""
+        (x, y, xy), z = self.components.T, self.out_of_plane
+        squares = (x - y) ** 2 + (y - z) ** 2 + (z - x) ** 2
+        return np.sqrt(0.5 * squares + 3.0 * xy**2)
+
+    @property
+    def root_stress(self) -> float:
+        """Largest tension along the fillet on the loaded side [Pa].
+
+        The fillet is free, so its only stress is the trace.
+        """
+        nodes = np.unique(self.mesh.edges["fillet"])
+        return float(self.components[nodes, :2].sum(axis=1).max())
+
+
+def sector_stress(
+    gear: SpurGear,
+    material: PlaneMaterial,
+    loads: Sequence[ToothLoad],
+    size: MeshSize | None = None,
+) -> SectorStress:
+    """Stress of the sector with tooth 0; loads may act on any teeth.
+
+    The remainder's stress is averaged at the nodes; the hats' own half-plane
+    stress is exact and resolves the contact below the mesh size.
+    """
+    mesh = sector_mesh(gear, size)
+    model = assemble_sector(mesh, material)
+    displacement = _remainder(gear, material, mesh, model, loads)
+    components = _nodal_stress(displacement, mesh, model, material)
+    for load in loads:
+        if load.tooth == 0:
+            components += _hats(load, gear, mesh.points)
+    nu = material.poisson_ratio if material.plane == "strain" else 0.0
+    return SectorStress(mesh, components, nu * components[:, :2].sum(axis=1))
+
+
+def _remainder(
+    gear: SpurGear,
+    material: PlaneMaterial,
+    mesh: SectorMesh,
+    model: SectorModel,
+    loads: Sequence[ToothLoad],
+) -> Array:
+    """Remainder displacement of sector 0 at its freedoms (n,)."""
+    sector = condense(model, gear.teeth)
+    points = flank_points_of(gear, mesh, model)
+    field = np.zeros(model.basis.N)
+    for angle in (0.0, ROOTWARD):
+        weights = {
+            load.tooth: _vertex_loads(load, points, mesh, angle) for load in loads
+        }
+        if not any(w.any() for w in weights.values()):
+            continue
+        excitation = split_excitation(mesh, model, sector, points, material, angle)
+        # what a load on tooth j does to sector 0, tooth 0 does to sector -j
+        fields = ring_fields(gear, model, sector, excitation, [-j for j in weights])
+        for j, w in weights.items():
+            field += fields[-j] @ w
+    return field
+
+
+def _vertex_loads(
+    load: ToothLoad, points: FlankPoints, mesh: SectorMesh, angle: float
+) -> Array:
+    """Loads (n,) on the flank vertices with the same smooth remainder."""
+    from fegear.contact.compliance import PATCH, set_stencil
+
+    forces = load.normal if angle == 0.0 else load.rootward
+    count = len(points.arcs)
+    # arcs are a smooth function of the index, whose inverse is interpolated here
+    flank = SimpleNamespace(length=points.arcs[-1], grading=_grading(mesh))
+    patch = np.zeros(1, PATCH).view(np.recarray)[0]
+    weights = np.zeros(count)
+    for arc, force in zip(load.arcs, forces, strict=True):
+        set_stencil.py_func(patch, 0, 0, arc, flank, count)
+        first = patch.first[0, 0]
+        weights[first : first + 4] += force * patch.weights[0, 0]
+    return weights
+
+
+def _grading(mesh: SectorMesh) -> float:
+    """beta of arcs = length sinh(beta t) / sinh(beta), from the first two edges."""
+    one, two = mesh.flank_arcs[1:3]
+    edges = len(mesh.flank_arcs) - 1
+    return float(edges * np.arccosh(max(1.0, 0.5 * two / one)))
+
+
+def _hats(load: ToothLoad, gear: SpurGear, points: Array) -> Array:
+    """Half-plane stress of all hats of a tooth at points (n, 2), (n, 3) [Pa]."""
+    rolls = roll_length_at_arc(gear, load.arcs)
+    tangent = flank_tangents(gear, rolls)
+    inward = np.stack([-tangent[:, 1], tangent[:, 0]], axis=1)
+    origins = flank_points(gear, rolls)
+    total = np.zeros((len(points), 3))
+    for x, n, p, q in zip(origins, inward, load.normal, load.rootward, strict=True):
+        if p != 0.0 or q != 0.0:
+            total += halfplane.hat_stress(points, x, n, load.step, p, q)
+    return total
+
+
+def _nodal_stress(
+    field: Array, mesh: SectorMesh, model: SectorModel, material: PlaneMaterial
+) -> Array:
+    """Stress (nodes, 3) from displacement gradients averaged at the nodes."""
+    corners = np.array([[0.0, 1.0, 0.0, 0.5, 0.5, 0.0], [0.0, 0.0, 1.0, 0.0, 0.5, 0.5]])
+    basis = Basis(
+        model.basis.mesh, model.basis.elem, quadrature=(corners, np.ones(6) / 12.0)
+    )
+    gradient = np.asarray(basis.interpolate(field).grad)  # (2, 2, elements, 6)
+    lam, mu = material.lame
+    trace = gradient[0, 0] + gradient[1, 1]
+    stress = (
+        lam * trace + 2.0 * mu * gradient[0, 0],
+        lam * trace + 2.0 * mu * gradient[1, 1],
+        mu * (gradient[0, 1] + gradient[1, 0]),
+    )
+    nodes = mesh.triangles.ravel()
+    count = np.bincount(nodes)
+    return np.stack(
+        [np.bincount(nodes, component.ravel()) / count for component in stress], axis=1
+    )

@@ -1,0 +1,202 @@
+"""Gear set files: what is refused, and how the refusal reads."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from fegear.errors import InputError
+from fegear.gearset import (
+    builtin_names,
+    load_gear_set,
+    read_gear_set,
+    read_gear_set_file,
+)
+
+BAD_FILES = sorted((Path(__file__).parent / "bad").glob("*.toml"))
+
+PAIR = """\
+name = "pair"
+
+[defaults]
+module_mm = 2.0
+face_width_mm = 20
+
+[[gear]]
+name = "one"
+teeth = 30
+hub_radius_mm = 12
+
+[[gear]]
+name = "two"
+teeth = 40
+hub_radius_mm = 20
+
+[[mesh]]
+driver = "one"
+driven = "two"
+operating_pressure_angle_deg = 20
+"""
+
+
+def expected_message(path: Path) -> str:
+    """The first line of a bad file says what is to be said about it."""
+    first = path.read_bytes().splitlines()[0].decode("utf-8", "replace")
+    assert first.startswith("# expect: ")
+    return first.removeprefix("# expect: ")
+
+
+@pytest.mark.parametrize("path", BAD_FILES, ids=lambda path: path.stem)
+def test_bad_file_is_refused_in_one_line(path):
+    with pytest.raises(InputError) as caught:
+        read_gear_set_file(path)
+    assert str(caught.value) == f"{path}: {expected_message(path)}"
+    assert "\n" not in str(caught.value)
+
+
+def test_there_are_many_bad_files():
+    assert len(BAD_FILES) >= 20
+
+
+def test_missing_file(tmp_path):
+    path = tmp_path / "none.toml"
+    with pytest.raises(InputError, match="cannot be read, no such file"):
+        load_gear_set(str(path))
+
+
+def test_directory_in_place_of_a_file(tmp_path):
+    with pytest.raises(InputError, match="cannot be read, is a directory"):
+        load_gear_set(str(tmp_path))
+
+
+@pytest.mark.parametrize("name", ["", "\0", "a\0.toml"])
+def test_impossible_file_names(name):
+    with pytest.raises(InputError):
+        load_gear_set(name)
+
+
+def test_unknown_name_offers_the_nearest_and_the_list():
+    with pytest.raises(InputError) as caught:
+        load_gear_set("liu-idlr")
+    assert str(caught.value) == (
+        "liu-idlr: neither a file nor a built-in gear set, did you mean liu-idler? "
+        "(built-in: liu-countershaft, liu-idler, liu-pair)"
+    )
+
+
+def test_builtin_and_its_file_are_equal(tmp_path):
+    import fegear.gearset
+
+    folder = Path(fegear.gearset.__file__).parent / "sets"
+    for name in builtin_names():
+        assert load_gear_set(name) == load_gear_set(str(folder / f"{name}.toml"))
+
+
+def test_defaults_of_the_format():
+    gear_set = read_gear_set(PAIR)
+    gear, mesh = gear_set.gears[0], gear_set.meshes[0]
+    assert gear.geometry.tip_radius == pytest.approx(32e-3)
+    assert gear.geometry.dedendum == pytest.approx(2.5e-3)
+    assert gear.geometry.rack_tip_radius == pytest.approx(0.6e-3)
+    assert (gear.young_modulus, gear.poisson_ratio) == (206e9, 0.3)
+    assert gear.pitch_errors == ()
+    assert mesh.torques == ()
+    assert mesh.phase == 0.0
+    assert mesh.pair.center_distance == pytest.approx(70e-3)
+
+
+def test_own_tip_overrides_the_shared_one():
+    text = PAIR.replace("face_width_mm = 20", "face_width_mm = 20\naddendum_mm = 2.1")
+    text = text.replace("teeth = 30\n", "teeth = 30\ntip_radius_mm = 31.5\n")
+    one, two = (gear.geometry.tip_radius for gear in read_gear_set(text).gears)
+    assert one == pytest.approx(31.5e-3)
+    assert two == pytest.approx(42.1e-3)
+
+
+def test_rack_tip_takes_what_fits_a_deep_space():
+    text = PAIR.replace("teeth = 30\n", "teeth = 30\ndedendum_mm = 4\n")
+    text = text.replace("teeth = 30\n", "teeth = 30\nprofile_shift = 0.3\n", 1)
+    text = text.replace("_angle_deg = 20\n", "_angle_deg = 22\n")
+    gear = read_gear_set(text).gears[0].geometry
+    assert 0.0 < gear.rack_tip_radius < 0.6e-3
+    assert gear.rack_tip_center[0] == pytest.approx(0.0, abs=1e-12)
+
+
+def test_torques_pass_through_meshes_and_shafts():
+    torques = [mesh.torques for mesh in load_gear_set("liu-idler").meshes]
+    assert torques[0] == (50.0, 100.0, 150.0)
+    assert torques[1] == pytest.approx([50 * 55 / 38, 100 * 55 / 38, 150 * 55 / 38])
+    stages = load_gear_set("liu-countershaft").meshes
+    assert stages[1].torques == pytest.approx([100 * 72 / 51])
+
+
+def test_meshes_may_stand_in_any_order():
+    text = PAIR + (
+        '[load]\ngear = "zero"\ntorques_Nm = [10]\n'
+        '[[gear]]\nname = "zero"\nteeth = 30\nhub_radius_mm = 12\n'
+        '[[mesh]]\ndriver = "zero"\ndriven = "one"\n'
+        "operating_pressure_angle_deg = 20\n"
+    )
+    assert [mesh.torques for mesh in read_gear_set(text).meshes] == [(10.0,), (10.0,)]
+
+
+def test_closed_train_has_no_input():
+    text = PAIR + (
+        '[load]\ngear = "one"\ntorques_Nm = [10]\n'
+        '[[gear]]\nname = "three"\nteeth = 30\nhub_radius_mm = 12\n'
+        '[[mesh]]\ndriver = "two"\ndriven = "three"\n'
+        "operating_pressure_angle_deg = 20\n"
+        '[[mesh]]\ndriver = "three"\ndriven = "one"\n'
+        "operating_pressure_angle_deg = 20\n"
+    )
+    with pytest.raises(InputError, match="every driver is driven"):
+        read_gear_set(text)
+
+
+def test_pitch_errors_are_metres():
+    errors = ", ".join(str(n) for n in range(30))
+    text = PAIR.replace("teeth = 30\n", f"teeth = 30\npitch_errors_um = [{errors}]\n")
+    assert read_gear_set(text).gears[0].pitch_errors[3] == pytest.approx(3e-6)
+
+
+RELIEFS = [
+    ("tip_relief", "length_pitches = 0.4"),
+    ("tip_relief", 'start = "HPSTC"'),
+    ("root_relief", "length_pitches = 0.4"),
+    ("root_relief", 'start = "LPSTC"'),
+]
+
+
+@pytest.mark.parametrize(("key", "start"), RELIEFS)
+@pytest.mark.parametrize("role", ["driver", "driven"])
+def test_shared_relief_goes_to_both_gears(key, start, role):
+    mesh = read_gear_set(f"{PAIR}{key} = {{ magnitude_um = 10, {start} }}\n").meshes[0]
+    pair = mesh.pair
+    gear, mate = pair.driver, pair.driven
+    if role == "driven":
+        gear, mate = mate, gear
+    relief = getattr(mesh, f"{role}_{key}")
+    sap = pair.line_of_action - mate.tip_roll_length
+    expected = {
+        ("tip_relief", "length_pitches = 0.4"): gear.tip_roll_length
+        - 0.4 * pair.base_pitch,
+        ("tip_relief", 'start = "HPSTC"'): sap + pair.base_pitch,
+        ("root_relief", "length_pitches = 0.4"): sap + 0.4 * pair.base_pitch,
+        ("root_relief", 'start = "LPSTC"'): gear.tip_roll_length - pair.base_pitch,
+    }
+    assert relief.start_roll_length == pytest.approx(expected[key, start])
+    assert relief.magnitude == pytest.approx(10e-6)
+    assert relief.shape == "linear"
+
+
+def test_relief_from_hpstc_is_the_contact_ratio_less_one_long():
+    one = f'{PAIR}tip_relief = {{ magnitude_um = 10, start = "HPSTC" }}\n'
+    ratio = read_gear_set(one).meshes[0].pair.contact_ratio
+    length = f"length_pitches = {ratio - 1.0!r}"
+    two = f"{PAIR}tip_relief = {{ magnitude_um = 10, {length} }}\n"
+    starts = [
+        read_gear_set(text).meshes[0].driver_tip_relief.start_roll_length
+        for text in (one, two)
+    ]
+    assert starts[0] == pytest.approx(starts[1], rel=1e-12)
