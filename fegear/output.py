@@ -29,6 +29,15 @@ def require_writable(path: str | os.PathLike[str]) -> Path:
     return target
 
 
+def make_directory(path: str | os.PathLike[str]) -> Path:
+    """The directory, made with its parents; InputError where that is not possible."""
+    try:
+        Path(path).mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"{path}: cannot be made, {_reason(error)}") from None
+    return Path(path)
+
+
 def write_whole(path: str | os.PathLike[str], writer: Callable[[Path], object]) -> None:
     """Let `writer` fill a file beside `path`, then move it into place.
 
@@ -36,8 +45,8 @@ def write_whole(path: str | os.PathLike[str], writer: Callable[[Path], object]) 
     was. Raises InputError where the file cannot be written.
     """
     target = Path(path)
-    if target.exists() and not target.is_file():
-        writer(target)
+    if target.exists() and not (target.is_file() or target.is_dir()):
+        writer(target)  # a device
         return
     try:
         _fill_and_replace(target, writer)

@@ -6,8 +6,9 @@ import resource
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from fegear.statics import StaticsResult
+from fegear.statics import StaticsResult, corner_positions
 
 
 def summary(result: StaticsResult) -> dict[str, Any]:
@@ -34,6 +35,8 @@ def summary(result: StaticsResult) -> dict[str, Any]:
 
 def torque_summary(result: StaticsResult, t: int) -> dict[str, float]:
     table = result.table
+    corner = corner_positions(result.problem, result.cycle, t)
+    pressure = table["max_pressure_Pa"][t]
     k, ste = table["stiffness_N_per_m"][t], table["ste_m"][t]
     return {
         "torque_Nm": float(table.torque_Nm[t]),
@@ -45,9 +48,14 @@ def torque_summary(result: StaticsResult, t: int) -> dict[str, float]:
         "ste_mean_um": 1e6 * float(ste.mean()),
         "ste_peak_to_peak_um": 1e6 * float(np.ptp(ste)),
         "nlte_peak_to_peak_um": 1e6 * float(np.ptp(table["nlte_m"][t])),
-        "max_pressure_MPa": 1e-6 * float(table["max_pressure_Pa"][t].max()),
+        "max_pressure_on_path_MPa": 1e-6 * _largest(pressure[~corner]),
+        "max_pressure_in_corner_contact_MPa": 1e-6 * _largest(pressure[corner]),
         "friction_bending_ratio_mean": float(table["friction_bending_ratio"][t].mean()),
     }
+
+
+def _largest(values: NDArray[np.float64]) -> float:
+    return float(values.max(initial=0.0))
 
 
 def evidence(result: StaticsResult) -> dict[str, float | None]:
@@ -101,22 +109,24 @@ def _torque_table(torques: list[dict[str, float]]) -> Any:
     from rich import box
     from rich.table import Table
 
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1))
     columns = {
-        "torque\n[N m]": ("torque_Nm", "{:g}"),
-        "mean stiffness\n[N/m]": ("mean_stiffness_N_per_m", "{:.4e}"),
-        "peak-peak\n/ mean": ("peak_to_peak_over_mean", "{:.4f}"),
-        "mean local\n[N/m]": ("mean_local_stiffness_N_per_m", "{:.4e}"),
-        "STE mean\n[um]": ("ste_mean_um", "{:.4f}"),
-        "STE p-p\n[um]": ("ste_peak_to_peak_um", "{:.4f}"),
-        "NLTE p-p\n[um]": ("nlte_peak_to_peak_um", "{:.4f}"),
-        "pressure\n[MPa]": ("max_pressure_MPa", "{:.0f}"),
-        "friction-\nbending": ("friction_bending_ratio_mean", "{:.4f}"),
+        "torque\nN m": ("torque_Nm", 1.0, "{:g}"),
+        "mean k\n1e8 N/m": ("mean_stiffness_N_per_m", 1e-8, "{:.4f}"),
+        "k p-p/\nmean k": ("peak_to_peak_over_mean", 1.0, "{:.4f}"),
+        "local k\n1e8 N/m": ("mean_local_stiffness_N_per_m", 1e-8, "{:.4f}"),
+        "STE\nmean um": ("ste_mean_um", 1.0, "{:.3f}"),
+        "STE\np-p um": ("ste_peak_to_peak_um", 1.0, "{:.3f}"),
+        "NLTE\np-p um": ("nlte_peak_to_peak_um", 1.0, "{:.3f}"),
+        "p path\nMPa": ("max_pressure_on_path_MPa", 1.0, "{:.0f}"),
+        "friction\nbending": ("friction_bending_ratio_mean", 1.0, "{:.3f}"),
     }
     for title in columns:
         table.add_column(title, justify="right", no_wrap=True)
     for row in torques:
-        table.add_row(*(form.format(row[key]) for key, form in columns.values()))
+        table.add_row(
+            *(form.format(scale * row[key]) for key, scale, form in columns.values())
+        )
     return table
 
 

@@ -207,11 +207,11 @@ def require_generated_tooth(gear: SpurGear) -> None:
         f"the tooth is pointed: tip thickness {_mm(gear.tip_thickness)}, "
         f"at least {_mm(0.05 * gear.module)} is needed",
     )
-    limit = gear.root_radius - 0.5 * gear.module
+    largest_hub = gear.root_radius - 0.5 * gear.module
     _require(
         "hub_radius",
-        gear.hub_radius <= limit,
+        gear.hub_radius <= largest_hub,
         _mm(gear.hub_radius),
-        f"at most {_mm(limit)}, half a module below the root circle "
+        f"at most {_mm(largest_hub)}, half a module below the root circle "
         f"{_mm(gear.root_radius)}",
     )

@@ -116,8 +116,8 @@ def require_clearances(pair: GearPair) -> None:
             raise GeometryError(
                 "tip_radius",
                 f"{1e3 * mate.tip_radius:.6g} mm of the mate digs below the form "
-                f"circle of the {name} gear ({gear.teeth} teeth), trochoid interference; "
-                f"at most {1e3 * allowed:.6g} mm",
+                f"circle of the {name} gear ({gear.teeth} teeth), trochoid "
+                f"interference; at most {1e3 * allowed:.6g} mm",
                 other[name],
             )
         clearance = pair.center_distance - mate.tip_radius - gear.root_radius

@@ -31,12 +31,13 @@ def stiffness_benchmark(
 
     Example: fegear bench stiffness liu-pair -o bench
     """
-    from fegear.cli.stiffness import _checked_torques, progress_bar
+    from fegear.cli.options import checked_torques, progress_bar
     from fegear.gearset import load_gear_set
-    from fegear.output import require_writable, write_whole
+    from fegear.output import make_directory, require_writable, write_whole
 
     gear_set = load_gear_set(set_name)
-    _checked_torques([torque])
+    checked_torques([torque])
+    make_directory(output)
     require_writable(output / "stiffness.csv")
     from fegear.plots import save_figure
     from validation import bench_stiffness as bench

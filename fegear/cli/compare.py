@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import sys
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from fegear.cli.stiffness import PlaneChoice, _checked_torques, _require
+from fegear.cli.options import PlaneChoice, checked_torques, require
+
+if TYPE_CHECKING:
+    from validation.compare import Comparison
 
 
 def compare_command(
@@ -27,15 +30,14 @@ def compare_command(
 
     Example: fegear compare liu-pair --torque 100
     """
+    from fegear.errors import InputError
     from fegear.gearset import load_gear_set
 
     gear_set = load_gear_set(set_name)
     count = len(gear_set.meshes)
-    _require(1 <= mesh <= count, "--mesh", mesh, f"{gear_set.name} has {count}")
+    require(1 <= mesh <= count, "--mesh", mesh, f"{gear_set.name} has {count}")
     cases = gear_set.meshes[mesh - 1].torques
-    chosen = _checked_torques([torque] if torque is not None else list(cases))
-    from fegear.errors import InputError
-
+    chosen = checked_torques([torque] if torque is not None else list(cases))
     if not chosen:
         raise InputError(f"--torque is missing; {gear_set.name} names no load")
     from fegear.statics import StaticsSettings
@@ -52,18 +54,26 @@ def compare_command(
         values = {"gear_set": gear_set.name, "torque_Nm": at, "comparisons": lines}
         sys.stdout.write(json.dumps(values, indent=2) + "\n")
         return
+    _print_rows(rows, f"{gear_set.name} mesh {mesh}, {at:g} N m, plane {plane.value}")
+
+
+def _print_rows(rows: list[Comparison], title: str) -> None:
     from rich import box
     from rich.console import Console
+    from rich.markup import escape
     from rich.table import Table
 
-    title = f"{gear_set.name} mesh {mesh}, {at:g} N m, plane {plane.value}"
-    table = Table(title=title, box=box.SIMPLE_HEAD, title_justify="left")
-    for name in ("quantity", "slope", "oracle", "unit"):
+    table = Table(
+        title=title, box=box.SIMPLE_HEAD, title_justify="left", pad_edge=False
+    )
+    for name in ("quantity", "closed form"):
         table.add_column(name)
-    for name in ("FE", "oracle", "oracle - FE [%]"):
+    for name in ("finite\nelements", "closed\nform", "closed form\n- FE [%]"):
         table.add_column(name, justify="right", no_wrap=True)
     for row in rows:
+        slope = "" if row.slope == "-" else f", {row.slope} slope"
+        unit = "" if row.unit == "-" else f" [{row.unit}]"
+        quantity = escape(f"{row.quantity}{slope}{unit}")
         numbers = (f"{row.finite_elements:.4g}", f"{row.expected:.4g}")
-        labels = (row.quantity, row.slope, row.oracle, row.unit)
-        table.add_row(*labels, *numbers, f"{row.per_cent:+.1f}")
+        table.add_row(quantity, row.oracle, *numbers, f"{row.per_cent:+.1f}")
     Console().print(table)

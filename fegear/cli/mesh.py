@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from fegear.cli.stiffness import ResolutionChoice, _require
+from fegear.cli.options import ResolutionChoice, require
 
 
 def mesh_command(
@@ -39,7 +39,7 @@ def mesh_command(
     require_writable(output)
     gear_set = load_gear_set(set_name)
     count = len(gear_set.gears)
-    _require(1 <= gear <= count, "--gear", gear, f"{gear_set.name} has {count}")
+    require(1 <= gear <= count, "--gear", gear, f"{gear_set.name} has {count}")
     from fegear.statics import RESOLUTIONS
     from meshes import sector_mesh
 

@@ -3,30 +3,24 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
-from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from fegear.cli.options import (
+    PlaneChoice,
+    ResolutionChoice,
+    checked_torques,
+    progress_bar,
+    require,
+)
+
 if TYPE_CHECKING:
-    from fegear.statics import Progress, StaticsResult
+    from fegear.statics import StaticsResult
 
 EPILOG = "Example: fegear stiffness liu-idler --mesh 2 -o mesh2.csv --plot mesh2.png"
 POSITIONS_LIMIT = 1_000_000
-
-
-class PlaneChoice(StrEnum):
-    stress = "stress"
-    strain = "strain"
-
-
-class ResolutionChoice(StrEnum):
-    coarse = "coarse"
-    default = "default"
-    fine = "fine"
 
 
 def stiffness_command(
@@ -70,12 +64,12 @@ def stiffness_command(
         if path is not None:
             require_writable(path)
     gear_set = load_gear_set(set_name)
-    torques = _checked_torques(torque or [])
-    _require(0.0 <= friction < 0.5, "--friction", friction, "allowed 0 to below 0.5")
+    torques = checked_torques(torque or [])
+    require(0.0 <= friction < 0.5, "--friction", friction, "allowed 0 to below 0.5")
     limit = f"allowed 1 to {POSITIONS_LIMIT}"
-    _require(1 <= positions <= POSITIONS_LIMIT, "--positions", positions, limit)
+    require(1 <= positions <= POSITIONS_LIMIT, "--positions", positions, limit)
     count = len(gear_set.meshes)
-    _require(1 <= mesh <= count, "--mesh", mesh, f"{gear_set.name} has {count}")
+    require(1 <= mesh <= count, "--mesh", mesh, f"{gear_set.name} has {count}")
     if not torques and not gear_set.meshes[mesh - 1].torques:
         raise InputError(
             f"--torque is missing; {gear_set.name} names no load for mesh {mesh}"
@@ -93,20 +87,6 @@ def stiffness_command(
         result = solve_mesh(gear_set, mesh - 1, torques, settings, report)
     _write(result, output, plot)
     _print_summary(result, as_json)
-
-
-def _checked_torques(torques: list[float]) -> list[float]:
-    for value in torques:
-        ok = 0.0 < value < 1e9
-        _require(ok, "--torque", value, "must be positive, on the driving gear [N m]")
-    return torques
-
-
-def _require(ok: bool, option: str, value: float, allowed: str) -> None:
-    from fegear.errors import InputError
-
-    if not ok:
-        raise InputError(f"{option} = {value:g}; {allowed}")
 
 
 def _write(result: StaticsResult, output: Path | None, plot: Path | None) -> None:
@@ -131,24 +111,6 @@ def _print_summary(result: StaticsResult, as_json: bool) -> None:
         sys.stdout.write(json.dumps(summary(result), indent=2) + "\n")
     else:
         print_summary(summary(result))
-
-
-@contextmanager
-def progress_bar(enabled: bool) -> Iterator[Progress]:
-    """A bar on the error stream that goes away when the work is done."""
-    from rich.console import Console
-    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
-
-    console = Console(stderr=True)
-    columns = (TextColumn("{task.description:<28}"), BarColumn(), TimeElapsedColumn())
-    shown = enabled and console.is_terminal
-    with Progress(*columns, console=console, transient=True, disable=not shown) as bar:
-        task = bar.add_task("", total=1)
-
-        def report(what: str, done: int, total: int) -> None:
-            bar.update(task, description=what, completed=done, total=total)
-
-        yield report
 
 
 stiffness_command.__doc__ = f"{stiffness_command.__doc__}\n\n{EPILOG}"

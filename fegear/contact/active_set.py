@@ -20,12 +20,13 @@ CONVERGED, NOT_CONVERGED, NOT_FINITE = 0, 1, 2
 
 
 @compiled_part
-def eliminate(matrix, right, n):
-    """Solve the leading n equations in place for two right-hand sides.
+def eliminate(matrix, right):
+    """Solve matrix x = right (n, 2) in place.
 
     Gauss with partial pivoting; a call to LAPACK takes as long to run at this
     size and ten times as long to compile.
     """
+    n = matrix.shape[0]
     for k in range(n):
         pivot = k
         for i in range(k + 1, n):
@@ -73,7 +74,7 @@ def solve_active(C, sides, torque, active, q):
         right[i, 1] = sides[nodes[i], 1]
         for j in range(n):
             matrix[i, j] = C[nodes[i], nodes[j]]
-    eliminate(matrix, right, n)
+    eliminate(matrix, right)
     slope, preload = 0.0, 0.0
     for i in range(n):
         preload += sides[nodes[i], 2] * right[i, 0]

@@ -76,14 +76,18 @@ def interpolate(tables, gear, kind, offset, row_patch, a, column_patch, b):
 
 
 @compiled_part
-def remainder_block(tables, seen, loaded, teeth_apart, kind, factor, block):
-    """Add factor times both gears' smooth compliance to block (SUPPORT, SUPPORT).
+def remainder_block(tables, seen, loaded, teeth_apart, push, drag, block):
+    """Both gears' smooth compliance (SUPPORT, SUPPORT), filled into block.
 
     seen, loaded : patches where displacement is seen and where load acts
     teeth_apart : teeth by which `seen` is ahead of `loaded`
-    kind : TANGENTIAL for rootward friction loads, by Maxwell's theorem
+    push, drag : normal and rootward part of the unit load; the normal displacement
+        under friction follows from Maxwell's theorem
     """
     reach = tables.shape[2] // 2
+    for a in range(SUPPORT):
+        for b in range(SUPPORT):
+            block[a, b] = 0.0
     if abs(teeth_apart) > reach:
         return
     for gear in range(2):
@@ -91,15 +95,14 @@ def remainder_block(tables, seen, loaded, teeth_apart, kind, factor, block):
         apart = teeth_apart if gear == 0 else -teeth_apart
         for a in range(SUPPORT):
             for b in range(SUPPORT):
-                if kind == NORMAL:
-                    value = interpolate(
+                if push != 0.0:
+                    block[a, b] += push * interpolate(
                         tables, gear, NORMAL, reach + apart, seen, a, loaded, b
                     )
-                else:
-                    value = interpolate(
+                if drag != 0.0:
+                    block[a, b] += drag * interpolate(
                         tables, gear, TANGENTIAL, reach - apart, loaded, b, seen, a
                     )
-                block[a, b] += factor * value
 
 
 @compiled_part
@@ -150,10 +153,7 @@ def fill_compliance(C, friction, flanks, tables, patches, chosen, teeth, grid):
             seen, loaded = patches[chosen[p]], patches[chosen[q]]
             apart = teeth[chosen[p]] - teeth[chosen[q]]
             drag = friction * loaded.approach
-            block[:, :] = 0.0
-            remainder_block(tables, seen, loaded, apart, NORMAL, 1.0, block)
-            if drag != 0.0:
-                remainder_block(tables, seen, loaded, apart, TANGENTIAL, drag, block)
+            remainder_block(tables, seen, loaded, apart, 1.0, drag, block)
             for i in range(nodes):
                 for j in range(nodes):
                     local = 0.0
@@ -164,6 +164,15 @@ def fill_compliance(C, friction, flanks, tables, patches, chosen, teeth, grid):
                         )
                     C[p * nodes + i, q * nodes + j] = local
             spread(C, p * nodes, q * nodes, lagrange, block)
+
+
+@compiled_part
+def quadratic_form(block, moments):
+    total = 0.0
+    for a in range(moments.size):
+        for b in range(moments.size):
+            total += moments[a] * block[a, b] * moments[b]
+    return total
 
 
 @compiled_part
@@ -185,15 +194,9 @@ def friction_bending(flanks, tables, patch, q, start, grid):
                 normal += load * local_normal(flanks, logarithm, patch.step, i, j)
                 tangential += load * local_tangential(flanks, sign, patch.master, i, j)
     block = np.empty((SUPPORT, SUPPORT))
-    for kind in range(2):
-        block[:, :] = 0.0
-        remainder_block(tables, patch, patch, 0, kind, 1.0, block)
-        total = 0.0
-        for a in range(SUPPORT):
-            for b in range(SUPPORT):
-                total += moments[a] * block[a, b] * moments[b]
-        if kind == NORMAL:
-            normal += total
-        else:
-            tangential += total
+    own = np.int64(0)  # a literal would be compiled for separately
+    remainder_block(tables, patch, patch, own, 1.0, 0.0, block)
+    normal += quadratic_form(block, moments)
+    remainder_block(tables, patch, patch, own, 0.0, 1.0, block)
+    tangential += quadratic_form(block, moments)
     return -tangential / normal

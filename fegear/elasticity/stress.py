@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -126,13 +127,14 @@ def _vertex_loads(
     from fegear.contact.compliance import PATCH, set_stencil
 
     forces = load.normal if angle == 0.0 else load.rootward
+    place = cast(Any, set_stencil).py_func  # the kernel's own, uncompiled
     count = len(points.arcs)
     # arcs are a smooth function of the index, whose inverse is interpolated here
     flank = SimpleNamespace(length=points.arcs[-1], grading=_grading(mesh))
     patch = np.zeros(1, PATCH).view(np.recarray)[0]
     weights = np.zeros(count)
     for arc, force in zip(load.arcs, forces, strict=True):
-        set_stencil.py_func(patch, 0, 0, arc, flank, count)
+        place(patch, 0, 0, arc, flank, count)
         first = patch.first[0, 0]
         weights[first : first + 4] += force * patch.weights[0, 0]
     return weights

@@ -46,6 +46,15 @@ def pair_text(gear: dict[str, str], mesh: dict[str, str], load: dict[str, str]) 
     )
 
 
+def refusal(text: str) -> str:
+    """What is said against a text, nothing if it can be read."""
+    try:
+        read_gear_set(text)
+    except InputError as error:
+        return str(error)
+    return ""
+
+
 def shuffled(keys: dict[str, str]):
     return st.permutations(list(keys.items())).map(dict)
 
@@ -80,11 +89,8 @@ def test_equal_addenda_give_the_contact_ratio(teeth, angle, ratio, shift):
             table("[[mesh]]", mesh),
         ]
     )
-    try:
-        gear_set = read_gear_set(text)
-    except InputError as error:  # no such gears, and it says so
-        assert "\n" not in str(error)
-        assume(False)
+    assume(not refusal(text))  # no such gears
+    gear_set = read_gear_set(text)
     pair = gear_set.meshes[0].pair
     addenda = [
         g.geometry.tip_radius - g.geometry.reference_radius for g in gear_set.gears
@@ -99,10 +105,7 @@ BARE = st.characters(min_codepoint=32, max_codepoint=126, exclude_characters='"\
 @settings(max_examples=200, deadline=None)
 @given(st.text())
 def test_any_text_is_read_or_refused_in_one_line(text):
-    try:
-        read_gear_set(text)
-    except InputError as error:
-        assert len(str(error).splitlines()) == 1
+    assert len(refusal(text).splitlines()) <= 1
 
 
 VALUES = st.one_of(
@@ -124,9 +127,6 @@ def test_any_value_is_read_or_refused_in_one_line(place, value):
     tables = {"gear": GEAR_KEYS, "mesh": MESH_KEYS, "load": LOAD_KEYS}
     name, key = place
     tables[name] = tables[name] | {key: value}
-    try:
-        read_gear_set(pair_text(tables["gear"], tables["mesh"], tables["load"]))
-    except InputError as error:
-        message = str(error)
-        assert len(message.splitlines()) == 1
-        assert len(message) < 400
+    message = refusal(pair_text(tables["gear"], tables["mesh"], tables["load"]))
+    assert len(message.splitlines()) <= 1
+    assert len(message) < 400

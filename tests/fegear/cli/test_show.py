@@ -1,0 +1,71 @@
+"""`fegear sets` and `fegear show` on the screen, as JSON and as a picture."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+import typer
+from typer.testing import CliRunner
+
+from fegear.cli.sets import sets_command
+from fegear.cli.show import show_command
+from fegear.errors import InputError
+from fegear.gearset import builtin_names
+
+app = typer.Typer()
+app.command("sets")(sets_command)
+app.command("show")(show_command)
+
+
+def run(*arguments: str) -> str:
+    result = CliRunner().invoke(app, arguments, catch_exceptions=False)
+    assert result.exit_code == 0
+    return result.stdout
+
+
+def test_sets_lists_every_builtin():
+    printed = run("sets")
+    assert all(name in printed for name in builtin_names())
+
+
+@pytest.mark.parametrize("name", builtin_names())
+def test_show_prints_names_units_and_inferences(name):
+    printed = run("show", name)
+    for text in ("Base radius [mm]", "Contact ratio", "HPSTC, roll angle [deg]"):
+        assert text in printed
+    assert "Inferred, not printed by the source:" in printed
+
+
+def test_show_json_is_machine_readable():
+    figures = json.loads(run("show", "liu-pair", "--json"))
+    assert figures["meshes"][0]["driver_torques_Nm"] == [50.0, 100.0, 150.0]
+    assert figures["gears"][0]["base_radius_mm"] == pytest.approx(45.35, abs=5e-3)
+
+
+def test_show_prints_markup_as_it_stands(tmp_path):
+    path = tmp_path / "set.toml"
+    path.write_text(
+        'name = "[red]a[/red]"\ndescription = "[/b]"\n'
+        "[defaults]\nmodule_mm = 2\nface_width_mm = 20\nhub_radius_mm = 12\n"
+        '[[gear]]\nname = "[bold]"\nteeth = 30\n'
+        '[[gear]]\nname = "[/bold]"\nteeth = 30\n'
+        '[[mesh]]\ndriver = "[bold]"\ndriven = "[/bold]"\ncenter_distance_mm = 60\n'
+        'tip_relief = { magnitude_um = 10, start = "HPSTC" }\n'
+    )
+    printed = run("show", str(path))
+    assert "[red]a[/red]: [/b]" in printed
+    assert "[bold] > [/bold]" in printed
+    assert "Tip relief [um]" in printed
+    assert "Root relief" not in printed
+
+
+def test_show_draws(tmp_path):
+    run("show", "liu-pair", "--plot", str(tmp_path / "gears.png"))
+    assert (tmp_path / "gears.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_unwritable_picture_is_refused_before_the_gear_set_is_read(tmp_path):
+    arguments = ["show", "no-such-set", "-o", str(tmp_path / "none" / "gears.png")]
+    with pytest.raises(InputError, match="cannot be written"):
+        run(*arguments)

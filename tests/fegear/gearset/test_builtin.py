@@ -1,0 +1,75 @@
+"""The built-in gear sets against the figures that their source prints."""
+
+from __future__ import annotations
+
+import pytest
+
+from fegear.gearset import builtin_names, load_gear_set
+from fegear.gearset.derived import gear_set_figures
+
+
+def test_names():
+    assert builtin_names() == ["liu-countershaft", "liu-idler", "liu-pair"]
+
+
+@pytest.mark.parametrize("name", builtin_names())
+def test_every_set_states_what_is_inferred(name):
+    gear_set = load_gear_set(name)
+    assert gear_set.name == name
+    text = " ".join(gear_set.inferences)
+    for word in ("hub radii", "tip radii", "dedendum", "not printed"):
+        assert word in text
+
+
+def test_idler_base_radii_and_contact_ratios():
+    figures = gear_set_figures(load_gear_set("liu-idler"))
+    radii = [round(gear.base_radius_mm, 2) for gear in figures.gears]
+    assert radii == [45.35, 65.64, 112.18]
+    ratios = [mesh.contact_ratio for mesh in figures.meshes]
+    assert ratios == pytest.approx([1.504, 1.510], abs=1e-9)
+    angles = [mesh.operating_pressure_angle_deg for mesh in figures.meshes]
+    assert angles == pytest.approx([21.22, 21.02])
+    assert [gear.face_width_mm for gear in figures.gears] == [25.4] * 3
+
+
+def test_idler_torques_balance_the_printed_ones():
+    gear_set = load_gear_set("liu-idler")
+    at_100 = gear_set.meshes[0].torques.index(100.0)
+    torque = gear_set.meshes[1].torques[at_100] * 94 / 55
+    assert torque == pytest.approx(247.0, abs=0.5)
+
+
+def test_idler_inertias_and_masses_of_table_2_1():
+    gears = load_gear_set("liu-idler").gears
+    assert [gear.inertia for gear in gears] == [0.002621, 0.01091, 0.1193]
+    assert [gear.mass for gear in gears] == [2.2325, 4.4380, 16.9419]
+
+
+def test_path_of_contact_agrees_with_the_printed_switching_points():
+    """Figure 2.2: the first pair leaves at 0.78, the second enters at 0.26."""
+    mesh = gear_set_figures(load_gear_set("liu-idler")).meshes[0]
+    assert mesh.recess_pitches == pytest.approx(0.78, abs=0.02)
+    assert 1.0 - mesh.approach_pitches == pytest.approx(0.26, abs=0.005)
+
+
+def test_centres_in_line_give_nearly_the_printed_phase():
+    """Table 2.1 prints phase 0; an idler of 55 teeth between centres in a row."""
+    phase = gear_set_figures(load_gear_set("liu-idler")).meshes[1].phase_in_line_pitches
+    assert phase == pytest.approx(0.0, abs=0.06)
+
+
+def test_pair_is_the_first_mesh_of_the_idler_set():
+    pair, train = load_gear_set("liu-pair"), load_gear_set("liu-idler")
+    assert pair.meshes[0] == train.meshes[0]
+    assert pair.gears == train.gears[:2]
+
+
+def test_countershaft_table_4_1():
+    gear_set = load_gear_set("liu-countershaft")
+    assert [gear.geometry.teeth for gear in gear_set.gears] == [51, 72, 19, 73]
+    widths = [round(1e3 * gear.face_width, 6) for gear in gear_set.gears]
+    assert widths == [22.5, 29.0, 20.0, 20.0]
+    ratios = [mesh.pair.contact_ratio for mesh in gear_set.meshes]
+    assert ratios == pytest.approx([1.60, 1.70], abs=1e-9)
+    assert gear_set.meshes[1].phase == 0.257
+    assert gear_set.shafts == ((1, 2),)

@@ -1,0 +1,81 @@
+"""Imports point one way, kernels know only numerics, and imports stay cheap."""
+
+from __future__ import annotations
+
+import ast
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+PACKAGES = ("meshes", "fegear", "lumped", "validation")
+FILES = [p for name in PACKAGES for p in sorted((ROOT / name).rglob("*.py"))]
+KERNELS = [
+    ROOT / "fegear" / "contact" / f"{name}.py"
+    for name in ("active_set", "compliance", "cycle", "flanks", "patches")
+]
+ALLOWED = {
+    "meshes": {"meshes"},
+    "lumped": {"lumped"},
+    "fegear": {"fegear", "meshes", "lumped.table"},
+    "validation": {"validation", "fegear", "meshes", "lumped"},
+    "fegear.cli": {"fegear", "meshes", "lumped", "validation"},
+}
+
+
+def imported_modules(path: Path) -> set[str]:
+    found: set[str] = set()
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.Import):
+            found |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            found.add(node.module)
+    return found
+
+
+def label(path: Path) -> str:
+    return str(path.relative_to(ROOT))
+
+
+@pytest.mark.parametrize("path", FILES, ids=label)
+def test_arrows_point_one_way(path):
+    package = path.relative_to(ROOT).parts[0]
+    in_roof = path.parent == ROOT / "fegear" / "cli"
+    allowed = ALLOWED["fegear.cli" if in_roof else package]
+    own = {m for m in imported_modules(path) if m.split(".")[0] in PACKAGES}
+    for module in own:
+        assert any(module == a or module.startswith(a + ".") for a in allowed), module
+        if not in_roof:
+            assert not module.startswith("fegear.cli"), "nothing imports the roof"
+
+
+@pytest.mark.parametrize("path", KERNELS, ids=lambda path: path.stem)
+def test_kernels_import_only_numerics(path):
+    outside = {m for m in imported_modules(path) if not m.startswith("fegear.contact")}
+    assert outside <= {"__future__", "math", "typing", "numpy", "numba"}
+    inside = imported_modules(path) - outside
+    assert "fegear.contact.problem" not in inside
+
+
+def loaded_by(statement: str) -> set[str]:
+    code = f"import sys; {statement}; print(*sys.modules)"
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True
+    )
+    return {name.split(".")[0] for name in done.stdout.split()}
+
+
+@pytest.mark.parametrize(
+    ("statement", "heavy"),
+    [
+        ("import lumped", {"gmsh", "vtk", "pyvista", "skfem", "scipy", "matplotlib"}),
+        ("import meshes", {"gmsh", "vtk", "pyvista", "skfem", "meshio"}),
+        ("import fegear.cli", {"numpy", "numba", "gmsh", "vtk", "skfem", "scipy"}),
+        ("import fegear.gearset", {"gmsh", "skfem", "numba", "scipy", "matplotlib"}),
+        ("import fegear.statics", {"vtk", "pyvista", "gmsh", "matplotlib"}),
+    ],
+)
+def test_heavy_libraries_load_where_they_are_used(statement, heavy):
+    assert not loaded_by(statement) & heavy
