@@ -17,7 +17,6 @@ if TYPE_CHECKING:
     from lumped.table import MeshTable
 
 PAIR_COLORS = ("tab:blue", "tab:orange", "tab:green", "tab:purple", "tab:brown")
-CYCLES = 1.0
 
 
 def save_figure(figure: Figure, path: Path) -> None:
@@ -66,12 +65,12 @@ def _draw_stiffness(axes: Axes, table: MeshTable, middle: int) -> None:
     shades = np.linspace(0.55, 0.0, table.torque_Nm.size)
     for t, torque in enumerate(table.torque_Nm):
         position, k = _closed(table, table["stiffness_N_per_m"][t])
-        label = f"total at {torque:g} N m"
+        label = f"total at {torque:.4g} N m"
         axes.plot(position, 1e-6 * k, color=str(shades[t]), label=label)
     torque = table.torque_Nm[middle]
     position, k = _closed(table, table["local_stiffness_N_per_m"][middle])
     axes.plot(
-        position, 1e-6 * k, "k:", lw=1.2, label=f"local slope dF/dδ at {torque:g} N m"
+        position, 1e-6 * k, "k:", lw=1.2, label=f"local slope dF/dδ at {torque:.4g} N m"
     )
     for pair in range(1, table.pair_count + 1):
         values = table[f"pair{pair}_stiffness_N_per_m"][middle]
@@ -81,7 +80,7 @@ def _draw_stiffness(axes: Axes, table: MeshTable, middle: int) -> None:
             1e-6 * shown,
             color=PAIR_COLORS[(pair - 1) % len(PAIR_COLORS)],
             lw=1.4,
-            label=f"pair {pair} at {torque:g} N m",
+            label=f"pair {pair} at {torque:.4g} N m",
         )
     axes.set_ylabel("mesh stiffness F / (δ - δ₀) [N/µm]")
     axes.set_ylim(bottom=0.0)
@@ -92,7 +91,7 @@ def _draw_error(axes: Axes, table: MeshTable) -> None:
     shades = np.linspace(0.55, 0.0, table.torque_Nm.size)
     for t, torque in enumerate(table.torque_Nm):
         position, ste = _closed(table, table["ste_m"][t])
-        label = f"loaded, {torque:g} N m"
+        label = f"loaded, {torque:.4g} N m"
         axes.plot(position, 1e6 * ste, color=str(shades[t]), label=label)
     position, nlte = _closed(table, table["nlte_m"][0])
     axes.plot(position, 1e6 * nlte, "r--", lw=1.2, label="no load")
@@ -109,7 +108,7 @@ def _draw_share(axes: Axes, table: MeshTable, middle: int) -> None:
             color=PAIR_COLORS[(pair - 1) % len(PAIR_COLORS)],
             label=f"pair {pair}",
         )
-    axes.set_ylabel(f"load share [%]\nat {table.torque_Nm[middle]:g} N m")
+    axes.set_ylabel(f"load share [%]\nat {table.torque_Nm[middle]:.4g} N m")
     axes.set_ylim(-3.0, 103.0)
     axes.legend(fontsize=8, loc="center right")
 

@@ -109,9 +109,9 @@ def _torque_table(torques: list[dict[str, float]]) -> Any:
     from rich import box
     from rich.table import Table
 
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1))
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
     columns = {
-        "torque\nN m": ("torque_Nm", 1.0, "{:g}"),
+        "torque\nN m": ("torque_Nm", 1.0, "{:.4g}"),
         "mean k\n1e8 N/m": ("mean_stiffness_N_per_m", 1e-8, "{:.4f}"),
         "k p-p/\nmean k": ("peak_to_peak_over_mean", 1.0, "{:.4f}"),
         "local k\n1e8 N/m": ("mean_local_stiffness_N_per_m", 1e-8, "{:.4f}"),

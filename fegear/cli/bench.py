@@ -60,8 +60,8 @@ def _print_points(points: list) -> None:
 
     from validation.bench_stiffness import observed_order
 
-    table = Table(box=box.SIMPLE_HEAD)
-    table.add_column("study")
+    table = Table(box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0))
+    table.add_column("study", no_wrap=True)
     for name in (
         "flank\nedges",
         "contact\nnodes",

@@ -101,7 +101,7 @@ def print_figures(figures: GearSetFigures) -> None:
     from rich.console import Console
 
     console = Console(highlight=False, markup=False)
-    console.print(f"{figures.name}: {figures.description}\n")
+    console.print(": ".join(filter(None, (figures.name, figures.description))) + "\n")
     gears, meshes = figures.gears, figures.meshes
     names = [gear.name for gear in gears]
     pairs = [f"{mesh.driver} > {mesh.driven}" for mesh in meshes]

@@ -75,7 +75,7 @@ def gear_set_figure(gear_set: GearSet) -> Figure:
         _draw_action(whole, mesh, placed, number)
     _draw_detail(detail, gear_set, placed)
     _draw_legend(figure)
-    figure.suptitle(f"{gear_set.name}: {gear_set.description}", fontsize=12)
+    figure.suptitle(gear_set.title, fontsize=12, parse_math=False)
     return figure
 
 
@@ -141,6 +141,8 @@ def _label_gears(axes: Axes, gear_set: GearSet, placed: Layout) -> None:
             va=aligned,
             fontsize=8,
             zorder=30,
+            parse_math=False,  # a gear's name may hold dollar signs
+            bbox={"fc": "white", "ec": "none", "alpha": 0.75, "pad": 0.8},
         )
         _draw_rotation(axes, teeth, place, COLOURS[index % len(COLOURS)])
     axes.margins(0.09)
@@ -234,6 +236,7 @@ def _draw_detail(axes: Axes, gear_set: GearSet, placed: Layout) -> None:
         f"{math.degrees(pair.operating_pressure_angle):.2f} deg, "
         f"backlash {1e6 * pair.backlash:.0f} um",
         fontsize=9,
+        parse_math=False,
     )
 
 

@@ -72,3 +72,8 @@ class GearSet:
     meshes: tuple[Mesh, ...]
     shafts: tuple[tuple[int, ...], ...] = ()
     inferences: tuple[str, ...] = ()
+
+    @property
+    def title(self) -> str:
+        """The name, and the description if there is one."""
+        return f"{self.name}: {self.description}" if self.description else self.name

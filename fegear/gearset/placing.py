@@ -39,24 +39,55 @@ def layout(gear_set: GearSet) -> Layout:
 
     An idler's next mesh is turned out of the row just so far that its drive flanks
     are at the given phase; a second gear on a shaft is clocked to it instead.
-    Meshes that hang on none of the others start a row of their own below.
+    Further meshes of one gear branch off at right angles; what hangs on nothing
+    else starts a row of its own below.
     """
     places: dict[int, Place] = {}
     directions: dict[int, float] = {}
     waiting = dict(enumerate(gear_set.meshes))
     while waiting:
-        number = next(
-            (n for n, m in waiting.items() if _found(gear_set, m.driver, places)),
-            min(waiting),
-        )
+        number = _next_mesh(gear_set, waiting, places)
         mesh = waiting.pop(number)
+        row = _row(gear_set, mesh, directions)
+        if mesh.driven in places and _found(gear_set, mesh.driver, places) is None:
+            directions[number] = row
+            places |= _place_before(mesh, places[mesh.driven], row)
+            continue
         places |= _driver_place(gear_set, mesh, places)
         driver = places[mesh.driver]
-        directions[number] = _direction(gear_set, mesh, driver, number == 0)
-        places |= _driven_place(mesh, driver, directions[number], places)
+        directions[number] = _direction(mesh, driver, row)
+        if mesh.driven not in places:  # in closed trains leave it as it is
+            places |= _place_after(mesh, driver, directions[number])
     for index in range(len(gear_set.gears)):
         places |= _lone_place(gear_set, index, places)
     return Layout(places, directions)
+
+
+def _row(gear_set: GearSet, mesh: Mesh, directions: dict[int, float]) -> float:
+    """Straight on from the mesh before; a quarter turn for each mesh alike."""
+    done = {number: gear_set.meshes[number] for number in directions}
+    before = [n for n, other in done.items() if other.driven == mesh.driver]
+    leaving = sum(other.driver == mesh.driver for other in done.values())
+    entering = sum(other.driven == mesh.driven for other in done.values())
+    straight = directions[before[0]] if before else 0.0
+    return straight + 0.5 * math.pi * (leaving - entering)
+
+
+def _next_mesh(
+    gear_set: GearSet, waiting: dict[int, Mesh], places: dict[int, Place]
+) -> int:
+    """A mesh whose driver stands, else one that touches a gear, else an input's."""
+    driven = {mesh.driven for mesh in waiting.values()}
+    ranks = {
+        number: (
+            _found(gear_set, mesh.driver, places) is None,
+            mesh.driven not in places,
+            not driven.isdisjoint(_axis(gear_set, mesh.driver)),
+            number,
+        )
+        for number, mesh in waiting.items()
+    }
+    return min(ranks, key=lambda number: ranks[number])
 
 
 def drive_flank(mesh: Mesh) -> float:
@@ -75,10 +106,15 @@ def driven_flank(mesh: Mesh) -> float:
     )
 
 
+def _axis(gear_set: GearSet, index: int) -> tuple[int, ...]:
+    """The gears that turn with a gear, itself first."""
+    group = next((shaft for shaft in gear_set.shafts if index in shaft), ())
+    return (index, *(other for other in group if other != index))
+
+
 def _found(gear_set: GearSet, index: int, places: dict[int, Place]) -> int | None:
     """A placed gear that stands on the same axis, None if there is none."""
-    group = next((shaft for shaft in gear_set.shafts if index in shaft), (index,))
-    return next((member for member in (index, *group) if member in places), None)
+    return next((gear for gear in _axis(gear_set, index) if gear in places), None)
 
 
 def _driver_place(
@@ -97,22 +133,17 @@ def _driver_place(
     return {mesh.driver: Place(axis.x, axis.y, angle, axis.sense, axis.layer + 1)}
 
 
-def _direction(gear_set: GearSet, mesh: Mesh, driver: Place, first: bool) -> float:
-    """From driver to driven: along x, or near it where a phase asks for it."""
-    clocked = not any(other.driven == mesh.driver for other in gear_set.meshes)
-    if first or clocked or mesh.phase is None:
-        return 0.0
-    ahead = driver.tooth_angle + driver.sense * drive_flank(mesh)
+def _direction(mesh: Mesh, driver: Place, row: float) -> float:
+    """From driver to driven: along the row, or near it where a phase asks for it."""
+    if mesh.phase is None:
+        return row
+    ahead = driver.tooth_angle + driver.sense * drive_flank(mesh) - row
     pitch = mesh.pair.driver.pitch_angle
-    return math.remainder(ahead - driver.sense * mesh.phase * pitch, pitch)
+    return row + math.remainder(ahead - driver.sense * mesh.phase * pitch, pitch)
 
 
-def _driven_place(
-    mesh: Mesh, driver: Place, direction: float, places: dict[int, Place]
-) -> dict[int, Place]:
+def _place_after(mesh: Mesh, driver: Place, direction: float) -> dict[int, Place]:
     """The driven gear with a loaded flank on the driver's drive flank."""
-    if mesh.driven in places:  # closed trains: leave it as it is
-        return {}
     pair, sense = mesh.pair, driver.sense
     ahead = driver.tooth_angle + sense * drive_flank(mesh) - direction
     turned = ahead * pair.driver.base_radius / pair.driven.base_radius
@@ -123,6 +154,22 @@ def _driven_place(
             direction + math.pi - sense * driven_flank(mesh) - turned,
             -sense,
             driver.layer,
+        )
+    }
+
+
+def _place_before(mesh: Mesh, driven: Place, direction: float) -> dict[int, Place]:
+    """The driver with a drive flank on the driven gear's loaded flank."""
+    pair, sense = mesh.pair, -driven.sense
+    behind = direction + math.pi - sense * driven_flank(mesh) - driven.tooth_angle
+    turned = behind * pair.driven.base_radius / pair.driver.base_radius
+    return {
+        mesh.driver: Place(
+            driven.x - pair.center_distance * math.cos(direction),
+            driven.y - pair.center_distance * math.sin(direction),
+            direction - sense * drive_flank(mesh) + turned,
+            sense,
+            driven.layer,
         )
     }
 

@@ -97,8 +97,10 @@ def test_split_agrees_away_from_the_load(gear):
 def test_split_obeys_maxwell_at_second_order_or_better(gear):
     errors = []
     for factor in (0.5, 1.0, 2.0):
-        table = flank_compliance(gear, MATERIAL, SIZE.refined(factor)).normal[REACH]
-        inner = table[len(table) // 3 :, len(table) // 3 :]  # off the sharp corner
+        size = MeshSize().refined(factor)
+        table = flank_compliance(gear, MATERIAL, size).normal[REACH]
+        # off the sharp corner and the jump of curvature at the form circle
+        inner = table[len(table) // 3 : -2, len(table) // 3 : -2]
         errors.append(np.abs(inner - inner.T).max() / np.abs(table).max())
     assert errors[1] < 1e-3
     assert 0.5 * np.log2(errors[0] / errors[2]) > 2.0

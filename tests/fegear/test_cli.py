@@ -1,0 +1,182 @@
+"""The command line as a user meets it: files, exit codes, one-line errors."""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from lumped import read_table
+
+
+def fegear(*words, cwd=None, **env):
+    """Run the installed command in a process of its own."""
+    code = "from fegear.cli import main; main()"
+    return subprocess.run(
+        [sys.executable, "-c", code, *map(str, words)],
+        capture_output=True,
+        text=True,
+        cwd=cwd,
+        env=os.environ | env,
+        timeout=300,
+    )
+
+
+@pytest.fixture(scope="module")
+def summary():
+    done = fegear("stiffness", "--json")
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout)
+
+
+def test_default_job_gives_the_printed_stiffness(summary):
+    middle = summary["torques"][1]
+    assert [row["torque_Nm"] for row in summary["torques"]] == [50.0, 100.0, 150.0]
+    assert summary["positions"] == 64
+    assert middle["mean_stiffness_N_per_m"] == pytest.approx(2.98e8, rel=0.015)
+    assert 0.28 < middle["peak_to_peak_over_mean"] < 0.40
+    assert summary["contact_ratio"] == pytest.approx(1.504, abs=1e-6)
+
+
+def test_summary_carries_its_evidence(summary):
+    evidence = summary["evidence"]
+    assert evidence["discretisation_ste_mean"] < 1e-3
+    assert evidence["discretisation_ste_path"] < 2e-3
+    assert evidence["discretisation_ste_corner"] < 1e-2
+    assert evidence["complementarity_residual"] < 1e-12
+    assert {"solving"} <= set(summary["seconds"])
+
+
+def test_second_mesh_of_the_idler_set(tmp_path):
+    table, plot = tmp_path / "t.csv", tmp_path / "t.png"
+    done = fegear("stiffness", "liu-idler", "--mesh", 2, "-o", table, "--plot", plot)
+    assert done.returncode == 0, done.stderr
+    mean = read_table(table)["stiffness_N_per_m"][1].mean()
+    assert mean == pytest.approx(3.21e8, rel=0.015)
+    assert plot.read_bytes().startswith(b"\x89PNG")
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["t.csv", "t.png"]
+
+
+def test_table_columns_and_rows(tmp_path):
+    path = tmp_path / "t.csv"
+    done = fegear(
+        "stiffness", "--torque", 80, "--torque", 40, "--positions", 8, "-o", path
+    )
+    assert done.returncode == 0, done.stderr
+    lines = [x for x in path.read_text().splitlines() if not x.startswith("#")]
+    rows = list(csv.DictReader(lines))
+    assert [float(r["torque_Nm"]) for r in rows] == [80.0] * 8 + [40.0] * 8
+    assert [float(r["position"]) for r in rows[:8]] == [i / 8 for i in range(8)]
+    wanted = (
+        "n_pairs stiffness_N_per_m local_stiffness_N_per_m ste_m nlte_m "
+        "max_pressure_Pa friction_bending_ratio pair1_stiffness_N_per_m "
+        "pair1_load_share pair1_gap_m pair2_stiffness_N_per_m"
+    )
+    assert set(wanted.split()) <= set(rows[0])
+    shares = [float(r["pair1_load_share"]) + float(r["pair2_load_share"]) for r in rows]
+    np.testing.assert_allclose(shares, 1.0, rtol=1e-12)
+
+
+def test_output_is_deterministic(tmp_path):
+    files = [tmp_path / name for name in ("a.csv", "b.csv", "a.png", "b.png")]
+    for table, plot in (files[::2], files[1::2]):
+        done = fegear("stiffness", "--positions", 16, "-o", table, "--plot", plot)
+        assert done.returncode == 0, done.stderr
+    assert files[0].read_bytes() == files[1].read_bytes()
+    assert files[2].read_bytes() == files[3].read_bytes()
+
+
+def test_two_runs_share_an_empty_cache(tmp_path):
+    env = os.environ | {"FEGEAR_CACHE_DIR": str(tmp_path / "cache")}
+    code = "from fegear.cli import main; main()"
+    command = [sys.executable, "-c", code, "stiffness", "--positions", "8", "-o"]
+    running = [
+        subprocess.Popen(
+            [*command, str(tmp_path / f"{i}.csv")], env=env, stdout=subprocess.DEVNULL
+        )
+        for i in range(2)
+    ]
+    assert [process.wait(timeout=300) for process in running] == [0, 0]
+    one, two = (read_table(tmp_path / f"{i}.csv") for i in range(2))
+    assert one == two
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["stiffness", "liu-pear"], "liu-pair"),
+        (["stiffness", "nowhere.toml"], "nowhere.toml"),
+        (["stiffness", "--torque", "-5"], "--torque = -5; must be positive"),
+        (["stiffness", "--torque", "nan"], "--torque = nan"),
+        (["stiffness", "--mesh", "2"], "--mesh = 2; liu-pair has 1"),
+        (["stiffness", "--mesh", "0"], "--mesh = 0"),
+        (["stiffness", "--positions", "0"], "--positions = 0; allowed 1"),
+        (["stiffness", "--friction", "0.6"], "--friction = 0.6; allowed 0"),
+        (["stiffness", "-o", "missing/t.csv"], "missing/t.csv"),
+        (["stiffness", "--plot", "missing/t.png"], "missing/t.png"),
+        (["compare", "--torque", "0"], "--torque = 0"),
+        (["mesh", "-o", "gear.stl"], "gear.stl; allowed endings"),
+        (["mesh", "--gear", "3", "-o", "gear.vtu"], "--gear = 3; liu-pair has 2"),
+        (["show", "liu-pair", "--plot", "missing/t.png"], "missing/t.png"),
+        (["bench", "stiffness", "-o", "/dev/null/x"], "/dev/null/x"),
+    ],
+    ids=lambda value: "-".join(value) if isinstance(value, list) else "",
+)
+def test_wrong_input_is_one_line_and_nothing_is_written(tmp_path, words, message):
+    done = fegear(*words, cwd=tmp_path)
+    assert done.returncode == 2, done.stderr
+    assert message in done.stderr
+    assert len(done.stderr.splitlines()) == 1
+    assert "Traceback" not in done.stderr
+    assert not done.stdout
+    assert not list(tmp_path.iterdir())
+
+
+def test_debug_shows_the_traceback(tmp_path):
+    done = fegear("stiffness", "--torque", "-5", "--debug", cwd=tmp_path)
+    assert done.returncode != 0
+    assert "Traceback" in done.stderr
+
+
+@pytest.mark.parametrize(
+    "command", ["stiffness", "show", "sets", "compare", "mesh", "bench"]
+)
+def test_every_command_has_help(command):
+    done = fegear(command, "--help")
+    assert done.returncode == 0
+    assert "Usage" in done.stdout
+
+
+def test_compare_prints_both_slopes():
+    done = fegear("compare", "--json")
+    assert done.returncode == 0, done.stderr
+    rows = json.loads(done.stdout)["comparisons"]
+    assert {"average", "local"} <= {row["slope"] for row in rows}
+    hertz = next(row for row in rows if row["oracle"] == "Hertz")
+    assert abs(hertz["per_cent"]) < 0.5
+    single = next(row for row in rows if row["quantity"].startswith("one pair"))
+    assert abs(single["per_cent"]) < 10.0
+
+
+def test_mesh_command_writes_a_whole_gear(tmp_path):
+    import meshio
+
+    path = tmp_path / "gear.vtu"
+    done = fegear("mesh", "--whole", "--resolution", "coarse", "-o", path)
+    assert done.returncode == 0, done.stderr
+    assert meshio.read(path).cells_dict["triangle6"].shape[0] % 38 == 0
+
+
+def test_missing_system_library_is_a_message(tmp_path):
+    (tmp_path / "gmsh.py").write_text("raise OSError('libGLU.so.1: cannot open')\n")
+    env = {"PYTHONPATH": str(tmp_path), "FEGEAR_CACHE_DIR": str(tmp_path / "cache")}
+    done = fegear("stiffness", **env)
+    assert done.returncode == 1
+    assert "libGLU.so.1" in done.stderr
+    assert "apt-get install" in done.stderr
+    assert "Traceback" not in done.stderr
