@@ -65,9 +65,9 @@ def _print_points(points: list) -> None:
     for name in (
         "flank\nedges",
         "contact\nnodes",
-        "compliance\n[s]",
+        "compl.\n[s]",
         "contact\n[ms]",
-        "error\nmean STE",
+        "error\nmean",
         "error\npath",
         "error\ncorner",
     ):
