@@ -15,7 +15,7 @@ from skfem.models.elasticity import linear_elasticity
 
 from fegear.elasticity.flank import REACH, flank_compliance
 from fegear.elasticity.material import PlaneMaterial
-from fegear.elasticity.stress import ToothLoad, sector_stress
+from fegear.stress import ToothLoad, sector_stress
 from meshes import MeshSize, sector_mesh
 from meshes.profile import flank_tangents, roll_length_at_arc, turn
 
@@ -149,7 +149,7 @@ def test_stress_below_a_hertzian_contact(gear):
     step = arcs[1] - arcs[0]
     normal = hertz.pressure(arcs - 2e-3, b, peak) * step
     load = ToothLoad(0, arcs, step, normal, np.zeros_like(normal))
-    from fegear.elasticity.stress import _hats
+    from fegear.stress import _hats
     from meshes.profile import flank_points
 
     roll = roll_length_at_arc(gear, np.array([2e-3]))

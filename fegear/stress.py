@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from types import SimpleNamespace
-from typing import Any, cast
+from typing import Any, Literal, cast
 
 import numpy as np
 from numpy.typing import NDArray
 from skfem import Basis
 
+from fegear.contact.compliance import PATCH, set_stencil
+from fegear.contact.loads import PatchLoad
 from fegear.elasticity import halfplane
 from fegear.elasticity.flank import (
     FlankPoints,
@@ -42,6 +44,21 @@ class ToothLoad:
     step: float
     normal: Array
     rootward: Array
+
+
+def tooth_loads(
+    loads: Sequence[PatchLoad], gear: Literal["driver", "driven"], tooth: int = 0
+) -> list[ToothLoad]:
+    """Contact loads as one gear feels them, seen from its tooth of pair `tooth`.
+
+    The pair ahead is to the right on the driver and to the left on the driven gear.
+    """
+    sign = 1 if gear == "driver" else -1
+    arcs = [p.driver_arcs if gear == "driver" else p.driven_arcs for p in loads]
+    return [
+        ToothLoad(sign * (p.tooth - tooth), where, p.step, p.normal, p.rootward)
+        for p, where in zip(loads, arcs, strict=True)
+    ]
 
 
 @dataclass(frozen=True)
@@ -124,8 +141,6 @@ def _vertex_loads(
     load: ToothLoad, points: FlankPoints, mesh: SectorMesh, angle: float
 ) -> Array:
     """Loads (n,) on the flank vertices with the same smooth remainder."""
-    from fegear.contact.compliance import PATCH, set_stencil
-
     forces = load.normal if angle == 0.0 else load.rootward
     place = cast(Any, set_stencil).py_func  # the kernel's own, uncompiled
     count = len(points.arcs)
