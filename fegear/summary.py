@@ -6,9 +6,8 @@ import resource
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from fegear.statics import StaticsResult, corner_positions
+from fegear.statics import StaticsResult
 
 
 def summary(result: StaticsResult) -> dict[str, Any]:
@@ -35,8 +34,7 @@ def summary(result: StaticsResult) -> dict[str, Any]:
 
 def torque_summary(result: StaticsResult, t: int) -> dict[str, float]:
     table = result.table
-    corner = corner_positions(result.problem, result.cycle, t)
-    pressure = table["max_pressure_Pa"][t]
+    pitch = result.cycle.teeth == 0  # the reference pair, at the pitch point at 0
     k, ste = table["stiffness_N_per_m"][t], table["ste_m"][t]
     return {
         "torque_Nm": float(table.torque_Nm[t]),
@@ -48,14 +46,11 @@ def torque_summary(result: StaticsResult, t: int) -> dict[str, float]:
         "ste_mean_um": 1e6 * float(ste.mean()),
         "ste_peak_to_peak_um": 1e6 * float(np.ptp(ste)),
         "nlte_peak_to_peak_um": 1e6 * float(np.ptp(table["nlte_m"][t])),
-        "max_pressure_on_path_MPa": 1e-6 * _largest(pressure[~corner]),
-        "max_pressure_in_corner_contact_MPa": 1e-6 * _largest(pressure[corner]),
+        "pressure_at_pitch_point_MPa": 1e-6
+        * float(result.cycle.pressure[t, 0, pitch][0]),
+        "max_pressure_MPa": 1e-6 * float(table["max_pressure_Pa"][t].max()),
         "friction_bending_ratio_mean": float(table["friction_bending_ratio"][t].mean()),
     }
-
-
-def _largest(values: NDArray[np.float64]) -> float:
-    return float(values.max(initial=0.0))
 
 
 def evidence(result: StaticsResult) -> dict[str, float | None]:
@@ -118,7 +113,7 @@ def _torque_table(torques: list[dict[str, float]]) -> Any:
         "STE\nmean um": ("ste_mean_um", 1.0, "{:.3f}"),
         "STE\np-p um": ("ste_peak_to_peak_um", 1.0, "{:.3f}"),
         "NLTE\np-p um": ("nlte_peak_to_peak_um", 1.0, "{:.3f}"),
-        "p path\nMPa": ("max_pressure_on_path_MPa", 1.0, "{:.0f}"),
+        "p pitch\nMPa": ("pressure_at_pitch_point_MPa", 1.0, "{:.0f}"),
         "friction\nbending": ("friction_bending_ratio_mean", 1.0, "{:.3f}"),
     }
     for title in columns:
