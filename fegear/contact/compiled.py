@@ -1,21 +1,64 @@
-"""numba's compiler with an on-disk cache that may be unavailable."""
+"""numba's compiler with an on-disk cache that may be unavailable.
+
+numba keeps a compiled function while its own file is unchanged, even where a
+function that it calls in another file has changed. The cache directory is
+therefore named after a digest of all kernels.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import hashlib
+import os
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import cache
+from pathlib import Path
 from typing import Any, TypeVar
 
-from numba import njit
+from numba import config, njit
 
 F = TypeVar("F", bound=Callable[..., Any])
+HERE = Path(__file__).parent
+
+
+@cache
+def kernel_cache() -> Path | None:
+    """A writable directory for these very kernels, or None."""
+    digest = hashlib.sha256()
+    for path in sorted(HERE.glob("*.py")):
+        digest.update(path.read_bytes())
+    name = f"kernels-{digest.hexdigest()[:16]}"
+    chosen = os.environ.get("NUMBA_CACHE_DIR")
+    places = [Path(chosen)] if chosen else []
+    for place in [*places, HERE / "__pycache__", Path.home() / ".cache" / "fegear"]:
+        directory = place / name
+        try:
+            directory.mkdir(parents=True, exist_ok=True)
+        except OSError:
+            continue
+        if os.access(directory, os.W_OK):
+            return directory
+    return None
+
+
+@contextmanager
+def _cache_in(directory: Path) -> Iterator[None]:
+    settings: Any = config  # its attributes are made when it is imported
+    before = settings.CACHE_DIR
+    settings.CACHE_DIR = str(directory)
+    try:
+        yield
+    finally:
+        settings.CACHE_DIR = before
 
 
 def _compile(function: F, **options: Any) -> F:
     options["error_model"] = "numpy"  # division by zero gives inf, caught as such
-    try:
-        return njit(cache=True, **options)(function)
-    except RuntimeError:  # numba found no writable place, neither here nor at home
+    directory = kernel_cache()
+    if directory is None:
         return njit(**options)(function)
+    with _cache_in(directory):
+        return njit(cache=True, **options)(function)
 
 
 def compiled(function: F) -> F:

@@ -21,6 +21,7 @@ from fegear.contact.flanks import (
 )
 from fegear.contact.grid import SUPPORT
 
+REACH = 0.5  # base pitches off the path within which a corner may touch
 GAP, OPPOSITE, FORCE = 0, 1, 2  # per node: gap, the slave's arc [m], load [N/m]
 
 
@@ -46,6 +47,8 @@ def place_patch(mesh, flanks, patch, s1, extra_gap):
     off_path = patch.nominal > master.tip_roll * (1.0 + 1e-12)
     if off_path and not mesh.corner:
         return
+    if patch.nominal > master.tip_roll + REACH * mesh.base_pitch:
+        return  # farther off, the point may lie behind the mate's base circle
     patch.arc = max(0.0, arc_of_roll(master, patch.nominal))
     removed = (
         master.tip_relief.magnitude
@@ -58,9 +61,9 @@ def place_patch(mesh, flanks, patch, s1, extra_gap):
             master, slave, mesh.line, patch.nominal, patch.arc, 0.1 * master.length
         )
     s = roll_of_arc(master, patch.arc)
-    gap, _, lean = separation(master, slave, mesh.line, patch.nominal, s)
-    if gap >= FAR:
-        return
+    gap, s_slave, lean = separation(master, slave, mesh.line, patch.nominal, s)
+    if not 0.0 <= arc_of_roll(slave, s_slave) <= slave.length:
+        return  # the corner is past the mate's flank, whose involute ends there
     patch.present = True
     set_levers(mesh, flanks, patch, s, lean, off_path)
     patch.least_gap = (gap + extra_gap) * flanks[0].base_radius / patch.lever[0]

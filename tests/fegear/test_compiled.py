@@ -1,19 +1,24 @@
-"""Compiling where no cache directory can be written."""
+"""Where compiled kernels are kept."""
 
 from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from numba import config
 
 from fegear.contact import compiled as module
 
 
+@pytest.fixture
+def fresh():
+    module.kernel_cache.cache_clear()
+    yield
+    module.kernel_cache.cache_clear()
+
+
 def test_without_a_writable_cache_functions_still_compile(monkeypatch):
-    original = module.njit
-
-    def refusing(*arguments, **options):
-        if options.get("cache"):
-            raise RuntimeError("cannot cache function: no locator available")
-        return original(*arguments, **options)
-
-    monkeypatch.setattr(module, "njit", refusing)
+    monkeypatch.setattr(module, "kernel_cache", lambda: None)
 
     @module.compiled
     def double(x):
@@ -21,3 +26,28 @@ def test_without_a_writable_cache_functions_still_compile(monkeypatch):
 
     assert double(3.0) == 6.0
     assert double.py_func(3.0) == 6.0
+
+
+def test_no_place_is_no_error(monkeypatch, fresh):
+    def refuse(*_, **__):
+        raise PermissionError
+
+    monkeypatch.setattr(Path, "mkdir", refuse)
+    assert module.kernel_cache() is None
+
+
+def test_directory_follows_the_sources(monkeypatch, tmp_path, fresh):
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    one = module.kernel_cache()
+    module.kernel_cache.cache_clear()
+    original = Path.read_bytes
+    monkeypatch.setattr(Path, "read_bytes", lambda path: original(path) + b"#")
+    assert module.kernel_cache() != one
+    assert one.parent == tmp_path
+
+
+def test_other_users_of_numba_keep_their_cache_directory():
+    before = config.CACHE_DIR
+    with module._cache_in(Path("/elsewhere")):
+        assert config.CACHE_DIR == "/elsewhere"
+    assert before == config.CACHE_DIR

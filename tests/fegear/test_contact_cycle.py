@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from conftest import make_gear
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -15,7 +16,10 @@ from fegear.contact.problem import (
     pair_gaps,
     solve_cycle,
 )
+from fegear.elasticity.cache import cached_flank_compliance
+from fegear.elasticity.material import PlaneMaterial
 from fegear.gearset.model import Relief
+from meshes import GearPair
 
 POSITIONS = np.arange(48) / 48
 TORQUES = [50.0, 100.0, 150.0]
@@ -218,6 +222,17 @@ def test_any_load_is_carried(
     assert np.isfinite(cycle.local_stiffness).all()
     arm = cycle.load.sum() * problem.pair.driver.base_radius / torque
     assert 0.8 < arm < 1.25
+
+
+def test_corners_far_off_the_path_do_not_touch():
+    """Few teeth: beyond the mate's involute a corner has no flank to meet."""
+    gear = make_gear(17, 7.6e-3, profile_shift=0.1, tip_radius=24.4e-3)
+    pair = GearPair(gear, gear, 43.95e-3)
+    flank = cached_flank_compliance(gear, PlaneMaterial(206e9, 0.3))
+    case = ContactProblem(pair=pair, driver=flank, driven=flank, face_width=0.02)
+    cycle = solve_cycle(case, [20.0], np.arange(16) / 16)
+    assert (cycle.no_load > -1e-12).all()
+    np.testing.assert_allclose(cycle.approach[0, 1:], cycle.approach[0, :0:-1], 1e-2)
 
 
 @pytest.mark.parametrize(
