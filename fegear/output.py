@@ -45,11 +45,12 @@ def write_whole(path: str | os.PathLike[str], writer: Callable[[Path], object]) 
     was. Raises InputError where the file cannot be written.
     """
     target = Path(path)
-    if target.exists() and not (target.is_file() or target.is_dir()):
-        writer(target)  # a device
-        return
+    device = target.exists() and not (target.is_file() or target.is_dir())
     try:
-        _fill_and_replace(target, writer)
+        if device:
+            writer(target)
+        else:
+            _fill_and_replace(target, writer)
     except OSError as error:
         raise InputError(f"{target}: cannot be written, {_reason(error)}") from None
 

@@ -98,17 +98,15 @@ def run_benchmark(
     gear_set: GearSet,
     torque: float,
     report: Callable[[str, int, int], None] = lambda what, done, total: None,
-) -> list[Point]:
-    """All points at one torque on the first mesh's driver [N m]."""
+) -> Iterator[Point]:
+    """Points one by one, at one torque on the first mesh's driver [N m]."""
     todo = list(variants())
     report("reference", 0, len(todo) + 1)
     reference_problem = _problem(gear_set, Variant("", OVERKILL, 2, OVERKILL_NODES))
     reference = _cycle(reference_problem, torque)
-    points = []
     for i, variant in enumerate(todo):
         report(variant.study, i + 1, len(todo) + 1)
-        points.append(_measure(gear_set, torque, variant, reference_problem, reference))
-    return points
+        yield _measure(gear_set, torque, variant, reference_problem, reference)
 
 
 def _cycle(problem: ContactProblem, torque: float) -> ContactCycle:
@@ -181,6 +179,8 @@ def _edge_at_pitch(gear_set: GearSet, size: MeshSize) -> float:
 def observed_order(points: list[Point], study: str) -> float:
     """Slope of log(mean error) over log(flank edges), of one study."""
     chosen = [p for p in points if p.study == study]
+    if len(chosen) < 2:
+        return float("nan")
     edges = np.log([p.flank_edges for p in chosen])
     errors = np.log([p.error_mean for p in chosen])
     return -float(np.polyfit(edges, errors, 1)[0])

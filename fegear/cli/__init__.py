@@ -14,10 +14,11 @@ from fegear.cli.sets import sets_command
 from fegear.cli.show import show_command
 from fegear.cli.stiffness import stiffness_command
 
+INTERRUPTED = "interrupted; finished compliances are kept in the cache"
+
 app = typer.Typer(
     name="fegear",
     help="Mesh stiffness and transmission error of spur gears by finite elements.",
-    no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
@@ -42,11 +43,11 @@ def options(
 def main() -> None:
     """Entry point; wrong input ends with one line and exit code 2."""
     debug = "--debug" in sys.argv
-    arguments = [word for word in sys.argv[1:] if word != "--debug"]
+    arguments = [word for word in sys.argv[1:] if word != "--debug"] or ["--help"]
     try:
-        app(arguments)
+        sys.exit(app(arguments, standalone_mode=False) or 0)
     except KeyboardInterrupt:
-        _end("interrupted; finished compliances are kept in the cache", 130, debug)
+        _end(INTERRUPTED, 130, debug)
     except BrokenPipeError:  # the reader of a pipe has gone, such as `head`
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         sys.exit(1)
@@ -60,6 +61,10 @@ def _explained(error: Exception) -> tuple[str, int]:
 
     if isinstance(error, InputError):
         return str(error), 2
+    if isinstance(error, typer.Abort):  # Ctrl-C, as the command line reports it
+        return INTERRUPTED, 130
+    if hasattr(error, "format_message"):  # wrong words, such as an unknown option
+        return str(error.format_message()), 2
     if isinstance(error, MissingSystemLibrary):
         return str(error), 1
     kind = type(error).__name__

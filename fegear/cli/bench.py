@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-bench_app = typer.Typer(help="Run time against error.", no_args_is_help=True)
+bench_app = typer.Typer(help="Run time against error.")
 
 
 @bench_app.callback()
@@ -42,8 +42,16 @@ def stiffness_benchmark(
     from fegear.plots import save_figure
     from validation import bench_stiffness as bench
 
+    points: list[bench.Point] = []
+    interrupted = False
     with progress_bar(enabled=True) as report:
-        points = bench.run_benchmark(gear_set, torque, report)
+        try:
+            for point in bench.run_benchmark(gear_set, torque, report):
+                points.append(point)  # one by one, to keep them at Ctrl-C
+        except KeyboardInterrupt:
+            interrupted = True
+    if not points:
+        raise KeyboardInterrupt
     table, picture = output / "stiffness.csv", output / "stiffness.png"
     write_whole(table, lambda path: bench.write_points(points, path))
     title = f"{gear_set.name}, {torque:g} N m: run time against error"
@@ -51,6 +59,8 @@ def stiffness_benchmark(
     write_whole(picture, lambda path: save_figure(figure, path))
     _print_points(points)
     typer.echo(f"wrote {table} and {picture}")
+    if interrupted:
+        raise KeyboardInterrupt
 
 
 def _print_points(points: list) -> None:

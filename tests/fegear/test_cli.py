@@ -114,6 +114,11 @@ def test_two_runs_share_an_empty_cache(tmp_path):
         (["stiffness", "--torque", "-5"], "--torque = -5; must be positive"),
         (["stiffness", "--torque", "nan"], "--torque = nan"),
         (["stiffness", "--mesh", "2"], "--mesh = 2; liu-pair has 1"),
+        (["stiffness", "--mesh", "x"], "--mesh"),
+        (["stiffness", "--plane", "both"], "'stress'"),
+        (["stiffnes"], "stiffnes"),
+        (["stiffness", "--tork", "5"], "--tork"),
+        (["bench"], "Missing command"),
         (["stiffness", "--mesh", "0"], "--mesh = 0"),
         (["stiffness", "--positions", "0"], "--positions = 0; allowed 1"),
         (["stiffness", "--friction", "0.6"], "--friction = 0.6; allowed 0"),
@@ -135,6 +140,12 @@ def test_wrong_input_is_one_line_and_nothing_is_written(tmp_path, words, message
     assert "Traceback" not in done.stderr
     assert not done.stdout
     assert not list(tmp_path.iterdir())
+
+
+def test_a_full_disk_is_one_line(tmp_path):
+    done = fegear("stiffness", "--positions", "2", "-o", "/dev/full", cwd=tmp_path)
+    assert done.returncode == 2
+    assert done.stderr.startswith("fegear: /dev/full: cannot be written, no space")
 
 
 def test_debug_shows_the_traceback(tmp_path):
