@@ -45,7 +45,7 @@ def main() -> None:
     debug = "--debug" in sys.argv
     arguments = [word for word in sys.argv[1:] if word != "--debug"] or ["--help"]
     try:
-        sys.exit(app(arguments, standalone_mode=False) or 0)
+        code = app(arguments, standalone_mode=False) or 0
     except KeyboardInterrupt:
         _end(INTERRUPTED, 130, debug)
     except BrokenPipeError:  # the reader of a pipe has gone, such as `head`
@@ -53,6 +53,10 @@ def main() -> None:
         sys.exit(1)
     except Exception as error:
         _end(*_explained(error), debug)
+    else:
+        if code == 130:  # Ctrl-C, turned into a code below
+            sys.stderr.write(f"fegear: {INTERRUPTED}\n")
+        sys.exit(code)
 
 
 def _explained(error: Exception) -> tuple[str, int]:
@@ -61,8 +65,6 @@ def _explained(error: Exception) -> tuple[str, int]:
 
     if isinstance(error, InputError):
         return str(error), 2
-    if isinstance(error, typer.Abort):  # Ctrl-C, as the command line reports it
-        return INTERRUPTED, 130
     if hasattr(error, "format_message"):  # wrong words, such as an unknown option
         return str(error.format_message()), 2
     if isinstance(error, MissingSystemLibrary):
