@@ -11,7 +11,7 @@ from __future__ import annotations
 import csv
 import io
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
 
@@ -153,7 +153,21 @@ def write_table(table: MeshTable, path: str) -> None:
         file.write(format_table(table))
 
 
-def pair_columns(table: MeshTable, quantity: str) -> Iterable[Array]:
-    """The columns pair1_quantity, pair2_quantity, ... in order."""
-    for pair in range(1, table.pair_count + 1):
-        yield table[f"pair{pair}_{quantity}"]
+def pair_names(table: MeshTable, quantity: str) -> list[str]:
+    """Names of the columns pair1_quantity, pair2_quantity, ... in order."""
+    return [f"pair{pair}_{quantity}" for pair in range(1, table.pair_count + 1)]
+
+
+def pair_teeth(table: MeshTable) -> list[int]:
+    """How many base pitches each pair is ahead of the reference pair.
+
+    From the header entry that begins with `pairs ahead`; without it the pairs are
+    taken in the order 0, -1, 1, -2, 2, ...
+    """
+    for key, text in table.header.items():
+        if key.startswith("pairs ahead"):
+            entries = dict(item.split("=") for item in text.split())
+            return [int(entries[f"pair{i + 1}"]) for i in range(table.pair_count)]
+    return sorted(
+        range(-table.pair_count, table.pair_count), key=lambda k: (abs(k), k)
+    )[: table.pair_count]

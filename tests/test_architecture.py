@@ -15,11 +15,20 @@ FILES = [p for name in PACKAGES for p in sorted((ROOT / name).rglob("*.py"))]
 KERNELS = [
     ROOT / "fegear" / "contact" / f"{name}.py"
     for name in ("active_set", "compliance", "cycle", "flanks", "patches")
-]
+] + sorted((ROOT / "lumped" / "kernels").glob("*.py"))
 ALLOWED = {
     "meshes": {"meshes"},
     "lumped": {"lumped"},
-    "fegear": {"fegear", "meshes", "lumped.table"},
+    "fegear": {
+        "fegear",
+        "meshes",
+        "lumped.compiled",
+        "lumped.table",
+        "lumped.train",
+        "lumped.waves",
+        "lumped.excitation",
+        "lumped.analytic",
+    },
     "validation": {"validation", "fegear", "meshes", "lumped"},
     "fegear.cli": {"fegear", "meshes", "lumped", "validation"},
 }
@@ -53,7 +62,8 @@ def test_arrows_point_one_way(path):
 
 @pytest.mark.parametrize("path", KERNELS, ids=lambda path: path.stem)
 def test_kernels_import_only_numerics(path):
-    outside = {m for m in imported_modules(path) if not m.startswith("fegear.contact")}
+    own = ("fegear.contact", "lumped.kernels", "lumped.compiled")
+    outside = {m for m in imported_modules(path) if not m.startswith(own)}
     assert outside <= {"__future__", "math", "typing", "numpy", "numba"}
     inside = imported_modules(path) - outside
     assert "fegear.contact.problem" not in inside
@@ -70,7 +80,10 @@ def loaded_by(statement: str) -> set[str]:
 @pytest.mark.parametrize(
     ("statement", "heavy"),
     [
-        ("import lumped", {"gmsh", "vtk", "pyvista", "skfem", "scipy", "matplotlib"}),
+        (
+            "import lumped",
+            {"gmsh", "vtk", "pyvista", "skfem", "scipy", "matplotlib", "numba"},
+        ),
         ("import meshes", {"gmsh", "vtk", "pyvista", "skfem", "meshio"}),
         ("import fegear.cli", {"numpy", "numba", "gmsh", "vtk", "skfem", "scipy"}),
         ("import fegear.gearset", {"gmsh", "skfem", "numba", "scipy", "matplotlib"}),

@@ -13,7 +13,7 @@ import typer
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from fegear.gearset.derived import GearSetFigures
+    from fegear.gearset.derived import GearSetFigures, ShaftFigures
 
 # Row header, with its unit, and the figure that it shows.
 GEAR_ROWS = {
@@ -32,7 +32,12 @@ GEAR_ROWS = {
     "Face width [mm]": "face_width_mm",
     "Largest pitch error [um]": "largest_pitch_error_um",
     "Inertia [kg m2]": "inertia_kg_m2",
+    "Inertia is": "inertia_origin",
     "Mass [kg]": "mass_kg",
+    "Mass is": "mass_origin",
+    "Bearing kx [N/m]": "bearing_kx_N_per_m",
+    "Bearing ky [N/m]": "bearing_ky_N_per_m",
+    "Coupling stiffness [N m/rad]": "coupling_stiffness_Nm_per_rad",
     "Young's modulus [GPa]": "young_modulus_GPa",
     "Poisson's ratio": "poisson_ratio",
     "Density [kg/m3]": "density_kg_per_m3",
@@ -42,13 +47,18 @@ MESH_ROWS = {
     "Operating pressure angle [deg]": "operating_pressure_angle_deg",
     "Contact ratio": "contact_ratio",
     "Base pitch [mm]": "base_pitch_mm",
-    "Normal backlash [um]": "normal_backlash_um",
+    "Normal backlash of the teeth [um]": "normal_backlash_um",
+    "Backlash of lumped models [um]": "backlash_um",
     "Path of approach [base pitches]": "approach_pitches",
     "Path of recess [base pitches]": "recess_pitches",
     "Phase [base pitches]": "phase_pitches",
     "Phase is": "phase_origin",
-    "Phase, centres in line [base pitches]": "phase_in_line_pitches",
+    "Phase by geometry [base pitches]": "geometric_phase_pitches",
+    "Centre line [deg]": "center_line_deg",
     "Driver torques [N m]": "driver_torques_Nm",
+    "Mean stiffness, given [N/m]": "mean_stiffness_N_per_m",
+    "Stiffness variation, peak to peak over mean": "stiffness_variation",
+    "Load share at the start of double contact": "load_share",
 }
 FLANK_ROWS = {
     "Start of contact, radius [mm]": "sap_radius_mm",
@@ -112,11 +122,21 @@ def print_figures(figures: GearSetFigures) -> None:
         rows = FLANK_ROWS | relief_rows(mesh.flanks)
         console.print(build_table(f"Flanks of {pair}", sides, rows, mesh.flanks))
     for shaft in figures.shafts:
-        console.print(f"Rigid shaft: {', '.join(shaft)}")
+        console.print(shaft_line(shaft))
+    if figures.damping_ratio is not None:
+        console.print(f"Damping ratio: {shown(figures.damping_ratio)}")
     if figures.inferences:
         console.print("Inferred, not printed by the source:")
     for inference in figures.inferences:
         console.print(f"- {inference}")
+
+
+def shaft_line(shaft: ShaftFigures) -> str:
+    """Rigid shaft: a, b; or its stiffness between successive gears."""
+    names, stiffness = ", ".join(shaft.gears), shaft.stiffness_Nm_per_rad
+    if stiffness is None:
+        return f"Rigid shaft: {names}"
+    return f"Shaft: {names}, {shown(stiffness)} N m/rad between successive gears"
 
 
 def relief_rows(flanks: Sequence[object]) -> dict[str, str]:

@@ -13,7 +13,7 @@ import math
 
 import numpy as np
 
-from fegear.contact.compiled import compiled_part
+from lumped.compiled import compiled_part
 
 ALL_AT_ONCE = 40  # sweeps that exchange every violated node together
 CONVERGED, NOT_CONVERGED, NOT_FINITE = 0, 1, 2

@@ -11,8 +11,8 @@ import math
 
 import numpy as np
 
-from fegear.contact.compiled import compiled_part
 from fegear.contact.grid import SUPPORT
+from lumped.compiled import compiled_part
 
 STENCIL = 4
 NORMAL, TANGENTIAL = 0, 1

@@ -8,7 +8,6 @@ from __future__ import annotations
 import numpy as np
 
 from fegear.contact.active_set import NOT_FINITE, solve_contact
-from fegear.contact.compiled import compiled, compiled_part
 from fegear.contact.compliance import fill_compliance, friction_bending
 from fegear.contact.flanks import FAR
 from fegear.contact.patches import (
@@ -18,6 +17,7 @@ from fegear.contact.patches import (
     lay_nodes,
     place_patch,
 )
+from lumped.compiled import compiled, compiled_part
 
 MARGIN = 1.2  # half length of a patch over the Hertz half-width at full load
 GROWTH = 1.6  # of a patch whose pressure reaches its end

@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from fegear.contact.compiled import compiled_part
+from lumped.compiled import compiled_part
 
 FAR = 1.0  # gap [m] where there is no opposite flank
 

@@ -10,7 +10,6 @@ import math
 
 import numpy as np
 
-from fegear.contact.compiled import compiled_part
 from fegear.contact.compliance import set_stencil
 from fegear.contact.flanks import (
     FAR,
@@ -20,6 +19,7 @@ from fegear.contact.flanks import (
     separation,
 )
 from fegear.contact.grid import SUPPORT
+from lumped.compiled import compiled_part
 
 REACH = 0.5  # base pitches off the path within which a corner may touch
 GAP, OPPOSITE, FORCE = 0, 1, 2  # per node: gap, the slave's arc [m], load [N/m]

@@ -1,6 +1,6 @@
 """Gear sets: what their TOML files hold, read, checked and described."""
 
-from fegear.gearset.model import Gear, GearSet, Mesh, Relief
+from fegear.gearset.model import Gear, GearSet, Mesh, Relief, Shaft
 from fegear.gearset.read import (
     builtin_names,
     load_gear_set,
@@ -13,6 +13,7 @@ __all__ = [
     "GearSet",
     "Mesh",
     "Relief",
+    "Shaft",
     "builtin_names",
     "load_gear_set",
     "read_gear_set",

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
+
 from fegear.errors import InputError
-from fegear.gearset.model import Gear, GearSet, Mesh, Relief
+from fegear.gearset.model import Gear, GearSet, Mesh, Relief, Shaft
 from fegear.gearset.problems import nearest, shown
 from fegear.gearset.schema import Document, GearEntry, MeshEntry
 from fegear.gearset.teeth import MM, UM, Blank, Tip
@@ -34,7 +36,14 @@ def build_gear_set(document: Document) -> GearSet:
         description=document.description,
         gears=tuple(map(_gear, document.gear, teeth)),
         meshes=tuple(meshes),
-        shafts=tuple(tuple(index[n] for n in shaft.gears) for shaft in document.shaft),
+        shafts=tuple(
+            Shaft(
+                gears=tuple(index[name] for name in shaft.gears),
+                stiffness=shaft.stiffness_Nm_per_rad,
+            )
+            for shaft in document.shaft
+        ),
+        damping_ratio=document.dynamics.damping_ratio,
         inferences=document.inferences,
     )
 
@@ -62,6 +71,7 @@ def require_known_gears(document: Document) -> None:
 
 
 def _gear(entry: GearEntry, teeth: SpurGear) -> Gear:
+    kx, ky = entry.bearing_kx_N_per_m, entry.bearing_ky_N_per_m
     return Gear(
         name=entry.name,
         geometry=teeth,
@@ -72,6 +82,8 @@ def _gear(entry: GearEntry, teeth: SpurGear) -> Gear:
         inertia=entry.inertia_kg_m2,
         mass=entry.mass_kg,
         pitch_errors=tuple(error * UM for error in entry.pitch_errors_um or ()),
+        bearing_stiffness=None if kx is None or ky is None else (kx, ky),
+        coupling_stiffness=entry.coupling_stiffness_Nm_per_rad,
     )
 
 
@@ -95,7 +107,24 @@ def _mesh(
         **_reliefs(entry, pair),
         torques=torques,
         phase=_phase(entry, first=number == 0),
+        center_line=_center_line(entry),
+        backlash=_backlash(entry, pair),
+        mean_stiffness=entry.mean_stiffness_N_per_m,
+        stiffness_variation=entry.stiffness_variation,
+        load_share=entry.load_share,
     )
+
+
+def _center_line(entry: MeshEntry) -> float | None:
+    """[rad], None where the file leaves the centres in a row."""
+    given = entry.center_line_deg
+    return None if given is None else math.radians(given)
+
+
+def _backlash(entry: MeshEntry, pair: GearPair) -> float:
+    """As given, else that of the teeth, whose 0 may be rounded below it [m]."""
+    given = entry.backlash_um
+    return max(0.0, pair.backlash) if given is None else given * UM
 
 
 def _phase(entry: MeshEntry, first: bool) -> float | None:

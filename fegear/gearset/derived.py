@@ -8,14 +8,18 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from fegear.gearset.inertia import inertia_of, mass_of
 from fegear.gearset.model import Gear, GearSet, Mesh, Relief
+from fegear.gearset.phases import geometric_phase, mesh_phases
 from fegear.gearset.zones import Zones, zones
-from meshes.gear import SpurGear, involute
+from meshes.gear import SpurGear
+
+RING = "derived"  # of a ring from hub to reference circle
 
 
 @dataclass(frozen=True, kw_only=True)
 class GearFigures:
-    """A gear on its own."""
+    """A gear on its own; inertia and mass are given or derived, as stated."""
 
     name: str
     teeth: int
@@ -36,8 +40,13 @@ class GearFigures:
     young_modulus_GPa: float
     poisson_ratio: float
     density_kg_per_m3: float
-    inertia_kg_m2: float | None
-    mass_kg: float | None
+    inertia_kg_m2: float
+    inertia_origin: str
+    mass_kg: float
+    mass_origin: str
+    bearing_kx_N_per_m: float | None
+    bearing_ky_N_per_m: float | None
+    coupling_stiffness_Nm_per_rad: float
     largest_pitch_error_um: float
 
 
@@ -76,8 +85,9 @@ class FlankFigures:
 class MeshFigures:
     """Two gears in mesh; approach and recess lie before and after the pitch point.
 
-    phase_in_line_pitches : phase if the centres stand in a row; None where this mesh
-        does not follow the first one through an idler
+    normal_backlash_um : of the teeth; backlash_um : for lumped models
+    geometric_phase_pitches : phase that teeth and centre lines ask for, whatever is
+        given; None where no earlier mesh shares a gear with this one
     """
 
     driver: str
@@ -88,13 +98,26 @@ class MeshFigures:
     contact_ratio: float
     base_pitch_mm: float
     normal_backlash_um: float
+    backlash_um: float
     approach_pitches: float
     recess_pitches: float
-    phase_pitches: float | None
+    center_line_deg: float | None
+    phase_pitches: float
     phase_origin: str
-    phase_in_line_pitches: float | None
+    geometric_phase_pitches: float | None
+    mean_stiffness_N_per_m: float | None
+    stiffness_variation: float | None
+    load_share: float | None
     driver_torques_Nm: tuple[float, ...]
     flanks: tuple[FlankFigures, FlankFigures]
+
+
+@dataclass(frozen=True, kw_only=True)
+class ShaftFigures:
+    """Gears on one axis; stiffness between successive ones, None for rigid."""
+
+    gears: tuple[str, ...]
+    stiffness_Nm_per_rad: float | None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -105,7 +128,8 @@ class GearSetFigures:
     description: str
     gears: tuple[GearFigures, ...]
     meshes: tuple[MeshFigures, ...]
-    shafts: tuple[tuple[str, ...], ...]
+    shafts: tuple[ShaftFigures, ...]
+    damping_ratio: float | None
     inferences: tuple[str, ...]
 
 
@@ -115,14 +139,22 @@ def gear_set_figures(gear_set: GearSet) -> GearSetFigures:
         name=gear_set.name,
         description=gear_set.description,
         gears=tuple(map(gear_figures, gear_set.gears)),
-        meshes=tuple(mesh_figures(gear_set, mesh) for mesh in gear_set.meshes),
-        shafts=tuple(tuple(names[i] for i in shaft) for shaft in gear_set.shafts),
+        meshes=tuple(mesh_figures(gear_set, n) for n in range(len(gear_set.meshes))),
+        shafts=tuple(
+            ShaftFigures(
+                gears=tuple(names[index] for index in shaft.gears),
+                stiffness_Nm_per_rad=shaft.stiffness,
+            )
+            for shaft in gear_set.shafts
+        ),
+        damping_ratio=gear_set.damping_ratio,
         inferences=gear_set.inferences,
     )
 
 
 def gear_figures(gear: Gear) -> GearFigures:
     teeth = gear.geometry
+    kx, ky = gear.bearing_stiffness or (None, None)
     return GearFigures(
         name=gear.name,
         teeth=teeth.teeth,
@@ -143,8 +175,13 @@ def gear_figures(gear: Gear) -> GearFigures:
         young_modulus_GPa=1e-9 * gear.young_modulus,
         poisson_ratio=gear.poisson_ratio,
         density_kg_per_m3=gear.density,
-        inertia_kg_m2=gear.inertia,
-        mass_kg=gear.mass,
+        inertia_kg_m2=inertia_of(gear),
+        inertia_origin=RING if gear.inertia is None else "given",
+        mass_kg=mass_of(gear),
+        mass_origin=RING if gear.mass is None else "given",
+        bearing_kx_N_per_m=kx,
+        bearing_ky_N_per_m=ky,
+        coupling_stiffness_Nm_per_rad=gear.coupling_stiffness,
         largest_pitch_error_um=1e6 * max(map(abs, gear.pitch_errors), default=0.0),
     )
 
@@ -154,10 +191,10 @@ def roll_angle_deg(gear: SpurGear, roll_length: float) -> float:
     return math.degrees(roll_length / gear.base_radius)
 
 
-def mesh_figures(gear_set: GearSet, mesh: Mesh) -> MeshFigures:
-    pair, gears = mesh.pair, gear_set.gears
-    in_line = phase_in_line(gear_set, mesh)
-    phase, origin = _phase(gear_set, mesh, in_line)
+def mesh_figures(gear_set: GearSet, number: int) -> MeshFigures:
+    mesh, gears = gear_set.meshes[number], gear_set.gears
+    pair, line = mesh.pair, mesh.center_line
+    phase = mesh_phases(gear_set)[number]
     return MeshFigures(
         driver=gears[mesh.driver].name,
         driven=gears[mesh.driven].name,
@@ -167,51 +204,22 @@ def mesh_figures(gear_set: GearSet, mesh: Mesh) -> MeshFigures:
         contact_ratio=pair.contact_ratio,
         base_pitch_mm=1e3 * pair.base_pitch,
         normal_backlash_um=1e6 * pair.backlash,
+        backlash_um=1e6 * mesh.backlash,
         approach_pitches=(pair.pitch_point - pair.path_start) / pair.base_pitch,
         recess_pitches=(pair.path_end - pair.pitch_point) / pair.base_pitch,
-        phase_pitches=phase,
-        phase_origin=origin,
-        phase_in_line_pitches=in_line,
+        center_line_deg=None if line is None else math.degrees(line),
+        phase_pitches=phase.value,
+        phase_origin=phase.origin,
+        geometric_phase_pitches=geometric_phase(gear_set, number),
+        mean_stiffness_N_per_m=mesh.mean_stiffness,
+        stiffness_variation=mesh.stiffness_variation,
+        load_share=mesh.load_share,
         driver_torques_Nm=mesh.torques,
         flanks=(
             _flank_figures(gear_set, mesh, "driver"),
             _flank_figures(gear_set, mesh, "driven"),
         ),
     )
-
-
-def _phase(
-    gear_set: GearSet, mesh: Mesh, in_line: float | None
-) -> tuple[float | None, str]:
-    if mesh is gear_set.meshes[0]:
-        return mesh.phase, "reference"
-    if mesh.phase is not None:
-        return mesh.phase, "given"
-    return in_line, "not given" if in_line is None else "derived, centres in line"
-
-
-def phase_in_line(gear_set: GearSet, mesh: Mesh) -> float | None:
-    """Phase of a mesh whose driver an earlier mesh drives, centres in a row.
-
-    In base pitches, nearest to 0. At position 0 of the earlier mesh the idler's
-    trailing flank is at its pitch point; half a turn on, the leading flank of some
-    tooth is this far past the pitch point of `mesh`. None for any other mesh: two
-    gears on a shaft may be clocked at will.
-    """
-    earlier = gear_set.meshes[: gear_set.meshes.index(mesh)]
-    before = next((other for other in earlier if other.driven == mesh.driver), None)
-    if before is None:
-        return None
-    start = before.phase
-    if start is None:
-        start = phase_in_line(gear_set, before)
-    if start is None:
-        return None
-    idler = gear_set.gears[mesh.driver].geometry
-    past = math.pi + 2.0 * idler.base_half_angle
-    for pair in (before.pair, mesh.pair):
-        past -= involute(pair.operating_pressure_angle)
-    return math.remainder(start + past / idler.pitch_angle, 1.0)
 
 
 def _flank_figures(gear_set: GearSet, mesh: Mesh, role: str) -> FlankFigures:

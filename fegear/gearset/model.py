@@ -14,6 +14,9 @@ class Gear:
 
     pitch_errors : material missing on each tooth's flank [m], or empty; positive
         opens a gap
+    inertia, mass : as given [kg m2], [kg]; see `inertia_of` and `mass_of`
+    bearing_stiffness : kx, ky [N/m], or None for a centre that does not move
+    coupling_stiffness : torsional, to ground [N m/rad]
     """
 
     name: str
@@ -25,6 +28,8 @@ class Gear:
     inertia: float | None = None
     mass: float | None = None
     pitch_errors: tuple[float, ...] = ()
+    bearing_stiffness: tuple[float, float] | None = None
+    coupling_stiffness: float = 0.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -48,32 +53,94 @@ class Mesh:
 
     torques : on the driver, the set's load cases [N m]
     phase : position of this mesh's cycle relative to the first mesh's, in base
-        pitches, or None to leave it open
+        pitches, or None to leave it open; see `mesh_phases`
+    center_line : direction from driver to driven, counter-clockwise from x [rad],
+        or None for centres in a row along x
+    backlash : along the line of action, as given or as the teeth have it [m]
+    mean_stiffness : over the mesh cycle, for analytic stiffness waves [N/m]
+    stiffness_variation : peak to peak over the mean
+    load_share : of a pair at the start of double contact
     """
 
     driver: int
     driven: int
     pair: GearPair
+    backlash: float
     driver_tip_relief: Relief | None = None
     driver_root_relief: Relief | None = None
     driven_tip_relief: Relief | None = None
     driven_root_relief: Relief | None = None
     torques: tuple[float, ...] = ()
     phase: float | None = None
+    center_line: float | None = None
+    mean_stiffness: float | None = None
+    stiffness_variation: float | None = None
+    load_share: float | None = None
+
+    @property
+    def direction(self) -> float:
+        """The centre line [rad], along x where none is given."""
+        return 0.0 if self.center_line is None else self.center_line
+
+
+@dataclass(frozen=True, kw_only=True)
+class Shaft:
+    """Gears on one axis, in order along it, by their indices.
+
+    stiffness : torsional, between successive gears [N m/rad], or None for rigid
+    """
+
+    gears: tuple[int, ...]
+    stiffness: float | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
 class GearSet:
-    """Gears, their meshes and rigid shafts (tuples of gear indices)."""
+    """Gears, their meshes and shafts.
+
+    damping_ratio : of every vibration mode, or None to leave it open
+    """
 
     name: str
     description: str
     gears: tuple[Gear, ...]
     meshes: tuple[Mesh, ...]
-    shafts: tuple[tuple[int, ...], ...] = ()
+    shafts: tuple[Shaft, ...] = ()
+    damping_ratio: float | None = None
     inferences: tuple[str, ...] = ()
 
     @property
     def title(self) -> str:
         """The name, and the description if there is one."""
         return f"{self.name}: {self.description}" if self.description else self.name
+
+    def axis(self, gear: int) -> tuple[int, ...]:
+        """The gears that turn about a gear's axis with it, itself first."""
+        groups = (shaft.gears for shaft in self.shafts)
+        group = next((gears for gears in groups if gear in gears), ())
+        return (gear, *(other for other in group if other != gear))
+
+    @property
+    def senses(self) -> tuple[int, ...]:
+        """1 where a gear turns counter-clockwise, -1 where clockwise.
+
+        The first mesh's driver turns counter-clockwise, and so does the first gear
+        of whatever is not linked to it.
+        """
+        senses: dict[int, int] = {}
+        for start in (self.meshes[0].driver, *range(len(self.gears))):
+            self._spread_sense(start, senses)
+        return tuple(senses[index] for index in range(len(self.gears)))
+
+    def _spread_sense(self, start: int, senses: dict[int, int]) -> None:
+        """Fill in a gear that turns counter-clockwise and all that are linked to it."""
+        waiting = [(start, 1)]
+        while waiting:
+            gear, sense = waiting.pop()
+            if gear in senses:
+                continue
+            senses[gear] = sense
+            waiting += [(other, sense) for other in self.axis(gear)]
+            for mesh in self.meshes:
+                if gear in (mesh.driver, mesh.driven):
+                    waiting += [(mesh.driver + mesh.driven - gear, -sense)]

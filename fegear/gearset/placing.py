@@ -9,6 +9,7 @@ import math
 from dataclasses import dataclass
 
 from fegear.gearset.model import GearSet, Mesh
+from fegear.gearset.phases import MeshPhase, drive_flank, driven_flank, mesh_phases
 
 
 @dataclass(frozen=True)
@@ -35,13 +36,14 @@ class Layout:
 
 
 def layout(gear_set: GearSet) -> Layout:
-    """Gears in a row, the first mesh in contact at its pitch point.
+    """Gears along their centre lines, the first mesh in contact at its pitch point.
 
-    An idler's next mesh is turned out of the row just so far that its drive flanks
-    are at the given phase; a second gear on a shaft is clocked to it instead.
-    Further meshes of one gear branch off at right angles; what hangs on nothing
-    else starts a row of its own below.
+    Without a centre line they stand in a row. An idler's next mesh is then turned
+    out of the row just so far that its drive flanks are at the given phase, and
+    further meshes of one gear branch off at right angles. A second gear on a shaft
+    is clocked to its phase; what hangs on nothing else starts a row of its own below.
     """
+    phases = mesh_phases(gear_set)
     places: dict[int, Place] = {}
     directions: dict[int, float] = {}
     waiting = dict(enumerate(gear_set.meshes))
@@ -53,7 +55,7 @@ def layout(gear_set: GearSet) -> Layout:
             directions[number] = row
             places |= _place_before(mesh, places[mesh.driven], row)
             continue
-        places |= _driver_place(gear_set, mesh, places)
+        places |= _driver_place(gear_set, mesh, phases[number], row, places)
         driver = places[mesh.driver]
         directions[number] = _direction(mesh, driver, row)
         if mesh.driven not in places:  # in closed trains leave it as it is
@@ -64,8 +66,17 @@ def layout(gear_set: GearSet) -> Layout:
 
 
 def _row(gear_set: GearSet, mesh: Mesh, directions: dict[int, float]) -> float:
-    """Straight on from the mesh before; a quarter turn for each mesh alike."""
-    done = {number: gear_set.meshes[number] for number in directions}
+    """The centre line, if given.
+
+    Else straight on from the mesh before; a quarter turn for each mesh alike.
+    """
+    if mesh.center_line is not None:
+        return mesh.center_line
+    done = {
+        number: gear_set.meshes[number]
+        for number in directions
+        if gear_set.meshes[number].center_line is None
+    }
     before = [n for n, other in done.items() if other.driven == mesh.driver]
     leaving = sum(other.driver == mesh.driver for other in done.values())
     entering = sum(other.driven == mesh.driven for other in done.values())
@@ -82,7 +93,7 @@ def _next_mesh(
         number: (
             _found(gear_set, mesh.driver, places) is None,
             mesh.driven not in places,
-            not driven.isdisjoint(_axis(gear_set, mesh.driver)),
+            not driven.isdisjoint(gear_set.axis(mesh.driver)),
             number,
         )
         for number, mesh in waiting.items()
@@ -90,52 +101,35 @@ def _next_mesh(
     return min(ranks, key=lambda number: ranks[number])
 
 
-def drive_flank(mesh: Mesh) -> float:
-    """Angle from the driver's tooth axis to its drive flank at the pitch point."""
-    pair = mesh.pair
-    return pair.driver.half_angle(
-        pair.driver.base_radius / math.cos(pair.operating_pressure_angle)
-    )
-
-
-def driven_flank(mesh: Mesh) -> float:
-    """The same for the driven gear's loaded flank."""
-    pair = mesh.pair
-    return pair.driven.half_angle(
-        pair.driven.base_radius / math.cos(pair.operating_pressure_angle)
-    )
-
-
-def _axis(gear_set: GearSet, index: int) -> tuple[int, ...]:
-    """The gears that turn with a gear, itself first."""
-    group = next((shaft for shaft in gear_set.shafts if index in shaft), ())
-    return (index, *(other for other in group if other != index))
-
-
 def _found(gear_set: GearSet, index: int, places: dict[int, Place]) -> int | None:
     """A placed gear that stands on the same axis, None if there is none."""
-    return next((gear for gear in _axis(gear_set, index) if gear in places), None)
+    return next((gear for gear in gear_set.axis(index) if gear in places), None)
 
 
 def _driver_place(
-    gear_set: GearSet, mesh: Mesh, places: dict[int, Place]
+    gear_set: GearSet,
+    mesh: Mesh,
+    phase: MeshPhase,
+    direction: float,
+    places: dict[int, Place],
 ) -> dict[int, Place]:
     """The driver's place; clocked to the mesh's phase where nothing holds it."""
     found = _found(gear_set, mesh.driver, places)
     if found == mesh.driver:
         return {}
-    phase = (mesh.phase or 0.0) * mesh.pair.driver.pitch_angle
+    sense = gear_set.senses[mesh.driver]
+    ahead = phase.value * mesh.pair.driver.pitch_angle - drive_flank(mesh)
+    angle = direction + sense * ahead
     if found is None:
         below = _free_height(gear_set, mesh.driver, places)
-        return {mesh.driver: Place(0.0, below, phase - drive_flank(mesh), 1)}
+        return {mesh.driver: Place(0.0, below, angle, sense)}
     axis = places[found]
-    angle = axis.sense * (phase - drive_flank(mesh))
     return {mesh.driver: Place(axis.x, axis.y, angle, axis.sense, axis.layer + 1)}
 
 
 def _direction(mesh: Mesh, driver: Place, row: float) -> float:
     """From driver to driven: along the row, or near it where a phase asks for it."""
-    if mesh.phase is None:
+    if mesh.phase is None or mesh.center_line is not None:
         return row
     ahead = driver.tooth_angle + driver.sense * drive_flank(mesh) - row
     pitch = mesh.pair.driver.pitch_angle
@@ -184,7 +178,11 @@ def _lone_place(
     if found is not None:
         axis = places[found]
         return {index: Place(axis.x, axis.y, 0.0, axis.sense, axis.layer + 1)}
-    return {index: Place(0.0, _free_height(gear_set, index, places), 0.0, 1)}
+    return {
+        index: Place(
+            0.0, _free_height(gear_set, index, places), 0.0, gear_set.senses[index]
+        )
+    }
 
 
 def _free_height(gear_set: GearSet, index: int, places: dict[int, Place]) -> float:

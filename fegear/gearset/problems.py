@@ -92,7 +92,7 @@ def _place(loc: tuple[int | str, ...], tables: Mapping[str, Any]) -> tuple[str, 
     """('gear "pinion"', 'hub_radius_mm') of an error's location."""
     if len(loc) >= 2 and loc[0] in TABLES_IN_LISTS and isinstance(loc[1], int):
         return _label(str(loc[0]), loc[1], tables), _dotted(loc[2:])
-    if loc and loc[0] in ("defaults", "load") and len(loc) > 1:
+    if loc and loc[0] in ("defaults", "load", "dynamics") and len(loc) > 1:
         return str(loc[0]), _dotted(loc[1:])
     return "", _dotted(loc)
 

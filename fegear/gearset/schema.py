@@ -21,6 +21,7 @@ from pydantic import (
 Item = TypeVar("Item")
 Name = Annotated[str, Field(pattern=r'^[^\x00-\x1f"]*[^\x00-\x20"][^\x00-\x1f"]*$')]
 Positive = Annotated[float, Field(gt=0.0)]
+NotNegative = Annotated[float, Field(ge=0.0)]
 Length = Annotated[float, Field(gt=0.0, le=1e5)]  # mm, far beyond any gear
 Height = Annotated[float, Field(ge=-1e5, le=1e5)]
 Teeth = Annotated[int, Field(ge=5, le=10000)]
@@ -57,7 +58,17 @@ def require_exactly_one(keys: Keys, *names: str) -> None:
         raise ValueError(f"one of {', '.join(names)} is needed")
 
 
+def require_all_or_none(keys: Keys, *names: str) -> None:
+    given = keys.given(*names)
+    missing = [name for name in names if name not in given]
+    if given and missing:
+        raise ValueError(
+            f"{' and '.join(given)} is given; {' and '.join(missing)} is needed with it"
+        )
+
+
 TIP_KEYS = ("tip_radius_mm", "addendum_mm")
+BEARING_KEYS = ("bearing_kx_N_per_m", "bearing_ky_N_per_m")
 
 
 class GearDefaults(Keys):
@@ -67,6 +78,9 @@ class GearDefaults(Keys):
     rack_tip_radius_mm : by default 0.3 module or, if less, what fits the space
     tooth_thinning_um : reduction of the arc thickness on the reference circle
     pitch_errors_um : material missing on each tooth's flank
+    inertia_kg_m2, mass_kg : by default of a ring from hub to reference circle
+    bearing_kx_N_per_m, bearing_ky_N_per_m : without them the centre does not move
+    coupling_stiffness_Nm_per_rad : torsional spring to ground
     """
 
     teeth: Teeth | None = None
@@ -86,6 +100,9 @@ class GearDefaults(Keys):
     inertia_kg_m2: Positive | None = None
     mass_kg: Positive | None = None
     pitch_errors_um: Entries[float] | None = None
+    bearing_kx_N_per_m: Positive | None = None
+    bearing_ky_N_per_m: Positive | None = None
+    coupling_stiffness_Nm_per_rad: NotNegative = 0.0
 
     @model_validator(mode="after")
     def _one_tip(self) -> GearDefaults:
@@ -101,6 +118,11 @@ class GearEntry(GearDefaults):
     module_mm: Module
     face_width_mm: Length
     hub_radius_mm: Length
+
+    @model_validator(mode="after")
+    def _both_bearings(self) -> GearEntry:
+        require_all_or_none(self, *BEARING_KEYS)
+        return self
 
     @model_validator(mode="after")
     def _error_for_each_tooth(self) -> GearEntry:
@@ -141,6 +163,12 @@ class MeshEntry(Keys):
 
     phase : position of the mesh cycle when the first mesh is at its pitch point,
         in base pitches
+    center_line_deg : direction from driver to driven, counter-clockwise from x; by
+        default the centres stand in a row along x
+    backlash_um : along the line of action, in place of the teeth's own
+    mean_stiffness_N_per_m, stiffness_variation, load_share : figures for analytic
+        stiffness waves; peak to peak over mean, and the share of a pair at the start
+        of double contact
     """
 
     driver: Name
@@ -149,6 +177,11 @@ class MeshEntry(Keys):
     operating_pressure_angle_deg: Annotated[float, Field(ge=5.0, le=45.0)] | None = None
     contact_ratio: Annotated[float, Field(ge=1.0)] | None = None
     phase: float | None = None
+    center_line_deg: float | None = None
+    backlash_um: NotNegative | None = None
+    mean_stiffness_N_per_m: Positive | None = None
+    stiffness_variation: Annotated[float, Field(ge=0.0, lt=1.0)] | None = None
+    load_share: Annotated[float, Field(gt=0.0, lt=1.0)] | None = None
     tip_relief: TipReliefEntry | None = None
     root_relief: RootReliefEntry | None = None
     driver_tip_relief: TipReliefEntry | None = None
@@ -181,9 +214,13 @@ def mesh_label(driver: str, driven: str) -> str:
 
 
 class ShaftEntry(Keys):
-    """[[shaft]]: gears that turn as one."""
+    """[[shaft]]: gears on one axis.
+
+    stiffness_Nm_per_rad : torsional, between successive gears; rigid by default
+    """
 
     gears: Annotated[Entries[Name], Field(min_length=2)]
+    stiffness_Nm_per_rad: Positive | None = None
 
 
 def _driving(torque: float) -> float:
@@ -203,6 +240,12 @@ class LoadEntry(Keys):
     ]
 
 
+class DynamicsEntry(Keys):
+    """[dynamics]: what a lumped model needs beside the parts."""
+
+    damping_ratio: Annotated[float, Field(ge=0.0, lt=1.0)] | None = None
+
+
 class Document(Keys):
     """A whole gear set file."""
 
@@ -214,6 +257,7 @@ class Document(Keys):
     mesh: Annotated[Entries[MeshEntry], Field(min_length=1)]
     shaft: Entries[ShaftEntry] = ()
     load: LoadEntry | None = None
+    dynamics: DynamicsEntry = DynamicsEntry()
 
     @model_validator(mode="after")
     def _unique(self) -> Document:

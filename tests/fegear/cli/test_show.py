@@ -9,9 +9,10 @@ import typer
 from typer.testing import CliRunner
 
 from fegear.cli.sets import sets_command
-from fegear.cli.show import show_command
+from fegear.cli.show import shaft_line, show_command
 from fegear.errors import InputError
 from fegear.gearset import builtin_names
+from fegear.gearset.derived import ShaftFigures
 
 app = typer.Typer()
 app.command("sets")(sets_command)
@@ -41,6 +42,37 @@ def test_show_json_is_machine_readable():
     figures = json.loads(run("show", "liu-pair", "--json"))
     assert figures["meshes"][0]["driver_torques_Nm"] == [50.0, 100.0, 150.0]
     assert figures["gears"][0]["base_radius_mm"] == pytest.approx(45.35, abs=5e-3)
+
+
+def test_show_prints_the_figures_of_lumped_models():
+    printed = run("show", "liu-idler")
+    for text in (
+        "Bearing kx [N/m]",
+        "Coupling stiffness [N m/rad]",
+        "Backlash of lumped models [um]",
+        "-0.0481866",
+        "Damping ratio: 0.04",
+    ):
+        assert text in printed
+    countershaft = run("show", "liu-countershaft")
+    assert "Rigid shaft: middle-1, middle-2" in countershaft
+    assert "derived" in countershaft
+
+
+def test_show_json_holds_the_figures_of_lumped_models():
+    figures = json.loads(run("show", "liu-countershaft", "--json"))
+    assert figures["damping_ratio"] == 0.04
+    assert figures["shafts"] == [
+        {"gears": ["middle-1", "middle-2"], "stiffness_Nm_per_rad": None}
+    ]
+    assert figures["gears"][0]["mass_origin"] == "derived"
+    assert figures["gears"][0]["bearing_kx_N_per_m"] is None
+    assert figures["meshes"][1]["phase_origin"] == "given"
+
+
+def test_show_prints_a_shaft_with_its_stiffness():
+    shaft = ShaftFigures(gears=("a", "b"), stiffness_Nm_per_rad=5e5)
+    assert shaft_line(shaft) == "Shaft: a, b, 500000 N m/rad between successive gears"
 
 
 def test_show_prints_markup_as_it_stands(tmp_path):

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
-from fegear.gearset import builtin_names, load_gear_set
+from fegear.gearset import Shaft, builtin_names, load_gear_set
 from fegear.gearset.derived import gear_set_figures
 
 
@@ -54,14 +56,18 @@ def test_path_of_contact_agrees_with_the_printed_switching_points():
 
 def test_centres_in_line_give_nearly_the_printed_phase():
     """Table 2.1 prints phase 0; an idler of 55 teeth between centres in a row."""
-    phase = gear_set_figures(load_gear_set("liu-idler")).meshes[1].phase_in_line_pitches
-    assert phase == pytest.approx(0.0, abs=0.06)
+    mesh = gear_set_figures(load_gear_set("liu-idler")).meshes[1]
+    assert mesh.geometric_phase_pitches == pytest.approx(0.0, abs=0.06)
+    assert mesh.phase_pitches == 0.0
 
 
 def test_pair_is_the_first_mesh_of_the_idler_set():
+    """But for its own stiffness figures, and for bearings, which are not printed."""
     pair, train = load_gear_set("liu-pair"), load_gear_set("liu-idler")
-    assert pair.meshes[0] == train.meshes[0]
-    assert pair.gears == train.gears[:2]
+    own = {"mean_stiffness": 2.98e8, "load_share": 0.6}
+    assert pair.meshes[0] == replace(train.meshes[0], **own)
+    free = {"bearing_stiffness": None, "coupling_stiffness": 0.0}
+    assert pair.gears == tuple(replace(gear, **free) for gear in train.gears[:2])
 
 
 def test_countershaft_table_4_1():
@@ -72,4 +78,24 @@ def test_countershaft_table_4_1():
     ratios = [mesh.pair.contact_ratio for mesh in gear_set.meshes]
     assert ratios == pytest.approx([1.60, 1.70], abs=1e-9)
     assert gear_set.meshes[1].phase == 0.257
-    assert gear_set.shafts == ((1, 2),)
+    assert gear_set.shafts == (Shaft(gears=(1, 2), stiffness=None),)
+    means = [mesh.mean_stiffness for mesh in gear_set.meshes]
+    assert means == [4.24e8, 3.45e8]
+
+
+def test_idler_bearings_couplings_and_stiffness_of_table_2_1():
+    gear_set = load_gear_set("liu-idler")
+    bearings = [gear.bearing_stiffness for gear in gear_set.gears]
+    assert bearings == [(1.27e8,) * 2, (1.4732e8,) * 2, (1.6637e8,) * 2]
+    couplings = [gear.coupling_stiffness for gear in gear_set.gears]
+    assert couplings == [3389.6, 0.0, 11297.9]
+    means = [mesh.mean_stiffness for mesh in gear_set.meshes]
+    assert means == [2.9831e8, 3.2108e8]
+    assert [mesh.stiffness_variation for mesh in gear_set.meshes] == [0.35, 0.40]
+
+
+@pytest.mark.parametrize("name", builtin_names())
+def test_damping_is_marked_as_inferred_or_printed(name):
+    gear_set = load_gear_set(name)
+    assert gear_set.damping_ratio == 0.04
+    assert any("damping ratio 0.04" in text for text in gear_set.inferences)

@@ -9,7 +9,8 @@ from dataclasses import asdict, replace
 import pytest
 
 from fegear.gearset import builtin_names, load_gear_set, read_gear_set
-from fegear.gearset.derived import gear_set_figures, phase_in_line
+from fegear.gearset.derived import gear_set_figures
+from fegear.gearset.phases import geometric_phase
 
 MESHES = [
     pytest.param(mesh, id=f"{name}-{mesh.driver}")
@@ -98,7 +99,7 @@ def idler_train(teeth: int, angle_deg: float = 20.0) -> str:
 
 
 @pytest.mark.parametrize(("teeth", "phase"), [(36, 0.5), (37, 0.0), (38, 0.5)])
-def test_phase_in_line_of_standard_gears(teeth, phase):
+def test_phase_of_standard_gears_in_line(teeth, phase):
     """Half a pitch of tooth thickness, and half a turn is a whole or half pitch."""
     mesh = gear_set_figures(read_gear_set(idler_train(teeth))).meshes[1]
     assert abs(mesh.phase_pitches) == pytest.approx(phase, abs=1e-12)
@@ -113,7 +114,7 @@ def test_thinner_idler_teeth_shift_the_phase():
     )
     gear_set = read_gear_set(thin)
     pitch_um = 2e3 * math.pi
-    phase = phase_in_line(gear_set, gear_set.meshes[1])
+    phase = geometric_phase(gear_set, 1)
     assert phase == pytest.approx(-thinning / pitch_um)
 
 
@@ -125,7 +126,25 @@ def test_phase_adds_up_along_a_row_and_stops_at_a_shaft():
     assert gear_set_figures(row).meshes[1].phase_pitches == 0.2
     assert gear_set_figures(row).meshes[1].phase_origin == "given"
     countershaft = load_gear_set("liu-countershaft")
-    assert phase_in_line(countershaft, countershaft.meshes[1]) is None
+    assert geometric_phase(countershaft, 1) is None
     open_phase = replace(countershaft.meshes[1], phase=None)
     loose = replace(countershaft, meshes=(countershaft.meshes[0], open_phase))
-    assert gear_set_figures(loose).meshes[1].phase_origin == "not given"
+    chosen = gear_set_figures(loose).meshes[1]
+    assert chosen.phase_pitches == 0.0
+    assert chosen.phase_origin == "chosen, gears on a shaft can be clocked at will"
+
+
+def test_missing_inertia_and_mass_are_those_of_a_ring():
+    gear, *_ = gear_set_figures(read_gear_set(idler_train(37))).gears
+    outer, inner, density, width = 30e-3, 10e-3, 7850.0, 20e-3
+    mass = density * width * math.pi * (outer**2 - inner**2)
+    assert gear.mass_kg == pytest.approx(mass)
+    assert gear.inertia_kg_m2 == pytest.approx(0.5 * mass * (outer**2 + inner**2))
+    assert (gear.mass_origin, gear.inertia_origin) == ("derived",) * 2
+
+
+def test_given_inertia_and_mass_stand():
+    figures = gear_set_figures(load_gear_set("liu-countershaft"))
+    assert figures.gears[0].inertia_kg_m2 == 0.01837
+    assert figures.gears[0].inertia_origin == "given"
+    assert figures.gears[0].mass_origin == "derived"

@@ -36,6 +36,14 @@ SETS = {name: load_gear_set(name) for name in builtin_names()} | {
     "two drivers": train(("a", "b", ""), ("c", "b", ""), ("d", "b", "")),
     "two driven": train(("a", "b", ""), ("a", "c", "phase = 0.3"), ("c", "d", "")),
     "apart": train(("a", "b", ""), ("c", "d", "phase = 0.1")),
+    "bent": train(
+        ("a", "b", "center_line_deg = 20"), ("b", "c", "center_line_deg = 75")
+    ),
+    "branching": train(
+        ("a", "b", "center_line_deg = -90"),
+        ("a", "c", "center_line_deg = 50"),
+        ("d", "c", "center_line_deg = 115"),
+    ),
 }
 PAIRS = [
     pytest.param(name, number, id=f"{name}-{number}")
@@ -105,7 +113,9 @@ def distance_to(curve, point) -> float:
     return float(np.hypot(*(nearest - point).T).min())
 
 
-@pytest.mark.parametrize("name", ["two drivers", "two driven", "apart"])
+@pytest.mark.parametrize(
+    "name", ["two drivers", "two driven", "apart", "bent", "branching"]
+)
 def test_gears_that_do_not_mesh_stand_apart(name):
     gear_set = SETS[name]
     places = layout(gear_set).places
@@ -116,6 +126,15 @@ def test_gears_that_do_not_mesh_stand_apart(name):
         centers = [(places[index].x, places[index].y) for index in (one, two)]
         tips = [gear_set.gears[index].geometry.tip_radius for index in (one, two)]
         assert math.dist(*centers) > sum(tips)
+
+
+def test_a_given_centre_line_is_not_turned_by_a_phase():
+    bent = train(("a", "b", ""), ("b", "c", "center_line_deg = 75\nphase = 0.3"))
+    assert layout(bent).directions == pytest.approx({0: 0.0, 1: math.radians(75.0)})
+
+
+def test_first_driver_is_drawn_counter_clockwise():
+    assert layout(SETS["listed backward"]).places[1].sense == 1
 
 
 @pytest.mark.parametrize("suffix", [".png", ".svg", ".pdf"])

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import pytest
 
 from fegear.errors import InputError
 from fegear.gearset import (
+    Shaft,
     builtin_names,
     load_gear_set,
     read_gear_set,
@@ -158,6 +160,52 @@ def test_pitch_errors_are_metres():
     errors = ", ".join(str(n) for n in range(30))
     text = PAIR.replace("teeth = 30\n", f"teeth = 30\npitch_errors_um = [{errors}]\n")
     assert read_gear_set(text).gears[0].pitch_errors[3] == pytest.approx(3e-6)
+
+
+DYNAMIC = (
+    PAIR.replace("[defaults]\n", "[defaults]\ncoupling_stiffness_Nm_per_rad = 100\n")
+    .replace(
+        "teeth = 30\n",
+        "teeth = 30\nbearing_kx_N_per_m = 1e8\nbearing_ky_N_per_m = 2e8\n",
+    )
+    .replace(
+        "_angle_deg = 20\n",
+        "_angle_deg = 20\ncenter_line_deg = 90\nbacklash_um = 80\n"
+        "mean_stiffness_N_per_m = 3e8\nstiffness_variation = 0.3\nload_share = 0.4\n",
+    )
+    + '[[gear]]\nname = "three"\nteeth = 30\nhub_radius_mm = 12\n'
+    '[[shaft]]\ngears = ["two", "three"]\nstiffness_Nm_per_rad = 5e5\n'
+    "[dynamics]\ndamping_ratio = 0.02\n"
+)
+
+
+def test_keys_of_lumped_models():
+    gear_set = read_gear_set(DYNAMIC)
+    one, two, _ = gear_set.gears
+    assert one.bearing_stiffness == (1e8, 2e8)
+    assert two.bearing_stiffness is None
+    assert (one.coupling_stiffness, two.coupling_stiffness) == (100.0, 100.0)
+    mesh = gear_set.meshes[0]
+    assert mesh.center_line == pytest.approx(0.5 * math.pi)
+    assert mesh.backlash == pytest.approx(80e-6)
+    assert (mesh.mean_stiffness, mesh.stiffness_variation) == (3e8, 0.3)
+    assert mesh.load_share == 0.4
+    assert gear_set.shafts == (Shaft(gears=(1, 2), stiffness=5e5),)
+    assert gear_set.damping_ratio == 0.02
+
+
+def test_defaults_of_lumped_models():
+    gear_set = read_gear_set(PAIR.replace("_angle_deg = 20\n", "_angle_deg = 21\n"))
+    gear, mesh = gear_set.gears[0], gear_set.meshes[0]
+    assert (gear.bearing_stiffness, gear.coupling_stiffness) == (None, 0.0)
+    assert mesh.center_line is None
+    assert mesh.backlash == mesh.pair.backlash > 0.0
+    assert mesh.mean_stiffness is mesh.stiffness_variation is mesh.load_share is None
+    assert gear_set.damping_ratio is None
+
+
+def test_backlash_of_tight_teeth_is_not_negative():
+    assert 0.0 <= read_gear_set(PAIR).meshes[0].backlash < 1e-12
 
 
 RELIEFS = [

@@ -119,6 +119,9 @@ PLACES = [("gear", key) for key in GEAR_KEYS]
 PLACES += [("gear", key) for key in ("addendum_mm", "tip_radius_mm", "pitch_errors_um")]
 PLACES += [("mesh", key) for key in [*MESH_KEYS, "phase", "root_relief"]]
 PLACES += [("load", key) for key in LOAD_KEYS]
+PLACES += [("gear", "bearing_kx_N_per_m"), ("gear", "coupling_stiffness_Nm_per_rad")]
+PLACES += [("mesh", key) for key in ("center_line_deg", "backlash_um", "load_share")]
+PLACES += [("mesh", key) for key in ("mean_stiffness_N_per_m", "stiffness_variation")]
 
 
 @settings(max_examples=400, deadline=None)

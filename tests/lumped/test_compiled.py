@@ -7,7 +7,9 @@ from pathlib import Path
 import pytest
 from numba import config
 
-from fegear.contact import compiled as module
+from lumped import compiled as module
+
+FOLDER = Path(module.__file__).parent / "kernels"
 
 
 @pytest.fixture
@@ -18,7 +20,7 @@ def fresh():
 
 
 def test_without_a_writable_cache_functions_still_compile(monkeypatch):
-    monkeypatch.setattr(module, "kernel_cache", lambda: None)
+    monkeypatch.setattr(module, "kernel_cache", lambda folder: None)
 
     @module.compiled
     def double(x):
@@ -33,16 +35,16 @@ def test_no_place_is_no_error(monkeypatch, fresh):
         raise PermissionError
 
     monkeypatch.setattr(Path, "mkdir", refuse)
-    assert module.kernel_cache() is None
+    assert module.kernel_cache(FOLDER) is None
 
 
 def test_directory_follows_the_sources(monkeypatch, tmp_path, fresh):
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
-    one = module.kernel_cache()
+    one = module.kernel_cache(FOLDER)
     module.kernel_cache.cache_clear()
     original = Path.read_bytes
     monkeypatch.setattr(Path, "read_bytes", lambda path: original(path) + b"#")
-    assert module.kernel_cache() != one
+    assert module.kernel_cache(FOLDER) != one
     assert one.parent == tmp_path
 
 

@@ -2,12 +2,14 @@
 
 numba keeps a compiled function while its own file is unchanged, even where a
 function that it calls in another file has changed. The cache directory is
-therefore named after a digest of all kernels.
+therefore named after a digest of all kernels of the folder. Compiled code releases
+the interpreter's lock.
 """
 
 from __future__ import annotations
 
 import hashlib
+import inspect
 import os
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -18,19 +20,18 @@ from typing import Any, TypeVar
 from numba import config, njit
 
 F = TypeVar("F", bound=Callable[..., Any])
-HERE = Path(__file__).parent
 
 
 @cache
-def kernel_cache() -> Path | None:
-    """A writable directory for these very kernels, or None."""
-    digest = hashlib.sha256()
-    for path in sorted(HERE.glob("*.py")):
+def kernel_cache(folder: Path) -> Path | None:
+    """A writable directory for the kernels of a source folder as it is, or None."""
+    digest = hashlib.sha256(Path(__file__).read_bytes())
+    for path in sorted(folder.glob("*.py")):
         digest.update(path.read_bytes())
     name = f"kernels-{digest.hexdigest()[:16]}"
     chosen = os.environ.get("NUMBA_CACHE_DIR")
     places = [Path(chosen)] if chosen else []
-    for place in [*places, HERE / "__pycache__", Path.home() / ".cache" / "fegear"]:
+    for place in [*places, folder / "__pycache__", Path.home() / ".cache" / "fegear"]:
         directory = place / name
         try:
             directory.mkdir(parents=True, exist_ok=True)
@@ -54,7 +55,8 @@ def _cache_in(directory: Path) -> Iterator[None]:
 
 def _compile(function: F, **options: Any) -> F:
     options["error_model"] = "numpy"  # division by zero gives inf, caught as such
-    directory = kernel_cache()
+    options["nogil"] = True
+    directory = kernel_cache(Path(inspect.getfile(function)).parent)
     if directory is None:
         return njit(**options)(function)
     with _cache_in(directory):
@@ -72,3 +74,13 @@ def compiled_part(function: F) -> F:
     Python calls it uncompiled as `function.py_func`.
     """
     return _compile(function, no_cpython_wrapper=True, no_cfunc_wrapper=True)
+
+
+def inlined(function: F) -> F:
+    """A part that is small and runs often: no call remains, compiling takes longer.
+
+    Arrays are handed over in many words each, so that calls cost more than the work.
+    """
+    return _compile(
+        function, no_cpython_wrapper=True, no_cfunc_wrapper=True, forceinline=True
+    )

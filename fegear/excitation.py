@@ -1,0 +1,211 @@
+"""What drives a mesh of a gear set: from finite elements, or from key figures."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import Literal
+
+import numpy as np
+
+from fegear.errors import InputError
+from fegear.gearset.model import GearSet, Mesh, Relief
+from lumped.analytic import Points, StiffnessFigures, analytic_excitation
+from lumped.excitation import MeshExcitation, excitation_from_table
+from lumped.table import MeshTable
+
+Kind = Literal["fe", "rectangular", "trapezoid", "fourier"]
+KINDS: tuple[Kind, ...] = ("fe", "rectangular", "trapezoid", "fourier")
+RELIEFS = (
+    "driver_tip_relief",
+    "driver_root_relief",
+    "driven_tip_relief",
+    "driven_root_relief",
+)
+CURVE_POINTS = 16  # along a parabolic relief
+
+
+@dataclass(frozen=True, kw_only=True)
+class Source:
+    """Where stiffness comes from.
+
+    kind : fe, tables of the finite elements; else waves from key figures, which are
+        those of the gear set, or of its tables where it gives none
+    ramp : base pitches over which a trapezoid enters and leaves
+    harmonics : kept by kind fourier
+    positions : per base pitch of a finite-element table
+    resolution, plane : of the finite elements
+    """
+
+    kind: Kind = "fe"
+    ramp: float = 0.1
+    harmonics: int = 5
+    positions: int = 256
+    resolution: str = "default"
+    plane: Literal["stress", "strain"] = "stress"
+
+    def __post_init__(self) -> None:
+        if self.kind not in KINDS:
+            raise ValueError(f"kind must be one of {', '.join(KINDS)}, got {self.kind}")
+
+
+@dataclass(frozen=True)
+class Excitations:
+    """Excitations of a gear set's meshes; tables are solved once each."""
+
+    source: Source = field(default_factory=Source)
+    _tables: dict[tuple[object, ...], MeshTable] = field(default_factory=dict)
+
+    def of(
+        self, gear_set: GearSet, mesh: int, torque: float, model: int
+    ) -> MeshExcitation:
+        """Of a mesh by its index, at a torque on its driver [N m]."""
+        if self.source.kind == "fe":
+            return self._from_tables(gear_set, mesh, torque, model)
+        return self._from_figures(gear_set, mesh, torque, model)
+
+    def mean_stiffness(self, gear_set: GearSet, mesh: int, torque: float) -> float:
+        """The gear set's own figure [N/m], or the mean of the unmodified teeth."""
+        given = gear_set.meshes[mesh].mean_stiffness
+        if given is not None:
+            return given
+        table = self.table(unmodified(gear_set, mesh), mesh, torque)
+        return float(table["stiffness_N_per_m"].mean())
+
+    def table(self, gear_set: GearSet, mesh: int, torque: float) -> MeshTable:
+        """The mesh table at one torque on the driver [N m]."""
+        spec = gear_set.meshes[mesh]
+        gears = tuple(gear_set.gears[i] for i in (spec.driver, spec.driven))
+        flanks = tuple(getattr(spec, name) for name in RELIEFS)
+        key = (spec.pair, gears, flanks, torque)
+        if key not in self._tables:
+            self._tables[key] = self._solved(gear_set, mesh, torque)
+        return self._tables[key]
+
+    def _solved(self, gear_set: GearSet, mesh: int, torque: float) -> MeshTable:
+        from fegear.statics import StaticsSettings, solve_mesh
+
+        if not torque > 0.0:
+            raise InputError(
+                f"torque = {torque:g} N m on mesh {mesh + 1}; finite-element tables "
+                "need a load, choose --excitation rectangular for none"
+            )
+        settings = StaticsSettings(
+            positions=self.source.positions,
+            resolution=self.source.resolution,
+            plane=self.source.plane,
+            estimate_error=False,
+        )
+        return solve_mesh(gear_set, mesh, [torque], settings).table
+
+    def _from_tables(
+        self, gear_set: GearSet, mesh: int, torque: float, model: int
+    ) -> MeshExcitation:
+        table = self.table(gear_set, mesh, torque)
+        plain = self.table(unmodified(gear_set, mesh), mesh, torque)
+        return excitation_from_table(table, torque, model, plain)
+
+    def _from_figures(
+        self, gear_set: GearSet, mesh: int, torque: float, model: int
+    ) -> MeshExcitation:
+        spec = gear_set.meshes[mesh]
+        figures = self.figures(gear_set, mesh, torque)
+        force = torque / spec.pair.driver.base_radius
+        harmonics = self.source.harmonics if self.source.kind == "fourier" else None
+        gap = gap_points(spec)
+        if harmonics and gap:
+            raise InputError(
+                f"mesh {mesh + 1} has a profile modification; excitation fourier "
+                "stands for the whole mesh and knows none"
+            )
+        return analytic_excitation(figures, model, gap, force, harmonics)
+
+    def figures(self, gear_set: GearSet, mesh: int, torque: float) -> StiffnessFigures:
+        """Key figures of a mesh, given or from the table of the unmodified teeth."""
+        spec = gear_set.meshes[mesh]
+        mean = self.mean_stiffness(gear_set, mesh, torque)
+        variation = spec.stiffness_variation
+        if variation is None:
+            table = self.table(unmodified(gear_set, mesh), mesh, torque)
+            variation = float(
+                np.ptp(table["stiffness_N_per_m"]) / table["stiffness_N_per_m"].mean()
+            )
+        pair = spec.pair
+        try:
+            return StiffnessFigures(
+                mean=mean,
+                variation=variation,
+                contact_ratio=pair.contact_ratio,
+                approach=(pair.pitch_point - pair.path_start) / pair.base_pitch,
+                load_share=0.5 if spec.load_share is None else spec.load_share,
+                ramp=self.source.ramp if self.source.kind == "trapezoid" else 0.0,
+            )
+        except ValueError as error:
+            raise InputError(f"mesh {mesh + 1}: {error}") from None
+
+
+def unmodified(gear_set: GearSet, mesh: int) -> GearSet:
+    """The gear set with one mesh's teeth left without relief."""
+    meshes = list(gear_set.meshes)
+    meshes[mesh] = replace(
+        meshes[mesh],
+        driver_tip_relief=None,
+        driver_root_relief=None,
+        driven_tip_relief=None,
+        driven_root_relief=None,
+    )
+    return replace(gear_set, meshes=tuple(meshes))
+
+
+def gap_points(mesh: Mesh) -> Points:
+    """Relief of both flanks along the nominal path, corners of a polygon.
+
+    (base pitches from the pitch point, gap [m]); empty without relief.
+    """
+    if not any(getattr(mesh, name) for name in RELIEFS):
+        return ()
+    pair = mesh.pair
+    start, end = (
+        (at - pair.pitch_point) / pair.base_pitch
+        for at in (pair.path_start, pair.path_end)
+    )
+    marks = {start, end}
+    for name in RELIEFS:
+        marks |= {x for x in _marks(mesh, name) if start < x < end}
+    return [
+        (x, sum(_relief_at(mesh, name, x) for name in RELIEFS)) for x in sorted(marks)
+    ]
+
+
+def _marks(mesh: Mesh, name: str) -> list[float]:
+    """Positions at which a relief begins, and points along it if it is curved."""
+    relief: Relief | None = getattr(mesh, name)
+    if relief is None:
+        return []
+    begin, end = _position(mesh, name, relief.start_roll_length), _end(mesh, name)
+    count = CURVE_POINTS if relief.shape == "parabolic" else 1
+    return [begin + (end - begin) * i / count for i in range(count)]
+
+
+def _position(mesh: Mesh, name: str, roll_length: float) -> float:
+    """Position at which a flank touches at a roll length."""
+    pair = mesh.pair
+    if name.startswith("driven"):
+        roll_length = pair.line_of_action - roll_length
+    return (roll_length - pair.pitch_point) / pair.base_pitch
+
+
+def _end(mesh: Mesh, name: str) -> float:
+    """Position at which a relief has grown to its magnitude."""
+    pair = mesh.pair
+    late = name in ("driver_tip_relief", "driven_root_relief")
+    at = pair.path_end if late else pair.path_start
+    return (at - pair.pitch_point) / pair.base_pitch
+
+
+def _relief_at(mesh: Mesh, name: str, x: float) -> float:
+    relief: Relief | None = getattr(mesh, name)
+    if relief is None:
+        return 0.0
+    begin, end = _position(mesh, name, relief.start_roll_length), _end(mesh, name)
+    part = min(max((x - begin) / (end - begin), 0.0), 1.0)
+    return relief.magnitude * (part if relief.shape == "linear" else part**2)

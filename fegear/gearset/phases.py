@@ -1,0 +1,175 @@
+"""Phases of the meshes: how far each is in its cycle when the first is at 0.
+
+At position p of a mesh the drive flank of some tooth of the driver is p base pitches
+past the pitch point. A gear in two meshes has one set of teeth for both, which ties
+their positions together:
+
+    driver: axis = chi - sigma h + sigma p tau
+    driven: axis = chi + pi + sigma h + sigma p tau
+
+axis : direction of a tooth's axis, any of the gear's teeth
+chi : direction of the centre line, from driver to driven gear
+sigma : 1 where the gear turns counter-clockwise, -1 where clockwise
+h : from the tooth's axis to its flank at the operating pitch radius
+tau : the gear's pitch angle
+
+Angles in radians, counter-clockwise from the x axis.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection
+from dataclasses import dataclass
+
+from fegear.gearset.model import GearSet, Mesh
+
+SAME_DIRECTION = 1e-9  # rad, far below any manufacture
+
+
+@dataclass(frozen=True)
+class MeshPhase:
+    """Position [base pitches] of a mesh when the first is at its pitch point.
+
+    origin : where the value comes from, in words
+    """
+
+    value: float
+    origin: str
+
+
+@dataclass(frozen=True)
+class Link:
+    """A mesh and another, whose position is known, with a gear in common.
+
+    rank : 0 where the other mesh drives the common gear and this one is driven by it
+    """
+
+    rank: int
+    mesh: int
+    other: int
+    gear: int
+
+
+def mesh_phases(gear_set: GearSet) -> tuple[MeshPhase, ...]:
+    """A phase for every mesh: given, derived from the geometry, or chosen.
+
+    Derived values are the ones nearest to 0. What is listed first is derived first,
+    but an idler's next mesh from the mesh that drives the idler where there is one.
+    """
+    phases = _given_phases(gear_set)
+    waiting = [n for n in range(len(gear_set.meshes)) if n not in phases]
+    while waiting:
+        links = [link for n in waiting for link in _links(gear_set, n, phases)]
+        if links:
+            link = min(links, key=lambda link: (link.rank, link.mesh, link.other))
+            value = _linked_phase(gear_set, link, phases[link.other].value)
+            found, phase = link.mesh, MeshPhase(value, _derivation(gear_set, link))
+        else:
+            found = waiting[0]
+            phase = MeshPhase(0.0, _choice(gear_set, found, phases))
+        phases[found] = phase
+        waiting.remove(found)
+    return tuple(phases[number] for number in range(len(gear_set.meshes)))
+
+
+def geometric_phase(gear_set: GearSet, number: int) -> float | None:
+    """Phase [base pitches], nearest to 0, that a mesh's geometry asks for.
+
+    Whatever phase is given for it. None where no earlier mesh determines it: two
+    gears on a shaft may be clocked at will.
+    """
+    phases = mesh_phases(gear_set)
+    links = _links(gear_set, number, range(number))
+    if not links:
+        return None
+    link = min(links, key=lambda link: (link.rank, link.other))
+    return _linked_phase(gear_set, link, phases[link.other].value)
+
+
+def drive_flank(mesh: Mesh) -> float:
+    """Angle from the driver's tooth axis to its drive flank at the pitch point."""
+    pair = mesh.pair
+    return pair.driver.half_angle(
+        pair.driver.base_radius / math.cos(pair.operating_pressure_angle)
+    )
+
+
+def driven_flank(mesh: Mesh) -> float:
+    """The same for the driven gear's loaded flank."""
+    pair = mesh.pair
+    return pair.driven.half_angle(
+        pair.driven.base_radius / math.cos(pair.operating_pressure_angle)
+    )
+
+
+def _given_phases(gear_set: GearSet) -> dict[int, MeshPhase]:
+    given = {
+        number: MeshPhase(mesh.phase, "given")
+        for number, mesh in enumerate(gear_set.meshes)
+        if mesh.phase is not None
+    }
+    return given | {0: MeshPhase(0.0, "reference")}
+
+
+def _links(gear_set: GearSet, number: int, known: Collection[int]) -> list[Link]:
+    """Links of a mesh that fix its position, to those of the known meshes."""
+    mesh, links = gear_set.meshes[number], []
+    for index in known:
+        other = gear_set.meshes[index]
+        common = {mesh.driver, mesh.driven} & {other.driver, other.driven}
+        if index == number or not common or _open_branch(mesh, other):
+            continue
+        follows = mesh.driver == other.driven
+        gear = mesh.driver if follows else min(common)
+        links.append(Link(0 if follows else 1, number, index, gear))
+    return links
+
+
+def _open_branch(mesh: Mesh, other: Mesh) -> bool:
+    """A gear in the same role in both meshes, and nothing says in what directions.
+
+    The two mates cannot stand in the same place, so this is no row.
+    """
+    same_role = mesh.driver == other.driver or mesh.driven == other.driven
+    return same_role and mesh.center_line is None and other.center_line is None
+
+
+def _linked_phase(gear_set: GearSet, link: Link, position: float) -> float:
+    """Phase of a mesh from the position of the other, by the gear in common."""
+    mesh, other = gear_set.meshes[link.mesh], gear_set.meshes[link.other]
+    sense = gear_set.senses[link.gear]
+    pitch_angle = gear_set.gears[link.gear].geometry.pitch_angle
+    turned = _tooth_axis(other, link.gear, sense) - _tooth_axis(mesh, link.gear, sense)
+    return math.remainder(position + sense * turned / pitch_angle, 1.0)
+
+
+def _tooth_axis(mesh: Mesh, gear: int, sense: int) -> float:
+    """Direction of a tooth's axis at position 0 of the mesh."""
+    if gear == mesh.driver:
+        return mesh.direction - sense * drive_flank(mesh)
+    return mesh.direction + math.pi + sense * driven_flank(mesh)
+
+
+def _derivation(gear_set: GearSet, link: Link) -> str:
+    directions = [gear_set.meshes[n].direction for n in (link.mesh, link.other)]
+    bend = math.remainder(directions[0] - directions[1], 2.0 * math.pi)
+    if abs(bend) < SAME_DIRECTION:
+        return "derived, centres in line"
+    return "derived from the centre lines"
+
+
+def _choice(gear_set: GearSet, number: int, known: Collection[int]) -> str:
+    """Why a mesh without links to any known one may be at 0."""
+    mesh = gear_set.meshes[number]
+    gears = {g for n in known for g in _gears(gear_set.meshes[n])}
+    if not gears.isdisjoint(_gears(mesh)):
+        return "chosen, no centre line is given where the train branches"
+    turning = {g for gear in _gears(mesh) for g in gear_set.axis(gear)}
+    if not gears.isdisjoint(turning):
+        return "chosen, gears on a shaft can be clocked at will"
+    return "chosen, not linked to the first mesh"
+
+
+def _gears(mesh: Mesh) -> tuple[int, int]:
+    return mesh.driver, mesh.driven

@@ -1,0 +1,146 @@
+"""What drives the vibration of one mesh: stiffness and gap of each tooth pair.
+
+The three models differ in nothing else. With mesh deflection s, positive where the
+teeth are pressed together, pair p carries k_p (s - g_p) on its drive side,
+k_p (s - g_p + b) on its back side, and nothing within the backlash b between.
+Model-1: a stiffness and a gap for every pair (seed eq. 2.2). Model-2: the mean
+stiffness of the mesh and the loaded static transmission error without its mean
+(eq. 2.10). Model-3: the total stiffness and the no-load transmission error
+(eq. 2.11). Eq. 2.4 as printed turns the back side's force round; it is derived here
+from the overlap of the back flanks.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lumped.table import MeshTable, pair_names, pair_teeth
+from lumped.waves import (
+    Wave,
+    constant,
+    cut_into_pitches,
+    from_samples,
+    monotone_cubics,
+)
+
+Array = NDArray[np.float64]
+MODELS = (1, 2, 3)
+
+
+@dataclass(frozen=True)
+class PairExcitation:
+    """Stiffness [N/m] and gap [m] of a tooth pair over the mesh cycle."""
+
+    stiffness: Wave
+    gap: Wave
+
+
+@dataclass(frozen=True)
+class MeshExcitation:
+    """Springs that act in parallel; mean_stiffness [N/m] is that of the mesh."""
+
+    pairs: tuple[PairExcitation, ...]
+    mean_stiffness: float
+
+    def __post_init__(self) -> None:
+        if not self.pairs:
+            raise ValueError("pairs must not be empty")
+        if not 0.0 < self.mean_stiffness < math.inf:
+            value = self.mean_stiffness
+            raise ValueError(f"mean_stiffness must be positive, got {value:g}")
+
+
+def excitation_from_table(
+    table: MeshTable,
+    torque: float,
+    model: int = 1,
+    stiffness_table: MeshTable | None = None,
+) -> MeshExcitation:
+    """The excitation of one mesh at a torque on its driver [N m].
+
+    stiffness_table : of the same teeth without profile modification. Stiffnesses
+        come from there if given: modified teeth that carry nothing at rest may
+        still meet in motion, and their own table has no stiffness for that.
+
+    Columns are interpolated in torque, raising ValueError outside of the table.
+    Tables without columns for pairs count as one pair in any model.
+    """
+    if model not in MODELS:
+        raise ValueError(f"model must be 1, 2 or 3, got {model}")
+    _require_even(table)
+    plain = table if stiffness_table is None else stiffness_table
+    total = at_torque(plain, "stiffness_N_per_m", torque)
+    mean = float(total.mean())
+    if model == 1 and table.pair_count:
+        return MeshExcitation(_pairs(table, plain, torque), mean)
+    if model == 2:
+        error = at_torque(table, "ste_m", torque)
+        spring = PairExcitation(constant(mean), from_samples(error - error.mean()))
+        return MeshExcitation((spring,), mean)
+    gap = at_torque(table, "nlte_m", torque) if "nlte_m" in table.columns else 0 * total
+    spring = PairExcitation(from_samples(total), from_samples(gap))
+    return MeshExcitation((spring,), spring.stiffness.mean)
+
+
+def at_torque(table: MeshTable, column: str, torque: float) -> Array:
+    """A column (n,) at a torque [N m], linear between the torques of the table."""
+    if column not in table.columns:
+        raise ValueError(f"the mesh table has no column {column}")
+    torques, values = table.torque_Nm, table[column]
+    order = np.argsort(torques)
+    torques, values = torques[order], values[order]
+    low, high = torques[0], torques[-1]
+    slack = 1e-9 * abs(high)
+    if not low - slack <= torque <= high + slack:
+        raise ValueError(
+            f"torque {torque:g} N m is outside of the mesh table's "
+            f"{low:g} to {high:g} N m"
+        )
+    upper = int(np.clip(np.searchsorted(torques, torque), 1, max(torques.size - 1, 1)))
+    if torques.size == 1:
+        return values[0]
+    step = torques[upper] - torques[upper - 1]
+    part = min(max((torque - torques[upper - 1]) / step, 0.0), 1.0)
+    return (1.0 - part) * values[upper - 1] + part * values[upper]
+
+
+def _require_even(table: MeshTable) -> None:
+    n = table.position.size
+    if n < 4 or np.abs(table.position - np.arange(n) / n).max() > 1e-6:
+        raise ValueError(
+            "a mesh table needs 4 or more equally spaced positions from 0 to below 1"
+        )
+
+
+def _pairs(
+    table: MeshTable, plain: MeshTable, torque: float
+) -> tuple[PairExcitation, ...]:
+    """Springs of all pairs; a pair's waves join those of the pair before it."""
+    stiffness = _along_the_path(plain, "stiffness_N_per_m", torque, 0.0)
+    gap = _along_the_path(table, "gap_m", torque, None)
+    return tuple(
+        PairExcitation(stiffness[k], gap.get(k, constant(0.0))) for k in stiffness
+    )
+
+
+def _along_the_path(
+    table: MeshTable, quantity: str, torque: float, outside: float | None
+) -> dict[int, Wave]:
+    """Waves by pair; cells without a value take `outside`, or the nearest value."""
+    teeth = pair_teeth(table)
+    values = [at_torque(table, name, torque) for name in pair_names(table, quantity)]
+    order = sorted(range(len(teeth)), key=lambda i: teeth[i])
+    path = np.concatenate([values[i] for i in order])
+    missing = ~np.isfinite(path)
+    if outside is None and not missing.all():
+        path = np.interp(np.arange(path.size), np.flatnonzero(~missing), path[~missing])
+        missing[:] = False
+    path[missing] = outside or 0.0
+    end = path[-1] if outside is None else outside
+    x = teeth[order[0]] + np.arange(path.size + 1) / table.position.size
+    coefficients = monotone_cubics(x, np.append(path, end))
+    return cut_into_pitches(x, coefficients, (), 0.0)

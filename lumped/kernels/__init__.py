@@ -1,0 +1,1 @@
+"""Compiled loops: arrays in, motion out; checks are made by the callers."""

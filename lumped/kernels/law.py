@@ -1,0 +1,94 @@
+"""Mesh forces and the acceleration of the modal coordinates, compiled.
+
+The system is a tuple of arrays, n modes and m meshes with p pairs in all:
+  rigidity (n,) natural angular frequencies squared [1/s^2]
+  damping (n,) 2 zeta omega [1/s]
+  load (n,) external [N/sqrt(kg)]
+  shapes (m, n) mesh deflection of each mode [1/sqrt(kg)]
+  mean_stiffness (m,) that the natural frequencies stand on [N/m]
+  backlash (m,) [m]
+  first_pair (m + 1,) where each mesh's pairs begin
+"""
+
+from __future__ import annotations
+
+import math
+
+from lumped.compiled import inlined
+
+
+@inlined
+def pair_force(stiffness, elastic, backlash):
+    """Force [N] of a pair at deflection minus gap: drive side, lost or back side."""
+    if elastic > 0.0:
+        return stiffness * elastic
+    if elastic < -backlash:
+        return stiffness * (elastic + backlash)
+    return 0.0 * (stiffness * elastic)  # 0, but NaN stays NaN
+
+
+@inlined
+def mesh_force(deflection, stiffness, gap, first, last, backlash):
+    """Force [N] of the pairs first to last of one mesh, positive in compression."""
+    force = 0.0
+    for p in range(first, last):
+        force += pair_force(stiffness[p], deflection - gap[p], backlash)
+    return force
+
+
+@inlined
+def set_acceleration(system, stiffness, gap, q, v, a, s):
+    """Modal accelerations (n,) and mesh deflections (m,) at one instant.
+
+    stiffness, gap : (p,) of all pairs
+    """
+    rigidity, damping, load, shapes, mean_stiffness, backlash, first_pair = system
+    for i in range(q.size):
+        a[i] = load[i] - damping[i] * v[i] - rigidity[i] * q[i]
+    for m in range(shapes.shape[0]):
+        s[m] = 0.0
+        for i in range(q.size):
+            s[m] += shapes[m, i] * q[i]
+        first, last = first_pair[m], first_pair[m + 1]
+        force = mesh_force(s[m], stiffness, gap, first, last, backlash[m])
+        excess = force - mean_stiffness[m] * s[m]  # the mean is in the rigidity
+        for i in range(q.size):
+            a[i] -= shapes[m, i] * excess
+
+
+@inlined
+def note(system, stiffness, gap, q, v, out):
+    """What is recorded of every mesh (6, m), the last row left to `note_before`.
+
+    Deflection [m], its rate [m/s], force [N], overlap of the nearest drive flanks
+    and of the nearest back flanks [m], negative where they are apart, and the force
+    just before, which differs where a stiffness jumps.
+    """
+    shapes, backlash, first_pair = system[3], system[5], system[6]
+    for m in range(shapes.shape[0]):
+        s, rate = 0.0, 0.0
+        for i in range(q.size):
+            s += shapes[m, i] * q[i]
+            rate += shapes[m, i] * v[i]
+        first, last = first_pair[m], first_pair[m + 1]
+        out[0, m] = s
+        out[1, m] = rate
+        out[2, m] = mesh_force(s, stiffness, gap, first, last, backlash[m])
+        out[3, m] = -math.inf
+        out[4, m] = -math.inf
+        for p in range(first, last):
+            if stiffness[p] > 0.0:
+                out[3, m] = max(out[3, m], s - gap[p])
+                out[4, m] = max(out[4, m], gap[p] - s - backlash[m])
+
+
+@inlined
+def note_before(system, stiffness, gap, q, out):
+    """The last row of a record: forces with the waves' limits from below [N]."""
+    shapes, backlash, first_pair = system[3], system[5], system[6]
+    for m in range(shapes.shape[0]):
+        s = 0.0
+        for i in range(q.size):
+            s += shapes[m, i] * q[i]
+        first, last = first_pair[m], first_pair[m + 1]
+        out[5, m] = mesh_force(s, stiffness, gap, first, last, backlash[m])

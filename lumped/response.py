@@ -1,0 +1,288 @@
+"""The periodic response of a system at one mesh frequency."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lumped.settings import Settings
+from lumped.system import LumpedSystem
+
+Array = NDArray[np.float64]
+FIGURES = (
+    "dte_rms",
+    "dte_mean",
+    "dte_peak",
+    "force_peak",
+    "contact_loss",
+    "back_side",
+)
+
+
+class Status(StrEnum):
+    PERIODIC = "periodic"
+    APERIODIC = "aperiodic"
+    DIVERGED = "diverged"
+
+
+@dataclass(frozen=True, eq=False)
+class History:
+    """Motion over whole common periods, t points and m meshes.
+
+    time : (t,) [s], from the start of a common period
+    deflection : (t, m) dynamic transmission error, positive in compression [m]
+    rate : (t, m) [m/s]
+    force : (t, m) [N], negative on the back side
+    drive_overlap, back_overlap : (t, m) of the nearest flanks, negative apart [m]
+    force_before : (t, m) [N], other than the force where a stiffness jumps
+    """
+
+    time: Array
+    deflection: Array
+    rate: Array
+    force: Array
+    drive_overlap: Array
+    back_overlap: Array
+    force_before: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Response:
+    """What a mesh frequency leads to; figures for each of m meshes, NaN if diverged.
+
+    frequency : of the first mesh [Hz]
+    multiple : common periods after which the motion repeats, 0 if it does not
+    period_multiple : (m,) the same in periods of each mesh
+    settling_time : marched before the figures were taken [s]
+    dte_rms : without the mean [m]; dte_mean, dte_peak (largest value) [m]
+    force_peak : [N]
+    contact_loss, back_side : parts of the time without contact, with back contact
+    state : (2, n) modal displacement and velocity to go on from
+    """
+
+    frequency: float
+    status: Status
+    multiple: int
+    period_multiple: NDArray[np.int64]
+    settling_time: float
+    dte_rms: Array
+    dte_mean: Array
+    dte_peak: Array
+    force_peak: Array
+    contact_loss: Array
+    back_side: Array
+    state: Array
+
+
+def respond(
+    system: LumpedSystem,
+    frequency: float,
+    settings: Settings | None = None,
+    state: Array | None = None,
+) -> Response:
+    """Settle at a frequency of the first mesh [Hz] and measure one period.
+
+    state : (2, n) to start from, by default at rest under the external torques
+    """
+    return respond_with_history(system, frequency, settings, state)[0]
+
+
+def respond_with_history(
+    system: LumpedSystem,
+    frequency: float,
+    settings: Settings | None = None,
+    state: Array | None = None,
+) -> tuple[Response, History]:
+    """As `respond`, with the motion over the period that was measured."""
+    settings = settings or Settings()
+    if not 0.0 < frequency < math.inf:
+        raise ValueError(f"frequency must be positive and finite, got {frequency:g}")
+    start = system.static_state if state is None else state
+    now = np.array(start, float)
+    status, multiple, periods = _settle(system, frequency, settings, now)
+    length = system.train.common_period[0] / frequency
+    if status != 0:
+        return _diverged(system, frequency, periods * length, start), _no_motion(system)
+    spans = multiple or max(1, settings.multiples)
+    failed, history = _record(system, frequency, settings, now, spans)
+    if failed:
+        return _diverged(system, frequency, periods * length, start), history
+    response = Response(
+        frequency=frequency,
+        status=Status.PERIODIC if multiple else Status.APERIODIC,
+        multiple=multiple,
+        period_multiple=multiple * np.array(system.train.common_period),
+        settling_time=periods * length,
+        state=now,
+        **measures(history),
+    )
+    return response, history
+
+
+def steps_per_period(system: LumpedSystem, frequency: float, settings: Settings) -> int:
+    """Steps of rk4 per period of the first mesh; doublings, so that few differ."""
+    fastest = float(max(system.train.mesh_rates))
+    highest = float(np.sqrt(system.arrays[0].max()))
+    needed = max(settings.steps * fastest, highest / (frequency * settings.step_angle))
+    base = settings.steps * fastest
+    doublings = max(0, math.ceil(2.0 * math.log2(needed / base) - 1e-9))
+    return math.ceil(base * 2.0 ** (0.5 * doublings))
+
+
+def _settle(
+    system: LumpedSystem, frequency: float, settings: Settings, state: Array
+) -> tuple[int, int, float]:
+    """(kernel status, multiple, common periods); the state is advanced in place."""
+    length = system.train.common_period[0]
+    most = max(math.ceil(settings.max_periods / length), 4 * settings.multiples)
+    omega = 2.0 * math.pi * frequency
+    if settings.method == "dopri5":
+        from lumped.kernels import dopri5
+
+        stopping = (settings.tolerance, omega, most, settings.multiples)
+        return dopri5.settle_dopri5(
+            system.arrays,
+            system.pieces,
+            _rules(system, frequency, settings),
+            stopping,
+            float(length),
+            state,
+        )
+    from lumped.kernels import rk4
+
+    h, stiffness, gap = system.samples(steps_per_period(system, frequency, settings))
+    rules = (settings.tolerance, system.limit, omega, most, settings.multiples)
+    samples = (h / frequency, stiffness, gap)
+    return rk4.settle_rk4(system.arrays, samples, rules, state)
+
+
+def _rules(
+    system: LumpedSystem, frequency: float, settings: Settings
+) -> tuple[float, float, float, float]:
+    return settings.accuracy, system.limit, frequency, 1e-3 * system.energy_norm
+
+
+def _record(
+    system: LumpedSystem,
+    frequency: float,
+    settings: Settings,
+    state: Array,
+    periods: int,
+) -> tuple[bool, History]:
+    """(failed, motion); the state is advanced in place."""
+    meshes = len(system.excitations)
+    h, stiffness, gap = system.samples(steps_per_period(system, frequency, settings))
+    time = np.concatenate([[0.0], np.cumsum(np.tile(h, periods))])
+    out = np.full((time.size, 6, meshes), np.nan)
+    if settings.method == "dopri5":
+        from lumped.kernels import dopri5
+
+        rules = _rules(system, frequency, settings)
+        length = float(system.train.common_period[0])
+        status = 0
+        for start in range(0, time.size - 1, h.size):
+            rows = slice(start, start + h.size + 1)
+            grid = np.concatenate([[0.0], np.cumsum(h)])
+            grid[-1] = length
+            status, _ = dopri5.record_dopri5(
+                system.arrays,
+                system.pieces,
+                rules,
+                (0.0, length),
+                state,
+                grid,
+                out[rows],
+            )
+            if status:
+                break
+    else:
+        from lumped.kernels import rk4
+
+        samples = (h / frequency, stiffness, gap)
+        status, _ = rk4.record_rk4(
+            system.arrays, samples, periods, state, system.limit, out
+        )
+    return status != 0, History(time / frequency, *out.transpose(1, 0, 2))
+
+
+def measures(history: History) -> dict[str, Array]:
+    """Figures of a motion over whole periods, each of shape (m,)."""
+    h = np.diff(history.time)[:, None]
+    span = history.time[-1] - history.time[0]
+    s, rate = history.deflection, history.rate
+    mean = _integral(s, rate, h) / span
+    around = s - mean
+    square = _integral(around**2, 2.0 * around * rate, h) / span
+    drive = _part_positive(history.drive_overlap, h) / span
+    back = _part_positive(history.back_overlap, h) / span
+    return {
+        "dte_rms": np.sqrt(square),
+        "dte_mean": mean,
+        "dte_peak": _largest(s, rate, h),
+        "force_peak": _top(history.force, history.force_before),
+        "contact_loss": np.clip(1.0 - drive - back, 0.0, 1.0),
+        "back_side": back,
+    }
+
+
+def _integral(value: Array, slope: Array, h: Array) -> Array:
+    """Integral of cubic pieces through values and slopes (t, m)."""
+    ends = 0.5 * h * (value[:-1] + value[1:])
+    return (ends + h**2 / 12.0 * (slope[:-1] - slope[1:])).sum(axis=0)
+
+
+def _largest(value: Array, slope: Array, h: Array) -> Array:
+    """Largest value of the cubic pieces through values and slopes (t, m)."""
+    x = np.linspace(0.0, 1.0, 9)[1:-1, None, None]
+    p = value[:-1] * (1.0 + 2.0 * x) * (1.0 - x) ** 2 + value[1:] * x**2 * (3.0 - 2 * x)
+    p = p + h * (slope[:-1] * x * (1.0 - x) ** 2 - slope[1:] * x**2 * (1.0 - x))
+    return np.maximum(value.max(axis=0), p.max(axis=(0, 1)))
+
+
+def _top(force: Array, before: Array) -> Array:
+    """Largest size of a force (t, m), by a parabola where it is smooth."""
+    size = np.maximum(np.abs(force), np.abs(before))
+    meshes = np.arange(size.shape[1])
+    place = np.clip(size.argmax(axis=0), 1, size.shape[0] - 2)
+    around = [place + i for i in (-1, 0, 1)]
+    left, top, right = (size[rows, meshes] for rows in around)
+    jump = np.max([np.abs(force - before)[rows, meshes] for rows in around], axis=0)
+    bend = 2.0 * top - left - right
+    inner = top + (left - right) ** 2 / (8.0 * np.where(bend > 0.0, bend, np.inf))
+    smooth = (left > 0.0) & (right > 0.0) & (top >= left) & (top >= right)
+    smooth &= jump <= 1e-6 * top
+    return np.where(smooth, inner, size.max(axis=0))
+
+
+def _part_positive(overlap: Array, h: Array) -> Array:
+    """Time during which an overlap (t, m) is positive, linear between samples [s]."""
+    a, b = overlap[:-1], overlap[1:]
+    a, b = (np.where(np.isfinite(x), x, -1.0) for x in (a, b))
+    crossing = (a > 0.0) != (b > 0.0)
+    change = np.where(crossing, np.abs(a - b), 1.0)
+    part = np.where(crossing, np.maximum(a, b) / change, (a > 0.0).astype(float))
+    return (h * part).sum(axis=0)
+
+
+def _no_motion(system: LumpedSystem) -> History:
+    empty = np.empty((0, len(system.excitations)))
+    return History(np.empty(0), *[empty] * 6)
+
+
+def _diverged(
+    system: LumpedSystem, frequency: float, time: float, state: Array
+) -> Response:
+    meshes = len(system.excitations)
+    return Response(
+        frequency=frequency,
+        status=Status.DIVERGED,
+        multiple=0,
+        period_multiple=np.zeros(meshes, np.int64),
+        settling_time=time,
+        state=np.array(state, float),
+        **{name: np.full(meshes, np.nan) for name in FIGURES},
+    )

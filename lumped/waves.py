@@ -1,0 +1,198 @@
+"""Periodic functions of the mesh position, piecewise cubic.
+
+Position counts base pitches; the period is 1. A wave may jump between its pieces
+and is exact there: no sample straddles a jump.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Array = NDArray[np.float64]
+SAME = 1e-12  # base pitches within which two positions are one
+
+
+@dataclass(frozen=True, eq=False)
+class Wave:
+    """Cubic pieces over one period.
+
+    breaks : (n + 1,) from 0 to 1, increasing
+    coefficients : (n, 4); c0 + c1 x + c2 x^2 + c3 x^3 with x from the piece's start
+    corners : positions where value or slope jumps; integrators step onto them
+    """
+
+    breaks: Array
+    coefficients: Array
+    corners: tuple[float, ...] = ()
+
+    def __post_init__(self) -> None:
+        pieces = self.breaks.size - 1
+        if self.coefficients.shape != (pieces, 4):
+            raise ValueError(
+                f"coefficients must have shape {(pieces, 4)}, "
+                f"got {self.coefficients.shape}"
+            )
+        if self.breaks[0] != 0.0 or self.breaks[-1] != 1.0:
+            raise ValueError("breaks must begin at 0 and end at 1")
+        if not (np.diff(self.breaks) > 0.0).all():
+            raise ValueError("breaks must increase")
+        if not np.isfinite(self.coefficients).all():
+            raise ValueError("coefficients must be finite")
+
+    def __call__(self, position: ArrayLike, side: int = 1) -> Array:
+        """Values at positions of any shape; side -1 takes the limit from below."""
+        x = np.asarray(position, float)
+        x = np.where(np.abs(x - np.round(x)) < SAME, np.round(x), x)
+        x = x - np.floor(x)
+        if side < 0:
+            x = np.where(x == 0.0, 1.0, x)
+        nudge = SAME if side > 0 else -SAME
+        piece = np.searchsorted(self.breaks, x + nudge, "right")
+        piece = np.clip(piece - 1, 0, self.breaks.size - 2)
+        c = self.coefficients[piece]
+        t = x - self.breaks[piece]
+        return c[..., 0] + t * (c[..., 1] + t * (c[..., 2] + t * c[..., 3]))
+
+    @cached_property
+    def mean(self) -> float:
+        """Exact mean over the period."""
+        h = np.diff(self.breaks)
+        powers = h[:, None] ** np.arange(1, 5) / np.arange(1, 5)
+        return float((self.coefficients * powers).sum())
+
+    def scaled(self, factor: float, offset: float = 0.0) -> Wave:
+        """factor times the wave, plus offset."""
+        c = factor * self.coefficients
+        c[:, 0] += offset
+        return Wave(self.breaks, c, self.corners)
+
+
+def constant(value: float) -> Wave:
+    return Wave(np.array([0.0, 1.0]), np.array([[value, 0.0, 0.0, 0.0]]))
+
+
+def total(waves: Sequence[Wave]) -> Wave:
+    """The sum of waves; corners of all of them, but for joints that cancel."""
+    breaks = np.unique(np.concatenate([wave.breaks for wave in waves]))
+    breaks = np.append(breaks[:-1][np.diff(breaks) > SAME], 1.0)
+    middle = 0.5 * (breaks[:-1] + breaks[1:])
+    rows = np.zeros((middle.size, 4))
+    for wave in waves:
+        piece = np.searchsorted(wave.breaks, middle, "right") - 1
+        shift = breaks[:-1] - wave.breaks[piece]
+        rows += shifted_cubics(wave.coefficients[piece], shift)
+    corners = sorted({corner for wave in waves for corner in wave.corners})
+    return Wave(breaks, rows, tuple(corners))
+
+
+def from_samples(samples: ArrayLike) -> Wave:
+    """Monotone cubic interpolation (PCHIP) of n >= 4 equally spaced samples.
+
+    The first sample is at position 0. Raises ValueError where one is not finite.
+    """
+    values = np.asarray(samples, float)
+    if values.ndim != 1 or values.size < 4:
+        raise ValueError(f"samples must have shape (n,), n >= 4, got {values.shape}")
+    if not np.isfinite(values).all():
+        raise ValueError("samples must be finite")
+    n, margin = values.size, 3
+    index = np.arange(-margin, n + margin + 1)
+    pieces = monotone_cubics(index / n, values[index % n])[margin : margin + n]
+    return Wave(np.arange(n + 1) / n, pieces)
+
+
+def monotone_cubics(x: Array, y: Array) -> Array:
+    """Coefficients (n - 1, 4) of the monotone cubic interpolant of n points."""
+    from scipy.interpolate import PchipInterpolator
+
+    return np.ascontiguousarray(PchipInterpolator(x, y).c[::-1].T)
+
+
+def cut_into_pitches(
+    breaks: Array, coefficients: Array, corners: Iterable[float], outside: float
+) -> dict[int, Wave]:
+    """A function of a tooth pair's position, as one wave for each pair k.
+
+    The function stands on breaks[0] to breaks[-1] and is `outside` elsewhere; pair
+    k is at cycle position + k. Joints between waves are no corners: where one pair
+    leaves them, its successor enters.
+    """
+    starts, ends = breaks[:-1], breaks[1:]
+    marks = [float(corner) for corner in corners]
+    waves = {}
+    for k in range(math.floor(breaks[0] + SAME), math.ceil(breaks[-1] - SAME)):
+        inner = starts[(starts > k + SAME) & (starts < k + 1 - SAME)]
+        rim = [x for x in (breaks[0], breaks[-1]) if k + SAME < x < k + 1 - SAME]
+        own = np.unique(np.concatenate([[k], inner, rim, [k + 1.0]]))
+        middle = 0.5 * (own[:-1] + own[1:])
+        piece = np.searchsorted(ends, middle, "right")
+        rows = np.zeros((middle.size, 4))
+        rows[:, 0] = outside
+        known = (middle > breaks[0]) & (middle < breaks[-1])
+        rows[known] = shifted_cubics(
+            coefficients[piece[known]], own[:-1][known] - starts[piece[known]]
+        )
+        near = tuple(x - k for x in marks if k - SAME <= x < k + 1 - SAME)
+        waves[k] = Wave(_from_zero_to_one(own - k), rows, near)
+    return waves
+
+
+def _from_zero_to_one(breaks: Array) -> Array:
+    return np.concatenate([[0.0], breaks[1:-1], [1.0]])
+
+
+def shifted_cubics(coefficients: Array, shift: Array) -> Array:
+    """The same cubics (n, 4) with their origins moved by shift (n,)."""
+    c0, c1, c2, c3 = coefficients.T
+    h = shift
+    return np.stack(
+        [
+            c0 + h * (c1 + h * (c2 + h * c3)),
+            c1 + h * (2.0 * c2 + 3.0 * h * c3),
+            c2 + 3.0 * h * c3,
+            c3,
+        ],
+        axis=1,
+    )
+
+
+def line_pieces(points: Sequence[tuple[float, float]]) -> tuple[Array, Array]:
+    """Breaks and coefficients of straight lines between points (position, value).
+
+    Two points at one position are a jump.
+    """
+    x = np.array([point[0] for point in points], float)
+    y = np.array([point[1] for point in points], float)
+    h = np.diff(x)
+    kept = np.flatnonzero(h > SAME)
+    slope = np.diff(y)[kept] / h[kept]
+    zero = np.zeros_like(slope)
+    coefficients = np.stack([y[kept], slope, zero, zero], axis=1)
+    return np.append(x[kept], x[-1]), coefficients
+
+
+def from_harmonics(mean: float, coefficients: Iterable[complex]) -> Wave:
+    """mean + sum_s (c_s exp(2 pi i s x) + c.c.), as cubics (error below 1e-9)."""
+    harmonics = np.array(list(coefficients), complex)
+    count = harmonics.size
+    n = 128 * max(count, 1)
+    x = np.arange(n + 1) / n
+    turn = 2j * np.pi * np.arange(1, count + 1)
+    waves = np.exp(turn * x[:, None]) * harmonics
+    value = mean + 2.0 * waves.sum(axis=1).real
+    slope = 2.0 * (turn * waves).sum(axis=1).real
+    return Wave(x, _hermite(value, slope, 1.0 / n))
+
+
+def _hermite(value: Array, slope: Array, h: float) -> Array:
+    """Cubic coefficients from values and slopes at equally spaced points."""
+    secant = np.diff(value) / h
+    c2 = (3.0 * secant - 2.0 * slope[:-1] - slope[1:]) / h
+    c3 = (slope[:-1] + slope[1:] - 2.0 * secant) / h**2
+    return np.stack([value[:-1], slope[:-1], c2, c3], axis=1)
