@@ -33,7 +33,7 @@ class Source:
     ramp : base pitches over which a trapezoid enters and leaves
     harmonics : kept by kind fourier
     positions : per base pitch of a finite-element table
-    resolution, plane : of the finite elements
+    resolution, plane, corner_contact : of the finite elements
     """
 
     kind: Kind = "fe"
@@ -42,6 +42,7 @@ class Source:
     positions: int = 256
     resolution: str = "default"
     plane: Literal["stress", "strain"] = "stress"
+    corner_contact: bool = True
 
     def __post_init__(self) -> None:
         if self.kind not in KINDS:
@@ -93,6 +94,7 @@ class Excitations:
             positions=self.source.positions,
             resolution=self.source.resolution,
             plane=self.source.plane,
+            corner_contact=self.source.corner_contact,
             estimate_error=False,
         )
         return solve_mesh(gear_set, mesh, [torque], settings).table

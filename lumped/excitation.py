@@ -7,7 +7,8 @@ Model-1: a stiffness and a gap for every pair (seed eq. 2.2). Model-2: the mean
 stiffness of the mesh and the loaded static transmission error without its mean
 (eq. 2.10). Model-3: the total stiffness and the no-load transmission error
 (eq. 2.11). Eq. 2.4 as printed turns the back side's force round; it is derived here
-from the overlap of the back flanks.
+from the overlap of the back flanks. As there, the backlash is measured from the same
+gap: right for pitch errors; a relief of the drive flank counts on the back as well.
 """
 
 from __future__ import annotations

@@ -139,11 +139,10 @@ def _settle(
     """(kernel status, multiple, common periods); the state is advanced in place."""
     length = system.train.common_period[0]
     most = max(math.ceil(settings.max_periods / length), 4 * settings.multiples)
-    omega = 2.0 * math.pi * frequency
     if settings.method == "dopri5":
         from lumped.kernels import dopri5
 
-        stopping = (settings.tolerance, omega, most, settings.multiples)
+        stopping = (settings.tolerance, most, settings.multiples)
         return dopri5.settle_dopri5(
             system.arrays,
             system.pieces,
@@ -155,7 +154,7 @@ def _settle(
     from lumped.kernels import rk4
 
     h, stiffness, gap = system.samples(steps_per_period(system, frequency, settings))
-    rules = (settings.tolerance, system.limit, omega, most, settings.multiples)
+    rules = (settings.tolerance, system.limit, most, settings.multiples)
     samples = (h / frequency, stiffness, gap)
     return rk4.settle_rk4(system.arrays, samples, rules, state)
 

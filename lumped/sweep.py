@@ -44,7 +44,7 @@ class Branch:
 
 def sweep(
     system: LumpedSystem,
-    frequencies: Sequence[float],
+    frequencies: Sequence[float] | Array,
     direction: Direction = "up",
     settings: Settings | None = None,
     *,
@@ -77,7 +77,7 @@ def sweep(
 
 def sweep_all(
     systems: Sequence[LumpedSystem],
-    frequencies: Sequence[float],
+    frequencies: Sequence[float] | Array,
     directions: Sequence[Direction] = ("up", "down"),
     settings: Settings | None = None,
     report: Report = lambda done, total: None,

@@ -9,7 +9,7 @@ from functools import cached_property, lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.excitation import MeshExcitation
+from lumped.excitation import MeshExcitation, PairExcitation
 from lumped.modes import Modes, natural_modes
 from lumped.train import Train, TrainError
 from lumped.waves import SAME
@@ -17,6 +17,7 @@ from lumped.waves import SAME
 Array = NDArray[np.float64]
 UNTOUCHED = 1e-20  # part of strain energy in the meshes below which a mode is left out
 BALANCED = 1e-6  # of the torques on a motion that nothing holds
+GAP_POINTS = 256  # per base pitch
 RUNAWAY = 1e6  # times the largest velocity that statics and gaps suggest
 
 
@@ -120,9 +121,7 @@ class LumpedSystem:
         """A moderate sum of modal velocities, from the loads and the gaps."""
         stiffness, backlash = self.arrays[4:6]
         reach = np.abs(self.static_deflection).sum() + sum(
-            np.abs(pair.gap.coefficients[:, 0]).max()
-            for excitation in self.excitations
-            for pair in excitation.pairs
+            largest_gap(pair) for e in self.excitations for pair in e.pairs
         )
         reach += backlash[np.isfinite(backlash)].sum()
         return math.sqrt(stiffness.max()) * max(reach, 1e-9)
@@ -166,9 +165,12 @@ class LumpedSystem:
 
     @property
     def _places(self) -> list[tuple[float, float]]:
-        """(phase, rate) of each mesh."""
+        """(phase within a cycle, rate) of each mesh."""
         meshes, rates = self.train.meshes, self.train.mesh_rates
-        return [(m.phase, float(rate)) for m, rate in zip(meshes, rates, strict=True)]
+        return [
+            (math.fmod(mesh.phase, 1.0), float(rate))
+            for mesh, rate in zip(meshes, rates, strict=True)
+        ]
 
     def _grid(self, steps: int) -> Array:
         """Times from 0 to the common period, on all corners and even between."""
@@ -194,3 +196,9 @@ class LumpedSystem:
                 found |= {(first + i) / rate for i in range(round(length * rate))}
         times = np.sort([t for t in found if SAME < t < length - SAME])
         return times[np.diff(times, prepend=-1.0) > 1e3 * SAME]
+
+
+def largest_gap(pair: PairExcitation) -> float:
+    """Largest gap where the pair has a stiffness [m]."""
+    x = np.arange(GAP_POINTS) / GAP_POINTS
+    return float(np.abs(pair.gap(x) * (pair.stiffness(x) > 0.0)).max())

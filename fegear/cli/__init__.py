@@ -9,16 +9,24 @@ import typer
 
 from fegear.cli.bench import bench_app
 from fegear.cli.compare import compare_command
+from fegear.cli.map import map_command
 from fegear.cli.mesh import mesh_command
+from fegear.cli.modes import modes_command
 from fegear.cli.sets import sets_command
 from fegear.cli.show import show_command
 from fegear.cli.stiffness import stiffness_command
+from fegear.cli.sweep import sweep_command
+from fegear.cli.wave import wave_command
 
-INTERRUPTED = "interrupted; finished compliances are kept in the cache"
+INTERRUPTED = "interrupted; finished rows and compliances are kept"
+ABOUT = (
+    "Spur gears: mesh stiffness and transmission error by finite elements, and the "
+    "vibration of gear trains that they excite."
+)
 
 app = typer.Typer(
     name="fegear",
-    help="Mesh stiffness and transmission error of spur gears by finite elements.",
+    help=ABOUT,
     add_completion=False,
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
@@ -28,16 +36,20 @@ app.command("show")(show_command)
 app.command("mesh")(mesh_command)
 app.command("stiffness")(stiffness_command)
 app.command("compare")(compare_command)
+app.command("modes")(modes_command)
+app.command("sweep")(sweep_command)
+app.command("wave")(wave_command)
+app.command("map")(map_command)
 app.add_typer(bench_app, name="bench")
 
 
-@app.callback()
+@app.callback(help=ABOUT)
 def options(
     debug: bool = typer.Option(
         False, "--debug", help="Show a traceback where something fails; any place."
     ),
 ) -> None:
-    """Mesh stiffness and transmission error of spur gears by finite elements."""
+    """What the tool is for stands in ABOUT; this takes the options before a command."""
 
 
 def main() -> None:

@@ -99,3 +99,40 @@ def _print_points(points: list) -> None:
         if study != "contact grid":
             order = observed_order(points, study)
             console.print(f"observed order of the mean STE, {study}: {order:.2f}")
+
+
+@bench_app.command("lumped")
+def lumped_benchmark(
+    set_name: Annotated[
+        str, typer.Argument(metavar="[SET]", help="Built-in gear set or path of one.")
+    ] = "liu-idler",
+    stress: Annotated[
+        bool,
+        typer.Option(
+            "--stress",
+            help="Try to break the models instead, on Table 2.1's idler.",
+        ),
+    ] = False,
+    torque: Annotated[
+        float | None, typer.Option(help="On the input gear [N m].")
+    ] = None,
+    damping: Annotated[float | None, typer.Option(help="Damping ratio.")] = None,
+    output: Annotated[
+        Path, typer.Option("-o", "--output", help="Directory for CSV and PNG.")
+    ] = Path("bench-lumped"),
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Print the figures as JSON.")
+    ] = False,
+) -> None:
+    """Integrators against a tight reference and SciPy, growth, stress.
+
+    Example: fegear bench lumped liu-idler -o bench; fegear bench lumped --stress
+    """
+    if stress:
+        from fegear.cli.bench_lumped import run_stress
+
+        run_stress(as_json)
+    else:
+        from fegear.cli.bench_lumped import run_speed
+
+        run_speed(set_name, torque, damping, output, as_json)

@@ -3,27 +3,32 @@
 from __future__ import annotations
 
 import tomllib
+from collections.abc import Mapping
 from importlib import resources
 from importlib.resources.abc import Traversable
 from pathlib import Path
+from typing import Any
 
 from pydantic import ValidationError
 
 from fegear.errors import InputError
 from fegear.gearset.build import build_gear_set
+from fegear.gearset.edit import edited
 from fegear.gearset.model import GearSet
 from fegear.gearset.problems import first_problem, nearest
 from fegear.gearset.schema import Document, with_defaults
 
 
-def load_gear_set(name_or_path: str) -> GearSet:
+def load_gear_set(name_or_path: str, edits: Mapping[str, Any] | None = None) -> GearSet:
     """A built-in gear set by its name, or the one in a TOML file.
+
+    edits : values to set before it is read, see `fegear.gearset.edit`
 
     Raises InputError, in one line, on anything that cannot be used.
     """
     if name_or_path in builtin_names():
         text = (_builtin_folder() / f"{name_or_path}.toml").read_text("utf-8")
-        return read_gear_set(text, source=name_or_path)
+        return read_gear_set(text, name_or_path, edits)
     path = Path(name_or_path)
     if path.suffix != ".toml" and path.name == name_or_path and not path.exists():
         known = builtin_names()
@@ -31,10 +36,10 @@ def load_gear_set(name_or_path: str) -> GearSet:
             f"{name_or_path}: neither a file nor a built-in gear set"
             f"{nearest(name_or_path, known)} (built-in: {', '.join(known)})"
         )
-    return read_gear_set_file(path)
+    return read_gear_set_file(path, edits)
 
 
-def read_gear_set_file(path: Path) -> GearSet:
+def read_gear_set_file(path: Path, edits: Mapping[str, Any] | None = None) -> GearSet:
     """The gear set in a TOML file; raises InputError naming the file."""
     try:
         text = path.read_bytes().decode("utf-8")
@@ -48,13 +53,15 @@ def read_gear_set_file(path: Path) -> GearSet:
         ) from None
     except ValueError as error:  # a null byte in the path
         raise InputError(f"{str(path)!r}: cannot be read, {error}") from None
-    return read_gear_set(text, source=str(path))
+    return read_gear_set(text, str(path), edits)
 
 
-def read_gear_set(text: str, source: str = "gear set") -> GearSet:
+def read_gear_set(
+    text: str, source: str = "gear set", edits: Mapping[str, Any] | None = None
+) -> GearSet:
     """The gear set in TOML text; `source` begins the message of an InputError."""
     try:
-        return build_gear_set(_document(text))
+        return build_gear_set(_document(text, edits or {}))
     except InputError as error:
         raise InputError(f"{source}: {error}") from None
 
@@ -69,9 +76,9 @@ def _builtin_folder() -> Traversable:
     return resources.files("fegear.gearset") / "sets"
 
 
-def _document(text: str) -> Document:
+def _document(text: str, edits: Mapping[str, Any]) -> Document:
     try:
-        tables = with_defaults(tomllib.loads(text))
+        tables = with_defaults(edited(tomllib.loads(text), edits))
     except tomllib.TOMLDecodeError as error:
         raise InputError(f"TOML syntax: {error}") from None
     except RecursionError:

@@ -337,12 +337,11 @@ def set_contacts(system, excitation, y, time, contact):
 def flip(system, excitation, contact, p, y, time):
     """The state that pair p enters: from the nearer of its two borders."""
     backlash = system[5][excitation[5][p]]
-    e = elastic(system, excitation, p, y, time, 1)
-    at_drive = abs(e) <= abs(e + backlash)
     if contact[p] == 0:
-        contact[p] = 1 if at_drive else -1
+        e = elastic(system, excitation, p, y, time, 1)
+        contact[p] = 1 if abs(e) <= abs(e + backlash) else -1
     else:
-        contact[p] = 0
+        contact[p] = 0 if backlash > 0.0 else -contact[p]
 
 
 @inlined
@@ -374,19 +373,19 @@ def record_dopri5(system, excitation, rules, span, state, grid, out):
 def settle_dopri5(system, excitation, rules, settings, length, state):
     """March period by period until the response repeats itself.
 
-    settings : (tolerance, angular frequency, max_periods, multiples)
+    settings : (tolerance, max_periods, multiples)
     length : of a common period
     Returns (status, period multiple or 0, common periods done).
     """
-    tolerance, omega, max_periods, multiples = settings
+    tolerance, max_periods, multiples = settings
     buffers = make_buffers(system, excitation)
     contact = np.zeros(excitation[5].size, np.int64)
     meshes = system[3].shape[0]
     range_, scale = np.empty((2, meshes)), np.empty(meshes)
-    sections = np.empty((2 * multiples + 2, 2, meshes))
+    sections = np.empty((2 * multiples + 2, 2, system[0].size))
     none, no_rows = np.empty(0), np.empty((0, 6, meshes))
     multiple, calm = 0, 0
-    set_section(system, state[0], state[1], omega, sections[0])
+    set_section(system, state[0], state[1], sections[0])
     for period in range(1, max_periods + 1):
         range_[0] = math.inf
         range_[1] = -math.inf
@@ -404,11 +403,9 @@ def settle_dopri5(system, excitation, rules, settings, length, state):
         )
         if status != FINISHED:
             return NOT_FINITE, 0, period - 1 + time / length
-        set_section(
-            system, state[0], state[1], omega, sections[period % sections.shape[0]]
-        )
+        set_section(system, state[0], state[1], sections[period % sections.shape[0]])
         multiple, calm = close_period(
-            sections, period, range_, scale, tolerance, multiple, calm
+            sections, period, system[3], range_, scale, tolerance, multiple, calm
         )
         if calm == CALM:
             return FINISHED, multiple, float(period)

@@ -89,19 +89,19 @@ def record_rk4(system, samples, periods, state, limit, out):
 def settle_rk4(system, samples, settings, state):
     """March period by period until the response repeats itself.
 
-    settings : (tolerance, limit, angular frequency, max_periods, multiples)
+    settings : (tolerance, limit, max_periods, multiples)
     Returns (status, period multiple or 0, common periods done).
     """
     h, stiffness, gap = samples
-    tolerance, limit, omega, max_periods, multiples = settings
+    tolerance, limit, max_periods, multiples = settings
     q, v = state[0], state[1]
     work = np.empty((5, q.size))
     meshes = system[3].shape[0]
     s, later = np.empty(meshes), np.empty(meshes)
     range_, scale = np.empty((2, meshes)), np.empty(meshes)
-    sections = np.empty((2 * multiples + 2, 2, meshes))
+    sections = np.empty((2 * multiples + 2, 2, system[0].size))
     multiple, calm = 0, 0
-    set_section(system, q, v, omega, sections[0])
+    set_section(system, q, v, sections[0])
     for period in range(1, max_periods + 1):
         range_[0] = math.inf
         range_[1] = -math.inf
@@ -110,9 +110,9 @@ def settle_rk4(system, samples, settings, state):
             widen(range_[0], range_[1], s)
             if not bounded(q, v, limit):
                 return NOT_FINITE, 0, period - 1 + (k + 1) / h.size
-        set_section(system, q, v, omega, sections[period % sections.shape[0]])
+        set_section(system, q, v, sections[period % sections.shape[0]])
         multiple, calm = close_period(
-            sections, period, range_, scale, tolerance, multiple, calm
+            sections, period, system[3], range_, scale, tolerance, multiple, calm
         )
         if calm == CALM:
             return FINISHED, multiple, float(period)

@@ -1,9 +1,11 @@
 """When a response has become periodic, whatever method marches it.
 
-Sections are the mesh deflections and rates at the start of each common period. Their
-distances shrink by a factor with every period; how far the periodic response still
-is follows from the distance and that factor, so that slow decay is not taken for
-rest.
+Sections are the modal displacements, and velocities over the natural angular
+frequency, at the start of each common period. Their distances shrink by a factor with
+every period; how far the periodic response still is follows from the distance and
+that factor, so that slow decay is not taken for rest. A distance adds up what each
+mode could do to a mesh at its worst phase: a mode that turns slowly while it decays
+would otherwise seem to rest whenever it passes through zero.
 """
 
 from __future__ import annotations
@@ -17,7 +19,8 @@ CALM = 3  # periods in a row that must be close enough
 REPEATED = 4.0  # tolerances within which two sections may be the same
 APART = 50.0  # tolerances beyond which two sections are not the same
 STEADY = 1e-3  # change of a distance, relative, over an orbit that has settled
-SILENT = 1e-13  # distance at the level of round-off
+SILENT = 1e-4  # tolerances below which decay is lost in round-off
+ROUND_OFF = 1e-12
 QUIET = 1e-6  # of the deflection: smallest amplitude that counts as vibration
 TINY = 1e-30  # m
 
@@ -40,16 +43,12 @@ def widen(low, high, s):
 
 
 @inlined
-def set_section(system, q, v, omega, section):
-    """Deflections and rates over the mesh's angular frequency (2, m) [m]."""
-    shapes = system[3]
-    for m in range(shapes.shape[0]):
-        s, rate = 0.0, 0.0
-        for i in range(q.size):
-            s += shapes[m, i] * q[i]
-            rate += shapes[m, i] * v[i]
-        section[0, m] = s
-        section[1, m] = rate / omega
+def set_section(system, q, v, section):
+    """Modal displacements and velocities over angular frequencies (2, n)."""
+    rigidity = system[0]
+    for i in range(q.size):
+        section[0, i] = q[i]
+        section[1, i] = v[i] / math.sqrt(rigidity[i])
 
 
 @inlined
@@ -61,39 +60,47 @@ def set_scale(low, high, scale):
 
 
 @inlined
-def apart(one, two, scale):
-    """Largest difference of two sections (2, m) in parts of the scale; NaN is inf."""
+def apart(one, two, shapes, scale):
+    """Largest difference of two sections (2, n) in a mesh, over its scale; NaN is inf.
+
+    shapes : (m, n) mesh deflection of each mode
+    """
     largest = 0.0
     for m in range(scale.size):
-        change = max(abs(one[0, m] - two[0, m]), abs(one[1, m] - two[1, m]))
+        square = 0.0
+        for i in range(one.shape[1]):
+            reach = (one[0, i] - two[0, i]) ** 2 + (one[1, i] - two[1, i]) ** 2
+            square += shapes[m, i] ** 2 * reach
+        change = math.sqrt(square)
         if not change <= largest * scale[m]:
             largest = change / scale[m]
     return largest if largest == largest else math.inf
 
 
 @inlined
-def settled_multiple(sections, period, scale, tolerance):
+def settled_multiple(sections, period, shapes, scale, tolerance):
     """Common periods after which the response repeats; 0 while it still settles.
 
-    sections : (slots, 2, m), a ring of at least two times the largest multiple
+    sections : (slots, 2, n), a ring of at least two times the largest multiple
     """
     slots = sections.shape[0]
-    largest = min((slots - 2) // 2, (period - 1) // 2)
+    largest = min((slots - 2) // 2, (period + 1) // 2) if period > 1 else 0
     now, last = sections[period % slots], sections[(period - 1) % slots]
     for p in range(1, largest + 1):
-        d = apart(now, sections[(period - p) % slots], scale)
+        d = apart(now, sections[(period - p) % slots], shapes, scale)
         if d > REPEATED * tolerance:
             continue
-        before = apart(last, sections[(period - 1 - p) % slots], scale)
-        if d > SILENT and d * (1.0 + tolerance) > tolerance * ((before / d) ** p - 1.0):
+        before = apart(last, sections[(period - 1 - p) % slots], shapes, scale)
+        lost = d <= max(SILENT * tolerance, ROUND_OFF)
+        if not lost and d * (1.0 + tolerance) > tolerance * ((before / d) ** p - 1.0):
             continue  # the periodic response is still further away than the tolerance
-        if distinct(sections, period, p, scale, tolerance):
+        if distinct(sections, period, p, shapes, scale, tolerance):
             return p
     return 0
 
 
 @inlined
-def distinct(sections, period, p, scale, tolerance):
+def distinct(sections, period, p, shapes, scale, tolerance):
     """Whether no shorter multiple than p is about to be reached.
 
     In a transient the distances to nearer sections shrink as well; on an orbit of
@@ -102,18 +109,18 @@ def distinct(sections, period, p, scale, tolerance):
     slots = sections.shape[0]
     now, then = sections[period % slots], sections[(period - p) % slots]
     for q in range(1, p):
-        d = apart(now, sections[(period - q) % slots], scale)
+        d = apart(now, sections[(period - q) % slots], shapes, scale)
         if d >= APART * tolerance:
             continue
-        before = apart(then, sections[(period - p - q) % slots], scale)
+        before = apart(then, sections[(period - p - q) % slots], shapes, scale)
         if not abs(d - before) <= STEADY * before:
             return False
     return True
 
 
 @inlined
-def close_period(sections, period, range_, scale, tolerance, multiple, calm):
+def close_period(sections, period, shapes, range_, scale, tolerance, multiple, calm):
     """(multiple, calm) after a period: the multiple found, how often in a row."""
     set_scale(range_[0], range_[1], scale)
-    found = settled_multiple(sections, period, scale, tolerance)
+    found = settled_multiple(sections, period, shapes, scale, tolerance)
     return found, calm + 1 if found > 0 and found == multiple else 0

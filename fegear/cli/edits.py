@@ -1,0 +1,32 @@
+"""The option that changes figures of a gear set without a new file."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Annotated, Any
+
+import typer
+
+Edits = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--set",
+        metavar="KEY=VALUE",
+        help="Change a figure of the gear set, such as "
+        "mesh.1.tip_relief.magnitude_um=10; may be repeated.",
+    ),
+]
+
+
+def parsed_edits(given: Sequence[str] | None) -> dict[str, Any]:
+    """Values by key; InputError where there is no `=` between them."""
+    from fegear.errors import InputError
+    from fegear.gearset.edit import parsed_value
+
+    edits: dict[str, Any] = {}
+    for text in given or ():
+        key, separator, value = text.partition("=")
+        if not (separator and key.strip() and value.strip()):
+            raise InputError(f"--set {text}; KEY=VALUE is needed")
+        edits[key.strip()] = parsed_value(value.strip())
+    return edits

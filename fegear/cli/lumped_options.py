@@ -1,0 +1,385 @@
+"""What the commands of lumped models share: options, and systems of gear sets."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from decimal import Decimal, InvalidOperation
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Protocol
+
+import typer
+
+from fegear.cli.options import require
+from fegear.errors import InputError
+
+if TYPE_CHECKING:
+    from fegear.gearset.model import GearSet
+    from lumped.excitation import MeshExcitation
+    from lumped.settings import Settings
+    from lumped.system import LumpedSystem
+    from lumped.table import MeshTable
+
+SPEEDS_LIMIT = 100_000
+COUPLED = 0.05  # of a mode's strain energy in meshes, to count for the usual speeds
+USUAL_SPEEDS = 400  # at most, where none are given
+HARMONICS_LIMIT = 1000
+
+
+class ExcitationChoice(StrEnum):
+    fe = "fe"
+    rectangular = "rectangular"
+    trapezoid = "trapezoid"
+    fourier = "fourier"
+
+
+class MethodChoice(StrEnum):
+    rk4 = "rk4"
+    dopri5 = "dopri5"
+
+
+SetName = Annotated[
+    str, typer.Argument(metavar="SET", help="Built-in gear set or path of one.")
+]
+Model = Annotated[
+    int,
+    typer.Option(
+        help="1: every tooth pair with its gap; 2: mean stiffness and loaded "
+        "transmission error; 3: total stiffness and no-load error."
+    ),
+]
+Damping = Annotated[
+    float | None,
+    typer.Option(
+        help="Damping ratio of every mode [default: the gear set's, or 0.04]."
+    ),
+]
+Translations = Annotated[
+    bool, typer.Option("--translations", help="Gears with bearings move in the plane.")
+]
+Excitation = Annotated[
+    ExcitationChoice,
+    typer.Option(
+        help="fe: tables of the finite elements; else waves from the key figures of "
+        "the gear set, or of its tables where it gives none."
+    ),
+]
+Ramp = Annotated[
+    float, typer.Option(help="Base pitches over which a trapezoid enters and leaves.")
+]
+Harmonics = Annotated[
+    int, typer.Option(help="Of the mesh frequency, kept by excitation fourier.")
+]
+Tables = Annotated[
+    list[Path] | None,
+    typer.Option(
+        "--table",
+        help="Mesh table (CSV) in place of the finite elements, one per mesh in order.",
+    ),
+]
+Steps = Annotated[int, typer.Option(help="Of rk4, per period of the fastest mesh.")]
+Method = Annotated[
+    MethodChoice,
+    typer.Option(help="rk4: fixed steps; dopri5: adaptive, contact changes located."),
+]
+Tolerance = Annotated[
+    float,
+    typer.Option(help="Distance to the periodic response, over its range, to stop at."),
+]
+MaxPeriods = Annotated[
+    int, typer.Option(help="Of the first mesh, before a motion counts as aperiodic.")
+]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Physics:
+    """The model that a command was asked for, checked."""
+
+    model: int
+    translations: bool
+    damping: float | None
+    excitation: str
+    ramp: float
+    harmonics: int
+    tables: tuple[Path, ...]
+
+    def __post_init__(self) -> None:
+        require(self.model in (1, 2, 3), "--model", self.model, "allowed 1, 2 and 3")
+        if self.damping is not None:
+            ok = 0.0 <= self.damping < 1.0
+            require(ok, "--damping", self.damping, "allowed 0 to below 1")
+        ok = 0.0 <= self.ramp <= 1.0
+        require(ok, "--ramp", self.ramp, "allowed 0 to 1 base pitches")
+        ok = 1 <= self.harmonics <= HARMONICS_LIMIT
+        limit = f"allowed 1 to {HARMONICS_LIMIT}"
+        require(ok, "--harmonics", self.harmonics, limit)
+        if self.tables and self.excitation != ExcitationChoice.fe:
+            raise InputError(
+                f"--table and --excitation {self.excitation} exclude each other"
+            )
+
+    @property
+    def source(self) -> str:
+        """Where the stiffness comes from, in words."""
+        if self.tables:
+            return "tables " + ", ".join(path.name for path in self.tables)
+        extra = {
+            "trapezoid": f", ramp {self.ramp:g} base pitches",
+            "fourier": f", {self.harmonics} harmonics",
+        }
+        return {"fe": "finite elements"}.get(
+            self.excitation, str(self.excitation)
+        ) + extra.get(self.excitation, "")
+
+
+class ExcitationSource(Protocol):
+    """Excitations of meshes by their index, at a torque on their drivers [N m]."""
+
+    def of(
+        self, gear_set: GearSet, mesh: int, torque: float, model: int
+    ) -> MeshExcitation: ...
+
+
+@dataclass(frozen=True)
+class TableExcitations:
+    """Mesh tables that were read from files, one for each mesh."""
+
+    tables: tuple[tuple[str, MeshTable], ...]
+
+    def of(
+        self, gear_set: GearSet, mesh: int, torque: float, model: int
+    ) -> MeshExcitation:
+        from lumped.excitation import excitation_from_table
+
+        name, table = self.tables[mesh]
+        try:
+            return excitation_from_table(table, torque, model)
+        except ValueError as error:
+            raise InputError(f"{name}: {error}") from None
+
+
+def excitations_of(physics: Physics, gear_set: GearSet) -> ExcitationSource:
+    """Tables from files, or what `fegear.excitation` makes; nothing is solved yet."""
+    if physics.tables:
+        return TableExcitations(_read_tables(physics.tables, gear_set))
+    from fegear.excitation import Excitations, Source
+
+    return Excitations(
+        Source(
+            kind=physics.excitation,  # type: ignore[arg-type]
+            ramp=physics.ramp,
+            harmonics=physics.harmonics,
+        )
+    )
+
+
+def _read_tables(
+    paths: Sequence[Path], gear_set: GearSet
+) -> tuple[tuple[str, MeshTable], ...]:
+    from lumped.table import TableError, read_table
+
+    meshes = len(gear_set.meshes)
+    if len(paths) != meshes:
+        raise InputError(
+            f"--table is given {len(paths)} times; {gear_set.name} has {meshes} "
+            "meshes, one table for each is needed"
+        )
+    found = []
+    for path in paths:
+        try:
+            found.append((str(path), read_table(str(path))))
+        except OSError as error:
+            reason = (error.strerror or str(error)).lower()
+            raise InputError(f"--table {path}: cannot be read, {reason}") from None
+        except (TableError, UnicodeDecodeError) as error:
+            raise InputError(f"--table {error}") from None
+    return tuple(found)
+
+
+def build_system(
+    gear_set: GearSet,
+    torque: float,
+    model: int,
+    translations: bool,
+    damping: float | None,
+    excitations: ExcitationSource,
+) -> LumpedSystem:
+    """The lumped system at a torque on the input gear [N m]."""
+    from fegear.train import mesh_torques_at, train_of
+    from lumped.system import LumpedSystem
+    from lumped.train import TrainError
+
+    train = train_of(gear_set, torque, translations, damping)
+    on_meshes = mesh_torques_at(gear_set, torque)
+    driven = tuple(
+        excitations.of(gear_set, mesh, on_meshes[mesh], model)
+        for mesh in range(len(on_meshes))
+    )
+    try:
+        return LumpedSystem(train, driven)
+    except TrainError as error:
+        raise InputError(f"{gear_set.name}: {error}") from None
+
+
+def system_at(
+    gear_set: GearSet, torque: float, physics: Physics, excitations: ExcitationSource
+) -> LumpedSystem:
+    """As `build_system`, with what a command was asked for."""
+    return build_system(
+        gear_set,
+        torque,
+        physics.model,
+        physics.translations,
+        physics.damping,
+        excitations,
+    )
+
+
+def checked_settings(
+    method: str, steps: int, tolerance: float, max_periods: int
+) -> Settings:
+    """Numerical choices; InputError names the option."""
+    from lumped.settings import Settings
+
+    try:
+        return Settings(
+            method=method, steps=steps, tolerance=tolerance, max_periods=max_periods
+        )
+    except ValueError as error:
+        raise InputError(f"--{str(error).replace('_', '-')}") from None
+
+
+def chosen_torques(gear_set: GearSet, given: Sequence[float]) -> tuple[float, ...]:
+    """Torques on the input gear [N m]: given, or the gear set's load cases."""
+    from fegear.train import input_torques
+
+    for value in given:
+        ok = 0.0 <= value < 1e9
+        require(ok, "--torque", value, "must be 0 or more, on the input gear [N m]")
+    torques = tuple(dict.fromkeys(given)) or input_torques(gear_set)
+    if not torques:
+        raise InputError(f"--torque is missing; {gear_set.name} names no load")
+    return torques
+
+
+def middle_torque(gear_set: GearSet, given: float | None) -> float:
+    """The given torque on the input gear, or the middle one of the load cases."""
+    torques = chosen_torques(gear_set, [] if given is None else [given])
+    return torques[len(torques) // 2]
+
+
+def parsed_speeds(text: str) -> list[float]:
+    """Mesh frequencies [Hz] from `A:B:STEP`, single numbers and commas between."""
+    speeds: list[Decimal] = []
+    for part in text.split(","):
+        speeds += _speed_range(part.strip(), text)
+    return [float(speed) for speed in dict.fromkeys(speeds)]
+
+
+def _speed_range(part: str, text: str) -> list[Decimal]:
+    """Decimals, so that 0.1 added ten times is 1."""
+    try:
+        numbers = [Decimal(number) for number in part.split(":")]
+    except InvalidOperation:
+        numbers = []
+    if len(numbers) not in (1, 3) or not all(n.is_finite() for n in numbers):
+        raise InputError(
+            f"--speeds = {text}; allowed A:B:STEP, a number, or several with commas "
+            "[Hz], such as 800:4200:20"
+        )
+    start, end, step = (
+        numbers if len(numbers) == 3 else (*numbers, *numbers, Decimal(1))
+    )
+    for speed in (start, end, step):
+        ok = Decimal(0) < speed < Decimal(10) ** 9
+        require(ok, "--speeds", float(speed), "speeds and step must be positive [Hz]")
+    count = abs(end - start) / step
+    ok = count < SPEEDS_LIMIT
+    require(ok, "--speeds", float(count), f"at most {SPEEDS_LIMIT} speeds are allowed")
+    sign = 1 if end >= start else -1
+    return [start + sign * i * step for i in range(int(count) + 1)]
+
+
+def usual_speeds(system: LumpedSystem) -> list[float]:
+    """From 0.5 to 1.3 times the resonances that meshes excite, in round steps.
+
+    Those are natural frequencies of modes with a twentieth or more of their strain
+    energy in the meshes, for every mesh as frequencies of the first [Hz].
+    """
+    modes = system.modes
+    coupled = modes.frequency_Hz[modes.mesh_energy.sum(axis=0) >= COUPLED]
+    if not coupled.size:
+        raise InputError("--speeds is missing; no mode strains the meshes enough")
+    rates = [float(rate) for rate in system.train.mesh_rates]
+    low = 0.5 * float(coupled.min()) / max(rates)
+    high = 1.3 * float(coupled.max()) / min(rates)
+    step = _round_up((high - low) / USUAL_SPEEDS)
+    first, last = max(1, math.floor(low / step)), math.ceil(high / step)
+    return [float(Decimal(repr(step)) * i) for i in range(first, last + 1)]
+
+
+def _round_up(value: float) -> float:
+    """The next number of 1, 2 or 5 times a power of ten."""
+    power = 10.0 ** math.floor(math.log10(value))
+    factor = next(f for f in (1.0, 2.0, 5.0, 10.0) if f * power >= value * (1 - 1e-9))
+    return float(f"{factor * power:.1g}")
+
+
+def natural_lines(system: LumpedSystem) -> list[float]:
+    """Natural frequencies of the modes that strain a mesh [Hz]."""
+    return [float(f) for f in system.modes.frequency_Hz[system.moving]]
+
+
+def file_header(
+    gear_set: GearSet, physics: Physics, settings: Settings, damping: float
+) -> dict[str, str]:
+    """Entries that say how a file came about; nothing that differs between runs."""
+    from importlib.metadata import PackageNotFoundError, version
+
+    try:
+        own = version("fegear")
+    except PackageNotFoundError:
+        own = "unknown"
+    marching = f"{settings.method}, tolerance {settings.tolerance:g}"
+    if settings.method == "rk4":
+        marching += f", {settings.steps} steps per period or more"
+    return {
+        "gear set": gear_set.name,
+        "fegear version": own,
+        "excitation": physics.source,
+        "damping ratio": f"{damping:g}",
+        "translations": "yes" if physics.translations else "no",
+        "integration": f"{marching}, {settings.max_periods} periods at most",
+    }
+
+
+def strict_json(values: Mapping[str, Any]) -> str:
+    """JSON without NaN: what is not finite becomes null."""
+    import json
+
+    return json.dumps(_finite(values), indent=2, allow_nan=False) + "\n"
+
+
+def _finite(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {key: _finite(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(item) for item in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value
+
+
+@contextmanager
+def one_line_failure() -> Iterator[None]:
+    """A motion that diverged ends with one line and exit code 1."""
+    from lumped.motion import DivergedError
+
+    try:
+        yield
+    except DivergedError as error:
+        typer.echo(f"fegear: {error}", err=True)
+        raise typer.Exit(1) from None

@@ -1,0 +1,346 @@
+"""fegear map: a response over a grid of parameters."""
+
+from __future__ import annotations
+
+import itertools
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from fegear.cli.edits import Edits, parsed_edits
+from fegear.cli.lumped_options import (
+    Damping,
+    Excitation,
+    ExcitationChoice,
+    Harmonics,
+    MaxPeriods,
+    Method,
+    MethodChoice,
+    Model,
+    Physics,
+    Ramp,
+    SetName,
+    Steps,
+    Tolerance,
+    Translations,
+    checked_settings,
+    excitations_of,
+    file_header,
+    middle_torque,
+    parsed_speeds,
+    strict_json,
+    system_at,
+)
+from fegear.cli.options import progress_bar, require
+from fegear.errors import InputError
+
+if TYPE_CHECKING:
+    import threading
+
+    from lumped.maps import Axis, Cell, ParameterMap, Point
+    from lumped.settings import Settings
+    from lumped.system import LumpedSystem
+
+TORQUE = "torque_Nm"
+SHORT = {"damping_ratio": "dynamics.damping_ratio"}
+POINTS_LIMIT = 1_000_000
+
+
+def map_command(
+    set_name: SetName,
+    over: Annotated[
+        list[str],
+        typer.Option(
+            metavar="KEY=A:B:N",
+            help="A figure of the gear set and N values from A to B, or values with "
+            "commas; torque_Nm and damping_ratio too. Repeat it for a second axis.",
+        ),
+    ],
+    at: Annotated[
+        float | None, typer.Option(metavar="HZ", help="Mesh frequency [Hz].")
+    ] = None,
+    band: Annotated[
+        str | None,
+        typer.Option(
+            metavar="A:B:STEP",
+            help="Take the largest response of sweeps up and down this band [Hz].",
+        ),
+    ] = None,
+    output: Annotated[
+        Path | None,
+        typer.Option("-o", "--output", help="Points as they are finished, CSV."),
+    ] = None,
+    overwrite: Annotated[
+        bool, typer.Option("--overwrite", help="Start anew if the file is there.")
+    ] = False,
+    plot: Annotated[Path | None, typer.Option(help="Draw the map, PNG.")] = None,
+    edits: Edits = None,
+    model: Model = 1,
+    torque: Annotated[
+        float | None, typer.Option(help="On the input gear [N m].")
+    ] = None,
+    damping: Damping = None,
+    translations: Translations = False,
+    excitation: Excitation = ExcitationChoice.fe,
+    ramp: Ramp = 0.1,
+    harmonics: Harmonics = 5,
+    steps: Steps = 64,
+    method: Method = MethodChoice.rk4,
+    tolerance: Tolerance = 1e-4,
+    max_periods: MaxPeriods = 2000,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Print the summary as JSON.")
+    ] = False,
+) -> None:
+    """Vibration over a grid of parameters; an interrupted map is taken up again.
+
+    Example: fegear map liu-idler --over mesh.1.tip_relief.magnitude_um=0:25:26
+    --over mesh.2.tip_relief.magnitude_um=0:25:26 --at 1605 -o map.csv --plot map.png
+    """
+    from fegear.gearset import load_gear_set
+    from fegear.output import require_writable
+    from lumped.maps import ParameterMap
+
+    begin = time.perf_counter()
+    for path in (output, plot):
+        if path is not None:
+            require_writable(path)
+    fixed = parsed_edits(edits)
+    gear_set = load_gear_set(set_name, fixed)
+    physics = Physics(
+        model=model,
+        translations=translations,
+        damping=damping,
+        excitation=excitation.value,
+        ramp=ramp,
+        harmonics=harmonics,
+        tables=(),
+    )
+    settings = checked_settings(method.value, steps, tolerance, max_periods)
+    axes = parsed_axes(over)
+    load = middle_torque(gear_set, torque)
+    excitations = excitations_of(physics, gear_set)
+    first = system_at(gear_set, load, physics, excitations)
+    header = file_header(gear_set, physics, settings, first.train.damping_ratio)
+    header |= {"model": str(model), "torque on the input gear [N m]": f"{load:g}"}
+    header |= {"set " + key: str(value) for key, value in fixed.items()}
+    where, evaluate = _evaluation(at, band, settings)
+    grid = ParameterMap(axes, len(gear_set.meshes), header | {"response": where})
+    found = grid if overwrite else _taken_up(grid, output)
+
+    def build(point: Point) -> LumpedSystem:
+        values = {axis.name: v for axis, v in zip(axes, point, strict=True)}
+        on_input = values.pop(TORQUE, load)
+        changed = fixed | {SHORT.get(name, name): v for name, v in values.items()}
+        chosen = physics
+        if "damping_ratio" in values:  # the axis is stronger than the option
+            chosen = replace(physics, damping=None)
+        varied = load_gear_set(set_name, changed)
+        return system_at(varied, on_input, chosen, excitations)
+
+    with progress_bar(enabled=not as_json) as report:
+        found = _run(found, build, evaluate, output, report)
+    values = map_summary(found, where)
+    values["wall_time_s"] = round(time.perf_counter() - begin, 3)
+    _draw(found, plot)
+    if as_json:
+        typer.echo(strict_json(values), nl=False)
+    else:
+        print_map(values)
+
+
+def parsed_axes(over: Sequence[str]) -> tuple[Axis, ...]:
+    """One or two axes of `KEY=A:B:N` or `KEY=v,v,...`."""
+    from lumped.maps import Axis, MapError
+
+    require(1 <= len(over) <= 2, "--over", len(over), "one or two are allowed")
+    axes = []
+    for text in over:
+        name, separator, values = text.partition("=")
+        if not (separator and name.strip()):
+            raise InputError(f"--over {text}; KEY=A:B:N is needed")
+        try:
+            axes.append(Axis(name.strip(), _axis_values(values, text)))
+        except MapError as error:
+            raise InputError(f"--over {error}") from None
+    if len({axis.name for axis in axes}) < len(axes):
+        raise InputError(f"--over {axes[0].name}; is given twice")
+    count = 1
+    for axis in axes:
+        count *= len(axis.values)
+    require(count <= POINTS_LIMIT, "--over", count, f"at most {POINTS_LIMIT} points")
+    return tuple(axes)
+
+
+def _axis_values(values: str, text: str) -> tuple[float, ...]:
+    import numpy as np
+
+    try:
+        if ":" not in values:
+            return tuple(float(value) for value in values.split(","))
+        start, end, count = values.split(":")
+        if not 1 <= int(count) <= POINTS_LIMIT:
+            raise ValueError
+        points = np.linspace(float(start), float(end), int(count))
+        return tuple(float(f"{point:.12g}") for point in points)
+    except ValueError:
+        raise InputError(
+            f"--over {text}; allowed KEY=A:B:N with N values from A to B, or values "
+            "with commas"
+        ) from None
+
+
+def _evaluation(
+    at: float | None, band: str | None, settings: Settings
+) -> tuple[str, Callable[[LumpedSystem, threading.Event], Cell | None]]:
+    """What is asked of every point, in words and as a function."""
+    from lumped.maps import cell_of
+    from lumped.response import respond
+    from lumped.sweep import sweep
+
+    if (at is None) == (band is None):
+        raise InputError("--at HZ or --band A:B:STEP is needed, not both")
+    if at is not None:
+        require(0.0 < at < 1e9, "--at", at, "must be positive [Hz]")
+        return (
+            f"at {at:g} Hz of the first mesh, from rest",
+            lambda system, stop: cell_of([respond(system, at, settings)]),
+        )
+    assert band is not None
+    speeds = parsed_speeds(band)
+
+    def over_band(system: LumpedSystem, stop: threading.Event) -> Cell | None:
+        branches = [
+            sweep(system, speeds, direction, settings, stop=stop)
+            for direction in ("up", "down")
+        ]
+        if stop.is_set():
+            return None
+        return cell_of([r for branch in branches for r in branch.responses])
+
+    return f"largest over {band} Hz of the first mesh, up and down", over_band
+
+
+def _taken_up(grid: ParameterMap, output: Path | None) -> ParameterMap:
+    """The map with the points that its file holds already."""
+    from lumped.maps import MapError, read_cells
+
+    if output is None or not output.is_file() or not output.stat().st_size:
+        return grid
+    try:
+        return replace(grid, cells=read_cells(output, grid))
+    except (MapError, ValueError) as error:
+        raise InputError(f"{error}; choose another -o or --overwrite") from None
+
+
+def _run(
+    grid: ParameterMap,
+    build: Callable[[Point], LumpedSystem],
+    evaluate: Callable[[LumpedSystem, threading.Event], Cell | None],
+    output: Path | None,
+    report: Callable[[str, int, int], None],
+) -> ParameterMap:
+    """Compute what is missing; the file grows point by point and ends in order."""
+    from fegear.output import write_whole
+    from lumped.maps import format_cell, format_map, run_map
+
+    def tell(done: int, total: int) -> None:
+        report("points", done, total)
+
+    if output is None:
+        return run_map(grid, build, evaluate, report=tell)
+    whole = format_map(grid)  # mends a torn last line
+    write_whole(output, lambda path: path.write_text(whole, encoding="utf-8"))
+    kept = len(grid.cells)
+    with open(output, "a", encoding="utf-8") as file:
+
+        def keep(point: Point, cell: Cell) -> None:
+            nonlocal kept
+            kept += 1
+            file.write(format_cell(point, cell))
+            file.flush()
+
+        try:
+            found = run_map(grid, build, evaluate, keep, tell)
+        except KeyboardInterrupt:
+            typer.echo(
+                f"fegear: {kept} of {len(grid.points)} points are in {output}; the "
+                "same command goes on from there",
+                err=True,
+            )
+            raise
+        except OSError as error:
+            raise InputError(f"{output}: cannot be written, {error.strerror}") from None
+    text = format_map(found)
+    write_whole(output, lambda path: path.write_text(text, encoding="utf-8"))
+    return found
+
+
+def _draw(found: ParameterMap, plot: Path | None) -> None:
+    if plot is None:
+        return
+    from fegear.output import write_whole
+    from fegear.plots import save_figure
+    from lumped.map_figure import draw_map
+
+    write_whole(plot, lambda path: save_figure(draw_map(found), path))
+
+
+def map_summary(found: ParameterMap, where: str) -> dict[str, Any]:
+    """Smallest and largest vibration of every mesh, and where."""
+    import numpy as np
+
+    statuses = [cell.status.partition(":")[0] for cell in found.cells.values()]
+    names = [axis.name for axis in found.axes]
+    extremes = []
+    for mesh in range(found.meshes):
+        rms = found.figure("dte_rms_m", mesh).ravel()
+        for kind, pick in (("smallest", np.nanargmin), ("largest", np.nanargmax)):
+            if np.isnan(rms).all():
+                continue
+            place = int(pick(rms))
+            extremes.append(
+                {
+                    "mesh": mesh + 1,
+                    "extreme": kind,
+                    "dte_rms_m": float(rms[place]),
+                    "at": dict(zip(names, found.points[place], strict=True)),
+                }
+            )
+    return {
+        "gear_set": found.header["gear set"],
+        "excitation": found.header["excitation"],
+        "response": where,
+        "points": len(found.points),
+        "statuses": {
+            status: statuses.count(status) for status in sorted(set(statuses))
+        },
+        "reasons": sorted(
+            {c.status for c in found.cells.values() if c.status.startswith("imp")}
+        ),
+        "extremes": extremes,
+    }
+
+
+def print_map(values: dict[str, Any]) -> None:
+    from rich.console import Console
+
+    console = Console(highlight=False, markup=False)
+    counts = ", ".join(f"{n} {status}" for status, n in values["statuses"].items())
+    console.print(
+        f"{values['gear_set']}, {values['excitation']}, {values['response']}\n"
+        f"{values['points']} points: {counts}"
+    )
+    for reason in itertools.islice(values["reasons"], 3):
+        console.print(reason)
+    for extreme in values["extremes"]:
+        place = ", ".join(f"{name} = {v:g}" for name, v in extreme["at"].items())
+        console.print(
+            f"mesh {extreme['mesh']}: {extreme['extreme']} RMS of DTE "
+            f"{1e6 * extreme['dte_rms_m']:.3f} um at {place}"
+        )
+    console.print(f"wall time {values['wall_time_s']:.2f} s")

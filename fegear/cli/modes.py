@@ -1,0 +1,148 @@
+"""fegear modes: natural frequencies of a gear set."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from fegear.cli.edits import Edits, parsed_edits
+from fegear.cli.lumped_options import (
+    ExcitationChoice,
+    SetName,
+    Translations,
+    middle_torque,
+    strict_json,
+)
+
+if TYPE_CHECKING:
+    from fegear.gearset.model import GearSet
+    from lumped.modes import Modes
+
+UNSTRAINED = 1e-6  # part of the strain energy in the meshes below which there is none
+
+
+def modes_command(
+    set_name: SetName,
+    torque: Annotated[
+        float | None,
+        typer.Option(
+            help="On the input gear [N m], for stiffnesses by finite elements "
+            "[default: the middle one of the gear set's load cases]."
+        ),
+    ] = None,
+    edits: Edits = None,
+    translations: Translations = False,
+    excitation: Annotated[
+        ExcitationChoice | None,
+        typer.Option(
+            help="fe: mean stiffness by finite elements; any other: the gear set's "
+            "own figure where it has one, as by default."
+        ),
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print as JSON.")] = False,
+) -> None:
+    """Natural frequencies about the mean mesh stiffness, and what they strain.
+
+    Example: fegear modes liu-idler --translations
+    """
+    from fegear.gearset import load_gear_set
+
+    gear_set = load_gear_set(set_name, parsed_edits(edits))
+    at = middle_torque(gear_set, torque)
+    values = modes_summary(gear_set, at, translations, excitation)
+    if as_json:
+        typer.echo(strict_json(values), nl=False)
+    else:
+        print_modes(values)
+
+
+def modes_summary(
+    gear_set: GearSet,
+    torque: float,
+    translations: bool,
+    excitation: ExcitationChoice | None = None,
+) -> dict[str, Any]:
+    """Plain values, ready for JSON."""
+    from fegear.train import train_of
+    from lumped.modes import natural_modes
+
+    stiffness = mean_stiffnesses(gear_set, torque, excitation)
+    train = train_of(gear_set, torque, translations)
+    modes = natural_modes(train, [entry["stiffness_N_per_m"] for entry in stiffness])
+    return {
+        "gear_set": gear_set.name,
+        "torque_Nm": torque,
+        "translations": translations,
+        "damping_ratio": train.damping_ratio,
+        "mean_stiffness": stiffness,
+        "modes": [
+            {
+                "frequency_Hz": float(modes.frequency_Hz[i]),
+                "mesh_energy": [float(part) for part in modes.mesh_energy[:, i]],
+                "kind": kind_of(modes, i),
+            }
+            for i in range(modes.frequency_Hz.size)
+        ],
+    }
+
+
+def mean_stiffnesses(
+    gear_set: GearSet, torque: float, excitation: ExcitationChoice | None
+) -> list[dict[str, Any]]:
+    """Mean stiffness of every mesh and where it comes from."""
+    from fegear.excitation import Excitations, unmodified
+    from fegear.train import mesh_torques_at
+
+    source, found = Excitations(), []
+    for mesh, driving in enumerate(mesh_torques_at(gear_set, torque)):
+        given = gear_set.meshes[mesh].mean_stiffness
+        origin = f"finite elements at {driving:g} N m on the driver"
+        if given is not None and excitation != ExcitationChoice.fe:
+            value, origin = given, "given by the gear set"
+        elif given is None:
+            value = source.mean_stiffness(gear_set, mesh, driving)
+        else:
+            table = source.table(unmodified(gear_set, mesh), mesh, driving)
+            value = float(table["stiffness_N_per_m"].mean())
+        found.append({"mesh": mesh + 1, "stiffness_N_per_m": value, "origin": origin})
+    return found
+
+
+def kind_of(modes: Modes, i: int) -> str:
+    """Rigid rotation, or the coordinate that holds most of the kinetic energy."""
+    energy = modes.coordinates.mass * modes.shapes[:, i] ** 2
+    gear, direction = modes.coordinates.labels[int(energy.argmax())]
+    if modes.frequency_Hz[i] == 0.0:
+        return (
+            "rigid rotation" if direction == "rotation" else f"free: {gear} {direction}"
+        )
+    leader = f"{gear} {direction}"
+    if modes.mesh_energy[:, i].sum() < UNSTRAINED:
+        return f"strains no mesh: {leader}"
+    return leader
+
+
+def print_modes(values: dict[str, Any]) -> None:
+    from rich import box
+    from rich.console import Console
+    from rich.table import Table
+    from rich.text import Text
+
+    console = Console(highlight=False, markup=False)
+    for entry in values["mean_stiffness"]:
+        console.print(
+            f"mesh {entry['mesh']}: mean stiffness "
+            f"{entry['stiffness_N_per_m']:.5g} N/m, {entry['origin']}"
+        )
+    title = f"{values['gear_set']}, {values['torque_Nm']:g} N m on the input gear"
+    table = Table(title=title, box=box.SIMPLE_HEAD, title_justify="left")
+    table.add_column("natural\nfrequency [Hz]", justify="right")
+    for entry in values["mean_stiffness"]:
+        table.add_column(f"energy in\nmesh {entry['mesh']} [%]", justify="right")
+    table.add_column("kind, or what moves most")
+    for mode in values["modes"]:
+        parts = [f"{100.0 * part:.1f}" for part in mode["mesh_energy"]]
+        kind = Text(mode["kind"])
+        table.add_row(f"{mode['frequency_Hz']:.1f}", *parts, kind)
+    console.print(table)

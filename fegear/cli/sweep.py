@@ -1,0 +1,307 @@
+"""fegear sweep: the frequency response of a gear set."""
+
+from __future__ import annotations
+
+import time
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from fegear.cli.edits import Edits, parsed_edits
+from fegear.cli.lumped_options import (
+    Damping,
+    Excitation,
+    ExcitationChoice,
+    Harmonics,
+    MaxPeriods,
+    Method,
+    MethodChoice,
+    Model,
+    Physics,
+    Ramp,
+    SetName,
+    Steps,
+    Tables,
+    Tolerance,
+    Translations,
+    checked_settings,
+    chosen_torques,
+    excitations_of,
+    file_header,
+    natural_lines,
+    parsed_speeds,
+    strict_json,
+    system_at,
+    usual_speeds,
+)
+from fegear.cli.options import progress_bar
+
+if TYPE_CHECKING:
+    from lumped.sweep import Branch, Direction
+
+    Branches = list[tuple[float, Branch]]  # torque on the input gear [N m], branch
+
+
+class DirectionChoice(StrEnum):
+    up = "up"
+    down = "down"
+    both = "both"
+
+    @property
+    def directions(self) -> tuple[Direction, ...]:
+        return ("up", "down") if self.value == "both" else (self.value,)  # type: ignore[return-value]
+
+
+def sweep_command(
+    set_name: SetName,
+    model: Model = 1,
+    speeds: Annotated[
+        str | None,
+        typer.Option(
+            metavar="A:B:STEP",
+            help="Mesh frequencies of the first mesh [Hz]; a number or a list with "
+            "commas as well [default: 0.5 to 1.3 times the resonances].",
+        ),
+    ] = None,
+    direction: Annotated[
+        DirectionChoice, typer.Option(help="In which the speed changes.")
+    ] = DirectionChoice.both,
+    torque: Annotated[
+        list[float] | None,
+        typer.Option(
+            help="On the input gear [N m]; may be repeated "
+            "[default: all load cases of the gear set]."
+        ),
+    ] = None,
+    edits: Edits = None,
+    damping: Damping = None,
+    translations: Translations = False,
+    excitation: Excitation = ExcitationChoice.fe,
+    ramp: Ramp = 0.1,
+    harmonics: Harmonics = 5,
+    table: Tables = None,
+    steps: Steps = 64,
+    method: Method = MethodChoice.rk4,
+    tolerance: Tolerance = 1e-4,
+    max_periods: MaxPeriods = 2000,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", help="Write the rows, CSV.")
+    ] = None,
+    plot: Annotated[Path | None, typer.Option(help="Draw the response, PNG.")] = None,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Print the summary as JSON.")
+    ] = False,
+) -> None:
+    """Vibration over speed: resonances, jumps and loss of contact.
+
+    Example: fegear sweep liu-idler --speeds 800:4200:20 -o s.csv --plot s.png
+    """
+    from fegear.gearset import load_gear_set
+    from fegear.output import require_writable
+
+    begin = time.perf_counter()
+    for path in (output, plot):
+        if path is not None:
+            require_writable(path)
+    gear_set = load_gear_set(set_name, parsed_edits(edits))
+    physics = Physics(
+        model=model,
+        translations=translations,
+        damping=damping,
+        excitation=excitation.value,
+        ramp=ramp,
+        harmonics=harmonics,
+        tables=tuple(table or ()),
+    )
+    settings = checked_settings(method.value, steps, tolerance, max_periods)
+    frequencies = None if speeds is None else parsed_speeds(speeds)
+    torques = chosen_torques(gear_set, torque or [])
+    from lumped.sweep import sweep_all
+
+    excitations = excitations_of(physics, gear_set)
+    with progress_bar(enabled=not as_json) as report:
+        report("stiffness", 0, 1)
+        systems = [system_at(gear_set, t, physics, excitations) for t in torques]
+        if frequencies is None:
+            frequencies = usual_speeds(systems[0])
+        branches = sweep_all(
+            systems,
+            frequencies,
+            direction.directions,
+            settings,
+            lambda done, total: report("sweep", done, total),
+        )
+    each = [t for t in torques for _ in direction.directions]
+    found = list(zip(each, branches, strict=True))
+    ratio = systems[0].train.damping_ratio
+    header = file_header(gear_set, physics, settings, ratio)
+    _write(found, str(model), header, output, plot)
+    values = sweep_summary(found, model, header, frequencies)
+    values["wall_time_s"] = round(time.perf_counter() - begin, 3)
+    if as_json:
+        typer.echo(strict_json(values), nl=False)
+    else:
+        print_sweep(values)
+    _end(found)
+
+
+def _write(
+    found: Branches,
+    model: str,
+    header: dict[str, str],
+    output: Path | None,
+    plot: Path | None,
+) -> None:
+    from fegear.output import write_whole
+    from lumped.sweep_table import format_sweep, sweep_table
+
+    if output is not None:
+        text = format_sweep(sweep_table(found, model, header))
+        write_whole(output, lambda path: path.write_text(text, encoding="utf-8"))
+    if plot is not None and any(branch.responses for _, branch in found):
+        from fegear.plots import save_figure
+        from lumped.figures import Curve, draw_sweep
+
+        title = (
+            f"{header['gear set']}, model {model}, {header['excitation']}, "
+            f"damping ratio {header['damping ratio']}"
+        )
+        curves = [Curve(torque, branch) for torque, branch in found]
+        write_whole(plot, lambda path: save_figure(draw_sweep(curves, title), path))
+
+
+def sweep_summary(
+    found: Branches, model: int, header: dict[str, str], frequencies: list[float]
+) -> dict[str, Any]:
+    """Plain values, ready for JSON."""
+    return {
+        "gear_set": header["gear set"],
+        "model": model,
+        "excitation": header["excitation"],
+        "damping_ratio": float(header["damping ratio"]),
+        "translations": header["translations"] == "yes",
+        "speeds": len(frequencies),
+        "first_speed_Hz": min(frequencies),
+        "last_speed_Hz": max(frequencies),
+        "natural_frequencies_Hz": natural_lines(found[0][1].system),
+        "branches": [branch_summary(torque, branch) for torque, branch in found],
+    }
+
+
+def branch_summary(torque: float, branch: Branch) -> dict[str, Any]:
+    from dataclasses import asdict
+
+    from lumped.jumps import find_jumps, find_peaks
+
+    statuses = [str(response.status) for response in branch.responses]
+    units = {
+        "frequency": "frequency_Hz",
+        "frequency_from": "frequency_from_Hz",
+        "frequency_to": "frequency_to_Hz",
+        "dte_rms": "dte_rms_m",
+        "dte_rms_from": "dte_rms_from_m",
+        "dte_rms_to": "dte_rms_to_m",
+        "force_peak": "force_peak_N",
+        "contact_loss": "contact_loss_fraction",
+    }
+
+    def named(thing: Any) -> dict[str, Any]:
+        return {units.get(name, name): value for name, value in asdict(thing).items()}
+
+    return {
+        "torque_Nm": torque,
+        "direction": branch.direction,
+        "complete": branch.complete,
+        "finished_speeds": len(statuses) - statuses.count("diverged"),
+        "aperiodic_speeds": statuses.count("aperiodic"),
+        "peaks": [named(peak) for peak in find_peaks(branch)],
+        "jumps": [named(jump) for jump in find_jumps(branch)],
+    }
+
+
+def print_sweep(values: dict[str, Any]) -> None:
+    from rich.console import Console
+
+    console = Console(highlight=False, markup=False)
+    lines = ", ".join(f"{f:.1f}" for f in values["natural_frequencies_Hz"])
+    console.print(
+        f"{values['gear_set']}, model {values['model']}, {values['excitation']}, "
+        f"damping ratio {values['damping_ratio']:g}\n"
+        f"natural frequencies that strain a mesh [Hz]: {lines}\n"
+        f"{values['speeds']} speeds, {values['first_speed_Hz']:g} to "
+        f"{values['last_speed_Hz']:g} Hz of the first mesh"
+    )
+    console.print(_peak_table(values["branches"]))
+    console.print(_jump_table(values["branches"]))
+    for branch in values["branches"]:
+        if branch["aperiodic_speeds"]:
+            console.print(
+                f"{branch['torque_Nm']:g} N m {branch['direction']}: motion did not "
+                f"repeat at {branch['aperiodic_speeds']} of "
+                f"{branch['finished_speeds']} speeds"
+            )
+    console.print(f"wall time {values['wall_time_s']:.2f} s")
+
+
+def _peak_table(branches: list[dict[str, Any]]) -> Any:
+    columns = ("peak\n[Hz]", "RMS of\nDTE [um]", "force\n[N]", "contact\nlost [%]")
+    table = _empty_table("Peaks", columns)
+    for branch, peak in _entries(branches, "peaks"):
+        table.add_row(
+            *_place(branch, peak),
+            f"{peak['frequency_Hz']:.6g}",
+            f"{1e6 * peak['dte_rms_m']:.3f}",
+            f"{peak['force_peak_N']:.0f}",
+            f"{100.0 * peak['contact_loss_fraction']:.1f}",
+        )
+    return table if table.row_count else "no peaks"
+
+
+def _jump_table(branches: list[dict[str, Any]]) -> Any:
+    columns = ("from\n[Hz]", "to\n[Hz]", "RMS of DTE\nfrom [um]", "to\n[um]")
+    table = _empty_table("Jumps", columns)
+    for branch, jump in _entries(branches, "jumps"):
+        table.add_row(
+            *_place(branch, jump),
+            f"{jump['frequency_from_Hz']:.6g}",
+            f"{jump['frequency_to_Hz']:.6g}",
+            f"{1e6 * jump['dte_rms_from_m']:.3f}",
+            f"{1e6 * jump['dte_rms_to_m']:.3f}",
+        )
+    return table if table.row_count else "no jumps"
+
+
+def _empty_table(title: str, columns: tuple[str, ...]) -> Any:
+    from rich import box
+    from rich.table import Table
+
+    table = Table(
+        title=title, box=box.SIMPLE_HEAD, title_justify="left", pad_edge=False
+    )
+    for name in ("torque\n[N m]", "direction", "mesh", *columns):
+        table.add_column(name, justify="left" if name == "direction" else "right")
+    return table
+
+
+def _entries(branches: list[dict[str, Any]], kind: str) -> list[tuple[Any, Any]]:
+    return [(branch, entry) for branch in branches for entry in branch[kind]]
+
+
+def _place(branch: dict[str, Any], entry: dict[str, Any]) -> tuple[str, str, str]:
+    return f"{branch['torque_Nm']:g}", branch["direction"], str(entry["mesh"])
+
+
+def _end(found: Branches) -> None:
+    """Exit code 1 after a divergence, 130 after Ctrl-C; rows are written by then."""
+    from lumped.motion import DivergedError
+
+    last = [branch.responses[-1] for _, branch in found if branch.responses]
+    diverged = [response for response in last if response.status == "diverged"]
+    if diverged:
+        error = DivergedError(diverged[0].frequency, diverged[0].settling_time)
+        typer.echo(f"fegear: {error}; finished rows are kept", err=True)
+        raise typer.Exit(1)
+    if not all(branch.complete for _, branch in found):
+        raise KeyboardInterrupt

@@ -1,0 +1,248 @@
+"""fegear wave: the motion of a gear set at one speed."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from fegear.cli.edits import Edits, parsed_edits
+from fegear.cli.lumped_options import (
+    Damping,
+    Excitation,
+    ExcitationChoice,
+    Harmonics,
+    MaxPeriods,
+    Method,
+    MethodChoice,
+    Model,
+    Physics,
+    Ramp,
+    SetName,
+    Steps,
+    Tables,
+    Tolerance,
+    Translations,
+    checked_settings,
+    excitations_of,
+    file_header,
+    middle_torque,
+    one_line_failure,
+    strict_json,
+    system_at,
+)
+from fegear.cli.options import require
+
+if TYPE_CHECKING:
+    from lumped.motion import TimeHistory
+
+LINES = 5  # largest ones of a spectrum, in the summary
+
+
+def wave_command(
+    set_name: SetName,
+    speed: Annotated[
+        float, typer.Option(help="Mesh frequency of the first mesh [Hz].")
+    ],
+    from_speed: Annotated[
+        float | None,
+        typer.Option(
+            help="Pass from this speed to the other in steps of 20 Hz at most [Hz]: "
+            "chooses the branch where there are two [default: start at rest]."
+        ),
+    ] = None,
+    model: Model = 1,
+    torque: Annotated[
+        float | None,
+        typer.Option(
+            help="On the input gear [N m] "
+            "[default: the middle one of the gear set's load cases]."
+        ),
+    ] = None,
+    edits: Edits = None,
+    damping: Damping = None,
+    translations: Translations = False,
+    excitation: Excitation = ExcitationChoice.fe,
+    ramp: Ramp = 0.1,
+    harmonics: Harmonics = 5,
+    table: Tables = None,
+    steps: Steps = 64,
+    method: Method = MethodChoice.rk4,
+    tolerance: Tolerance = 1e-4,
+    max_periods: MaxPeriods = 2000,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", help="Write the history, CSV.")
+    ] = None,
+    plot: Annotated[Path | None, typer.Option(help="Draw the motion, PNG.")] = None,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Print the summary as JSON.")
+    ] = False,
+) -> None:
+    """Time history, forces of every pair, contact, section and spectrum at one speed.
+
+    Example: fegear wave liu-idler --speed 2100 --from-speed 3000 --plot w.png
+    """
+    from fegear.gearset import load_gear_set
+    from fegear.output import require_writable
+
+    for path in (output, plot):
+        if path is not None:
+            require_writable(path)
+    gear_set = load_gear_set(set_name, parsed_edits(edits))
+    for name, value in (("--speed", speed), ("--from-speed", from_speed)):
+        ok = value is None or 0.0 < value < 1e9
+        require(ok, name, value or 0.0, "must be positive, a mesh frequency [Hz]")
+    physics = Physics(
+        model=model,
+        translations=translations,
+        damping=damping,
+        excitation=excitation.value,
+        ramp=ramp,
+        harmonics=harmonics,
+        tables=tuple(table or ()),
+    )
+    settings = checked_settings(method.value, steps, tolerance, max_periods)
+    at = middle_torque(gear_set, torque)
+    from lumped.motion import arrive, time_history
+
+    excitations = excitations_of(physics, gear_set)
+    system = system_at(gear_set, at, physics, excitations)
+    with one_line_failure():
+        state = arrive(
+            system, speed if from_speed is None else from_speed, speed, settings
+        )
+        motion = time_history(system, speed, settings, state)
+    header = file_header(gear_set, physics, settings, system.train.damping_ratio)
+    header |= {"model": str(model), "torque_Nm": f"{at:g}", "speed_Hz": f"{speed!r}"}
+    _write(motion, header, output, plot)
+    values = wave_summary(motion, header)
+    if as_json:
+        typer.echo(strict_json(values), nl=False)
+    else:
+        print_wave(values)
+
+
+def _write(
+    motion: TimeHistory, header: dict[str, str], output: Path | None, plot: Path | None
+) -> None:
+    from fegear.output import write_whole
+
+    if output is not None:
+        from lumped.motion import wave_csv
+
+        text = wave_csv(motion, header)
+        write_whole(output, lambda path: path.write_text(text, encoding="utf-8"))
+    if plot is not None:
+        from fegear.plots import save_figure
+        from lumped.figures import draw_wave
+
+        title = (
+            f"{header['gear set']} at {motion.response.frequency:g} Hz and "
+            f"{header['torque_Nm']} N m, model {header['model']}, "
+            f"{header['excitation']}, damping ratio {header['damping ratio']}"
+        )
+        write_whole(plot, lambda path: save_figure(draw_wave(motion, title), path))
+
+
+def wave_summary(motion: TimeHistory, header: dict[str, str]) -> dict[str, Any]:
+    """Plain values, ready for JSON."""
+    response = motion.response
+    return {
+        "gear_set": header["gear set"],
+        "model": int(header["model"]),
+        "excitation": header["excitation"],
+        "damping_ratio": float(header["damping ratio"]),
+        "torque_Nm": float(header["torque_Nm"]),
+        "speed_Hz": float(response.frequency),
+        "status": str(response.status),
+        "settling_time_s": float(response.settling_time),
+        "shown_time_s": float(motion.history.time[-1]),
+        "section_points": len(motion.section_rate),
+        "meshes": [_mesh_summary(motion, m) for m in range(len(motion.pairs))],
+    }
+
+
+def _mesh_summary(motion: TimeHistory, m: int) -> dict[str, Any]:
+    response, pairs = motion.response, motion.pairs[m]
+    return {
+        "mesh": m + 1,
+        "period_multiple": int(response.period_multiple[m]),
+        "dte_rms_m": float(response.dte_rms[m]),
+        "dte_mean_m": float(response.dte_mean[m]),
+        "dte_peak_m": float(response.dte_peak[m]),
+        "force_peak_N": float(response.force_peak[m]),
+        "contact_loss_fraction": float(response.contact_loss[m]),
+        "back_side_fraction": float(response.back_side[m]),
+        "engaged_pairs": sorted({int(count) for count in pairs.count}),
+        "contact_conditions": dict(pairs.conditions),
+        "largest_lines": _largest_lines(motion, m),
+    }
+
+
+def _largest_lines(motion: TimeHistory, m: int) -> list[dict[str, float]]:
+    """The largest lines of the spectrum by falling amplitude, without the mean."""
+    order = 1 + motion.spectrum[1:, m].argsort(kind="stable")[::-1][:LINES]
+    return [
+        {
+            "frequency_Hz": float(motion.spectrum_frequency[i]),
+            "amplitude_m": float(motion.spectrum[i, m]),
+        }
+        for i in order
+    ]
+
+
+def print_wave(values: dict[str, Any]) -> None:
+    from rich.console import Console
+
+    console = Console(highlight=False, markup=False)
+    console.print(
+        f"{values['gear_set']} at {values['speed_Hz']:g} Hz, "
+        f"{values['torque_Nm']:g} N m, model {values['model']}, "
+        f"{values['excitation']}, damping ratio {values['damping_ratio']:g}\n"
+        f"{values['status']}, settled for {values['settling_time_s']:.4g} s, "
+        f"{values['section_points']} points in the section"
+    )
+    console.print(_figures_table(values["meshes"]))
+    from lumped.motion import CONDITIONS
+
+    for mesh in values["meshes"]:
+        for name, part in mesh["contact_conditions"].items():
+            console.print(
+                f"mesh {mesh['mesh']}, two pairs or more engaged, condition {name}, "
+                f"{CONDITIONS[name]}: {100.0 * part:.2f} % of the cycle"
+            )
+
+
+# Row header, with its unit, the figure that it shows, and its factor.
+ROWS = {
+    "RMS of dynamic transmission error [um]": ("dte_rms_m", 1e6),
+    "mean [um]": ("dte_mean_m", 1e6),
+    "largest value [um]": ("dte_peak_m", 1e6),
+    "largest mesh force [N]": ("force_peak_N", 1.0),
+    "contact lost [% of the time]": ("contact_loss_fraction", 100.0),
+    "back side [% of the time]": ("back_side_fraction", 100.0),
+}
+
+
+def _figures_table(meshes: list[dict[str, Any]]) -> Any:
+    from rich import box
+    from rich.table import Table
+
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    table.add_column("")
+    for mesh in meshes:
+        table.add_column(f"mesh {mesh['mesh']}", justify="right")
+    for label, (name, factor) in ROWS.items():
+        table.add_row(label, *(f"{factor * mesh[name]:.5g}" for mesh in meshes))
+    multiples = [str(mesh["period_multiple"] or "none") for mesh in meshes]
+    table.add_row("repeats after periods of the mesh", *multiples)
+    lines = [
+        "\n".join(
+            f"{1e6 * line['amplitude_m']:.3g} at {line['frequency_Hz']:.6g}"
+            for line in mesh["largest_lines"]
+        )
+        for mesh in meshes
+    ]
+    table.add_row("largest amplitudes [um] at [Hz]", *lines)
+    return table

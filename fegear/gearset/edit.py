@@ -1,0 +1,96 @@
+"""Single figures of a gear set file, changed by name before it is read.
+
+`mesh.2.tip_relief.magnitude_um`, `gear.idler.inertia_kg_m2`, `dynamics.damping_ratio`:
+tables of a list are named by number, counted from 1, or gears by their name.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from copy import deepcopy
+from typing import Any
+
+from fegear.errors import InputError
+
+LISTS = ("gear", "mesh", "shaft")
+# keys that say the same thing: the one that is set replaces the others
+ALTERNATIVES = (
+    {"length_pitches", "start_roll_angle_deg", "start"},
+    {"center_distance_mm", "operating_pressure_angle_deg"},
+    {"tip_radius_mm", "addendum_mm"},
+)
+USUAL_START = {"tip_relief": "HPSTC", "root_relief": "LPSTC"}
+
+
+def edited(tables: Mapping[str, Any], edits: Mapping[str, Any]) -> dict[str, Any]:
+    """The tables of a TOML file with some values set; the originals stay.
+
+    A relief that is not there yet begins at the HPSTC or LPSTC unless its start is
+    set as well; a relief magnitude of 0 takes the relief away. Raises InputError for
+    a name that leads nowhere.
+    """
+    copy: dict[str, Any] = deepcopy(dict(tables))
+    for name, value in edits.items():
+        _set(copy, name, value)
+    for mesh in copy.get("mesh", []):
+        _settle_reliefs(mesh)
+    return copy
+
+
+def parsed_value(text: str) -> Any:
+    """A value as TOML would read it; a bare word is a string."""
+    try:
+        return tomllib.loads(f"value = {text}")["value"]
+    except tomllib.TOMLDecodeError:
+        return text
+
+
+def _set(tables: dict[str, Any], name: str, value: Any) -> None:
+    *path, key = name.split(".")
+    if not path or not key:
+        raise InputError(f"{name}: must name a table and a key, such as mesh.1.phase")
+    table = _table(tables, path, name)
+    for group in ALTERNATIVES:
+        if key in group:
+            for other in group - {key}:
+                table.pop(other, None)
+    table[key] = value
+
+
+def _table(tables: dict[str, Any], path: list[str], name: str) -> dict[str, Any]:
+    """The table that a path leads to; tables within it are made where missing."""
+    inner = path
+    found: Any = tables
+    if path[0] in LISTS:
+        if len(path) < 2:
+            raise InputError(f"{name}: which {path[0]}? such as {path[0]}.1")
+        found, inner = _entry(tables, path[0], path[1], name), path[2:]
+    for step in inner:
+        found = found.setdefault(step, {})
+        if not isinstance(found, dict):
+            raise InputError(f"{name}: {step} is a value, no table")
+    return found
+
+
+def _entry(tables: dict[str, Any], kind: str, which: str, name: str) -> dict[str, Any]:
+    entries = tables.get(kind, [])
+    if which.isdecimal() and 1 <= int(which) <= len(entries):
+        return entries[int(which) - 1]
+    for entry in entries:
+        if isinstance(entry, dict) and entry.get("name") == which:
+            return entry
+    names = [str(entry.get("name", i)) for i, entry in enumerate(entries, 1)]
+    raise InputError(f"{name}: no {kind} {which} (known: {', '.join(names)})")
+
+
+def _settle_reliefs(mesh: dict[str, Any]) -> None:
+    for place, start in USUAL_START.items():
+        for key in (place, f"driver_{place}", f"driven_{place}"):
+            relief = mesh.get(key)
+            if not isinstance(relief, dict):
+                continue
+            if relief.get("magnitude_um") == 0:
+                del mesh[key]
+            elif not ALTERNATIVES[0] & relief.keys():
+                relief["start"] = start

@@ -1,0 +1,289 @@
+"""Figures of sweeps and motions; functions of a result, drawn without a screen."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lumped.jumps import find_jumps
+from lumped.motion import TimeHistory, resampled
+from lumped.sweep import Branch
+from lumped.system import LumpedSystem
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+Array = NDArray[np.float64]
+TORQUE_COLORS = ("tab:blue", "tab:red", "tab:green", "tab:purple", "tab:brown")
+# wide under narrow, so that pairs with equal forces are both seen
+TOOTH_LINES = (("tab:orange", 3.4), ("tab:green", 2.4), ("tab:blue", 1.4))
+STATE_COLORS = {1: "tab:green", 0: "tab:red", -1: "tab:purple"}
+STATE_NAMES = {1: "drive side", 0: "contact lost", -1: "back side"}
+SHOWN_PERIODS = 8  # of a mesh, in the panels over time
+SHOWN_ORDERS = 10  # of a mesh, in its spectrum
+FINER = 4  # than the steps of the integration, in the phase plane
+NOISE = 1e-5  # of the largest line, below which a spectrum is not drawn
+
+
+@dataclass(frozen=True)
+class Curve:
+    """A branch and the torque on the input gear [N m] that it belongs to."""
+
+    torque_Nm: float
+    branch: Branch
+
+
+def draw_sweep(curves: Sequence[Curve], title: str = "") -> Figure:
+    """RMS of the dynamic transmission error over speed, a panel for each mesh."""
+    from matplotlib.figure import Figure
+
+    system = curves[0].branch.system
+    meshes = len(system.excitations)
+    figure = Figure(figsize=(9.0, 1.2 + 3.4 * meshes), layout="constrained")
+    panels = figure.subplots(meshes, 1, sharex=True, squeeze=False)[:, 0]
+    torques = list(dict.fromkeys(curve.torque_Nm for curve in curves))
+    for m, axes in enumerate(panels):
+        for curve in curves:
+            color = TORQUE_COLORS[torques.index(curve.torque_Nm) % len(TORQUE_COLORS)]
+            _draw_branch(axes, curve, m, color)
+        axes.set_ylabel(f"mesh {m + 1}: RMS of dynamic\ntransmission error [µm]")
+        axes.set_ylim(bottom=0.0)
+        axes.margins(x=0.01)
+        axes.grid(alpha=0.25)
+        _mark_resonances(axes, system, m)
+    panels[-1].set_xlabel(_speed_label(system))
+    _legend_of_sweep(figure, torques, {curve.branch.direction for curve in curves})
+    figure.suptitle(title, fontsize=11)
+    return figure
+
+
+def _speed_label(system: LumpedSystem) -> str:
+    first = " of the first mesh" if len(system.excitations) > 1 else ""
+    return f"mesh frequency{first} [Hz]"
+
+
+def _draw_branch(axes: Axes, curve: Curve, m: int, color: str) -> None:
+    branch = curve.branch
+    if not branch.responses:
+        return
+    frequency, up = branch.frequency_Hz, branch.direction == "up"
+    rms = 1e6 * branch.column("dte_rms")[:, m]
+    style: dict[str, Any] = (
+        {"ls": "-", "marker": "o", "mfc": color}
+        if up
+        else {"ls": "--", "marker": "s", "mfc": "white"}
+    )
+    axes.plot(frequency, rms, color=color, lw=1.0, ms=3.0, mew=0.7, **style)
+    lost = branch.column("contact_loss")[:, m] > 0.0
+    axes.fill_between(frequency, rms, where=lost, color=color, alpha=0.12, lw=0.0)
+    for jump in find_jumps(branch):
+        if jump.mesh == m + 1:
+            _draw_jump(axes, jump.frequency_from, jump.frequency_to, rms, frequency)
+
+
+def _draw_jump(
+    axes: Axes, start: float, end: float, rms: Array, frequency: Array
+) -> None:
+    ends = [(f, rms[frequency == f][0]) for f in (start, end)]
+    arrow = {"arrowstyle": "-|>", "color": "black", "lw": 1.3, "shrinkA": 0.0}
+    axes.annotate("", xy=ends[1], xytext=ends[0], arrowprops=arrow, zorder=5)
+
+
+def _mark_resonances(axes: Axes, system: LumpedSystem, m: int) -> None:
+    """Thin lines at first-mesh frequencies at which a mesh excites a mode."""
+    rates = sorted({float(rate) for rate in system.train.mesh_rates}, reverse=True)
+    low, high = axes.get_xlim()
+    for natural in system.modes.frequency_Hz[system.moving]:
+        for rate in rates:
+            at = natural / rate
+            if not low < at < high:
+                continue
+            axes.axvline(at, color="0.4", lw=0.7, ls="-" if rate == 1.0 else ":")
+            if m == 0:
+                name = f"{natural:.0f} Hz"
+                if rate != 1.0:
+                    name += f" / {rate:.3g}"
+                axes.text(
+                    at,
+                    1.01,
+                    name,
+                    transform=axes.get_xaxis_transform(),
+                    ha="center",
+                    fontsize=8,
+                    color="0.3",
+                )
+
+
+def _legend_of_sweep(
+    figure: Figure, torques: Sequence[float], directions: set[str]
+) -> None:
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
+
+    colors = [TORQUE_COLORS[i % len(TORQUE_COLORS)] for i in range(len(torques))]
+    entries: list[Any] = [
+        Line2D([], [], color=color, label=f"{torque:g} N m")
+        for color, torque in zip(colors, torques, strict=True)
+    ]
+    plain: dict[str, Any] = {"color": "black", "ms": 4.0, "lw": 1.0}
+    if "up" in directions:
+        entries.append(Line2D([], [], ls="-", marker="o", label="speed up", **plain))
+    if "down" in directions:
+        down = Line2D([], [], ls="--", marker="s", mfc="white", **plain)
+        down.set_label("speed down")
+        entries.append(down)
+    entries += [
+        Patch(color="0.85", label="contact lost in part"),
+        Line2D([], [], color="black", marker=">", lw=1.3, label="jump"),
+        Line2D([], [], color="0.4", lw=0.7, label="natural frequency"),
+    ]
+    figure.legend(
+        handles=entries, loc="outside lower center", ncols=len(entries), fontsize=8
+    )
+
+
+def draw_wave(motion: TimeHistory, title: str = "") -> Figure:
+    """Deflection, forces, contact, phase plane and spectrum, a column per mesh."""
+    from matplotlib.figure import Figure
+
+    meshes = len(motion.pairs)
+    figure = Figure(figsize=(1.5 + 5.5 * meshes, 13.5), layout="constrained")
+    panels = figure.subplots(
+        5, meshes, squeeze=False, height_ratios=(1.0, 1.3, 0.6, 1.5, 1.0)
+    )
+    for m, (error, force, state, plane, lines) in enumerate(panels.T):
+        _draw_over_time(motion, m, (error, force, state))
+        _draw_phase_plane(plane, motion, m)
+        _draw_spectrum(lines, motion, m)
+        error.set_title(f"mesh {m + 1}", fontsize=10)
+    _legend_of_states(figure)
+    figure.suptitle(title, fontsize=11)
+    return figure
+
+
+def _draw_over_time(
+    motion: TimeHistory, m: int, panels: tuple[Axes, Axes, Axes]
+) -> None:
+    history, pairs = motion.history, motion.pairs[m]
+    frequency = _mesh_frequency(motion, m)
+    periods = history.time * frequency
+    shown = periods <= SHOWN_PERIODS + 1e-6
+    x = periods[shown]
+    error, force, state = panels
+    error.plot(x, 1e6 * history.deflection[shown, m], "k", lw=1.0)
+    error.set_ylabel("dynamic transmission\nerror [µm]")
+    _draw_teeth(force, motion, m, shown)
+    force.plot(x, 1e-3 * history.force[shown, m], "k", lw=1.0, label="mesh")
+    force.set_ylabel("force [kN]")
+    force.set_ylim(top=1.2 * force.get_ylim()[1])
+    force.legend(fontsize=8, ncols=2, loc="upper right")
+    _draw_states(state, x, pairs.state[shown], pairs.engaged[shown])
+    for axes in panels:
+        axes.set_xlim(0.0, x[-1])
+        axes.grid(alpha=0.25)
+    left = "" if shown.all() else f", of {periods[-1]:.0f}"
+    state.set_xlabel(f"time [periods of this mesh, {1e3 / frequency:.4g} ms{left}]")
+
+
+def _draw_teeth(
+    axes: Axes, motion: TimeHistory, m: int, shown: NDArray[np.bool_]
+) -> None:
+    """Force of every pair of teeth on its way through the mesh.
+
+    After each cycle a pair takes the place of the one ahead of it.
+    """
+    pairs = motion.pairs[m]
+    periods = motion.history.time[shown] * _mesh_frequency(motion, m)
+    phase = motion.system.train.meshes[m].phase
+    cycle = np.floor(periods + phase + 1e-9).astype(int)
+    force = np.where(pairs.engaged[shown], 1e-3 * pairs.force[shown], np.nan)
+    rows, places = np.arange(cycle.size), force.shape[1]
+    for tooth in range(cycle[0] - places + 1, cycle[-1] + 1):
+        place = cycle - tooth
+        inside = (place >= 0) & (place < places)
+        way = np.where(inside, force[rows, np.clip(place, 0, places - 1)], np.nan)
+        turn = tooth % len(TOOTH_LINES)
+        color, width = TOOTH_LINES[turn]
+        label = "tooth pairs in turn" if tooth == cycle[0] else None
+        axes.plot(periods, way, color=color, lw=width, label=label)
+
+
+def _mesh_frequency(motion: TimeHistory, m: int) -> float:
+    return motion.response.frequency * float(motion.system.train.mesh_rates[m])
+
+
+def _draw_states(
+    axes: Axes,
+    x: Array,
+    state: NDArray[np.int64],
+    engaged: NDArray[np.bool_],
+) -> None:
+    """A lane for each pair, coloured while it is engaged."""
+    pairs = state.shape[1]
+    for p in range(pairs):
+        for value, color in STATE_COLORS.items():
+            inside = (state[:-1, p] == value) & engaged[:-1, p]
+            bars = [(x[i], x[i + 1] - x[i]) for i in np.flatnonzero(inside)]
+            axes.broken_barh(bars, (p + 0.6, 0.8), color=color, lw=0.0)
+    axes.set_ylim(0.4, pairs + 0.6)
+    axes.set_yticks(range(1, pairs + 1), [f"pair {p + 1}" for p in range(pairs)])
+
+
+def _draw_phase_plane(axes: Axes, motion: TimeHistory, m: int) -> None:
+    time = motion.history.time
+    fine = np.linspace(time[0], time[-1], FINER * time.size)
+    deflection, rate = resampled(motion.history, fine)
+    axes.plot(1e6 * deflection[:, m], 1e3 * rate[:, m], color="0.6", lw=0.8)
+    points = len(motion.section_rate)
+    axes.plot(
+        1e6 * motion.section_deflection[:, m],
+        1e3 * motion.section_rate[:, m],
+        "o",
+        color="tab:red",
+        ms=5.0 if points <= 8 else 2.5,
+    )
+    axes.set_title(
+        f"phase plane; dots: start of each first-mesh period, {points} in all",
+        fontsize=9,
+    )
+    axes.set_xlabel("dynamic transmission error [µm]")
+    axes.set_ylabel("rate [mm/s]")
+    axes.grid(alpha=0.25)
+
+
+def _draw_spectrum(axes: Axes, motion: TimeHistory, m: int) -> None:
+    """Lines over the orders of this mesh; those at natural frequencies marked."""
+    frequency = _mesh_frequency(motion, m)
+    order = motion.spectrum_frequency / frequency
+    shown = (order > 0.0) & (order <= SHOWN_ORDERS + 0.5)
+    height = 1e6 * motion.spectrum[shown, m]
+    floor = NOISE * max(float(height.max()), 1e-9)
+    seen = height > floor
+    axes.vlines(order[shown][seen], floor, height[seen], color="black", lw=1.2)
+    axes.plot(order[shown][seen], height[seen], "k.", ms=4.0)
+    axes.set_yscale("log")
+    axes.set_ylim(floor, 3.0 * max(float(height.max()), 2.0 * floor))
+    axes.set_xlim(0.0, SHOWN_ORDERS + 0.5)
+    modes = motion.system.modes.frequency_Hz[motion.system.moving]
+    for natural in modes[modes < (SHOWN_ORDERS + 0.5) * frequency]:
+        axes.axvline(natural / frequency, color="tab:blue", lw=0.8, ls=":")
+    axes.set_xlabel(
+        f"frequency [orders of this mesh, {frequency:.5g} Hz]; natural ones dotted"
+    )
+    axes.set_ylabel("amplitude [µm]")
+    axes.grid(alpha=0.25)
+
+
+def _legend_of_states(figure: Figure) -> None:
+    from matplotlib.patches import Patch
+
+    entries = [
+        Patch(color=color, label=STATE_NAMES[value])
+        for value, color in STATE_COLORS.items()
+    ]
+    figure.legend(handles=entries, loc="outside lower center", ncols=3, fontsize=8)

@@ -1,0 +1,146 @@
+"""What stands out in a frequency response: jumps between branches, and peaks.
+
+At a jump the curve left of a step and the curve right of it, both drawn on straight
+into the step, miss each other by far more than they change beside it. At a peak, as
+sharp as it may be, the changes beside a step are of the step's own size.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lumped.sweep import Branch, Direction
+
+Array = NDArray[np.float64]
+STRONG = 3.0  # miss over the changes beside a step: here the motion jumps
+WEAK = 1.5  # the same, for the other meshes at a speed where one jumps
+SEEN = 0.1  # miss over the larger value, below which nothing jumps
+SMALLEST = 1e-3  # the same over the largest value of the curve
+PROMINENT = 0.1  # height of a peak over its feet, of the largest value of the curve
+ROUND_OFF = 1e-12  # m: curves below are flat
+
+
+@dataclass(frozen=True)
+class Jump:
+    """A step between neighbouring speeds, in the order in which they were passed.
+
+    mesh : counted from 1
+    frequency_from, frequency_to : of the first mesh [Hz]
+    dte_rms_from, dte_rms_to : [m]
+    """
+
+    direction: Direction
+    mesh: int
+    frequency_from: float
+    frequency_to: float
+    dte_rms_from: float
+    dte_rms_to: float
+
+
+@dataclass(frozen=True)
+class Peak:
+    """A local maximum of the RMS of the dynamic transmission error.
+
+    mesh : counted from 1
+    frequency : of the first mesh [Hz]; dte_rms [m], force_peak [N]
+    contact_loss : part of the time
+    """
+
+    direction: Direction
+    mesh: int
+    frequency: float
+    dte_rms: float
+    force_peak: float
+    contact_loss: float
+
+
+def find_jumps(branch: Branch) -> list[Jump]:
+    """Jumps in the order of the branch; a mesh is listed where its curve steps."""
+    frequency, rms = branch.frequency_Hz, branch.column("dte_rms")
+    if len(frequency) < 4:
+        return []
+    miss = np.stack([relative_miss(frequency, curve) for curve in rms.T])
+    anywhere = (miss > STRONG).any(axis=0)
+    return [
+        Jump(
+            direction=branch.direction,
+            mesh=int(m) + 1,
+            frequency_from=float(frequency[i]),
+            frequency_to=float(frequency[i + 1]),
+            dte_rms_from=float(rms[i, m]),
+            dte_rms_to=float(rms[i + 1, m]),
+        )
+        for i in np.flatnonzero(anywhere)
+        for m in np.flatnonzero(miss[:, i] > WEAK)
+    ]
+
+
+def relative_miss(frequency: Array, values: Array) -> Array:
+    """Miss of the straight continuations in each step over the changes beside it.
+
+    Shape (n - 1,); 0 where the miss is too small to be seen, and where a value is
+    NaN or a neighbour is missing.
+    """
+    out = np.zeros(max(frequency.size - 1, 0))
+    if frequency.size < 4:
+        return out
+    width = np.abs(np.diff(frequency))
+    slope = np.diff(values) / np.where(width > 0.0, width, np.nan)
+    before, step, after = (slope[s] * width[1:-1] for s in _NEIGHBOURS)
+    size = np.abs(values)
+    missed = np.abs(step - 0.5 * (before + after))
+    beside = np.maximum(np.abs(before), np.abs(after))
+    with np.errstate(invalid="ignore"):  # NaN compares as not seen
+        floor = np.maximum(SEEN * np.maximum(size[1:-2], size[2:-1]), ROUND_OFF)
+        seen = missed > np.fmax(floor, SMALLEST * np.nanmax(size, initial=0.0))
+    tiny = np.finfo(float).tiny
+    out[1:-1][seen] = missed[seen] / np.maximum(beside[seen], tiny)
+    return out
+
+
+_NEIGHBOURS = (slice(None, -2), slice(1, -1), slice(2, None))
+
+
+def find_peaks(branch: Branch) -> list[Peak]:
+    """Peaks by mesh and rising frequency; a curve's ends count as feet, not as tops."""
+    order = np.argsort(branch.frequency_Hz, kind="stable")
+    columns = {
+        name: branch.column(name)[order]
+        for name in ("dte_rms", "force_peak", "contact_loss")
+    }
+    return [
+        Peak(
+            direction=branch.direction,
+            mesh=m + 1,
+            frequency=float(branch.frequency_Hz[order][i]),
+            **{name: float(column[i, m]) for name, column in columns.items()},
+        )
+        for m in range(len(branch.system.excitations))
+        if len(order)
+        for i in prominent(columns["dte_rms"][:, m])
+    ]
+
+
+def prominent(values: Array) -> list[int]:
+    """Indices of the local maxima that stand out on both sides.
+
+    A maximum's feet are the lowest values on the way to anything higher.
+    """
+    kept = np.flatnonzero(np.isfinite(values))
+    y = values[kept]
+    if y.size < 3 or y.max() < ROUND_OFF:
+        return []
+    least = PROMINENT * y.max()
+    tops = np.flatnonzero((y[1:-1] > y[:-2]) & (y[1:-1] >= y[2:])) + 1
+    return [
+        int(kept[i]) for i in tops if y[i] - max(_foot(y[i::-1]), _foot(y[i:])) >= least
+    ]
+
+
+def _foot(way: Array) -> float:
+    """Lowest value from way[0] until something is higher than it."""
+    higher = np.flatnonzero(way > way[0])
+    return float(way[: higher[0] if higher.size else way.size].min())

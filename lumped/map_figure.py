@@ -1,0 +1,85 @@
+"""Pictures of parameter maps: contours over two axes, a curve over one."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lumped.maps import ParameterMap
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+LEVELS = 14
+LOST = 1e-3  # part of the cycle from which contact counts as lost
+
+
+def draw_map(found: ParameterMap) -> Figure:
+    """RMS of the DTE [um], a panel for each mesh; where contact is lost is hatched."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(5.4 * found.meshes, 5.0), layout="constrained")
+    panels = figure.subplots(1, found.meshes, squeeze=False)[0]
+    for mesh, axes in enumerate(panels):
+        if len(found.axes) == 2:
+            _draw_contours(axes, found, mesh)
+        else:
+            _draw_curve(axes, found, mesh)
+        axes.set_title(f"mesh {mesh + 1}", fontsize=10)
+    header = found.header
+    figure.suptitle(
+        f"{header['gear set']}, model {header['model']}, {header['excitation']}\n"
+        f"{header['response']}",
+        fontsize=11,
+    )
+    return figure
+
+
+def _draw_contours(axes: Axes, found: ParameterMap, mesh: int) -> None:
+    one, two = found.axes
+    x, y = np.array(one.values), np.array(two.values)
+    rms = 1e6 * found.figure("dte_rms_m", mesh).T
+    lost = found.figure("contact_loss_fraction", mesh).T
+    if min(x.size, y.size) < 2 or np.isnan(rms).all():
+        axes.text(0.5, 0.5, "no contours", transform=axes.transAxes, ha="center")
+        return
+    filled = axes.contourf(x, y, rms, LEVELS, cmap="viridis")
+    lines = axes.contour(x, y, rms, filled.levels, colors="white", linewidths=0.6)
+    axes.clabel(lines, fontsize=7, fmt="%g")
+    if np.nanmax(lost) > LOST:
+        axes.contourf(x, y, lost, [LOST, 2.0], colors="none", hatches=["//"])
+        axes.plot([], [], " ", label="hatched: contact is lost")
+        axes.legend(loc="upper right", fontsize=8)
+    axes.figure.colorbar(filled, ax=axes, label="RMS of the DTE without mean [um]")
+    axes.set_xlabel(axis_label(one.name))
+    axes.set_ylabel(axis_label(two.name))
+
+
+def _draw_curve(axes: Axes, found: ParameterMap, mesh: int) -> None:
+    axis = found.axes[0]
+    rms = 1e6 * found.figure("dte_rms_m", mesh)
+    lost = found.figure("contact_loss_fraction", mesh) > LOST
+    axes.plot(axis.values, rms, "o-", markersize=4)
+    axes.plot(np.array(axis.values)[lost], rms[lost], "s", label="contact is lost")
+    if lost.any():
+        axes.legend(fontsize=8)
+    axes.set_xlabel(axis_label(axis.name))
+    axes.set_ylabel("RMS of the DTE without mean [um]")
+    axes.grid(alpha=0.25)
+
+
+def axis_label(name: str) -> str:
+    """`mesh.1.tip_relief.magnitude_um` as `mesh 1, tip relief, magnitude [um]`."""
+    *path, last = name.split(".")
+    quantity, _, unit = last.rpartition("_")
+    known = {"um", "mm", "deg", "Nm", "GPa", "kg", "pitches", "m"}
+    if unit in known and quantity:
+        last = f"{quantity.replace('_', ' ')} [{'N m' if unit == 'Nm' else unit}]"
+    else:
+        last = last.replace("_", " ")
+    words = [step.replace("_", " ") for step in path]
+    if len(words) > 1 and words[0] in ("mesh", "gear", "shaft"):
+        words = [f"{words[0]} {words[1]}", *words[2:]]
+    return ", ".join([*words, last])

@@ -1,0 +1,279 @@
+"""Parameter maps: a response figure over a grid, kept point by point in a file.
+
+The file is a CSV with a header of comment lines that define the map, and a row for
+each point and mesh. Points are appended as they are finished, in any order; the
+finished map is written anew in the order of the grid. A file that was cut off, even
+within a line, is taken up again at the points that are missing.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import itertools
+import os
+import threading
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lumped.response import Response
+from lumped.system import LumpedSystem
+
+Array = NDArray[np.float64]
+Point = tuple[float, ...]
+Report = Callable[[int, int], None]  # (points done, of how many)
+FORMAT = "lumped parameter map 1"
+FIGURES = (
+    "mesh_frequency_Hz",
+    "dte_rms_m",
+    "dte_mean_m",
+    "dte_peak_m",
+    "force_peak_N",
+    "contact_loss_fraction",
+    "back_side_fraction",
+)
+QUEUE = 4  # points prepared ahead of each worker
+
+
+class MapError(ValueError):
+    """A map or its file that cannot be used; the message names what is wrong."""
+
+
+@dataclass(frozen=True)
+class Axis:
+    """A parameter by its name, and the values that it takes."""
+
+    name: str
+    values: tuple[float, ...]
+
+    def __post_init__(self) -> None:
+        if not self.values or not np.isfinite(self.values).all():
+            raise MapError(f"{self.name}: one or more finite values are needed")
+        if len(set(self.values)) < len(self.values):
+            raise MapError(f"{self.name}: a value is given twice")
+
+
+@dataclass(frozen=True)
+class Cell:
+    """What was found at a point: for each mesh its figures, or why there are none.
+
+    figures : (m, 7), columns as in FIGURES; NaN where the run diverged
+    multiples : (m,) response period in mesh periods, 0 if aperiodic
+    status : periodic, aperiodic, diverged, or impossible and the reason
+    """
+
+    figures: tuple[tuple[float, ...], ...]
+    multiples: tuple[int, ...]
+    status: str
+
+
+@dataclass(frozen=True)
+class ParameterMap:
+    """Axes, what is held fixed (free text by key), and the points found so far."""
+
+    axes: tuple[Axis, ...]
+    meshes: int
+    header: Mapping[str, str]
+    cells: Mapping[Point, Cell] = field(default_factory=dict)
+
+    @property
+    def points(self) -> list[Point]:
+        """All points in the order of the grid, the last axis changing fastest."""
+        return list(itertools.product(*(axis.values for axis in self.axes)))
+
+    @property
+    def complete(self) -> bool:
+        return len(self.cells) == len(self.points)
+
+    def figure(self, name: str, mesh: int) -> Array:
+        """A figure of one mesh (from 0) on the grid; NaN where there is none."""
+        column = FIGURES.index(name)
+        values = [
+            cell.figures[mesh][column] if (cell := self.cells.get(point)) else np.nan
+            for point in self.points
+        ]
+        return np.reshape(values, [len(axis.values) for axis in self.axes])
+
+
+def cell_of(responses: Sequence[Response]) -> Cell:
+    """For each mesh the figures where its vibration is largest."""
+    sizes = np.array([response.dte_rms for response in responses])
+    sizes = np.where(np.isnan(sizes), np.inf, sizes)  # a divergence is to be seen
+    best = [responses[i] for i in sizes.argmax(axis=0)]
+    figures = tuple(
+        (
+            r.frequency,
+            *(
+                float(values[m])
+                for values in (
+                    r.dte_rms,
+                    r.dte_mean,
+                    r.dte_peak,
+                    r.force_peak,
+                    r.contact_loss,
+                    r.back_side,
+                )
+            ),
+        )
+        for m, r in enumerate(best)
+    )
+    multiples = tuple(int(r.period_multiple[m]) for m, r in enumerate(best))
+    worst = max((r.status for r in responses), key=_severity)
+    return Cell(figures, multiples, str(worst))
+
+
+def _severity(status: str) -> int:
+    return ("periodic", "aperiodic", "diverged").index(status)
+
+
+def impossible(meshes: int, reason: str) -> Cell:
+    """A point at which there is no such train."""
+    empty = (np.nan,) * len(FIGURES)
+    return Cell((empty,) * meshes, (0,) * meshes, f"impossible: {reason}")
+
+
+def run_map(
+    parameter_map: ParameterMap,
+    build: Callable[[Point], LumpedSystem],
+    evaluate: Callable[[LumpedSystem, threading.Event], Cell | None],
+    keep: Callable[[Point, Cell], None] = lambda point, cell: None,
+    report: Report = lambda done, total: None,
+    workers: int | None = None,
+) -> ParameterMap:
+    """The map with all points; those that it holds already are not computed again.
+
+    build : the system at a point, called in this thread; a ValueError makes the
+        point impossible
+    evaluate : called in worker threads; where the event is set it may give up: None
+    keep : called in this thread with every point as it is finished
+
+    Ctrl-C ends the work after the points that are under way and is raised again.
+    """
+    points, cells = parameter_map.points, dict(parameter_map.cells)
+    stop = threading.Event()
+    running: dict[Future[Cell | None], Point] = {}
+
+    def collect(most: int) -> None:
+        while len(running) > most:
+            for future in wait(running, return_when=FIRST_COMPLETED).done:
+                point = running.pop(future)
+                add(point, future.result())
+
+    def add(point: Point, cell: Cell | None) -> None:
+        if cell is None:
+            return
+        cells[point] = cell
+        keep(point, cell)
+        report(len(cells), len(points))
+
+    count = workers or os.cpu_count() or 1
+    with ThreadPoolExecutor(count) as pool:
+        try:
+            for point in points:
+                if point in cells:
+                    continue
+                try:
+                    system = build(point)
+                except ValueError as error:
+                    add(point, impossible(parameter_map.meshes, str(error)))
+                    continue
+                running[pool.submit(evaluate, system, stop)] = point
+                collect(QUEUE * count)
+            collect(0)
+        except KeyboardInterrupt:
+            stop.set()
+            for future, point in list(running.items()):
+                if not future.cancel():
+                    add(point, future.result())
+            raise
+    return ParameterMap(
+        parameter_map.axes, parameter_map.meshes, parameter_map.header, cells
+    )
+
+
+def format_header(parameter_map: ParameterMap) -> str:
+    """The comment lines and the line of column names."""
+    lines = [f"# format: {FORMAT}\n"]
+    lines += [f"# {key}: {value}\n" for key, value in parameter_map.header.items()]
+    for axis in parameter_map.axes:
+        values = " ".join(repr(float(value)) for value in axis.values)
+        lines.append(f"# axis {axis.name}: {values}\n")
+    names = [axis.name for axis in parameter_map.axes]
+    columns = [*names, "mesh", *FIGURES, "period_multiple", "status"]
+    return "".join(lines) + _line(columns)
+
+
+def format_cell(point: Point, cell: Cell) -> str:
+    """The rows of one point, a line for each mesh."""
+    start = [repr(float(value)) for value in point]
+    return "".join(
+        _line(
+            [
+                *start,
+                mesh,
+                *("" if np.isnan(value) else repr(value) for value in figures),
+                multiple,
+                cell.status,
+            ]
+        )
+        for mesh, (figures, multiple) in enumerate(
+            zip(cell.figures, cell.multiples, strict=True), start=1
+        )
+    )
+
+
+def _line(cells: Sequence[object]) -> str:
+    out = io.StringIO()
+    csv.writer(out, lineterminator="\n").writerow(cells)
+    return out.getvalue()
+
+
+def format_map(parameter_map: ParameterMap) -> str:
+    """The whole file, points in the order of the grid."""
+    found = parameter_map.cells
+    rows = (format_cell(p, found[p]) for p in parameter_map.points if p in found)
+    return format_header(parameter_map) + "".join(rows)
+
+
+def read_cells(path: str | os.PathLike[str], empty: ParameterMap) -> dict[Point, Cell]:
+    """Points that a file of the very same map holds; a torn last line is left out.
+
+    Raises MapError if the file belongs to another map, OSError if it is not read.
+    """
+    text = Path(path).read_text(encoding="utf-8")
+    expected = format_header(empty)
+    if not text.startswith(expected):
+        if expected.startswith(text):
+            return {}  # cut off within the header
+        raise MapError(f"{path}: {_difference(text, expected)}")
+    whole = text[len(expected) :].rpartition("\n")[0]
+    return dict(_cells(whole.splitlines(), empty))
+
+
+def _difference(text: str, expected: str) -> str:
+    for line, wanted in zip(text.splitlines(), expected.splitlines(), strict=False):
+        if line != wanted:
+            return f"holds another map, `{line}` instead of `{wanted}`"
+    return "holds another map"
+
+
+def _cells(lines: list[str], empty: ParameterMap) -> Iterator[tuple[Point, Cell]]:
+    """Points of which the rows of all meshes are there."""
+    width, known = len(empty.axes), set(empty.points)
+    rows = list(csv.reader(lines))
+    for i in range(0, len(rows) - empty.meshes + 1, empty.meshes):
+        group = rows[i : i + empty.meshes]
+        point = tuple(float(value) for value in group[0][:width])
+        if point not in known:
+            raise MapError(f"{point} is not on the grid")
+        figures = tuple(
+            tuple(float(v) if v else np.nan for v in row[width + 1 : -2])
+            for row in group
+        )
+        multiples = tuple(int(row[-2]) for row in group)
+        yield point, Cell(figures, multiples, group[0][-1])

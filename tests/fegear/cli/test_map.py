@@ -1,0 +1,170 @@
+"""`fegear map`: contours, files, interruption and wrong words."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+import typer
+from typer.testing import CliRunner
+
+from fegear.cli.map import map_command, parsed_axes
+from fegear.errors import InputError
+
+app = typer.Typer()
+app.command("map")(map_command)
+RELIEF = "mesh.{}.tip_relief.magnitude_um"
+BASE = ("liu-idler", "--excitation", "rectangular", "--torque", "100")
+SMALL = (*BASE, "--over", f"{RELIEF.format(1)}=4,5", "--over", "mesh.2.phase=0:0.4:3")
+
+
+def run(*words: object) -> str:
+    result = CliRunner().invoke(app, list(map(str, words)), catch_exceptions=False)
+    assert result.exit_code == 0, result.output
+    return result.stdout
+
+
+def numbers(path) -> np.ndarray:
+    lines = [line for line in path.read_text().splitlines() if line[0] != "#"]
+    return np.array([[float(v) for v in line.split(",")[:-1]] for line in lines[1:]])
+
+
+def test_reliefs_make_ellipses_about_the_static_optimum(tmp_path):
+    """Figure 2.15, c = 1.4 and 1.6: a positive quadratic form of the reliefs."""
+    path = tmp_path / "m.csv"
+    over = [word for m in (1, 2) for word in ("--over", f"{RELIEF.format(m)}=4:8:7")]
+    ratios = [
+        w for m in (1, 2) for w in ("--set", f"mesh.{m}.contact_ratio=1.{2 + 2 * m}")
+    ]
+    run(*BASE, *ratios, *over, "--at", 1605, "-o", path)
+    rows = numbers(path)
+    rows = rows[rows[:, 2] == 2]
+    x, y, square = rows[:, 0], rows[:, 1], (1e6 * rows[:, 4]) ** 2
+    form = np.stack([x**2, x * y, y**2, x, y, np.ones_like(x)], axis=1)
+    (a, b, c, d, e, _), *_ = np.linalg.lstsq(form, square, rcond=None)
+    fit = form @ np.linalg.lstsq(form, square, rcond=None)[0]
+    assert b**2 < 4.0 * a * c
+    assert np.abs(fit - square).max() < 0.1 * square.max()
+    centre = np.linalg.solve([[2 * a, b], [b, 2 * c]], [-d, -e])
+    # eq. 2.28: twice the peak-to-peak static transmission error
+    force = 100.0 / 0.04535
+    for found, k, eps, ratio in zip(
+        centre, (2.9831e8, 3.2108e8), (0.35, 0.40), (1.4, 1.6), strict=True
+    ):
+        best = 2 * force * eps / k / (1 + eps * (1 - ratio)) / (1 + eps * (2 - ratio))
+        assert found == pytest.approx(1e6 * best, rel=0.15)
+
+
+def test_same_command_gives_the_same_file(tmp_path):
+    one, two = tmp_path / "a.csv", tmp_path / "b.csv"
+    for path in (one, two):
+        run(*SMALL, "--at", 1700, "-o", path)
+    assert one.read_bytes() == two.read_bytes()
+    before = one.read_bytes()
+    run(*SMALL, "--at", 1700, "-o", one)  # nothing left to do
+    assert one.read_bytes() == before
+
+
+def test_torn_file_is_taken_up_again(tmp_path):
+    path = tmp_path / "m.csv"
+    run(*SMALL, "--at", 1700, "-o", path)
+    whole = path.read_bytes()
+    path.write_bytes(whole[:-150])
+    run(*SMALL, "--at", 1700, "-o", path)
+    assert path.read_bytes() == whole
+
+
+def test_file_of_another_map_is_refused(tmp_path):
+    path = tmp_path / "m.csv"
+    run(*SMALL, "--at", 1700, "-o", path)
+    with pytest.raises(InputError, match="another map"):
+        run(*SMALL, "--at", 1800, "-o", path)
+    run(*SMALL, "--at", 1800, "-o", path, "--overwrite")
+
+
+@pytest.mark.parametrize("end", [signal.SIGINT, signal.SIGKILL])
+def test_interrupted_map_goes_on(tmp_path, end):
+    path = tmp_path / "m.csv"
+    words = (*BASE, "--over", "mesh.2.phase=0:0.5:300", "--at", "1605")
+    code = f"import sys; sys.argv[1:] = {[*words, '-o', str(path)]!r}; "
+    code = "from fegear.cli import main; " + code.replace("= [", "= ['map', ", 1)
+    process = subprocess.Popen(
+        [sys.executable, "-c", code + "main()"], stderr=subprocess.PIPE, text=True
+    )
+    deadline = time.monotonic() + 60.0
+    while time.monotonic() < deadline and process.poll() is None:
+        if path.exists() and path.read_text().count("periodic") > 20:
+            break
+        time.sleep(0.02)
+    os.kill(process.pid, end)
+    message = process.communicate(timeout=30)[1]
+    kept = path.read_text().count("periodic") // 2
+    assert 10 <= kept < 300
+    if end == signal.SIGINT:
+        assert process.returncode == 130
+        assert "of 300 points are in" in message
+    run(*words, "-o", path)
+    assert path.read_text().count("periodic") == 600
+    other = tmp_path / "whole.csv"
+    run(*words, "-o", other)
+    assert other.read_bytes() == path.read_bytes()
+
+
+def test_band_finds_the_peak(tmp_path):
+    path = tmp_path / "m.csv"
+    words = ("--over", "damping_ratio=0.1,0.2", "--band", "1500:1700:20")
+    run(*BASE, *words, "-o", path)
+    rows = numbers(path)
+    mesh2 = rows[rows[:, 1] == 2]
+    assert mesh2[0, 3] > mesh2[1, 3]
+    assert 1500.0 <= mesh2[0, 2] <= 1700.0
+
+
+def test_torque_is_an_axis():
+    text = run(*BASE, "--over", "torque_Nm=50,100", "--at", 1700, "--json")
+    small, large = json.loads(text)["extremes"][:2]
+    assert large["dte_rms_m"] == pytest.approx(2.0 * small["dte_rms_m"], rel=1e-6)
+
+
+def test_points_without_gears_are_marked(tmp_path):
+    path = tmp_path / "m.csv"
+    text = run(*BASE, "--over", "mesh.1.contact_ratio=1.5,3", "--at", 1700, "-o", path)
+    assert "1 impossible" in text
+    assert "impossible: liu-idler" in path.read_text()
+
+
+def test_plot_of_one_and_two_axes(tmp_path):
+    for name, words in (("two", SMALL), ("one", (*BASE, "--over", "mesh.2.phase=0,1"))):
+        path = tmp_path / f"{name}.png"
+        run(*words, "--at", 1700, "--plot", path)
+        assert path.read_bytes()[:4] == b"\x89PNG"
+
+
+@pytest.mark.parametrize(
+    ("over", "message"),
+    [
+        (["a"], "KEY=A:B:N is needed"),
+        (["a=1:2"], "N values from A to B"),
+        (["a=1:2:0"], "N values from A to B"),
+        (["a=1,x"], "N values from A to B"),
+        (["a=1,1"], "given twice"),
+        (["a=1,nan"], "finite"),
+        (["a=1", "a=2"], "is given twice"),
+        (["a=1", "b=1", "c=1"], "one or two"),
+        (["a=0:1:2000", "b=0:1:2000"], "at most"),
+    ],
+)
+def test_wrong_axes(over, message):
+    with pytest.raises(InputError, match=message):
+        parsed_axes(over)
+
+
+def test_one_of_at_and_band_is_needed():
+    with pytest.raises(InputError, match="not both"):
+        run(*SMALL)

@@ -1,0 +1,68 @@
+"""`fegear modes` on the screen and as JSON."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+import typer
+from typer.testing import CliRunner
+
+from fegear.cli.modes import modes_command
+from fegear.errors import InputError
+
+app = typer.Typer()
+app.command("modes")(modes_command)
+COMPLIANT = (68.8, 446.1, 498.7, 641.1, 889.2, 1076.2, 1200.4, 2528.8, 3851.1)
+
+
+def run(*words: str) -> str:
+    result = CliRunner().invoke(app, words, catch_exceptions=False)
+    assert result.exit_code == 0
+    return result.stdout
+
+
+def modes(*words: str) -> list[dict]:
+    return json.loads(run(*words, "--json"))["modes"]
+
+
+def test_idler_on_rigid_bearings():
+    found = [mode["frequency_Hz"] for mode in modes("liu-idler")]
+    assert found == pytest.approx([69.54, 1605.0, 3230.6], rel=1e-3)
+    printed = run("liu-idler")
+    for text in ("69.5", "1605.0", "given by the gear set", "energy in"):
+        assert text in printed
+
+
+def test_idler_on_compliant_bearings():
+    found = modes("liu-idler", "--translations")
+    assert [m["frequency_Hz"] for m in found] == pytest.approx(COMPLIANT, rel=1e-3)
+    free = [m["frequency_Hz"] for m in found if m["kind"].startswith("strains no")]
+    assert free == pytest.approx([498.7, 1200.4], rel=1e-3)
+
+
+def test_a_free_train_turns_at_no_frequency():
+    rigid, vibrating = modes("liu-pair")
+    assert rigid["frequency_Hz"] == 0.0
+    assert rigid["kind"] == "rigid rotation"
+    assert vibrating["mesh_energy"] == pytest.approx([1.0])
+
+
+def test_stiffness_by_finite_elements():
+    figures = json.loads(run("liu-pair", "--excitation", "fe", "--json"))
+    entry = figures["mean_stiffness"][0]
+    assert entry["origin"] == "finite elements at 100 N m on the driver"
+    assert entry["stiffness_N_per_m"] == pytest.approx(2.98e8, rel=0.015)
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["liu-pear"], "liu-pair"),
+        (["liu-pair", "--torque", "-1"], "--torque = -1; must be 0 or more"),
+        (["liu-pair", "--translations"], "no gear has bearing_kx_N_per_m"),
+    ],
+)
+def test_wrong_input_is_named(words, message):
+    with pytest.raises(InputError, match=message):
+        run(*words)

@@ -1,0 +1,212 @@
+"""`fegear sweep`: rows, summary, plot, and what an end before the end keeps."""
+
+from __future__ import annotations
+
+import importlib
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from dataclasses import replace
+
+import pytest
+import typer
+from typer.testing import CliRunner
+
+from fegear.cli.lumped_options import build_system, parsed_speeds, usual_speeds
+from fegear.cli.sweep import sweep_command
+from fegear.errors import InputError
+from fegear.gearset import load_gear_set
+from lumped.analytic import StiffnessFigures, analytic_excitation
+from lumped.response import Status
+from lumped.sweep_table import read_sweep
+
+app = typer.Typer()
+app.command("sweep")(sweep_command)
+FAST = ("liu-idler", "--excitation", "rectangular", "--torque", "100")
+
+
+def run(*words: object, code: int = 0) -> str:
+    result = CliRunner().invoke(app, list(map(str, words)), catch_exceptions=False)
+    assert result.exit_code == code, result.output
+    return result.stdout
+
+
+def strict(text: str) -> dict:
+    def refuse(word):
+        raise AssertionError(word)
+
+    return json.loads(text, parse_constant=refuse)
+
+
+def test_rows_come_by_torque_direction_speed_and_mesh(tmp_path):
+    path = tmp_path / "s.csv"
+    run(*FAST, "--torque", 50, "--speeds", "900:940:20", "-o", path)
+    rows = read_sweep(str(path)).rows
+    up, down = [900.0, 920.0, 940.0], [940.0, 920.0, 900.0]
+    speeds = [s for s in (*up, *down) for _ in range(2)]
+    assert [row.mesh_frequency_Hz for row in rows] == 2 * speeds
+    assert [row.mesh for row in rows] == 12 * [1, 2]
+    assert [row.torque_Nm for row in rows] == 12 * [100.0] + 12 * [50.0]
+    assert [row.direction for row in rows[:12]] == 6 * ["up"] + 6 * ["down"]
+    assert {row.period_multiple for row in rows} == {1}
+
+
+def test_output_is_deterministic(tmp_path):
+    files = [tmp_path / name for name in ("a.csv", "b.csv", "a.png", "b.png")]
+    for table, plot in (files[::2], files[1::2]):
+        run(*FAST, "--speeds", "1400:1480:20", "-o", table, "--plot", plot)
+    assert files[0].read_bytes() == files[1].read_bytes()
+    assert files[2].read_bytes() == files[3].read_bytes()
+    assert files[2].read_bytes().startswith(b"\x89PNG")
+
+
+def test_the_summary_lists_peaks_and_jumps():
+    words = (*FAST, "--speeds", "2800:3500:20", "--direction", "up")
+    values = strict(run(*words, "--json"))
+    (branch,) = values["branches"]
+    jump = next(j for j in branch["jumps"] if j["mesh"] == 2)
+    assert jump["frequency_to_Hz"] - jump["frequency_from_Hz"] == 20.0
+    assert jump["dte_rms_to_m"] > 3.0 * jump["dte_rms_from_m"]
+    peak = next(p for p in branch["peaks"] if p["mesh"] == 2)
+    assert peak["contact_loss_fraction"] > 0.2
+    assert branch["complete"]
+    assert values["natural_frequencies_Hz"][1:] == pytest.approx([1605.0, 3230.6], 1e-3)
+    printed = run(*words)
+    for text in ("Peaks", "Jumps", "[Hz]", "RMS of", "wall time"):
+        assert text in printed
+
+
+@pytest.mark.parametrize("model", [1, 2, 3])
+def test_finite_elements_drive_all_models(model):
+    words = ("liu-pair", "--model", model, "--speeds", "2000", "--torque", "100")
+    values = strict(run(*words, "--json"))
+    assert [b["finished_speeds"] for b in values["branches"]] == [1, 1]
+    assert values["excitation"] == "finite elements"
+
+
+def test_tables_take_the_place_of_finite_elements(tmp_path):
+    table, out = tmp_path / "mesh.csv", tmp_path / "s.csv"
+    rows = [f"100,{i / 8},{3e8 + 4e7 * (i < 4)}" for i in range(8)]
+    table.write_text("torque_Nm,position,stiffness_N_per_m\n" + "\n".join(rows))
+    words = ("liu-pair", "--torque", 100, "--speeds", "1500", "--table", table)
+    run(*words, "--model", 3, "-o", out)
+    assert read_sweep(str(out)).header["excitation"] == "tables mesh.csv"
+    with pytest.raises(InputError, match="given 1 times; liu-idler has 2 meshes"):
+        run("liu-idler", *words[1:])
+    with pytest.raises(InputError, match="outside of the mesh table"):
+        run("liu-pair", "--torque", 50, *words[3:])
+    with pytest.raises(InputError, match="exclude each other"):
+        run(*words, "--excitation", "fourier")
+
+
+def test_a_divergence_keeps_the_rows_before_it(tmp_path, monkeypatch):
+    # by name: the attribute of the package is the function
+    module = importlib.import_module("lumped.sweep")
+    genuine = module.respond
+
+    def diverging(system, frequency, settings, state):
+        response = genuine(system, frequency, settings, state)
+        if frequency > 930.0:
+            nothing = response.dte_rms * float("nan")
+            return replace(response, status=Status.DIVERGED, dte_rms=nothing)
+        return response
+
+    monkeypatch.setattr(module, "respond", diverging)
+    path = tmp_path / "s.csv"
+    words = (*FAST, "--speeds", "900:1000:20", "--direction", "up", "--json")
+    result = CliRunner().invoke(app, [*words, "-o", str(path)], catch_exceptions=False)
+    assert result.exit_code == 1
+    assert "diverged at 940 Hz within" in result.stderr
+    assert len(result.stderr.splitlines()) == 1
+    assert {r.mesh_frequency_Hz for r in read_sweep(str(path)).rows} == {900.0, 920.0}
+    (branch,) = strict(result.stdout)["branches"]
+    assert branch["finished_speeds"] == 2
+    assert not branch["complete"]
+
+
+def test_ctrl_c_keeps_finished_rows(tmp_path):
+    code = "from fegear.cli import main; main()"
+    words = (*FAST, "--speeds", "800:4200:0.1", "-o", "s.csv")
+    process = subprocess.Popen(
+        [sys.executable, "-c", code, "sweep", *words],
+        cwd=tmp_path,
+        env=os.environ,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    time.sleep(6.0)
+    process.send_signal(signal.SIGINT)
+    _, error = process.communicate(timeout=60)
+    assert process.returncode == 130, error
+    assert "interrupted" in error
+    assert 0 < len(read_sweep(str(tmp_path / "s.csv")).rows) < 2 * 2 * 34001
+
+
+@pytest.mark.parametrize(
+    ("text", "speeds"),
+    [
+        ("800", [800.0]),
+        ("0.1:0.5:0.1", [0.1, 0.2, 0.3, 0.4, 0.5]),
+        ("100:131:10", [100.0, 110.0, 120.0, 130.0]),
+        ("130:100:10", [130.0, 120.0, 110.0, 100.0]),
+        ("900, 800,900", [900.0, 800.0]),
+        ("1:3:1,10", [1.0, 2.0, 3.0, 10.0]),
+    ],
+)
+def test_speeds(text, speeds):
+    assert parsed_speeds(text) == speeds
+
+
+@pytest.mark.parametrize(
+    "text", ["", "x", "1:2", "1:2:3:4", "0", "-5", "1:9:0", "nan", "inf", "1:9e8:1"]
+)
+def test_wrong_speeds_are_named(text):
+    with pytest.raises(InputError, match="--speeds = "):
+        parsed_speeds(text)
+
+
+class GivenMean:
+    """Rectangles of the gear sets' own mean stiffnesses, without finite elements."""
+
+    def of(self, gear_set, mesh, torque, model):
+        mean = gear_set.meshes[mesh].mean_stiffness
+        figures = StiffnessFigures(mean=mean, variation=0.3, contact_ratio=1.6)
+        return analytic_excitation(figures, model)
+
+
+def test_usual_speeds_span_the_resonances_of_both_meshes():
+    spans = {}
+    for name in ("liu-idler", "liu-countershaft"):
+        gear_set = load_gear_set(name)
+        system = build_system(gear_set, 100.0, 1, False, None, GivenMean())
+        speeds = usual_speeds(system)
+        assert 100 < len(speeds) <= 402
+        spans[name] = speeds[0], speeds[-1]
+    assert spans["liu-idler"] == (800.0, 4200.0)
+    rate = 19 / 72  # of the second mesh
+    assert spans["liu-countershaft"][1] == pytest.approx(1.3 * 1183.0 / rate, abs=20)
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--model", "4"], "--model = 4; allowed 1, 2 and 3"),
+        (["--damping", "1"], "--damping = 1; allowed 0 to below 1"),
+        (["--steps", "2"], "--steps must be 4 to 100000, got 2"),
+        (["--max-periods", "0"], "--max-periods must be"),
+        (["--tolerance", "nan"], "--tolerance must be"),
+        (["--torque", "nan"], "--torque = nan"),
+        (["--torque", "0"], "finite-element tables need a load"),
+        (["--harmonics", "0"], "--harmonics = 0"),
+        (["--ramp", "2"], "--ramp = 2"),
+        (["-o", "missing/s.csv"], "missing/s.csv"),
+        (["--table", "missing.csv"], "missing.csv: cannot be read"),
+    ],
+)
+def test_wrong_input_is_named_before_anything_is_solved(words, message):
+    with pytest.raises(InputError, match=message):
+        run("liu-pair", "--speeds", "900", *words)

@@ -1,0 +1,88 @@
+"""`fegear wave`: summary, history and picture."""
+
+from __future__ import annotations
+
+import csv
+import json
+
+import pytest
+import typer
+from typer.testing import CliRunner
+
+from fegear.cli.wave import wave_command
+from fegear.errors import InputError
+
+app = typer.Typer()
+app.command("wave")(wave_command)
+FAST = ("liu-idler", "--excitation", "rectangular")
+
+
+def run(*words: object) -> str:
+    result = CliRunner().invoke(app, list(map(str, words)), catch_exceptions=False)
+    assert result.exit_code == 0, result.output
+    return result.stdout
+
+
+def test_the_branch_is_chosen_by_where_it_comes_from():
+    at = (*FAST, "--speed", "2400", "--json")
+    low = json.loads(run(*at, "--from-speed", "2000"))["meshes"][1]
+    high = json.loads(run(*at, "--from-speed", "3200"))["meshes"][1]
+    assert low["contact_loss_fraction"] == 0.0
+    assert high["contact_loss_fraction"] > 0.4
+    assert list(low["contact_conditions"]) == ["III"]
+    assert set(high["contact_conditions"]) == {"I", "III"}
+
+
+def test_json_is_strict_and_carries_units():
+    values = json.loads(run(*FAST, "--speed", "2000", "--json"))
+    assert values["status"] == "periodic"
+    assert values["torque_Nm"] == 100.0
+    mesh = values["meshes"][0]
+    assert mesh["period_multiple"] == 1
+    assert mesh["engaged_pairs"] == [1, 2]
+    line = mesh["largest_lines"][0]
+    assert line["frequency_Hz"] % 2000.0 == pytest.approx(0.0, abs=1e-6)
+    assert {"dte_rms_m", "force_peak_N"} <= set(mesh)
+
+
+def test_the_screen_names_conditions_and_lines():
+    printed = run(*FAST, "--speed", "1440")
+    for text in ("RMS of dynamic transmission error [um]", "condition III", "periodic"):
+        assert text in printed
+
+
+@pytest.mark.parametrize("name", ["liu-idler", "liu-countershaft"])
+def test_history_and_picture(tmp_path, name):
+    table, plot = tmp_path / "w.csv", tmp_path / "w.png"
+    words = (name, "--excitation", "rectangular", "--speed", 1300)
+    run(*words, "-o", table, "--plot", plot)
+    assert plot.read_bytes().startswith(b"\x89PNG")
+    lines = [x for x in table.read_text().splitlines() if x[0] != "#"]
+    rows = list(csv.DictReader(lines))
+    assert len(rows) > 64
+    assert float(rows[0]["time_s"]) == 0.0
+    for mesh in (1, 2):
+        pairs = [float(rows[5][f"mesh{mesh}_pair{p}_force_N"]) for p in (1, 2)]
+        assert sum(pairs) == pytest.approx(float(rows[5][f"mesh{mesh}_force_N"]))
+
+
+def test_finite_elements():
+    values = json.loads(run("liu-pair", "--speed", "2000", "--json"))
+    assert values["excitation"] == "finite elements"
+    assert values["meshes"][0]["dte_rms_m"] > 0.0
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--speed", "0"], "--speed = 0; must be positive"),
+        (["--speed", "nan"], "--speed = nan"),
+        (["--speed", "900", "--from-speed", "-1"], "--from-speed = -1"),
+        (["--speed", "900", "--torque", "-1"], "--torque = -1"),
+        (["--speed", "900", "--model", "0"], "--model = 0"),
+        (["--speed", "900", "--plot", "missing/w.png"], "missing/w.png"),
+    ],
+)
+def test_wrong_input_is_named(words, message):
+    with pytest.raises(InputError, match=message):
+        run("liu-pair", *words)

@@ -1,0 +1,105 @@
+"""Excitations of a gear set: tables of finite elements and key figures."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from fegear.errors import InputError
+from fegear.excitation import Excitations, Source, gap_points, unmodified
+from fegear.gearset import load_gear_set
+from lumped.analytic import static_error
+
+RELIEVED = {f"mesh.{m}.tip_relief.magnitude_um": 10 for m in (1, 2)}
+
+
+@pytest.fixture(scope="module")
+def elements(private_cache):
+    return Excitations(Source(positions=64))
+
+
+def test_statics_of_model_1_are_those_of_the_elements(elements):
+    gear_set = load_gear_set("liu-idler")
+    excitation = elements.of(gear_set, 0, 100.0, 1)
+    table = elements.table(gear_set, 0, 100.0)
+    force = 100.0 / gear_set.meshes[0].pair.driver.base_radius
+    error = static_error(excitation.pairs, force)(table.position)
+    on_path = np.abs(table["driven_torque_Nm"][0] / 100.0 * 38 / 55 - 1.0) < 1e-9
+    np.testing.assert_allclose(error[on_path], table["ste_m"][0][on_path], rtol=1e-9)
+    # in corner contact the normals are tilted and the levers longer
+    np.testing.assert_allclose(error, table["ste_m"][0], rtol=3e-3)
+    assert on_path.sum() > 40
+
+
+def test_relief_leaves_the_pair_stiffness(elements):
+    """Modified teeth that carry nothing at rest may meet in motion."""
+    plain = elements.of(load_gear_set("liu-idler"), 0, 100.0, 1)
+    relieved = elements.of(load_gear_set("liu-idler", RELIEVED), 0, 100.0, 1)
+    x = np.arange(64) / 64
+    for one, two in zip(plain.pairs, relieved.pairs, strict=True):
+        np.testing.assert_array_equal(one.stiffness(x), two.stiffness(x))
+    assert max(np.ptp(pair.gap(x[16:48])) for pair in relieved.pairs) > 9e-6
+
+
+def test_gap_on_the_path_is_that_of_the_elements(elements):
+    gear_set = load_gear_set("liu-idler", RELIEVED)
+    table = elements.table(gear_set, 0, 100.0)
+    points = np.array(gap_points(gear_set.meshes[0]))
+    inside = (table.position > points[0, 0] + 0.01) & (
+        table.position < points[-1, 0] - 0.01
+    )
+    expected = np.interp(table.position[inside], points[:, 0], points[:, 1])
+    # a relieved flank is tilted, which moves its contact to where the gap is less
+    # by slope^2 R / 2, 0.2 um here
+    difference = expected - table["pair1_gap_m"][0][inside]
+    assert difference.min() > -1e-9
+    assert difference.max() < 0.25e-6
+
+
+def test_parabolic_relief_is_a_polygon_of_it():
+    edits = RELIEVED | {"mesh.1.tip_relief.shape": "parabolic"}
+    points = dict(gap_points(load_gear_set("liu-idler", edits).meshes[0]))
+    linear = dict(gap_points(load_gear_set("liu-idler", RELIEVED).meshes[0]))
+    assert len(points) > len(linear)
+    for x, gap in points.items():
+        straight = np.interp(x, list(linear), list(linear.values()))
+        assert gap == pytest.approx(straight**2 / 10e-6, abs=1e-12)
+
+
+def test_unmodified_touches_one_mesh_only():
+    gear_set = load_gear_set("liu-idler", RELIEVED)
+    plain = unmodified(gear_set, 1)
+    assert plain.meshes[1].driver_tip_relief is None
+    assert plain.meshes[0] == gear_set.meshes[0]
+
+
+def test_tables_are_solved_once(elements, monkeypatch):
+    gear_set = load_gear_set("liu-idler")
+    table = elements.table(gear_set, 0, 100.0)
+    monkeypatch.setattr(Excitations, "_solved", lambda *_: pytest.fail("again"))
+    varied = load_gear_set("liu-idler", {"mesh.2.phase": 0.3})
+    assert elements.table(varied, 0, 100.0) is table
+
+
+def test_printed_figures_win_over_tables():
+    source = Excitations(Source(kind="rectangular"))
+    excitation = source.of(load_gear_set("liu-idler"), 0, 100.0, 1)
+    assert excitation.mean_stiffness == 2.9831e8
+
+
+@pytest.mark.parametrize("kind", ["trapezoid", "fourier"])
+def test_other_waves_keep_the_mean(kind):
+    source = Excitations(Source(kind=kind))
+    excitation = source.of(load_gear_set("liu-idler"), 0, 100.0, 3)
+    assert excitation.pairs[0].stiffness.mean == pytest.approx(2.9831e8, rel=1e-9)
+
+
+def test_fourier_knows_no_relief():
+    source = Excitations(Source(kind="fourier"))
+    with pytest.raises(InputError, match="mesh 1 has a profile modification"):
+        source.of(load_gear_set("liu-idler", RELIEVED), 0, 100.0, 1)
+
+
+def test_elements_need_a_load(elements):
+    with pytest.raises(InputError, match="need a load"):
+        elements.of(load_gear_set("liu-idler"), 0, 0.0, 1)

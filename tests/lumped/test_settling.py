@@ -1,0 +1,186 @@
+"""When synthetic transients with known multipliers count as settled."""
+
+from __future__ import annotations
+
+import cmath
+import math
+
+import numpy as np
+import pytest
+from numba import njit
+
+from lumped.kernels import settling
+from lumped.kernels.settling import CALM, close_period
+
+MULTIPLES = 8
+MOST = 40_000  # periods
+
+
+@njit  # no cache on disk: it would outlive a change of the kernels
+def first_calm(sections, shapes, range_, tolerance, multiples):
+    """(period, multiple) at which a way of sections (periods, 2, n) has settled."""
+    slots = 2 * multiples + 2
+    ring = np.empty((slots, *sections.shape[1:]))
+    scale = np.empty(shapes.shape[0])
+    ring[0] = sections[0]
+    multiple, calm = 0, 0
+    for period in range(1, sections.shape[0]):
+        ring[period % slots] = sections[period]
+        multiple, calm = close_period(
+            ring, period, shapes, range_, scale, tolerance, multiple, calm
+        )
+        if calm == CALM:
+            return period, multiple
+    return sections.shape[0], 0
+
+
+def settle(way, tolerance=1e-4, shape=(1.0,)):
+    """way : (periods, n) complex, displacement + i velocity; a range of 1 m."""
+    way = np.asarray(way, complex).reshape(len(way), -1)
+    sections = np.ascontiguousarray(np.stack([way.real, way.imag], axis=1))
+    shapes = np.array([shape])
+    range_ = np.array([[-0.5], [0.5]])
+    return first_calm(sections, shapes, range_, tolerance, MULTIPLES)
+
+
+def transient(multiplier, amplitude=1.0, periods=MOST):
+    n = np.arange(periods)
+    return amplitude * np.power(complex(multiplier), n)
+
+
+def orbit(values, periods=MOST):
+    return np.resize(np.array(values, complex), periods)
+
+
+def latest(multiplier, tolerance):
+    """Periods after which even the cautious estimate d / (1 - rho) is small enough.
+
+    d = |1 - mu| rho^n is the distance of two sections.
+    """
+    rho = abs(multiplier)
+    small = tolerance / (1.0 + tolerance) * (1.0 - rho) / abs(1.0 - multiplier)
+    return math.log(small) / math.log(rho)
+
+
+@pytest.mark.parametrize("rho", [0.3, 0.9, 0.95, 0.99, 0.999])
+@pytest.mark.parametrize("sign", [1, -1])
+@pytest.mark.parametrize("tolerance", [1e-2, 1e-4, 1e-8])
+def test_real_multipliers(rho, sign, tolerance):
+    period, multiple = settle(0.3 + transient(sign * rho), tolerance)
+    assert multiple == 1
+    assert rho**period < 3.0 * tolerance
+    assert period < latest(sign * rho, tolerance) + 10
+
+
+@pytest.mark.parametrize("rho", [0.5, 0.9, 0.95, 0.99, 0.999])
+@pytest.mark.parametrize(
+    "angle",
+    [0.01, 0.1, 0.3, 1.0, 2.0, 3.0, 3.13]
+    + [2.0 * math.pi * part for part in (1 / 3, 1 / 4, 1 / 5, 2 / 7, 1 / 3 + 1e-3)],
+)
+def test_turning_multipliers(rho, angle):
+    """What vibration at another frequency than the mesh's decays like."""
+    tolerance = 1e-4
+    multiplier = rho * cmath.exp(1j * angle)
+    period, multiple = settle(0.3 + transient(multiplier), tolerance)
+    assert multiple == 1
+    assert rho**period < 3.0 * tolerance
+    assert period < latest(multiplier, tolerance) + 10
+
+
+@pytest.mark.parametrize(
+    "values",
+    [(0.3, -0.2), (0.3, 0.1, -0.2), (0.3, 0.1, -0.2, 0.4), (0.3, 0.31), range(8)],
+    ids=lambda v: str(len(v)),
+)
+@pytest.mark.parametrize(
+    "multiplier",
+    [0.3, 0.9, 0.99, -0.9, -0.95, -0.99, 0.95j, 0.99 * cmath.exp(1j)],
+)
+def test_orbits_of_several_periods(values, multiplier):
+    tolerance = 1e-4
+    period, multiple = settle(orbit(values) + transient(multiplier), tolerance)
+    assert multiple == len(values)
+    assert abs(multiplier) ** period < 3.0 * tolerance
+
+
+def test_orbit_that_never_moved():
+    assert settle(orbit([0.3]))[1] == 1
+    period, multiple = settle(orbit([0.3, 0.1]))
+    assert multiple == 2
+    assert period < 10
+
+
+def test_longer_orbits_than_looked_for_are_none():
+    assert settle(orbit(np.arange(MULTIPLES + 1) / 10, 3000))[1] == 0
+
+
+@pytest.mark.parametrize("rate", [3.7, 3.9, 3.99])
+def test_chaos_never_settles(rate):
+    x = np.empty(20_000)
+    x[0] = 0.3
+    for n in range(x.size - 1):
+        x[n + 1] = rate * x[n] * (1.0 - x[n])
+    assert settle(x)[1] == 0
+
+
+@pytest.mark.parametrize(
+    ("rate", "multiple"), [(2.9, 1), (3.2, 2), (3.5, 4), (3.55, 8)]
+)
+def test_doubling_of_the_logistic_map(rate, multiple):
+    """A nonlinear transient onto known orbits."""
+    x = np.empty(20_000)
+    x[0] = 0.3
+    for n in range(x.size - 1):
+        x[n + 1] = rate * x[n] * (1.0 - x[n])
+    period, found = settle(x)
+    assert found == multiple
+    assert abs(x[period] - x[-1 - (x.size - 1 - period) % multiple]) < 3e-4
+
+
+def test_turning_without_decay_never_settles():
+    assert settle(0.1 * np.exp(1j * np.arange(5000)))[1] == 0
+
+
+def test_growth_never_settles():
+    assert settle(1e-5 * np.power(1.01, np.arange(1500)))[1] == 0
+
+
+def test_a_fast_mode_does_not_hide_a_slow_one():
+    """Two modes of one mesh: the slow one starts a hundred times smaller."""
+    fast, slow = transient(0.5), transient(0.99 * cmath.exp(0.7j), 0.01)
+    way = 0.3 + np.stack([fast, slow], axis=1)
+    period, multiple = settle(way, shape=(1.0, 1.0))
+    assert multiple == 1
+    assert 0.01 * 0.99**period < 3e-4
+
+
+def test_no_number_never_settles():
+    assert settle(np.full(100, np.nan))[1] == 0
+
+
+def test_uncompiled_parts_agree(uncompiled):
+    way = 0.3 + transient(-0.8, periods=200)
+    ring = np.zeros((2 * MULTIPLES + 2, 2, 1))
+    shapes, range_ = np.ones((1, 1)), np.array([[-0.5], [0.5]])
+    scale, multiple, calm = np.empty(1), 0, 0
+    ring[0] = [[way[0].real], [way[0].imag]]
+    for period in range(1, way.size):
+        ring[period % len(ring)] = [[way[period].real], [way[period].imag]]
+        multiple, calm = settling.close_period(
+            ring, period, shapes, range_, scale, 1e-4, multiple, calm
+        )
+        if calm == CALM:
+            break
+    assert (period, multiple) == settle(way)
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf, 1e300])
+def test_bounds_let_no_runaway_pass(uncompiled, value):
+    good = np.zeros(2)
+    with np.errstate(invalid="ignore"):
+        for bad in (np.array([value, 0.0]), np.array([0.0, value])):
+            assert not settling.bounded(good, bad, 1e6)
+        if not math.isfinite(value):
+            assert not settling.bounded(np.array([value, 0.0]), good, 1e6)
+    assert settling.bounded(good, good, 1e-9)

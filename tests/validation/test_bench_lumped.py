@@ -1,0 +1,59 @@
+"""The SciPy opponent, the growth studies and the stress trials."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from lumped.response import respond
+from lumped.settings import Settings
+from validation.bench_lumped import Point, growth, races, with_disks
+from validation.scipy_train import ScipyTrain, scipy_rms
+from validation.stress_lumped import TRIALS, Idler
+
+
+@pytest.mark.parametrize("method", ["DOP853", "LSODA"])
+def test_scipy_finds_the_same_response(method):
+    system = Idler(damping=0.1, backlash=2e-5).system()
+    ours = respond(system, 1700.0, Settings(steps=128, tolerance=1e-6))
+    periods = ours.settling_time * 1700.0
+    theirs = scipy_rms(ScipyTrain(system), 1700.0, periods, 1, method, 1e-6)
+    np.testing.assert_allclose(theirs, ours.dte_rms, rtol=2e-4)
+
+
+@pytest.mark.parametrize("family", TRIALS, ids=lambda family: family.__name__)
+def test_every_promise_is_kept(family):
+    broken = [trial for trial in family() if not trial.kept]
+    assert not broken
+
+
+def test_nan_keeps_no_promise():
+    from validation.stress_lumped import Trial
+
+    assert not Trial("a", "b", float("nan"), 1.0).kept
+
+
+def test_disks_add_moving_modes():
+    larger = with_disks(Idler().system(), 20)
+    assert larger.moving.size == 20
+
+
+def test_growth_is_about_linear():
+    points = [point for point in growth(Idler().system()) if point.study != "speeds"]
+    few, many = points[0], points[-1]
+    assert many.seconds / few.seconds < 2.0 * many.size / few.size
+
+
+def test_race_is_run_at_equal_error():
+    def point(study: str, setting: float, ms: float, error: float) -> Point:
+        return Point(study, setting, ms, 1.0, error, error)
+
+    points = [
+        point("rk4", 64, 1.0, 1e-3),
+        point("SciPy DOP853", 1e-2, 100.0, 1e-2),
+        point("SciPy DOP853", 1e-3, 300.0, 1e-3),
+        point("SciPy LSODA", 1e-2, 50.0, 2e-3),
+    ]
+    dop853, lsoda = races(points)
+    assert (dop853.ratio, dop853.rtol) == (300.0, 1e-3)
+    assert lsoda.error == 2e-3  # the most accurate that there is
