@@ -29,9 +29,10 @@ def draw_map(found: ParameterMap) -> Figure:
             _draw_curve(axes, found, mesh)
         axes.set_title(f"mesh {mesh + 1}", fontsize=10)
     header = found.header
+    changes = [f"{k[4:]} = {v}" for k, v in header.items() if k.startswith("set ")]
     figure.suptitle(
-        f"{header['gear set']}, model {header['model']}, {header['excitation']}\n"
-        f"{header['response']}",
+        f"{header['gear set']}, model {header['model']}, {header['excitation']}, "
+        f"{header['response']}\n{', '.join(changes)}",
         fontsize=11,
     )
     return figure

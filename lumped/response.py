@@ -13,6 +13,8 @@ from lumped.settings import Settings
 from lumped.system import LumpedSystem
 
 Array = NDArray[np.float64]
+PERIODS = (2_000, 50_000)  # least and most, where the settings leave it open
+MATTERS = 0.05  # part of a mode's strain energy in the meshes
 FIGURES = (
     "dte_rms",
     "dte_mean",
@@ -133,12 +135,29 @@ def steps_per_period(system: LumpedSystem, frequency: float, settings: Settings)
     return math.ceil(base * 2.0 ** (0.5 * doublings))
 
 
+def periods_to_settle(
+    system: LumpedSystem, frequency: float, settings: Settings
+) -> int:
+    """Twice the periods in which modes that matter to the meshes decay, within limits.
+
+    Decay is from the range of deflection down to the tolerance.
+    """
+    least, most = PERIODS
+    energy = system.modes.mesh_energy[:, system.moving].sum(axis=0)
+    slowest = float(system.arrays[1][energy > MATTERS].min(initial=math.inf)) / 2.0
+    if not slowest > 0.0:
+        return least
+    needed = 2.0 * math.log(1.0 / settings.tolerance) * frequency / slowest
+    return int(min(max(needed, least), most))
+
+
 def _settle(
     system: LumpedSystem, frequency: float, settings: Settings, state: Array
 ) -> tuple[int, int, float]:
     """(kernel status, multiple, common periods); the state is advanced in place."""
     length = system.train.common_period[0]
-    most = max(math.ceil(settings.max_periods / length), 4 * settings.multiples)
+    allowed = settings.max_periods or periods_to_settle(system, frequency, settings)
+    most = max(math.ceil(allowed / length), 4 * settings.multiples)
     if settings.method == "dopri5":
         from lumped.kernels import dopri5
 

@@ -17,7 +17,8 @@ class Settings:
     accuracy : of dopri5, error of a step relative to the deflection
     tolerance : distance to the periodic response at which it has settled, relative
         to each mesh's range of deflection
-    max_periods : of the first mesh, after which a response counts as aperiodic
+    max_periods : of the first mesh, after which a response counts as aperiodic; None
+        for what the damping needs, at least 2000
     multiples : largest period multiple that is looked for
     """
 
@@ -26,7 +27,7 @@ class Settings:
     step_angle: float = 0.6
     accuracy: float = 1e-6
     tolerance: float = 1e-4
-    max_periods: int = 2000
+    max_periods: int | None = None
     multiples: int = 8
 
     def __post_init__(self) -> None:
@@ -37,9 +38,14 @@ class Settings:
             "step_angle": (0.0 < self.step_angle <= 2.0, "above 0 to 2"),
             "accuracy": (1e-13 <= self.accuracy <= 1e-2, "1e-13 to 0.01"),
             "tolerance": (1e-12 <= self.tolerance <= 0.1, "1e-12 to 0.1"),
-            "max_periods": (1 <= self.max_periods <= 10**8, "1 to 1e8"),
+            "max_periods": (
+                1 <= (1 if self.max_periods is None else self.max_periods) <= 10**8,
+                "1 to 1e8",
+            ),
             "multiples": (1 <= self.multiples <= 64, "1 to 64"),
         }
+        if self.max_periods is None:
+            del checks["max_periods"]
         for name, (ok, allowed) in checks.items():
             if not ok:
                 raise ValueError(f"{name} must be {allowed}, got {getattr(self, name)}")

@@ -5,6 +5,9 @@ from __future__ import annotations
 import math
 import os
 
+# before numpy is loaded: workers that share the cores wait for each other's threads
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
 import pytest
 
 from meshes import GearPair, SpurGear

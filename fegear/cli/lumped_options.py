@@ -90,7 +90,11 @@ Tolerance = Annotated[
     typer.Option(help="Distance to the periodic response, over its range, to stop at."),
 ]
 MaxPeriods = Annotated[
-    int, typer.Option(help="Of the first mesh, before a motion counts as aperiodic.")
+    int | None,
+    typer.Option(
+        help="Of the first mesh, before a motion counts as aperiodic "
+        "[default: what the damping needs, 2000 or more]."
+    ),
 ]
 
 
@@ -239,7 +243,7 @@ def system_at(
 
 
 def checked_settings(
-    method: str, steps: int, tolerance: float, max_periods: int
+    method: str, steps: int, tolerance: float, max_periods: int | None
 ) -> Settings:
     """Numerical choices; InputError names the option."""
     from lumped.settings import Settings
@@ -346,13 +350,15 @@ def file_header(
     marching = f"{settings.method}, tolerance {settings.tolerance:g}"
     if settings.method == "rk4":
         marching += f", {settings.steps} steps per period or more"
+    most = settings.max_periods
+    cap = "as many periods as the damping needs" if most is None else f"{most} periods"
     return {
         "gear set": gear_set.name,
         "fegear version": own,
         "excitation": physics.source,
         "damping ratio": f"{damping:g}",
         "translations": "yes" if physics.translations else "no",
-        "integration": f"{marching}, {settings.max_periods} periods at most",
+        "integration": f"{marching}, {cap} at most",
     }
 
 

@@ -91,7 +91,7 @@ def map_command(
     steps: Steps = 64,
     method: Method = MethodChoice.rk4,
     tolerance: Tolerance = 1e-4,
-    max_periods: MaxPeriods = 2000,
+    max_periods: MaxPeriods = None,
     as_json: Annotated[
         bool, typer.Option("--json", help="Print the summary as JSON.")
     ] = False,

@@ -85,7 +85,7 @@ def sweep_command(
     steps: Steps = 64,
     method: Method = MethodChoice.rk4,
     tolerance: Tolerance = 1e-4,
-    max_periods: MaxPeriods = 2000,
+    max_periods: MaxPeriods = None,
     output: Annotated[
         Path | None, typer.Option("-o", "--output", help="Write the rows, CSV.")
     ] = None,

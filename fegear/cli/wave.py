@@ -70,7 +70,7 @@ def wave_command(
     steps: Steps = 64,
     method: Method = MethodChoice.rk4,
     tolerance: Tolerance = 1e-4,
-    max_periods: MaxPeriods = 2000,
+    max_periods: MaxPeriods = None,
     output: Annotated[
         Path | None, typer.Option("-o", "--output", help="Write the history, CSV.")
     ] = None,

@@ -24,12 +24,12 @@ import numpy as np
 from lumped.compiled import compiled, compiled_part, inlined
 from lumped.kernels.law import note, note_before
 from lumped.kernels.settling import (
-    CALM,
     FINISHED,
     NOT_FINITE,
     bounded,
     close_period,
     set_section,
+    settled,
     widen,
 )
 
@@ -71,6 +71,7 @@ DENSE[:, 3] = [
 ]
 CHECKS = 4  # points of a step at which contacts are compared
 SHORTEST = 1e-11  # periods
+MOST_STEPS = 10_000_000  # per period; beyond it a run counts as lost
 EXACT = 1e-13  # periods within which a contact change is located
 SAFETY, LEAST, MOST = 0.9, 0.2, 5.0  # of a new step
 
@@ -264,7 +265,11 @@ def advance(system, excitation, rules, span, y, contact, buffers, grid, out, ran
     stop, row = 0, 0
     h = 1.0 / 64.0
     fresh = True
+    left = MOST_STEPS * (1.0 + end - time)
     while time < end:
+        left -= 1.0
+        if left < 0.0:
+            return NOT_FINITE, time
         while stop < stops.size and stops[stop] <= time + SHORTEST:
             stop += 1
         until = min(end, stops[stop]) if stop < stops.size else end
@@ -407,6 +412,6 @@ def settle_dopri5(system, excitation, rules, settings, length, state):
         multiple, calm = close_period(
             sections, period, system[3], range_, scale, tolerance, multiple, calm
         )
-        if calm == CALM:
+        if settled(multiple, calm):
             return FINISHED, multiple, float(period)
     return FINISHED, 0, float(max_periods)

@@ -13,12 +13,12 @@ import numpy as np
 from lumped.compiled import compiled, inlined
 from lumped.kernels.law import note, note_before, set_acceleration
 from lumped.kernels.settling import (
-    CALM,
     FINISHED,
     NOT_FINITE,
     bounded,
     close_period,
     set_section,
+    settled,
     widen,
 )
 
@@ -114,6 +114,6 @@ def settle_rk4(system, samples, settings, state):
         multiple, calm = close_period(
             sections, period, system[3], range_, scale, tolerance, multiple, calm
         )
-        if calm == CALM:
+        if settled(multiple, calm):
             return FINISHED, multiple, float(period)
     return FINISHED, 0, float(max_periods)

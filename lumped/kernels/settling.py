@@ -1,11 +1,11 @@
 """When a response has become periodic, whatever method marches it.
 
 Sections are the modal displacements, and velocities over the natural angular
-frequency, at the start of each common period. Their distances shrink by a factor with
-every period; how far the periodic response still is follows from the distance and
-that factor, so that slow decay is not taken for rest. A distance adds up what each
-mode could do to a mesh at its worst phase: a mode that turns slowly while it decays
-would otherwise seem to rest whenever it passes through zero.
+frequency, at the start of each common period. How far the periodic response still is
+follows from the last steps between them, so that slow decay is not taken for rest. A
+distance adds up what each mode could do to a mesh at its worst phase: a mode that
+turns slowly while it decays would otherwise seem to rest whenever it passes through
+zero.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import math
 from lumped.compiled import inlined
 
 FINISHED, NOT_FINITE = 0, 1
-CALM = 3  # periods in a row that must be close enough
+CALM = 3  # periods in a row, or more than an orbit: chaos passes by near unstable ones
 REPEATED = 4.0  # tolerances within which two sections may be the same
 APART = 50.0  # tolerances beyond which two sections are not the same
 STEADY = 1e-3  # change of a distance, relative, over an orbit that has settled
@@ -60,17 +60,20 @@ def set_scale(low, high, scale):
 
 
 @inlined
-def apart(one, two, shapes, scale):
-    """Largest difference of two sections (2, n) in a mesh, over its scale; NaN is inf.
+def apart(one, two, three, second, shapes, scale):
+    """Largest size of one - two in a mesh, over its scale; NaN is inf.
 
+    one, two, three : sections (2, n)
+    second : 1.0 for the second difference, one - two - (two - three), else 0.0
     shapes : (m, n) mesh deflection of each mode
     """
     largest = 0.0
     for m in range(scale.size):
         square = 0.0
         for i in range(one.shape[1]):
-            reach = (one[0, i] - two[0, i]) ** 2 + (one[1, i] - two[1, i]) ** 2
-            square += shapes[m, i] ** 2 * reach
+            for j in range(2):
+                step = one[j, i] - two[j, i] - second * (two[j, i] - three[j, i])
+                square += (shapes[m, i] * step) ** 2
         change = math.sqrt(square)
         if not change <= largest * scale[m]:
             largest = change / scale[m]
@@ -81,19 +84,28 @@ def apart(one, two, shapes, scale):
 def settled_multiple(sections, period, shapes, scale, tolerance):
     """Common periods after which the response repeats; 0 while it still settles.
 
-    sections : (slots, 2, n), a ring of at least two times the largest multiple
+    Steps d that shrink by a complex factor mu leave |mu d / (1 - mu)| to go, which is
+    the square of the last step over the size of the second difference (Aitken).
+
+    sections : (slots, 2, n), a ring of two or more beyond twice the largest multiple
     """
     slots = sections.shape[0]
-    largest = min((slots - 2) // 2, (period + 1) // 2) if period > 1 else 0
-    now, last = sections[period % slots], sections[(period - 1) % slots]
-    for p in range(1, largest + 1):
-        d = apart(now, sections[(period - p) % slots], shapes, scale)
+    now = sections[period % slots]
+    for p in range(1, min((slots - 2) // 2, period // 2) + 1):
+        then, before = (
+            sections[(period - p) % slots],
+            sections[(period - 2 * p) % slots],
+        )
+        d = apart(now, then, before, 0.0, shapes, scale)
         if d > REPEATED * tolerance:
             continue
-        before = apart(last, sections[(period - 1 - p) % slots], shapes, scale)
         lost = d <= max(SILENT * tolerance, ROUND_OFF)
-        if not lost and d * (1.0 + tolerance) > tolerance * ((before / d) ** p - 1.0):
-            continue  # the periodic response is still further away than the tolerance
+        if not lost:
+            if d >= apart(then, before, before, 0.0, shapes, scale):
+                continue  # it does not shrink
+            bend = apart(now, then, before, 1.0, shapes, scale)
+            if not d * d <= tolerance * bend:
+                continue  # the periodic response is still further away
         if distinct(sections, period, p, shapes, scale, tolerance):
             return p
     return 0
@@ -109,10 +121,12 @@ def distinct(sections, period, p, shapes, scale, tolerance):
     slots = sections.shape[0]
     now, then = sections[period % slots], sections[(period - p) % slots]
     for q in range(1, p):
-        d = apart(now, sections[(period - q) % slots], shapes, scale)
+        near = sections[(period - q) % slots]
+        d = apart(now, near, near, 0.0, shapes, scale)
         if d >= APART * tolerance:
             continue
-        before = apart(then, sections[(period - p - q) % slots], shapes, scale)
+        near = sections[(period - p - q) % slots]
+        before = apart(then, near, near, 0.0, shapes, scale)
         if not abs(d - before) <= STEADY * before:
             return False
     return True
@@ -124,3 +138,9 @@ def close_period(sections, period, shapes, range_, scale, tolerance, multiple, c
     set_scale(range_[0], range_[1], scale)
     found = settled_multiple(sections, period, shapes, scale, tolerance)
     return found, calm + 1 if found > 0 and found == multiple else 0
+
+
+@inlined
+def settled(multiple, calm):
+    """Whether a multiple has held for long enough."""
+    return multiple > 0 and calm > max(CALM - 1, multiple)
