@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Annotated, Any
 
 import typer
@@ -30,3 +30,14 @@ def parsed_edits(given: Sequence[str] | None) -> dict[str, Any]:
             raise InputError(f"--set {text}; KEY=VALUE is needed")
         edits[key.strip()] = parsed_value(value.strip())
     return edits
+
+
+def edit_entries(edits: Mapping[str, Any]) -> dict[str, str]:
+    """Entries for the header of a file: what was changed."""
+    return {f"set {key}": str(value) for key, value in edits.items()}
+
+
+def edits_in_words(header: Mapping[str, str]) -> str:
+    """`KEY = VALUE, ...` of the entries in a header, for a title."""
+    changes = (item for item in header.items() if item[0].startswith("set "))
+    return ", ".join(f"{key[4:]} = {value}" for key, value in changes)

@@ -275,15 +275,15 @@ def middle_torque(gear_set: GearSet, given: float | None) -> float:
     return torques[len(torques) // 2]
 
 
-def parsed_speeds(text: str) -> list[float]:
-    """Mesh frequencies [Hz] from `A:B:STEP`, single numbers and commas between."""
+def parsed_speeds(text: str, option: str = "--speeds") -> list[float]:
+    """Speeds [Hz, or rpm] from `A:B:STEP`, single numbers and commas between."""
     speeds: list[Decimal] = []
     for part in text.split(","):
-        speeds += _speed_range(part.strip(), text)
+        speeds += _speed_range(part.strip(), text, option)
     return [float(speed) for speed in dict.fromkeys(speeds)]
 
 
-def _speed_range(part: str, text: str) -> list[Decimal]:
+def _speed_range(part: str, text: str, option: str) -> list[Decimal]:
     """Decimals, so that 0.1 added ten times is 1."""
     try:
         numbers = [Decimal(number) for number in part.split(":")]
@@ -291,18 +291,18 @@ def _speed_range(part: str, text: str) -> list[Decimal]:
         numbers = []
     if len(numbers) not in (1, 3) or not all(n.is_finite() for n in numbers):
         raise InputError(
-            f"--speeds = {text}; allowed A:B:STEP, a number, or several with commas "
-            "[Hz], such as 800:4200:20"
+            f"{option} = {text}; allowed A:B:STEP, a number, or several with commas, "
+            "such as 800:4200:20"
         )
     start, end, step = (
         numbers if len(numbers) == 3 else (*numbers, *numbers, Decimal(1))
     )
     for speed in (start, end, step):
         ok = Decimal(0) < speed < Decimal(10) ** 9
-        require(ok, "--speeds", float(speed), "speeds and step must be positive [Hz]")
+        require(ok, option, float(speed), "speeds and step must be positive")
     count = abs(end - start) / step
     ok = count < SPEEDS_LIMIT
-    require(ok, "--speeds", float(count), f"at most {SPEEDS_LIMIT} speeds are allowed")
+    require(ok, option, float(count), f"at most {SPEEDS_LIMIT} speeds are allowed")
     sign = 1 if end >= start else -1
     return [start + sign * i * step for i in range(int(count) + 1)]
 
@@ -351,14 +351,14 @@ def file_header(
     if settings.method == "rk4":
         marching += f", {settings.steps} steps per period or more"
     most = settings.max_periods
-    cap = "as many periods as the damping needs" if most is None else f"{most} periods"
+    cap = "what the damping needs" if most is None else f"{most} periods"
     return {
         "gear set": gear_set.name,
         "fegear version": own,
         "excitation": physics.source,
         "damping ratio": f"{damping:g}",
         "translations": "yes" if physics.translations else "no",
-        "integration": f"{marching}, {cap} at most",
+        "integration": f"{marching}, up to {cap}",
     }
 
 

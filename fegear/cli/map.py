@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from fegear.cli.edits import Edits, parsed_edits
+from fegear.cli.edits import Edits, edit_entries, parsed_edits
 from fegear.cli.lumped_options import (
     Damping,
     Excitation,
@@ -41,6 +41,7 @@ from fegear.errors import InputError
 if TYPE_CHECKING:
     import threading
 
+    from fegear.gearset.model import GearSet
     from lumped.maps import Axis, Cell, ParameterMap, Point
     from lumped.settings import Settings
     from lumped.system import LumpedSystem
@@ -127,7 +128,7 @@ def map_command(
     first = system_at(gear_set, load, physics, excitations)
     header = file_header(gear_set, physics, settings, first.train.damping_ratio)
     header |= {"model": str(model), "torque on the input gear [N m]": f"{load:g}"}
-    header |= {"set " + key: str(value) for key, value in fixed.items()}
+    header |= edit_entries(fixed) | {"digest of the gear set": digest(gear_set)}
     where, evaluate = _evaluation(at, band, settings)
     grid = ParameterMap(axes, len(gear_set.meshes), header | {"response": where})
     found = grid if overwrite else _taken_up(grid, output)
@@ -151,6 +152,13 @@ def map_command(
         typer.echo(strict_json(values), nl=False)
     else:
         print_map(values)
+
+
+def digest(gear_set: GearSet) -> str:
+    """Tells gear sets apart that have one name, such as a file that was edited."""
+    import hashlib
+
+    return hashlib.sha256(repr(gear_set).encode()).hexdigest()[:16]
 
 
 def parsed_axes(over: Sequence[str]) -> tuple[Axis, ...]:

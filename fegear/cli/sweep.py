@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from fegear.cli.edits import Edits, parsed_edits
+from fegear.cli.edits import Edits, edit_entries, edits_in_words, parsed_edits
 from fegear.cli.lumped_options import (
     Damping,
     Excitation,
@@ -39,6 +39,7 @@ from fegear.cli.lumped_options import (
 from fegear.cli.options import progress_bar
 
 if TYPE_CHECKING:
+    from fegear.gearset.model import GearSet
     from lumped.sweep import Branch, Direction
 
     Branches = list[tuple[float, Branch]]  # torque on the input gear [N m], branch
@@ -63,6 +64,13 @@ def sweep_command(
             metavar="A:B:STEP",
             help="Mesh frequencies of the first mesh [Hz]; a number or a list with "
             "commas as well [default: 0.5 to 1.3 times the resonances].",
+        ),
+    ] = None,
+    rpm: Annotated[
+        str | None,
+        typer.Option(
+            metavar="A:B:STEP",
+            help="Rotation of the first mesh's driver [rpm], in place of --speeds.",
         ),
     ] = None,
     direction: Annotated[
@@ -105,7 +113,8 @@ def sweep_command(
     for path in (output, plot):
         if path is not None:
             require_writable(path)
-    gear_set = load_gear_set(set_name, parsed_edits(edits))
+    changes = parsed_edits(edits)
+    gear_set = load_gear_set(set_name, changes)
     physics = Physics(
         model=model,
         translations=translations,
@@ -116,7 +125,7 @@ def sweep_command(
         tables=tuple(table or ()),
     )
     settings = checked_settings(method.value, steps, tolerance, max_periods)
-    frequencies = None if speeds is None else parsed_speeds(speeds)
+    frequencies = asked_frequencies(gear_set, speeds, rpm)
     torques = chosen_torques(gear_set, torque or [])
     from lumped.sweep import sweep_all
 
@@ -136,7 +145,7 @@ def sweep_command(
     each = [t for t in torques for _ in direction.directions]
     found = list(zip(each, branches, strict=True))
     ratio = systems[0].train.damping_ratio
-    header = file_header(gear_set, physics, settings, ratio)
+    header = file_header(gear_set, physics, settings, ratio) | edit_entries(changes)
     _write(found, str(model), header, output, plot)
     values = sweep_summary(found, model, header, frequencies)
     values["wall_time_s"] = round(time.perf_counter() - begin, 3)
@@ -145,6 +154,20 @@ def sweep_command(
     else:
         print_sweep(values)
     _end(found)
+
+
+def asked_frequencies(
+    gear_set: GearSet, speeds: str | None, rpm: str | None
+) -> list[float] | None:
+    """Frequencies of the first mesh [Hz] by either option, None if neither is given."""
+    from fegear.errors import InputError
+
+    if speeds is not None and rpm is not None:
+        raise InputError("--speeds and --rpm exclude each other")
+    if rpm is not None:
+        teeth = gear_set.gears[gear_set.meshes[0].driver].geometry.teeth
+        return [turns * teeth / 60.0 for turns in parsed_speeds(rpm, "--rpm")]
+    return None if speeds is None else parsed_speeds(speeds)
 
 
 def _write(
@@ -166,7 +189,7 @@ def _write(
 
         title = (
             f"{header['gear set']}, model {model}, {header['excitation']}, "
-            f"damping ratio {header['damping ratio']}"
+            f"damping ratio {header['damping ratio']}\n{edits_in_words(header)}"
         )
         curves = [Curve(torque, branch) for torque, branch in found]
         write_whole(plot, lambda path: save_figure(draw_sweep(curves, title), path))

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from fegear.cli.edits import Edits, parsed_edits
+from fegear.cli.edits import Edits, edit_entries, parsed_edits
 from fegear.cli.lumped_options import (
     Damping,
     Excitation,
@@ -89,7 +89,8 @@ def wave_command(
     for path in (output, plot):
         if path is not None:
             require_writable(path)
-    gear_set = load_gear_set(set_name, parsed_edits(edits))
+    changes = parsed_edits(edits)
+    gear_set = load_gear_set(set_name, changes)
     for name, value in (("--speed", speed), ("--from-speed", from_speed)):
         ok = value is None or 0.0 < value < 1e9
         require(ok, name, value or 0.0, "must be positive, a mesh frequency [Hz]")
@@ -114,6 +115,7 @@ def wave_command(
         )
         motion = time_history(system, speed, settings, state)
     header = file_header(gear_set, physics, settings, system.train.damping_ratio)
+    header |= edit_entries(changes)
     header |= {"model": str(model), "torque_Nm": f"{at:g}", "speed_Hz": f"{speed!r}"}
     _write(motion, header, output, plot)
     values = wave_summary(motion, header)

@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import time
+from importlib import resources
 
 import numpy as np
 import pytest
@@ -86,6 +87,17 @@ def test_file_of_another_map_is_refused(tmp_path):
     with pytest.raises(InputError, match="another map"):
         run(*SMALL, "--at", 1800, "-o", path)
     run(*SMALL, "--at", 1800, "-o", path, "--overwrite")
+
+
+def test_edited_gear_set_is_another_map(tmp_path):
+    path, output = tmp_path / "set.toml", tmp_path / "m.csv"
+    builtin = resources.files("fegear.gearset") / "sets" / "liu-idler.toml"
+    path.write_text(builtin.read_text())
+    words = (path, *SMALL[1:], "--at", 1700, "-o", output)
+    run(*words)
+    path.write_text(builtin.read_text().replace("0.002621", "0.0027"))
+    with pytest.raises(InputError, match="digest"):
+        run(*words)
 
 
 @pytest.mark.parametrize("end", [signal.SIGINT, signal.SIGKILL])

@@ -210,3 +210,22 @@ def test_usual_speeds_span_the_resonances_of_both_meshes():
 def test_wrong_input_is_named_before_anything_is_solved(words, message):
     with pytest.raises(InputError, match=message):
         run("liu-pair", "--speeds", "900", *words)
+
+
+def test_shaft_speed_is_mesh_frequency_over_teeth(tmp_path):
+    path = tmp_path / "s.csv"
+    run(*FAST, "--rpm", "1500:1530:15", "--direction", "up", "-o", path)
+    rows = read_sweep(str(path)).rows
+    assert [row.mesh_frequency_Hz for row in rows[::2]] == [950.0, 959.5, 969.0]
+
+
+def test_speeds_and_rpm_exclude_each_other():
+    with pytest.raises(InputError, match="exclude each other"):
+        run(*FAST, "--rpm", "1500", "--speeds", "950")
+
+
+def test_figures_can_be_set_for_one_run(tmp_path):
+    one, two = tmp_path / "a.csv", tmp_path / "b.csv"
+    run(*FAST, "--speeds", "1600", "-o", one)
+    run(*FAST, "--speeds", "1600", "--set", "mesh.2.phase=0.5", "-o", two)
+    assert one.read_bytes() != two.read_bytes()
