@@ -14,7 +14,8 @@ class Settings:
     method : rk4, fixed steps, or dopri5, adaptive with located contact changes
     steps : of rk4 per period of the fastest mesh, at least
     step_angle : of rk4, largest phase [rad] that the highest mode turns in a step
-    accuracy : of dopri5, error of a step relative to the deflection
+    accuracy : of dopri5, error of a step relative to the deflection; coarser than a
+        thousandth of the tolerance it hides the last decay and costs periods
     tolerance : distance to the periodic response at which it has settled, relative
         to each mesh's range of deflection
     max_periods : of the first mesh, after which a response counts as aperiodic; None
@@ -25,7 +26,7 @@ class Settings:
     method: str = "rk4"
     steps: int = 64
     step_angle: float = 0.6
-    accuracy: float = 1e-6
+    accuracy: float = 1e-8
     tolerance: float = 1e-4
     max_periods: int | None = None
     multiples: int = 8

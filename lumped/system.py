@@ -116,7 +116,7 @@ class LumpedSystem:
             ]
         )
 
-    @property
+    @cached_property
     def energy_norm(self) -> float:
         """A moderate sum of modal velocities, from the loads and the gaps."""
         stiffness, backlash = self.arrays[4:6]
@@ -163,7 +163,7 @@ class LumpedSystem:
             np.ascontiguousarray(gap.transpose(axes)),
         )
 
-    @property
+    @cached_property
     def _places(self) -> list[tuple[float, float]]:
         """(phase within a cycle, rate) of each mesh."""
         meshes, rates = self.train.meshes, self.train.mesh_rates

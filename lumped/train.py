@@ -140,7 +140,7 @@ class Train:
         for shaft in self.shafts:
             yield *shaft.gears, Fraction(1)
 
-    @property
+    @cached_property
     def mesh_rates(self) -> tuple[Fraction, ...]:
         """Mesh frequency of each mesh over that of the first."""
         passing = [
@@ -148,7 +148,7 @@ class Train:
         ]
         return tuple(abs(rate / passing[0]) for rate in passing)
 
-    @property
+    @cached_property
     def common_period(self) -> tuple[int, ...]:
         """Shortest time after which all meshes repeat, in periods of each mesh."""
         denominators = [rate.denominator for rate in self.mesh_rates]

@@ -30,7 +30,7 @@ REFERENCE = Settings(
     method="dopri5", accuracy=1e-11, tolerance=1e-8, max_periods=20_000
 )
 STEPS = (16, 24, 32, 48, 64, 96, 128, 256)
-ACCURACIES = (1e-3, 1e-4, 1e-5, 1e-6, 1e-8)
+ACCURACIES = (1e-3, 1e-4, 1e-6, 1e-7, 1e-8, 1e-9)
 RTOLS: dict[Method, tuple[float, ...]] = {
     "DOP853": (1e-2, 1e-3, 1e-4, 1e-5),
     "LSODA": (1e-2, 1e-3, 1e-4, 1e-5, 1e-6),
