@@ -161,8 +161,13 @@ def run_map(
     def collect(most: int) -> None:
         while len(running) > most:
             for future in wait(running, return_when=FIRST_COMPLETED).done:
-                point = running.pop(future)
-                add(point, future.result())
+                add(running.pop(future), finished(future))
+
+    def finished(future: Future[Cell | None]) -> Cell | None:
+        try:
+            return future.result()
+        except ValueError as error:
+            return impossible(parameter_map.meshes, str(error))
 
     def add(point: Point, cell: Cell | None) -> None:
         if cell is None:
@@ -189,7 +194,7 @@ def run_map(
             stop.set()
             for future, point in list(running.items()):
                 if not future.cancel():
-                    add(point, future.result())
+                    add(point, finished(future))
             raise
     return ParameterMap(
         parameter_map.axes, parameter_map.meshes, parameter_map.header, cells

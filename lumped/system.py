@@ -17,6 +17,7 @@ from lumped.waves import SAME
 Array = NDArray[np.float64]
 UNTOUCHED = 1e-20  # part of strain energy in the meshes below which a mode is left out
 BALANCED = 1e-3  # of the torques on a motion that nothing holds; less is rounding
+MOST_BYTES = 2e9
 GAP_POINTS = 256  # per base pitch
 RUNAWAY = 1e6  # times the largest velocity that statics and gaps suggest
 
@@ -137,8 +138,10 @@ class LumpedSystem:
 
         steps : at least so many per period of the first mesh
         Returns h (k,) in periods of the first mesh, stiffness and gap (k, 3, p) at
-        the start, middle and end of each step.
+        the start, middle and end of each step. Raises TrainError where that is more
+        than memory should hold.
         """
+        self._require_memory(steps)
         times = self._grid(steps)
         middle = 0.5 * (times[:-1] + times[1:])
         points = ((times[:-1], 1), (middle, 1), (times[1:], -1))
@@ -162,6 +165,16 @@ class LumpedSystem:
             np.ascontiguousarray(stiffness.transpose(axes)),
             np.ascontiguousarray(gap.transpose(axes)),
         )
+
+    def _require_memory(self, steps: int) -> None:
+        periods = self.train.common_period[0]
+        pairs = sum(len(excitation.pairs) for excitation in self.excitations)
+        if 48 * periods * steps * pairs > MOST_BYTES:
+            raise TrainError(
+                f"{periods} periods of the first mesh, after which all meshes repeat, "
+                f"of {steps} steps each: more than a run should hold in memory; "
+                "allowed are higher speeds or simpler tooth ratios"
+            )
 
     @cached_property
     def _places(self) -> list[tuple[float, float]]:

@@ -78,7 +78,7 @@ def _explained(error: Exception) -> tuple[str, int]:
     from fegear.errors import InputError
     from meshes.gmsh_session import MissingSystemLibrary
 
-    if isinstance(error, InputError):
+    if isinstance(error, InputError) or type(error).__name__ == "TrainError":
         return str(error), 2
     if hasattr(error, "format_message"):  # wrong words, such as an unknown option
         return str(error.format_message()), 2

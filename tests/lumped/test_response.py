@@ -24,6 +24,7 @@ from lumped import (
     sweep_all,
 )
 from lumped.response import FIGURES, steps_per_period
+from lumped.train import TrainError
 from lumped.waves import constant, from_harmonics
 from validation.oracles import linear_train, piecewise
 from validation.oracles.linear_train import LinearTrain, Tone
@@ -707,3 +708,8 @@ def test_statics_follow_slow_speeds(system, figures, idler):
         np.testing.assert_allclose(
             history.deflection[:, m], FORCE / stiffness, rtol=2e-3
         )
+
+
+def test_what_memory_cannot_hold_is_refused(system):
+    with pytest.raises(TrainError, match="more than a run should hold"):
+        respond(system(), 1e-6)
