@@ -2,9 +2,9 @@
 
 Find pressures q >= 0 and the approach d with
 
-    gap + C q - d h >= 0,   q (gap + C q - d h) = 0,   arms . q = torque.
+    gap + C q - d h >= 0,   q (gap + C q - d h) = 0,   arms . q = torque,
 
-C is unsymmetric with friction.
+where either the torque or the approach is given. C is unsymmetric with friction.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from lumped.compiled import compiled_part
 
 ALL_AT_ONCE = 40  # sweeps that exchange every violated node together
 CONVERGED, NOT_CONVERGED, NOT_FINITE = 0, 1, 2
+TORQUE, APPROACH = 0, 1  # which of the two is given
 
 
 @compiled_part
@@ -56,10 +57,11 @@ def eliminate(matrix, right):
 
 
 @compiled_part
-def solve_active(C, sides, torque, active, q):
+def solve_active(C, sides, kind, given, active, q):
     """(approach, slope d torque / d approach) with the active nodes in contact.
 
     sides : (n, 3) gap, h and arms of every node; q is overwritten
+    kind, given : TORQUE or APPROACH, and its value
     """
     nodes = np.empty(q.size, np.int64)
     n = 0
@@ -79,7 +81,7 @@ def solve_active(C, sides, torque, active, q):
     for i in range(n):
         preload += sides[nodes[i], 2] * right[i, 0]
         slope += sides[nodes[i], 2] * right[i, 1]
-    d = (torque + preload) / slope
+    d = given if kind == APPROACH else (given + preload) / slope
     for i in range(n):
         q[nodes[i]] = d * right[i, 1] - right[i, 0]
     return d, slope
@@ -110,7 +112,7 @@ def exchange(C, sides, q, d, active, one_only):
     for i in range(n):
         if was[i]:
             wrong = q[i] < 0.0
-            if wrong:
+            if wrong and top > 0.0:
                 residual = max(residual, -q[i] / top)
         else:
             opening = sides[i, 0] - d * sides[i, 1]
@@ -126,8 +128,10 @@ def exchange(C, sides, q, d, active, one_only):
 
 
 @compiled_part
-def solve_contact(C, sides, torque, active, q):
+def solve_contact(C, sides, kind, given, active, q):
     """(approach, slope, residual, status, sweeps); active and q are overwritten.
+
+    kind, given : TORQUE or APPROACH, and its value
 
     Primal-dual active set: all violated nodes are exchanged together. Should that
     cycle, the violated node of least index alone is exchanged (Murty 1974), which
@@ -138,8 +142,9 @@ def solve_contact(C, sides, torque, active, q):
     most = ALL_AT_ONCE + 20 * q.size
     d, slope, residual = math.nan, math.nan, math.nan
     for sweep in range(most):
-        require_contact(sides, active)
-        d, slope = solve_active(C, sides, torque, active, q)
+        if kind == TORQUE:
+            require_contact(sides, active)
+        d, slope = solve_active(C, sides, kind, given, active, q)
         if not math.isfinite(d):
             return d, slope, math.nan, NOT_FINITE, sweep + 1
         changed, residual = exchange(C, sides, q, d, active, sweep >= ALL_AT_ONCE)

@@ -7,7 +7,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from fegear.contact.active_set import NOT_FINITE, solve_contact
+from fegear.contact.active_set import (
+    APPROACH,
+    NOT_FINITE,
+    TORQUE,
+    solve_contact,
+)
 from fegear.contact.compliance import fill_compliance, friction_bending
 from fegear.contact.flanks import FAR
 from fegear.contact.patches import (
@@ -22,6 +27,7 @@ from lumped.compiled import compiled, compiled_part
 MARGIN = 1.2  # half length of a patch over the Hertz half-width at full load
 GROWTH = 1.6  # of a patch whose pressure reaches its end
 MAX_ROUNDS = 12
+SOFT_TEETH = 8.0  # approach over load per width times 1/E1' + 1/E2', a stiff pair's
 FIRST_GUESS = 40.0  # approach over load per width times 1/E1' + 1/E2', generous
 
 # Per (torque, position).
@@ -84,17 +90,48 @@ def solve_cycle(
                 width[k] = MARGIN * hertz_half_width(mesh, flanks, s1, load)
                 place_patch(mesh, flanks, patches[k], s1, pair_gaps[k])
             solve_position(
-                mesh, flanks, tables, grid, teeth, pair_gaps, torques[t],
+                mesh, flanks, tables, grid, teeth, pair_gaps, TORQUE, torques[t],
                 patches, nodes, width, C, memory, row, cells[t, n],
             )  # fmt: skip
 
 
+@compiled
+def solve_instants(
+    mesh, flanks, tables, grid, teeth, pair_gaps, positions, approaches,
+    patches, nodes, rows, cells,
+):  # fmt: skip
+    """As `solve_cycle`, with the approach given at every instant.
+
+    pair_gaps : (instants, pairs) [m]; positions, approaches : (instants,)
+    rows : (instants,); cells : (instants, pairs)
+    """
+    pairs, size = nodes.shape[0], nodes.shape[1]
+    width = np.empty(pairs)
+    C = np.empty((pairs * size, pairs * size))
+    memory = np.zeros((pairs, size), np.bool_)
+    softness = 1.0 / flanks[0].modulus + 1.0 / flanks[1].modulus
+    for n in range(positions.size):
+        for k in range(pairs):
+            s1 = mesh.pitch + (positions[n] + teeth[k]) * mesh.base_pitch
+            place_patch(mesh, flanks, patches[k], s1, pair_gaps[n, k])
+            depth = max(approaches[n] - patches[k].least_gap, 0.0)
+            load = depth / (SOFT_TEETH * softness)
+            width[k] = MARGIN * hertz_half_width(mesh, flanks, s1, load)
+        solve_position(
+            mesh, flanks, tables, grid, teeth, pair_gaps[n], APPROACH, approaches[n],
+            patches, nodes, width, C, memory, rows[n], cells[n],
+        )  # fmt: skip
+
+
 @compiled_part
 def solve_position(
-    mesh, flanks, tables, grid, teeth, pair_gaps, torque,
+    mesh, flanks, tables, grid, teeth, pair_gaps, kind, given,
     patches, nodes, width, C, memory, row, cells,
 ):  # fmt: skip
-    """Solve one position; patches grow until they hold all the pressure."""
+    """Solve one position; patches grow until they hold all the pressure.
+
+    kind, given : TORQUE on the driver [N], or APPROACH [m], and its value
+    """
     pairs, size = nodes.shape[0], nodes.shape[1]
     q = np.zeros(pairs * size)
     chosen = np.empty(pairs, np.int64)
@@ -106,7 +143,9 @@ def solve_position(
         row.status = NOT_FINITE
         return
     softness = 1.0 / flanks[0].modulus + 1.0 / flanks[1].modulus
-    limit = row.no_load + FIRST_GUESS * torque / flanks[0].base_radius * softness
+    limit = given
+    if kind == TORQUE:
+        limit = row.no_load + FIRST_GUESS * given / flanks[0].base_radius * softness
     count = 0
     for _ in range(MAX_ROUNDS):
         count = 0
@@ -121,7 +160,7 @@ def solve_position(
                     )  # fmt: skip
                     fresh[k] = False
         solve_chosen(
-            mesh, flanks, tables, grid, teeth, torque,
+            mesh, flanks, tables, grid, teeth, kind, given,
             patches, nodes, C, memory, row, chosen[:count], q,
         )  # fmt: skip
         if row.status != 0:
@@ -151,7 +190,7 @@ def reaches_end(patch, q, start, size, width):
 
 @compiled_part
 def solve_chosen(
-    mesh, flanks, tables, grid, teeth, torque,
+    mesh, flanks, tables, grid, teeth, kind, given,
     patches, nodes, C, memory, row, chosen, q,
 ):  # fmt: skip
     """Nodal forces q of the chosen pairs, node after node, and the row's result."""
@@ -169,7 +208,7 @@ def solve_chosen(
             sides[at, 2] = patch.lever[0] - drag * patch.lever[2]
             active[at] = memory[chosen[p], i]
     d, slope, residual, status, sweeps = solve_contact(
-        C, sides, torque, active, q[: active.size]
+        C, sides, kind, given, active, q[: active.size]
     )
     for p in range(chosen.size):
         for i in range(size):

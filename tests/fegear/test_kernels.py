@@ -24,7 +24,7 @@ def separation(master, slave, line, nominal, s):
 
 @njit
 def solve_contact(C, sides, torque, active, q):
-    return active_set.solve_contact(C, sides, torque, active, q)
+    return active_set.solve_contact(C, sides, active_set.TORQUE, torque, active, q)
 
 
 @pytest.mark.parametrize("steps", [0.0, 1.0, 2.0, 7.5])

@@ -1,0 +1,129 @@
+"""Contact forces where the approach of the gears is given, as it is in motion."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from fegear.contact.problem import (
+    ContactFailure,
+    ContactProblem,
+    back_side_position,
+    candidate_pairs,
+    kernel_inputs,
+    pair_gaps,
+)
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Instants:
+    """Contact at n instants, k tooth pairs.
+
+    teeth : (k,) base pitches by which each pair is ahead of the reference pair
+    torque : (n,) on the driver that holds the approach [N m], negative on the back
+        side
+    slope : (n,) of torque over base radius over approach [N/m], 0 without contact
+    load : (n, k) normal force of each pair [N], negative on the back side
+    pressure : (n, k) largest contact pressure [Pa]
+    """
+
+    teeth: NDArray[np.int64]
+    torque: Array
+    slope: Array
+    load: Array
+    pressure: Array
+
+
+def contact_at(
+    problem: ContactProblem, positions: ArrayLike, approaches: ArrayLike
+) -> Instants:
+    """Contact at positions (n,) with the approaches (n,) given [m].
+
+    approach : the driver's rotation times its base radius with the driven gear held,
+        from where unmodified flanks touch; contact is lost between the drive side
+        and minus the backlash, beyond which the back flanks touch
+
+    Raises ContactFailure where no solution was found and ValueError for positions
+    or approaches that are not finite.
+    """
+    position, approach = (np.array(v, float, ndmin=1) for v in (positions, approaches))
+    if position.shape != approach.shape:
+        raise ValueError(
+            f"approaches must have shape {position.shape}, got {approach.shape}"
+        )
+    if not (np.isfinite(position).all() and np.isfinite(approach).all()):
+        raise ValueError("positions and approaches must be finite")
+    back = approach < -0.5 * problem.pair.backlash
+    mirrored = np.where(back, back_side_position(problem.pair, position), position)
+    depth = np.where(back, -(problem.pair.backlash + approach), approach)
+    sides = [_one_side(problem, mirrored[s], depth[s]) for s in (~back, back)]
+    return _together(back, *sides)
+
+
+def _one_side(problem: ContactProblem, position: Array, approach: Array) -> Instants:
+    """All instants as if on the drive side."""
+    from fegear.contact import cycle
+    from fegear.contact.compliance import PATCH
+    from fegear.contact.grid import contact_grid
+
+    if not position.size:
+        return Instants(np.empty(0, np.int64), *_nothing())
+    whole = np.floor(position)
+    teeth = candidate_pairs(problem.pair, position - whole)
+    rows = np.zeros(position.size, cycle.ROW).view(np.recarray)
+    cells = np.zeros((position.size, teeth.size), cycle.CELL).view(np.recarray)
+    patches = np.zeros(teeth.size, PATCH).view(np.recarray)
+    nodes = np.zeros((teeth.size, problem.nodes, 3))
+    mesh, flanks, tables = kernel_inputs(problem)
+    passed = teeth - whole.astype(np.int64)[:, None]
+    gaps = pair_gaps(problem, passed.ravel()).reshape(passed.shape)
+    cycle.solve_instants(
+        mesh,
+        flanks,
+        tables,
+        contact_grid(problem.nodes),
+        teeth,
+        gaps,
+        position - whole,
+        approach,
+        patches,
+        nodes,
+        rows,
+        cells,
+    )
+    failed = np.flatnonzero(rows.status != 0)
+    if failed.size:
+        n = failed[0]
+        raise ContactFailure(
+            f"contact not solved at position {position[n]:g}, approach "
+            f"{approach[n]:g} m: status {rows.status[n]}"
+        )
+    width = problem.face_width
+    drag = problem.friction * cells.approach
+    arm = cells.lever[..., 0] - drag * cells.lever[..., 2]
+    load = cells.load * width
+    slope = np.where(load.any(axis=1), rows.slope * width, 0.0)
+    return Instants(teeth, (load * arm).sum(axis=1), slope, load, cells.pressure)
+
+
+def _nothing() -> tuple[Array, ...]:
+    return np.empty(0), np.empty(0), np.empty((0, 0)), np.empty((0, 0))
+
+
+def _together(back: NDArray[np.bool_], drive: Instants, coast: Instants) -> Instants:
+    """Instants of both sides in their order; pairs are matched by tooth."""
+    teeth = np.union1d(drive.teeth, -coast.teeth)
+    torque, slope = np.zeros(back.size), np.zeros(back.size)
+    load, pressure = (np.zeros((back.size, teeth.size)) for _ in range(2))
+    for side, sign, part in ((~back, 1.0, drive), (back, -1.0, coast)):
+        if not side.any():
+            continue
+        columns = np.searchsorted(teeth, (sign * part.teeth).astype(np.int64))
+        where = np.ix_(side, columns)
+        torque[side], slope[side] = sign * part.torque, part.slope
+        load[where], pressure[where] = sign * part.load, part.pressure
+    return Instants(teeth, torque, slope, load, pressure)
