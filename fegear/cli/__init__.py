@@ -9,6 +9,7 @@ import typer
 
 from fegear.cli.bench import bench_app
 from fegear.cli.compare import compare_command
+from fegear.cli.dynamics import dynamics_command
 from fegear.cli.map import map_command
 from fegear.cli.mesh import mesh_command
 from fegear.cli.modes import modes_command
@@ -40,6 +41,7 @@ app.command("modes")(modes_command)
 app.command("sweep")(sweep_command)
 app.command("wave")(wave_command)
 app.command("map")(map_command)
+app.command("dynamics")(dynamics_command)
 app.add_typer(bench_app, name="bench")
 
 

@@ -146,14 +146,14 @@ def sweep_command(
     found = list(zip(each, branches, strict=True))
     ratio = systems[0].train.damping_ratio
     header = file_header(gear_set, physics, settings, ratio) | edit_entries(changes)
-    _write(found, str(model), header, output, plot)
+    write_sweep(found, str(model), header, output, plot)
     values = sweep_summary(found, model, header, frequencies)
     values["wall_time_s"] = round(time.perf_counter() - begin, 3)
     if as_json:
         typer.echo(strict_json(values), nl=False)
     else:
         print_sweep(values)
-    _end(found)
+    end_sweep(found)
 
 
 def asked_frequencies(
@@ -170,7 +170,7 @@ def asked_frequencies(
     return None if speeds is None else parsed_speeds(speeds)
 
 
-def _write(
+def write_sweep(
     found: Branches,
     model: str,
     header: dict[str, str],
@@ -196,7 +196,7 @@ def _write(
 
 
 def sweep_summary(
-    found: Branches, model: int, header: dict[str, str], frequencies: list[float]
+    found: Branches, model: int | str, header: dict[str, str], frequencies: list[float]
 ) -> dict[str, Any]:
     """Plain values, ready for JSON."""
     return {
@@ -316,7 +316,7 @@ def _place(branch: dict[str, Any], entry: dict[str, Any]) -> tuple[str, str, str
     return f"{branch['torque_Nm']:g}", branch["direction"], str(entry["mesh"])
 
 
-def _end(found: Branches) -> None:
+def end_sweep(found: Branches) -> None:
     """Exit code 1 after a divergence, 130 after Ctrl-C; rows are written by then."""
     from lumped.motion import DivergedError
 
