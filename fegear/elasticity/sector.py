@@ -15,12 +15,14 @@ from scipy.sparse import csc_array, csr_array
 from scipy.sparse.linalg import SuperLU, splu
 from skfem import (
     Basis,
+    BilinearForm,
     Element,
     ElementTriP1,
     ElementTriP2,
     ElementVector,
     MeshTri2,
 )
+from skfem.helpers import dot
 from skfem.models.elasticity import linear_elasticity
 
 from fegear.elasticity.material import PlaneMaterial
@@ -90,6 +92,18 @@ def assemble_sector(
     return SectorModel(
         basis, order, stiffness, inner, cut, hub, _node_freedoms(mesh, basis, order)
     )
+
+
+def assemble_mass(model: SectorModel, density: float) -> csr_array:
+    """Consistent mass (n, n) of the sector per unit width [kg/m], hub included.
+
+    density : [kg/m3]
+    """
+    # two orders more than the product of displacements: the Jacobian of an element
+    # with a curved side is a polynomial of degree two itself
+    basis = Basis(model.basis.mesh, model.basis.elem, intorder=2 * model.order + 2)
+    form = BilinearForm(lambda u, v, _: density * dot(u, v))
+    return csr_array(form.assemble(basis))
 
 
 def _node_freedoms(mesh: SectorMesh, basis: Basis, order: int) -> Indices:

@@ -1,0 +1,386 @@
+"""Modes from one sector against a whole gear, a thick ring and statics.
+
+The whole gear repeats the sector mesh around the axis, merges the nodes on the cuts,
+holds the hub and asks ARPACK; it shares only the mesh with the program.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from conftest import make_gear
+from scipy.linalg import eigh
+from scipy.sparse.linalg import eigsh, spsolve
+from scipy.spatial import cKDTree
+from skfem import Basis, BilinearForm, ElementTriP2, ElementVector, MeshTri2
+from skfem.helpers import dot
+from skfem.models.elasticity import linear_elasticity
+
+from fegear.elasticity.flank import REACH, flank_compliance
+from fegear.elasticity.material import PlaneMaterial
+from fegear.elasticity.modes import (
+    LEFT,
+    RIGHT,
+    gear_modes,
+    mode_counts,
+    rigid_fields,
+    sector_waves,
+    tie,
+    wave_phase,
+)
+from fegear.elasticity.sector import assemble_mass, assemble_sector, condense
+from meshes import MeshSize, SectorMesh, sector_mesh
+from meshes.profile import flank_tangents, polar, roll_length_at_arc, turn
+from validation.oracles.thick_ring_modes import ThickRing, frequencies
+
+STEEL = PlaneMaterial(206e9, 0.3)
+DENSITY = 7850.0
+COARSE = MeshSize(
+    flank_edges=6, flank_grading=2.0, fillet_edges=3, tooth_size=0.6, hub_size=2.4
+)
+CUTOFF = 200e3  # modes at every n, of body and teeth
+
+
+def small_gear(teeth):
+    reference = 0.5 * 2.54e-3 * teeth
+    return make_gear(teeth, 5e-3, profile_shift=0.4, tip_radius=reference + 3.36e-3)
+
+
+@pytest.fixture(scope="module")
+def gear():
+    return small_gear(12)
+
+
+@pytest.fixture(scope="module")
+def sector(gear):
+    model = assemble_sector(sector_mesh(gear, COARSE), STEEL)
+    return model, assemble_mass(model, DENSITY)
+
+
+@pytest.fixture(scope="module")
+def modes(gear):
+    return gear_modes(gear, STEEL, DENSITY, CUTOFF, COARSE)
+
+
+class WholeGear:
+    def __init__(self, gear, size, cutoff_Hz):
+        self.gear, self.sector = gear, sector_mesh(gear, size)
+        angles = 2.0 * np.pi * np.arange(gear.teeth) / gear.teeth
+        copies = np.vstack([turn(self.sector.points, a) for a in angles])
+        near = cKDTree(copies).query_ball_point(copies, 1e-9)
+        kept, merged = np.unique([min(n) for n in near], return_inverse=True)
+        shift = len(self.sector.points) * np.arange(gear.teeth)[:, None, None]
+        triangles = (self.sector.triangles[None] + shift).reshape(-1, 6)
+        mesh = MeshTri2(copies[kept].T.copy(), merged[triangles].T.copy())
+        basis = Basis(mesh, ElementVector(ElementTriP2()), intorder=6)
+        E, nu = 206e9, 0.3
+        law = linear_elasticity(E * nu / (1 - nu**2), 0.5 * E / (1 + nu))
+        stiff_basis = Basis(mesh, ElementVector(ElementTriP2()), intorder=4)
+        self.stiffness = law.assemble(stiff_basis).tocsc()
+        form = BilinearForm(lambda u, v, _: DENSITY * dot(u, v))
+        self.mass = form.assemble(basis).tocsc()
+        self.places = basis.doflocs.T
+        self.along_y = np.isin(np.arange(basis.N), basis.split_indices()[1])
+        radius = np.hypot(*self.places.T)
+        self.free = np.flatnonzero(radius > gear.hub_radius * (1 + 1e-6))
+        self._solve(cutoff_Hz)
+
+    def _solve(self, cutoff_Hz):
+        K, M = (A[self.free][:, self.free] for A in (self.stiffness, self.mass))
+        values, vectors = eigsh(K, 70, M, sigma=0.0)
+        frequency = np.sqrt(values) / (2.0 * np.pi)
+        assert frequency.max() > cutoff_Hz, "all modes below the cut-off are there"
+        self.frequencies = frequency[frequency < cutoff_Hz]
+        self.fields = np.zeros((len(self.places), len(self.frequencies)))
+        self.fields[self.free] = vectors[:, frequency < cutoff_Hz]
+
+    def rigid(self):
+        """Fields of a unit clockwise turn and of unit shifts, (freedoms, 3)."""
+        x, y = self.places.T
+        turned = np.where(self.along_y, -x, y)
+        return np.stack([turned, ~self.along_y, self.along_y], axis=1).astype(float)
+
+    def flank(self, tooth, side, normal=True):
+        """Inward (else rootward) displacement of flank points, (modes, points)."""
+        angle = 2.0 * np.pi * tooth / self.gear.teeth
+        arcs = self.sector.flank_arcs[1:]
+        root = -flank_tangents(self.gear, roll_length_at_arc(self.gear, arcs))
+        wanted = np.stack([root[:, 1], -root[:, 0]], axis=1) if normal else root
+        mirror = [1.0, 1.0] if side == RIGHT else [-1.0, 1.0]
+        points = turn(self.sector.points[self.sector.flank_nodes[1:]] * mirror, angle)
+        wanted = turn(wanted * mirror, angle)
+        found = cKDTree(self.places).query_ball_point(points, 1e-9)
+        pairs = np.array(
+            [sorted(pair, key=lambda d: self.along_y[d]) for pair in found]
+        )
+        return np.einsum("icm,ic->mi", self.fields[pairs], wanted)
+
+
+@pytest.fixture(scope="module")
+def whole(gear):
+    return WholeGear(gear, COARSE, CUTOFF)
+
+
+def same_frequency(frequency):
+    """Slices of neighbours of equal frequency."""
+    ends = np.flatnonzero(np.diff(frequency) > 1e-6 * frequency[1:]) + 1
+    return [
+        slice(a, b) for a, b in zip([0, *ends], [*ends, len(frequency)], strict=True)
+    ]
+
+
+def test_frequencies_are_those_of_the_whole_gear(modes, whole):
+    assert len(modes.frequencies_Hz) == 29
+    np.testing.assert_allclose(modes.frequencies_Hz, whole.frequencies, rtol=1e-8)
+    assert set(modes.nodal_diameters) == set(range(7))
+
+
+def test_odd_number_of_teeth():
+    odd = small_gear(13)
+    found = gear_modes(odd, STEEL, DENSITY, CUTOFF, COARSE)
+    direct = WholeGear(odd, COARSE, CUTOFF).frequencies
+    np.testing.assert_allclose(found.frequencies_Hz, direct, rtol=1e-8)
+
+
+@pytest.mark.parametrize("side", [RIGHT, LEFT])
+@pytest.mark.parametrize("tooth", [0, 1, 5, -3])
+def test_shapes_are_those_of_the_whole_gear(modes, whole, tooth, side):
+    """Products of two places, which do not ask how a pair is turned."""
+    for group in same_frequency(modes.frequencies_Hz):
+        for seen, normal in ((modes.normal_at, True), (modes.tangential_at, False)):
+            ring = modes.normal_at(0)[group].T @ seen(tooth, side)[group]
+            direct = (
+                whole.flank(0, RIGHT)[group].T @ whole.flank(tooth, side, normal)[group]
+            )
+            scale = np.abs(modes.normal).max() ** 2
+            np.testing.assert_allclose(ring, direct, atol=1e-6 * scale)
+
+
+def test_coupling_with_the_hub_is_that_of_the_whole_gear(modes, whole):
+    rigid = whole.rigid()
+    direct = whole.fields.T @ (whole.mass @ rigid)
+    ring = np.column_stack([modes.rotation_coupling, modes.translation_coupling])
+    for group in same_frequency(modes.frequencies_Hz):
+        one, two = ring[group].T @ ring[group], direct[group].T @ direct[group]
+        scale = np.sqrt([modes.inertia, modes.mass, modes.mass])
+        np.testing.assert_allclose(
+            one / scale / scale[:, None], two / scale / scale[:, None], atol=1e-9
+        )
+    inertia, *mass = np.einsum("ic,ic->c", rigid, whole.mass @ rigid)
+    assert modes.inertia == pytest.approx(inertia, rel=1e-11)
+    assert [modes.mass] * 2 == pytest.approx(mass, rel=1e-11)
+
+
+def test_only_two_kinds_of_waves_couple_with_the_hub(modes, whole):
+    """In the whole gear, where nothing says so."""
+    direct = whole.fields.T @ (whole.mass @ whole.rigid())
+    direct /= np.sqrt([modes.inertia, modes.mass, modes.mass])
+    for group in same_frequency(modes.frequencies_Hz):
+        n = modes.nodal_diameters[group][0]
+        if n != 0:
+            assert np.abs(direct[group, 0]).max() < 1e-9
+        if n != 1:
+            assert np.abs(direct[group, 1:]).max() < 1e-9
+
+
+def test_pairs_are_symmetric_and_antisymmetric(modes):
+    paired = (modes.nodal_diameters > 0) & (2 * modes.nodal_diameters < modes.teeth)
+    right, left = (modes.normal_at(0, side)[paired] for side in (RIGHT, LEFT))
+    scale = np.abs(right).max()
+    np.testing.assert_allclose(left[0::2], right[0::2], atol=1e-8 * scale)
+    np.testing.assert_allclose(left[1::2], -right[1::2], atol=1e-8 * scale)
+    first = np.flatnonzero(modes.nodal_diameters == 1)[:2]
+    shift = modes.translation_coupling[first] / np.sqrt(modes.mass)
+    assert np.abs(np.diag(shift)).max() < 1e-9  # symmetric: along y; the other: x
+    assert abs(shift[0, 1]) == pytest.approx(abs(shift[1, 0]), rel=1e-9) != 0.0
+
+
+def tied_matrices(sector, teeth, n):
+    model, mass = sector
+    ties = tie(model, condense(model, teeth).polar, wave_phase(n, teeth))
+    return [(ties.conj().T @ A @ ties).toarray() for A in (model.stiffness, mass)]
+
+
+@pytest.mark.parametrize("cutoff", [20e3, 60e3, 200e3, 700e3])
+def test_count_is_that_of_the_unskipped_problem(gear, sector, cutoff):
+    """At 700 kHz the inner freedoms alone have modes below the cut-off."""
+    counts = mode_counts(*sector, gear.teeth, cutoff)
+    for n, count in enumerate(counts):
+        values = eigh(*tied_matrices(sector, gear.teeth, n), eigvals_only=True)
+        assert count == np.count_nonzero(values < (2.0 * np.pi * cutoff) ** 2)
+
+
+def test_count_says_which_waves_are_skipped(gear, sector):
+    found = sector_waves(*sector, gear.teeth, 50e3)
+    assert [len(wave.omega) for wave in found] == list(mode_counts(*sector, 12, 50e3))
+    assert any(len(wave.omega) == 0 for wave in found)
+    everything = sector_waves(*sector, gear.teeth, CUTOFF)
+    for wave, more in zip(found, everything, strict=True):
+        below = more.omega[more.omega < 2.0 * np.pi * 50e3]
+        np.testing.assert_allclose(wave.omega, below, rtol=1e-10)
+
+
+def test_effective_inertia_grows_to_that_of_the_free_nodes(gear, sector):
+    """Sum of couplings squared over all modes: what is not the held hub's own."""
+    model, mass = sector
+    K, M = tied_matrices(sector, gear.teeth, 0)
+    _, vectors = eigh(K, M)
+    ties = tie(model, condense(model, gear.teeth).polar, 1.0)
+    turned = ties.T @ (mass @ rigid_fields(model)[:, 0])
+    every = gear.teeth * np.cumsum((vectors.T @ turned) ** 2)
+    limits = [gear_modes(gear, STEEL, DENSITY, f, COARSE) for f in (80e3, 300e3)]
+    for found in limits:
+        axial = found.rotation_coupling[found.nodal_diameters == 0]
+        np.testing.assert_allclose(np.cumsum(axial**2), every[: len(axial)], rtol=1e-8)
+    below = gear.teeth * turned @ spsolve((ties.T @ mass @ ties).tocsc(), turned)
+    assert every[-1] == pytest.approx(below, rel=1e-10)
+    shares = [np.sum(m.rotation_coupling**2) / m.inertia for m in limits]
+    assert 0.9 < shares[0] < shares[1] < every[-1] / limits[0].inertia < 1.0
+
+
+def test_effective_mass_is_nearly_all_and_alike_in_all_directions(gear):
+    found = gear_modes(gear, STEEL, DENSITY, 600e3, COARSE)
+    share = np.sum(found.translation_coupling**2, axis=0) / found.mass
+    assert share[0] == pytest.approx(share[1], rel=1e-9)
+    assert 0.96 < share[0] < 1.0
+
+
+def test_frequencies_converge_from_above_at_third_order(gear):
+    """The corners of the tips cost one of the four orders of a smooth body."""
+    base = MeshSize(
+        flank_edges=6, flank_grading=0.0, fillet_edges=3, tooth_size=0.5, hub_size=0.4
+    )
+    coarse, middle, fine = (
+        gear_modes(gear, STEEL, DENSITY, 110e3, base.refined(f)).frequencies_Hz
+        for f in (1.0, 2.0, 4.0)
+    )
+    assert len(coarse) == len(fine) == 16
+    assert (coarse > middle).all()
+    assert (middle > fine).all()
+    order = np.log2((coarse - middle) / (middle - fine))
+    assert np.median(order) == pytest.approx(3.0, abs=0.3)
+    assert order.min() > 2.5
+
+
+@pytest.fixture(scope="module")
+def static(gear):
+    return flank_compliance(gear, STEEL, COARSE, split=False).normal
+
+
+def test_sum_of_modes_tends_to_the_static_compliance(gear, static):
+    """Under even pressure on a flank: from below on the loaded tooth, where local
+    deflection is slow to come, and fast on the others."""
+    load = np.diff(sector_mesh(gear, COARSE).flank_arcs)
+    missing = []
+    for cutoff in (100e3, 400e3, 1600e3):
+        found = gear_modes(gear, STEEL, DENSITY, cutoff, COARSE)
+        force = found.normal_at(0) @ load / (2.0 * np.pi * found.frequencies_Hz) ** 2
+        missing.append(
+            [
+                1.0
+                - force
+                @ (found.normal_at(k) @ load)
+                / (load @ static[REACH + k] @ load)
+                for k in (0, 1, -2)
+            ]
+        )
+    loaded, *others = np.array(missing).T
+    assert (loaded > 0.0).all()
+    assert (np.diff(np.log2(loaded)) < -0.7).all()
+    assert np.abs(others)[:, 0].max() < 0.04
+    assert np.abs(others)[:, 1:].max() < 2e-3
+
+
+def test_static_twist_under_a_smooth_load_needs_few_modes(gear, sector):
+    """Inertial load of a steady angular acceleration of the hub."""
+    model, mass = sector
+    stiffness, _ = tied_matrices(sector, gear.teeth, 0)
+    ties = tie(model, condense(model, gear.teeth).polar, 1.0)
+    load = ties.T @ (mass @ rigid_fields(model)[:, 0])
+    exact = gear.teeth * load @ np.linalg.solve(stiffness, load)
+    missing = []
+    for cutoff in (40e3, 200e3, 800e3):
+        found = gear_modes(gear, STEEL, DENSITY, cutoff, COARSE)
+        omega = 2.0 * np.pi * found.frequencies_Hz
+        missing.append(1.0 - np.sum((found.rotation_coupling / omega) ** 2) / exact)
+    assert 1e-2 > missing[0] > missing[1] > missing[2] > 0.0
+    assert missing[2] < 1e-5
+
+
+def ring_sector(ring, teeth, radial, angular):
+    """Sector without a tooth, `radial` x `angular` x 2 triangles."""
+    radius = np.linspace(ring.hub_radius, ring.outer_radius, 2 * radial + 1)
+    angle = np.linspace(-np.pi / teeth, np.pi / teeth, 2 * angular + 1)
+    points = polar(radius[:, None], angle[None, :]).reshape(-1, 2)
+    node = np.arange(len(points)).reshape(len(radius), len(angle))
+
+    def sub(i, j):
+        return node[i : i + 2 * radial - 1 : 2, j : j + 2 * angular - 1 : 2].ravel()
+
+    lower = [(0, 0), (0, 2), (2, 2), (0, 1), (1, 2), (1, 1)]
+    upper = [(0, 0), (2, 2), (2, 0), (1, 1), (2, 1), (1, 0)]
+    triangles = np.vstack(
+        [np.stack([sub(*ij) for ij in tri], axis=1) for tri in (lower, upper)]
+    )
+
+    def chain(nodes):
+        return np.stack([nodes[:-2:2], nodes[2::2], nodes[1::2]], axis=1)
+
+    hub = chain(node[0])
+    edges = {"left_cut": chain(node[:, 0]), "cut": chain(node[:, -1])}
+    edges |= {"left_hub": hub[: angular // 2], "hub": hub[angular // 2 :]}
+    return SectorMesh(points, triangles, edges, node[0], radius)
+
+
+RING = ThickRing(
+    hub_radius=20e-3,
+    outer_radius=66e-3,
+    young_modulus=206e9,
+    poisson_ratio=0.3,
+    density=DENSITY,
+)
+
+
+def test_ring_without_teeth_is_the_closed_form_at_fourth_order():
+    highest, errors = 36e3, []
+    exact = [frequencies(RING, n, highest) for n in range(7)]
+    for refined in (1, 2, 4):
+        mesh = ring_sector(RING, 12, 4 * refined, 2 * refined)
+        model = assemble_sector(mesh, STEEL)
+        found = sector_waves(model, assemble_mass(model, DENSITY), 12, highest)
+        assert [len(w.omega) for w in found] == [len(f) for f in exact]
+        both = np.concatenate([w.omega for w in found]), np.concatenate(exact)
+        errors.append(both[0] / (2.0 * np.pi * both[1]) - 1.0)
+    errors = np.array(errors)
+    assert (errors > 0.0).all()
+    assert errors[-1].max() < 2e-5
+    orders = np.log2(errors[:-1] / errors[1:])
+    assert orders[1].min() > 3.7
+    assert orders.max() < 4.1
+
+
+def test_held_hub_keeps_less_inertia_on_a_finer_mesh():
+    """What no mode carries is the mass of the hub nodes: one layer of elements."""
+    kept = []
+    for refined in (1, 2, 4):
+        model = assemble_sector(ring_sector(RING, 12, 4 * refined, 2), STEEL)
+        mass, turned = assemble_mass(model, DENSITY), rigid_fields(model)[:, 0]
+        ties = tie(model, condense(model, 12).polar, 1.0)
+        load = ties.T @ (mass @ turned)
+        carried = load @ spsolve((ties.T @ mass @ ties).tocsc(), load)
+        kept.append(1.0 - carried / (turned @ mass @ turned))
+    assert np.diff(np.log2(kept)) == pytest.approx(-1.0, abs=0.2)
+    assert 0.0 < kept[-1] < 1e-3
+
+
+def test_nothing_below_the_first_mode(gear):
+    found = gear_modes(gear, STEEL, DENSITY, 1e3, COARSE)
+    assert found.normal.shape == (0, 2, 6)
+    assert found.translation_coupling.shape == (0, 2)
+    assert found.normal_at(3).shape == (0, 6)
+
+
+@pytest.mark.parametrize("cutoff", [0.0, -1.0, np.nan, np.inf])
+def test_cutoff_is_checked(gear, cutoff):
+    with pytest.raises(ValueError, match="cutoff_Hz"):
+        gear_modes(gear, STEEL, DENSITY, cutoff)

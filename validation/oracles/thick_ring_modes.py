@@ -1,0 +1,160 @@
+"""Free vibration of a thick ring held at its hub: the body of a gear without teeth.
+
+Plane waves in polar coordinates by the potentials of Lame,
+
+    u_r     = (phi' + n psi / r) cos(n theta)
+    u_theta = -(n phi / r + psi') sin(n theta)
+
+with phi and psi Bessel functions of order n of omega r / c_p and omega r / c_s. The
+hub radius is held, the outer one free of stress; the 4 x 4 determinant of these
+conditions vanishes at the natural frequencies.
+Graff, Wave Motion in Elastic Solids (1975), sections 5.1 and A.2; in plane stress
+c_p is that of a thin plate.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.optimize import brentq
+from scipy.special import jvp, yvp
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, kw_only=True)
+class ThickRing:
+    """Isotropic ring, held at the hub radius and free at the outer one."""
+
+    hub_radius: float  # m
+    outer_radius: float  # m
+    young_modulus: float  # Pa
+    poisson_ratio: float
+    density: float  # kg/m3
+    plane: Literal["stress", "strain"] = "stress"
+
+    def __post_init__(self) -> None:
+        if not 0.0 < self.hub_radius < self.outer_radius:
+            raise ValueError(
+                "hub_radius must lie between 0 and outer_radius, "
+                f"got {self.hub_radius} and {self.outer_radius}"
+            )
+        for name in ("young_modulus", "density"):
+            if not getattr(self, name) > 0.0:
+                raise ValueError(f"{name} must be positive, got {getattr(self, name)}")
+
+    @property
+    def shear_speed(self) -> float:
+        """c_s = sqrt(G / rho) [m/s]."""
+        shear = 0.5 * self.young_modulus / (1.0 + self.poisson_ratio)
+        return math.sqrt(shear / self.density)
+
+    @property
+    def speed_ratio(self) -> float:
+        """(c_p / c_s)^2: 2 / (1 - nu) in plane stress, (2 - 2 nu) / (1 - 2 nu) in
+        plane strain."""
+        nu = self.poisson_ratio
+        if self.plane == "stress":
+            return 2.0 / (1.0 - nu)
+        return 2.0 * (1.0 - nu) / (1.0 - 2.0 * nu)
+
+
+def displacement_and_stress(
+    ring: ThickRing, n: int, omega: float, radius: ArrayLike
+) -> Array:
+    """Amplitudes (4, 4, ...) of u_r, u_theta, sigma_rr / G, sigma_rtheta / G (rows)
+    of the potentials phi = J, phi = Y, psi = J, psi = Y (columns).
+
+    omega : [rad/s]
+    radius : (...) [m]
+    """
+    r = np.asarray(radius, dtype=float)
+    slow = omega / ring.shear_speed
+    fast = slow / math.sqrt(ring.speed_ratio)
+    columns = [_dilatation(n, fast, r, bessel) for bessel in (jvp, yvp)]
+    columns += [_rotation(n, slow, r, bessel) for bessel in (jvp, yvp)]
+    lame = ring.speed_ratio - 2.0  # lambda / G
+    rows = []
+    for u, v, du, dv in columns:  # u_r, u_theta and their slopes
+        dilatation = du + (u + n * v) / r
+        rows.append([u, v, lame * dilatation + 2.0 * du, dv - (v + n * u) / r])
+    return np.moveaxis(np.array(rows), 0, 1)
+
+
+def _dilatation(n, wavenumber, r, bessel):
+    """u_r, u_theta and their slopes of the potential phi alone."""
+    x = wavenumber * r
+    value, slope, curve = (wavenumber**k * bessel(n, x, k) for k in range(3))
+    return slope, -n * value / r, curve, -n * (slope / r - value / r**2)
+
+
+def _rotation(n, wavenumber, r, bessel):
+    """u_r, u_theta and their slopes of the potential psi alone."""
+    x = wavenumber * r
+    value, slope, curve = (wavenumber**k * bessel(n, x, k) for k in range(3))
+    return n * value / r, -slope, n * (slope / r - value / r**2), -curve
+
+
+def boundary_matrix(ring: ThickRing, n: int, omega: float) -> Array:
+    """u = 0 at the hub, sigma = 0 at the rim, (4, 4), columns of unit length."""
+    hub = displacement_and_stress(ring, n, omega, ring.hub_radius)[:2]
+    rim = displacement_and_stress(ring, n, omega, ring.outer_radius)[2:]
+    matrix = np.vstack([hub, rim * ring.outer_radius])
+    return np.asarray(matrix / np.linalg.norm(matrix, axis=0))
+
+
+def frequencies(ring: ThickRing, n: int, highest: float, samples: int = 500) -> Array:
+    """Natural frequencies with n nodal diameters up to `highest`, all in Hz.
+
+    samples : points between which the determinant's changes of sign are sought
+    """
+    return _roots(
+        lambda f: float(np.linalg.det(boundary_matrix(ring, n, 2.0 * math.pi * f))),
+        highest,
+        samples,
+    )
+
+
+def torsional_frequencies(ring: ThickRing, highest: float) -> Array:
+    """n = 0, u_theta = J1(k r) Y1(k a) - Y1(k r) J1(k a), a at the hub [Hz].
+
+    d(u/r)/dr = 0 at the rim b: J2(k b) Y1(k a) = Y2(k b) J1(k a), k = omega / c_s.
+    """
+    a, b = ring.hub_radius, ring.outer_radius
+
+    def condition(frequency: float) -> float:
+        k = 2.0 * math.pi * frequency / ring.shear_speed
+        return float(
+            jvp(2, k * b, 0) * yvp(1, k * a, 0) - yvp(2, k * b, 0) * jvp(1, k * a, 0)
+        )
+
+    return _roots(condition, highest)
+
+
+def radial_frequencies(ring: ThickRing, highest: float) -> Array:
+    """n = 0, u_r = J1(k r) Y1(k a) - Y1(k r) J1(k a), a at the hub [Hz].
+
+    At the rim b: (lambda + 2 G) u' + lambda u / b = 0, k = omega / c_p.
+    """
+    a, b = ring.hub_radius, ring.outer_radius
+    speed = ring.shear_speed * math.sqrt(ring.speed_ratio)
+    share = 1.0 - 2.0 / ring.speed_ratio  # lambda / (lambda + 2 G)
+
+    def condition(frequency: float) -> float:
+        k = 2.0 * math.pi * frequency / speed
+        first, second = (
+            k * bessel(1, k * b, 1) + share * bessel(1, k * b, 0) / b
+            for bessel in (jvp, yvp)
+        )
+        return float(first * yvp(1, k * a, 0) - second * jvp(1, k * a, 0))
+
+    return _roots(condition, highest)
+
+
+def _roots(function, highest: float, samples: int = 500) -> Array:
+    grid = np.linspace(0.0, highest, samples + 1)[1:]
+    values = np.array([function(f) for f in grid])
+    changes = np.flatnonzero(np.sign(values[1:]) != np.sign(values[:-1]))
+    return np.array([brentq(function, grid[i], grid[i + 1]) for i in changes])
