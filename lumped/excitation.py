@@ -67,13 +67,16 @@ def excitation_from_table(
         come from there if given: modified teeth that carry nothing at rest may
         still meet in motion, and their own table has no stiffness for that.
 
-    Columns are interpolated in torque, raising ValueError outside of the table.
+    Columns are interpolated in torque, raising ValueError outside of the table; a
+    table of one torque serves for all. Stiffnesses must be positive.
     Tables without columns for pairs count as one pair in any model.
     """
     if model not in MODELS:
         raise ValueError(f"model must be 1, 2 or 3, got {model}")
     _require_even(table)
     plain = table if stiffness_table is None else stiffness_table
+    for each in (table, plain):
+        _require_stiff(each)
     total = at_torque(plain, "stiffness_N_per_m", torque)
     mean = float(total.mean())
     if model == 1 and table.pair_count:
@@ -92,6 +95,8 @@ def at_torque(table: MeshTable, column: str, torque: float) -> Array:
     if column not in table.columns:
         raise ValueError(f"the mesh table has no column {column}")
     torques, values = table.torque_Nm, table[column]
+    if torques.size == 1:
+        return values[0]
     order = np.argsort(torques)
     torques, values = torques[order], values[order]
     low, high = torques[0], torques[-1]
@@ -102,11 +107,24 @@ def at_torque(table: MeshTable, column: str, torque: float) -> Array:
             f"{low:g} to {high:g} N m"
         )
     upper = int(np.clip(np.searchsorted(torques, torque), 1, max(torques.size - 1, 1)))
-    if torques.size == 1:
-        return values[0]
     step = torques[upper] - torques[upper - 1]
     part = min(max((torque - torques[upper - 1]) / step, 0.0), 1.0)
     return (1.0 - part) * values[upper - 1] + part * values[upper]
+
+
+def _require_stiff(table: MeshTable) -> None:
+    values = table["stiffness_N_per_m"]
+    bad = np.argwhere(~(np.isfinite(values) & (values > 0.0)))
+    if len(bad):
+        t, n = bad[0]
+        raise ValueError(
+            f"stiffness_N_per_m is {values[t, n]:g} at torque "
+            f"{table.torque_Nm[t]:g} N m, position {table.position[n]:g}; must be "
+            "positive"
+        )
+    for name in pair_names(table, "stiffness_N_per_m"):
+        if (table[name] < 0.0).any():
+            raise ValueError(f"{name} must not be negative")
 
 
 def _require_even(table: MeshTable) -> None:

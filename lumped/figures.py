@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.jumps import find_jumps
+from lumped.jumps import find_jumps, opposites
 from lumped.motion import TimeHistory, resampled
 from lumped.sweep import Branch
 from lumped.system import LumpedSystem
@@ -47,10 +47,11 @@ def draw_sweep(curves: Sequence[Curve], title: str = "") -> Figure:
     figure = Figure(figsize=(9.0, 1.2 + 3.4 * meshes), layout="constrained")
     panels = figure.subplots(meshes, 1, sharex=True, squeeze=False)[:, 0]
     torques = list(dict.fromkeys(curve.torque_Nm for curve in curves))
+    others = opposites([curve.branch for curve in curves])
     for m, axes in enumerate(panels):
-        for curve in curves:
+        for curve, other in zip(curves, others, strict=True):
             color = TORQUE_COLORS[torques.index(curve.torque_Nm) % len(TORQUE_COLORS)]
-            _draw_branch(axes, curve, m, color)
+            _draw_branch(axes, curve, other, m, color)
         axes.set_ylabel(f"mesh {m + 1}: RMS of dynamic\ntransmission error [µm]")
         axes.set_ylim(bottom=0.0)
         axes.margins(x=0.01)
@@ -67,7 +68,9 @@ def _speed_label(system: LumpedSystem) -> str:
     return f"mesh frequency{first} [Hz]"
 
 
-def _draw_branch(axes: Axes, curve: Curve, m: int, color: str) -> None:
+def _draw_branch(
+    axes: Axes, curve: Curve, other: Branch | None, m: int, color: str
+) -> None:
     branch = curve.branch
     if not branch.responses:
         return
@@ -81,7 +84,7 @@ def _draw_branch(axes: Axes, curve: Curve, m: int, color: str) -> None:
     axes.plot(frequency, rms, color=color, lw=1.0, ms=3.0, mew=0.7, **style)
     lost = branch.column("contact_loss")[:, m] > 0.0
     axes.fill_between(frequency, rms, where=lost, color=color, alpha=0.12, lw=0.0)
-    for jump in find_jumps(branch):
+    for jump in find_jumps(branch, other):
         if jump.mesh == m + 1:
             _draw_jump(axes, jump.frequency_from, jump.frequency_to, rms, frequency)
 

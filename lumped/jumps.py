@@ -7,6 +7,7 @@ sharp as it may be, the changes beside a step are of the step's own size.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,6 +20,7 @@ STRONG = 3.0  # miss over the changes beside a step: here the motion jumps
 WEAK = 1.5  # the same, for the other meshes at a speed where one jumps
 SEEN = 0.1  # miss over the larger value, below which nothing jumps
 SMALLEST = 1e-3  # the same over the largest value of the curve
+SAME = 0.02  # difference, relative, of two branches that are one
 PROMINENT = 0.1  # height of a peak over its feet, of the largest value of the curve
 ROUND_OFF = 1e-12  # m: curves below are flat
 
@@ -57,13 +59,20 @@ class Peak:
     contact_loss: float
 
 
-def find_jumps(branch: Branch) -> list[Jump]:
-    """Jumps in the order of the branch; a mesh is listed where its curve steps."""
+def find_jumps(branch: Branch, opposite: Branch | None = None) -> list[Jump]:
+    """Jumps in the order of the branch; a mesh is listed where its curve steps.
+
+    opposite : the same train passed the other way; a step that it takes as well,
+        between the same values, is a steep resonance and no jump
+    """
     frequency, rms = branch.frequency_Hz, branch.column("dte_rms")
     if len(frequency) < 4:
         return []
     miss = np.stack([relative_miss(frequency, curve) for curve in rms.T])
     anywhere = (miss > STRONG).any(axis=0)
+    if opposite is not None:
+        same = _shared(branch, opposite)
+        anywhere &= ~(same[:-1] & same[1:])
     return [
         Jump(
             direction=branch.direction,
@@ -75,6 +84,36 @@ def find_jumps(branch: Branch) -> list[Jump]:
         )
         for i in np.flatnonzero(anywhere)
         for m in np.flatnonzero(miss[:, i] > WEAK)
+    ]
+
+
+def _shared(branch: Branch, opposite: Branch) -> NDArray[np.bool_]:
+    """Speeds at which both branches have the same values in all meshes."""
+    there = dict(zip(opposite.frequency_Hz, opposite.column("dte_rms"), strict=True))
+    return np.array(
+        [
+            f in there and np.allclose(rms, there[f], rtol=SAME, atol=0.0)
+            for f, rms in zip(
+                branch.frequency_Hz, branch.column("dte_rms"), strict=True
+            )
+        ]
+    )
+
+
+def opposites(branches: Sequence[Branch]) -> list[Branch | None]:
+    """For each branch the one of the same system that was passed the other way."""
+    return [
+        next(
+            (
+                other
+                for other in branches
+                if other.system is branch.system
+                and other.direction != branch.direction
+                and other.responses
+            ),
+            None,
+        )
+        for branch in branches
     ]
 
 

@@ -29,7 +29,9 @@ def draw_map(found: ParameterMap) -> Figure:
             _draw_curve(axes, found, mesh)
         axes.set_title(f"mesh {mesh + 1}", fontsize=10)
     header = found.header
-    changes = [f"{k[4:]} = {v}" for k, v in header.items() if k.startswith("set ")]
+    fixed = ("torque on the input gear [N m]", "damping ratio")
+    changes = [f"{key} {header[key]}" for key in fixed if key in header]
+    changes += [f"{k[4:]} = {v}" for k, v in header.items() if k.startswith("set ")]
     figure.suptitle(
         f"{header['gear set']}, model {header['model']}, {header['excitation']}, "
         f"{header['response']}\n{', '.join(changes)}",
@@ -39,6 +41,8 @@ def draw_map(found: ParameterMap) -> Figure:
 
 
 def _draw_contours(axes: Axes, found: ParameterMap, mesh: int) -> None:
+    from matplotlib.patches import Patch
+
     one, two = found.axes
     x, y = np.array(one.values), np.array(two.values)
     rms = 1e6 * found.figure("dte_rms_m", mesh).T
@@ -51,8 +55,8 @@ def _draw_contours(axes: Axes, found: ParameterMap, mesh: int) -> None:
     axes.clabel(lines, fontsize=7, fmt="%g")
     if np.nanmax(lost) > LOST:
         axes.contourf(x, y, lost, [LOST, 2.0], colors="none", hatches=["//"])
-        axes.plot([], [], " ", label="hatched: contact is lost")
-        axes.legend(loc="upper right", fontsize=8)
+        swatch = Patch(fill=False, hatch="//", label="contact is lost")
+        axes.legend(handles=[swatch], loc="upper right", fontsize=8)
     axes.figure.colorbar(filled, ax=axes, label="RMS of the DTE without mean [um]")
     axes.set_xlabel(axis_label(one.name))
     axes.set_ylabel(axis_label(two.name))

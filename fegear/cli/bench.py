@@ -118,8 +118,13 @@ def lumped_benchmark(
     ] = None,
     damping: Annotated[float | None, typer.Option(help="Damping ratio.")] = None,
     output: Annotated[
-        Path, typer.Option("-o", "--output", help="Directory for CSV and PNG.")
-    ] = Path("bench-lumped"),
+        Path | None,
+        typer.Option(
+            "-o",
+            "--output",
+            help="Directory for CSV and PNG [default: bench-lumped, none for stress].",
+        ),
+    ] = None,
     as_json: Annotated[
         bool, typer.Option("--json", help="Print the figures as JSON.")
     ] = False,
@@ -131,8 +136,9 @@ def lumped_benchmark(
     if stress:
         from fegear.cli.bench_lumped import run_stress
 
-        run_stress(as_json)
+        run_stress(output, as_json)
     else:
         from fegear.cli.bench_lumped import run_speed
 
-        run_speed(set_name, torque, damping, output, as_json)
+        place = output or Path("bench-lumped")
+        run_speed(set_name, torque, damping, place, as_json)

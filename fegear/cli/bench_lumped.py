@@ -105,6 +105,7 @@ def _print_speed(values: dict[str, Any]) -> None:
     console.print(table)
     for race in values["races"]:
         console.print(
+            f"{race['study']} {race['setting']:g}, error {race['own_error']:.1e}: "
             f"{race['ratio']:.0f} times faster per speed than SciPy {race['method']} "
             f"at rtol {race['rtol']:g}, error {race['error']:.1e}"
         )
@@ -124,12 +125,18 @@ def _print_speed(values: dict[str, Any]) -> None:
         )
 
 
-def run_stress(as_json: bool) -> None:
+def run_stress(output: Path | None, as_json: bool) -> None:
     """The table of promises and measurements; exit code 1 if one is not kept."""
-    from validation.stress_lumped import run_trials
+    from fegear.output import make_directory, require_writable, write_whole
+    from validation.stress_lumped import run_trials, write_trials
 
+    if output is not None:
+        make_directory(output)
+        require_writable(output / "stress.csv")
     with progress_bar(enabled=not as_json) as report:
         trials = list(run_trials(report))
+    if output is not None:
+        write_whole(output / "stress.csv", lambda path: write_trials(trials, path))
     if as_json:
         rows = [asdict(trial) | {"kept": trial.kept} for trial in trials]
         typer.echo(strict_json({"trials": rows}), nl=False)

@@ -26,7 +26,7 @@ from fegear.cli.lumped_options import (
     strict_json,
     usual_speeds,
 )
-from fegear.cli.options import progress_bar
+from fegear.cli.options import progress_bar, require_outputs
 from fegear.cli.sweep import (
     DirectionChoice,
     end_sweep,
@@ -89,12 +89,9 @@ def dynamics_command(
     Example: fegear dynamics liu-idler --torque 100 --speeds 800:4200:20 -o d.csv
     """
     from fegear.gearset import load_gear_set
-    from fegear.output import require_writable
 
     begin = time.perf_counter()
-    for path in (output, plot):
-        if path is not None:
-            require_writable(path)
+    require_outputs([output, plot], [set_name])
     changes = parsed_edits(edits)
     gear_set = load_gear_set(set_name, changes)
     physics = Physics(

@@ -198,9 +198,26 @@ def _read_tables(
         except OSError as error:
             reason = (error.strerror or str(error)).lower()
             raise InputError(f"--table {path}: cannot be read, {reason}") from None
-        except (TableError, UnicodeDecodeError) as error:
+        except UnicodeDecodeError:
+            raise InputError(f"--table {path}: is no text") from None
+        except TableError as error:
             raise InputError(f"--table {error}") from None
+    for number, (name, table) in enumerate(found):
+        _require_own_table(name, table, gear_set, number)
     return tuple(found)
+
+
+def _require_own_table(
+    name: str, table: MeshTable, gear_set: GearSet, mesh: int
+) -> None:
+    """A table that names its teeth must be of this mesh."""
+    pair = gear_set.meshes[mesh].pair
+    own = f"{pair.driver.teeth} / {pair.driven.teeth}"
+    if table.header.get("teeth", own) != own:
+        raise InputError(
+            f"--table {name}: of teeth {table.header['teeth']}, but mesh {mesh + 1} of "
+            f"{gear_set.name} has {own}"
+        )
 
 
 def build_system(

@@ -35,7 +35,7 @@ from fegear.cli.lumped_options import (
     strict_json,
     system_at,
 )
-from fegear.cli.options import progress_bar, require
+from fegear.cli.options import progress_bar, require, require_outputs
 from fegear.errors import InputError
 
 if TYPE_CHECKING:
@@ -103,13 +103,10 @@ def map_command(
     --over mesh.2.tip_relief.magnitude_um=0:25:26 --at 1605 -o map.csv --plot map.png
     """
     from fegear.gearset import load_gear_set
-    from fegear.output import require_writable
     from lumped.maps import ParameterMap
 
     begin = time.perf_counter()
-    for path in (output, plot):
-        if path is not None:
-            require_writable(path)
+    require_outputs([output, plot], [set_name])
     fixed = parsed_edits(edits)
     gear_set = load_gear_set(set_name, fixed)
     physics = Physics(
@@ -134,7 +131,10 @@ def map_command(
     found = grid if overwrite else _taken_up(grid, output)
 
     def build(point: Point) -> LumpedSystem:
-        values = {axis.name: v for axis, v in zip(axes, point, strict=True)}
+        values = {
+            axis.name: int(v) if v.is_integer() else v
+            for axis, v in zip(axes, point, strict=True)
+        }
         on_input = values.pop(TORQUE, load)
         changed = fixed | {SHORT.get(name, name): v for name, v in values.items()}
         chosen = physics
@@ -143,8 +143,12 @@ def map_command(
         varied = load_gear_set(set_name, changed)
         return system_at(varied, on_input, chosen, excitations)
 
+    _require_known_keys(build, grid)
     with progress_bar(enabled=not as_json) as report:
         found = _run(found, build, evaluate, output, report)
+    reasons = {cell.status for cell in found.cells.values()}
+    if all(reason.startswith("impossible") for reason in reasons):
+        raise InputError(f"no point of the map is possible: {min(reasons)[12:]}")
     values = map_summary(found, where)
     values["wall_time_s"] = round(time.perf_counter() - begin, 3)
     _draw(found, plot)
@@ -152,6 +156,19 @@ def map_command(
         typer.echo(strict_json(values), nl=False)
     else:
         print_map(values)
+
+
+def _require_known_keys(
+    build: Callable[[Point], LumpedSystem], grid: ParameterMap
+) -> None:
+    """Wrong names end the command before any point is computed."""
+    try:
+        build(grid.points[0])
+    except InputError as error:
+        if any(word in str(error) for word in ("unknown key", "must name", ": no ")):
+            raise InputError(f"--over {error}") from None
+    except ValueError:
+        return  # this point is impossible, others may not be
 
 
 def digest(gear_set: GearSet) -> str:

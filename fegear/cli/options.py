@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from enum import StrEnum
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from fegear.statics import Progress
 
 
@@ -52,3 +54,23 @@ def progress_bar(enabled: bool) -> Iterator[Progress]:
             bar.update(task, description=what, completed=done, total=total)
 
         yield report
+
+
+def require_outputs(
+    outputs: Sequence[Path | None], inputs: Sequence[Path | str] = ()
+) -> None:
+    """Files can be written, differ from each other, and replace no input."""
+    from pathlib import Path
+
+    from fegear.errors import InputError
+    from fegear.output import require_writable
+
+    taken = {Path(path).resolve() for path in inputs}
+    for path in outputs:
+        if path is None:
+            continue
+        require_writable(path)
+        place = path.resolve()
+        if place in taken and not str(path).startswith("/dev/"):
+            raise InputError(f"{path}: is read or written already by this command")
+        taken.add(place)

@@ -36,7 +36,7 @@ from fegear.cli.lumped_options import (
     system_at,
     usual_speeds,
 )
-from fegear.cli.options import progress_bar
+from fegear.cli.options import progress_bar, require_outputs
 
 if TYPE_CHECKING:
     from fegear.gearset.model import GearSet
@@ -107,12 +107,9 @@ def sweep_command(
     Example: fegear sweep liu-idler --speeds 800:4200:20 -o s.csv --plot s.png
     """
     from fegear.gearset import load_gear_set
-    from fegear.output import require_writable
 
     begin = time.perf_counter()
-    for path in (output, plot):
-        if path is not None:
-            require_writable(path)
+    require_outputs([output, plot], [set_name, *(table or ())])
     changes = parsed_edits(edits)
     gear_set = load_gear_set(set_name, changes)
     physics = Physics(
@@ -199,6 +196,9 @@ def sweep_summary(
     found: Branches, model: int | str, header: dict[str, str], frequencies: list[float]
 ) -> dict[str, Any]:
     """Plain values, ready for JSON."""
+    from lumped.jumps import opposites
+
+    others = opposites([branch for _, branch in found])
     return {
         "gear_set": header["gear set"],
         "model": model,
@@ -209,11 +209,16 @@ def sweep_summary(
         "first_speed_Hz": min(frequencies),
         "last_speed_Hz": max(frequencies),
         "natural_frequencies_Hz": natural_lines(found[0][1].system),
-        "branches": [branch_summary(torque, branch) for torque, branch in found],
+        "branches": [
+            branch_summary(torque, branch, other)
+            for (torque, branch), other in zip(found, others, strict=True)
+        ],
     }
 
 
-def branch_summary(torque: float, branch: Branch) -> dict[str, Any]:
+def branch_summary(
+    torque: float, branch: Branch, other: Branch | None
+) -> dict[str, Any]:
     from dataclasses import asdict
 
     from lumped.jumps import find_jumps, find_peaks
@@ -240,7 +245,7 @@ def branch_summary(torque: float, branch: Branch) -> dict[str, Any]:
         "finished_speeds": len(statuses) - statuses.count("diverged"),
         "aperiodic_speeds": statuses.count("aperiodic"),
         "peaks": [named(peak) for peak in find_peaks(branch)],
-        "jumps": [named(jump) for jump in find_jumps(branch)],
+        "jumps": [named(jump) for jump in find_jumps(branch, other)],
     }
 
 
@@ -264,6 +269,12 @@ def print_sweep(values: dict[str, Any]) -> None:
                 f"{branch['torque_Nm']:g} N m {branch['direction']}: motion did not "
                 f"repeat at {branch['aperiodic_speeds']} of "
                 f"{branch['finished_speeds']} speeds"
+            )
+    for branch in values["branches"]:
+        if not branch["complete"]:
+            console.print(
+                f"{branch['torque_Nm']:g} N m {branch['direction']}: ended after "
+                f"{branch['finished_speeds']} of {values['speeds']} speeds"
             )
     console.print(f"wall time {values['wall_time_s']:.2f} s")
 

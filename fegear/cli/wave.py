@@ -32,7 +32,7 @@ from fegear.cli.lumped_options import (
     strict_json,
     system_at,
 )
-from fegear.cli.options import require
+from fegear.cli.options import require, require_outputs
 
 if TYPE_CHECKING:
     from lumped.motion import TimeHistory
@@ -84,11 +84,8 @@ def wave_command(
     Example: fegear wave liu-idler --speed 2100 --from-speed 3000 --plot w.png
     """
     from fegear.gearset import load_gear_set
-    from fegear.output import require_writable
 
-    for path in (output, plot):
-        if path is not None:
-            require_writable(path)
+    require_outputs([output, plot], [set_name, *(table or ())])
     changes = parsed_edits(edits)
     gear_set = load_gear_set(set_name, changes)
     for name, value in (("--speed", speed), ("--from-speed", from_speed)):

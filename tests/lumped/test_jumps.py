@@ -126,3 +126,14 @@ def test_jumps_of_the_idler_train():
     assert all(peak.contact_loss > 0.5 and peak.force_peak > 5e3 for peak in tops)
     largest = max(find_jumps(down), key=lambda j: j.dte_rms_from)
     assert largest.frequency_from == pytest.approx(2040.0, abs=60.0)
+
+
+def test_steep_resonance_without_hysteresis_is_no_jump():
+    frequency = np.arange(20.0)
+    step = np.where(frequency < 10, 1e-6, 5e-6)
+    up = branch(frequency, step)
+    down = branch(frequency, step, direction="down")
+    assert find_jumps(up)
+    assert find_jumps(up, down) == []
+    other = branch(frequency, np.where(frequency < 12, 1e-6, 5e-6), direction="down")
+    assert len(find_jumps(up, other)) == 1

@@ -49,11 +49,14 @@ def test_race_is_run_at_equal_error():
         return Point(study, setting, ms, 1.0, error, error)
 
     points = [
+        point("rk4", 32, 0.5, 2e-3),
         point("rk4", 64, 1.0, 1e-3),
-        point("SciPy DOP853", 1e-2, 100.0, 1e-2),
-        point("SciPy DOP853", 1e-3, 300.0, 1e-3),
+        point("rk4", 128, 2.0, 1e-4),
+        point("SciPy DOP853", 1e-2, 100.0, 1e-1),
+        point("SciPy DOP853", 1e-3, 300.0, 9e-4),
         point("SciPy LSODA", 1e-2, 50.0, 2e-3),
+        point("SciPy LSODA", 1e-3, 80.0, 1e-5),
     ]
     dop853, lsoda = races(points)
-    assert (dop853.ratio, dop853.rtol) == (300.0, 1e-3)
-    assert lsoda.error == 2e-3  # the most accurate that there is
+    assert (dop853.ratio, dop853.rtol, dop853.setting) == (150.0, 1e-3, 128)
+    assert (lsoda.ratio, lsoda.setting) == (100.0, 32)

@@ -10,6 +10,7 @@ import subprocess
 import sys
 import time
 from dataclasses import replace
+from importlib import resources
 
 import pytest
 import typer
@@ -96,8 +97,21 @@ def test_tables_take_the_place_of_finite_elements(tmp_path):
     assert read_sweep(str(out)).header["excitation"] == "tables mesh.csv"
     with pytest.raises(InputError, match="given 1 times; liu-idler has 2 meshes"):
         run("liu-idler", *words[1:])
+    run("liu-pair", "--torque", 50, *words[3:], "--model", 3)  # one torque fits all
+    both = (
+        table.read_text()
+        + "\n"
+        + table.read_text().partition("\n")[2].replace("100,", "200,")
+    )
+    table.write_text(both)
     with pytest.raises(InputError, match="outside of the mesh table"):
         run("liu-pair", "--torque", 50, *words[3:])
+    table.write_text(table.read_text().replace("300000000.0", "-3e8", 1))
+    with pytest.raises(InputError, match="stiffness_N_per_m is -3e\\+08 at torque"):
+        run(*words, "--model", 3)
+    table.write_text("# teeth: 9 / 9\n" + both)
+    with pytest.raises(InputError, match="of teeth 9 / 9, but mesh 1"):
+        run(*words, "--model", 3)
     with pytest.raises(InputError, match="exclude each other"):
         run(*words, "--excitation", "fourier")
 
@@ -229,3 +243,14 @@ def test_figures_can_be_set_for_one_run(tmp_path):
     run(*FAST, "--speeds", "1600", "-o", one)
     run(*FAST, "--speeds", "1600", "--set", "mesh.2.phase=0.5", "-o", two)
     assert one.read_bytes() != two.read_bytes()
+
+
+def test_outputs_replace_neither_inputs_nor_each_other(tmp_path):
+    path = tmp_path / "a.csv"
+    with pytest.raises(InputError, match="already by this command"):
+        run(*FAST, "--speeds", "1600", "-o", path, "--plot", path)
+    builtin = resources.files("fegear.gearset") / "sets" / "liu-pair.toml"
+    own = tmp_path / "own.toml"
+    own.write_text(builtin.read_text())
+    with pytest.raises(InputError, match="already by this command"):
+        run(own, "--excitation", "rectangular", "--speeds", "1600", "-o", own)
