@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
@@ -12,6 +12,9 @@ from fegear.gearset.model import GearSet, Mesh, Relief
 from lumped.analytic import Points, StiffnessFigures, analytic_excitation
 from lumped.excitation import MeshExcitation, excitation_from_table
 from lumped.table import MeshTable
+
+if TYPE_CHECKING:
+    from fegear.statics import StaticsSettings
 
 Kind = Literal["fe", "rectangular", "trapezoid", "fourier"]
 KINDS: tuple[Kind, ...] = ("fe", "rectangular", "trapezoid", "fourier")
@@ -48,6 +51,19 @@ class Source:
         if self.kind not in KINDS:
             raise ValueError(f"kind must be one of {', '.join(KINDS)}, got {self.kind}")
 
+    @property
+    def statics(self) -> StaticsSettings:
+        """How the finite elements solve a table."""
+        from fegear.statics import StaticsSettings
+
+        return StaticsSettings(
+            positions=self.positions,
+            resolution=self.resolution,
+            plane=self.plane,
+            corner_contact=self.corner_contact,
+            estimate_error=False,
+        )
+
 
 @dataclass(frozen=True)
 class Excitations:
@@ -83,21 +99,14 @@ class Excitations:
         return self._tables[key]
 
     def _solved(self, gear_set: GearSet, mesh: int, torque: float) -> MeshTable:
-        from fegear.statics import StaticsSettings, solve_mesh
+        from fegear.statics import solve_mesh
 
         if not torque > 0.0:
             raise InputError(
                 f"torque = {torque:g} N m on mesh {mesh + 1}; finite-element tables "
                 "need a load, choose --excitation rectangular for none"
             )
-        settings = StaticsSettings(
-            positions=self.source.positions,
-            resolution=self.source.resolution,
-            plane=self.source.plane,
-            corner_contact=self.source.corner_contact,
-            estimate_error=False,
-        )
-        return solve_mesh(gear_set, mesh, [torque], settings).table
+        return solve_mesh(gear_set, mesh, [torque], self.source.statics).table
 
     def _from_tables(
         self, gear_set: GearSet, mesh: int, torque: float, model: int

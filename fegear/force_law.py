@@ -15,7 +15,7 @@ from fegear.contact.instants import contact_at
 from fegear.contact.problem import ContactProblem
 from fegear.excitation import Excitations
 from fegear.gearset.model import GearSet
-from fegear.statics import RESOLUTIONS, StaticsSettings, contact_problem
+from fegear.statics import RESOLUTIONS, contact_problem
 from lumped.excitation import MeshExcitation, excitation_from_law
 
 Array = NDArray[np.float64]
@@ -43,7 +43,7 @@ def force_law(problem: ContactProblem, deflections: Array, positions: int) -> Ar
 
 @dataclass(frozen=True)
 class LawExcitations:
-    """Laws in place of the models' springs; tables and laws are solved once each.
+    """Laws in place of the models' springs.
 
     Natural frequencies and damping stand on the mean stiffness of the mesh table of
     unmodified teeth, as for Model-1. Back flanks are not part of the law.
@@ -56,13 +56,8 @@ class LawExcitations:
     ) -> MeshExcitation:
         """Of a mesh by its index, around a torque on its driver [N m]."""
         source = self.excitations.source
-        settings = StaticsSettings(
-            plane=source.plane,
-            resolution=source.resolution,
-            corner_contact=source.corner_contact,
-        )
         resolution = RESOLUTIONS[source.resolution]
-        problem = contact_problem(gear_set, mesh, settings, resolution)
+        problem = contact_problem(gear_set, mesh, source.statics, resolution)
         table = self.excitations.table(gear_set, mesh, torque)
         deflections = deflection_grid(float(table["ste_m"].max()))
         force = force_law(problem, deflections, source.positions)

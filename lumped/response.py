@@ -205,10 +205,10 @@ def _record(
         rules = _rules(system, frequency, settings)
         length = float(system.train.common_period[0])
         status = 0
+        grid = np.concatenate([[0.0], np.cumsum(h)])
+        grid[-1] = length
         for start in range(0, time.size - 1, h.size):
             rows = slice(start, start + h.size + 1)
-            grid = np.concatenate([[0.0], np.cumsum(h)])
-            grid[-1] = length
             status, _ = dopri5.record_dopri5(
                 system.arrays,
                 system.pieces,

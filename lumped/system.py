@@ -17,7 +17,7 @@ from lumped.waves import SAME
 Array = NDArray[np.float64]
 UNTOUCHED = 1e-20  # part of strain energy in the meshes below which a mode is left out
 BALANCED = 1e-3  # of the torques on a motion that nothing holds; less is rounding
-MOST_BYTES = 1e9
+MOST_BYTES = 1e9  # of the excitation on the steps of a common period
 GAP_POINTS = 256  # per base pitch
 RUNAWAY = 1e6  # times the largest velocity that statics and gaps suggest
 

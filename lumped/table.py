@@ -166,8 +166,11 @@ def pair_teeth(table: MeshTable) -> list[int]:
     """
     for key, text in table.header.items():
         if key.startswith("pairs ahead"):
-            entries = dict(item.split("=") for item in text.split())
-            return [int(entries[f"pair{i + 1}"]) for i in range(table.pair_count)]
+            try:
+                entries = dict(item.split("=") for item in text.split())
+                return [int(entries[f"pair{i + 1}"]) for i in range(table.pair_count)]
+            except (KeyError, ValueError):
+                raise TableError(f"header {key}: {text}; cannot be read") from None
     return sorted(
         range(-table.pair_count, table.pair_count), key=lambda k: (abs(k), k)
     )[: table.pair_count]

@@ -78,9 +78,10 @@ def main() -> None:
 
 def _explained(error: Exception) -> tuple[str, int]:
     from fegear.errors import InputError
+    from lumped.train import TrainError
     from meshes.gmsh_session import MissingSystemLibrary
 
-    if isinstance(error, InputError) or type(error).__name__ == "TrainError":
+    if isinstance(error, InputError | TrainError):
         return str(error), 2
     if hasattr(error, "format_message"):  # wrong words, such as an unknown option
         return str(error.format_message()), 2

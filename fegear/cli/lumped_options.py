@@ -98,6 +98,37 @@ MaxPeriods = Annotated[
 ]
 
 
+Speeds = Annotated[
+    str | None,
+    typer.Option(
+        metavar="A:B:STEP",
+        help="Mesh frequencies of the first mesh [Hz]; a number or a list with "
+        "commas as well [default: 0.5 to 1.3 times the resonances].",
+    ),
+]
+LoadCases = Annotated[
+    list[float] | None,
+    typer.Option(
+        "--torque",
+        help="On the input gear [N m]; may be repeated "
+        "[default: all load cases of the gear set].",
+    ),
+]
+LoadCase = Annotated[
+    float | None,
+    typer.Option(
+        "--torque",
+        help="On the input gear [N m] "
+        "[default: the middle one of the gear set's load cases].",
+    ),
+]
+Output = Annotated[
+    Path | None, typer.Option("-o", "--output", help="Write the numbers, CSV.")
+]
+Plot = Annotated[Path | None, typer.Option(help="Draw a picture, PNG.")]
+AsJson = Annotated[bool, typer.Option("--json", help="Print the summary as JSON.")]
+
+
 @dataclass(frozen=True, kw_only=True)
 class Physics:
     """The model that a command was asked for, checked."""
@@ -105,10 +136,10 @@ class Physics:
     model: int
     translations: bool
     damping: float | None
-    excitation: str
-    ramp: float
-    harmonics: int
-    tables: tuple[Path, ...]
+    excitation: str = "fe"
+    ramp: float = 0.1
+    harmonics: int = 5
+    tables: tuple[Path, ...] = ()
 
     def __post_init__(self) -> None:
         require(self.model in (1, 2, 3), "--model", self.model, "allowed 1, 2 and 3")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -11,17 +12,23 @@ import typer
 
 from fegear.cli.edits import Edits, edit_entries, edits_in_words, parsed_edits
 from fegear.cli.lumped_options import (
+    AsJson,
     Damping,
     Excitation,
     ExcitationChoice,
+    ExcitationSource,
     Harmonics,
+    LoadCases,
     MaxPeriods,
     Method,
     MethodChoice,
     Model,
+    Output,
     Physics,
+    Plot,
     Ramp,
     SetName,
+    Speeds,
     Steps,
     Tables,
     Tolerance,
@@ -40,6 +47,7 @@ from fegear.cli.options import progress_bar, require_outputs
 
 if TYPE_CHECKING:
     from fegear.gearset.model import GearSet
+    from lumped.settings import Settings
     from lumped.sweep import Branch, Direction
 
     Branches = list[tuple[float, Branch]]  # torque on the input gear [N m], branch
@@ -58,14 +66,7 @@ class DirectionChoice(StrEnum):
 def sweep_command(
     set_name: SetName,
     model: Model = 1,
-    speeds: Annotated[
-        str | None,
-        typer.Option(
-            metavar="A:B:STEP",
-            help="Mesh frequencies of the first mesh [Hz]; a number or a list with "
-            "commas as well [default: 0.5 to 1.3 times the resonances].",
-        ),
-    ] = None,
+    speeds: Speeds = None,
     rpm: Annotated[
         str | None,
         typer.Option(
@@ -76,13 +77,7 @@ def sweep_command(
     direction: Annotated[
         DirectionChoice, typer.Option(help="In which the speed changes.")
     ] = DirectionChoice.both,
-    torque: Annotated[
-        list[float] | None,
-        typer.Option(
-            help="On the input gear [N m]; may be repeated "
-            "[default: all load cases of the gear set]."
-        ),
-    ] = None,
+    torque: LoadCases = None,
     edits: Edits = None,
     damping: Damping = None,
     translations: Translations = False,
@@ -94,13 +89,9 @@ def sweep_command(
     method: Method = MethodChoice.rk4,
     tolerance: Tolerance = 1e-4,
     max_periods: MaxPeriods = None,
-    output: Annotated[
-        Path | None, typer.Option("-o", "--output", help="Write the rows, CSV.")
-    ] = None,
-    plot: Annotated[Path | None, typer.Option(help="Draw the response, PNG.")] = None,
-    as_json: Annotated[
-        bool, typer.Option("--json", help="Print the summary as JSON.")
-    ] = False,
+    output: Output = None,
+    plot: Plot = None,
+    as_json: AsJson = False,
 ) -> None:
     """Vibration over speed: resonances, jumps and loss of contact.
 
@@ -108,7 +99,6 @@ def sweep_command(
     """
     from fegear.gearset import load_gear_set
 
-    begin = time.perf_counter()
     require_outputs([output, plot], [set_name, *(table or ())])
     changes = parsed_edits(edits)
     gear_set = load_gear_set(set_name, changes)
@@ -124,29 +114,74 @@ def sweep_command(
     settings = checked_settings(method.value, steps, tolerance, max_periods)
     frequencies = asked_frequencies(gear_set, speeds, rpm)
     torques = chosen_torques(gear_set, torque or [])
+    run_sweep(
+        SweepTask(
+            gear_set=gear_set,
+            word=str(model),
+            physics=physics,
+            excitations=excitations_of(physics, gear_set),
+            settings=settings,
+            frequencies=frequencies,
+            directions=direction.directions,
+            torques=torques,
+            changes=changes,
+            output=output,
+            plot=plot,
+            as_json=as_json,
+        )
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class SweepTask:
+    """A sweep that was asked for; word names the model in files and on the screen.
+
+    frequencies : of the first mesh [Hz], None for the usual ones
+    torques : on the input gear [N m]
+    """
+
+    gear_set: GearSet
+    word: str
+    physics: Physics
+    excitations: ExcitationSource
+    settings: Settings
+    frequencies: list[float] | None
+    directions: tuple[Direction, ...]
+    torques: tuple[float, ...]
+    changes: dict[str, Any]
+    output: Path | None
+    plot: Path | None
+    as_json: bool
+
+
+def run_sweep(task: SweepTask) -> None:
+    """Solve, write, draw and tell; what was finished is kept at Ctrl-C."""
     from lumped.sweep import sweep_all
 
-    excitations = excitations_of(physics, gear_set)
-    with progress_bar(enabled=not as_json) as report:
+    begin = time.perf_counter()
+    with progress_bar(enabled=not task.as_json) as report:
         report("stiffness", 0, 1)
-        systems = [system_at(gear_set, t, physics, excitations) for t in torques]
-        if frequencies is None:
-            frequencies = usual_speeds(systems[0])
+        systems = [
+            system_at(task.gear_set, torque, task.physics, task.excitations)
+            for torque in task.torques
+        ]
+        frequencies = task.frequencies or usual_speeds(systems[0])
         branches = sweep_all(
             systems,
             frequencies,
-            direction.directions,
-            settings,
+            task.directions,
+            task.settings,
             lambda done, total: report("sweep", done, total),
         )
-    each = [t for t in torques for _ in direction.directions]
+    each = [torque for torque in task.torques for _ in task.directions]
     found = list(zip(each, branches, strict=True))
     ratio = systems[0].train.damping_ratio
-    header = file_header(gear_set, physics, settings, ratio) | edit_entries(changes)
-    write_sweep(found, str(model), header, output, plot)
-    values = sweep_summary(found, model, header, frequencies)
+    header = file_header(task.gear_set, task.physics, task.settings, ratio)
+    header |= edit_entries(task.changes)
+    write_sweep(found, task.word, header, task.output, task.plot)
+    values = sweep_summary(found, task.word, header, frequencies)
     values["wall_time_s"] = round(time.perf_counter() - begin, 3)
-    if as_json:
+    if task.as_json:
         typer.echo(strict_json(values), nl=False)
     else:
         print_sweep(values)
@@ -193,7 +228,7 @@ def write_sweep(
 
 
 def sweep_summary(
-    found: Branches, model: int | str, header: dict[str, str], frequencies: list[float]
+    found: Branches, model: str, header: dict[str, str], frequencies: list[float]
 ) -> dict[str, Any]:
     """Plain values, ready for JSON."""
     from lumped.jumps import opposites

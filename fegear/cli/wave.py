@@ -9,15 +9,19 @@ import typer
 
 from fegear.cli.edits import Edits, edit_entries, parsed_edits
 from fegear.cli.lumped_options import (
+    AsJson,
     Damping,
     Excitation,
     ExcitationChoice,
     Harmonics,
+    LoadCase,
     MaxPeriods,
     Method,
     MethodChoice,
     Model,
+    Output,
     Physics,
+    Plot,
     Ramp,
     SetName,
     Steps,
@@ -53,13 +57,7 @@ def wave_command(
         ),
     ] = None,
     model: Model = 1,
-    torque: Annotated[
-        float | None,
-        typer.Option(
-            help="On the input gear [N m] "
-            "[default: the middle one of the gear set's load cases]."
-        ),
-    ] = None,
+    torque: LoadCase = None,
     edits: Edits = None,
     damping: Damping = None,
     translations: Translations = False,
@@ -71,13 +69,9 @@ def wave_command(
     method: Method = MethodChoice.rk4,
     tolerance: Tolerance = 1e-4,
     max_periods: MaxPeriods = None,
-    output: Annotated[
-        Path | None, typer.Option("-o", "--output", help="Write the history, CSV.")
-    ] = None,
-    plot: Annotated[Path | None, typer.Option(help="Draw the motion, PNG.")] = None,
-    as_json: Annotated[
-        bool, typer.Option("--json", help="Print the summary as JSON.")
-    ] = False,
+    output: Output = None,
+    plot: Plot = None,
+    as_json: AsJson = False,
 ) -> None:
     """Time history, forces of every pair, contact, section and spectrum at one speed.
 

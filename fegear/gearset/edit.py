@@ -12,6 +12,7 @@ from copy import deepcopy
 from typing import Any
 
 from fegear.errors import InputError
+from fegear.gearset.problems import known_keys, nearest
 
 LISTS = ("gear", "mesh", "shaft")
 # keys that say the same thing: the one that is set replaces the others
@@ -46,10 +47,25 @@ def parsed_value(text: str) -> Any:
         return text
 
 
-def _set(tables: dict[str, Any], name: str, value: Any) -> None:
+def require_known_key(name: str) -> None:
+    """Raises InputError for a name that no gear set file could have."""
     *path, key = name.split(".")
     if not path or not key:
         raise InputError(f"{name}: must name a table and a key, such as mesh.1.phase")
+    if path[0] in LISTS and len(path) < 2:
+        raise InputError(f"{name}: which {path[0]}? such as {path[0]}.1")
+    inner = path[2:] if path[0] in LISTS else path[1:]
+    place: list[str] = []
+    for step in [path[0], *inner, key]:
+        known = known_keys(place)
+        if step not in known:
+            raise InputError(f"{name}: unknown key {step}{nearest(step, known)}")
+        place.append(step)
+
+
+def _set(tables: dict[str, Any], name: str, value: Any) -> None:
+    require_known_key(name)
+    *path, key = name.split(".")
     table = _table(tables, path, name)
     for group in ALTERNATIVES:
         if key in group:
@@ -63,8 +79,6 @@ def _table(tables: dict[str, Any], path: list[str], name: str) -> dict[str, Any]
     inner = path
     found: Any = tables
     if path[0] in LISTS:
-        if len(path) < 2:
-            raise InputError(f"{name}: which {path[0]}? such as {path[0]}.1")
         found, inner = _entry(tables, path[0], path[1], name), path[2:]
     for step in inner:
         found = found.setdefault(step, {})

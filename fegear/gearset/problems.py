@@ -67,7 +67,7 @@ def _sentence(item: ErrorDetails, tables: Mapping[str, Any]) -> str:
 def _statement(item: ErrorDetails, key: str) -> str:
     kind, value = item["type"], item["input"]
     if kind == "extra_forbidden":
-        hint = nearest(str(item["loc"][-1]), _known_keys(item["loc"][:-1]))
+        hint = nearest(str(item["loc"][-1]), known_keys(item["loc"][:-1]))
         return f"unknown key {key}{hint}"
     if kind == "missing":
         return f"{_bracketed(key)} is missing"
@@ -119,7 +119,7 @@ def _dotted(parts: Iterable[int | str]) -> str:
     return text
 
 
-def _known_keys(loc: Iterable[int | str]) -> list[str]:
+def known_keys(loc: Iterable[int | str]) -> list[str]:
     """Keys of the table at a location of the document."""
     model: type[BaseModel] = Document
     for part in loc:

@@ -61,8 +61,9 @@ def test_tables_are_made_where_missing():
         ("mesh.phase", "which mesh"),
         ("mesh.3.phase", "no mesh 3"),
         ("gear.pin.teeth", "known: pinion, idler, follower"),
-        ("mesh.1.phase.deep", "must be a number"),
-        ("mesh.1.driver.deep", "driver is a value"),
+        ("mesh.1.phase.phase", "must be a number"),
+        ("mesh.1.driver.phase", "driver is a value"),
+        ("mesh.1.driver.deep", "unknown key deep"),
         ("mesh.1.fase", "did you mean phase"),
     ],
 )
