@@ -140,10 +140,13 @@ def _legend_of_sweep(
         down = Line2D([], [], ls="--", marker="s", mfc="white", **plain)
         down.set_label("speed down")
         entries.append(down)
+    natural = "natural frequency"
+    if len(torques) > 1:
+        natural += f", {torques[0]:g} N m"
     entries += [
         Patch(color="0.85", label="contact lost in part"),
         Line2D([], [], color="black", marker=">", lw=1.3, label="jump"),
-        Line2D([], [], color="0.4", lw=0.7, label="natural frequency"),
+        Line2D([], [], color="0.4", lw=0.7, label=natural),
     ]
     figure.legend(
         handles=entries, loc="outside lower center", ncols=len(entries), fontsize=8

@@ -222,7 +222,7 @@ def write_sweep(
         title = (
             f"{header['gear set']}, model {model}, {header['excitation']}, "
             f"damping ratio {header['damping ratio']}\n{edits_in_words(header)}"
-        )
+        ).strip()
         curves = [Curve(torque, branch) for torque, branch in found]
         write_whole(plot, lambda path: save_figure(draw_sweep(curves, title), path))
 
