@@ -149,7 +149,10 @@ def _legend_of_sweep(
         Line2D([], [], color="0.4", lw=0.7, label=natural),
     ]
     figure.legend(
-        handles=entries, loc="outside lower center", ncols=len(entries), fontsize=8
+        handles=entries,
+        loc="outside lower center",
+        ncols=min(len(entries), 6),
+        fontsize=8,
     )
 
 
