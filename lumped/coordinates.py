@@ -6,6 +6,7 @@ Gears on a rigid shaft share theirs; their masses, inertias and bearings add up.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,6 +22,7 @@ class Coordinates:
     """Inertias, springs and loads in n physical coordinates (rad and m).
 
     labels : ("pinion", "rotation"), ("pinion", "x"), ...
+    places : which coordinate is a gear's "rotation", "x" or "y", by its index
     mass : (n,) [kg m2 or kg]
     load : (n,) external [N m or N]
     mesh_rows : (meshes, n); mesh deflection is row times displacement [m]
@@ -29,6 +31,7 @@ class Coordinates:
     """
 
     labels: tuple[tuple[str, str], ...]
+    places: Mapping[tuple[int, str], int]
     mass: Array
     load: Array
     mesh_rows: Array
@@ -58,7 +61,7 @@ def coordinates(train: Train) -> Coordinates:
         load[i] += part.torque if kind == "rotation" else 0.0
     rows = np.array([_mesh_row(train, mesh, places, n) for mesh in train.meshes])
     stiffness, elongations = _springs(train, places, n)
-    return Coordinates(tuple(labels), mass, load, rows, elongations, stiffness)
+    return Coordinates(tuple(labels), places, mass, load, rows, elongations, stiffness)
 
 
 def rigid_groups(train: Train) -> list[tuple[int, ...]]:

@@ -21,7 +21,7 @@ NORMAL, TANGENTIAL = 0, 1
 #   present : whether its flanks face each other
 #   master : gear whose flank carries the nodes, 0 driver or 1 driven
 #   nominal : the master's roll length where the flanks would touch
-#   arc : the master's arc length of the closest point
+#   arc, opposite : arc lengths of the closest point on the master and its mate [m]
 #   far : the master's arc length of the first node; step : node spacing [m]
 #   least_gap : approach that closes the pair [m]
 #   approach : +1 before the pitch point, -1 behind it, 0 on it
@@ -34,6 +34,7 @@ PATCH = np.dtype(
         ("master", "i8"),
         ("nominal", "f8"),
         ("arc", "f8"),
+        ("opposite", "f8"),
         ("far", "f8"),
         ("step", "f8"),
         ("least_gap", "f8"),

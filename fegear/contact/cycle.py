@@ -18,6 +18,7 @@ from fegear.contact.flanks import FAR
 from fegear.contact.patches import (
     FORCE,
     GAP,
+    OPPOSITE,
     hertz_half_width,
     lay_nodes,
     place_patch,
@@ -50,6 +51,7 @@ ROW = np.dtype(
 #   load : normal line load [N/m];  gap : approach that closes the pair [m]
 #   pressure : largest nodal pressure [Pa];  bending : friction-bending ratio
 #   approach, lever : as in PATCH
+#   arc : of the load's centre, or of the closest point, on driver and driven [m]
 CELL = np.dtype(
     [
         ("load", "f8"),
@@ -58,6 +60,7 @@ CELL = np.dtype(
         ("bending", "f8"),
         ("approach", "f8"),
         ("lever", "f8", (4,)),
+        ("arc", "f8", (2,)),
     ],
     align=True,
 )
@@ -228,15 +231,22 @@ def store(flanks, tables, grid, patches, chosen, q, nodes, cells):
         cells[k].approach = patches[k].approach
         for a in range(4):
             cells[k].lever[a] = patches[k].lever[a]
+        cells[k].arc[patches[k].master] = patches[k].arc
+        cells[k].arc[1 - patches[k].master] = patches[k].opposite
     for p in range(chosen.size):
         cell, patch = cells[chosen[p]], patches[chosen[p]]
         start = p * size
         peak = 2.0 * q[start + size - 1]
+        own, opposite = 0.0, 0.0
         for i in range(size):
             nodes[chosen[p], i, FORCE] = q[start + i]
             cell.load += q[start + i]
+            own += q[start + i] * (patch.far - i * patch.step)
+            opposite += q[start + i] * nodes[chosen[p], i, OPPOSITE]
             if i < size - 1:
                 peak = max(peak, q[start + i])
         if cell.load > 0.0:
             cell.pressure = peak / patch.step
+            cell.arc[patch.master] = own / cell.load
+            cell.arc[1 - patch.master] = opposite / cell.load
             cell.bending = friction_bending(flanks, tables, patch, q, start, grid)

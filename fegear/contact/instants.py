@@ -66,21 +66,45 @@ def contact_at(
 
 def _one_side(problem: ContactProblem, position: Array, approach: Array) -> Instants:
     """All instants as if on the drive side."""
-    from fegear.contact import cycle
-    from fegear.contact.compliance import PATCH
-    from fegear.contact.grid import contact_grid
-
     if not position.size:
         return Instants(np.empty(0, np.int64), *_nothing())
     whole = np.floor(position)
     teeth = candidate_pairs(problem.pair, position - whole)
+    passed = teeth - whole.astype(np.int64)[:, None]
+    gaps = pair_gaps(problem, passed.ravel()).reshape(passed.shape)
+    rows, cells = solve_drive_side(problem, teeth, gaps, position - whole, approach)
+    width = problem.face_width
+    drag = problem.friction * cells.approach
+    arm = cells.lever[..., 0] - drag * cells.lever[..., 2]
+    load = cells.load * width
+    slope = np.where(load.any(axis=1), rows.slope * width, 0.0)
+    return Instants(teeth, (load * arm).sum(axis=1), slope, load, cells.pressure)
+
+
+def solve_drive_side(
+    problem: ContactProblem,
+    teeth: NDArray[np.int64],
+    gaps: Array,
+    position: Array,
+    approach: Array,
+    turned: bool = False,
+) -> tuple[np.recarray, np.recarray]:
+    """The kernel's rows (n,) and cells (n, k) for chosen tooth pairs (k,).
+
+    gaps : (n, k) extra gap of each pair [m]
+    turned : friction acts against the nominal sliding direction
+    """
+    from fegear.contact import cycle
+    from fegear.contact.compliance import PATCH
+    from fegear.contact.grid import contact_grid
+
     rows = np.zeros(position.size, cycle.ROW).view(np.recarray)
     cells = np.zeros((position.size, teeth.size), cycle.CELL).view(np.recarray)
     patches = np.zeros(teeth.size, PATCH).view(np.recarray)
     nodes = np.zeros((teeth.size, problem.nodes, 3))
     mesh, flanks, tables = kernel_inputs(problem)
-    passed = teeth - whole.astype(np.int64)[:, None]
-    gaps = pair_gaps(problem, passed.ravel()).reshape(passed.shape)
+    if turned:
+        mesh.friction = -mesh.friction
     cycle.solve_instants(
         mesh,
         flanks,
@@ -88,7 +112,7 @@ def _one_side(problem: ContactProblem, position: Array, approach: Array) -> Inst
         contact_grid(problem.nodes),
         teeth,
         gaps,
-        position - whole,
+        position,
         approach,
         patches,
         nodes,
@@ -102,12 +126,7 @@ def _one_side(problem: ContactProblem, position: Array, approach: Array) -> Inst
             f"contact not solved at position {position[n]:g}, approach "
             f"{approach[n]:g} m: status {rows.status[n]}"
         )
-    width = problem.face_width
-    drag = problem.friction * cells.approach
-    arm = cells.lever[..., 0] - drag * cells.lever[..., 2]
-    load = cells.load * width
-    slope = np.where(load.any(axis=1), rows.slope * width, 0.0)
-    return Instants(teeth, (load * arm).sum(axis=1), slope, load, cells.pressure)
+    return rows, cells
 
 
 def _nothing() -> tuple[Array, ...]:

@@ -62,7 +62,8 @@ def place_patch(mesh, flanks, patch, s1, extra_gap):
         )
     s = roll_of_arc(master, patch.arc)
     gap, s_slave, lean = separation(master, slave, mesh.line, patch.nominal, s)
-    if not 0.0 <= arc_of_roll(slave, s_slave) <= slave.length:
+    patch.opposite = arc_of_roll(slave, s_slave)
+    if not 0.0 <= patch.opposite <= slave.length:
         return  # the corner is past the mate's flank, whose involute ends there
     patch.present = True
     set_levers(mesh, flanks, patch, s, lean, off_path)

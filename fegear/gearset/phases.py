@@ -87,6 +87,26 @@ def geometric_phase(gear_set: GearSet, number: int) -> float | None:
     return _linked_phase(gear_set, link, phases[link.other].value)
 
 
+def first_teeth(gear_set: GearSet) -> dict[tuple[int, int], int]:
+    """Which tooth of a gear is in each mesh's reference pair, by (mesh, gear).
+
+    Teeth count clockwise from the reference pair of the gear's first mesh, at the
+    time when the first mesh is at its pitch point.
+    """
+    senses = gear_set.senses
+    first: dict[int, float] = {}
+    teeth: dict[tuple[int, int], int] = {}
+    for number, phase in enumerate(mesh_phases(gear_set)):
+        mesh = gear_set.meshes[number]
+        for gear in _gears(mesh):
+            pitch = gear_set.gears[gear].geometry.pitch_angle
+            axis = _tooth_axis(mesh, gear, senses[gear])
+            axis += senses[gear] * phase.value * pitch
+            first.setdefault(gear, axis)
+            teeth[number, gear] = -round((axis - first[gear]) / pitch)
+    return teeth
+
+
 def drive_flank(mesh: Mesh) -> float:
     """Angle from the driver's tooth axis to its drive flank at the pitch point."""
     pair = mesh.pair

@@ -1,0 +1,1 @@
+"""The finite-element gears in motion."""

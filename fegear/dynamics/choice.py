@@ -1,0 +1,272 @@
+"""Whether the elastic inertia of the gears matters, and which modes to keep for it.
+
+A clamped-hub mode of frequency f_i and amplitude phi_i at the contact contributes
+c_i = phi_i^2 / (2 pi f_i)^2 to the compliance c there. Driven at frequency f its share
+is c_i / (1 - x^2 + 2 j zeta x) with x = f / f_i, against c_i where it is taken to
+follow at once. The inertia's part of the difference, without that of damping, is
+
+    c_i r_i,  r_i = x^2 / |1 - x^2 + 2 j zeta x|
+
+and the errors of several modes are at most the sum of their sizes. A model that keeps
+the modes below a cut-off errs by the sum over those above it. The mesh is driven at
+the harmonics of its frequency, each as strongly as the loaded static transmission
+error has it, so errors are weighed by its spectrum.
+
+Modes that are not passed are not seen: they should reach far above the highest
+harmonic of any size.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+Fidelity = Literal["quasistatic", "reduced"]
+LARGEST = 1e3  # r_i of an undamped mode at resonance, that of zeta = 0.0005
+ABOVE = 1e-6  # of a cut-off over the highest mode kept; pairs agree to round-off
+
+
+@dataclass(frozen=True, eq=False)
+class ElasticModes:
+    """Clamped-hub modes of both gears as a mesh feels them, in any order.
+
+    frequencies_Hz : (n,) positive
+    compliance : (n,) share c_i / c of each in the mesh's compliance at rest, which is
+        1 / mean mesh stiffness; 0 or more
+    damping_ratio : of every mode, 0 or more
+    """
+
+    frequencies_Hz: Array
+    compliance: Array
+    damping_ratio: float
+
+    def __post_init__(self) -> None:
+        for name in ("frequencies_Hz", "compliance"):
+            values = np.array(getattr(self, name), float)
+            _require_finite(name, values)
+            object.__setattr__(self, name, values)
+        if self.frequencies_Hz.shape != self.compliance.shape:
+            raise ValueError(
+                f"compliance must have shape {self.frequencies_Hz.shape}, got "
+                f"{self.compliance.shape}"
+            )
+        if not (self.frequencies_Hz > 0.0).all():
+            lowest = self.frequencies_Hz.min()
+            raise ValueError(f"frequencies_Hz must be positive, got {lowest:g}")
+        if not (self.compliance >= 0.0).all():
+            least = self.compliance.min()
+            raise ValueError(f"compliance must be 0 or more, got {least:g}")
+        if not 0.0 <= self.damping_ratio < math.inf:
+            raise ValueError(
+                f"damping_ratio must be 0 or more and finite, got {self.damping_ratio}"
+            )
+
+
+ExcitedMesh = tuple[ElasticModes, ArrayLike, float]  # modes, amplitudes, rate of mesh
+
+
+@dataclass(frozen=True)
+class Choice:
+    """How the elastic inertia of the gears is to be treated.
+
+    bound : largest error of the quasi-static treatment over speeds and meshes
+    speed_Hz : of the first mesh, where it is reached; mesh : in which, from 0
+    tolerance : what was allowed
+    cutoff_Hz : modes below it are kept, 0 if none; the lowest that is accurate enough
+    kept : number of modes below the cut-off in each mesh
+    remaining : largest error with these modes kept
+    """
+
+    fidelity: Fidelity
+    bound: float
+    speed_Hz: float
+    mesh: int
+    tolerance: float
+    cutoff_Hz: float
+    kept: tuple[int, ...]
+    remaining: float
+
+    @property
+    def sentence(self) -> str:
+        """The choice and its reason in plain words."""
+        extent = "at most" if self.fidelity == "quasistatic" else "up to"
+        where = f"at {_digits(self.speed_Hz, 4)} Hz"
+        where += f" in mesh {self.mesh + 1}" if len(self.kept) > 1 else ""
+        text = (
+            f"{self.fidelity}: elastic inertia changes the mesh compliance by {extent} "
+            f"{_percent(self.bound)} of the excitation's RMS ({where}), allowed are "
+            f"{_percent(self.tolerance)}"
+        )
+        if self.fidelity == "quasistatic":
+            return text
+        return (
+            f"{text}; {' + '.join(map(str, self.kept))} modes below "
+            f"{_digits(self.cutoff_Hz / 1e3, 3)} kHz are kept, the others change it by "
+            f"at most {_percent(self.remaining)}"
+        )
+
+
+def harmonic_amplitudes(ste: ArrayLike) -> Complex:
+    """Amplitudes A_h (n // 2,) of harmonics 1, 2, ... of a mesh cycle.
+
+    ste : (n,) one cycle of the static transmission error, equally spaced, its first
+        value not repeated; n of 2 or more
+
+    A_h is that of Re(A_h exp(2 pi j h t)), t in cycles, so that a cosine of
+    amplitude a has |A_h| = a. Of harmonic n / 2 only the cosine is seen.
+    """
+    values = np.asarray(ste, float)
+    _require_finite("ste", values)
+    if values.size < 2:
+        raise ValueError(f"ste must have 2 or more values, got {values.size}")
+    amplitudes = 2.0 * np.fft.rfft(values)[1:] / values.size
+    if values.size % 2 == 0:
+        amplitudes[-1] /= 2.0
+    return amplitudes
+
+
+def inertia_error(
+    modes: ElasticModes, amplitudes: ArrayLike, mesh_frequency: float
+) -> float:
+    """Relative error of the compliance without inertia, RMS over the excitation.
+
+    sqrt(sum |A_h e_h|^2 / sum |A_h|^2), e_h = sum_i c_i r_i / c at h mesh_frequency;
+    large but finite at a resonance, 0 without excitation.
+
+    amplitudes : (H,) of harmonics 1, 2, ... in any unit
+    mesh_frequency : 0 or more [Hz]
+    """
+    return float(_remaining_errors(modes, amplitudes, mesh_frequency)[0])
+
+
+def largest_error(
+    modes: ElasticModes, amplitudes: ArrayLike, speeds: ArrayLike
+) -> tuple[float, float]:
+    """The largest `inertia_error` over mesh frequencies (s,) [Hz], and where it is."""
+    frequencies = _checked_speeds(speeds)
+    errors = [inertia_error(modes, amplitudes, f) for f in frequencies]
+    worst = int(np.argmax(errors))
+    return errors[worst], float(frequencies[worst])
+
+
+def choose(
+    meshes: Sequence[ExcitedMesh], speeds: ArrayLike, tolerance: float = 0.02
+) -> Choice:
+    """Quasi-static if that errs by no more than the tolerance, else the fewest modes.
+
+    meshes : of each its modes, the amplitudes of its harmonics (H,) and its rate,
+        mesh frequency per that of the first mesh; the worst of them decides
+    speeds : (s,) mesh frequencies of the first mesh [Hz]; between them a sharp
+        resonance is not seen
+    """
+    if not meshes:
+        raise ValueError("meshes must have one or more, got none")
+    if not 0.0 <= tolerance < math.inf:
+        raise ValueError(f"tolerance must be 0 or more and finite, got {tolerance}")
+    frequencies = _checked_speeds(speeds)
+    tables = [
+        np.array([_remaining_errors(modes, a, rate * f) for f in frequencies])
+        for modes, a, rate in meshes
+    ]
+    at_rest = np.array([table[:, 0] for table in tables])
+    mesh, speed = np.unravel_index(at_rest.argmax(), at_rest.shape)
+    cutoff, kept, remaining = _lowest_cutoff(
+        [np.sort(modes.frequencies_Hz) for modes, _, _ in meshes],
+        [table.max(axis=0) for table in tables],
+        tolerance,
+    )
+    return Choice(
+        fidelity="reduced" if cutoff else "quasistatic",
+        bound=float(at_rest[mesh, speed]),
+        speed_Hz=float(frequencies[speed]),
+        mesh=int(mesh),
+        tolerance=tolerance,
+        cutoff_Hz=cutoff,
+        kept=kept,
+        remaining=remaining,
+    )
+
+
+def _remaining_errors(
+    modes: ElasticModes, amplitudes: ArrayLike, mesh_frequency: float
+) -> Array:
+    """Error (n + 1,) with the 0, 1, ..., n lowest of n modes kept."""
+    weights = _weights(amplitudes)
+    if not 0.0 <= mesh_frequency < math.inf:
+        raise ValueError(
+            f"mesh_frequency must be 0 or more and finite, got {mesh_frequency} Hz"
+        )
+    order = np.argsort(modes.frequencies_Hz)
+    driven = mesh_frequency * np.arange(1.0, weights.size + 1.0)
+    x = driven[:, None] / modes.frequencies_Hz[order]
+    shares = modes.compliance[order] * _inertia_part(x, modes.damping_ratio)
+    # summed from the highest mode down, the sum over those above each cut-off
+    above = np.cumsum(shares[:, ::-1], axis=1)[:, ::-1]
+    errors = np.column_stack([above, np.zeros(weights.size)])
+    return np.sqrt(((weights[:, None] * errors) ** 2).sum(axis=0))
+
+
+def _inertia_part(x: Array, damping_ratio: float) -> Array:
+    """r_i at frequency ratios x of any shape, LARGEST at most."""
+    size = np.hypot(1.0 - x**2, 2.0 * damping_ratio * x)
+    return x**2 / np.maximum(size, x**2 / LARGEST)
+
+
+def _weights(amplitudes: ArrayLike) -> Array:
+    """|A_h| (H,) with a sum of squares of 1, or all 0."""
+    sizes = np.abs(np.asarray(amplitudes))
+    _require_finite("amplitudes", sizes)
+    largest = sizes.max(initial=0.0)
+    if largest == 0.0:
+        return np.zeros(sizes.size)
+    sizes = sizes / largest  # squares of very small numbers would vanish
+    return sizes / np.sqrt((sizes**2).sum())
+
+
+def _lowest_cutoff(
+    frequencies: list[Array], errors: list[Array], tolerance: float
+) -> tuple[float, tuple[int, ...], float]:
+    """(cut-off [Hz], modes below it in each mesh, largest error of the rest).
+
+    frequencies : for each mesh rising (n,); errors : with the lowest kept (n + 1,)
+    """
+    candidates = np.unique(np.concatenate(frequencies)) * (1.0 + ABOVE)
+    cutoffs = np.concatenate([[0.0], candidates])
+    counts = [np.searchsorted(f, cutoffs) for f in frequencies]
+    worst = np.max([e[n] for e, n in zip(errors, counts, strict=True)], axis=0)
+    first = int(np.argmax(worst <= tolerance))  # with all kept the error is 0
+    kept = tuple(int(n[first]) for n in counts)
+    return float(cutoffs[first]), kept, float(worst[first])
+
+
+def _checked_speeds(speeds: ArrayLike) -> Array:
+    frequencies = np.asarray(speeds, float)
+    _require_finite("speeds", frequencies)
+    if not frequencies.size:
+        raise ValueError("speeds must have one or more values, got none")
+    return frequencies
+
+
+def _require_finite(name: str, values: NDArray[Any]) -> None:
+    if values.ndim != 1:
+        raise ValueError(f"{name} must have one dimension, got {values.ndim}")
+    if not np.isfinite(values).all():
+        raise ValueError(f"{name} must be finite")
+
+
+def _percent(part: float) -> str:
+    return f"{_digits(100.0 * part, 2)} %"
+
+
+def _digits(value: float, count: int) -> str:
+    """To so many significant digits, never with an exponent."""
+    return np.format_float_positional(
+        value, precision=count, fractional=False, trim="-"
+    )

@@ -1,0 +1,310 @@
+"""Settling and recording of a dynamic model at one speed after another."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fegear.dynamics.model import DynamicModel
+from fegear.dynamics.scheme import Scheme, generalized_alpha
+from fegear.dynamics.settling import Settling
+from lumped.response import FIGURES, History, Response, Status, measures
+
+Array = NDArray[np.float64]
+REST_STEPS = 200  # to the deflection at rest
+PERIODS = (400, 200_000)  # least and most that a motion may take to settle
+
+
+class DynamicsError(ArithmeticError):
+    """A motion that could not be marched."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class DynamicSettings:
+    """Numerical choices.
+
+    steps : per cycle of the fastest mesh, at least
+    step_angle : largest phase [rad] that the highest elastic mode turns in a step
+    remaining : part of an unresolved vibration that a step leaves
+    tolerance : distance to the periodic motion at which it has settled, relative to
+        each mesh's range of deflection
+    max_periods : of the first mesh, after which a motion counts as aperiodic; None
+        for what the damping needs
+    multiples : largest period multiple that is looked for
+    ramp_periods : of the first mesh, over which the speed changes
+    """
+
+    steps: int = 128
+    step_angle: float = 1.0
+    remaining: float = 0.9
+    tolerance: float = 1e-4
+    max_periods: int | None = None
+    multiples: int = 8
+    ramp_periods: int = 8
+
+    def __post_init__(self) -> None:
+        checks = {
+            "steps": (8 <= self.steps <= 100_000, "8 to 100000"),
+            "step_angle": (0.0 < self.step_angle <= 10.0, "above 0 to 10"),
+            "remaining": (0.0 <= self.remaining <= 1.0, "0 to 1"),
+            "tolerance": (1e-12 <= self.tolerance <= 0.1, "1e-12 to 0.1"),
+            "max_periods": (
+                self.max_periods is None or 1 <= self.max_periods <= 10**8,
+                "1 to 1e8",
+            ),
+            "multiples": (1 <= self.multiples <= 64, "1 to 64"),
+            "ramp_periods": (0 <= self.ramp_periods <= 10_000, "0 to 10000"),
+        }
+        for name, (ok, allowed) in checks.items():
+            if not ok:
+                raise ValueError(f"{name} must be {allowed}, got {getattr(self, name)}")
+
+    @property
+    def scheme(self) -> Scheme:
+        return generalized_alpha(self.remaining)
+
+
+@dataclass(frozen=True, eq=False)
+class MotionState:
+    """Where a motion stands at the start of a common period.
+
+    motion : (4, n) displacement, velocity, acceleration, generalised contact force
+    touch : (3, c) squeeze [m], load [N] and whether friction is turned
+    """
+
+    motion: Array
+    touch: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """What was recorded over t points: meshes m, contacts c, hub coordinates h.
+
+    history : of the meshes, as for the lumped models
+    pair_load : (t, c) [N]
+    hub : (t, 2, h) displacement and velocity of the hub coordinates
+    """
+
+    history: History
+    pair_load: Array
+    hub: Array
+
+
+class Stepper(Protocol):
+    """A fidelity: marches a model's state with its own freedoms."""
+
+    @property
+    def model(self) -> DynamicModel: ...
+
+    def start(self) -> MotionState: ...
+
+    def march(
+        self, state: MotionState, frequency: float, step: float, steps: int, cycle: int
+    ) -> tuple[MotionState, Motion]: ...
+
+
+@dataclass(frozen=True, eq=False)
+class ReducedStepper:
+    """Hubs and elastic modes."""
+
+    model: DynamicModel
+    scheme: Scheme
+
+    def start(self) -> MotionState:
+        """At rest under the external torques, at the start of the mesh cycle."""
+        empty = MotionState(
+            np.zeros((4, self.model.size)), np.zeros((3, self.model.touching))
+        )
+        angular = self.model.reference.modes.angular
+        slow = 10.0 / angular[angular > 0.0].min()
+        damped = replace(self, scheme=generalized_alpha(0.0))
+        found, _ = damped.march(empty, 0.0, slow, REST_STEPS, 1)
+        motion = found.motion.copy()
+        motion[1:3] = 0.0
+        return MotionState(motion, found.touch)
+
+    def march(
+        self, state: MotionState, frequency: float, step: float, steps: int, cycle: int
+    ) -> tuple[MotionState, Motion]:
+        """March `steps` steps [s] from the start of a common period.
+
+        cycle : steps of a cycle of the first mesh; frequency : of that [Hz], 0 for
+        gears that stand still. Raises DynamicsError where contact is not solved and
+        FloatingPointError where the motion diverges.
+        """
+        from fegear.dynamics import reduced_kernel as kernel
+
+        model, s = self.model, self.scheme
+        weights = s.weights(step)
+        factors = kernel.step_factors(model.body, weights)
+        motion, touch = state.motion.copy(), state.touch.copy()
+        meshes = model.train[0].size
+        out = np.empty((steps + 1, 5, meshes))
+        loads = np.empty((steps + 1, model.touching))
+        hub = np.empty((steps + 1, 2, model.body[1].size))
+        status, done = kernel.march(
+            model.body,
+            model.rows,
+            model.train,
+            model.contacts,
+            (step, s.alpha_m, s.alpha_f, s.gamma, s.beta),
+            weights,
+            factors,
+            2.0 * math.pi * frequency,
+            model.reference.limit * max(1.0, model.size),
+            cycle,
+            0,
+            motion,
+            touch,
+            out,
+            loads,
+            hub,
+        )
+        if status == kernel.DIVERGED:
+            raise FloatingPointError(f"motion diverged after {done * step:g} s")
+        if status != kernel.FINISHED:
+            raise DynamicsError(
+                f"contact not solved at {frequency:g} Hz after {done} steps"
+            )
+        time = step * np.arange(steps + 1.0)
+        dte, rate, force, drive, back = (out[:, i] for i in range(5))
+        history = History(time, dte, rate, force, drive, back, force)
+        return MotionState(motion, touch), Motion(history, loads, hub)
+
+
+def steps_per_cycle(
+    model: DynamicModel, frequency: float, settings: DynamicSettings
+) -> int:
+    """Steps of a cycle of the first mesh, a multiple of the settings' number."""
+    fastest = max(model.reference.train.mesh_rates)
+    base = math.ceil(settings.steps * fastest)
+    rigidity = model.body[3]
+    if not rigidity.size:
+        return base
+    highest = math.sqrt(rigidity.max())
+    needed = highest / (frequency * settings.step_angle)
+    return base * max(1, math.ceil(needed / base))
+
+
+def respond(
+    stepper: Stepper,
+    frequency: float,
+    settings: DynamicSettings,
+    state: MotionState | None = None,
+    before: float | None = None,
+) -> tuple[Response, Motion, MotionState]:
+    """Settle at a frequency of the first mesh [Hz] and record what repeats.
+
+    state, before : where a motion at another frequency stood; the speed changes
+        smoothly from there
+    """
+    model = stepper.model
+    length = model.reference.train.common_period[0]
+    now = stepper.start() if state is None else state
+    if state is not None and before is not None:
+        now = _ramp(stepper, before, frequency, settings, now)
+    cycle = steps_per_cycle(model, frequency, settings)
+    step, steps = 1.0 / (frequency * cycle), cycle * length
+    settling = _settling(model, settings)
+    hubs = model.body[1].size
+    settling.begin(*now.motion[:2, :hubs])
+    most = _allowed(model, frequency, settings) // length
+    while not settling.done and settling.period < max(most, 4 * settings.multiples):
+        now, motion = stepper.march(now, frequency, step, steps, cycle)
+        place, velocity = now.motion[:2, :hubs]
+        settling.add(place, velocity, motion.history.deflection)
+    multiple = settling.multiple if settling.done else 0
+    settled_after = settling.period * length / frequency
+    parts = []
+    for _ in range(multiple or settings.multiples):
+        now, motion = stepper.march(now, frequency, step, steps, cycle)
+        parts.append(motion)
+    whole = _joined(parts, step)
+    response = Response(
+        frequency=frequency,
+        status=Status.PERIODIC if multiple else Status.APERIODIC,
+        multiple=multiple,
+        period_multiple=multiple * np.array(model.reference.train.common_period),
+        settling_time=settled_after,
+        state=now.motion,
+        **measures(whole.history),
+    )
+    return response, whole, now
+
+
+def lost(model: DynamicModel, frequency: float, state: MotionState) -> Response:
+    """The response of a motion that diverged."""
+    meshes = model.train[0].size
+    return Response(
+        frequency=frequency,
+        status=Status.DIVERGED,
+        multiple=0,
+        period_multiple=np.zeros(meshes, np.int64),
+        settling_time=math.nan,
+        state=state.motion,
+        **{name: np.full(meshes, np.nan) for name in FIGURES},
+    )
+
+
+def _settling(model: DynamicModel, settings: DynamicSettings) -> Settling:
+    angular = model.reference.modes.angular
+    return Settling(
+        model.train[4],
+        np.where(angular > 0.0, angular, 1.0),
+        settings.tolerance,
+        settings.multiples,
+    )
+
+
+def _allowed(model: DynamicModel, frequency: float, settings: DynamicSettings) -> int:
+    """Periods of the first mesh in which modes that matter decay, within limits."""
+    if settings.max_periods is not None:
+        return settings.max_periods
+    reference = model.reference
+    energy = reference.modes.mesh_energy.sum(axis=0)
+    slowest = model.body[1][energy > 1e-3].min() / 2.0
+    least, most = PERIODS
+    if not slowest > 0.0:
+        return least
+    needed = 2.0 * math.log(1.0 / settings.tolerance) * frequency / slowest
+    return int(min(max(needed, least), most))
+
+
+def _ramp(
+    stepper: Stepper,
+    before: float,
+    after: float,
+    settings: DynamicSettings,
+    state: MotionState,
+) -> MotionState:
+    """A common period at each of several frequencies on a smooth way between two."""
+    length = stepper.model.reference.train.common_period[0]
+    stops = math.ceil(settings.ramp_periods / length)
+    for part in (np.arange(stops) + 1.0) / (stops + 1.0):
+        smooth = part * part * (3.0 - 2.0 * part)
+        frequency = before + (after - before) * smooth
+        cycle = steps_per_cycle(stepper.model, frequency, settings)
+        step = 1.0 / (frequency * cycle)
+        state, _ = stepper.march(state, frequency, step, cycle * length, cycle)
+    return state
+
+
+def _joined(parts: list[Motion], step: float) -> Motion:
+    """Consecutive motions as one; the end of one is the start of the next."""
+    if len(parts) == 1:
+        return parts[0]
+
+    def join(values: list[Array]) -> Array:
+        return np.concatenate([v[:-1] for v in values[:-1]] + [values[-1]])
+
+    names = ("deflection", "rate", "force", "drive_overlap", "back_overlap")
+    joined = {n: join([getattr(p.history, n) for p in parts]) for n in names}
+    time = step * np.arange(float(len(joined["rate"])))
+    history = History(time=time, force_before=joined["force"], **joined)
+    return Motion(
+        history, join([p.pair_load for p in parts]), join([p.hub for p in parts])
+    )

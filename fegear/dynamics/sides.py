@@ -1,0 +1,86 @@
+"""Which teeth and flanks the contacts of a gear set touch."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fegear.contact.pair_laws import PairLaws
+from fegear.elasticity.modes import LEFT, RIGHT
+from fegear.gearset.model import GearSet
+from fegear.gearset.phases import first_teeth
+
+Array = NDArray[np.float64]
+DRIVE, BACK = 1, -1
+
+
+@dataclass(frozen=True, eq=False)
+class MeshLaws:
+    """Pair laws of both sides of a mesh over its cycle.
+
+    backlash : [m]; friction : Coulomb coefficient
+    back : None where the backlash is out of reach
+    """
+
+    drive: PairLaws
+    back: PairLaws | None
+    backlash: float
+    friction: float
+
+
+@dataclass(frozen=True, eq=False)
+class ContactSide:
+    """The contacts on one side of a mesh.
+
+    side : DRIVE or BACK
+    """
+
+    gear_set: GearSet
+    mesh: int
+    side: int
+    laws: PairLaws
+    backlash: float
+
+    @property
+    def sense(self) -> int:
+        """1 where the driver pushes the driven gear counter-clockwise of itself."""
+        return self.side * self.gear_set.senses[self.gears[0]]
+
+    @property
+    def gears(self) -> tuple[int, int]:
+        mesh = self.gear_set.meshes[self.mesh]
+        return mesh.driver, mesh.driven
+
+    @property
+    def flank(self) -> int:
+        """RIGHT or LEFT, the same on both gears: seen with the tooth pointing up."""
+        return RIGHT if self.sense < 0 else LEFT
+
+    @cached_property
+    def _first(self) -> dict[tuple[int, int], int]:
+        return first_teeth(self.gear_set)
+
+    def teeth(self, gear: int) -> NDArray[np.int64]:
+        """Each contact's tooth of a gear, clockwise from the gear's first tooth."""
+        # the driven tooth's other flank meets the next tooth of the driver
+        ahead = 1 if self.side == BACK and gear == self.gears[0] else 0
+        turn = self.gear_set.senses[gear]
+        return self._first[self.mesh, gear] - turn * (self.laws.teeth + ahead)
+
+    def arcs(self, gear: int) -> Array:
+        """Places of the contacts on a gear's flanks from the tip corner (p, k) [m]."""
+        return self.laws.arc[..., self.gears.index(gear)]
+
+
+def contact_sides(gear_set: GearSet, laws: Sequence[MeshLaws]) -> list[ContactSide]:
+    """Mesh by mesh, the drive side before the back; contacts are in this order."""
+    sides = []
+    for m, each in enumerate(laws):
+        sides.append(ContactSide(gear_set, m, DRIVE, each.drive, 0.0))
+        if each.back is not None:
+            sides.append(ContactSide(gear_set, m, BACK, each.back, each.backlash))
+    return sides
