@@ -9,6 +9,7 @@ from typing import Any, Literal, cast
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import csr_array
 from skfem import Basis
 
 from fegear.contact.compliance import PATCH, set_stencil
@@ -104,7 +105,8 @@ def sector_stress(
     mesh = sector_mesh(gear, size)
     model = assemble_sector(mesh, material)
     displacement = _remainder(gear, material, mesh, model, loads)
-    components = _nodal_stress(displacement, mesh, model, material)
+    stress = nodal_stress(mesh, model, material) @ displacement
+    components = stress.reshape(3, -1).T
     for load in loads:
         if load.tooth == 0:
             components += _hats(load, gear, mesh.points)
@@ -175,24 +177,32 @@ def _hats(load: ToothLoad, gear: SpurGear, points: Array) -> Array:
     return total
 
 
-def _nodal_stress(
-    field: Array, mesh: SectorMesh, model: SectorModel, material: PlaneMaterial
-) -> Array:
-    """Stress (nodes, 3) from displacement gradients averaged at the nodes."""
+def nodal_stress(
+    mesh: SectorMesh, model: SectorModel, material: PlaneMaterial
+) -> csr_array:
+    """(3 nodes, freedoms) from displacement to stress averaged at the nodes [Pa/m].
+
+    Components run slowest: xx at all nodes, then yy, then xy.
+    """
     corners = np.array([[0.0, 1.0, 0.0, 0.5, 0.5, 0.0], [0.0, 0.0, 1.0, 0.0, 0.5, 0.5]])
     basis = Basis(
         model.basis.mesh, model.basis.elem, quadrature=(corners, np.ones(6) / 12.0)
     )
-    gradient = np.asarray(basis.interpolate(field).grad)  # (2, 2, elements, 6)
     lam, mu = material.lame
-    trace = gradient[0, 0] + gradient[1, 1]
-    stress = (
-        lam * trace + 2.0 * mu * gradient[0, 0],
-        lam * trace + 2.0 * mu * gradient[1, 1],
-        mu * (gradient[0, 1] + gradient[1, 0]),
-    )
-    nodes = mesh.triangles.ravel()
-    count = np.bincount(nodes)
-    return np.stack(
-        [np.bincount(nodes, component.ravel()) / count for component in stress], axis=1
-    )
+    nodes, total = mesh.triangles, len(mesh.points)
+    weight = 1.0 / np.bincount(nodes.ravel())[nodes]
+    entries, rows, columns = [], [], []
+    for (field,), freedoms in zip(basis.basis, basis.element_dofs, strict=True):
+        (xx, xy), (yx, yy) = field.grad  # each (elements, 6)
+        stress = (
+            lam * (xx + yy) + 2.0 * mu * xx,
+            lam * (xx + yy) + 2.0 * mu * yy,
+            mu * (xy + yx),
+        )
+        for component, values in enumerate(stress):
+            entries.append((weight * values).ravel())
+            rows.append((component * total + nodes).ravel())
+            columns.append(np.repeat(freedoms, 6))
+    where = (np.concatenate(rows), np.concatenate(columns))
+    shape = (3 * total, model.basis.N)
+    return csr_array((np.concatenate(entries), where), shape=shape)

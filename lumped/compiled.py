@@ -2,8 +2,8 @@
 
 numba keeps a compiled function while its own file is unchanged, even where a
 function that it calls in another file has changed. The cache directory is
-therefore named after a digest of all kernels of the folder. Compiled code releases
-the interpreter's lock.
+therefore named after a digest of all kernels of the folder and of the folders whose
+kernels they call. Compiled code releases the interpreter's lock.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from __future__ import annotations
 import hashlib
 import inspect
 import os
+import re
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import cache
@@ -19,6 +20,7 @@ from typing import Any, TypeVar
 
 from numba import config, njit
 
+IMPORTED = re.compile(r"^from ((?:fegear|lumped)\.[\w.]+) import", re.MULTILINE)
 F = TypeVar("F", bound=Callable[..., Any])
 
 
@@ -26,7 +28,7 @@ F = TypeVar("F", bound=Callable[..., Any])
 def kernel_cache(folder: Path) -> Path | None:
     """A writable directory for the kernels of a source folder as it is, or None."""
     digest = hashlib.sha256(Path(__file__).read_bytes())
-    for path in sorted(folder.glob("*.py")):
+    for path in sorted({p for f in (folder, *_called(folder)) for p in f.glob("*.py")}):
         digest.update(path.read_bytes())
     name = f"kernels-{digest.hexdigest()[:16]}"
     chosen = os.environ.get("NUMBA_CACHE_DIR")
@@ -40,6 +42,28 @@ def kernel_cache(folder: Path) -> Path | None:
         if os.access(directory, os.W_OK):
             return directory
     return None
+
+
+def _called(folder: Path) -> set[Path]:
+    """Other folders from which the kernels of a folder import."""
+    top = folder.parents[len(_package(folder)) - 1]
+    found = set()
+    for path in folder.glob("*.py"):
+        text = path.read_text(encoding="utf-8")
+        if "from lumped.compiled import" in text:
+            found |= {
+                top.joinpath(*name.split(".")[:-1]) for name in IMPORTED.findall(text)
+            }
+    return found - {folder, Path(__file__).parent}
+
+
+def _package(folder: Path) -> list[str]:
+    """Names of the packages down to a folder."""
+    names = [folder.name]
+    while (folder.parent / "__init__.py").exists():
+        folder = folder.parent
+        names.insert(0, folder.name)
+    return names
 
 
 @contextmanager

@@ -163,35 +163,3 @@ def _along_the_path(
     x = teeth[order[0]] + np.arange(path.size + 1) / table.position.size
     coefficients = monotone_cubics(x, np.append(path, end))
     return cut_into_pitches(x, coefficients, (), 0.0)
-
-
-def excitation_from_law(
-    deflections: Array, forces: Array, mean_stiffness: float
-) -> MeshExcitation:
-    """A mesh whose force is any function of deflection and position.
-
-    deflections : (j,) increasing, the first where no position carries any force [m]
-    forces : (n, j) at n equally spaced positions from 0 to below 1 base pitch [N]
-    mean_stiffness : that the natural frequencies and the damping stand on [N/m]
-
-    Between deflections the force is linear, beyond the last it goes on straight.
-    That is a set of springs with fixed gaps, one at each deflection, whose
-    stiffnesses are the changes of slope there and may be negative.
-    """
-    s, force = np.asarray(deflections, float), np.asarray(forces, float)
-    if force.ndim != 2 or force.shape[1] != s.size or s.size < 2:
-        raise ValueError(
-            f"forces must have shape (n, {s.size}), got {force.shape}, and two "
-            "deflections or more are needed"
-        )
-    if not (np.diff(s) > 0.0).all():
-        raise ValueError("deflections must increase")
-    if force[:, 0].any():
-        raise ValueError("forces must be 0 at the first deflection")
-    slope = np.diff(force, axis=1) / np.diff(s)
-    change = np.diff(slope, axis=1, prepend=0.0)
-    springs = tuple(
-        PairExcitation(from_samples(change[:, j]), constant(float(s[j])))
-        for j in range(s.size - 1)
-    )
-    return MeshExcitation(springs, mean_stiffness)

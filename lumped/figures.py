@@ -32,10 +32,18 @@ NOISE = 1e-5  # of the largest line, below which a spectrum is not drawn
 
 @dataclass(frozen=True)
 class Curve:
-    """A branch and the torque on the input gear [N m] that it belongs to."""
+    """A branch and the torque on the input gear [N m] that it belongs to.
+
+    model : named in the legend where curves of several are drawn together
+    """
 
     torque_Nm: float
     branch: Branch
+    model: str = ""
+
+    @property
+    def name(self) -> str:
+        return ", ".join(filter(None, (f"{self.torque_Nm:g} N m", self.model)))
 
 
 def draw_sweep(curves: Sequence[Curve], title: str = "") -> Figure:
@@ -46,11 +54,11 @@ def draw_sweep(curves: Sequence[Curve], title: str = "") -> Figure:
     meshes = len(system.excitations)
     figure = Figure(figsize=(9.0, 1.2 + 3.4 * meshes), layout="constrained")
     panels = figure.subplots(meshes, 1, sharex=True, squeeze=False)[:, 0]
-    torques = list(dict.fromkeys(curve.torque_Nm for curve in curves))
+    names = list(dict.fromkeys(curve.name for curve in curves))
     others = opposites([curve.branch for curve in curves])
     for m, axes in enumerate(panels):
         for curve, other in zip(curves, others, strict=True):
-            color = TORQUE_COLORS[torques.index(curve.torque_Nm) % len(TORQUE_COLORS)]
+            color = TORQUE_COLORS[names.index(curve.name) % len(TORQUE_COLORS)]
             _draw_branch(axes, curve, other, m, color)
         axes.set_ylabel(f"mesh {m + 1}: RMS of dynamic\ntransmission error [µm]")
         axes.set_ylim(bottom=0.0)
@@ -58,7 +66,10 @@ def draw_sweep(curves: Sequence[Curve], title: str = "") -> Figure:
         axes.grid(alpha=0.25)
         _mark_resonances(axes, system, m)
     panels[-1].set_xlabel(_speed_label(system))
-    _legend_of_sweep(figure, torques, {curve.branch.direction for curve in curves})
+    torques = list(dict.fromkeys(curve.torque_Nm for curve in curves))
+    _legend_of_sweep(
+        figure, names, torques, {curve.branch.direction for curve in curves}
+    )
     figure.suptitle(title, fontsize=11)
     return figure
 
@@ -123,15 +134,18 @@ def _mark_resonances(axes: Axes, system: LumpedSystem, m: int) -> None:
 
 
 def _legend_of_sweep(
-    figure: Figure, torques: Sequence[float], directions: set[str]
+    figure: Figure,
+    names: Sequence[str],
+    torques: Sequence[float],
+    directions: set[str],
 ) -> None:
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
-    colors = [TORQUE_COLORS[i % len(TORQUE_COLORS)] for i in range(len(torques))]
+    colors = [TORQUE_COLORS[i % len(TORQUE_COLORS)] for i in range(len(names))]
     entries: list[Any] = [
-        Line2D([], [], color=color, label=f"{torque:g} N m")
-        for color, torque in zip(colors, torques, strict=True)
+        Line2D([], [], color=color, label=name)
+        for color, name in zip(colors, names, strict=True)
     ]
     plain: dict[str, Any] = {"color": "black", "ms": 4.0, "lw": 1.0}
     if "up" in directions:

@@ -16,10 +16,7 @@ KERNELS = [
     ROOT / "fegear" / "contact" / f"{name}.py"
     for name in ("active_set", "compliance", "cycle", "flanks", "patches")
 ]
-KERNELS += [
-    ROOT / "fegear" / "dynamics" / f"{name}.py"
-    for name in ("contact_step", "reduced_kernel")
-]
+KERNELS += sorted((ROOT / "fegear" / "dynamics" / "kernels").glob("*.py"))
 KERNELS += sorted((ROOT / "lumped" / "kernels").glob("*.py"))
 ALLOWED = {
     "meshes": {"meshes"},

@@ -101,6 +101,30 @@ def _print_points(points: list) -> None:
             console.print(f"observed order of the mean STE, {study}: {order:.2f}")
 
 
+@bench_app.command("dynamics")
+def dynamics_benchmark(
+    set_name: Annotated[
+        str, typer.Argument(metavar="[SET]", help="Built-in gear set or path of one.")
+    ] = "liu-pair",
+    torque: Annotated[
+        float | None, typer.Option(help="On the input gear [N m].")
+    ] = None,
+    output: Annotated[
+        Path, typer.Option("-o", "--output", help="Directory for CSV and PNG.")
+    ] = Path("bench-dynamics"),
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Print the figures as JSON.")
+    ] = False,
+) -> None:
+    """Fidelities of the finite elements in motion over steps, modes and mesh.
+
+    Example: fegear bench dynamics liu-pair -o bench
+    """
+    from fegear.cli.bench_dynamics import run_bench
+
+    run_bench(set_name, torque, output, as_json)
+
+
 @bench_app.command("lumped")
 def lumped_benchmark(
     set_name: Annotated[

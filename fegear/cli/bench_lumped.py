@@ -85,7 +85,7 @@ def _print_speed(values: dict[str, Any]) -> None:
     from rich.console import Console
 
     console = Console(highlight=False, markup=False)
-    table = _table(
+    table = figure_table(
         "integrator",
         "setting",
         "ms per\nspeed",
@@ -109,7 +109,7 @@ def _print_speed(values: dict[str, Any]) -> None:
             f"{race['ratio']:.0f} times faster per speed than SciPy {race['method']} "
             f"at rtol {race['rtol']:g}, error {race['error']:.1e}"
         )
-    growth = _table("growth with", "size", "seconds", "us per speed\nor period")
+    growth = figure_table("growth with", "size", "seconds", "us per speed\nor period")
     for item in values["growth"]:
         growth.add_row(
             item["study"],
@@ -143,7 +143,7 @@ def run_stress(output: Path | None, as_json: bool) -> None:
     else:
         from rich.console import Console
 
-        table = _table("attempt", "promise", "measured", "allowed", "kept")
+        table = figure_table("attempt", "promise", "measured", "allowed", "kept")
         table.columns[1].justify = "left"
         for trial in trials:
             table.add_row(
@@ -161,7 +161,7 @@ def run_stress(output: Path | None, as_json: bool) -> None:
         raise typer.Exit(1)
 
 
-def _table(*columns: str) -> Table:
+def figure_table(*columns: str) -> Table:
     from rich import box
     from rich.table import Table
 

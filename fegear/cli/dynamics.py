@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
-import math
-from dataclasses import replace
+import threading
+import time
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
 from enum import StrEnum
-from typing import Annotated
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from fegear.cli.edits import Edits, parsed_edits
+from fegear.cli.edits import Edits, edit_entries, parsed_edits
 from fegear.cli.lumped_options import (
     AsJson,
     Damping,
@@ -20,18 +25,38 @@ from fegear.cli.lumped_options import (
     Plot,
     SetName,
     Speeds,
-    Steps,
     Tolerance,
     Translations,
-    checked_settings,
     chosen_torques,
+    excitations_of,
+    file_header,
+    most_in_words,
     parsed_speeds,
+    system_at,
+    usual_speeds,
 )
-from fegear.cli.options import require_outputs
-from fegear.cli.sweep import DirectionChoice, SweepTask, run_sweep
+from fegear.cli.options import progress_bar, require, require_outputs
+from fegear.cli.sweep import DirectionChoice, SweepOutputs, at_torques, tell_sweep
+
+if TYPE_CHECKING:
+    from fegear.dynamics.build import FiniteElements, Prepared
+    from fegear.dynamics.journal import Journal
+    from fegear.dynamics.respond import DynamicSettings, Motion
+    from fegear.dynamics.root_stress import RootInfluence
+    from fegear.gearset.model import GearSet
+    from lumped.sweep import Branch, Direction
+    from lumped.system import LumpedSystem
+
+    # (number of the torque, direction, frequency [Hz], motion there)
+    Keeper = Callable[[int, Direction, float, Motion], None]
+
+WORKERS = 2  # sweeps at a time; each holds its own models
 
 
 class FidelityChoice(StrEnum):
+    auto = "auto"
+    full = "full"
+    reduced = "reduced"
     quasistatic = "quasistatic"
 
 
@@ -40,58 +65,351 @@ def dynamics_command(
     fidelity: Annotated[
         FidelityChoice,
         typer.Option(
-            help="quasistatic: hub motion on the contact law of the finite elements, "
-            "without elastic inertia."
+            help="full: all freedoms of the finite elements; reduced: hubs and elastic "
+            "modes of the gears; quasistatic: hubs alone, without elastic inertia; "
+            "auto: reduced where elastic inertia matters."
         ),
-    ] = FidelityChoice.quasistatic,
+    ] = FidelityChoice.auto,
     speeds: Speeds = None,
     direction: Annotated[
         DirectionChoice, typer.Option(help="In which the speed changes.")
     ] = DirectionChoice.both,
     torque: LoadCases = None,
     edits: Edits = None,
+    friction: Annotated[
+        float, typer.Option(help="Coulomb coefficient of the flanks.")
+    ] = 0.0,
     damping: Damping = None,
+    elastic_damping: Annotated[
+        float, typer.Option(help="Damping ratio of the gears' first elastic modes.")
+    ] = 0.01,
     translations: Translations = False,
-    steps: Steps = 64,
+    cutoff: Annotated[
+        float | None,
+        typer.Option(
+            "--cutoff",
+            help="Elastic modes below it are looked at [Hz] "
+            "[default: 7 times the highest speed or more].",
+        ),
+    ] = None,
+    steps: Annotated[
+        int, typer.Option(help="Per period of the fastest mesh, at least.")
+    ] = 128,
     tolerance: Tolerance = 1e-4,
     max_periods: MaxPeriods = None,
+    model_1: Annotated[
+        bool,
+        typer.Option("--model-1", help="Run Model-1 beside it and draw both."),
+    ] = False,
     output: Output = None,
     plot: Plot = None,
+    history: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="DIR",
+            help="Write what happens in a period of every speed there: loads and "
+            "pressure of each tooth pair, motion of the hubs, CSV.",
+        ),
+    ] = None,
+    root_stress: Annotated[
+        str | None,
+        typer.Option(
+            metavar="GEAR",
+            help="Add the root stress of this gear's teeth to --history.",
+        ),
+    ] = None,
+    resume: Annotated[
+        bool,
+        typer.Option(
+            "--resume", help="Go on with a run to the same --output that was ended."
+        ),
+    ] = False,
     as_json: AsJson = False,
 ) -> None:
     """Vibration over speed with contact solved by finite elements.
 
-    The CSV columns are those of `fegear sweep`, so that one plot overlays both.
-    Contact on the back flanks is left out.
+    The CSV columns are those of `fegear sweep`. With -o finished speeds are kept in
+    FILE.partial until the file is written; --resume goes on from there.
 
-    Example: fegear dynamics liu-idler --torque 100 --speeds 800:4200:20 -o d.csv
+    Example: fegear dynamics liu-idler --torque 100 --speeds 800:4200:20 --model-1
+    -o d.csv --plot d.png
     """
+    from fegear.errors import InputError
     from fegear.gearset import load_gear_set
 
     require_outputs([output, plot], [set_name])
+    if resume and output is None:
+        raise InputError("--resume needs the --output of the run to go on with")
+    if root_stress is not None and history is None:
+        raise InputError("--root-stress needs --history")
     changes = parsed_edits(edits)
     gear_set = load_gear_set(set_name, changes)
     physics = Physics(model=1, translations=translations, damping=damping)
-    settings = checked_settings("rk4", steps, tolerance, max_periods)
+    elements = _checked_elements(fidelity.value, friction, elastic_damping, cutoff)
+    settings = _checked_settings(steps, tolerance, max_periods)
     frequencies = None if speeds is None else parsed_speeds(speeds)
     torques = chosen_torques(gear_set, torque or [])
-    from fegear.force_law import LawExcitations
-
-    # the law knows no back flanks, so that teeth apart stay apart
-    open_ended = tuple(replace(m, backlash=math.inf) for m in gear_set.meshes)
-    run_sweep(
-        SweepTask(
-            gear_set=replace(gear_set, meshes=open_ended),
-            word=fidelity.value,
-            physics=physics,
-            excitations=LawExcitations(),
-            settings=settings,
-            frequencies=frequencies,
-            directions=direction.directions,
-            torques=torques,
-            changes=changes,
-            output=output,
-            plot=plot,
-            as_json=as_json,
-        )
+    begin = time.perf_counter()
+    with progress_bar(enabled=not as_json) as report:
+        report("stiffness", 0, 1)
+        excitations = excitations_of(physics, gear_set)
+        systems = [system_at(gear_set, each, physics, excitations) for each in torques]
+        frequencies = frequencies or usual_speeds(systems[0])
+        run = Run(gear_set, torques, systems, frequencies, direction.directions)
+        report("pair laws and modes", 0, 1)
+        prepared = _prepare(run, elements, settings, excitations)
+        header = _header(run, physics, settings, elements, prepared)
+        header |= edit_entries(changes)
+        keep = _history_keeper(run, prepared, settings, header, history, root_stress)
+        branches = _sweep(run, prepared, settings, header, output, resume, keep, report)
+        beside = _model_1(run, report) if model_1 else []
+    if not as_json:
+        _print_choice(torques, prepared)
+    tell_sweep(
+        at_torques(torques, direction, branches),
+        prepared[0].fidelity,
+        header,
+        frequencies,
+        SweepOutputs(csv=output, plot=plot, as_json=as_json),
+        begin,
+        at_torques(torques, direction, beside) if model_1 else None,
     )
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """What is to be run: torques on the input gear [N m], speeds [Hz], directions."""
+
+    gear_set: GearSet
+    torques: Sequence[float]
+    systems: Sequence[LumpedSystem]
+    frequencies: list[float]
+    directions: tuple[Direction, ...]
+
+
+def _checked_elements(
+    fidelity: str, friction: float, elastic_damping: float, cutoff: float | None
+) -> FiniteElements:
+    from fegear.dynamics.build import FiniteElements
+
+    require(0.0 <= friction < 0.5, "--friction", friction, "allowed 0 to below 0.5")
+    ok = 0.0 <= elastic_damping < 1.0
+    require(ok, "--elastic-damping", elastic_damping, "allowed 0 to below 1")
+    if cutoff is not None:
+        require(0.0 < cutoff <= 1e6, "--cutoff", cutoff, "allowed above 0 to 1e6 Hz")
+    return FiniteElements(
+        fidelity=fidelity,  # type: ignore[arg-type]
+        friction=friction,
+        elastic_damping=elastic_damping,
+        cutoff_Hz=cutoff,
+    )
+
+
+def _checked_settings(
+    steps: int, tolerance: float, max_periods: int | None
+) -> DynamicSettings:
+    from fegear.dynamics.respond import DynamicSettings
+    from fegear.errors import InputError
+
+    try:
+        return DynamicSettings(
+            steps=steps, tolerance=tolerance, max_periods=max_periods
+        )
+    except ValueError as error:
+        name, _, rest = str(error).partition(" ")
+        raise InputError(f"--{name.replace('_', '-')} {rest}") from None
+
+
+def _prepare(
+    run: Run, elements: FiniteElements, settings: DynamicSettings, excitations: Any
+) -> list[Prepared]:
+    """A stepper for every torque, all of the same fidelity."""
+    from fegear.dynamics.build import prepare
+
+    def prepared(elements: FiniteElements) -> list[Prepared]:
+        given = run.frequencies, elements, settings, excitations
+        return [
+            prepare(run.gear_set, torque, system, *given)
+            for torque, system in zip(run.torques, run.systems, strict=True)
+        ]
+
+    found = prepared(elements)
+    if len({each.fidelity for each in found}) > 1:
+        found = prepared(replace(elements, fidelity="reduced"))
+    return found
+
+
+def _header(
+    run: Run,
+    physics: Physics,
+    settings: DynamicSettings,
+    elements: FiniteElements,
+    prepared: Sequence[Prepared],
+) -> dict[str, str]:
+    ratio = run.systems[0].train.damping_ratio
+    words = (
+        f"generalised-alpha, {settings.steps} steps per period or more, tolerance "
+        f"{settings.tolerance:g}, up to {most_in_words(settings.max_periods)}"
+    )
+    header = file_header(run.gear_set, physics, words, ratio)
+    kept = "; ".join(" + ".join(map(str, each.elastic)) or "0" for each in prepared)
+    return header | {
+        "fidelity": prepared[0].fidelity,
+        "elastic freedoms": kept,
+        "elastic damping ratio": f"{elements.elastic_damping:g}",
+        "friction coefficient": f"{elements.friction:g}",
+    }
+
+
+def _sweep(
+    run: Run,
+    prepared: Sequence[Prepared],
+    settings: DynamicSettings,
+    header: dict[str, str],
+    output: Path | None,
+    resume: bool,
+    keep: Keeper,
+    report: Callable[[str, int, int], None],
+) -> list[Branch]:
+    """All branches; finished speeds stay in the journal after Ctrl-C or a failure."""
+    journal = _open_journal(run, header, output, resume)
+    try:
+        branches = _run_branches(run, prepared, settings, journal, keep, report)
+    except BaseException:
+        if journal is not None:
+            journal.close(keep=True)
+        raise
+    if journal is not None:
+        journal.close(keep=not all(branch.complete for branch in branches))
+    return branches
+
+
+def _open_journal(
+    run: Run, header: dict[str, str], output: Path | None, resume: bool
+) -> Journal | None:
+    from fegear.dynamics.journal import open_journal
+
+    if output is None:
+        return None
+    inputs = header | {
+        "torques_Nm": ", ".join(map(repr, run.torques)),
+        "speeds_Hz": ", ".join(map(repr, run.frequencies)),
+        "directions": ", ".join(run.directions),
+    }
+    return open_journal(Path(f"{output}.partial"), inputs, resume)
+
+
+def _run_branches(
+    run: Run,
+    prepared: Sequence[Prepared],
+    settings: DynamicSettings,
+    journal: Journal | None,
+    keep: Keeper,
+    report: Callable[[str, int, int], None],
+) -> list[Branch]:
+    from fegear.dynamics.sweep import sweep_branch
+
+    tasks = [
+        (number, torque, each, direction)
+        for number, (torque, each) in enumerate(zip(run.torques, prepared, strict=True))
+        for direction in run.directions
+    ]
+    total, done = len(tasks) * len(run.frequencies), 0
+    stop, lock = threading.Event(), threading.Lock()
+
+    def passed() -> None:
+        nonlocal done
+        with lock:
+            done += 1
+            report("sweep", done, total)
+
+    with ThreadPoolExecutor(WORKERS) as pool:
+        futures = [
+            pool.submit(
+                sweep_branch,
+                *(each.stepper, run.frequencies, direction, settings),
+                journal=journal,
+                name=f"{torque:g}-{direction}",
+                keep=partial(keep, number, direction),
+                passed=passed,
+                stop=stop,
+            )
+            for number, torque, each, direction in tasks
+        ]
+        try:
+            return [future.result() for future in futures]
+        except KeyboardInterrupt:
+            stop.set()
+            return [future.result() for future in futures]
+        except BaseException:
+            stop.set()
+            raise
+
+
+def _history_keeper(
+    run: Run,
+    prepared: Sequence[Prepared],
+    settings: DynamicSettings,
+    header: dict[str, str],
+    directory: Path | None,
+    root_stress: str | None,
+) -> Keeper:
+    """Writes the motion of a speed as a file of the directory, if there is one."""
+    if directory is None:
+        return lambda number, direction, frequency, motion: None
+    from fegear.dynamics.history import format_history, history_name, history_table
+    from fegear.dynamics.respond import steps_per_cycle
+    from fegear.output import make_directory, write_whole
+
+    roots = _root_influences(run.gear_set, root_stress)
+    make_directory(directory)
+
+    def keep(
+        number: int, direction: Direction, frequency: float, motion: Motion
+    ) -> None:
+        model, torque = prepared[number].stepper.model, run.torques[number]
+        entries = header | {
+            "torque_Nm": f"{torque:g}",
+            "direction": direction,
+            "mesh_frequency_Hz": f"{frequency:g}",
+        }
+        steps = steps_per_cycle(model, frequency, settings)
+        text = format_history(history_table(model, motion, steps, entries, roots))
+        path = directory / history_name(torque, direction, frequency)
+        write_whole(path, lambda place: place.write_text(text, encoding="utf-8"))
+
+    return keep
+
+
+def _root_influences(gear_set: GearSet, name: str | None) -> dict[int, RootInfluence]:
+    from fegear.dynamics.root_stress import root_influence
+    from fegear.elasticity.material import PlaneMaterial
+    from fegear.errors import InputError
+
+    if name is None:
+        return {}
+    names = [gear.name for gear in gear_set.gears]
+    if name not in names:
+        raise InputError(f"--root-stress {name}; allowed are {', '.join(names)}")
+    gear = gear_set.gears[names.index(name)]
+    material = PlaneMaterial(gear.young_modulus, gear.poisson_ratio, "stress")
+    return {names.index(name): root_influence(gear.geometry, material)}
+
+
+def _model_1(run: Run, report: Callable[[str, int, int], None]) -> list[Branch]:
+    from lumped.sweep import sweep_all
+
+    return sweep_all(
+        run.systems,
+        run.frequencies,
+        run.directions,
+        report=lambda done, total: report("Model-1", done, total),
+    )
+
+
+def _print_choice(torques: Sequence[float], prepared: Sequence[Prepared]) -> None:
+    for torque, each in zip(torques, prepared, strict=True):
+        kept = " + ".join(map(str, each.elastic)) or "no"
+        typer.echo(
+            f"{torque:g} N m, {each.fidelity} ({kept} elastic freedoms): {each.reason}"
+        )

@@ -386,7 +386,7 @@ def natural_lines(system: LumpedSystem) -> list[float]:
 
 
 def file_header(
-    gear_set: GearSet, physics: Physics, settings: Settings, damping: float
+    gear_set: GearSet, physics: Physics, integration: str, damping: float
 ) -> dict[str, str]:
     """Entries that say how a file came about; nothing that differs between runs."""
     from importlib.metadata import PackageNotFoundError, version
@@ -395,19 +395,25 @@ def file_header(
         own = version("fegear")
     except PackageNotFoundError:
         own = "unknown"
-    marching = f"{settings.method}, tolerance {settings.tolerance:g}"
-    if settings.method == "rk4":
-        marching += f", {settings.steps} steps per period or more"
-    most = settings.max_periods
-    cap = "what the damping needs" if most is None else f"{most} periods"
     return {
         "gear set": gear_set.name,
         "fegear version": own,
         "excitation": physics.source,
         "damping ratio": f"{damping:g}",
         "translations": "yes" if physics.translations else "no",
-        "integration": f"{marching}, up to {cap}",
+        "integration": integration,
     }
+
+
+def integration_in_words(settings: Settings) -> str:
+    marching = f"{settings.method}, tolerance {settings.tolerance:g}"
+    if settings.method == "rk4":
+        marching += f", {settings.steps} steps per period or more"
+    return f"{marching}, up to {most_in_words(settings.max_periods)}"
+
+
+def most_in_words(max_periods: int | None) -> str:
+    return "what the damping needs" if max_periods is None else f"{max_periods} periods"
 
 
 def strict_json(values: Mapping[str, Any]) -> str:

@@ -33,6 +33,7 @@ from fegear.cli.lumped_options import (
     checked_settings,
     excitations_of,
     file_header,
+    integration_in_words,
     middle_torque,
     parsed_speeds,
     strict_json,
@@ -125,7 +126,8 @@ def map_command(
     load = middle_torque(gear_set, torque)
     excitations = excitations_of(physics, gear_set)
     first = system_at(gear_set, load, physics, excitations)
-    header = file_header(gear_set, physics, settings, first.train.damping_ratio)
+    words = integration_in_words(settings)
+    header = file_header(gear_set, physics, words, first.train.damping_ratio)
     header |= {"model": str(model), "torque on the input gear [N m]": f"{load:g}"}
     header |= edit_entries(fixed) | {"digest of the gear set": digest(gear_set)}
     where, evaluate = _evaluation(at, band, settings)

@@ -16,7 +16,6 @@ from fegear.cli.lumped_options import (
     Damping,
     Excitation,
     ExcitationChoice,
-    ExcitationSource,
     Harmonics,
     LoadCases,
     MaxPeriods,
@@ -37,6 +36,7 @@ from fegear.cli.lumped_options import (
     chosen_torques,
     excitations_of,
     file_header,
+    integration_in_words,
     natural_lines,
     parsed_speeds,
     strict_json,
@@ -47,7 +47,6 @@ from fegear.cli.options import progress_bar, require_outputs
 
 if TYPE_CHECKING:
     from fegear.gearset.model import GearSet
-    from lumped.settings import Settings
     from lumped.sweep import Branch, Direction
 
     Branches = list[tuple[float, Branch]]  # torque on the input gear [N m], branch
@@ -114,74 +113,60 @@ def sweep_command(
     settings = checked_settings(method.value, steps, tolerance, max_periods)
     frequencies = asked_frequencies(gear_set, speeds, rpm)
     torques = chosen_torques(gear_set, torque or [])
-    run_sweep(
-        SweepTask(
-            gear_set=gear_set,
-            word=str(model),
-            physics=physics,
-            excitations=excitations_of(physics, gear_set),
-            settings=settings,
-            frequencies=frequencies,
-            directions=direction.directions,
-            torques=torques,
-            changes=changes,
-            output=output,
-            plot=plot,
-            as_json=as_json,
+    begin = time.perf_counter()
+    excitations = excitations_of(physics, gear_set)
+    from lumped.sweep import sweep_all
+
+    with progress_bar(enabled=not as_json) as report:
+        report("stiffness", 0, 1)
+        systems = [
+            system_at(gear_set, torque, physics, excitations) for torque in torques
+        ]
+        frequencies = frequencies or usual_speeds(systems[0])
+        branches = sweep_all(
+            systems,
+            frequencies,
+            direction.directions,
+            settings,
+            lambda done, total: report("sweep", done, total),
         )
-    )
+    ratio = systems[0].train.damping_ratio
+    words = integration_in_words(settings)
+    header = file_header(gear_set, physics, words, ratio) | edit_entries(changes)
+    found = at_torques(torques, direction, branches)
+    outputs = SweepOutputs(csv=output, plot=plot, as_json=as_json)
+    tell_sweep(found, str(model), header, frequencies, outputs, begin)
 
 
 @dataclass(frozen=True, kw_only=True)
-class SweepTask:
-    """A sweep that was asked for; word names the model in files and on the screen.
+class SweepOutputs:
+    """Where the results of a sweep go."""
 
-    frequencies : of the first mesh [Hz], None for the usual ones
-    torques : on the input gear [N m]
-    """
-
-    gear_set: GearSet
-    word: str
-    physics: Physics
-    excitations: ExcitationSource
-    settings: Settings
-    frequencies: list[float] | None
-    directions: tuple[Direction, ...]
-    torques: tuple[float, ...]
-    changes: dict[str, Any]
-    output: Path | None
+    csv: Path | None
     plot: Path | None
     as_json: bool
 
 
-def run_sweep(task: SweepTask) -> None:
-    """Solve, write, draw and tell; what was finished is kept at Ctrl-C."""
-    from lumped.sweep import sweep_all
+def tell_sweep(
+    found: Branches,
+    model: str,
+    header: dict[str, str],
+    frequencies: list[float],
+    outputs: SweepOutputs,
+    begin: float,
+    beside: Branches | None = None,
+) -> None:
+    """Write, draw and print; exits after a divergence or Ctrl-C.
 
-    begin = time.perf_counter()
-    with progress_bar(enabled=not task.as_json) as report:
-        report("stiffness", 0, 1)
-        systems = [
-            system_at(task.gear_set, torque, task.physics, task.excitations)
-            for torque in task.torques
-        ]
-        frequencies = task.frequencies or usual_speeds(systems[0])
-        branches = sweep_all(
-            systems,
-            frequencies,
-            task.directions,
-            task.settings,
-            lambda done, total: report("sweep", done, total),
-        )
-    each = [torque for torque in task.torques for _ in task.directions]
-    found = list(zip(each, branches, strict=True))
-    ratio = systems[0].train.damping_ratio
-    header = file_header(task.gear_set, task.physics, task.settings, ratio)
-    header |= edit_entries(task.changes)
-    write_sweep(found, task.word, header, task.output, task.plot)
-    values = sweep_summary(found, task.word, header, frequencies)
+    model : its name in files and on the screen; begin : clock when the work began
+    beside : branches of Model-1 to be drawn in the same figure
+    """
+    write_sweep(found, model, header, outputs, beside or [])
+    values = sweep_summary(found, model, header, frequencies)
+    if beside:
+        values["model_1_branches"] = branch_summaries(beside)
     values["wall_time_s"] = round(time.perf_counter() - begin, 3)
-    if task.as_json:
+    if outputs.as_json:
         typer.echo(strict_json(values), nl=False)
     else:
         print_sweep(values)
@@ -202,20 +187,28 @@ def asked_frequencies(
     return None if speeds is None else parsed_speeds(speeds)
 
 
+def at_torques(
+    torques: tuple[float, ...], direction: DirectionChoice, branches: list[Branch]
+) -> Branches:
+    """Branches with their torques; all directions of a torque follow each other."""
+    each = [torque for torque in torques for _ in direction.directions]
+    return list(zip(each, branches, strict=True))
+
+
 def write_sweep(
     found: Branches,
     model: str,
     header: dict[str, str],
-    output: Path | None,
-    plot: Path | None,
+    outputs: SweepOutputs,
+    beside: Branches,
 ) -> None:
     from fegear.output import write_whole
     from lumped.sweep_table import format_sweep, sweep_table
 
-    if output is not None:
+    if outputs.csv is not None:
         text = format_sweep(sweep_table(found, model, header))
-        write_whole(output, lambda path: path.write_text(text, encoding="utf-8"))
-    if plot is not None and any(branch.responses for _, branch in found):
+        write_whole(outputs.csv, lambda path: path.write_text(text, encoding="utf-8"))
+    if outputs.plot is not None and any(branch.responses for _, branch in found):
         from fegear.plots import save_figure
         from lumped.figures import Curve, draw_sweep
 
@@ -223,17 +216,18 @@ def write_sweep(
             f"{header['gear set']}, model {model}, {header['excitation']}, "
             f"damping ratio {header['damping ratio']}\n{edits_in_words(header)}"
         ).strip()
-        curves = [Curve(torque, branch) for torque, branch in found]
-        write_whole(plot, lambda path: save_figure(draw_sweep(curves, title), path))
+        name = model if beside else ""
+        curves = [Curve(torque, branch, name) for torque, branch in found]
+        curves += [Curve(torque, branch, "Model-1") for torque, branch in beside]
+        write_whole(
+            outputs.plot, lambda path: save_figure(draw_sweep(curves, title), path)
+        )
 
 
 def sweep_summary(
     found: Branches, model: str, header: dict[str, str], frequencies: list[float]
 ) -> dict[str, Any]:
     """Plain values, ready for JSON."""
-    from lumped.jumps import opposites
-
-    others = opposites([branch for _, branch in found])
     return {
         "gear_set": header["gear set"],
         "model": model,
@@ -244,11 +238,18 @@ def sweep_summary(
         "first_speed_Hz": min(frequencies),
         "last_speed_Hz": max(frequencies),
         "natural_frequencies_Hz": natural_lines(found[0][1].system),
-        "branches": [
-            branch_summary(torque, branch, other)
-            for (torque, branch), other in zip(found, others, strict=True)
-        ],
+        "branches": branch_summaries(found),
     }
+
+
+def branch_summaries(found: Branches) -> list[dict[str, Any]]:
+    from lumped.jumps import opposites
+
+    others = opposites([branch for _, branch in found])
+    return [
+        branch_summary(torque, branch, other)
+        for (torque, branch), other in zip(found, others, strict=True)
+    ]
 
 
 def branch_summary(

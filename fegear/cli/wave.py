@@ -31,6 +31,7 @@ from fegear.cli.lumped_options import (
     checked_settings,
     excitations_of,
     file_header,
+    integration_in_words,
     middle_torque,
     one_line_failure,
     strict_json,
@@ -105,7 +106,8 @@ def wave_command(
             system, speed if from_speed is None else from_speed, speed, settings
         )
         motion = time_history(system, speed, settings, state)
-    header = file_header(gear_set, physics, settings, system.train.damping_ratio)
+    words = integration_in_words(settings)
+    header = file_header(gear_set, physics, words, system.train.damping_ratio)
     header |= edit_entries(changes)
     header |= {"model": str(model), "torque_Nm": f"{at:g}", "speed_Hz": f"{speed!r}"}
     _write(motion, header, output, plot)

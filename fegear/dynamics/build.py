@@ -1,36 +1,183 @@
-"""From a gear set to a dynamic model of it."""
+"""From a gear set to a stepper of the fidelity that was asked for."""
 
 from __future__ import annotations
 
-from dataclasses import replace
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fegear.contact.pair_laws import pair_laws
+from fegear.dynamics.choice import (
+    Choice,
+    ElasticModes,
+    choose,
+    harmonic_amplitudes,
+)
+from fegear.dynamics.elastic import ElasticGear, Rayleigh, mass_damping
 from fegear.dynamics.far import far_coupling
-from fegear.dynamics.model import DynamicModel, ElasticGear, dynamic_model
+from fegear.dynamics.model import DynamicModel, dynamic_model
+from fegear.dynamics.respond import DynamicSettings, ReducedStepper, Stepper
 from fegear.dynamics.sides import MeshLaws
 from fegear.elasticity.material import PlaneMaterial
 from fegear.elasticity.modes import GearModes, gear_modes
-from fegear.gearset.model import GearSet
+from fegear.errors import InputError
+from fegear.excitation import Excitations
+from fegear.gearset.model import Gear, GearSet
 from fegear.gearset.phases import mesh_phases
 from fegear.statics import RESOLUTIONS, StaticsSettings, contact_problem
+from fegear.train import mesh_torques_at
 from lumped.system import LumpedSystem
+from lumped.table import MeshTable
+from meshes import MeshSize
 
+Array = NDArray[np.float64]
+Fidelity = Literal["full", "reduced", "quasistatic", "auto"]
 POSITIONS = 128  # of a mesh cycle at which pair laws are solved
 REACH = 6.0  # times the largest static deflection: squeeze up to which laws are curved
 BACK = 20.0  # times the same: larger backlash is out of reach
+HARMONICS = 7.0  # of the highest mesh frequency, whose modes are looked at
+SHEAR_WAVES = 3.0  # along the tip circle: modes below that frequency are looked at
+
+
+@dataclass(frozen=True, kw_only=True)
+class FiniteElements:
+    """How the gears are modelled.
+
+    friction : Coulomb coefficient
+    elastic_damping : ratio where a gear's first elastic modes are, less above
+    cutoff_Hz : elastic modes below it are kept; None for what the speeds need
+    tolerance : error of the mesh compliance that auto allows, of the excitation's RMS
+    resolution : of the contact and compliance, by its name
+    mesh : refinement of the whole gears of fidelity full, 1 for the statics' mesh
+    """
+
+    fidelity: Fidelity = "auto"
+    friction: float = 0.0
+    elastic_damping: float = 0.01
+    cutoff_Hz: float | None = None
+    tolerance: float = 0.02
+    resolution: str = "default"
+    mesh: float = 0.5
+
+
+@dataclass(frozen=True, eq=False)
+class Prepared:
+    """A stepper and why it is of its fidelity.
+
+    elastic : number of each gear's elastic modes, or freedoms where all are kept
+    """
+
+    stepper: Stepper
+    fidelity: str
+    reason: str
+    elastic: tuple[int, ...]
+
+
+def prepare(
+    gear_set: GearSet,
+    torque: float,
+    reference: LumpedSystem,
+    speeds: Sequence[float],
+    elements: FiniteElements,
+    settings: DynamicSettings,
+    excitations: Excitations,
+) -> Prepared:
+    """A stepper at a torque on the input gear [N m] for the speeds [Hz] to be run.
+
+    reference : the lumped system (Model-1) at that torque
+    excitations : of that system, whose tables are used again
+    """
+    for gear in gear_set.gears:
+        if any(gear.pitch_errors):
+            raise InputError(
+                f'{gear_set.name}: gear "{gear.name}" has pitch_errors_um; dynamics '
+                "takes teeth that are all equal, leave them out"
+            )
+    tables = [
+        excitations.table(gear_set, mesh, on_mesh)
+        for mesh, on_mesh in enumerate(mesh_torques_at(gear_set, torque))
+    ]
+    statics = StaticsSettings(
+        friction=elements.friction, resolution=elements.resolution
+    )
+    laws = [
+        mesh_laws(gear_set, mesh, float(table["ste_m"].max()), statics)
+        for mesh, table in enumerate(tables)
+    ]
+    far = far_coupling(gear_set, laws)
+    if elements.fidelity == "full":
+        return _full(gear_set, reference, laws, elements, settings, far)
+    beside = None if far is None else (far, np.zeros_like(far))
+    nobody: list[ElasticGear | None] = [None] * len(gear_set.gears)
+    rigid = dynamic_model(gear_set, reference, laws, nobody, beside)
+    if elements.fidelity == "quasistatic":
+        return _prepared(rigid, settings, "quasistatic", "as asked for", [])
+    modes = modes_of(gear_set, speeds, elements.cutoff_Hz)
+    elastic = _elastic(gear_set, modes, elements.elastic_damping)
+    model = dynamic_model(gear_set, reference, laws, elastic, beside)
+    choice = _choice(model, tables, speeds, elements)
+    if elements.fidelity == "reduced":
+        return _prepared(model, settings, "reduced", _quasistatic_error(choice), modes)
+    if choice.fidelity == "quasistatic":
+        return _prepared(rigid, settings, "quasistatic", choice.sentence, [])
+    kept = [below(each, choice.cutoff_Hz) for each in modes]
+    elastic = _elastic(gear_set, kept, elements.elastic_damping)
+    model = dynamic_model(gear_set, reference, laws, elastic, beside)
+    return _prepared(model, settings, "reduced", choice.sentence, kept)
+
+
+def _prepared(
+    model: DynamicModel,
+    settings: DynamicSettings,
+    fidelity: str,
+    reason: str,
+    modes: Sequence[GearModes],
+) -> Prepared:
+    counts = tuple(each.frequencies_Hz.size for each in modes)
+    return Prepared(ReducedStepper(model, settings.scheme), fidelity, reason, counts)
+
+
+def _full(
+    gear_set: GearSet,
+    reference: LumpedSystem,
+    laws: list[MeshLaws],
+    elements: FiniteElements,
+    settings: DynamicSettings,
+    far: Array | None,
+) -> Prepared:
+    from fegear.dynamics.full import FullStepper, full_model
+    from fegear.elasticity.whole import whole_gear
+
+    size = MeshSize().refined(elements.mesh)
+    wholes, damping = [], []
+    for gear in gear_set.gears:
+        material = PlaneMaterial(gear.young_modulus, gear.poisson_ratio, "stress")
+        wholes.append(whole_gear(gear.geometry, material, gear.density, size))
+        damping.append(elastic_damping(gear, elements.elastic_damping))
+    full = full_model(gear_set, reference, laws, wholes, damping, far)
+    freedoms = tuple(whole.own * whole.teeth for whole in wholes)
+    return Prepared(
+        FullStepper(full, settings.scheme), "full", "as asked for", freedoms
+    )
+
+
+def _quasistatic_error(choice: Choice) -> str:
+    return (
+        "as asked for; left out, elastic inertia would change the mesh compliance by "
+        f"up to {100.0 * choice.bound:.2g} % of the excitation's RMS"
+    )
 
 
 def mesh_laws(
     gear_set: GearSet, mesh: int, static: float, settings: StaticsSettings
 ) -> MeshLaws:
     """Laws of a mesh (index from 0) whose largest static deflection is `static` [m]."""
-    resolution = RESOLUTIONS[settings.resolution]
-    problem = replace(
-        contact_problem(gear_set, mesh, settings, resolution),
-        driver_pitch_errors=(),
-        driven_pitch_errors=(),
+    problem = contact_problem(
+        gear_set, mesh, settings, RESOLUTIONS[settings.resolution]
     )
     phase = mesh_phases(gear_set)[mesh].value
     position = phase + np.arange(POSITIONS + 1) / POSITIONS
@@ -44,34 +191,85 @@ def mesh_laws(
     )
 
 
-def modes_of(gear_set: GearSet, cutoff_Hz: float) -> list[GearModes]:
-    """Elastic modes of every gear; equal gears share theirs."""
+def modes_of(
+    gear_set: GearSet, speeds: Sequence[float], cutoff_Hz: float | None = None
+) -> list[GearModes]:
+    """Elastic modes of every gear; equal gears share theirs.
+
+    speeds : mesh frequencies of the first mesh [Hz]
+    """
     found: dict[tuple[object, ...], GearModes] = {}
     modes = []
     for gear in gear_set.gears:
         material = PlaneMaterial(gear.young_modulus, gear.poisson_ratio, "stress")
-        key = (gear.geometry, material, gear.density)
+        limit = cutoff_Hz or usual_cutoff(gear, max(speeds))
+        key = (gear.geometry, material, gear.density, limit)
         if key not in found:
-            found[key] = gear_modes(gear.geometry, material, gear.density, cutoff_Hz)
+            found[key] = gear_modes(gear.geometry, material, gear.density, limit)
         modes.append(found[key])
     return modes
 
 
-def reduced_model(
-    gear_set: GearSet,
-    reference: LumpedSystem,
-    laws: list[MeshLaws],
-    modes: list[GearModes] | None = None,
-    elastic_damping: float = 0.01,
-) -> DynamicModel:
-    """With elastic modes, or without any: quasi-static fidelity."""
-    elastic: list[ElasticGear | None] = [None] * len(gear_set.gears)
-    if modes is not None:
-        elastic = [
-            ElasticGear(
-                m, gear.face_width, np.full(m.frequencies_Hz.size, elastic_damping)
-            )
-            for gear, m in zip(gear_set.gears, modes, strict=True)
-        ]
-    far = far_coupling(gear_set, laws)
-    return dynamic_model(gear_set, reference, laws, elastic, far)
+def usual_cutoff(gear: Gear, highest: float) -> float:
+    """Modes below it [Hz] may matter at mesh frequencies up to `highest`."""
+    return max(HARMONICS * highest, SHEAR_WAVES * round_trips(gear))
+
+
+def round_trips(gear: Gear) -> float:
+    """Of a shear wave around the tip circle, per second."""
+    shear = gear.young_modulus / (2.0 * (1.0 + gear.poisson_ratio))
+    return math.sqrt(shear / gear.density) / (2.0 * math.pi * gear.geometry.tip_radius)
+
+
+def elastic_damping(gear: Gear, ratio: float) -> Rayleigh:
+    """Of a gear's elastic freedoms, with the ratio where its first modes are."""
+    return mass_damping(ratio, round_trips(gear))
+
+
+def below(modes: GearModes, cutoff_Hz: float) -> GearModes:
+    """The modes below a lower cut-off."""
+    kept = modes.frequencies_Hz < cutoff_Hz
+    return replace(
+        modes,
+        cutoff_Hz=min(cutoff_Hz, modes.cutoff_Hz),
+        frequencies_Hz=modes.frequencies_Hz[kept],
+        nodal_diameters=modes.nodal_diameters[kept],
+        normal=modes.normal[kept],
+        tangential=modes.tangential[kept],
+        rotation_coupling=modes.rotation_coupling[kept],
+        translation_coupling=modes.translation_coupling[kept],
+    )
+
+
+def _elastic(
+    gear_set: GearSet, modes: Sequence[GearModes], damping: float
+) -> list[ElasticGear]:
+    return [
+        ElasticGear(each, gear.face_width, elastic_damping(gear, damping))
+        for gear, each in zip(gear_set.gears, modes, strict=True)
+    ]
+
+
+def _choice(
+    model: DynamicModel,
+    tables: Sequence[MeshTable],
+    speeds: Sequence[float],
+    elements: FiniteElements,
+) -> Choice:
+    """Whether elastic inertia matters, judged at each mesh's pitch point."""
+    count, columns, closing = model.rows.widths, model.rows.columns, model.rows.closing
+    hubs, rigidity = model.body.damping.size, model.body.rigidity
+    stiffness = model.reference.modes.mean_stiffness
+    meshes = []
+    for m, table in enumerate(tables):
+        contact = next(
+            c for c, label in enumerate(model.contact_labels) if label == (m, 0, 1)
+        )
+        own = columns[m, hubs : count[m]] - hubs
+        row = closing[contact, 0, hubs : count[m]]
+        share = stiffness[m] * row**2 / rigidity[own]
+        frequencies = np.sqrt(rigidity[own]) / (2.0 * math.pi)
+        modes = ElasticModes(frequencies, share, elements.elastic_damping)
+        amplitudes = harmonic_amplitudes(table["ste_m"][0])
+        meshes.append((modes, amplitudes, float(model.train.rate[m])))
+    return choose(meshes, speeds, elements.tolerance)

@@ -29,6 +29,7 @@ class DynamicSettings:
 
     steps : per cycle of the fastest mesh, at least
     step_angle : largest phase [rad] that the highest elastic mode turns in a step
+    hub_angle : the same for the highest mode of the rigid train that strains a mesh
     remaining : part of an unresolved vibration that a step leaves
     tolerance : distance to the periodic motion at which it has settled, relative to
         each mesh's range of deflection
@@ -40,6 +41,7 @@ class DynamicSettings:
 
     steps: int = 128
     step_angle: float = 1.0
+    hub_angle: float = 0.1
     remaining: float = 0.9
     tolerance: float = 1e-4
     max_periods: int | None = None
@@ -50,6 +52,7 @@ class DynamicSettings:
         checks = {
             "steps": (8 <= self.steps <= 100_000, "8 to 100000"),
             "step_angle": (0.0 < self.step_angle <= 10.0, "above 0 to 10"),
+            "hub_angle": (0.0 < self.hub_angle <= 10.0, "above 0 to 10"),
             "remaining": (0.0 <= self.remaining <= 1.0, "0 to 1"),
             "tolerance": (1e-12 <= self.tolerance <= 0.1, "1e-12 to 0.1"),
             "max_periods": (
@@ -74,10 +77,17 @@ class MotionState:
 
     motion : (4, n) displacement, velocity, acceleration, generalised contact force
     touch : (3, c) squeeze [m], load [N] and whether friction is turned
+    fields : (4, own, teeth) the same as motion of each gear's finite elements, per
+        unit width, where they are marched
     """
 
     motion: Array
     touch: Array
+    fields: tuple[Array, ...] = ()
+
+    def copy(self) -> MotionState:
+        fields = tuple(field.copy() for field in self.fields)
+        return MotionState(self.motion.copy(), self.touch.copy(), fields)
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,9 +133,8 @@ class ReducedStepper:
         slow = 10.0 / angular[angular > 0.0].min()
         damped = replace(self, scheme=generalized_alpha(0.0))
         found, _ = damped.march(empty, 0.0, slow, REST_STEPS, 1)
-        motion = found.motion.copy()
-        motion[1:3] = 0.0
-        return MotionState(motion, found.touch)
+        found.motion[1:3] = 0.0
+        return found
 
     def march(
         self, state: MotionState, frequency: float, step: float, steps: int, cycle: int
@@ -136,30 +145,27 @@ class ReducedStepper:
         gears that stand still. Raises DynamicsError where contact is not solved and
         FloatingPointError where the motion diverges.
         """
-        from fegear.dynamics import reduced_kernel as kernel
+        from fegear.dynamics.kernels import reduced as kernel
 
         model, s = self.model, self.scheme
         weights = s.weights(step)
-        factors = kernel.step_factors(model.body, weights)
-        motion, touch = state.motion.copy(), state.touch.copy()
-        meshes = model.train[0].size
+        factors = kernel.step_factors(tuple(model.body), weights)
+        now = state.copy()
+        meshes = model.train.rate.size
         out = np.empty((steps + 1, 5, meshes))
         loads = np.empty((steps + 1, model.touching))
-        hub = np.empty((steps + 1, 2, model.body[1].size))
+        hub = np.empty((steps + 1, 2, model.body.damping.size))
         status, done = kernel.march(
-            model.body,
-            model.rows,
-            model.train,
-            model.contacts,
-            (step, s.alpha_m, s.alpha_f, s.gamma, s.beta),
+            *model.arrays,
+            s.newmark(step),
             weights,
             factors,
             2.0 * math.pi * frequency,
-            model.reference.limit * max(1.0, model.size),
+            model.limit,
             cycle,
             0,
-            motion,
-            touch,
+            now.motion,
+            now.touch,
             out,
             loads,
             hub,
@@ -170,10 +176,14 @@ class ReducedStepper:
             raise DynamicsError(
                 f"contact not solved at {frequency:g} Hz after {done} steps"
             )
-        time = step * np.arange(steps + 1.0)
-        dte, rate, force, drive, back = (out[:, i] for i in range(5))
-        history = History(time, dte, rate, force, drive, back, force)
-        return MotionState(motion, touch), Motion(history, loads, hub)
+        return now, recorded(step, out, loads, hub)
+
+
+def recorded(step: float, out: Array, loads: Array, hub: Array) -> Motion:
+    """From what the kernels note every step [s]: out (t, 5, m)."""
+    time = step * np.arange(float(len(out)))
+    dte, rate, force, drive, back = (out[:, i] for i in range(5))
+    return Motion(History(time, dte, rate, force, drive, back, force), loads, hub)
 
 
 def steps_per_cycle(
@@ -182,12 +192,12 @@ def steps_per_cycle(
     """Steps of a cycle of the first mesh, a multiple of the settings' number."""
     fastest = max(model.reference.train.mesh_rates)
     base = math.ceil(settings.steps * fastest)
-    rigidity = model.body[3]
-    if not rigidity.size:
-        return base
-    highest = math.sqrt(rigidity.max())
-    needed = highest / (frequency * settings.step_angle)
-    return base * max(1, math.ceil(needed / base))
+    reference = model.reference
+    needed = reference.modes.angular[reference.moving].max() / settings.hub_angle
+    if model.body.rigidity.size:
+        highest = math.sqrt(model.body.rigidity.max())
+        needed = max(needed, highest / settings.step_angle)
+    return base * max(1, math.ceil(needed / (frequency * base)))
 
 
 def respond(
@@ -210,7 +220,7 @@ def respond(
     cycle = steps_per_cycle(model, frequency, settings)
     step, steps = 1.0 / (frequency * cycle), cycle * length
     settling = _settling(model, settings)
-    hubs = model.body[1].size
+    hubs = model.body.damping.size
     settling.begin(*now.motion[:2, :hubs])
     most = _allowed(model, frequency, settings) // length
     while not settling.done and settling.period < max(most, 4 * settings.multiples):
@@ -238,7 +248,7 @@ def respond(
 
 def lost(model: DynamicModel, frequency: float, state: MotionState) -> Response:
     """The response of a motion that diverged."""
-    meshes = model.train[0].size
+    meshes = model.train.rate.size
     return Response(
         frequency=frequency,
         status=Status.DIVERGED,
@@ -253,7 +263,7 @@ def lost(model: DynamicModel, frequency: float, state: MotionState) -> Response:
 def _settling(model: DynamicModel, settings: DynamicSettings) -> Settling:
     angular = model.reference.modes.angular
     return Settling(
-        model.train[4],
+        model.train.deflection,
         np.where(angular > 0.0, angular, 1.0),
         settings.tolerance,
         settings.multiples,
@@ -266,7 +276,7 @@ def _allowed(model: DynamicModel, frequency: float, settings: DynamicSettings) -
         return settings.max_periods
     reference = model.reference
     energy = reference.modes.mesh_energy.sum(axis=0)
-    slowest = model.body[1][energy > 1e-3].min() / 2.0
+    slowest = model.body.damping[energy > 1e-3].min() / 2.0
     least, most = PERIODS
     if not slowest > 0.0:
         return least

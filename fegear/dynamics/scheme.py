@@ -10,6 +10,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
 
 @dataclass(frozen=True)
 class Scheme:
@@ -31,6 +36,26 @@ class Scheme:
             late * self.gamma * step,
             late * self.beta * step**2,
         )
+
+    def newmark(self, step: float) -> tuple[float, float, float, float, float]:
+        """What the compiled steps need to know of a step [s]."""
+        return step, self.alpha_m, self.alpha_f, self.gamma, self.beta
+
+    def predicted(self, step: float, state: Array) -> tuple[Array, Array]:
+        """Displacement and velocity after a step without acceleration at its end.
+
+        state : displacement, velocity and acceleration, and what else follows
+        """
+        q, v, a = state[:3]
+        ahead = q + step * v + (step * step * (0.5 - self.beta)) * a
+        return ahead, v + (step * (1.0 - self.gamma)) * a
+
+    def corrected(self, step: float, state: Array, acceleration: Array) -> Array:
+        """Displacement, velocity and acceleration with it (3, ...)."""
+        ahead, faster = self.predicted(step, state)
+        ahead += (step * step * self.beta) * acceleration
+        faster += (step * self.gamma) * acceleration
+        return np.stack([ahead, faster, acceleration])
 
 
 def generalized_alpha(remaining: float) -> Scheme:

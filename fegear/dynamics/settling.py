@@ -5,19 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.compiled import compiled
-from lumped.kernels.settling import close_period, settled
+from lumped.kernels.settling import judge
 
 Array = NDArray[np.float64]
-
-
-@compiled
-def judge(sections, period, shapes, range_, scale, tolerance, multiple, calm):
-    """(multiple, calm, whether it has held for long enough) after a period."""
-    multiple, calm = close_period(
-        sections, period, shapes, range_, scale, tolerance, multiple, calm
-    )
-    return multiple, calm, settled(multiple, calm)
 
 
 class Settling:

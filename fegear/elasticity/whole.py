@@ -1,14 +1,11 @@
 """Elastic freedoms of a whole toothed gear with its hub held, for time stepping.
 
-The sectors of a gear are equal, so that mass and stiffness are block-circulant and
-one sector stands for all. A field is an array (own, teeth): column k belongs to sector
-k, counted clockwise from tooth 0, and holds its inner freedoms in the frame of its
-tooth, then those of its left cut in polar components. Its right cut is the left one
-of the next sector.
-
+The sectors are equal, so that mass and stiffness are block-circulant and one sector
+stands for all. A field is an array (own, teeth): column k belongs to sector k, counted
+clockwise from tooth 0, and holds its inner freedoms in the frame of its tooth, then
+those of its left cut in polar components. Its right cut is the next one's left cut.
 A system of equations loses its inner freedoms by one sparse elimination for all
-sectors; the ring of cuts that remains falls apart under a Fourier transform.
-Everything is per unit width.
+sectors; the ring of cuts falls apart under a Fourier transform. All per unit width.
 """
 
 from __future__ import annotations
@@ -26,12 +23,7 @@ from fegear.contact.compliance import STENCIL, set_stencil
 from fegear.elasticity.flank import FlankPoints
 from fegear.elasticity.material import PlaneMaterial
 from fegear.elasticity.modes import both_flanks, rigid_fields, tie
-from fegear.elasticity.sector import (
-    assemble_mass,
-    assemble_sector,
-    condense,
-    factorise,
-)
+from fegear.elasticity.sector import assemble_mass, assemble_sector, condense, factorise
 from fegear.timing import stage
 from lumped.compiled import compiled
 from meshes import MeshSize, SpurGear, sector_mesh
@@ -45,8 +37,8 @@ Rows = tuple[NDArray[np.int32], Array, NDArray[np.int32], NDArray[np.int32], Arr
 class ContactRow:
     """How displacement at n places of a flank is read from its tooth's column.
 
-    freedoms : (n, 8) rows of the field
-    normal, rootward : (n, 8) weights; they also spread a line load there
+    freedoms : (n, 8) rows of the field; normal, rootward : (n, 8) their weights,
+        which also spread a line load there
     """
 
     freedoms: Indices
@@ -59,8 +51,7 @@ class WholeGear:
     """Mass and stiffness of the gear, hub held.
 
     inner, own : number of a sector's inner freedoms, and with the m of its left cut
-    stiffness, mass_matrix : (own + m, own + m) of one sector, right cut last
-        [Pa], [kg/m]
+    stiffness, mass_matrix : (own + m, own + m) of a sector, right cut last [Pa], [kg/m]
     flanks : right and left one, with freedoms as rows of a field
     rotation : (own,) displacement under a unit clockwise turn of the whole gear about
         its centre [m], equal for all sectors
@@ -73,8 +64,7 @@ class WholeGear:
     own: int
     stiffness: csr_array
     mass_matrix: csr_array
-    flanks: tuple[FlankPoints, FlankPoints]
-    flank_length: float
+    flanks: tuple[FlankPoints, ...]
     flank_grading: float
     rotation: Array
     momentum: Array
@@ -91,41 +81,35 @@ class WholeGear:
 
     def _times(self, matrix: csr_array, u: Array) -> Array:
         _require_shape("u", u, (self.own, self.teeth))
-        right = np.roll(u[self.inner :], -1, axis=1)
-        force = np.asarray(matrix @ np.vstack([u, right]))
+        force = matrix @ np.vstack([u, np.roll(u[self.inner :], -1, axis=1)])
         return _folded(force, self.inner, self.own)
 
     def factorised(self, mass_factor: float, stiffness_factor: float) -> Factors:
         """Factors of mass_factor M + stiffness_factor K."""
         given = mass_factor, stiffness_factor
-        if not (min(given) >= 0.0 < max(given) < math.inf):
+        if not (all(0.0 <= f < math.inf for f in given) and any(given)):
             raise ValueError(
                 "mass_factor and stiffness_factor must be finite, not negative and "
-                f"not both zero, got {mass_factor} and {stiffness_factor}"
+                f"not both zero, got {given}"
             )
         system = mass_factor * self.mass_matrix + stiffness_factor * self.stiffness
         return _eliminated(csr_array(system), self.inner, self.own, self.teeth)
 
     def contact_row(self, flank: int, arcs: ArrayLike) -> ContactRow:
-        """Rows at arc lengths (n,) from the tip corner [m] of flank RIGHT or LEFT.
-
-        Cubic in the flank points, with the weights of the contact's compliances.
-        """
+        """Cubic rows at arc lengths (n,) from the tip corner [m], RIGHT or LEFT."""
         place = cast(Any, set_stencil).py_func  # the kernel's own, uncompiled
         points, places = self.flanks[flank], np.atleast_1d(np.asarray(arcs, float))
         first = np.zeros((1, len(places)), np.int64)
         patch = SimpleNamespace(first=first, weights=np.zeros((*first.shape, STENCIL)))
-        grid = SimpleNamespace(length=self.flank_length, grading=self.flank_grading)
+        grid = SimpleNamespace(length=points.arcs[-1], grading=self.flank_grading)
         for i, arc in enumerate(places.tolist()):
             place(patch, 0, i, arc, grid, len(points.arcs))
         near = first[0][:, None] + np.arange(STENCIL)
-        directions = np.stack([points.freedoms, points.inward, points.rootward])
-        freedoms, normal, rootward = directions[:, near]
         weights, shape = patch.weights[0][:, :, None], (len(near), 2 * STENCIL)
         return ContactRow(
-            freedoms.astype(np.int64).reshape(shape),
-            (weights * normal).reshape(shape),
-            (weights * rootward).reshape(shape),
+            points.freedoms[near].reshape(shape),
+            (weights * points.inward[near]).reshape(shape),
+            (weights * points.rootward[near]).reshape(shape),
         )
 
 
@@ -136,7 +120,7 @@ def whole_gear(
     size: MeshSize | None = None,
 ) -> WholeGear:
     """Assemble one sector of the gear; density in kg/m3."""
-    if not (density > 0.0 and math.isfinite(density)):
+    if not 0.0 < density < math.inf:
         raise ValueError(f"density must be positive and finite, got {density}")
     size = size or MeshSize()
     with stage("meshing"):
@@ -151,18 +135,16 @@ def whole_gear(
     rigid = rigid_fields(model)
     momentum = mass @ rigid
     inertia, *shifted = gear.teeth * np.einsum("ic,ic->c", rigid, momentum)
-    right_flank, left_flank = (
-        replace(flank, freedoms=np.searchsorted(model.inner, flank.freedoms))
-        for flank in both_flanks(gear, mesh, model)
-    )
     return WholeGear(
         teeth=gear.teeth,
         inner=inner,
         own=own,
         stiffness=csr_array(ties.T @ model.stiffness @ ties),
         mass_matrix=csr_array(ties.T @ mass @ ties),
-        flanks=(right_flank, left_flank),
-        flank_length=gear.flank_length,
+        flanks=tuple(
+            replace(flank, freedoms=np.searchsorted(model.inner, flank.freedoms))
+            for flank in both_flanks(gear, mesh, model)
+        ),
         flank_grading=size.flank_grading,
         rotation=left.T @ rigid[:, 0],
         momentum=_folded(ties.T @ momentum[:, :1], inner, own)[:, 0],
@@ -197,7 +179,8 @@ def substitute(sequence, scale, starts, columns, entries, load):
             a, f = entries[p], columns[p]
             for k in range(row.size):
                 row[k] -= a * x[f, k]
-        x[sequence[i]] = scale[i] * row
+        for k in range(row.size):
+            x[sequence[i], k] = scale[i] * row[k]
     return x
 
 
@@ -238,8 +221,8 @@ def _eliminated(system: csr_array, inner: int, own: int, teeth: int) -> Factors:
     reduced = substitute(*_rows(lower, np.arange(inner), 1.0 / pivots), reduced)
     # sparse too: a cut is reached from few places in the order of elimination
     lower = vstack([lower, csr_array(reduced.T)])
-    freedoms = np.concatenate([order, cuts])
-    scale = np.concatenate([1.0 / pivots, np.ones(len(cuts))])
+    freedoms = np.append(order, cuts)
+    scale = np.append(1.0 / pivots, np.ones(len(cuts)))
     ring = _ring_inverse(system[inner:][:, inner:] - reduced.T @ reduced, teeth)
     backward = _rows(lower.T, freedoms, scale, step=-1)
     return Factors(inner, own, teeth, _rows(lower, freedoms, scale), ring, backward)
@@ -258,9 +241,8 @@ def _ring_inverse(superelement: Any, teeth: int) -> NDArray[np.complex128]:
     """Inverses (teeth // 2 + 1, m, m) of the cuts' systems, as in `ring_response`."""
     m = len(superelement) // 2
     phase = np.exp(2j * np.pi * np.arange(teeth // 2 + 1) / teeth)[:, None, None]
-    ahead = phase * superelement[:m, m:]
-    behind = ahead.conj().transpose(0, 2, 1)
-    return np.linalg.inv(superelement[:m, :m] + superelement[m:, m:] + ahead + behind)
+    ahead, standing = superelement[:m, m:], superelement[:m, :m] + superelement[m:, m:]
+    return np.linalg.inv(standing + phase * ahead + ahead.T / phase)
 
 
 def _require_shape(name: str, array: Array, shape: tuple[int, int]) -> None:

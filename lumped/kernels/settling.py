@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 
-from lumped.compiled import inlined
+from lumped.compiled import compiled, inlined
 
 FINISHED, NOT_FINITE = 0, 1
 CALM = 3  # periods in a row, or more than an orbit: chaos passes by near unstable ones
@@ -144,3 +144,15 @@ def close_period(sections, period, shapes, range_, scale, tolerance, multiple, c
 def settled(multiple, calm):
     """Whether a multiple has held for long enough."""
     return multiple > 0 and calm > max(CALM - 1, multiple)
+
+
+@compiled
+def judge(sections, period, shapes, range_, scale, tolerance, multiple, calm):
+    """(multiple, calm, whether it has held for long enough) after a period.
+
+    For motions that are not marched by these kernels.
+    """
+    multiple, calm = close_period(
+        sections, period, shapes, range_, scale, tolerance, multiple, calm
+    )
+    return multiple, calm, settled(multiple, calm)

@@ -1,36 +1,149 @@
-"""`fegear dynamics`: rows beside those of the lumped models."""
+"""`fegear dynamics`: rows beside those of the lumped models, kept through kills."""
 
 from __future__ import annotations
 
+import csv
 import json
+import os
+import signal
+import subprocess
+import sys
+import time
 
 import pytest
-import typer
 from typer.testing import CliRunner
 
-from fegear.cli.dynamics import dynamics_command
+from fegear.cli import app
 from lumped.sweep_table import read_sweep
 
-app = typer.Typer()
-app.command("dynamics")(dynamics_command)
+MAIN = [sys.executable, "-c", "from fegear.cli import main; main()"]
+PAIR = ["dynamics", "liu-pair", "--torque", "100", "--fidelity", "quasistatic"]
+
+
+def run(*words: str):
+    return CliRunner().invoke(app, list(words), catch_exceptions=False)
 
 
 def test_rows_and_summary(tmp_path):
     path = tmp_path / "d.csv"
-    words = ["liu-pair", "--torque", "100", "--speeds", "1000:1100:50", "-o", str(path)]
-    result = CliRunner().invoke(app, [*words, "--json"], catch_exceptions=False)
+    result = run(*PAIR, "--speeds", "1000:1100:50", "-o", str(path), "--json")
     assert result.exit_code == 0
-    rows = read_sweep(str(path)).rows
-    assert {row.model for row in rows} == {"quasistatic"}
-    assert len(rows) == 6
+    table = read_sweep(str(path))
+    assert {row.model for row in table.rows} == {"quasistatic"}
+    assert len(table.rows) == 6
+    assert table.header["fidelity"] == "quasistatic"
     found = json.loads(result.stdout)
     assert found["speeds"] == 3
     assert [branch["direction"] for branch in found["branches"]] == ["up", "down"]
+    assert not (tmp_path / "d.csv.partial").exists()
 
 
 def test_up_and_down_agree_off_the_resonances(tmp_path):
     path = tmp_path / "d.csv"
-    words = ["liu-pair", "--torque", "100", "--speeds", "4000", "-o", str(path)]
-    CliRunner().invoke(app, words, catch_exceptions=False)
+    run(*PAIR, "--speeds", "4000", "-o", str(path))
     up, down = (row.dte_rms_m for row in read_sweep(str(path)).rows)
     assert up == pytest.approx(down, rel=1e-3)
+
+
+def test_auto_tells_what_it_chose_and_why():
+    words = ["dynamics", "liu-pair", "--torque", "100", "--direction", "up"]
+    slow = run(*words, "--speeds", "100").stdout.splitlines()[0]
+    assert slow.startswith("100 N m, quasistatic (no elastic freedoms)")
+    assert "allowed are 2 %" in slow
+    fast = run(*words, "--speeds", "2500").stdout.splitlines()[0]
+    assert fast.startswith("100 N m, reduced")
+    assert "kHz are kept" in fast
+
+
+def test_history_and_root_stress(tmp_path):
+    folder = tmp_path / "h"
+    words = ["--speeds", "2500", "--direction", "up", "--history", str(folder)]
+    result = run(*PAIR, *words, "--root-stress", "pinion")
+    assert result.exit_code == 0
+    (path,) = folder.iterdir()
+    assert path.name == "100Nm_up_2500Hz.csv"
+    lines = path.read_text().splitlines()
+    rows = list(csv.DictReader(line for line in lines if not line.startswith("#")))
+    assert len(rows) == 129
+    largest = max(float(row["pinion_mesh1_tooth0_root_stress_Pa"]) for row in rows)
+    assert 1e7 < largest < 2e8
+    for row in rows:
+        pairs = [v for k, v in row.items() if "_pair" in k and k.endswith("load_N")]
+        assert sum(map(float, pairs)) == pytest.approx(float(row["mesh1_force_N"]))
+
+
+def test_model_1_beside(tmp_path):
+    picture = tmp_path / "d.png"
+    words = ["--speeds", "2400:2600:100", "--model-1", "--plot", str(picture)]
+    found = json.loads(run(*PAIR, *words, "--json").stdout)
+    assert len(found["model_1_branches"]) == 2
+    assert picture.read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--friction", "0.7"], "--friction = 0.7; allowed 0 to below 0.5"),
+        (["--elastic-damping", "1"], "--elastic-damping = 1; allowed 0 to below 1"),
+        (["--steps", "3"], "--steps must be 8 to 100000, got 3"),
+        (["--cutoff", "-1"], "--cutoff = -1; allowed above 0 to 1e6 Hz"),
+        (["--resume"], "--resume needs the --output"),
+        (["--root-stress", "pinion"], "--root-stress needs --history"),
+    ],
+)
+def test_wrong_input_in_one_line(words, message):
+    done = subprocess.run(
+        [*MAIN, *PAIR, "--speeds", "1000", *words],
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 2
+    assert message in done.stderr
+    assert len(done.stderr.strip().splitlines()) == 1
+
+
+def test_unknown_gear_for_root_stress(tmp_path):
+    words = ["--speeds", "1000", "--history", str(tmp_path), "--root-stress", "moon"]
+    done = subprocess.run([*MAIN, *PAIR, *words], capture_output=True, text=True)
+    assert done.returncode == 2
+    assert "--root-stress moon; allowed are pinion, idler" in done.stderr
+
+
+def test_killed_and_resumed_gives_the_same_file(tmp_path):
+    words = [*PAIR, "--speeds", "1000:1400:10", "-o"]
+    whole, killed = tmp_path / "whole.csv", tmp_path / "killed.csv"
+    assert run(*words, str(whole)).exit_code == 0
+    command = [*MAIN, *words, str(killed), "--resume"]
+    partial = tmp_path / "killed.csv.partial"
+    for least in (3, 30):
+        process = subprocess.Popen(
+            command, stdout=subprocess.DEVNULL, start_new_session=True
+        )
+        while process.poll() is None and len(list(partial.glob("*.json"))) <= least:
+            time.sleep(0.01)
+        if process.poll() is None:
+            os.kill(process.pid, signal.SIGKILL)
+        process.wait()
+        assert not killed.exists(), "killed before the end"
+    assert len(list(partial.glob("*.json"))) > 30
+    for _ in range(2):  # resuming is safe to repeat
+        assert subprocess.run(command, stdout=subprocess.DEVNULL).returncode == 0
+        assert killed.read_bytes() == whole.read_bytes()
+        assert not partial.exists()
+
+
+def test_a_journal_of_other_settings_is_refused(tmp_path):
+    path = tmp_path / "d.csv"
+    words = [*PAIR, "--speeds", "1000:1400:10", "--direction", "up", "-o", str(path)]
+    process = subprocess.Popen([*MAIN, *words], stdout=subprocess.DEVNULL)
+    while not list((tmp_path / "d.csv.partial").glob("*-up.*.json")):
+        time.sleep(0.01)
+    process.kill()
+    process.wait()
+    done = subprocess.run(
+        [*MAIN, *words, "--steps", "64", "--resume"],
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 2
+    assert "64 steps" in done.stderr

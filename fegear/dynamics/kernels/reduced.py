@@ -1,28 +1,7 @@
 """Implicit steps of hubs and elastic modes, compiled.
 
-Coordinates are h hub coordinates, modes of the rigid train, then e elastic modes of
-the gears with their hubs held, all of unit mass; n = h + e. The turn of a gear carries
-its elastic modes along: of the mass M = [[1, G], [G^T, 1]] only their coupling G to
-the turn is stored.
-
-body : tuple of arrays
-    stiffness (h, h), damping (h,), load (h,) of the hubs
-    rigidity (e,), elastic_damping (e,)
-    turning (gears, h) counter-clockwise rotation of each gear per hub coordinate
-    coupling (e,) to the rotation of its gear, owner (e,) that gear
-    partner (e,), cosine (e,), sine (e,) : what becomes of a mode when teeth are
-        counted anew: cosine times itself plus sine times its partner
-rows : tuple of arrays
-    count (m,), columns (m, w) coordinates in which a mesh's contacts have entries
-    closing (c, p + 1, w) squeeze per coordinate
-    rootward (c, p + 1, w) the same for friction toward the roots
-    mesh_of (c,), friction ()
-train : tuple of arrays
-    rate (m,) cycles of each mesh per cycle of the first
-    gears (m, 2) driver and driven, first_mesh (gears,) a mesh of each gear
-    speed (gears,) nominal rotation over the first mesh's angular frequency
-    deflection (m, h) of each mesh per hub coordinate
-contacts : as in contact_step
+body, rows, train and contacts are plain tuples of what `fegear.dynamics.arrays`
+describes as Body, Rows, Turning and Contacts.
 """
 
 from __future__ import annotations
@@ -31,14 +10,14 @@ import math
 
 import numpy as np
 
-from fegear.dynamics.contact_step import (
+from fegear.dynamics.kernels.contact import (
     CONVERGED,
     NEAR,
     between,
     set_turned,
     solve_squeezes,
 )
-from lumped.compiled import compiled, compiled_part
+from lumped.compiled import compiled, compiled_part, inlined
 
 FINISHED, DIVERGED, UNSOLVED = 0, 1, 2
 Q, V, A, PUSH = 0, 1, 2, 3  # rows of a state: motion and generalised contact force
@@ -68,7 +47,7 @@ def step_factors(body, weights):
     return inverse, np.linalg.inv(matrix)
 
 
-@compiled_part
+@inlined
 def mass_times(body, x, out):
     turning, coupling, owner = body[5], body[6], body[7]
     hubs = turning.shape[1]
@@ -82,7 +61,7 @@ def mass_times(body, x, out):
                 out[hubs + i] += both * x[a]
 
 
-@compiled_part
+@inlined
 def solve_step(body, mass_weight, factors, right, out):
     """Solve with the step's matrix by elimination of the elastic modes."""
     turning, coupling, owner = body[5], body[6], body[7]
@@ -107,7 +86,7 @@ def solve_step(body, mass_weight, factors, right, out):
             out[hubs + i] -= inverse[i] * mass_weight * coupling[i] * turn
 
 
-@compiled_part
+@inlined
 def predict(newmark, state, ahead):
     """Displacement and velocity (2, n) at the end of a step without acceleration."""
     h, _, _, gamma, beta = newmark
@@ -117,7 +96,7 @@ def predict(newmark, state, ahead):
         ahead[1, i] = state[V, i] + h * (1.0 - gamma) * state[A, i]
 
 
-@compiled_part
+@inlined
 def set_balance(body, newmark, state, ahead, right):
     """What the new accelerations have to balance besides new contact forces (n,)."""
     stiffness, damping, load, rigidity, elastic_damping = body[:5]
@@ -137,7 +116,7 @@ def set_balance(body, newmark, state, ahead, right):
             right[i] -= elastic_damping[i - hubs] * speed + rigidity[i - hubs] * place
 
 
-@compiled_part
+@inlined
 def accelerate(newmark, ahead, acceleration, state):
     h, _, _, gamma, beta = newmark
     for i in range(acceleration.size):
@@ -198,7 +177,7 @@ def set_rotation(train, body, speed, ahead, rotation):
             rotation[m, k] = turn * np.sign(nominal[g])
 
 
-@compiled_part
+@inlined
 def set_row(rows, kind, c, m, place, part, out):
     """Entries (w,) of a contact's closing (2) or rootward (3) row at a position."""
     values = rows[kind]
@@ -208,7 +187,7 @@ def set_row(rows, kind, c, m, place, part, out):
             out[k] += part * (values[c, place + 1, k] - out[k])
 
 
-@compiled_part
+@inlined
 def lift(body, mass_weight, inverse, columns, row, onto_hubs, elastic):
     """A row's elastic entries times their inverse, and what is left on the hubs."""
     turning, coupling, owner = body[5], body[6], body[7]
@@ -224,19 +203,21 @@ def lift(body, mass_weight, inverse, columns, row, onto_hubs, elastic):
                 onto_hubs[a] -= carried * turning[owner[i], a]
 
 
-@compiled_part
-def step_compliance(rows, mesh_of, factors, closing, onto, elastic, c, d):
-    """Closing of contact c under minus the inverse step's matrix times force on d."""
-    hub_inverse = factors[1]
-    hubs = hub_inverse.shape[0]
+@inlined
+def step_compliance(rows, mesh_of, hubs, closing, onto, moved, elastic, c, d):
+    """Closing of contact c under minus the inverse step's matrix times force on d.
+
+    onto : what row c leaves on the hubs; moved : what force d moves of them
+    """
     total = 0.0
     for a in range(hubs):
-        for b in range(hubs):
-            total += onto[0, c, a] * hub_inverse[a, b] * onto[1, d, b]
+        total += onto[c, a] * moved[d, a]
     one, two = mesh_of[c], mesh_of[d]
     if one == two:
         for k in range(hubs, rows[0][one]):
             total += closing[c, k] * elastic[d, k]
+        return total
+    if not rows[6][one, two]:
         return total
     i, j = hubs, hubs  # columns increase, those of a common gear stand in both
     while i < rows[0][one] and j < rows[0][two]:
@@ -251,13 +232,21 @@ def step_compliance(rows, mesh_of, factors, closing, onto, elastic, c, d):
     return total
 
 
-@compiled_part
-def remaining(contacts, mesh_of, drag, place, part, c, d):
+@inlined
+def remaining(contacts, linked, mesh_of, drag, place, part, c, d):
     """Static compliance between contacts that the coordinates do not have [m/N]."""
     m = mesh_of[c]  # meshes of a common gear are in step
-    value = between(contacts[7][:, c, d], place[m], part[m])
+    if not linked[m, mesh_of[d]]:
+        return 0.0
+    at, share, normal, tangential = place[m], part[m], contacts[7], contacts[8]
+    value = normal[at, c, d]
+    if share > 0.0:
+        value += share * (normal[at + 1, c, d] - value)
     if drag[d] != 0.0:
-        value += drag[d] * between(contacts[8][:, c, d], place[m], part[m])
+        aside = tangential[at, c, d]
+        if share > 0.0:
+            aside += share * (tangential[at + 1, c, d] - aside)
+        value += drag[d] * aside
     return value
 
 
@@ -285,7 +274,7 @@ def touch_anew(
     near = 0
     for c in range(contacts_all):
         m = mesh_of[c]
-        free[c] = -between(gap[c], place[m], part[m])
+        free[c] = -between(gap, c, place[m], part[m])
         set_row(rows, 2, c, m, place[m], part[m], closing[c])
         for k in range(count[m]):
             i = columns[m, k]
@@ -300,14 +289,14 @@ def touch_anew(
         return CONVERGED
     chosen = chosen[:near]
     pushing = np.empty((contacts_all, wide))
-    onto = np.empty((2, contacts_all, hubs))
+    onto, moved = np.empty((2, contacts_all, hubs)), np.empty((contacts_all, hubs))
     elastic = np.empty((contacts_all, wide))
     for c in chosen:
         m = mesh_of[c]
         width = columns[m, : count[m]]
         lift(body, mass_weight, factors[0], width, closing[c], onto[0, c], elastic[c])
         if friction > 0.0:
-            drag[c] = friction * between(sliding[c], place[m], part[m])
+            drag[c] = friction * between(sliding, c, place[m], part[m])
             if turned[c] == 1:
                 drag[c] = -drag[c]
             set_row(rows, 3, c, m, place[m], part[m], pushing[c])
@@ -317,6 +306,10 @@ def touch_anew(
             else:
                 pushing[c, k] = closing[c, k]
         lift(body, mass_weight, factors[0], width, pushing[c], onto[1, c], elastic[c])
+        for a in range(hubs):
+            moved[c, a] = 0.0
+            for b in range(hubs):
+                moved[c, a] += factors[1][a, b] * onto[1, c, b]
     Q = np.empty((near, near))
     x, newton = np.empty(near), np.empty((3, near))
     for p in range(near):
@@ -324,11 +317,12 @@ def touch_anew(
         for s in range(near):
             c, d = chosen[p], chosen[s]
             Q[p, s] = beta * late * step_compliance(
-                rows, mesh_of, factors, closing, onto, elastic, c, d
-            ) + remaining(contacts, mesh_of, drag, place, part, c, d)
+                rows, mesh_of, hubs, closing, onto[0], moved, elastic, c, d
+            ) + remaining(contacts, rows[6], mesh_of, drag, place, part, c, d)
     status, _ = solve_squeezes(
-        contacts, mesh_of, chosen, Q, free, place, part, turned, knots[0, -1], x, newton
-    )
+        contacts, mesh_of, chosen, Q, free, place, part, turned, knots[0, -1],
+        x, newton,
+    )  # fmt: skip
     for p in range(near):
         c = chosen[p]
         touch[SQUEEZE, c], touch[LOAD, c] = x[p], newton[0, p]

@@ -8,15 +8,7 @@ without the new contact forces and from those forces F:
 Q holds what moves in the step, the step's own compliance, and the static compliance
 that the gears' freedoms do not have. It is the same for all fidelities.
 
-contacts : tuple of arrays over c contacts, ordered by mesh, and p + 1 positions
-    first (m + 1,) where each mesh's contacts begin
-    side (c,) 1 on the drive side, -1 on the back
-    gap (c, p + 1) squeeze that is missing where the deflection is 0 [m]
-    sliding (c, p + 1) direction of friction at nominal speeds
-    arms (c, p + 1, 2) of friction about driver and driven centre [m]
-    knots (m, j + 1), law (c, p + 1, 2, j, 4) cubics of the load [N] in the squeeze
-        beyond each knot; nominal friction and turned
-    normal, tangential (p + 1, c, c) static compliance beside the freedoms' [m/N]
+contacts is a plain tuple of what `fegear.dynamics.arrays` describes as Contacts.
 """
 
 from __future__ import annotations
@@ -26,7 +18,7 @@ import math
 import numpy as np
 
 from fegear.contact.active_set import eliminate
-from lumped.compiled import compiled_part
+from lumped.compiled import compiled_part, inlined
 
 MOST_ROUNDS = 60
 CONVERGED, NOT_CONVERGED = 0, 1
@@ -34,7 +26,7 @@ EXACT = 1e-11  # of the law's reach, of squeezes
 NEAR = 0.05  # of the law's reach: contacts so little apart are solved for
 
 
-@compiled_part
+@inlined
 def law_at(knots, law, squeeze):
     """(load [N], its slope [N/m]) of one position's law."""
     cells = law.shape[0]
@@ -52,7 +44,7 @@ def law_at(knots, law, squeeze):
     return load + slope * max(squeeze - reach, 0.0), slope
 
 
-@compiled_part
+@inlined
 def load_at(contacts, mesh, c, place, part, turned, squeeze):
     """(load, slope) between position `place` and the next one, `part` of the way."""
     knots, law = contacts[5][mesh], contacts[6]
@@ -64,11 +56,13 @@ def load_at(contacts, mesh, c, place, part, turned, squeeze):
     return load, slope
 
 
-@compiled_part
-def between(values, place, part):
+@inlined
+def between(values, c, place, part):
+    """Of contact c (c, p + 1), without a view of its row: views cost more."""
+    value = values[c, place]
     if part > 0.0:
-        return values[place] + part * (values[place + 1] - values[place])
-    return values[place]
+        value += part * (values[c, place + 1] - value)
+    return value
 
 
 @compiled_part
@@ -80,14 +74,14 @@ def set_turned(contacts, rotation, place, part, turned):
     first, side, _, sliding, arms = contacts[:5]
     for m in range(first.size - 1):
         for c in range(first[m], first[m + 1]):
-            one = between(arms[c, :, 0], place[m], part[m])
-            two = between(arms[c, :, 1], place[m], part[m])
+            one = between(arms[0], c, place[m], part[m])
+            two = between(arms[1], c, place[m], part[m])
             slip = rotation[m, 0] * one - rotation[m, 1] * two
-            nominal = between(sliding[c], place[m], part[m])
+            nominal = between(sliding, c, place[m], part[m])
             turned[c] = 1 if side[c] * slip * nominal > 0.0 else 0
 
 
-@compiled_part
+@inlined
 def residual(contacts, mesh_of, chosen, Q, free, place, part, turned, x, work):
     """Largest error of the equations [m]; work gets loads, slopes and errors."""
     worst = 0.0

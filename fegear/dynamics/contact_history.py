@@ -1,0 +1,147 @@
+"""What the contacts of a recorded motion did: where they were, pressure, friction."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fegear.contact.pair_laws import NOMINAL
+from fegear.dynamics.model import DynamicModel
+from fegear.dynamics.respond import Motion
+from fegear.dynamics.root_stress import FlankLoad
+from fegear.dynamics.sides import DRIVE, ContactSide
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+ON_GRID = 1e-6  # of a cell of the pair laws within which a position is on the grid
+
+
+@dataclass(frozen=True, eq=False)
+class ContactHistory:
+    """One tooth pair on one side of a mesh, at t times.
+
+    place : of the pair in its side
+    load : (t,) [N]
+    drag : (t,) friction toward the roots over the load, negative toward the tips
+    ends, weights : (t, 2) points of the laws' grid between which it is
+    """
+
+    side: ContactSide
+    place: int
+    load: Array
+    drag: Array
+    ends: Indices
+    weights: Array
+
+    @property
+    def pair(self) -> int:
+        """Base pitches by which the pair is ahead of the reference pair."""
+        return int(self.side.laws.teeth[self.place])
+
+    @property
+    def name(self) -> str:
+        """Meshes count from 1."""
+        kind = "pair" if self.side.side == DRIVE else "back"
+        return f"mesh{self.side.mesh + 1}_{kind}{self.pair}"
+
+    def tooth(self, gear: int) -> int:
+        """Its tooth of a gear, clockwise from the gear's first tooth."""
+        return int(self.side.teeth(gear)[self.place])
+
+    def flank_load(self, gear: int, stressed: int, rows: slice) -> FlankLoad:
+        """Load on a gear at some times, seen from its tooth `stressed`."""
+        members = self.side.gear_set.gears
+        width = min(members[g].face_width for g in self.side.gears)
+        normal = self.load[rows] / width
+        arcs = self.side.arcs(gear)[:, self.place]
+        return FlankLoad(
+            self.tooth(gear) - stressed,
+            self.side.flank,
+            between(arcs, self.ends[rows], self.weights[rows]),
+            normal,
+            self.drag[rows] * normal,
+        )
+
+    @property
+    def pressure(self) -> Array:
+        """Largest contact pressure (t,), linear in the root of the load as Hertz's."""
+        loads = self.side.laws.load[:, self.place, NOMINAL]
+        pressures = self.side.laws.pressure[:, self.place]
+        found = np.zeros(self.load.size)
+        for end, weight in zip(self.ends.T, self.weights.T, strict=True):
+            touching = (self.load > 0.0) & (weight > 0.0)
+            for p in np.unique(end[touching]):
+                here = touching & (end == p)
+                root = np.sqrt(self.load[here] / loads[p, -1])
+                knots = np.sqrt(loads[p] / loads[p, -1])
+                peak = np.interp(root, knots, pressures[p]) * np.maximum(root, 1.0)
+                found[here] += weight[here] * peak
+        return found
+
+
+def between(values: Array, ends: Indices, weights: Array) -> Array:
+    """Values (p,) of the laws' grid over time (t,)."""
+    return (values[ends] * weights).sum(axis=1)
+
+
+def cycle_position(rate: float, count: int, steps: int) -> Array:
+    """Part of its cycle that a mesh has passed (count,), 0 to 1."""
+    cycles = rate * np.arange(count) / steps
+    return np.maximum(cycles - np.floor(cycles + 1e-9), 0.0)
+
+
+def contact_histories(
+    model: DynamicModel, motion: Motion, steps: int
+) -> list[ContactHistory]:
+    """All contacts in the model's order; steps : of a cycle of the first mesh."""
+    rotation = _rotation(model, motion, steps)
+    histories: list[ContactHistory] = []
+    for side in model.sides:
+        position = cycle_position(
+            model.train.rate[side.mesh], len(motion.pair_load), steps
+        )
+        cells = len(side.laws.gap) - 1
+        low = np.minimum((position * cells + ON_GRID).astype(np.int64), cells - 1)
+        part = position * cells - low
+        part = np.where(np.abs(part) < ON_GRID, 0.0, part)
+        ends = np.stack([low, low + 1], axis=1)
+        for place in range(side.laws.teeth.size):
+            # flanks that do not face each other have no law
+            facing = side.laws.load[:, place, NOMINAL, -1] > 0.0
+            weights = np.stack([1.0 - part, part], axis=1) * facing[ends]
+            total = weights.sum(axis=1, keepdims=True)
+            weights = weights / np.where(total > 0.0, total, 1.0)
+            index = len(histories)
+            drag = _drag(model, index, rotation[:, side.gears], ends, weights)
+            load = motion.pair_load[:, index] + 0.0  # no negative zeros
+            histories.append(ContactHistory(side, place, load, drag, ends, weights))
+    return histories
+
+
+def _rotation(model: DynamicModel, motion: Motion, steps: int) -> Array:
+    """Speed of every gear in its nominal sense (t, gears) [rad/s]."""
+    nominal = model.train.speed
+    time = motion.history.time
+    angular = 2.0 * math.pi * (time.size - 1) / (steps * time[-1])
+    turning = motion.hub[:, 1] @ model.body.turning.T
+    return (angular * nominal + turning) * np.sign(nominal)
+
+
+def _drag(
+    model: DynamicModel, index: int, rotation: Array, ends: Indices, weights: Array
+) -> Array:
+    """Friction (t,) over load as `kernels.contact.set_turned` directs it."""
+    friction = float(model.rows.friction)
+    if friction == 0.0:
+        return np.zeros(len(rotation))
+    contacts = model.contacts
+    nominal, one, two = (
+        between(values[index], ends, weights)
+        for values in (contacts.sliding, *contacts.arms)
+    )
+    slip = rotation[:, 0] * one - rotation[:, 1] * two
+    turned = contacts.side[index] * slip * nominal > 0.0
+    return friction * nominal * np.where(turned, -1.0, 1.0)

@@ -1,0 +1,88 @@
+"""Elastic gears: their modes and their damping."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fegear.elasticity.modes import GearModes
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Rayleigh:
+    """Damping matrix of a gear's elastic freedoms: mass M + stiffness K."""
+
+    mass: float
+    stiffness: float
+
+
+def mass_damping(ratio: float, frequency: float) -> Rayleigh:
+    """With a damping ratio at a frequency [Hz], less above it.
+
+    Without a part of the stiffness: that would damp what modes above a cut-off add to
+    the static compliance as much as those below.
+    """
+    return Rayleigh(mass=4.0 * math.pi * ratio * frequency, stiffness=0.0)
+
+
+@dataclass(frozen=True, eq=False)
+class ElasticGear:
+    """Elastic modes of a gear, seen from its flanks.
+
+    modes : of the meshed part; width : its face width [m]
+    """
+
+    modes: GearModes
+    width: float
+    damping: Rayleigh
+
+    @property
+    def count(self) -> int:
+        return self.modes.frequencies_Hz.size
+
+
+def elastic_body(number: int, gear: ElasticGear | None) -> dict[str, NDArray[Any]]:
+    """Arrays over the elastic modes of one gear; partners count within it."""
+    if gear is None:
+        none, nobody = np.empty(0), np.empty(0, np.int64)
+        return {
+            "rigidity": none,
+            "elastic_damping": none,
+            "coupling": none,
+            "owner": nobody,
+            "partner": nobody,
+            "cosine": none,
+            "sine": none,
+        }
+    modes = gear.modes
+    angular = 2.0 * np.pi * modes.frequencies_Hz
+    turn = 2.0 * np.pi * modes.nodal_diameters / modes.teeth
+    single = (modes.nodal_diameters == 0) | (2 * modes.nodal_diameters == modes.teeth)
+    # the symmetric mode of a pair comes first
+    symmetric = single | _first_of_pair(single)
+    step = np.where(single, 0, np.where(symmetric, 1, -1))
+    return {
+        "rigidity": angular**2,
+        "elastic_damping": gear.damping.mass + gear.damping.stiffness * angular**2,
+        # modes count clockwise
+        "coupling": -math.sqrt(gear.width) * modes.rotation_coupling,
+        "owner": np.full(angular.size, number),
+        "partner": np.arange(angular.size) + step,
+        "cosine": np.cos(turn),
+        "sine": np.where(single, 0.0, step * np.sin(turn)),
+    }
+
+
+def _first_of_pair(single: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    first = np.zeros(single.size, bool)
+    i = 0
+    while i < single.size:
+        first[i] = True
+        i += 1 if single[i] else 2
+    return first

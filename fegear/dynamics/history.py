@@ -1,0 +1,174 @@
+"""A motion as a table over time, and as CSV text.
+
+The file has a header of comment lines, `# key: value`, one line of column names with
+units, and a row per time. Numbers are written in the shortest form that reads back to
+the same bits.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fegear.dynamics.contact_history import (
+    ContactHistory,
+    contact_histories,
+    cycle_position,
+)
+from fegear.dynamics.model import DynamicModel
+from fegear.dynamics.respond import Motion
+from fegear.dynamics.root_stress import RootInfluence
+from fegear.dynamics.sides import DRIVE
+from fegear.gearset.model import GearSet
+from lumped.sweep import Direction
+
+Column = NDArray[Any]
+BLOCK = 8192  # times at which root stresses are computed at once
+LEGEND = {
+    "time_s": "from the start of a common period of all meshes",
+    "position": "base pitches since the start of the mesh's cycle, 0 to 1",
+    "dte_m, force_N": "positive where the drive flanks are pressed together",
+    "pair": "numbered by base pitches ahead of the reference pair",
+    "back": "the same, in contact with the other flanks",
+    "pressure_Pa": "largest of the pair; at a sharp tip corner it has no limit and is "
+    "that of the contact nodes",
+    "rotation_rad": "counter-clockwise, besides the nominal turning",
+}
+ROOT_LEGEND = {
+    "root_stress_Pa": "largest tension along the fillets of the pair's tooth, static "
+    "under the loads of the instant",
+}
+
+
+@dataclass(frozen=True, eq=False)
+class HistoryTable:
+    """Columns (t,) by name, units in the names; header is free text by key."""
+
+    columns: Mapping[str, Column]
+    header: Mapping[str, str]
+
+
+def history_table(
+    model: DynamicModel,
+    motion: Motion,
+    steps: int,
+    header: Mapping[str, str] | None = None,
+    roots: Mapping[int, RootInfluence] | None = None,
+) -> HistoryTable:
+    """The recorded motion, its header followed by the legend.
+
+    steps : of a cycle of the first mesh
+    roots : of the gears whose root stress is wanted, by index
+    """
+    contacts = contact_histories(model, motion, steps)
+    names = gear_words(model.sides[0].gear_set)
+    columns: dict[str, Column] = {"time_s": motion.history.time}
+    for mesh, rate in enumerate(model.train.rate):
+        own = [each for each in contacts if each.side.mesh == mesh]
+        position = cycle_position(float(rate), motion.history.time.size, steps)
+        columns |= _mesh_columns(motion, mesh, position, own)
+    for gear, name in enumerate(names):
+        columns |= _movements(model, motion, gear, name)
+    for gear, influence in (roots or {}).items():
+        own = [each for each in contacts if gear in each.side.gears]
+        columns |= _root_stresses(gear, names[gear], influence, own)
+    legend = LEGEND | (ROOT_LEGEND if roots else {})
+    return HistoryTable(columns, dict(header or {}) | legend)
+
+
+def _mesh_columns(
+    motion: Motion, mesh: int, position: Column, contacts: Sequence[ContactHistory]
+) -> dict[str, Column]:
+    loaded = np.array([each.load > 0.0 for each in contacts])
+    columns = {
+        f"mesh{mesh + 1}_position": position,
+        f"mesh{mesh + 1}_dte_m": motion.history.deflection[:, mesh],
+        f"mesh{mesh + 1}_force_N": motion.history.force[:, mesh],
+        f"mesh{mesh + 1}_engaged_pairs": loaded.sum(axis=0),
+    }
+    for each in contacts:
+        columns[f"{each.name}_load_N"] = each.load
+        columns[f"{each.name}_pressure_Pa"] = each.pressure
+    return columns
+
+
+def _movements(
+    model: DynamicModel, motion: Motion, gear: int, name: str
+) -> dict[str, Column]:
+    """Rotation, and translation where the gear has bearings."""
+    hub, modes = motion.hub[:, 0], model.reference.modes
+    columns = {f"{name}_rotation_rad": hub @ model.body.turning[gear]}
+    for axis in "xy":
+        place = modes.coordinates.places.get((gear, axis))
+        if place is not None:
+            columns[f"{name}_{axis}_m"] = hub @ modes.shapes[place]
+    return columns
+
+
+def _root_stresses(
+    gear: int, name: str, influence: RootInfluence, contacts: Sequence[ContactHistory]
+) -> dict[str, Column]:
+    """Of the gear's tooth in every pair of its meshes, under all contacts."""
+    columns = {}
+    for own in contacts:
+        if own.side.side != DRIVE:
+            continue
+        tooth = own.tooth(gear)
+        parts = [
+            influence.stress([each.flank_load(gear, tooth, rows) for each in contacts])
+            for rows in _blocks(own.load.size)
+        ]
+        column = f"{name}_mesh{own.side.mesh + 1}_tooth{own.pair}_root_stress_Pa"
+        columns[column] = np.concatenate(parts)
+    return columns
+
+
+def _blocks(count: int) -> Iterator[slice]:
+    for start in range(0, count, BLOCK):
+        yield slice(start, start + BLOCK)
+
+
+def gear_words(gear_set: GearSet) -> list[str]:
+    """Names of the gears as words, numbered if any two come out the same."""
+    words = [re.sub(r"[^\w-]+", "_", gear.name) for gear in gear_set.gears]
+    if len(set(words)) == len(words):
+        return words
+    return [f"{word}_{number}" for number, word in enumerate(words, start=1)]
+
+
+def format_history(table: HistoryTable) -> str:
+    """The table as CSV text."""
+    out = io.StringIO()
+    for key, value in table.header.items():
+        out.write(f"# {key}: {value}\n")
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow(table.columns)
+    cells = [map(repr, values.tolist()) for values in table.columns.values()]
+    writer.writerows(zip(*cells, strict=True))
+    return out.getvalue()
+
+
+def history_name(torque: float, direction: Direction, frequency: float) -> str:
+    """File name of a torque [N m] and a frequency of the first mesh [Hz].
+
+    Names sort like their numbers while these are whole, below 1000 N m and 10 kHz.
+    """
+    for name, value in (("torque", torque), ("frequency", frequency)):
+        if not (value >= 0.0 and math.isfinite(value)):
+            raise ValueError(f"{name} must be finite and 0 or more, got {value}")
+    return f"{_plain(torque, 3)}Nm_{direction}_{_plain(frequency, 4)}Hz.csv"
+
+
+def _plain(value: float, digits: int) -> str:
+    """Decimals without an exponent, at least so many digits before the point."""
+    text = np.format_float_positional(value, precision=6, trim="-")
+    whole, point, part = text.partition(".")
+    return whole.zfill(digits) + point + part

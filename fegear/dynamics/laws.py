@@ -1,0 +1,92 @@
+"""The pair laws of all contacts, and how contacts deflect each other, as arrays."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import PchipInterpolator
+
+from fegear.dynamics.arrays import Body, Contacts, Rows
+from fegear.dynamics.sides import DRIVE, ContactSide
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+
+def contact_laws(
+    sides: Sequence[ContactSide],
+    rows: Rows,
+    body: Body,
+    beside: tuple[Array, Array] | None,
+) -> Contacts:
+    """Laws of all contacts.
+
+    beside : (p, c, c) what the laws and the coordinates lack of the compliance
+    """
+    mesh_of = rows.mesh_of
+    normal, tangential = _remaining(sides, rows, body)
+    if beside is not None:
+        normal += beside[0]
+        tangential += beside[1]
+    squeezes = {side.mesh: side.laws.squeeze for side in sides}
+    arms = np.concatenate([s.laws.lever.T[2:] for s in sides], axis=1)
+    return Contacts(
+        first=np.searchsorted(mesh_of, np.arange(mesh_of[-1] + 2)),
+        side=np.concatenate([np.full(s.laws.teeth.size, float(s.side)) for s in sides]),
+        gap=np.concatenate([s.laws.gap.T + s.backlash for s in sides]),
+        # the back flanks slide the other way
+        sliding=np.concatenate([s.side * s.laws.sliding.T for s in sides]),
+        arms=np.ascontiguousarray(arms),
+        knots=np.array(list(squeezes.values())),
+        law=np.concatenate([_cubics(s.laws.squeeze, _loads(s)) for s in sides]),
+        normal=normal,
+        tangential=tangential,
+    )
+
+
+def _loads(side: ContactSide) -> Array:
+    """Loads (p, k, 2, j) with friction as it is nominally on this side, and turned."""
+    return side.laws.load if side.side == DRIVE else side.laws.load[:, :, ::-1]
+
+
+def _cubics(squeeze: Array, load: Array) -> Array:
+    """Monotone cubics (k, p, 2, j, 4) of loads (p, k, 2, j + 1), by rising power."""
+    pieces = PchipInterpolator(squeeze, load, axis=3).c  # (4, j, p, k, 2)
+    return np.ascontiguousarray(pieces[::-1].transpose(3, 2, 4, 1, 0))
+
+
+def _remaining(
+    sides: Sequence[ContactSide], rows: Rows, body: Body
+) -> tuple[Array, Array]:
+    """Static compliance (p, c, c) between contacts less that of the coordinates."""
+    closing, rootward, mesh_of = rows.closing, rows.rootward, rows.mesh_of
+    hubs, rigidity = body.damping.size, body.rigidity
+    contacts, positions = closing.shape[:2]
+    normal, tangential = (np.zeros((positions, contacts, contacts)) for _ in range(2))
+    begin = 0
+    for side in sides:
+        own = slice(begin, begin + side.laws.teeth.size)
+        normal[:, own, own] = side.laws.normal
+        tangential[:, own, own] = side.laws.tangential
+        begin = own.stop
+    for c, one in enumerate(mesh_of):
+        for d, two in enumerate(mesh_of):
+            here, there = _common(rows, hubs, one, two)
+            softness = 1.0 / rigidity[rows.columns[one, here] - hubs]
+            seen = closing[c][:, here] * softness
+            normal[:, c, d] -= (seen * closing[d][:, there]).sum(axis=1)
+            tangential[:, c, d] -= (seen * rootward[d][:, there]).sum(axis=1)
+    return normal, tangential
+
+
+def _common(rows: Rows, hubs: int, one: int, two: int) -> tuple[Indices, Indices]:
+    """Places of the elastic coordinates that two meshes share, in the row of each."""
+    count, columns = rows.widths, rows.columns
+    _, here, there = np.intersect1d(
+        columns[one, hubs : count[one]],
+        columns[two, hubs : count[two]],
+        return_indices=True,
+    )
+    return hubs + here, hubs + there

@@ -1,0 +1,108 @@
+"""Speed sweeps of a dynamic model, kept in a journal as they go."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Sequence
+from dataclasses import fields
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fegear.dynamics.journal import Entry, Journal
+from fegear.dynamics.respond import (
+    DynamicSettings,
+    Motion,
+    MotionState,
+    Stepper,
+    lost,
+    respond,
+)
+from lumped.response import FIGURES, Response, Status
+from lumped.sweep import Branch, Direction
+
+Array = NDArray[np.float64]
+Keep = Callable[[float, Motion], None]  # (frequency [Hz], what was recorded there)
+
+
+def sweep_branch(
+    stepper: Stepper,
+    frequencies: Sequence[float],
+    direction: Direction,
+    settings: DynamicSettings,
+    *,
+    journal: Journal | None = None,
+    name: str = "",
+    keep: Keep = lambda frequency, motion: None,
+    passed: Callable[[], None] = lambda: None,
+    stop: threading.Event | None = None,
+) -> Branch:
+    """Pass through mesh frequencies [Hz], each from where the one before settled.
+
+    journal, name : where finished speeds are found and kept, and the branch's name
+    keep : called with the motion of a speed before it counts as finished
+    passed : called after each speed; `stop` ends the sweep before the next
+    """
+    ordered = sorted(frequencies, reverse=direction == "down")
+    responses: list[Response] = []
+    state: MotionState | None = None
+    if journal is not None:
+        responses = [_response(entry) for entry in journal.finished(name)]
+        arrays = journal.state(name)
+        if arrays is not None:
+            state = _state(arrays)
+    for _ in responses:
+        passed()
+    finite = all(r.status != Status.DIVERGED for r in responses)
+    for index in range(len(responses), len(ordered)):
+        if not finite or (stop is not None and stop.is_set()):
+            break
+        frequency = ordered[index]
+        before = ordered[index - 1] if index else None
+        try:
+            response, motion, state = respond(
+                stepper, frequency, settings, state, before
+            )
+            keep(frequency, motion)
+        except FloatingPointError:
+            finite = False
+            at = stepper.start() if state is None else state
+            response, state = lost(stepper.model, frequency, at), at
+        responses.append(response)
+        if journal is not None:
+            journal.add(name, index, _values(response), _arrays(state))
+        passed()
+    complete = finite and len(responses) == len(ordered)
+    return Branch(stepper.model.reference, direction, tuple(responses), complete)
+
+
+def _arrays(state: MotionState) -> dict[str, Array]:
+    fields = {f"field{i}": field for i, field in enumerate(state.fields)}
+    return {"motion": state.motion, "touch": state.touch} | fields
+
+
+def _state(arrays: dict[str, Array]) -> MotionState:
+    fields = tuple(arrays[f"field{i}"] for i in range(len(arrays) - 2))
+    return MotionState(arrays["motion"], arrays["touch"], fields)
+
+
+def _values(response: Response) -> dict[str, Any]:
+    """Plain values of a response, its state left out."""
+    values = {}
+    for entry in fields(response):
+        value = getattr(response, entry.name)
+        if entry.name == "state":
+            continue
+        if isinstance(value, np.ndarray):
+            value = value.tolist()
+        values[entry.name] = str(value) if entry.name == "status" else value
+    return values
+
+
+def _response(entry: Entry) -> Response:
+    values: dict[str, Any] = dict(entry.values)
+    values |= {name: np.array(values[name], float) for name in FIGURES}
+    values["period_multiple"] = np.array(values["period_multiple"], np.int64)
+    values["status"] = Status(values["status"])
+    return Response(**values, state=np.empty((0, 0)))

@@ -1,0 +1,201 @@
+"""Gear sets in motion, built once each, and a march that keeps whole states."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cache, cached_property
+from typing import Any
+
+import hypothesis
+import numpy as np
+import pytest
+
+from fegear.dynamics.build import elastic_damping, mesh_laws
+from fegear.dynamics.far import far_coupling
+from fegear.dynamics.model import DynamicModel, ElasticGear, dynamic_model
+from fegear.dynamics.respond import MotionState, ReducedStepper
+from fegear.dynamics.scheme import generalized_alpha
+from fegear.dynamics.sides import MeshLaws
+from fegear.elasticity.material import PlaneMaterial
+from fegear.elasticity.modes import gear_modes
+from fegear.excitation import Excitations, Source
+from fegear.gearset import load_gear_set
+from fegear.gearset.model import Gear, GearSet
+from fegear.statics import StaticsSettings
+from fegear.train import mesh_torques_at, train_of
+from lumped import LumpedSystem
+
+# first calls import and compile
+hypothesis.settings.register_profile("dynamics", deadline=None)
+hypothesis.settings.load_profile("dynamics")
+
+LAW_TORQUE = 100.0  # N m on the input gear, for which tables and laws are made
+CUTOFF = 30e3  # Hz
+Arrays = tuple[np.ndarray, ...]
+
+
+@cache
+def elastic_gear(
+    gear: Gear, cutoff: float | None, damping: float
+) -> ElasticGear | None:
+    if cutoff is None:
+        return None
+    material = PlaneMaterial(gear.young_modulus, gear.poisson_ratio, "stress")
+    modes = gear_modes(gear.geometry, material, gear.density, cutoff)
+    return ElasticGear(modes, gear.face_width, elastic_damping(gear, damping))
+
+
+@dataclass(frozen=True, eq=False)
+class Case:
+    """A gear set under torque with its pair laws, ready to be given modes."""
+
+    gear_set: GearSet
+    reference: LumpedSystem
+    laws: list[MeshLaws]
+
+    @cached_property
+    def beside(self) -> tuple[np.ndarray, np.ndarray] | None:
+        """Compliance between contacts of different meshes, for all its models."""
+        far = far_coupling(self.gear_set, self.laws)
+        return None if far is None else (far, np.zeros_like(far))
+
+    def model(self, cutoff: float | None = None, damping: float = 0.01) -> DynamicModel:
+        """With elastic modes below a cut-off [Hz], or quasi-static without."""
+        elastic = [elastic_gear(gear, cutoff, damping) for gear in self.gear_set.gears]
+        return dynamic_model(
+            self.gear_set, self.reference, self.laws, elastic, self.beside
+        )
+
+    def stepper(
+        self, cutoff: float | None = None, damping: float = 0.01, remaining: float = 0.9
+    ) -> ReducedStepper:
+        return ReducedStepper(self.model(cutoff, damping), generalized_alpha(remaining))
+
+
+def edited(gear_set: GearSet, held: float | None, backlash: float | None) -> GearSet:
+    """With the last gear held [N m/rad] and other backlash [m]."""
+    if held is not None:
+        last = replace(gear_set.gears[-1], coupling_stiffness=held)
+        gear_set = replace(gear_set, gears=(*gear_set.gears[:-1], last))
+    if backlash is not None:
+        meshes = tuple(replace(m, backlash=backlash) for m in gear_set.meshes)
+        gear_set = replace(gear_set, meshes=meshes)
+    return gear_set
+
+
+@pytest.fixture(scope="session")
+def case_of(private_cache) -> Callable[..., Case]:
+    """Cases by what they differ in from the plain pair at 100 N m.
+
+    edits : pairs of names and values; relief : [um] at all tips
+    held : stiffness that holds the last gear [N m/rad]; backlash : [m]
+    """
+    tables = cache(lambda level: Excitations(Source(resolution=level, positions=64)))
+
+    @cache
+    def make(
+        name: str = "liu-pair",
+        torque: float = LAW_TORQUE,
+        *,
+        relief: float = 0.0,
+        edits: tuple[tuple[str, Any], ...] = (),
+        held: float | None = None,
+        backlash: float | None = None,
+        damping: float | None = None,
+        friction: float = 0.0,
+        resolution: str = "default",
+    ) -> Case:
+        names = dict(edits)
+        if relief:
+            names |= {"mesh.1.tip_relief.magnitude_um": relief}
+        gear_set = edited(load_gear_set(name, names), held, backlash)
+        excitations = tables(resolution)
+        on_meshes = mesh_torques_at(gear_set, LAW_TORQUE)
+        numbers = range(len(on_meshes))
+        found = [excitations.of(gear_set, m, on_meshes[m], 1) for m in numbers]
+        statics = StaticsSettings(friction=friction, resolution=resolution)
+        laws = []
+        for m in numbers:
+            ste = excitations.table(gear_set, m, on_meshes[m])["ste_m"]
+            laws.append(mesh_laws(gear_set, m, float(ste.max()), statics))
+        train = train_of(gear_set, torque, damping_ratio=damping)
+        return Case(gear_set, LumpedSystem(train, tuple(found)), laws)
+
+    return make
+
+
+@dataclass(frozen=True, eq=False)
+class Track:
+    """Whole states over t points: motion (t, 4, n) and touch (t, 3, c)."""
+
+    motion: np.ndarray
+    touch: np.ndarray
+    deflection: np.ndarray
+
+    @property
+    def end(self) -> MotionState:
+        return MotionState(self.motion[-1].copy(), self.touch[-1].copy())
+
+
+@pytest.fixture(scope="session")
+def track() -> Callable[..., Track]:
+    """March step by step: (stepper, state, frequency, step, steps, cycle, start).
+
+    frequency : of the first mesh [Hz], 0 for gears that stand still
+    cycle : steps of a cycle of the first mesh; start : of them since it began
+    """
+
+    def march(
+        stepper: ReducedStepper,
+        state: MotionState,
+        frequency: float,
+        step: float,
+        steps: int,
+        cycle: int,
+        start: int = 0,
+    ) -> Track:
+        from fegear.dynamics.kernels import reduced as kernel
+
+        model, s = stepper.model, stepper.scheme
+        weights = s.weights(step)
+        factors = kernel.step_factors(tuple(model.body), weights)
+        motion, touch = state.motion.copy(), state.touch.copy()
+        out = np.empty((2, 5, model.train.rate.size))
+        loads, hub = (
+            np.empty((2, model.touching)),
+            np.empty((2, 2, model.body.damping.size)),
+        )
+        motions, touches, deflections = [motion.copy()], [touch.copy()], []
+        for n in range(steps):
+            status, _ = kernel.march(
+                *model.arrays,
+                s.newmark(step),
+                weights,
+                factors,
+                2.0 * np.pi * frequency,
+                np.inf,
+                cycle,
+                start + n if frequency else start,
+                motion,
+                touch,
+                out,
+                loads,
+                hub,
+            )
+            assert status == kernel.FINISHED
+            motions.append(motion.copy())
+            touches.append(touch.copy())
+            deflections.append(out[:, 0].copy())
+        deflection = np.array([deflections[0][0], *(d[1] for d in deflections)])
+        return Track(np.array(motions), np.array(touches), deflection)
+
+    return march
+
+
+@pytest.fixture(scope="session")
+def rest() -> Callable[[DynamicModel], MotionState]:
+    """Nothing moves, nothing is loaded."""
+    return lambda model: MotionState(
+        np.zeros((4, model.size)), np.zeros((3, model.touching))
+    )

@@ -1,0 +1,205 @@
+"""Pairs solved alone, and coupled, against all pairs solved together."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.interpolate import PchipInterpolator
+from scipy.optimize import root
+
+from fegear.contact.instants import contact_at
+from fegear.contact.pair_laws import NOMINAL, TURNED, pair_laws
+from fegear.contact.problem import back_side_position
+from fegear.gearset.model import Relief
+
+POSITION = np.arange(32) / 32
+DEPTH = 9e-6  # m, about that of 100 N m
+REACH = 50e-6
+CASES = ("plain", "relieved", "friction")
+SIDES = ("driver", "driven")
+
+
+class Problems:
+    """Contact problems by name and their laws; pytest prints no arrays of these."""
+
+    def __init__(self, problems):
+        self._problems = problems
+        self.laws = cache(lambda name: pair_laws(problems[name], POSITION, REACH))
+
+    def __getitem__(self, name):
+        return self._problems[name]
+
+
+@pytest.fixture(scope="session")
+def cases(problem):
+    tips = {
+        f"{side}_tip_relief": Relief(
+            magnitude=8e-6,
+            start_roll_length=0.85 * tip_roll(getattr(problem.pair, side)),
+            shape="parabolic",
+        )
+        for side in SIDES
+    }
+    return Problems(
+        {
+            "plain": problem,
+            "relieved": replace(problem, **tips),
+            "friction": replace(problem, friction=0.1),
+        }
+    )
+
+
+def tip_roll(gear):
+    return np.sqrt(gear.tip_radius**2 - gear.base_radius**2)
+
+
+def together(laws, problem, approach):
+    """Loads (n, k) of coupled pairs at approaches (n,)."""
+    loads = np.zeros(laws.gap.shape)
+    for n, depth in enumerate(approach):
+        law = PchipInterpolator(laws.squeeze, laws.load[n, :, NOMINAL], axis=1)
+        drag = problem.friction * laws.sliding[n]
+        compliance = laws.normal[n] + laws.tangential[n] * drag
+        closing = laws.lever[n, :, 0] / problem.pair.driver.base_radius
+        free = depth * closing - laws.gap[n]
+
+        def load(squeeze, law=law):
+            return np.diagonal(law(np.clip(squeeze, 0.0, REACH))).copy()
+
+        def error(squeeze, load=load, compliance=compliance, free=free):
+            return (squeeze + compliance @ load(squeeze) - free) / DEPTH
+
+        found = root(error, free, options={"xtol": 1e-12})
+        assert np.abs(error(found.x)).max() < 1e-9
+        loads[n] = load(found.x)
+    return loads
+
+
+def difference(problem, scale=1.0):
+    """Of the total load to that of all pairs at once, over its mean (n,)."""
+    laws = pair_laws(problem, POSITION, REACH)
+    approach = np.full(POSITION.size, scale * DEPTH)
+    found = together(laws, problem, approach).sum(axis=1)
+    exact = contact_at(problem, POSITION, approach).load.sum(axis=1)
+    return (found - exact) / exact.mean()
+
+
+@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize("scale", [0.3, 1.0, 3.0])
+def test_coupled_laws_are_the_whole_contact(cases, case, scale):
+    error = np.abs(difference(cases[case], scale))
+    assert np.median(error) < 2e-4
+    assert error.max() < 2e-3
+
+
+def test_each_pair_carries_its_own_load(cases):
+    problem = cases["plain"]
+    laws, approach = cases.laws("plain"), np.full(POSITION.size, DEPTH)
+    found = together(laws, problem, approach)
+    exact = contact_at(problem, POSITION, approach)
+    assert ((found > 0.0).sum(axis=1) == 2).any()
+    for column, tooth in enumerate(laws.teeth):
+        own = exact.load[:, exact.teeth == tooth].sum(axis=1)
+        np.testing.assert_allclose(
+            found[:, column], own, atol=3e-3 * exact.load.max(), err_msg=str(tooth)
+        )
+
+
+def test_difference_shrinks_with_the_patches(cases):
+    """It is the discretisation of the whole contact, where a corner comes in."""
+    largest = []
+    for nodes in (25, 49, 97):
+        problem = replace(cases["plain"], nodes=nodes)
+        errors = [difference(problem, scale) for scale in (0.3, 1.0, 3.0)]
+        largest.append(np.abs(errors).max())
+    for coarse, fine in pairwise(largest):
+        assert fine < 0.7 * coarse
+    assert largest[-1] < 3e-4
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_loads_grow_from_nothing(cases, case):
+    laws = cases.laws(case)
+    assert (laws.load[..., 0] == 0.0).all()
+    assert (laws.load >= 0.0).all()
+    facing = laws.gap < 1e-3
+    assert (np.diff(laws.load[facing], axis=-1) > 0.0).all()
+    assert (laws.load[~facing] == 0.0).all()
+    # contact stiffens as it grows
+    slope = np.diff(laws.load[facing], axis=-1) / np.diff(laws.squeeze)
+    assert (np.diff(slope, axis=-1) > -1e-3 * slope.max()).all()
+
+
+def test_reversed_friction_has_the_opposite_effect(cases):
+    laws = cases.laws("friction")
+    nominal, turned = laws.load[:, :, NOMINAL], laws.load[:, :, TURNED]
+    assert np.abs(nominal - turned).max() > 1e-3 * nominal.max()
+    plain = cases.laws("plain").load[:, :, NOMINAL]
+    between = 0.5 * (nominal + turned)
+    np.testing.assert_allclose(between, plain, atol=2e-3 * plain.max())
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_back_side_is_the_drive_side_of_the_mirrored_mesh(cases, case):
+    problem = cases[case]
+    back = pair_laws(problem, POSITION, REACH, back=True)
+    mirror = pair_laws(problem, back_side_position(problem.pair, POSITION), REACH)
+    order = [list(mirror.teeth).index(-tooth) for tooth in back.teeth]
+    for name in ("gap", "lever", "arc", "load", "pressure"):
+        one, other = getattr(back, name), getattr(mirror, name)[:, order]
+        np.testing.assert_array_equal(one, other, err_msg=name)
+    # the same laws are passed through, in another order
+    assert back.load.max() == pytest.approx(cases.laws(case).load.max(), rel=0.02)
+
+
+def test_back_side_carries_what_contact_at_finds_there(cases):
+    problem = cases["plain"]
+    back = pair_laws(problem, POSITION, REACH, back=True)
+    depth = np.full(POSITION.size, DEPTH)
+    found = together(back, problem, depth)
+    exact = contact_at(problem, POSITION, -problem.pair.backlash - depth)
+    error = np.abs(-found.sum(axis=1) / exact.load.sum(axis=1) - 1.0)
+    assert np.median(error) < 2e-4
+    assert error.max() < 2e-3
+
+
+def test_twice_the_width_carries_twice_the_load(cases):
+    one, problem = cases.laws("friction"), cases["friction"]
+    wide = replace(problem, face_width=2.0 * problem.face_width)
+    two = pair_laws(wide, POSITION, REACH)
+    np.testing.assert_allclose(two.load, 2.0 * one.load, rtol=1e-9)
+    np.testing.assert_allclose(two.normal, 0.5 * one.normal, rtol=1e-9)
+    np.testing.assert_allclose(two.pressure, one.pressure, rtol=1e-9)
+
+
+def test_coupling_is_mutual(cases):
+    """Maxwell's theorem; a pair's own compliance is in its law."""
+    normal = cases.laws("plain").normal
+    size = np.abs(normal).max()
+    assert size > 0.0
+    np.testing.assert_allclose(normal, normal.transpose(0, 2, 1), atol=1e-3 * size)
+    assert (np.diagonal(normal, axis1=1, axis2=2) == 0.0).all()
+
+
+@given(
+    magnitude=st.floats(1e-6, 30e-6),
+    begin=st.floats(0.6, 0.95),
+    shape=st.sampled_from(["linear", "parabolic"]),
+    side=st.sampled_from(SIDES),
+    scale=st.floats(0.2, 3.0),
+)
+@settings(max_examples=8, deadline=None, derandomize=True)
+def test_any_relief(cases, magnitude, begin, shape, side, scale):
+    problem = cases["plain"]
+    start = begin * tip_roll(getattr(problem.pair, side))
+    relief = Relief(magnitude=magnitude, start_roll_length=start, shape=shape)
+    relieved = replace(problem, **{f"{side}_tip_relief": relief})
+    error = np.abs(difference(relieved, scale))
+    assert np.median(error) < 5e-4
+    assert error.max() < 5e-3

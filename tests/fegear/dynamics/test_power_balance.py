@@ -1,0 +1,71 @@
+"""Over a periodic motion, what torques and contacts give is what damping takes."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from fegear.dynamics.kernels import reduced as kernel
+from fegear.dynamics.respond import DynamicSettings, respond
+
+CUTOFF = 30e3  # Hz
+CYCLE = 128
+KINDS = {"quasistatic": None, "reduced": CUTOFF}
+CASES = {
+    "in contact": (1600.0, 0.04, 0.0),
+    "losing contact": (2950.0, 0.01, 0.0),
+    "friction": (1600.0, 0.04, 0.1),
+}
+
+
+def on_steps(table, fine):
+    """A table (c, p + 1, ...) at `fine` points from every position on, (c, t, ...)."""
+    part = np.tile(np.arange(fine) / fine, CYCLE)
+    part = part.reshape(1, -1, *[1] * (table.ndim - 2))
+    begin, step = table[:, :-1], np.diff(table, axis=1)
+    return np.repeat(begin, fine, axis=1) + part * np.repeat(step, fine, axis=1)
+
+
+def contact_force(model, touch, fine):
+    """Generalised force (t, n) of contacts over a cycle, from rows and loads."""
+    closing, rootward, sliding = (
+        on_steps(table, fine) for table in (*model.rows[2:4], model.contacts.sliding)
+    )
+    load, turned = touch[:, kernel.LOAD], touch[:, kernel.TURNED]
+    drag = model.rows.friction * sliding.T * (1.0 - 2.0 * turned)
+    count = model.rows.widths[0]
+    force = np.zeros((len(load), model.size))
+    pushed = np.einsum("tc,ctw->tw", load, closing[..., :count])
+    drawn = np.einsum("tc,ctw->tw", load * drag, rootward[..., :count])
+    force[:, model.rows.columns[0, :count]] = -pushed - drawn
+    return force
+
+
+def imbalance(stepper, track, frequency, steps):
+    """Power that is missing over that of damping; part of the time apart."""
+    model = stepper.model
+    settings = DynamicSettings(steps=steps, tolerance=1e-8, step_angle=10.0)
+    response, _, state = respond(stepper, frequency, settings)
+    assert response.multiple == 1
+    run = track(stepper, state, frequency, 1.0 / (frequency * steps), steps, steps)
+    # periodic: the trapezoid rule is the mean of all points but the last
+    velocity, touch = run.motion[:-1, kernel.V], run.touch[:-1]
+    damping = np.concatenate([model.body.damping, model.body.elastic_damping])
+    load = np.concatenate([model.body.load, np.zeros(model.body.rigidity.size)])
+    force = contact_force(model, touch, steps // CYCLE)
+    given = ((force + load) * velocity).sum(axis=1).mean()
+    taken = (damping * velocity**2).sum(axis=1).mean()
+    return given / taken - 1.0, response.contact_loss[0]
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("name", CASES)
+def test_power_is_balanced(case_of, track, kind, name):
+    frequency, damping, friction = CASES[name]
+    case = case_of(damping=damping, friction=friction)
+    stepper = case.stepper(KINDS[kind])
+    found = [imbalance(stepper, track, frequency, steps) for steps in (256, 512, 1024)]
+    errors, loss = np.abs(found).T
+    assert (loss > 0.05).all() == (name == "losing contact")
+    assert errors[-1] < 0.3 * errors[0]
+    assert errors[0] < 5e-5

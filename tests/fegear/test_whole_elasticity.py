@@ -1,0 +1,340 @@
+"""Operators of a whole gear from one sector against matrices of the whole gear.
+
+The matrices repeat the sector mesh around the axis, merge the nodes on the cuts and
+hold the hub. They share the mesh with the program and the order of the freedoms.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from conftest import make_gear
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.sparse import coo_array, csc_array, eye_array
+from scipy.sparse.linalg import LinearOperator, eigsh, splu
+from scipy.spatial import cKDTree
+from skfem import Basis, BilinearForm, ElementTriP2, ElementVector, MeshTri2
+from skfem.helpers import dot
+from skfem.models.elasticity import linear_elasticity
+
+from fegear.contact.compliance import PATCH, set_stencil
+from fegear.contact.flanks import FLANK
+from fegear.elasticity.flank import REACH, flank_compliance
+from fegear.elasticity.material import PlaneMaterial
+from fegear.elasticity.modes import LEFT, RIGHT, gear_modes
+from fegear.elasticity.sector import assemble_sector
+from fegear.elasticity.whole import substitute, whole_gear
+from meshes import MeshSize, sector_mesh
+from meshes.profile import flank_points, flank_tangents, roll_length_at_arc, turn
+
+STEEL = PlaneMaterial(206e9, 0.3)
+DENSITY = 7850.0
+SIZE = MeshSize(
+    flank_edges=6, flank_grading=2.0, fillet_edges=3, tooth_size=0.6, hub_size=2.4
+)
+STEP = (4.0 / 2e-7**2, 1.0)  # M and K of a time step
+
+
+def small_gear(teeth):
+    reference = 0.5 * 2.54e-3 * teeth
+    return make_gear(teeth, 5e-3, profile_shift=0.4, tip_radius=reference + 3.36e-3)
+
+
+class Explicit:
+    """Matrices over the fields of `WholeGear`, flattened by rows."""
+
+    def __init__(self, gear):
+        self.gear, self.sector = gear, sector_mesh(gear, SIZE)
+        angles = 2.0 * np.pi * np.arange(gear.teeth) / gear.teeth
+        copies = np.vstack([turn(self.sector.points, a) for a in angles])
+        near = cKDTree(copies).query_ball_point(copies, 1e-9)
+        kept, merged = np.unique([min(n) for n in near], return_inverse=True)
+        shift = len(self.sector.points) * np.arange(gear.teeth)[:, None, None]
+        triangles = (self.sector.triangles[None] + shift).reshape(-1, 6)
+        mesh = MeshTri2(copies[kept].T.copy(), merged[triangles].T.copy())
+        basis = Basis(mesh, ElementVector(ElementTriP2()), intorder=4)
+        fine = Basis(mesh, ElementVector(ElementTriP2()), intorder=6)
+        E, nu = 206e9, 0.3
+        law = linear_elasticity(E * nu / (1 - nu**2), 0.5 * E / (1 + nu))
+        form = BilinearForm(lambda u, v, _: DENSITY * dot(u, v))
+        self.full_mass = form.assemble(fine)
+        self.places = basis.doflocs.T
+        self.along_y = np.isin(np.arange(basis.N), basis.split_indices()[1])
+        self.fields = self._fields()
+        self.stiffness = self.fields.T @ law.assemble(basis) @ self.fields
+        self.mass = self.fields.T @ self.full_mass @ self.fields
+
+    def _fields(self):
+        """(freedoms of the whole gear, own * teeth), orthonormal columns."""
+        model, teeth = assemble_sector(self.sector, STEEL), self.gear.teeth
+        along_y = np.isin(
+            np.arange(model.basis.N), model.basis.split_indices()[1]
+        ).astype(int)
+        left = model.cut[: len(model.cut) // 2]
+        rows, columns, entries = [], [], []
+        for k in range(teeth):
+            angle = 2.0 * np.pi * k / teeth
+            directions = turn(np.eye(2), angle)[along_y[model.inner]]
+            places = turn(model.locations[model.inner], angle)
+            cut = turn(model.locations[left], angle)
+            radial = cut / np.hypot(*cut.T)[:, None]
+            clockwise = np.stack([radial[:, 1], -radial[:, 0]], axis=1)
+            polar = np.where(along_y[left, None] == 0, radial, clockwise)
+            pairs = self.freedoms(np.vstack([places, cut]))
+            own = len(pairs)
+            rows.append(pairs.ravel())
+            columns.append(np.repeat(np.arange(own) * teeth + k, 2))
+            entries.append(np.vstack([directions, polar]).ravel())
+        where = np.concatenate(rows), np.concatenate(columns)
+        shape = (len(self.places), own * teeth)
+        return csc_array(coo_array((np.concatenate(entries), where), shape=shape))
+
+    def freedoms(self, points):
+        """(n, 2) freedoms x, y at points."""
+        found = cKDTree(self.places).query_ball_point(points, 1e-9)
+        return np.array([sorted(pair, key=lambda d: self.along_y[d]) for pair in found])
+
+    @property
+    def turned(self):
+        """Unit clockwise turn of all nodes."""
+        x, y = self.places.T
+        return np.where(self.along_y, -x, y)
+
+
+@pytest.fixture(scope="module", params=[12, 13], ids=["even", "odd"])
+def explicit(request):
+    return Explicit(small_gear(request.param))
+
+
+@pytest.fixture(scope="module")
+def gear(explicit):
+    return whole_gear(explicit.gear, STEEL, DENSITY, SIZE)
+
+
+@pytest.fixture(scope="module")
+def factors(gear):
+    return gear.factorised(*STEP)
+
+
+def random_field(gear, seed=0):
+    return np.random.default_rng(seed).standard_normal((gear.own, gear.teeth))
+
+
+def close(found, wanted, rtol):
+    scale = np.abs(wanted).max()
+    np.testing.assert_allclose(found, wanted, rtol=0.0, atol=rtol * scale)
+
+
+def test_fields_are_all_freedoms_off_the_hub_once(gear, explicit):
+    products = explicit.fields.T @ explicit.fields
+    count = gear.own * gear.teeth
+    assert products.shape == (count, count)
+    assert np.abs((products - eye_array(count)).data).max() < 1e-12
+    radius = np.hypot(*explicit.places.T)
+    free = np.count_nonzero(radius > explicit.gear.hub_radius * (1 + 1e-6))
+    assert count == free
+
+
+@given(seed=st.integers(0, 2**32 - 1))
+@settings(max_examples=10, deadline=None)
+def test_products_are_those_of_the_whole_gear(gear, explicit, seed):
+    u = random_field(gear, seed)
+    for times, matrix in (
+        (gear.stiffness_times, explicit.stiffness),
+        (gear.mass_times, explicit.mass),
+    ):
+        close(times(u), (matrix @ u.ravel()).reshape(u.shape), 1e-10)
+
+
+@pytest.mark.parametrize("weights", [STEP, (0.0, 1.0), (1.0, 0.0)])
+def test_solution_is_that_of_the_whole_gear(gear, explicit, weights):
+    load = random_field(gear)
+    matrix = csc_array(weights[0] * explicit.mass + weights[1] * explicit.stiffness)
+    direct = splu(matrix).solve(load.ravel()).reshape(load.shape)
+    close(gear.factorised(*weights).solve(load), direct, 1e-9)
+
+
+@given(seed=st.integers(0, 2**32 - 1), steps=st.floats(1e-9, 1e-3))
+@settings(max_examples=10, deadline=None)
+def test_solution_returns_the_load(gear, seed, steps):
+    load, inertia = random_field(gear, seed), 4.0 / steps**2
+    u = gear.factorised(inertia, 1.0).solve(load)
+    close(inertia * gear.mass_times(u) + gear.stiffness_times(u), load, 1e-9)
+
+
+def test_arguments_are_left_alone(gear, factors):
+    u = random_field(gear)
+    before = u.copy()
+    gear.stiffness_times(u), gear.mass_times(u), factors.solve(u)
+    np.testing.assert_array_equal(u, before)
+
+
+def test_operators_are_symmetric_and_positive(gear, factors):
+    for times in (gear.stiffness_times, gear.mass_times, factors.solve):
+        for seed in range(3):
+            u, v = random_field(gear, seed), random_field(gear, seed + 10)
+            there, back = np.vdot(u, times(v)), np.vdot(v, times(u))
+            scale = np.linalg.norm(u) * np.linalg.norm(times(v))
+            assert abs(there - back) < 1e-12 * scale
+            assert np.vdot(u, times(u)) > 0.0
+
+
+def test_a_turn_by_one_tooth_turns_the_answer(gear, factors):
+    load = random_field(gear)
+    for operator in (gear.stiffness_times, gear.mass_times, factors.solve):
+        turned = np.roll(operator(load), 1, axis=1)
+        close(operator(np.roll(load, 1, axis=1)), turned, 1e-12)
+
+
+def as_operator(function, gear):
+    shape = gear.own, gear.teeth
+    return LinearOperator(
+        (gear.own * gear.teeth,) * 2,
+        matvec=lambda u: function(u.reshape(shape)).ravel(),
+        dtype=float,
+    )
+
+
+def test_lowest_frequencies_and_couplings_are_those_of_the_modes(gear, explicit):
+    modes = gear_modes(explicit.gear, STEEL, DENSITY, 150e3, SIZE)
+    count = len(modes.frequencies_Hz)
+    assert count > 5
+    values, vectors = eigsh(
+        as_operator(gear.stiffness_times, gear),
+        count,
+        as_operator(gear.mass_times, gear),
+        sigma=0.0,
+        OPinv=as_operator(gear.factorised(0.0, 1.0).solve, gear),
+        v0=random_field(gear).ravel(),
+    )
+    order = np.argsort(values)
+    frequency = np.sqrt(values[order]) / (2.0 * np.pi)
+    np.testing.assert_allclose(frequency, modes.frequencies_Hz, rtol=1e-8)
+    momentum = np.repeat(gear.momentum, gear.teeth)
+    axial = modes.nodal_diameters == 0
+    coupling = np.abs(momentum @ vectors[:, order])
+    scale = np.sqrt(modes.inertia)
+    np.testing.assert_allclose(
+        coupling[axial], np.abs(modes.rotation_coupling[axial]), atol=1e-8 * scale
+    )
+    assert coupling[~axial].max() < 1e-7 * scale
+    assert gear.inertia == pytest.approx(modes.inertia, rel=1e-12)
+    assert gear.mass == pytest.approx(modes.mass, rel=1e-12)
+
+
+def test_turn_and_its_momentum_are_those_of_the_whole_gear(gear, explicit):
+    turned = explicit.turned
+    rotation = (explicit.fields.T @ turned).reshape(gear.own, gear.teeth)
+    close(np.repeat(gear.rotation[:, None], gear.teeth, axis=1), rotation, 1e-10)
+    momentum = explicit.fields.T @ (explicit.full_mass @ turned)
+    close(
+        np.repeat(gear.momentum[:, None], gear.teeth, axis=1),
+        momentum.reshape(gear.own, gear.teeth),
+        1e-10,
+    )
+    assert gear.inertia == pytest.approx(
+        turned @ explicit.full_mass @ turned, rel=1e-10
+    )
+
+
+def test_momentum_differs_from_that_of_the_free_nodes_at_the_hub_only(gear):
+    """Nodes on the hub turn too and share their elements' mass with others."""
+    everywhere = np.repeat(gear.rotation[:, None], gear.teeth, axis=1)
+    missing = gear.momentum - gear.mass_times(everywhere)[:, 0]
+    differ = np.abs(missing) > 1e-9 * np.abs(gear.momentum).max()
+    assert 0 < np.count_nonzero(differ) < 0.2 * gear.own
+    share = gear.teeth * gear.momentum @ gear.rotation / gear.inertia
+    assert share == pytest.approx(1.0, abs=2e-2)
+
+
+@pytest.mark.parametrize("side", [RIGHT, LEFT])
+def test_point_loads_give_the_compliance_of_the_flank(gear, explicit, side):
+    static = gear.factorised(0.0, 1.0)
+    compliance = flank_compliance(explicit.gear, STEEL, SIZE, split=False)
+    points = gear.flanks[side]
+    for j in (1, 4):
+        load = np.zeros((gear.own, gear.teeth))
+        load[points.freedoms[j], 5] = points.inward[j]
+        u = static.solve(load)[points.freedoms]
+        for offset in range(-REACH, REACH + 1):
+            # the left flank sees the mirror image of the gear
+            tooth = 5 + (offset if side == RIGHT else -offset)
+            normal = np.einsum("ic,ic->i", u[:, :, tooth], points.inward)
+            root = np.einsum("ic,ic->i", u[:, :, tooth], points.rootward)
+            close(normal, compliance.normal[REACH + offset][:, j], 1e-9)
+            close(root, compliance.tangential[REACH + offset][:, j], 1e-9)
+
+
+@pytest.mark.parametrize("side", [RIGHT, LEFT])
+def test_row_at_a_flank_point_reads_that_point(gear, side):
+    points = gear.flanks[side]
+    row = gear.contact_row(side, points.arcs)
+    u = random_field(gear)[:, 3]
+    for weights, direction in (
+        (row.normal, points.inward),
+        (row.rootward, points.rootward),
+    ):
+        read = np.einsum("ia,ia->i", weights, u[row.freedoms])
+        direct = np.einsum("ic,ic->i", u[points.freedoms], direction)
+        close(read, direct, 1e-10)
+
+
+def test_row_has_the_weights_of_the_contact(gear, explicit):
+    """The kernel with its own records, between points and beyond the ends."""
+    length, count = explicit.gear.flank_length, SIZE.flank_edges
+    flank = np.zeros(1, FLANK).view(np.recarray)[0]
+    flank.length, flank.grading = length, SIZE.flank_grading
+    patch = np.zeros(1, PATCH).view(np.recarray)[0]
+    arcs = np.concatenate([np.linspace(-0.1, 1.1, 25), [0.0, 1.0]]) * length
+    row = gear.contact_row(RIGHT, arcs)
+    points = gear.flanks[RIGHT]
+    for i, arc in enumerate(arcs):
+        set_stencil.py_func(patch, 0, 0, arc, flank, count)
+        near = patch.first[0, 0] + np.arange(4)
+        np.testing.assert_array_equal(row.freedoms[i], points.freedoms[near].ravel())
+        weights = patch.weights[0, 0][:, None]
+        for found, directions in (
+            (row.normal, points.inward),
+            (row.rootward, points.rootward),
+        ):
+            close(found[i], (weights * directions[near]).ravel(), 1e-12)
+
+
+@pytest.mark.parametrize("side", [RIGHT, LEFT])
+def test_row_reads_rigid_motion_between_points(explicit, side):
+    """Lever arms of the normals: the base radius of a turn, also between points."""
+    errors = []
+    for factor in (2.0, 4.0):
+        size = SIZE.refined(factor)
+        fine = whole_gear(explicit.gear, STEEL, DENSITY, size)
+        arcs = np.linspace(0.3, 0.95, 12) * explicit.gear.flank_length
+        row = fine.contact_row(side, arcs)
+        arm = np.einsum("ia,ia->i", row.normal, fine.rotation[row.freedoms])
+        roll = roll_length_at_arc(explicit.gear, arcs)
+        tangent = flank_tangents(explicit.gear, roll)
+        x, y = flank_points(explicit.gear, roll).T
+        sign = 1.0 if side == RIGHT else -1.0
+        exact = sign * (-tangent[:, 1] * y - tangent[:, 0] * x)
+        close(np.abs(exact), explicit.gear.base_radius * np.ones(12), 1e-9)
+        errors.append(np.abs(arm - exact).max() / explicit.gear.base_radius)
+    assert errors[0] < 1e-5
+    assert errors[1] < 1e-6
+
+
+def test_kernel_and_python_agree(gear, factors):
+    load = np.random.default_rng(0).standard_normal((2 * gear.own - gear.inner, 3))
+    for rows in (factors.forward, factors.backward):
+        close(substitute(*rows, load), substitute.py_func(*rows, load), 1e-13)
+
+
+def test_wrong_arguments_are_named(gear, factors, explicit):
+    with pytest.raises(ValueError, match=r"u must have shape .* got \(3, 2\)"):
+        gear.mass_times(np.zeros((3, 2)))
+    with pytest.raises(ValueError, match="load must have shape"):
+        factors.solve(np.zeros((gear.own, 1)))
+    for weights in ((0.0, 0.0), (-1.0, 1.0), (1.0, np.nan), (np.inf, 1.0)):
+        with pytest.raises(ValueError, match="mass_factor and stiffness_factor"):
+            gear.factorised(*weights)
+    with pytest.raises(ValueError, match="density must be positive"):
+        whole_gear(explicit.gear, STEEL, -1.0, SIZE)

@@ -1,0 +1,194 @@
+"""Motion of a reduced gear model by a general solver of differential equations.
+
+The equations of `fegear.dynamics.model`, written out with dense matrices:
+
+    M q'' + C q' + K q = f - sum_c P_c(t) F_c
+    s_c + sum_d R_cd(t) F_d = A_c(t) q - g_c(t)
+
+with the squeezes s, F_c = law of s_c at the time t, and R the static compliance that
+the coordinates q do not have. All tables are linear between the positions of a mesh
+cycle. No step nor any function of the solver is shared, only the arrays of a model;
+friction in its nominal sense. The right-hand side is smooth between two positions,
+so each such piece is integrated by itself.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.integrate import solve_ivp
+from scipy.optimize import root
+
+from fegear.dynamics.arrays import Body, Contacts, Rows
+
+Array = NDArray[np.float64]
+
+
+class Model(Protocol):
+    """Arrays as in `fegear.dynamics.model.DynamicModel`, of a single mesh."""
+
+    @property
+    def body(self) -> Body: ...
+
+    @property
+    def rows(self) -> Rows: ...
+
+    @property
+    def contacts(self) -> Contacts: ...
+
+
+@dataclass(frozen=True, eq=False)
+class Equations:
+    """Dense matrices over n coordinates, tables over p + 1 positions and c contacts.
+
+    inverse_mass, damping, stiffness : (n, n); load : (n,)
+    turnover : (n, n) coordinates when teeth are counted anew, from those before
+    closing, push : (p + 1, c, n) squeeze per coordinate, generalised force per load
+    gap : (p + 1, c) [m]; compliance : (p + 1, c, c) [m/N]
+    knots : (j + 1,) [m]; law : (c, p + 1, j, 4) cubics by rising power
+    """
+
+    inverse_mass: Array
+    damping: Array
+    stiffness: Array
+    load: Array
+    turnover: Array
+    closing: Array
+    push: Array
+    gap: Array
+    compliance: Array
+    knots: Array
+    law: Array
+
+
+def equations(model: Model) -> Equations:
+    """Written out from the packed arrays of a model with one mesh."""
+    body, rows, contacts = model.body, model.rows, model.contacts
+    h, e = body.damping.size, body.rigidity.size
+    n = h + e
+    mass, K = np.eye(n), np.zeros((n, n))
+    for i in range(e):
+        mass[:h, h + i] = mass[h + i, :h] = (
+            body.coupling[i] * body.turning[body.owner[i]]
+        )
+    K[:h, :h] = body.stiffness
+    K[h:, h:] = np.diag(body.rigidity)
+    turnover = np.eye(n)
+    for i in range(e):
+        turnover[h + i, h + i] = body.cosine[i]
+        if body.partner[i] != i:
+            turnover[h + i, h + body.partner[i]] = body.sine[i]
+    (width,), closing, rootward = rows.widths, rows.closing, rows.rootward
+    closed, drawn = (np.zeros((*closing.shape[:2], n)) for _ in range(2))
+    closed[..., rows.columns[0, :width]] = closing[..., :width]
+    drawn[..., rows.columns[0, :width]] = rootward[..., :width]
+    drag = float(rows.friction) * contacts.sliding  # (c, p + 1)
+    push = closed + drag[..., None] * drawn
+    tangential = drag.T[:, None, :] * contacts.tangential
+    return Equations(
+        inverse_mass=np.asarray(np.linalg.inv(mass), float),
+        damping=np.diag(np.concatenate([body.damping, body.elastic_damping])),
+        stiffness=K,
+        load=np.concatenate([body.load, np.zeros(e)]),
+        turnover=turnover,
+        closing=closed.transpose(1, 0, 2),
+        push=push.transpose(1, 0, 2),
+        gap=contacts.gap.T,
+        compliance=contacts.normal + tangential,
+        knots=contacts.knots[0],
+        law=contacts.law[:, :, 0],
+    )
+
+
+def pair_loads(
+    e: Equations, place: int, part: float, squeeze: Array
+) -> tuple[Array, Array]:
+    """Loads (c,) at squeezes (c,) and their slopes, `part` of the way to the next."""
+    inside = np.clip(squeeze, 0.0, e.knots[-1])
+    cell = np.clip(np.searchsorted(e.knots, inside, "right") - 1, 0, e.knots.size - 2)
+    x = inside - e.knots[cell]
+    c = np.arange(squeeze.size)
+    a = (1.0 - part) * e.law[c, place, cell] + part * e.law[c, place + 1, cell]
+    slope = a[:, 1] + x * (2.0 * a[:, 2] + 3.0 * x * a[:, 3])
+    load = a[:, 0] + x * (a[:, 1] + x * (a[:, 2] + x * a[:, 3]))
+    load += slope * np.maximum(squeeze - e.knots[-1], 0.0)
+    touching = squeeze > 0.0
+    return np.where(touching, load, 0.0), np.where(touching, slope, 0.0)
+
+
+def contact_loads(e: Equations, place: int, part: float, q: Array) -> Array:
+    """Loads (c,) that go with the displacement q; ArithmeticError if not found."""
+
+    def between(table: Array) -> Array:
+        return np.asarray((1.0 - part) * table[place] + part * table[place + 1])
+
+    free = between(e.closing) @ q - between(e.gap)
+    if (free < 0.0).all():
+        return np.zeros(free.size)
+    R = between(e.compliance)
+
+    def error(squeeze: Array) -> tuple[Array, Array]:
+        load, slope = pair_loads(e, place, part, squeeze)
+        return (
+            (squeeze + R @ load - free) / e.knots[-1],
+            (np.eye(free.size) + R * slope) / e.knots[-1],
+        )
+
+    found = root(error, free, jac=True, method="hybr", options={"xtol": 1e-13})
+    if not np.abs(error(found.x)[0]).max() < 1e-11:
+        raise ArithmeticError(f"contact not solved: {found.message}")
+    return pair_loads(e, place, part, found.x)[0]
+
+
+def march(
+    e: Equations,
+    state: Array,
+    frequency: float,
+    periods: int,
+    checks: int = 1,
+    tolerance: float = 1e-10,
+) -> tuple[Array, Array]:
+    """(times (t,) [s], states (t, 2, n)) from a state (2, n) at the start of a cycle.
+
+    checks : points that are recorded of every piece between two positions
+    tolerance : of the solver, relative and in units of the largest coordinate
+    """
+    pieces, n = e.gap.shape[0] - 1, e.load.size
+    length = 1.0 / (frequency * pieces)
+    place_scale, speed_scale = np.abs(state).max(axis=1)
+    swing = np.sqrt(np.median(np.diag(e.stiffness))) * place_scale
+    scale = np.repeat([place_scale, max(speed_scale, swing)], n)
+    now, states = state.copy(), [state.copy()]
+
+    def derivative(time: float, y: Array, place: int) -> Array:
+        q, v = y.reshape(2, n)
+        part = min(max(time / length, 0.0), 1.0)
+        push = (1.0 - part) * e.push[place] + part * e.push[place + 1]
+        force = e.load - e.damping @ v - e.stiffness @ q
+        force = force - contact_loads(e, place, part, q) @ push
+        return np.concatenate([v, e.inverse_mass @ force])
+
+    for number in range(periods * pieces):
+        place = number % pieces
+        if number and place == 0:
+            now = now @ e.turnover.T
+            states[-1] = now.copy()
+        found = solve_ivp(
+            derivative,
+            (0.0, length),
+            now.ravel(),
+            method="DOP853",
+            t_eval=length * np.arange(1, checks + 1) / checks,
+            args=(place,),
+            rtol=tolerance,
+            atol=tolerance * scale,
+        )
+        if not found.success:
+            raise ArithmeticError(f"motion not solved: {found.message}")
+        states += list(found.y.T.reshape(-1, 2, n))
+        now = states[-1].copy()
+    times = length / checks * np.arange(len(states))
+    return times, np.array(states)
