@@ -11,7 +11,8 @@ import pytest
 from conftest import make_gear
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.sparse import coo_array, csc_array, eye_array
+from scipy.linalg import eigh
+from scipy.sparse import block_diag, coo_array, csc_array, eye_array, hstack
 from scipy.sparse.linalg import LinearOperator, eigsh, splu
 from scipy.spatial import cKDTree
 from skfem import Basis, BilinearForm, ElementTriP2, ElementVector, MeshTri2
@@ -338,3 +339,49 @@ def test_wrong_arguments_are_named(gear, factors, explicit):
             gear.factorised(*weights)
     with pytest.raises(ValueError, match="density must be positive"):
         whole_gear(explicit.gear, STEEL, -1.0, SIZE)
+
+
+def test_free_gear_vibrates_as_the_whole_gear_does():
+    """Hub free to turn, which only concerns waves that are equal in all sectors."""
+    explicit, hub = Explicit(small_gear(12)), 2e-6  # inertia of the hub itself [kg m]
+    # independent: the nodes on the hub turn with it as one
+    free = hstack([explicit.fields, csc_array(explicit.turned[:, None])])
+    mass = (free.T @ explicit.full_mass @ free).tolil()
+    mass[-1, -1] += hub
+    stiffness = block_diag([explicit.stiffness, csc_array((1, 1))], format="csc")
+    values = eigsh(stiffness, 60, mass.tocsc(), sigma=-1e6, return_eigenvectors=False)
+    expected = np.sqrt(np.sort(values)[1:])
+
+    gear = whole_gear(explicit.gear, STEEL, DENSITY, SIZE)
+    K, M = np.zeros((2, gear.own + 1, gear.own + 1))
+    for i in range(gear.own):
+        equal = np.zeros((gear.own, gear.teeth))
+        equal[i] = 1.0
+        K[:-1, i] = gear.stiffness_times(equal).sum(axis=1)
+        M[:-1, i] = gear.mass_times(equal).sum(axis=1)
+    M[-1, :-1] = M[:-1, -1] = gear.teeth * gear.momentum
+    M[-1, -1] = gear.inertia + hub
+    found = np.sqrt(eigh(K, M, eigvals_only=True, subset_by_index=[1, 3]))
+    found = found[found < expected[-1]]
+    assert found.size > 1
+    apart = np.abs(found[:, None] / expected - 1.0).min(axis=1)
+    assert (apart < 1e-6).all()
+
+    errors = [
+        np.abs(free_modes(explicit.gear, cutoff, hub)[: found.size] / found - 1.0).max()
+        for cutoff in (2.0 * found[-1], 8.0 * found[-1])
+    ]
+    assert errors[1] < 0.2 * errors[0]
+    assert errors[1] < 1e-3
+
+
+def free_modes(gear, cutoff, hub):
+    """Angular frequencies with the hub free, from the modes with the hub held."""
+    modes = gear_modes(gear, STEEL, DENSITY, cutoff / (2.0 * np.pi), SIZE)
+    standing = modes.nodal_diameters == 0
+    coupling = modes.rotation_coupling[standing]
+    M = np.eye(coupling.size + 1)
+    M[-1, -1] = modes.inertia + hub
+    M[-1, :-1] = M[:-1, -1] = coupling
+    K = np.diag([*(2.0 * np.pi * modes.frequencies_Hz[standing]) ** 2, 0.0])
+    return np.sqrt(eigh(K, M, eigvals_only=True)[1:])

@@ -27,9 +27,10 @@ from fegear.stress import sector_stress, tooth_loads
 from fegear.train import train_of
 from lumped import LumpedSystem
 
-SETTINGS = DynamicSettings()
+# as many steps as the laws have places
+SETTINGS = DynamicSettings(steps=128, hub_angle=10.0, step_angle=10.0)
 STEEL = PlaneMaterial(206e9, 0.3, "stress")
-SLOW, FAST = 10.0, 1200.0  # Hz
+SLOW, FAST = 20.0, 1200.0  # Hz
 UNITS = ("_s", "_m", "_N", "_Pa", "_rad")
 UNITLESS = ("_position", "_engaged_pairs")
 

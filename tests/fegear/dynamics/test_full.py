@@ -1,0 +1,105 @@
+"""All freedoms of the finite elements against elastic modes and against none."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from fegear.dynamics.build import elastic_damping
+from fegear.dynamics.full import FullStepper, full_model
+from fegear.dynamics.kernels import reduced as kernel
+from fegear.dynamics.scheme import generalized_alpha
+from fegear.elasticity.material import PlaneMaterial
+from fegear.elasticity.whole import whole_gear
+from meshes import MeshSize
+
+FREQUENCY, CYCLE = 1600.0, 128
+COARSE = MeshSize().refined(0.25)
+LIGHT = 0.01  # damping ratio of elastic modes
+
+
+@pytest.fixture(scope="module")
+def full_of(case_of):
+    def make(**case):
+        given = case_of(**case)
+        gears = given.gear_set.gears
+        wholes = [
+            whole_gear(
+                gear.geometry,
+                PlaneMaterial(gear.young_modulus, gear.poisson_ratio, "stress"),
+                gear.density,
+                COARSE,
+            )
+            for gear in gears
+        ]
+        damping = [elastic_damping(gear, LIGHT) for gear in gears]
+        far = None if given.beside is None else given.beside[0]
+        model = full_model(
+            given.gear_set, given.reference, given.laws, wholes, damping, far
+        )
+        return FullStepper(model, generalized_alpha(0.9))
+
+    return make
+
+
+def passed(stepper, periods=1):
+    """Deflection from rest over mesh periods, and the state after them."""
+    state, size = stepper.start(), 1.0 / (FREQUENCY * CYCLE)
+    state, motion = stepper.march(state, FREQUENCY, size, periods * CYCLE, CYCLE)
+    return motion, state
+
+
+def apart(one, other):
+    return np.sqrt(((one - other) ** 2).mean()) / other.std()
+
+
+@pytest.mark.parametrize("friction", [0.0, 0.1])
+def test_statics_are_those_of_hubs_alone(case_of, full_of, friction):
+    rigid = case_of(friction=friction).stepper(None).start()
+    state = full_of(friction=friction).start()
+    near = rigid.touch[kernel.SQUEEZE] > 0.0
+    for row in (kernel.SQUEEZE, kernel.LOAD):
+        np.testing.assert_allclose(state.touch[row, near], rigid.touch[row, near], 1e-8)
+    same_deflection(state, rigid, full_of(friction=friction))
+
+
+def same_deflection(one, other, stepper):
+    """A free rotation takes part in the motion to rest and strains nothing."""
+    shapes = stepper.model.train.deflection
+    np.testing.assert_allclose(
+        shapes @ one.motion[0], shapes @ other.motion[0], rtol=1e-8
+    )
+
+
+def test_statics_of_an_idler_know_both_its_meshes(case_of, full_of):
+    rigid = case_of("liu-idler").stepper(None).start()
+    stepper = full_of(name="liu-idler")
+    same_deflection(stepper.start(), rigid, stepper)
+
+
+@pytest.mark.parametrize("friction", [0.0, 0.1])
+def test_modes_tend_to_all_freedoms(case_of, full_of, friction):
+    """Over one period from rest, teeth counted anew at its end, and some beyond."""
+    motion, _ = passed(full_of(friction=friction), periods=2)
+    expected = motion.history.deflection[:, 0]
+    case = case_of(friction=friction)
+    errors = [
+        apart(passed(case.stepper(cutoff), 2)[0].history.deflection[:, 0], expected)
+        for cutoff in (12e3, 40e3, 120e3)
+    ]
+    assert errors[0] > errors[1] > errors[2]
+    assert errors[2] < 4e-3
+
+
+def test_marching_on_is_marching_at_once(full_of):
+    stepper = full_of()
+    whole, end = passed(stepper, periods=2)
+    _, half = passed(stepper)
+    size = 1.0 / (FREQUENCY * CYCLE)
+    after, second = stepper.march(half, FREQUENCY, size, CYCLE, CYCLE)
+    np.testing.assert_allclose(
+        second.history.deflection, whole.history.deflection[CYCLE:], rtol=1e-9
+    )
+    for one, other in zip(after.fields, end.fields, strict=True):
+        scale = np.abs(other).max(axis=(1, 2), keepdims=True)
+        assert (np.abs(one - other) <= 1e-8 * scale).all()
