@@ -1,0 +1,79 @@
+"""Errors, rows of gears and figures of the benchmark of gears in motion."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from fegear.dynamics.build import FiniteElements
+from fegear.excitation import Excitations
+from fegear.gearset import load_gear_set
+from fegear.train import train_of
+from lumped import LumpedSystem
+from validation import bench_dynamics as study
+
+
+@pytest.fixture(scope="module")
+def bench_of(private_cache):
+    excitations = Excitations()
+
+    def make(gears):
+        gear_set = study.row_of_gears(load_gear_set("liu-pair"), gears)
+        torques = [100.0 * (55 / 38 if m % 2 else 1.0) for m in range(gears - 1)]
+        found = tuple(excitations.of(gear_set, m, t, 1) for m, t in enumerate(torques))
+        system = LumpedSystem(train_of(gear_set, 100.0), found)
+        return study.Bench(gear_set, 100.0, system, excitations)
+
+    return make
+
+
+def test_error_at_common_times():
+    time = np.linspace(0.0, 1.0, 128, endpoint=False)
+    fine = np.sin(2.0 * np.pi * time)[:, None]
+    assert study.waveform_error(fine[::4], fine)[0] == 0.0
+    assert study.waveform_error(1.01 * fine[::2], fine)[0] == pytest.approx(0.01)
+
+
+@pytest.mark.parametrize("gears", [2, 3, 4])
+def test_gears_of_a_row_turn_in_turns(gears):
+    row = study.row_of_gears(load_gear_set("liu-pair"), gears)
+    assert [g.geometry.teeth for g in row.gears] == [38, 55, 38, 55][:gears]
+    for mesh in row.meshes:
+        assert mesh.pair.driver == row.gears[mesh.driver].geometry
+        assert mesh.pair.driven == row.gears[mesh.driven].geometry
+    assert row.senses == (1, -1, 1, -1)[:gears]
+
+
+def test_errors_shrink_with_the_steps_at_equal_cost_per_step(bench_of):
+    bench = bench_of(2)
+    stepper, freedoms, _ = bench.stepper(FiniteElements(fidelity="quasistatic"))
+    assert freedoms == 0
+    fine, _ = study.run(stepper, bench.speeds[1], 1024)
+    errors = [
+        study.waveform_error(study.run(stepper, bench.speeds[1], n)[0], fine)[0]
+        for n in (64, 128, 256)
+    ]
+    assert errors[0] > 3.0 * errors[1] > 9.0 * errors[2]
+
+
+def test_rows_grow_by_coordinates(bench_of):
+    sizes = [study.growth(bench_of(gears)) for gears in (2, 4)]
+    assert sizes[1].coordinates == 2 * sizes[0].coordinates
+    assert sizes[1].us_per_step < 6.0 * sizes[0].us_per_step
+
+
+def test_picture_and_table(tmp_path):
+    points = [
+        study.Point("steps", 64, 9, 1.0, 3.0, 1e-2, 2e-2),
+        study.Point("steps", 128, 9, 1.0, 3.0, 2.5e-3, 5e-3),
+        study.Point("mesh", 0.7, 900, 1.0, 9e3, np.nan, np.nan),
+        study.Point("modes", 0.0, 0, 1.0, 3.0, 1.0, 1.2),
+    ]
+    assert study.observed_order(points) == pytest.approx(2.0)
+    study.write_points(points, tmp_path / "p.csv")
+    lines = (tmp_path / "p.csv").read_text().splitlines()
+    assert lines[0].startswith("study,setting,freedoms,prepare_s,us_per_step")
+    assert len(lines) == 5
+    axes = study.draw_points(points, "title").axes[0]
+    assert len(axes.lines) == 3
+    assert "[ms]" in axes.get_ylabel()
