@@ -50,6 +50,7 @@ if TYPE_CHECKING:
     # (number of the torque, direction, frequency [Hz], motion there)
     Keeper = Callable[[int, Direction, float, Motion], None]
 
+REFRESH = 0.2  # s between two words on a running speed
 WORKERS = 2  # sweeps at a time; each holds its own models
 
 
@@ -315,13 +316,20 @@ def _run_branches(
         for direction in run.directions
     ]
     total, done = len(tasks) * len(run.frequencies), 0
-    stop, lock = threading.Event(), threading.Lock()
+    stop, lock, shown = threading.Event(), threading.Lock(), 0.0
 
     def passed() -> None:
         nonlocal done
         with lock:
             done += 1
             report("sweep", done, total)
+
+    def watch(frequency: float, period: int) -> None:
+        nonlocal shown
+        now = time.perf_counter()
+        if now - shown > REFRESH:
+            shown = now
+            report(f"{frequency:g} Hz, period {period}", done, total)
 
     with ThreadPoolExecutor(WORKERS) as pool:
         futures = [
@@ -332,6 +340,7 @@ def _run_branches(
                 name=f"{torque:g}-{direction}",
                 keep=partial(keep, number, direction),
                 passed=passed,
+                watch=watch,
                 stop=stop,
             )
             for number, torque, each, direction in tasks

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Protocol
 
@@ -17,6 +18,9 @@ from lumped.response import FIGURES, History, Response, Status, measures
 Array = NDArray[np.float64]
 REST_STEPS = 200  # to the deflection at rest
 PERIODS = (400, 200_000)  # least and most that a motion may take to settle
+
+
+Watch = Callable[[float, int], None]
 
 
 class DynamicsError(ArithmeticError):
@@ -206,11 +210,14 @@ def respond(
     settings: DynamicSettings,
     state: MotionState | None = None,
     before: float | None = None,
+    watch: Watch = lambda frequency, period: None,
 ) -> tuple[Response, Motion, MotionState]:
     """Settle at a frequency of the first mesh [Hz] and record what repeats.
 
     state, before : where a motion at another frequency stood; the speed changes
         smoothly from there
+    watch : called after every common period with the frequency and their number; what
+        it raises ends the run
     """
     model = stepper.model
     length = model.reference.train.common_period[0]
@@ -227,12 +234,14 @@ def respond(
         now, motion = stepper.march(now, frequency, step, steps, cycle)
         place, velocity = now.motion[:2, :hubs]
         settling.add(place, velocity, motion.history.deflection)
+        watch(frequency, settling.period)
     multiple = settling.multiple if settling.done else 0
     settled_after = settling.period * length / frequency
     parts = []
     for _ in range(multiple or settings.multiples):
         now, motion = stepper.march(now, frequency, step, steps, cycle)
         parts.append(motion)
+        watch(frequency, settling.period + len(parts))
     whole = _joined(parts, step)
     response = Response(
         frequency=frequency,

@@ -16,6 +16,7 @@ from fegear.dynamics.respond import (
     Motion,
     MotionState,
     Stepper,
+    Watch,
     lost,
     respond,
 )
@@ -24,6 +25,10 @@ from lumped.sweep import Branch, Direction
 
 Array = NDArray[np.float64]
 Keep = Callable[[float, Motion], None]  # (frequency [Hz], what was recorded there)
+
+
+class Stopped(Exception):
+    """A run that was asked to end."""
 
 
 def sweep_branch(
@@ -36,14 +41,22 @@ def sweep_branch(
     name: str = "",
     keep: Keep = lambda frequency, motion: None,
     passed: Callable[[], None] = lambda: None,
+    watch: Watch = lambda frequency, period: None,
     stop: threading.Event | None = None,
 ) -> Branch:
     """Pass through mesh frequencies [Hz], each from where the one before settled.
 
     journal, name : where finished speeds are found and kept, and the branch's name
     keep : called with the motion of a speed before it counts as finished
-    passed : called after each speed; `stop` ends the sweep before the next
+    passed : called after each speed; watch : after each period, see `respond`
+    stop : ends the sweep after the period that runs
     """
+
+    def watched(frequency: float, period: int) -> None:
+        if stop is not None and stop.is_set():
+            raise Stopped
+        watch(frequency, period)
+
     ordered = sorted(frequencies, reverse=direction == "down")
     responses: list[Response] = []
     state: MotionState | None = None
@@ -56,15 +69,17 @@ def sweep_branch(
         passed()
     finite = all(r.status != Status.DIVERGED for r in responses)
     for index in range(len(responses), len(ordered)):
-        if not finite or (stop is not None and stop.is_set()):
+        if not finite:
             break
         frequency = ordered[index]
         before = ordered[index - 1] if index else None
         try:
             response, motion, state = respond(
-                stepper, frequency, settings, state, before
+                stepper, frequency, settings, state, before, watched
             )
             keep(frequency, motion)
+        except Stopped:
+            break
         except FloatingPointError:
             finite = False
             at = stepper.start() if state is None else state

@@ -108,3 +108,16 @@ def test_stiff_gears_are_quasistatic(case_of, frequency):
     rigid, stiff, elastic = (respond(s, frequency, settings)[0] for s in steppers)
     assert stiff.dte_rms[0] == pytest.approx(rigid.dte_rms[0], rel=1e-3)
     assert elastic.dte_rms[0] != pytest.approx(rigid.dte_rms[0], rel=1e-2)
+
+
+def test_a_watch_ends_a_run(stepper):
+    seen = []
+
+    def watch(frequency, period):
+        seen.append((frequency, period))
+        if period == 3:
+            raise TimeoutError
+
+    with pytest.raises(TimeoutError):
+        respond(stepper, FREQUENCY, SETTINGS, watch=watch)
+    assert seen == [(FREQUENCY, n) for n in (1, 2, 3)]

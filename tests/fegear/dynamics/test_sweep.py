@@ -1,0 +1,94 @@
+"""Branches of speeds: what a journal keeps, what a stop leaves."""
+
+from __future__ import annotations
+
+import threading
+
+import numpy as np
+import pytest
+
+from fegear.dynamics.journal import open_journal
+from fegear.dynamics.respond import DynamicSettings
+from fegear.dynamics.sweep import sweep_branch
+from lumped.response import FIGURES
+
+SPEEDS = [1000.0, 1010.0, 1020.0]
+SETTINGS = DynamicSettings(tolerance=1e-3)
+
+
+@pytest.fixture(scope="module")
+def stepper(case_of):
+    return case_of().stepper()
+
+
+def test_speeds_are_passed_in_the_direction(stepper):
+    down = sweep_branch(stepper, SPEEDS, "down", SETTINGS)
+    assert list(down.frequency_Hz) == SPEEDS[::-1]
+    assert down.complete
+
+
+def test_a_stop_keeps_what_was_finished(stepper):
+    stop, passed = threading.Event(), []
+
+    def count():
+        passed.append(1)
+        if len(passed) == 2:
+            stop.set()
+
+    branch = sweep_branch(stepper, SPEEDS, "up", SETTINGS, passed=count, stop=stop)
+    assert len(branch.responses) == 2
+    assert not branch.complete
+
+
+def test_a_journal_gives_back_what_was_found(stepper, tmp_path):
+    whole = sweep_branch(stepper, SPEEDS, "up", SETTINGS)
+    journal = open_journal(tmp_path / "j", {"of": "this"}, resume=True)
+    stop = threading.Event()
+    sweep_branch(
+        *(stepper, SPEEDS, "up", SETTINGS),
+        journal=journal,
+        name="up",
+        passed=stop.set,
+        stop=stop,
+    )
+    marched = []
+    resumed = sweep_branch(
+        *(stepper, SPEEDS, "up", SETTINGS),
+        journal=journal,
+        name="up",
+        watch=lambda frequency, period: marched.append(frequency),
+    )
+    assert set(marched) == set(SPEEDS[1:])
+    for name in FIGURES:
+        np.testing.assert_array_equal(resumed.column(name), whole.column(name))
+    assert [r.status for r in resumed.responses] == [r.status for r in whole.responses]
+    journal.close(keep=False)
+
+
+def test_histories_are_kept_before_a_speed_counts(stepper, tmp_path):
+    journal = open_journal(tmp_path / "j", {"of": "this"}, resume=True)
+
+    def keep(frequency, motion):
+        assert len(journal.finished("up")) == SPEEDS.index(frequency)
+        if frequency == SPEEDS[1]:
+            raise OSError("disk full")
+
+    with pytest.raises(OSError, match="disk full"):
+        sweep_branch(
+            *(stepper, SPEEDS, "up", SETTINGS), journal=journal, name="up", keep=keep
+        )
+    assert len(journal.finished("up")) == 1
+    journal.close(keep=False)
+
+
+def test_a_diverged_speed_ends_a_branch(stepper, monkeypatch):
+    from fegear.dynamics import sweep as module
+
+    def diverge(*_):
+        raise FloatingPointError
+
+    monkeypatch.setattr(module, "respond", diverge)
+    branch = sweep_branch(stepper, SPEEDS, "up", SETTINGS)
+    assert [str(r.status) for r in branch.responses] == ["diverged"]
+    assert np.isnan(branch.column("dte_rms")).all()
+    assert not branch.complete
