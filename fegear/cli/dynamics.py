@@ -418,7 +418,4 @@ def _model_1(run: Run, report: Callable[[str, int, int], None]) -> list[Branch]:
 
 def _print_choice(torques: Sequence[float], prepared: Sequence[Prepared]) -> None:
     for torque, each in zip(torques, prepared, strict=True):
-        kept = " + ".join(map(str, each.elastic)) or "no"
-        typer.echo(
-            f"{torque:g} N m, {each.fidelity} ({kept} elastic freedoms): {each.reason}"
-        )
+        typer.echo(f"{torque:g} N m, {each.reason}")

@@ -66,7 +66,7 @@ class FiniteElements:
 
 @dataclass(frozen=True, eq=False)
 class Prepared:
-    """A stepper and why it is of its fidelity.
+    """A stepper and why it is of its fidelity, in a sentence that begins with it.
 
     elastic : number of each gear's elastic modes, or freedoms where all are kept
     """
@@ -115,13 +115,15 @@ def prepare(
     nobody: list[ElasticGear | None] = [None] * len(gear_set.gears)
     rigid = dynamic_model(gear_set, reference, laws, nobody, beside)
     if elements.fidelity == "quasistatic":
-        return _prepared(rigid, settings, "quasistatic", "as asked for", [])
+        return _prepared(
+            rigid, settings, "quasistatic", "quasistatic: as asked for", []
+        )
     modes = modes_of(gear_set, speeds, elements.cutoff_Hz)
     elastic = _elastic(gear_set, modes, elements.elastic_damping)
     model = dynamic_model(gear_set, reference, laws, elastic, beside)
     choice = _choice(model, tables, speeds, elements)
     if elements.fidelity == "reduced":
-        return _prepared(model, settings, "reduced", _quasistatic_error(choice), modes)
+        return _prepared(model, settings, "reduced", _asked_for(choice, modes), modes)
     if choice.fidelity == "quasistatic":
         return _prepared(rigid, settings, "quasistatic", choice.sentence, [])
     kept = [below(each, choice.cutoff_Hz) for each in modes]
@@ -160,14 +162,16 @@ def _full(
         damping.append(elastic_damping(gear, elements.elastic_damping))
     full = full_model(gear_set, reference, laws, wholes, damping, far)
     freedoms = tuple(whole.own * whole.teeth for whole in wholes)
-    return Prepared(
-        FullStepper(full, settings.scheme), "full", "as asked for", freedoms
-    )
+    counts = " + ".join(map(str, freedoms))
+    reason = f"full: as asked for, {counts} elastic freedoms of the gears"
+    return Prepared(FullStepper(full, settings.scheme), "full", reason, freedoms)
 
 
-def _quasistatic_error(choice: Choice) -> str:
+def _asked_for(choice: Choice, modes: Sequence[GearModes]) -> str:
+    counts = " + ".join(str(each.frequencies_Hz.size) for each in modes)
     return (
-        "as asked for; left out, elastic inertia would change the mesh compliance by "
+        f"reduced: as asked for, with {counts} elastic modes of the gears; "
+        "without, elastic inertia would change the mesh compliance by "
         f"up to {100.0 * choice.bound:.2g} % of the excitation's RMS"
     )
 
