@@ -104,7 +104,7 @@ class Excitations:
         if not torque > 0.0:
             raise InputError(
                 f"torque = {torque:g} N m on mesh {mesh + 1}; finite-element tables "
-                "need a load, choose --excitation rectangular for none"
+                "need a load; of the commands, sweep --excitation rectangular does not"
             )
         return solve_mesh(gear_set, mesh, [torque], self.source.statics).table
 

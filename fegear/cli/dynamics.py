@@ -9,6 +9,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from functools import partial
+from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -35,7 +36,7 @@ from fegear.cli.lumped_options import (
     system_at,
     usual_speeds,
 )
-from fegear.cli.options import progress_bar, require, require_outputs
+from fegear.cli.options import ResolutionChoice, progress_bar, require, require_outputs
 from fegear.cli.sweep import DirectionChoice, SweepOutputs, at_torques, tell_sweep
 
 if TYPE_CHECKING:
@@ -93,6 +94,9 @@ def dynamics_command(
             "[default: 7 times the highest speed or more].",
         ),
     ] = None,
+    resolution: Annotated[
+        ResolutionChoice, typer.Option(help="Of the contact laws.")
+    ] = ResolutionChoice.default,
     steps: Annotated[
         int, typer.Option(help="Per period of the fastest mesh, at least.")
     ] = 128,
@@ -146,7 +150,10 @@ def dynamics_command(
     changes = parsed_edits(edits)
     gear_set = load_gear_set(set_name, changes)
     physics = Physics(model=1, translations=translations, damping=damping)
-    elements = _checked_elements(fidelity.value, friction, elastic_damping, cutoff)
+    elements = replace(
+        _checked_elements(fidelity.value, friction, elastic_damping, cutoff),
+        resolution=resolution.value,
+    )
     settings = _checked_settings(steps, tolerance, max_periods)
     frequencies = None if speeds is None else parsed_speeds(speeds)
     torques = chosen_torques(gear_set, torque or [])
@@ -161,11 +168,18 @@ def dynamics_command(
         prepared = _prepare(run, elements, settings, excitations)
         header = _header(run, physics, settings, elements, prepared)
         header |= edit_entries(changes)
+        records = f"{history}, root stress of {root_stress}" if history else "none"
         keep = _history_keeper(run, prepared, settings, header, history, root_stress)
-        branches = _sweep(run, prepared, settings, header, output, resume, keep, report)
+        branches = _sweep(
+            *(run, prepared, settings, header, output, records, resume, keep, report)
+        )
         beside = _model_1(run, report) if model_1 else []
     if not as_json:
         _print_choice(torques, prepared)
+    if output is not None and not all(branch.complete for branch in branches):
+        typer.echo(
+            f"fegear: {output}.partial is kept, --resume goes on there", err=True
+        )
     tell_sweep(
         at_torques(torques, direction, branches),
         prepared[0].fidelity,
@@ -197,7 +211,7 @@ def _checked_elements(
     ok = 0.0 <= elastic_damping < 1.0
     require(ok, "--elastic-damping", elastic_damping, "allowed 0 to below 1")
     if cutoff is not None:
-        require(0.0 < cutoff <= 1e6, "--cutoff", cutoff, "allowed above 0 to 1e6 Hz")
+        require(0.0 < cutoff <= 3e5, "--cutoff", cutoff, "allowed above 0 to 3e5 Hz")
     return FiniteElements(
         fidelity=fidelity,  # type: ignore[arg-type]
         friction=friction,
@@ -258,6 +272,7 @@ def _header(
         "fidelity": prepared[0].fidelity,
         "elastic freedoms": kept,
         "elastic damping ratio": f"{elements.elastic_damping:g}",
+        "resolution": elements.resolution,
         "friction coefficient": f"{elements.friction:g}",
     }
 
@@ -268,12 +283,13 @@ def _sweep(
     settings: DynamicSettings,
     header: dict[str, str],
     output: Path | None,
+    records: str,
     resume: bool,
     keep: Keeper,
     report: Callable[[str, int, int], None],
 ) -> list[Branch]:
     """All branches; finished speeds stay in the journal after Ctrl-C or a failure."""
-    journal = _open_journal(run, header, output, resume)
+    journal = _open_journal(run, header, output, records, resume)
     try:
         branches = _run_branches(run, prepared, settings, journal, keep, report)
     except BaseException:
@@ -286,13 +302,19 @@ def _sweep(
 
 
 def _open_journal(
-    run: Run, header: dict[str, str], output: Path | None, resume: bool
+    run: Run,
+    header: dict[str, str],
+    output: Path | None,
+    records: str,
+    resume: bool,
 ) -> Journal | None:
     from fegear.dynamics.journal import open_journal
 
     if output is None:
         return None
     inputs = header | {
+        "figures of the gear set": sha256(repr(run.gear_set).encode()).hexdigest(),
+        "histories": records,
         "torques_Nm": ", ".join(map(repr, run.torques)),
         "speeds_Hz": ", ".join(map(repr, run.frequencies)),
         "directions": ", ".join(run.directions),
@@ -337,7 +359,7 @@ def _run_branches(
                 sweep_branch,
                 *(each.stepper, run.frequencies, direction, settings),
                 journal=journal,
-                name=f"{torque:g}-{direction}",
+                name=f"{torque!r}-{direction}",
                 keep=partial(keep, number, direction),
                 passed=passed,
                 watch=watch,

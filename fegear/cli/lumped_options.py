@@ -347,7 +347,9 @@ def _speed_range(part: str, text: str, option: str) -> list[Decimal]:
     )
     for speed in (start, end, step):
         ok = Decimal(0) < speed < Decimal(10) ** 9
-        require(ok, option, float(speed), "speeds and step must be positive")
+        require(
+            ok, option, float(speed), "speeds and step must be above 0 and below 1e9"
+        )
     count = abs(end - start) / step
     ok = count < SPEEDS_LIMIT
     require(ok, option, float(count), f"at most {SPEEDS_LIMIT} speeds are allowed")

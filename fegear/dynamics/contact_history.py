@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fegear.contact.pair_laws import NOMINAL
+from fegear.dynamics.kernels.contact import STICKING
 from fegear.dynamics.model import DynamicModel
 from fegear.dynamics.respond import Motion
 from fegear.dynamics.root_stress import FlankLoad
@@ -143,5 +144,5 @@ def _drag(
         for values in (contacts.sliding, *contacts.arms)
     )
     slip = rotation[:, 0] * one - rotation[:, 1] * two
-    turned = contacts.side[index] * slip * nominal > 0.0
+    turned = contacts.side[index] * slip * nominal > STICKING
     return friction * nominal * np.where(turned, -1.0, 1.0)

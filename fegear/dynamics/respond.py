@@ -17,6 +17,7 @@ from lumped.response import FIGURES, History, Response, Status, measures
 
 Array = NDArray[np.float64]
 REST_STEPS = 200  # to the deflection at rest
+MATTERS = 1e-3  # part of a mode's strain energy in the meshes
 PERIODS = (400, 200_000)  # least and most that a motion may take to settle
 
 
@@ -196,12 +197,16 @@ def steps_per_cycle(
     """Steps of a cycle of the first mesh, a multiple of the settings' number."""
     fastest = max(model.reference.train.mesh_rates)
     base = math.ceil(settings.steps * fastest)
-    reference = model.reference
-    needed = reference.modes.angular[reference.moving].max() / settings.hub_angle
+    needed = model.reference.modes.angular[straining(model)].max() / settings.hub_angle
     if model.body.rigidity.size:
         highest = math.sqrt(model.body.rigidity.max())
         needed = max(needed, highest / settings.step_angle)
     return base * max(1, math.ceil(needed / (frequency * base)))
+
+
+def straining(model: DynamicModel) -> NDArray[np.bool_]:
+    """Which hub coordinates strain the meshes enough to matter (h,)."""
+    return model.reference.modes.mesh_energy.sum(axis=0) > MATTERS
 
 
 def respond(
@@ -283,9 +288,7 @@ def _allowed(model: DynamicModel, frequency: float, settings: DynamicSettings) -
     """Periods of the first mesh in which modes that matter decay, within limits."""
     if settings.max_periods is not None:
         return settings.max_periods
-    reference = model.reference
-    energy = reference.modes.mesh_energy.sum(axis=0)
-    slowest = model.body.damping[energy > 1e-3].min() / 2.0
+    slowest = model.body.damping[straining(model)].min() / 2.0
     least, most = PERIODS
     if not slowest > 0.0:
         return least

@@ -23,6 +23,7 @@ from lumped.compiled import compiled_part, inlined
 MOST_ROUNDS = 60
 CONVERGED, NOT_CONVERGED = 0, 1
 EXACT = 1e-11  # of the law's reach, of squeezes
+STICKING = 5e-3  # m/s: a slower reversal of sliding does not turn the friction
 NEAR = 0.05  # of the law's reach: contacts so little apart are solved for
 
 
@@ -78,7 +79,7 @@ def set_turned(contacts, rotation, place, part, turned):
             two = between(arms[1], c, place[m], part[m])
             slip = rotation[m, 0] * one - rotation[m, 1] * two
             nominal = between(sliding, c, place[m], part[m])
-            turned[c] = 1 if side[c] * slip * nominal > 0.0 else 0
+            turned[c] = 1 if side[c] * slip * nominal > STICKING else 0
 
 
 @inlined

@@ -9,6 +9,7 @@ import signal
 import subprocess
 import sys
 import time
+from importlib import resources
 
 import pytest
 from typer.testing import CliRunner
@@ -86,7 +87,7 @@ def test_model_1_beside(tmp_path):
         (["--friction", "0.7"], "--friction = 0.7; allowed 0 to below 0.5"),
         (["--elastic-damping", "1"], "--elastic-damping = 1; allowed 0 to below 1"),
         (["--steps", "3"], "--steps must be 8 to 100000, got 3"),
-        (["--cutoff", "-1"], "--cutoff = -1; allowed above 0 to 1e6 Hz"),
+        (["--cutoff", "-1"], "--cutoff = -1; allowed above 0 to 3e5 Hz"),
         (["--resume"], "--resume needs the --output"),
         (["--root-stress", "pinion"], "--root-stress needs --history"),
     ],
@@ -147,3 +148,39 @@ def test_a_journal_of_other_settings_is_refused(tmp_path):
     )
     assert done.returncode == 2
     assert "64 steps" in done.stderr
+
+
+def started_and_killed(words, partial):
+    """A run that was killed after its first speed."""
+    process = subprocess.Popen([*MAIN, *words], stdout=subprocess.DEVNULL)
+    while not list(partial.glob("*-up.*.json")):
+        time.sleep(0.01)
+    process.kill()
+    process.wait()
+
+
+def test_a_journal_of_other_gears_or_histories_is_refused(tmp_path):
+    text = (resources.files("fegear.gearset") / "sets" / "liu-pair.toml").read_text()
+    own, path = tmp_path / "own.toml", tmp_path / "d.csv"
+    own.write_text(text)
+    words = ["dynamics", str(own), *PAIR[2:], "--speeds", "1000:1400:10"]
+    words += ["--direction", "up", "-o", str(path)]
+    started_and_killed(words, tmp_path / "d.csv.partial")
+    history = ["--history", str(tmp_path / "h")]
+    done = subprocess.run(
+        [*MAIN, *words, *history, "--resume"], capture_output=True, text=True
+    )
+    assert done.returncode == 2
+    assert "histories" in done.stderr
+    assert "teeth = 55" in text
+    own.write_text(text.replace("hub_radius_mm = 20", "hub_radius_mm = 21"))
+    done = subprocess.run([*MAIN, *words, "--resume"], capture_output=True, text=True)
+    assert done.returncode == 2
+    assert "figures of the gear set" in done.stderr
+
+
+def test_torques_that_differ_little_are_branches_of_their_own(tmp_path):
+    path = tmp_path / "d.csv"
+    words = ["--torque", "100.00001", "--speeds", "2500", "-o", str(path)]
+    assert run(*PAIR, *words).exit_code == 0
+    assert {row.torque_Nm for row in read_sweep(str(path)).rows} == {100.0, 100.00001}

@@ -121,3 +121,15 @@ def test_a_watch_ends_a_run(stepper):
     with pytest.raises(TimeoutError):
         respond(stepper, FREQUENCY, SETTINGS, watch=watch)
     assert seen == [(FREQUENCY, n) for n in (1, 2, 3)]
+
+
+def test_slow_sliding_does_not_chatter(case_of):
+    """Vibration of nanometres must not turn the friction back and forth."""
+    case, found = case_of(friction=0.1), []
+    for cutoff in CUTOFFS.values():
+        _, motion, _ = respond(case.stepper(cutoff), 2.0, DynamicSettings())
+        history = motion.history
+        cycle = history.time / history.time[-1]
+        places = np.linspace(0.0, 1.0, 128)
+        found.append(np.interp(places, cycle, history.deflection[:, 0]))
+    np.testing.assert_allclose(found[1], found[0], rtol=1e-3)
