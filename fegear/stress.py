@@ -109,7 +109,7 @@ def sector_stress(
     components = stress.reshape(3, -1).T
     for load in loads:
         if load.tooth == 0:
-            components += _hats(load, gear, mesh.points)
+            components += hat_stresses(load, gear, mesh.points)
     nu = material.poisson_ratio if material.plane == "strain" else 0.0
     return SectorStress(mesh, components, nu * components[:, :2].sum(axis=1))
 
@@ -127,7 +127,7 @@ def _remainder(
     field = np.zeros(model.basis.N)
     for angle in (0.0, ROOTWARD):
         weights = {
-            load.tooth: _vertex_loads(load, points, mesh, angle) for load in loads
+            load.tooth: vertex_loads(load, points, mesh, angle) for load in loads
         }
         if not any(w.any() for w in weights.values()):
             continue
@@ -139,7 +139,7 @@ def _remainder(
     return field
 
 
-def _vertex_loads(
+def vertex_loads(
     load: ToothLoad, points: FlankPoints, mesh: SectorMesh, angle: float
 ) -> Array:
     """Loads (n,) on the flank vertices with the same smooth remainder."""
@@ -164,7 +164,7 @@ def _grading(mesh: SectorMesh) -> float:
     return float(edges * np.arccosh(max(1.0, 0.5 * two / one)))
 
 
-def _hats(load: ToothLoad, gear: SpurGear, points: Array) -> Array:
+def hat_stresses(load: ToothLoad, gear: SpurGear, points: Array) -> Array:
     """Half-plane stress of all hats of a tooth at points (n, 2), (n, 3) [Pa]."""
     rolls = roll_length_at_arc(gear, load.arcs)
     tangent = flank_tangents(gear, rolls)

@@ -13,10 +13,12 @@ from fegear.cli.dynamics import dynamics_command
 from fegear.cli.map import map_command
 from fegear.cli.mesh import mesh_command
 from fegear.cli.modes import modes_command
+from fegear.cli.render import render_command
 from fegear.cli.sets import sets_command
 from fegear.cli.show import show_command
 from fegear.cli.stiffness import stiffness_command
 from fegear.cli.sweep import sweep_command
+from fegear.cli.validate import validate_command
 from fegear.cli.wave import wave_command
 
 INTERRUPTED = "interrupted; finished rows and compliances are kept"
@@ -42,6 +44,8 @@ app.command("sweep")(sweep_command)
 app.command("wave")(wave_command)
 app.command("map")(map_command)
 app.command("dynamics")(dynamics_command)
+app.command("render")(render_command)
+app.command("validate")(validate_command)
 app.add_typer(bench_app, name="bench")
 
 

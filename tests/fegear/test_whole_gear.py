@@ -149,7 +149,7 @@ def test_stress_below_a_hertzian_contact(gear):
     step = arcs[1] - arcs[0]
     normal = hertz.pressure(arcs - 2e-3, b, peak) * step
     load = ToothLoad(0, arcs, step, normal, np.zeros_like(normal))
-    from fegear.stress import _hats
+    from fegear.stress import hat_stresses
     from meshes.profile import flank_points
 
     roll = roll_length_at_arc(gear, np.array([2e-3]))
@@ -157,7 +157,7 @@ def test_stress_below_a_hertzian_contact(gear):
     inward = np.array([-tangent[1], tangent[0]])
     depth = np.linspace(0.2, 2.0, 181) * b
     line = flank_points(gear, roll) + depth[:, None] * inward
-    xx, yy, xy = _hats(load, gear, line).T
+    xx, yy, xy = hat_stresses(load, gear, line).T
     shear = np.hypot(0.5 * (xx - yy), xy)
     assert depth[shear.argmax()] == pytest.approx(0.786 * b, rel=0.02)
     assert shear.max() == pytest.approx(0.300 * peak, rel=0.01)

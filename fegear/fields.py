@@ -1,0 +1,400 @@
+"""Displacement, stress and contact pressure of two gears in mesh, where they stand.
+
+World coordinates in metres, as the gear set is drawn by `fegear show`: the gears are
+turned so that their flanks touch without load at the position asked for. Nothing
+here draws.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fegear.contact.loads import PatchLoad, patch_loads
+from fegear.contact.problem import ContactProblem, run_kernel
+from fegear.elasticity.material import PlaneMaterial
+from fegear.gearset.model import GearSet, Mesh
+from fegear.gearset.phases import drive_flank, driven_flank
+from fegear.gearset.placing import layout
+from fegear.sector_field import LoadableGear, SectorField, loadable_gear
+from fegear.statics import (
+    RESOLUTIONS,
+    Progress,
+    Resolution,
+    StaticsSettings,
+    contact_problem,
+)
+from fegear.stress import tooth_loads
+from meshes import SpurGear
+from meshes.profile import flank_points, flank_tangents, roll_length_at_arc
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+Role = Literal["driver", "driven"]
+Zoom = Literal["contact", "tooth", "gear"]
+OUTLINE = ("tip", "flank", "fillet", "root", "hub")
+
+
+@dataclass(frozen=True)
+class View:
+    """A rectangle of the world that does not turn with the gears [m]."""
+
+    x: float
+    y: float
+    half_height: float
+    aspect: float
+
+    def contains(self, points: Array) -> bool:
+        """Whether the box around points (n, 2) reaches into the view."""
+        low, high = points.min(axis=0), points.max(axis=0)
+        middle = np.array([self.x, self.y])
+        half = self.half_height * np.array([self.aspect, 1.0])
+        return bool((low < middle + half).all() and (high > middle - half).all())
+
+
+@dataclass(frozen=True)
+class Frame:
+    """From a tooth's own frame to the world: x = center + turn @ point.
+
+    turn : (2, 2), a mirror image where the gear's drive flanks are the left ones
+    """
+
+    center: Array
+    turn: Array
+
+    def places(self, points: Array) -> Array:
+        return self.center + points @ self.turn.T
+
+    def vectors(self, vectors: Array) -> Array:
+        return vectors @ self.turn.T
+
+    def stresses(self, components: Array) -> Array:
+        """Components (n, 3) as (xx, yy, xy)."""
+        xx, yy, xy = components.T
+        tensor = np.stack([np.stack([xx, xy], -1), np.stack([xy, yy], -1)], -2)
+        turned = np.einsum("ia,nab,jb->nij", self.turn, tensor, self.turn)
+        return turned[:, [0, 1, 0], [0, 1, 1]]
+
+
+@dataclass(frozen=True, eq=False)
+class GearField:
+    """One gear's visible teeth, every sector with nodes of its own.
+
+    points : (n, 2); triangles : (m, 6) corners counterclockwise, then mid-sides
+    tooth : (m,) tooth of each triangle, counted as pairs are, 0 in the reference pair
+    outline : (k, 3) boundary edges, end, mid-side, end; fillet : nodes on fillets
+    displacement : (n, 2) elastic, with the hub held [m]
+    hub_motion : (n, 2) rigid turn of the hub that keeps the flanks in contact [m]
+    stress : (n, 3) xx, yy, xy [Pa]; out_of_plane : (n,) zz
+    """
+
+    name: str
+    center: Array
+    points: Array
+    triangles: Indices
+    tooth: Indices
+    outline: Indices
+    fillet: Indices
+    displacement: Array
+    hub_motion: Array
+    stress: Array
+    out_of_plane: Array
+
+    @property
+    def motion(self) -> Array:
+        """Displacement from the gears touching without load, (n, 2) [m]."""
+        return self.displacement + self.hub_motion
+
+    @property
+    def von_mises(self) -> Array:
+        """Equivalent stress (n,) [Pa]."""
+        (x, y, xy), z = self.stress.T, self.out_of_plane
+        squares = (x - y) ** 2 + (y - z) ** 2 + (z - x) ** 2
+        return np.sqrt(0.5 * squares + 3.0 * xy**2)
+
+    @property
+    def principal_1(self) -> Array:
+        """Largest principal stress in the plane, tension positive (n,) [Pa]."""
+        x, y, xy = self.stress.T
+        return 0.5 * (x + y) + np.hypot(0.5 * (x - y), xy)
+
+
+@dataclass(frozen=True, eq=False)
+class PairField:
+    """Contact pressure of one tooth pair.
+
+    tooth : base pitches by which the pair is ahead of the reference pair
+    points : (n, 2) contact nodes, without load, on the driver's flank
+    normals : (n, 2) unit, out of the driver's flank
+    motion : (n, 2) of the nodes with the driver [m]
+    pressure : (n,) [Pa]; load : normal force of the pair [N]
+    """
+
+    tooth: int
+    points: Array
+    normals: Array
+    motion: Array
+    pressure: Array
+    load: float
+
+    @property
+    def center(self) -> Array:
+        """Where the load's resultant acts, (2,)."""
+        return self.pressure @ self.points / self.pressure.sum()
+
+
+@dataclass(frozen=True, eq=False)
+class ContactField:
+    """Both gears at one position and torque; approach is the transmission error."""
+
+    torque: float
+    position: float
+    approach: float
+    gears: tuple[GearField, GearField]
+    pairs: tuple[PairField, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class MeshScene:
+    """One mesh of a gear set, ready for any torque and position."""
+
+    name: str
+    gear_names: tuple[str, str]
+    mesh: Mesh
+    problem: ContactProblem
+    bodies: tuple[LoadableGear, LoadableGear]
+    driver_center: Array
+    direction: float
+    sense: int
+
+    @property
+    def centers(self) -> tuple[Array, Array]:
+        along = np.array([math.cos(self.direction), math.sin(self.direction)])
+        return (
+            self.driver_center,
+            self.driver_center + self.mesh.pair.center_distance * along,
+        )
+
+    def frame(self, role: Role, position: float, tooth: int = 0) -> Frame:
+        """Of the sector `tooth` places to the right of the reference pair's tooth.
+
+        Right is clockwise, and counterclockwise in the mirror image.
+        """
+        index, sense = (0, self.sense) if role == "driver" else (1, -self.sense)
+        gear = self.bodies[index].gear
+        # where the reference tooth's axis is: see fegear.gearset.phases
+        if role == "driver":
+            axis = self.direction - sense * drive_flank(self.mesh)
+        else:
+            axis = self.direction + math.pi + sense * driven_flank(self.mesh)
+        axis += sense * position * gear.pitch_angle
+        mirrored = self.sense > 0
+        right = tooth * gear.pitch_angle
+        upright = _turned(axis - 0.5 * math.pi)
+        mirror = np.diag([-1.0, 1.0]) if mirrored else np.eye(2)
+        return Frame(self.centers[index], upright @ mirror @ _turned(-right))
+
+    def view(self, zoom: Zoom, aspect: float) -> View:
+        """What is to be seen; it does not depend on position or load."""
+        pair, module = self.mesh.pair, self.mesh.pair.driver.module
+        if zoom == "gear":
+            return self._whole_view(aspect)
+        ends = np.array([self._on_path(pair.path_start), self._on_path(pair.path_end)])
+        x, y = ends.mean(axis=0)
+        width, height = 0.5 * np.abs(ends[1] - ends[0]) + 0.6 * module
+        half = max(height, width / aspect)
+        return View(x, y, half * (1.0 if zoom == "contact" else 2.0), aspect)
+
+    def _whole_view(self, aspect: float) -> View:
+        radii = [body.gear.tip_radius for body in self.bodies]
+        low = np.min([c - r for c, r in zip(self.centers, radii, strict=True)], axis=0)
+        high = np.max([c + r for c, r in zip(self.centers, radii, strict=True)], axis=0)
+        x, y = 0.5 * (low + high)
+        width, height = 0.5 * (high - low)
+        return View(x, y, 1.03 * max(height, width / aspect), aspect)
+
+    def _on_path(self, roll_length: float) -> Array:
+        """A point of the line of action by the driver's roll length, (2,)."""
+        angle = self.mesh.pair.operating_pressure_angle
+        base = self.bodies[0].gear.base_radius
+        out = _turned(self.direction) @ _turned(-self.sense * angle)
+        return self.driver_center + out @ [base, self.sense * roll_length]
+
+
+def mesh_scene(
+    gear_set: GearSet,
+    mesh: int,
+    settings: StaticsSettings,
+    report: Progress = lambda what, done, total: None,
+    resolution: Resolution | None = None,
+) -> MeshScene:
+    """Prepare mesh number `mesh`, counted from 0."""
+    resolution = resolution or RESOLUTIONS[settings.resolution]
+    spec = gear_set.meshes[mesh]
+    problem = contact_problem(gear_set, mesh, settings, resolution, report)
+    bodies: list[LoadableGear] = []
+    for index in (spec.driver, spec.driven):
+        gear = gear_set.gears[index]
+        report(f"elements of {gear.name}", len(bodies), 2)
+        material = PlaneMaterial(gear.young_modulus, gear.poisson_ratio, settings.plane)
+        friction = settings.friction > 0.0
+        bodies.append(loadable_gear(gear.geometry, material, resolution.size, friction))
+    placed = layout(gear_set)
+    place = placed.places[spec.driver]
+    return MeshScene(
+        name=gear_set.name,
+        gear_names=(
+            gear_set.gears[spec.driver].name,
+            gear_set.gears[spec.driven].name,
+        ),
+        mesh=spec,
+        problem=problem,
+        bodies=(bodies[0], bodies[1]),
+        driver_center=np.array([place.x, place.y]),
+        direction=placed.directions[mesh],
+        sense=place.sense,
+    )
+
+
+def contact_field(
+    scene: MeshScene, torque: float, position: float, view: View
+) -> ContactField:
+    """Fields of the teeth in view at a torque on the driver [N m] and a position."""
+    solved = run_kernel(scene.problem, np.array([torque]), np.array([position]))
+    approach = float(solved.rows.approach[0, 0])
+    loads = patch_loads(scene.problem, torque, position)
+    driving = sector_fields(scene, "driver", loads, position, view)
+    driven = sector_fields(scene, "driven", loads, position, view)
+    turn = scene.sense * approach / scene.problem.pair.driver.base_radius
+    gears = (
+        _gear_field(scene, "driver", driving, position, turn),
+        _gear_field(scene, "driven", driven, position, 0.0),
+    )
+    own = {sector.tooth: sector for sector in driving}
+    pairs = tuple(
+        _pair_field(scene, load, own[load.tooth], position, turn) for load in loads
+    )
+    return ContactField(torque, position, approach, gears, pairs)
+
+
+def sector_fields(
+    scene: MeshScene,
+    role: Role,
+    loads: Sequence[PatchLoad],
+    position: float,
+    view: View | None = None,
+) -> list[SectorField]:
+    """The loaded sectors of one gear and those in view, in the frames of their teeth.
+
+    What is out of view costs nothing.
+    """
+    body = scene.bodies[0 if role == "driver" else 1]
+    felt = tooth_loads(loads, role)
+    teeth = {load.tooth for load in felt}
+    if view is not None:
+        half = body.gear.teeth // 2
+        corners = body.mesh.points[np.unique(body.mesh.triangles[:, :3])]
+        teeth |= {
+            tooth
+            for tooth in range(-half, body.gear.teeth - half)
+            if view.contains(scene.frame(role, position, tooth).places(corners))
+        }
+    return body.sectors(felt, sorted(teeth))
+
+
+def _gear_field(
+    scene: MeshScene,
+    role: Role,
+    sectors: Sequence[SectorField],
+    position: float,
+    turn: float,
+) -> GearField:
+    """Sectors in the world; turn is the hub's rotation, counterclockwise [rad]."""
+    index = 0 if role == "driver" else 1
+    body, center = scene.bodies[index], scene.centers[index]
+    names = [side + name for name in OUTLINE for side in ("", "left_")]
+    edges = {n: body.mesh.edges[n] for n in names if n in body.mesh.edges}
+    sides = np.vstack(list(edges.values()))[:, [0, 2, 1]]
+    corners = np.unique([edges["fillet"], edges["left_fillet"]])
+    points, triangles, displacement, stress = [], [], [], []
+    tooth, outline, fillet = [], [], []
+    count = 0
+    for sector in sectors:
+        places, nodes, state = sector.refined()
+        frame = scene.frame(role, position, sector.tooth)
+        if scene.sense > 0:  # a mirror image turns triangles over
+            nodes = nodes[:, [0, 2, 1, 5, 4, 3]]
+        points.append(frame.places(places))
+        displacement.append(frame.vectors(state[:, :2]))
+        stress.append(frame.stresses(state[:, 2:]))
+        triangles.append(nodes + count)
+        tooth.append(np.full(len(nodes), _pair_tooth(role, sector.tooth)))
+        outline.append(sides + count)
+        fillet.append(corners + count)
+        count += len(places)
+    where, components = np.vstack(points), np.vstack(stress)
+    x, y = (where - center).T
+    material = body.material
+    nu = material.poisson_ratio if material.plane == "strain" else 0.0
+    return GearField(
+        name=scene.gear_names[index],
+        center=center,
+        points=where,
+        triangles=np.vstack(triangles),
+        tooth=np.concatenate(tooth),
+        outline=np.vstack(outline),
+        fillet=np.concatenate(fillet),
+        displacement=np.vstack(displacement),
+        hub_motion=turn * np.stack([-y, x], axis=1),
+        stress=components,
+        out_of_plane=nu * components[:, :2].sum(axis=1),
+    )
+
+
+def _pair_tooth(role: Role, right: int) -> int:
+    """A tooth's number in the order of contact: ahead is to the left when driven."""
+    return right if role == "driver" else -right
+
+
+def _pair_field(
+    scene: MeshScene,
+    load: PatchLoad,
+    sector: SectorField,
+    position: float,
+    turn: float,
+) -> PairField:
+    gear = scene.problem.pair.driver
+    flank, inward = flank_frame(gear, load.driver_arcs)
+    frame = scene.frame("driver", position, load.tooth)
+    points = frame.places(flank)
+    x, y = (points - frame.center).T
+    elastic = frame.vectors(sector.at(flank)[:, :2])
+    pressure = load.normal / load.step
+    pressure[-1] *= 2.0  # the last node carries half a hat, see fegear.contact.grid
+    return PairField(
+        tooth=load.tooth,
+        points=points,
+        normals=-frame.vectors(inward),
+        motion=elastic + turn * np.stack([-y, x], axis=1),
+        pressure=pressure,
+        load=float(load.normal.sum()) * scene.problem.face_width,
+    )
+
+
+def flank_frame(gear: SpurGear, arcs: Array) -> tuple[Array, Array]:
+    """Points (n, 2) of the right flank at arcs from the tip and inward normals."""
+    rolls = roll_length_at_arc(gear, arcs)
+    tangent = flank_tangents(gear, rolls)
+    inward = np.stack([-tangent[:, 1], tangent[:, 0]], axis=1)
+    return flank_points(gear, rolls), inward
+
+
+def _turned(angle: float) -> Array:
+    """Rotation counterclockwise (2, 2)."""
+    c, s = math.cos(angle), math.sin(angle)
+    return np.array([[c, -s], [s, c]])

@@ -1,0 +1,265 @@
+"""Displacement and stress in the sectors of one gear under contact loads.
+
+What all positions and loads have in common is computed once: mesh, stiffness,
+condensation and the excitation by unit loads. A state is five numbers at a point:
+displacement (x, y) [m] and stress (xx, yy, xy) [Pa], in the frame of the sector's
+tooth. It is a smooth remainder, quadratic in every element, and on a loaded tooth
+the exact half-plane field of its own load, which resolves the contact.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csr_array
+from scipy.spatial import cKDTree
+
+from fegear.elasticity.flank import (
+    Excitation,
+    FlankPoints,
+    flank_points_of,
+    ring_fields,
+    split_excitation,
+)
+from fegear.elasticity.hats import hat_displacement
+from fegear.elasticity.material import PlaneMaterial
+from fegear.elasticity.sector import (
+    CondensedSector,
+    SectorModel,
+    assemble_sector,
+    condense,
+)
+from fegear.stress import ROOTWARD, ToothLoad, hat_stresses, nodal_stress, vertex_loads
+from meshes import MeshSize, SectorMesh, SpurGear, sector_mesh
+from meshes.profile import flank_points, flank_tangents, roll_length_at_arc
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+NEAREST = 16  # elements among which the one around a point is looked for
+CHILD_CORNERS = ((0, 3, 5), (3, 1, 4), (5, 4, 2), (3, 4, 5))  # nodes of the parent
+REFERENCE = np.array(  # nodes of a triangle in its barycentric coordinates
+    [[1, 0, 0], [0, 1, 0], [0, 0, 1], [0.5, 0.5, 0], [0, 0.5, 0.5], [0.5, 0, 0.5]]
+)
+
+
+def shape_values(barycentric: Array) -> Array:
+    """The six quadratic shape functions, (..., 6) at (..., 3)."""
+    L = barycentric
+    sides = 4.0 * L[..., [0, 1, 2]] * L[..., [1, 2, 0]]
+    return np.concatenate([L * (2.0 * L - 1.0), sides], axis=-1)
+
+
+def _children() -> Array:
+    """(4, 6, 6) from the values at a triangle's nodes to those of its quarters."""
+    corners = REFERENCE[np.array(CHILD_CORNERS)]  # (4, 3, 3)
+    return shape_values(REFERENCE @ corners)
+
+
+@dataclass(frozen=True, eq=False)
+class LoadableGear:
+    """One gear, hub held, ready for any loads on its right flanks.
+
+    excitations : by unit loads on the flank vertices, normal and, unless there is
+        no friction, rootward
+    """
+
+    gear: SpurGear
+    material: PlaneMaterial
+    mesh: SectorMesh
+    model: SectorModel
+    sector: CondensedSector
+    points: FlankPoints
+    stress: csr_array
+    excitations: tuple[Excitation, ...]
+
+    def sectors(
+        self, loads: Sequence[ToothLoad], teeth: Iterable[int]
+    ) -> list[SectorField]:
+        """Fields of the sectors `teeth`, counted to the right as the loads' teeth."""
+        wanted = list(teeth)
+        total = np.zeros((len(wanted), self.model.basis.N))
+        for load in loads:
+            apart = [self._apart(tooth, load.tooth) for tooth in wanted]
+            fields = ring_fields(
+                self.gear, self.model, self.sector, self._excitation(load), apart
+            )
+            for row, offset in zip(total, apart, strict=True):
+                row += fields[offset][:, 0]
+        return [
+            SectorField(self, tooth, self._state(field), self._own(loads, tooth))
+            for tooth, field in zip(wanted, total, strict=True)
+        ]
+
+    def _apart(self, tooth: int, other: int) -> int:
+        half = self.gear.teeth // 2
+        return (tooth - other + half) % self.gear.teeth - half
+
+    def _own(self, loads: Sequence[ToothLoad], tooth: int) -> ToothLoad | None:
+        on_it = (load for load in loads if self._apart(tooth, load.tooth) == 0)
+        return next(on_it, None)
+
+    def _excitation(self, load: ToothLoad) -> Excitation:
+        """What drives the remainder under one tooth's load, in a single column."""
+        parts = []
+        for angle, unit in zip((0.0, ROOTWARD), self.excitations, strict=False):
+            weights = vertex_loads(load, self.points, self.mesh, angle)[:, None]
+            parts.append(
+                (unit.force @ weights, unit.held @ weights, unit.jump @ weights)
+            )
+        return Excitation(*(sum(column) for column in zip(*parts, strict=True)))
+
+    def _state(self, field: Array) -> Array:
+        stress = (self.stress @ field).reshape(3, -1).T
+        return np.hstack([field[self.model.node_freedoms], stress])
+
+
+def loadable_gear(
+    gear: SpurGear,
+    material: PlaneMaterial,
+    size: MeshSize | None = None,
+    friction: bool = True,
+) -> LoadableGear:
+    mesh = sector_mesh(gear, size)
+    model = assemble_sector(mesh, material)
+    sector = condense(model, gear.teeth)
+    points = flank_points_of(gear, mesh, model)
+    angles = (0.0, ROOTWARD) if friction else (0.0,)
+    return LoadableGear(
+        gear,
+        material,
+        mesh,
+        model,
+        sector,
+        points,
+        nodal_stress(mesh, model, material),
+        tuple(
+            split_excitation(mesh, model, sector, points, material, angle)
+            for angle in angles
+        ),
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class SectorField:
+    """State of one sector.
+
+    tooth : place to the right of the reference tooth
+    smooth : (nodes, 5) remainder at the nodes of the sector mesh
+    load : on the sector's own tooth, None without one
+    """
+
+    body: LoadableGear
+    tooth: int
+    smooth: Array
+    load: ToothLoad | None
+
+    @property
+    def nodal(self) -> Array:
+        """State (nodes, 5) at the nodes of the sector mesh."""
+        return self.smooth + self.local(self.body.mesh.points)
+
+    def at(self, points: Array) -> Array:
+        """State (n, 5) at points (n, 2) of the sector, exact near the contact."""
+        mesh = self.body.mesh
+        element, weights = _located(mesh.points[mesh.triangles], points)
+        smooth = np.einsum("pi,pic->pc", weights, self.smooth[mesh.triangles[element]])
+        return smooth + self.local(points)
+
+    def local(self, points: Array) -> Array:
+        """The half-plane state (n, 5) of the tooth's own load; zeros without one."""
+        state, load, gear = np.zeros((len(points), 5)), self.load, self.body.gear
+        if load is None:
+            return state
+        state[:, 2:] = hat_stresses(load, gear, points)
+        moduli = self.body.material.modulus, self.body.material.poisson
+        rolls = roll_length_at_arc(gear, load.arcs)
+        tangent = flank_tangents(gear, rolls)
+        inward = np.stack([-tangent[:, 1], tangent[:, 0]], axis=1)
+        origins = flank_points(gear, rolls)
+        for x, n, *forces in zip(
+            origins, inward, load.normal, load.rootward, strict=True
+        ):
+            if any(forces):
+                pair = (forces[0], forces[1])
+                state[:, :2] += hat_displacement(points, x, n, load.step, pair, moduli)
+        return state
+
+    def refined(self) -> tuple[Array, Indices, Array]:
+        """Points (n, 2), triangles (m, 6) and state (n, 5), fine at the contact.
+
+        Nodes of the sector mesh come first. Elements are cut into quarters that
+        follow the same map until they are small beside their distance to the load.
+        """
+        mesh = self.body.mesh
+        places, state = mesh.points, self.smooth
+        triangles = mesh.triangles
+        if self.load is not None:
+            everything = np.hstack([places, state])
+            everything, triangles = _refined(everything, triangles, *self._focus())
+            places, state = everything[:, :2], everything[:, 2:]
+        return places, triangles, state + self.local(places)
+
+    def _focus(self) -> tuple[Array, float]:
+        """Points that carry load, and the size of the smallest triangles [m]."""
+        assert self.load is not None
+        arcs = self.load.arcs[self.load.normal != 0.0]
+        flank = flank_points(self.body.gear, roll_length_at_arc(self.body.gear, arcs))
+        return flank, 2.0 * self.load.step
+
+
+def _refined(
+    values: Array, triangles: Indices, focus: Array, finest: float
+) -> tuple[Array, Indices]:
+    """Nodal values (n, c), whose first two are the place, on a locally finer mesh."""
+    near, quarters = cKDTree(focus), _children()
+    for _ in range(10):
+        corners = values[triangles[:, :3], :2]
+        size = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
+        distance = near.query(corners.mean(axis=1))[0]
+        coarse = size > np.maximum(finest, 0.4 * distance)
+        if not coarse.any():
+            break
+        new = np.einsum("kij,tjc->tkic", quarters, values[triangles[coarse]])
+        fresh = len(values) + np.arange(new[..., 0].size).reshape(-1, 6)
+        values = np.vstack([values, new.reshape(-1, values.shape[1])])
+        triangles = np.vstack([triangles[~coarse], fresh])
+    return values, triangles
+
+
+def _located(elements: Array, points: Array) -> tuple[Indices, Array]:
+    """Element (p,) around each point and its shape values there (p, 6).
+
+    elements : (m, 6, 2) node places. Newton's method for the curved map; a point
+    just outside belongs to the nearest element, whose map goes on.
+    """
+    center = elements.mean(axis=1)
+    size = np.linalg.norm(elements - center[:, None], axis=2).max(axis=1)
+    # a large element among many small ones is not among those with near centres
+    apart = np.linalg.norm(points[:, None] - center, axis=2) / size
+    candidates = np.argsort(apart, axis=1)[:, :NEAREST]
+    nodes = elements[candidates]  # (p, k, 6, 2)
+    L = np.full((*candidates.shape, 3), 1.0 / 3.0)
+    for _ in range(8):
+        missing = points[:, None] - np.einsum("pki,pkic->pkc", shape_values(L), nodes)
+        step = np.linalg.solve(_jacobian(L, nodes), missing[..., None])[..., 0]
+        step = np.clip(step, -1.0, 1.0)  # far candidates may run away
+        L = L + np.concatenate([-step.sum(axis=-1, keepdims=True), step], axis=-1)
+        L = np.clip(L, -3.0, 3.0)
+    best = L.min(axis=-1).argmax(axis=1)
+    rows = np.arange(len(points))
+    return candidates[rows, best], shape_values(L[rows, best])
+
+
+def _jacobian(L: Array, nodes: Array) -> Array:
+    """d(place) / d(L1, L2) with L0 = 1 - L1 - L2, (..., 2, 2)."""
+    slope = np.zeros((*L.shape[:-1], 6, 3))
+    for i in range(3):
+        slope[..., i, i] = 4.0 * L[..., i] - 1.0
+        j = (i + 1) % 3
+        slope[..., 3 + i, i] = 4.0 * L[..., j]
+        slope[..., 3 + i, j] = 4.0 * L[..., i]
+    free = slope[..., 1:] - slope[..., :1]
+    return np.einsum("...ic,...id->...cd", nodes, free)

@@ -1,0 +1,142 @@
+"""Case files: those that come along, and those that are wrong."""
+
+from __future__ import annotations
+
+import pytest
+
+from fegear.errors import InputError
+from fegear.gearset import load_gear_set
+from validation.cases import case_names, load_case, parsed_speeds, read_case
+from validation.metrics import METRICS
+
+GOOD = """
+name = "small"
+title = "Small"
+gear_set = "liu-pair"
+torques_Nm = [100]
+speeds_Hz = "1000:1100:50"
+
+[[model]]
+number = 1
+
+[[metric]]
+name = "rms_distance"
+allowed = 0.2
+reason = "for a test"
+
+[[wave]]
+torque_Nm = 100
+speed_Hz = 1000
+
+[[printed]]
+quantity = "stiffness"
+value = 3e8
+unit = "N/m"
+where = "Table 5.1"
+figure = "mesh1.mean_stiffness"
+"""
+
+AT_REST = {"mean_stiffness", "stiffness_variation", "static_deflection"}
+
+
+@pytest.mark.parametrize("name", case_names())
+def test_built_in_cases_load_and_name_gear_sets_that_are_there(name):
+    case = load_case(name)
+    assert case.name == name
+    for model in (None, *case.model):
+        load_gear_set(case.gear_set, case.edits_of(model))
+    assert all(len(entry.reason) > 20 for entry in case.metric)
+    moving = {entry.name for entry in case.metric} - AT_REST
+    assert bool(moving) == bool(case.speeds or case.wave)
+
+
+def test_the_comparisons_of_the_source_are_there():
+    assert set(case_names()) == {
+        "idler",
+        "idler-relief-a",
+        "idler-relief-b",
+        "idler-relief-a-50",
+        "idler-bearings",
+        "idler-forces",
+        "idler-forces-relief-b",
+        "countershaft",
+        "friction-pair",
+    }
+    assert load_case("idler").torques_Nm == (50.0, 100.0, 150.0)
+    assert load_case("idler-bearings").translations
+    used = {entry.name for name in case_names() for entry in load_case(name).metric}
+    assert used == set(METRICS)
+
+
+def test_defaults_and_edits():
+    case = read_case(
+        GOOD.replace("number = 1", 'number = 1\nedits = ["mesh.1.phase=0.5"]')
+    )
+    assert (case.fidelity, case.directions) == ("reduced", ("up", "down"))
+    assert case.speeds == (1000.0, 1050.0, 1100.0)
+    assert case.edits_of() == {}
+    assert case.edits_of(case.model[0]) == {"mesh.1.phase": 0.5}
+    assert case.model[0].name == "model-1-edited"
+    assert case.wave[0].label == "1000 Hz from rest"
+
+
+def test_a_file_is_named_by_its_path(tmp_path):
+    path = tmp_path / "own.toml"
+    path.write_text(GOOD)
+    assert load_case(str(path)).name == "small"
+    path.write_bytes(b"\xff")
+    with pytest.raises(InputError, match=r"own\.toml: is no UTF-8 text"):
+        load_case(str(path))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("allowed = 0.2", "allowed = -1", "metric 1, allowed = -1; must be at least 0"),
+        ("allowed = 0.2", "alowed = 0.2", "unknown key alowed, did you mean allowed?"),
+        ("allowed = 0.2", "allowed = nan", "allowed = nan; must be finite"),
+        ('reason = "for a test"', "", "metric 1, reason is missing"),
+        ('"rms_distance"', '"distance"', 'name = "distance"; must be one of rms_dist'),
+        ("number = 1", "number = 4", "model 1, number = 4; must be at most 3"),
+        ("number = 1", "number = 1.5", "model 1, number = 1.5; must be a whole number"),
+        ("torques_Nm = [100]", "torques_Nm = []", "torques_Nm"),
+        ("torques_Nm = [100]", "torques_Nm = [-5]", "entry 1 = -5; must be above 0"),
+        (
+            "torques_Nm = [100]",
+            "torques_Nm = [50]",
+            "wave.torque_Nm = 100; must be",
+        ),
+        ("1000:1100:50", "fast", 'speeds_Hz = "fast"; must be positive, such as'),
+        ("1000:1100:50", "1:1e6:1", "at most 10000 speeds are allowed"),
+        ('title = "Small"', "tittle = 1", "unknown key tittle, did you mean title?"),
+        ('title = "Small"', 'title = "S"\nfidelity = "rough"', 'fidelity = "rough"; '),
+        ('title = "Small"', 'title = "S"\nedits = ["a"]', "KEY=VALUE is needed"),
+        ('title = "Small"', 'title = "S"\nfriction = 0.5', "friction = 0.5; must be"),
+        ('title = "Small"', 'title = "S"\ntranslations = 1', "translations = 1; "),
+        ('title = "Small"', 'title = "S"\ndirections = ["left"]', "directions entry 1"),
+        ("mesh1.mean_stiffness", "mesh1.colour", 'figure = "mesh1.colour"; '),
+        ("[[model]]", "[[model]]\nnumber = 1\n[[model]]", "model-1 stands there 2"),
+        ("[[model]]", "[model]", "model"),
+        ("title", "= title", "TOML syntax"),
+    ],
+)
+def test_a_wrong_file_gives_one_line(old, new, message):
+    with pytest.raises(InputError) as caught:
+        read_case(GOOD.replace(old, new, 1), "own.toml")
+    line = str(caught.value)
+    assert line.startswith("own.toml: ")
+    assert message in line
+    assert "\n" not in line
+
+
+def test_an_unknown_case_names_those_that_are_there(tmp_path):
+    with pytest.raises(InputError, match="did you mean idler"):
+        load_case("idle")
+    with pytest.raises(InputError, match="cannot be read, no such file"):
+        load_case(str(tmp_path / "none.toml"))
+
+
+def test_speeds():
+    assert parsed_speeds("") == ()
+    assert parsed_speeds("100, 100:101:0.5, 7") == (100.0, 100.5, 101.0, 7.0)
+    assert parsed_speeds("3:1:1") == (3.0, 2.0, 1.0)

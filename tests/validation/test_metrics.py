@@ -1,0 +1,285 @@
+"""Metrics against curves and waves made by hand."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from lumped.jumps import Jump, Peak
+from lumped.response import History
+from validation import metrics as m
+
+SPEEDS = np.arange(1000.0, 2000.0, 20.0)
+
+
+def resonance(speeds, at=1500.0, height=1.0):
+    return height / np.sqrt((1.0 - (speeds / at) ** 2) ** 2 + (0.1 * speeds / at) ** 2)
+
+
+def curve(values, speeds=SPEEDS, **changes):
+    values = np.asarray(values, float)
+    still = np.zeros_like(values)
+    plain = m.Curve("up", 1, np.asarray(speeds, float), values, still + 1.0, still)
+    return replace(plain, **changes)
+
+
+def jump(start, end):
+    return Jump("up", 1, start, end, 1e-6, 5e-6)
+
+
+def peak(frequency, height):
+    return Peak("up", 1, frequency, height, 0.0, 0.0)
+
+
+def measured(reference, found):
+    """Values by metric, in lists."""
+    out = {}
+    for name, _, value in m.curve_measures(reference, found):
+        out.setdefault(name, []).append(value)
+    return out
+
+
+def test_scaled_curve_is_off_by_its_factor():
+    base = curve(resonance(SPEEDS))
+    other = curve(1.2 * base.dte_rms)
+    assert m.curve_distance(base, other).value == pytest.approx(0.2)
+    assert m.curve_distance(other, base).value == pytest.approx(0.2 / 1.2)
+
+
+def test_shifted_curve_is_off_at_its_peak_and_not_far_from_it():
+    base, other = (curve(resonance(SPEEDS, at)) for at in (1500.0, 1600.0))
+    near = m.curve_distance(base, other, [(0.0, 1300.0), (1800.0, 3000.0)]).value
+    far = m.curve_distance(base, other, [(1300.0, 1800.0)]).value
+    assert near > 0.3
+    assert far < 0.6 * near
+
+
+def test_only_common_speeds_count():
+    base = curve(resonance(SPEEDS))
+    half = curve(resonance(SPEEDS[::2]), SPEEDS[::2])
+    assert m.curve_distance(base, half) == m.Distance(0.0, 25, 0)
+    apart = curve(base.dte_rms, SPEEDS + 1.0)
+    assert math.isnan(m.curve_distance(base, apart).value)
+
+
+def test_nan_and_branches_that_ended_early_are_never_within():
+    base = curve(resonance(SPEEDS))
+    broken = curve(np.where(SPEEDS == 1200.0, np.nan, base.dte_rms))
+    ended = replace(base, complete=False)
+    for other in (broken, ended):
+        value = measured(base, other)["rms_distance"][0]
+        assert math.isnan(value)
+        assert not m.verdict("rms_distance", "model-1", "", value, 1e9, "any").within
+    still = curve(np.zeros(SPEEDS.size))
+    assert math.isnan(m.curve_distance(still, base).value)
+
+
+def test_speeds_between_matched_jumps_are_left_out_and_counted():
+    low, high = np.full(SPEEDS.size, 1.0), np.full(SPEEDS.size, 3.0)
+    base = curve(np.where(SPEEDS > 1400.0, high, low), jumps=(jump(1400.0, 1420.0),))
+    late = curve(np.where(SPEEDS > 1500.0, high, low), jumps=(jump(1500.0, 1520.0),))
+    assert m.jump_zones(base, late) == [(1400.0, 1520.0)]
+    found = m.curve_distance(base, late, m.jump_zones(base, late))
+    assert (found.value, found.left_out) == (0.0, 7)
+    assert measured(base, late)["jump_frequency"] == [100.0]
+    assert measured(base, late)["jumps_unmatched"] == [0.0]
+
+
+def test_a_missing_jump_hides_nothing_but_its_step():
+    low, high = np.full(SPEEDS.size, 1.0), np.full(SPEEDS.size, 3.0)
+    base = curve(np.where(SPEEDS > 1400.0, high, low), jumps=(jump(1400.0, 1420.0),))
+    none = curve(low)
+    assert m.jump_zones(base, none) == m.jump_zones(none, base) == [(1400.0, 1420.0)]
+    found = measured(base, none)
+    assert found["jumps_unmatched"] == [1.0]
+    assert "jump_frequency" not in found
+    assert found["off_jump_distance"][0] > 0.5
+
+
+def test_jumps_far_apart_are_two():
+    base, other = (
+        curve(np.ones(SPEEDS.size), jumps=(jump(f, f + 20.0),)) for f in (1000.0, 1900)
+    )
+    found = [each for each in m.curve_measures(base, other) if "jump" in each[0]]
+    assert ("jumps_unmatched", "missing 1010 Hz; extra 1910 Hz", 2.0) in found
+
+
+def test_peaks_are_told_one_by_one():
+    base = curve(np.ones(SPEEDS.size), peaks=(peak(1500.0, 2e-6), peak(3000.0, 1e-6)))
+    other = curve(np.ones(SPEEDS.size), peaks=(peak(1425.0, 3e-6),))
+    found = measured(base, other)
+    assert found["peak_amplitude"] == [pytest.approx(0.5)]
+    assert found["peak_frequency"] == [pytest.approx(-0.05)]
+    assert found["peaks_unmatched"] == [1.0]
+
+
+def test_contact_loss_and_force_are_those_of_the_worst_speed():
+    base = curve(np.ones(SPEEDS.size))
+    loss, force = np.zeros(SPEEDS.size), np.ones(SPEEDS.size)
+    loss[7], force[9] = 0.3, 1.5
+    found = measured(base, replace(base, contact_loss=loss, force_peak=force))
+    assert found["contact_loss"] == [pytest.approx(0.3)]
+    assert found["peak_force"] == [pytest.approx(0.5)]
+    back = measured(replace(base, contact_loss=loss), base)
+    assert back["contact_loss"] == [pytest.approx(-0.3)]
+
+
+def test_curves_of_other_meshes_are_refused():
+    base = curve(np.ones(SPEEDS.size))
+    with pytest.raises(ValueError, match="one mesh and direction"):
+        list(m.curve_measures(base, replace(base, mesh=2)))
+
+
+def test_a_branch_gives_rising_curves_with_jumps_and_peaks_of_each_mesh():
+    speeds = SPEEDS[::-1]
+    steep = np.where(speeds > 1500.0, 1e-6, 5e-6)
+    smooth = 1e-6 * resonance(speeds)
+    columns = {"dte_rms": np.stack([steep, smooth], axis=1)}
+    columns |= {n: np.ones((speeds.size, 2)) for n in ("force_peak", "contact_loss")}
+    branch = SimpleNamespace(
+        frequency_Hz=speeds,
+        direction="down",
+        column=columns.__getitem__,
+        system=SimpleNamespace(excitations=(0, 1)),
+        complete=True,
+    )
+    first, second = m.branch_curves(branch)
+    assert (np.diff(first.frequency) > 0.0).all()
+    assert m.jump_frequencies(first) == [1510.0]
+    assert not second.jumps
+    assert [p.frequency for p in second.peaks] == [1500.0]
+    assert (first.mesh, second.mesh, second.direction) == (1, 2, "down")
+
+
+values = st.lists(st.floats(-1e3, 1e3), min_size=1, max_size=30)
+
+
+@given(values)
+def test_distance_of_identical_arrays_is_zero(given_values):
+    found = m.relative_distance(given_values, given_values)
+    assert found == 0.0 or not any(np.square(given_values) > 0.0)
+
+
+@given(values, st.randoms())
+def test_distance_is_bounded_symmetric_and_free_of_order(given_values, random):
+    a = np.array(given_values) + 2e3
+    b = np.array(random.sample(given_values, len(given_values))) + 2e3
+    size_a, size_b = (np.sqrt((x**2).mean()) for x in (a, b))
+    one, two = m.relative_distance(a, b), m.relative_distance(b, a)
+    assert one * size_a == pytest.approx(two * size_b)
+    assert 0.0 <= one <= 1.0 + size_b / size_a
+    order = random.sample(range(a.size), a.size)
+    assert m.relative_distance(a[order], b[order]) == pytest.approx(one)
+
+
+frequencies = st.lists(st.floats(100.0, 1e4), max_size=6, unique=True)
+
+
+@given(frequencies, frequencies)
+def test_matches_are_one_to_one_and_the_same_both_ways(here, there):
+    pairs = m.matched(here, there)
+    assert len({i for i, _ in pairs}) == len({j for _, j in pairs}) == len(pairs)
+    assert m.unmatched(here, there) == m.unmatched(there, here)
+    assert m.unmatched(here, here) == 0
+
+
+PARTS = np.arange(256) / 256
+WAVE = np.sin(2 * np.pi * PARTS) + 0.4 * np.cos(6 * np.pi * PARTS + 1.0)
+
+
+@pytest.mark.parametrize("late", [-0.25, -0.03, 0.0, 0.1, 0.4])
+def test_shift_of_a_wave_is_its_phase(late):
+    at = (PARTS - late) % 1.0
+    later = np.sin(2 * np.pi * at) + 0.4 * np.cos(6 * np.pi * at + 1.0)
+    found = m.wave_match(WAVE, later)
+    assert found.phase == pytest.approx(late, abs=1e-3)
+    assert found.peak == pytest.approx(0.0, abs=1e-3)
+    assert (
+        found.correlation == pytest.approx(1.0) if late == 0 else found.correlation < 1
+    )
+
+
+def test_scale_and_mean_leave_correlation_and_phase():
+    found = m.wave_match(WAVE + 5.0, 2.0 * (WAVE + 5.0))
+    assert found.correlation == pytest.approx(1.0)
+    assert found.phase == pytest.approx(0.0, abs=1e-9)
+    assert found.peak == pytest.approx(1.0)
+    assert m.wave_match(WAVE, -WAVE).correlation == pytest.approx(-1.0)
+
+
+def test_waves_that_do_not_vary_have_no_correlation():
+    found = m.wave_match(np.ones(8), np.arange(8.0))
+    assert math.isnan(found.correlation)
+    assert math.isnan(found.phase)
+    with pytest.raises(ValueError, match="one shape"):
+        m.wave_match(np.ones(8), np.ones(9))
+
+
+def test_a_cycle_is_the_first_of_the_record_on_even_times():
+    time = np.concatenate([np.linspace(0.0, 0.3, 40), np.linspace(0.31, 2.0, 300)])
+    force = np.stack([np.zeros(time.size), np.sin(2.0 * np.pi * time)], axis=1)
+    history = History(time, *[force] * 6)
+    found = m.force_cycle(history, 1, 1.0)
+    error = (2.0 * np.pi * 0.01) ** 2 / 8.0  # of a chord over the widest step
+    np.testing.assert_allclose(found, np.sin(2.0 * np.pi * PARTS), atol=error)
+
+
+def statics(deflection, **changes):
+    deflection = np.asarray(deflection, float)
+    count = deflection.size
+    return replace(
+        m.Statics(
+            mesh=1,
+            force=1e3,
+            position=np.arange(count) / count,
+            deflection=deflection,
+            friction=np.zeros(count),
+            single=np.zeros(count, bool),
+        ),
+        **changes,
+    )
+
+
+def test_stiffness_and_variation_of_a_rectangular_wave():
+    base = statics(1e3 / np.repeat([2.5e8, 3.5e8], 8))
+    assert base.mean_stiffness == pytest.approx(3e8)
+    assert base.variation == pytest.approx(1.0 / 3.0)
+    stiffer = statics(base.deflection / 1.1)
+    found = {name: value for name, _, value in m.static_measures(base, stiffer)}
+    assert found["mean_stiffness"] == pytest.approx(0.1)
+    assert found["stiffness_variation"] == pytest.approx(0.0, abs=1e-12)
+    assert found["static_deflection"] == pytest.approx(1.0 - 1.0 / 1.1)
+
+
+def test_change_by_friction_is_of_single_pairs_in_a_stretch():
+    base = statics(
+        np.ones(4), friction=np.array([1.0, 2.0, 4.0, 8.0]), single=np.arange(4) != 1
+    )
+    assert base.friction_change(0.0, 0.5) == 1.0
+    assert base.friction_change(0.5, 1.0) == 6.0
+    assert math.isnan(base.friction_change(0.25, 0.5))
+
+
+@pytest.mark.parametrize(
+    ("metric", "value", "within"),
+    [
+        ("peak_force", -0.1, True),
+        ("peak_force", -0.3, False),
+        ("peak_force", math.nan, False),
+        ("wave_correlation", 0.95, True),
+        ("wave_correlation", 0.1, False),
+        ("wave_correlation", -0.95, False),
+        ("wave_correlation", math.nan, False),
+    ],
+)
+def test_verdicts_know_the_sense_of_a_metric(metric, value, within):
+    allowed = 0.9 if metric == "wave_correlation" else 0.2
+    found = m.verdict(metric, "model-1", "here", value, allowed, "because")
+    assert found.within is within
+    assert (found.unit, found.reason) == ("1", "because")

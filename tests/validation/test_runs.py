@@ -1,0 +1,279 @@
+"""Runs of small cases: verdicts, reuse, interruption."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fegear.errors import InputError
+from fegear.excitation import Excitations
+from fegear.gearset import load_gear_set
+from lumped.excitation import MeshExcitation, PairExcitation
+from lumped.motion import DivergedError
+from lumped.waves import Wave as PeriodicWave
+from validation import marching, runs
+from validation.cases import Wave, load_case, read_case
+from validation.marching import approach, static_deflection
+from validation.tasks import tasks_of
+
+TEXT = """
+name = "small"
+title = "Pair about its resonance"
+gear_set = "liu-pair"
+torques_Nm = [100]
+speeds_Hz = "1000:2600:40"
+fidelity = "quasistatic"
+
+[[model]]
+number = 1
+
+[[metric]]
+name = "off_jump_distance"
+allowed = 0.25
+reason = "2 dB"
+
+[[metric]]
+name = "peak_frequency"
+allowed = 0.05
+reason = "half the usual margin"
+
+[[metric]]
+name = "jump_frequency"
+allowed = 100
+reason = "a few steps"
+
+[[metric]]
+name = "mean_stiffness"
+allowed = 0.05
+reason = "half the above"
+"""
+CASE = read_case(TEXT)
+FEW = replace(
+    CASE,
+    speeds_Hz="1000:1200:50",
+    wave=(Wave(torque_Nm=100.0, speed_Hz=1100.0, from_speed_Hz=1150.0),),
+)
+
+
+def bytes_of(store):
+    return {p.relative_to(store): p.read_bytes() for p in store.rglob("*.*")}
+
+
+@pytest.fixture(scope="module")
+def few(tmp_path_factory, private_cache):
+    store = tmp_path_factory.mktemp("few")
+    return store, runs.run_case(FEW, store)
+
+
+def test_files_of_a_run(few):
+    store, result = few
+    reference, model = result.runs
+    assert (reference.source, model.source) == ("fe", "model-1")
+    for run in result.runs:
+        names = {path.name for path in run.directory.iterdir()}
+        assert names == {
+            *("inputs.json", "sweep.csv", "statics.csv", "waves.csv", "result.json")
+        }
+        assert not run.reused
+        assert run.directory.parent == store
+        assert [c.direction for c in run.curves] == ["up", "down"]
+        assert all((np.diff(c.frequency) > 0.0).all() for c in run.curves)
+        assert run.cost.speeds == 10
+        assert run.cost.timed_speeds == 14
+        assert run.cost.steps > 1000
+        assert run.cost.per_speed_s > 0.0
+    assert {row.model for row in reference.table.rows} == {"quasistatic"}
+    assert {row.model for row in model.table.rows} == {"1"}
+    assert result.cost_ratio("model-1") > 1.0
+
+
+def test_waves_of_both_are_alike_off_the_resonance(few):
+    one, two = (run.waves[0].force for run in few[1].runs)
+    assert np.corrcoef(one, two)[0, 1] > 0.9
+    assert one.mean() == pytest.approx(100.0 / 0.04535, rel=1e-2)
+
+
+def test_reuse_computes_nothing_and_changes_no_byte(few, monkeypatch):
+    store, result = few
+    before = bytes_of(store)
+
+    def never(*_):
+        raise AssertionError("computed again")
+
+    monkeypatch.setattr(runs, "march", never)
+    again = runs.run_case(FEW, store)
+    assert all(run.reused for run in again.runs)
+    assert again.verdicts == result.verdicts
+    assert bytes_of(store) == before
+    # a tolerance belongs to no run
+    looser = replace(FEW, metric=FEW.metric[:1], name="other")
+    assert all(run.reused for run in runs.run_case(looser, store).runs)
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"torques_Nm": (101.0,), "wave": ()},
+        {"speeds_Hz": "1000:1200:25"},
+        {"directions": ("up",)},
+        {"edits": ("gear.pinion.inertia_kg_m2=0.003",)},
+        {"damping_ratio": 0.05},
+        {"wave": ()},
+    ],
+)
+def test_what_determines_a_run_names_it(changes):
+    names = [
+        {t.directory_name for t in tasks_of(c)} for c in (FEW, replace(FEW, **changes))
+    ]
+    assert names[0].isdisjoint(names[1])
+
+
+def test_fidelity_and_friction_belong_to_the_finite_elements():
+    before, after = (
+        [task.directory_name for task in tasks_of(case)]
+        for case in (FEW, replace(FEW, fidelity="reduced", friction=0.1))
+    )
+    assert before[0] != after[0]
+    assert before[1] == after[1]
+
+
+def test_an_interrupted_run_goes_on_where_it_was(few, tmp_path):
+    asked = []
+
+    def interrupt(what, done, total):
+        asked.append(what)
+        if what.startswith("fe") and done == 7:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        runs.run_case(FEW, tmp_path, interrupt)
+    assert (next(tmp_path.glob("fe-*")) / "journal").is_dir()
+    assert not list(tmp_path.rglob("result.json"))
+    result = runs.run_case(FEW, tmp_path)
+    assert result.runs[0].cost.timed_speeds < 14
+    whole = few[1]
+    for here, there in zip(result.runs, whole.runs, strict=True):
+        for name in ("sweep.csv", "statics.csv", "waves.csv", "inputs.json"):
+            assert (here.directory / name).read_bytes() == (
+                there.directory / name
+            ).read_bytes()
+    assert result.verdicts == whole.verdicts
+    assert not list(tmp_path.rglob("journal"))
+
+
+def test_an_interruption_in_a_wave_keeps_the_sweep(tmp_path, monkeypatch):
+    def interrupt(*_):
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr(marching, "_fe_wave", interrupt)
+        with pytest.raises(KeyboardInterrupt):
+            runs.run_case(FEW, tmp_path)
+    assert runs.run_case(FEW, tmp_path).runs[0].cost.timed_speeds == 4
+
+
+def test_a_wave_that_diverges_is_nan_and_outside(tmp_path, monkeypatch):
+    def diverged(*_):
+        raise DivergedError(1150.0, 1.0)
+
+    monkeypatch.setattr(marching, "arrive", diverged)
+    entry = replace(FEW.metric[0], name="wave_correlation", allowed=0.5)
+    case = replace(FEW, metric=(entry,), speeds_Hz="")
+    (verdict,) = runs.run_case(case, tmp_path).verdicts
+    assert math.isnan(verdict.measured)
+    assert not verdict.within
+
+
+def test_a_damaged_run_is_told(few, tmp_path):
+    runs.run_case(FEW, tmp_path)
+    next(tmp_path.glob("model-1*/sweep.csv")).write_text("nothing\n")
+    with pytest.raises(InputError, match=r"cannot be read back.*remove it"):
+        runs.run_case(FEW, tmp_path)
+
+
+def test_a_wrong_inertia_fails_where_the_right_one_passes(tmp_path):
+    gears = load_gear_set("liu-pair").gears
+    wrong = tuple(f"gear.{g.name}.inertia_kg_m2={1.3 * g.inertia!r}" for g in gears)
+    models = (CASE.model[0], replace(CASE.model[0], edits=wrong))
+    result = runs.run_case(replace(CASE, model=models), tmp_path)
+    right = [v for v in result.verdicts if v.model == "model-1"]
+    failed = {v.metric for v in result.verdicts if not v.within}
+    assert right
+    assert all(v.within for v in right)
+    assert {"off_jump_distance", "peak_frequency"} <= failed
+    shift = [
+        v.measured
+        for v in result.verdicts
+        if v.metric == "peak_frequency" and v.model == "model-1-edited"
+    ]
+    assert min(shift) == pytest.approx(1.3**-0.5 - 1.0, abs=0.04)
+
+
+def test_printed_figures(few):
+    reference, model = few[1].runs
+    stiffness = runs.printed_figure(model, "mesh1.mean_stiffness", 0.0)
+    assert stiffness == pytest.approx(2.98e8, rel=5e-3)
+    assert runs.printed_figure(reference, "mesh1.stiffness_variation", 0.0) == (
+        pytest.approx(0.31, abs=0.02)
+    )
+    natural = runs.printed_figure(model, "natural", 2900.0)
+    assert natural in model.natural_Hz
+    assert math.isnan(runs.printed_figure(reference, "natural", 2900.0))
+    assert math.isnan(runs.printed_figure(model, "natural", 10.0 * natural))
+    force = runs.printed_figure(reference, "mesh1.wave1.force_peak", 0.0)
+    assert force == np.abs(reference.waves[0].force).max()
+    assert runs.printed_figure(reference, "mesh1.wave1.contact_loss", 0.0) == 0.0
+    for key in ("mesh1.up.jump", "mesh1.wave2.force_peak", "mesh1.friction_recess"):
+        value = runs.printed_figure(model, key, 1.0)
+        assert math.isnan(value)
+
+
+def test_friction_changes_the_deflection_of_single_pairs(tmp_path):
+    result = runs.run_case(load_case("friction-pair"), tmp_path)
+    reference = result.of("fe")[0]
+    changes = [
+        runs.printed_figure(reference, f"mesh1.friction_{stretch}", 0.0)
+        for stretch in ("recess", "approach")
+    ]
+    assert all(1e-9 < abs(change) < 1e-6 for change in changes)
+    assert math.isnan(result.cost_ratio("model-1"))
+    assert {v.metric for v in result.verdicts} == {
+        *("mean_stiffness", "stiffness_variation", "static_deflection")
+    }
+
+
+def constant(value):
+    return PeriodicWave(np.array([0.0, 1.0]), np.array([[value, 0.0, 0.0, 0.0]]))
+
+
+def test_static_deflection_of_two_springs():
+    pairs = tuple(
+        PairExcitation(constant(k), constant(g))
+        for k, g in ((2e8, 0.0), (1e8, 5e-6), (0.0, -1e-3))
+    )
+    excitation = MeshExcitation(pairs, 3e8)
+    at = np.array([0.0, 0.3])
+    one = static_deflection(excitation, 400.0, at)
+    both = static_deflection(excitation, 2500.0, at)
+    np.testing.assert_allclose(one, 2e-6, rtol=1e-12)
+    np.testing.assert_allclose(both, (2500.0 + 1e8 * 5e-6) / 3e8, rtol=1e-12)
+
+
+def test_static_deflection_is_that_of_the_finite_elements():
+    gear_set, excitations = load_gear_set("liu-pair"), Excitations()
+    table = excitations.table(gear_set, 0, 100.0)
+    force = 100.0 / gear_set.meshes[0].pair.driver.base_radius
+    found = static_deflection(
+        excitations.of(gear_set, 0, 100.0, 1), force, table.position
+    )
+    error = np.abs(found / table["ste_m"][0] - 1.0)
+    assert np.median(error) < 0.01
+
+
+def test_approach_ends_at_the_speed():
+    assert approach(Wave(torque_Nm=1.0, speed_Hz=900.0)) == [900.0]
+    way = approach(Wave(torque_Nm=1.0, speed_Hz=900.0, from_speed_Hz=950.0))
+    assert (way[0], way[-1], len(way)) == (950.0, 900.0, 4)

@@ -1,0 +1,305 @@
+"""Validation cases: what to run, what to measure, and what a user would accept.
+
+A case is a TOML file; the built-in ones stand in `validation/cases/`. Units are in
+the keys. Every tolerance says why it is what it is.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields
+from decimal import Decimal, InvalidOperation
+from functools import cached_property
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import AfterValidator, ConfigDict, Field, TypeAdapter, ValidationError
+from pydantic_core import ErrorDetails
+
+from fegear.errors import InputError
+from fegear.excitation import Kind
+from fegear.gearset.edit import parsed_value
+from fegear.gearset.problems import PHRASES, nearest, shown
+from lumped.sweep import Direction
+from validation.metrics import METRICS
+
+FOLDER = Path(__file__).parent / "cases"
+MOST_SPEEDS = 10_000
+STRICT = ConfigDict(extra="forbid", allow_inf_nan=False)
+Fidelity = Literal["full", "reduced", "quasistatic"]
+
+
+def _require_edit(text: str) -> str:
+    key, separator, value = text.partition("=")
+    if not (separator and key.strip() and value.strip()):
+        raise ValueError("KEY=VALUE is needed, as for --set")
+    return text
+
+
+def _require_metric(name: str) -> str:
+    if name not in METRICS:
+        raise ValueError(f"must be one of {', '.join(METRICS)}")
+    return name
+
+
+def _require_speeds(text: str) -> str:
+    parsed_speeds(text)
+    return text
+
+
+def _require_own_names(values: tuple[Any, ...]) -> tuple[Any, ...]:
+    names = [value.name for value in values]
+    for name in names:
+        if names.count(name) > 1:
+            raise ValueError(f"{name} stands there {names.count(name)} times")
+    return values
+
+
+Text = Annotated[str, Field(min_length=1)]
+Number = Annotated[float, Field(strict=True)]
+Positive = Annotated[Number, Field(gt=0.0, lt=1e9)]
+Speeds = Annotated[str, AfterValidator(_require_speeds)]
+Edit = Annotated[str, AfterValidator(_require_edit)]
+FIGURES = (
+    r"^(natural|mesh[1-9]\.(mean_stiffness|stiffness_variation"
+    r"|friction_(recess|approach)|(up|down)\.(jump|peak)"
+    r"|wave[1-9]\.(force_peak|contact_loss)))$"
+)
+Flag = Annotated[bool, Field(strict=True)]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Model:
+    """A lumped model and what excites it.
+
+    number : 1 every tooth pair with its gap; 2 mean stiffness and loaded transmission
+        error; 3 total stiffness and no-load error
+    edits : of the gear set for this model only, on top of the case's
+    """
+
+    __pydantic_config__ = STRICT
+
+    number: Annotated[int, Field(strict=True, ge=1, le=3)]
+    excitation: Kind = "fe"
+    edits: tuple[Edit, ...] = ()
+
+    @property
+    def name(self) -> str:
+        """Such as model-1 or model-1-rectangular."""
+        parts = [f"model-{self.number}"]
+        parts += [] if self.excitation == "fe" else [self.excitation]
+        return "-".join(parts + (["edited"] if self.edits else []))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Tolerance:
+    """What is allowed of a metric of `validation.metrics.METRICS`, and why."""
+
+    __pydantic_config__ = STRICT
+
+    name: Annotated[str, AfterValidator(_require_metric)]
+    allowed: Annotated[Number, Field(ge=0.0)]
+    reason: Text
+
+
+@dataclass(frozen=True, kw_only=True)
+class Wave:
+    """A motion at one speed [Hz], reached from another, at a torque [N m].
+
+    From rest if `from_speed_Hz` is left out.
+    """
+
+    __pydantic_config__ = STRICT
+
+    torque_Nm: Positive
+    speed_Hz: Positive
+    from_speed_Hz: Positive | None = None
+
+    @property
+    def label(self) -> str:
+        came = "rest" if self.from_speed_Hz is None else f"{self.from_speed_Hz:g} Hz"
+        return f"{self.speed_Hz:g} Hz from {came}"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Printed:
+    """A value that the source prints; whether it is met is a finding, no verdict.
+
+    figure : the key of the computed figure that it stands beside, if there is one; of
+        jumps, peaks and natural frequencies the one nearest to the value
+    """
+
+    __pydantic_config__ = STRICT
+
+    quantity: Text
+    value: Number
+    unit: str
+    where: Text
+    figure: Annotated[str, Field(pattern=FIGURES)] | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Case:
+    """A comparison of lumped models with the finite elements.
+
+    torques_Nm : on the input gear; speeds_Hz : of the first mesh, `A:B:STEP`, numbers
+        and commas, or empty where nothing moves; directions : of the speed
+    friction : Coulomb coefficient of the finite elements; lumped models have none
+    damping_ratio : of every vibration mode, None for the gear set's
+    """
+
+    __pydantic_config__ = STRICT
+
+    name: Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9-]*$")]
+    title: Text
+    gear_set: Text
+    torques_Nm: Annotated[tuple[Positive, ...], Field(min_length=1)]
+    model: Annotated[
+        tuple[Model, ...], Field(min_length=1), AfterValidator(_require_own_names)
+    ]
+    metric: Annotated[
+        tuple[Tolerance, ...], Field(min_length=1), AfterValidator(_require_own_names)
+    ]
+    speeds_Hz: Speeds = ""
+    directions: Annotated[tuple[Direction, ...], Field(min_length=1)] = ("up", "down")
+    edits: tuple[Edit, ...] = ()
+    translations: Flag = False
+    friction: Annotated[Number, Field(ge=0.0, lt=0.5)] = 0.0
+    damping_ratio: Annotated[Number, Field(ge=0.0, lt=1.0)] | None = None
+    fidelity: Fidelity = "reduced"
+    wave: tuple[Wave, ...] = ()
+    printed: tuple[Printed, ...] = ()
+    notes: str = ""
+
+    @cached_property
+    def speeds(self) -> tuple[float, ...]:
+        """Frequencies of the first mesh [Hz]."""
+        return parsed_speeds(self.speeds_Hz)
+
+    def edits_of(self, model: Model | None = None) -> dict[str, Any]:
+        """Edits of the gear set by key; with those of a model."""
+        pairs = [
+            text.partition("=")
+            for text in (*self.edits, *(() if model is None else model.edits))
+        ]
+        return {key.strip(): parsed_value(value.strip()) for key, _, value in pairs}
+
+
+def case_names() -> tuple[str, ...]:
+    """Names of the built-in cases, sorted."""
+    return tuple(sorted(path.stem for path in FOLDER.glob("*.toml")))
+
+
+def load_case(name_or_path: str) -> Case:
+    """A built-in case by its name, or the one in a file.
+
+    Raises InputError, in one line that names file, field, value and what is allowed.
+    """
+    if name_or_path in case_names():
+        return _read(FOLDER / f"{name_or_path}.toml", f"case {name_or_path}")
+    path = Path(name_or_path)
+    if path.suffix != ".toml" and path.name == name_or_path and not path.exists():
+        known = case_names()
+        raise InputError(
+            f"{name_or_path}: neither a file nor a built-in case"
+            f"{nearest(name_or_path, known)} (built-in: {', '.join(known)})"
+        )
+    return _read(path, str(path))
+
+
+def read_case(text: str, source: str = "case") -> Case:
+    """The case in TOML text; `source` begins the message of an InputError."""
+    try:
+        tables = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise InputError(f"{source}: TOML syntax: {error}") from None
+    try:
+        case = _ADAPTER.validate_python(tables)
+    except ValidationError as error:
+        details = error.errors(include_url=False)
+        unknown = [item for item in details if "unexpected" in item["type"]]
+        raise InputError(f"{source}: {_sentence((unknown or details)[0])}") from None
+    for wave in case.wave:
+        if wave.torque_Nm not in case.torques_Nm:
+            known = ", ".join(f"{torque:g}" for torque in case.torques_Nm)
+            raise InputError(
+                f"{source}: wave.torque_Nm = {wave.torque_Nm:g}; must be one of "
+                f"torques_Nm, {known}"
+            )
+    return case
+
+
+def parsed_speeds(text: str) -> tuple[float, ...]:
+    """Speeds [Hz] of `A:B:STEP`, numbers, and commas between; none of an empty text.
+
+    Raises ValueError that says what is allowed.
+    """
+    found: dict[Decimal, None] = {}
+    for part in text.split(",") if text.strip() else ():
+        found |= dict.fromkeys(_speed_range(part))
+    return tuple(float(speed) for speed in found)
+
+
+def _speed_range(part: str) -> list[Decimal]:
+    """Decimals, so that 0.1 added ten times is 1."""
+    try:
+        numbers = [Decimal(number.strip()) for number in part.split(":")]
+    except InvalidOperation:
+        numbers = []
+    ok = len(numbers) in (1, 3) and all(n.is_finite() and n > 0 for n in numbers)
+    if not ok:
+        raise ValueError("must be positive, such as 800:4200:20 or 800, 1000")
+    if len(numbers) == 1:
+        return numbers
+    start, end, step = numbers
+    count = int(abs(end - start) / step) + 1
+    if count > MOST_SPEEDS:
+        raise ValueError(f"at most {MOST_SPEEDS} speeds are allowed, got {count}")
+    sign = 1 if end >= start else -1
+    return [start + sign * i * step for i in range(count)]
+
+
+def _read(path: Path, source: str) -> Case:
+    try:
+        text = path.read_text(encoding="utf-8")
+    except OSError as error:
+        reason = (error.strerror or str(error)).lower()
+        raise InputError(f"{source}: cannot be read, {reason}") from None
+    except UnicodeDecodeError:
+        raise InputError(f"{source}: is no UTF-8 text") from None
+    return read_case(text, source)
+
+
+_ADAPTER = TypeAdapter(Case)
+TABLES: Mapping[str, type] = {
+    "model": Model,
+    "metric": Tolerance,
+    "wave": Wave,
+    "printed": Printed,
+}
+
+
+def _sentence(item: ErrorDetails) -> str:
+    """`metric 2, allowed = -1; must be at least 0`."""
+    loc, kind = item["loc"], item["type"]
+    where, key = _place(loc)
+    before = f"{where}, " if where else ""
+    if kind == "unexpected_keyword_argument":
+        known = [field.name for field in fields(TABLES.get(str(loc[0]), Case))]
+        return f"{before}unknown key {key}{nearest(key, known)}"
+    if kind in ("missing", "missing_argument"):
+        return f"{before}{key} is missing"
+    if kind == "value_error":
+        reason = str(item["ctx"]["error"])
+        return f"{before}{key} = {shown(item['input'])}; {reason}"
+    phrase = PHRASES.get(kind, item["msg"]).format(**item.get("ctx", {}))
+    return f"{before}{key} = {shown(item['input'])}; {phrase}"
+
+
+def _place(loc: Sequence[int | str]) -> tuple[str, str]:
+    """('metric 2', 'allowed') of an error's location."""
+    words = [f"entry {part + 1}" if isinstance(part, int) else part for part in loc]
+    if loc and loc[0] in TABLES and len(loc) > 2:
+        return f"{loc[0]} {int(loc[1]) + 1}", " ".join(words[2:])
+    return "", " ".join(words)

@@ -1,0 +1,117 @@
+"""Runs that a case asks for, and all that determines their results."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import lru_cache
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+
+import fegear
+import lumped
+import meshes
+from fegear.dynamics.build import FiniteElements
+from fegear.dynamics.respond import DynamicSettings
+from fegear.excitation import Source
+from fegear.gearset import load_gear_set
+from fegear.gearset.model import GearSet
+from lumped.settings import Settings
+from validation.cases import Case, Model, Wave
+
+FORMAT = "fegear validation run 2"  # of the files and of what stands in them
+FE = "fe"
+PACKAGES = {  # those whose sources results depend on, and which of their files
+    meshes: ("**/*.py",),
+    lumped: ("**/*.py",),
+    fegear: (
+        *(f"{folder}/**/*.py" for folder in ("contact", "elasticity", "gearset")),
+        *("dynamics/**/*.py", "excitation.py", "statics.py", "train.py"),
+    ),
+}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Task:
+    """A run to be made; model None for the finite elements."""
+
+    case: Case
+    model: Model | None
+    torque: float
+    gear_set: GearSet
+
+    @property
+    def source(self) -> str:
+        return FE if self.model is None else self.model.name
+
+    @property
+    def waves(self) -> tuple[Wave, ...]:
+        return tuple(w for w in self.case.wave if w.torque_Nm == self.torque)
+
+    @property
+    def speeds(self) -> tuple[float, ...]:
+        """All that something moves at [Hz], those of waves among them."""
+        return (*self.case.speeds, *(wave.speed_Hz for wave in self.waves))
+
+    @property
+    def inputs(self) -> dict[str, str]:
+        """All that determines the results."""
+        case, model = self.case, self.model
+        common = {
+            "format": FORMAT,
+            "fegear version": _version(),
+            "sources": source_digest(),
+            "gear set": repr(self.gear_set),
+            "torque_Nm": repr(self.torque),
+            "speeds_Hz": ", ".join(map(repr, case.speeds)),
+            "directions": ", ".join(case.directions),
+            "waves": repr(self.waves),
+            "translations": repr(case.translations),
+            "damping ratio": repr(case.damping_ratio),
+        }
+        if model is None:
+            settings = repr((self.elements, DynamicSettings()))
+            return common | {"source": FE, "settings": settings}
+        source = Source(kind=model.excitation)
+        words = {"model": repr(model.number), "excitation": repr(source)}
+        return common | {"source": "lumped", "settings": repr(Settings())} | words
+
+    @property
+    def elements(self) -> FiniteElements:
+        return FiniteElements(fidelity=self.case.fidelity, friction=self.case.friction)
+
+    @property
+    def directory_name(self) -> str:
+        text = json.dumps(self.inputs, sort_keys=True)
+        digest = hashlib.sha256(text.encode()).hexdigest()[:16]
+        return f"{self.source}-{self.torque:g}Nm-{digest}"
+
+
+def tasks_of(case: Case) -> Iterator[Task]:
+    """The finite elements first: what they take without tables at hand is theirs."""
+    for model in (None, *case.model):
+        gear_set = load_gear_set(case.gear_set, case.edits_of(model))
+        for torque in case.torques_Nm:
+            yield Task(case=case, model=model, torque=torque, gear_set=gear_set)
+
+
+@lru_cache(maxsize=1)
+def source_digest() -> str:
+    """Of the sources that results depend on."""
+    digest = hashlib.sha256()
+    for package, parts in PACKAGES.items():
+        root = Path(str(package.__file__)).parent
+        files = {path for part in parts for path in root.glob(part)}
+        for path in sorted(files):
+            digest.update(path.relative_to(root.parent).as_posix().encode())
+            digest.update(path.read_bytes())
+    return digest.hexdigest()
+
+
+def _version() -> str:
+    try:
+        return version("fegear")
+    except PackageNotFoundError:
+        return "unknown"
