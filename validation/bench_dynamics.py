@@ -7,12 +7,10 @@ of the difference of the dynamic transmission error over the RMS of its vibratio
 
 from __future__ import annotations
 
-import csv
 import math
 import time
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import astuple, dataclass, fields, replace
-from pathlib import Path
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -217,13 +215,6 @@ def observed_order(points: Sequence[Point]) -> float:
     own = [p for p in points if p.study == "steps"]
     steps, errors = np.array([(p.setting, p.error_median) for p in own]).T
     return float(-np.polyfit(np.log(steps), np.log(errors), 1)[0])
-
-
-def write_points(points: Sequence[Point], path: Path) -> None:
-    with open(path, "w", encoding="utf-8", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow([field.name for field in fields(Point)])
-        writer.writerows(astuple(point) for point in points)
 
 
 def draw_points(points: Sequence[Point], title: str) -> Figure:

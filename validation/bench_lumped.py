@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import csv
 import math
 import time
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import astuple, dataclass, fields, replace
+from dataclasses import dataclass, replace
 from functools import partial
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -264,13 +262,6 @@ def sweep_seconds(system: LumpedSystem) -> tuple[float, int]:
     leading = leading_frequency(system)
     speeds = np.linspace(0.5 * leading, 2.62 * leading, 171)
     return _best_of(lambda: sweep_all([system], speeds)), 342
-
-
-def write_points(points: Sequence[Point], path: Path) -> None:
-    with open(path, "w", encoding="utf-8", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow([field.name for field in fields(Point)])
-        writer.writerows(astuple(point) for point in points)
 
 
 def draw_points(points: Sequence[Point], title: str) -> Figure:

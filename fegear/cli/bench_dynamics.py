@@ -78,8 +78,9 @@ def _write(points: list[Point], output: Path, title: str) -> None:
     from fegear.output import write_whole
     from fegear.plots import save_figure
     from validation import bench_dynamics as study
+    from validation.points import write_points
 
-    write_whole(output / "dynamics.csv", lambda path: study.write_points(points, path))
+    write_whole(output / "dynamics.csv", lambda path: write_points(points, path))
     figure = study.draw_points(points, title)
     write_whole(output / "dynamics.png", lambda path: save_figure(figure, path))
 

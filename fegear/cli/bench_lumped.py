@@ -75,8 +75,9 @@ def _write(points: list[Point], output: Path, title: str) -> None:
     from fegear.output import write_whole
     from fegear.plots import save_figure
     from validation import bench_lumped as bench
+    from validation.points import write_points
 
-    write_whole(output / "lumped.csv", lambda path: bench.write_points(points, path))
+    write_whole(output / "lumped.csv", lambda path: write_points(points, path))
     figure = bench.draw_points(points, title)
     write_whole(output / "lumped.png", lambda path: save_figure(figure, path))
 

@@ -1,4 +1,8 @@
-"""Contact forces where the approach of the gears is given, as it is in motion."""
+"""Contact forces where the approach of the gears is given, as it is in motion.
+
+`solve_drive_side` makes the pair laws; `contact_at`, all pairs together, is what
+they are measured by.
+"""
 
 from __future__ import annotations
 

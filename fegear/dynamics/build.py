@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Literal
 
 import numpy as np
@@ -32,7 +33,7 @@ from fegear.statics import RESOLUTIONS, StaticsSettings, contact_problem
 from fegear.train import mesh_torques_at
 from lumped.system import LumpedSystem
 from lumped.table import MeshTable
-from meshes import MeshSize
+from meshes import MeshSize, SpurGear
 
 Array = NDArray[np.float64]
 Fidelity = Literal["full", "reduced", "quasistatic", "auto"]
@@ -40,6 +41,7 @@ POSITIONS = 128  # of a mesh cycle at which pair laws are solved
 REACH = 6.0  # times the largest static deflection: squeeze up to which laws are curved
 BACK = 20.0  # times the same: larger backlash is out of reach
 HARMONICS = 7.0  # of the highest mesh frequency, whose modes are looked at
+modes_once = lru_cache(maxsize=16)(gear_modes)  # equal gears, and all torques
 SHEAR_WAVES = 3.0  # along the tip circle: modes below that frequency are looked at
 
 
@@ -157,8 +159,7 @@ def _full(
     size = MeshSize().refined(elements.mesh)
     wholes, damping = [], []
     for gear in gear_set.gears:
-        material = PlaneMaterial(gear.young_modulus, gear.poisson_ratio, "stress")
-        wholes.append(whole_gear(gear.geometry, material, gear.density, size))
+        wholes.append(whole_gear(*_body(gear), size))
         damping.append(elastic_damping(gear, elements.elastic_damping))
     full = full_model(gear_set, reference, laws, wholes, damping, far)
     freedoms = tuple(whole.own * whole.teeth for whole in wholes)
@@ -198,20 +199,20 @@ def mesh_laws(
 def modes_of(
     gear_set: GearSet, speeds: Sequence[float], cutoff_Hz: float | None = None
 ) -> list[GearModes]:
-    """Elastic modes of every gear; equal gears share theirs.
+    """Elastic modes of every gear.
 
     speeds : mesh frequencies of the first mesh [Hz]
     """
-    found: dict[tuple[object, ...], GearModes] = {}
-    modes = []
-    for gear in gear_set.gears:
-        material = PlaneMaterial(gear.young_modulus, gear.poisson_ratio, "stress")
-        limit = cutoff_Hz or usual_cutoff(gear, max(speeds))
-        key = (gear.geometry, material, gear.density, limit)
-        if key not in found:
-            found[key] = gear_modes(gear.geometry, material, gear.density, limit)
-        modes.append(found[key])
-    return modes
+    return [
+        modes_once(*_body(gear), cutoff_Hz or usual_cutoff(gear, max(speeds)))
+        for gear in gear_set.gears
+    ]
+
+
+def _body(gear: Gear) -> tuple[SpurGear, PlaneMaterial, float]:
+    """What the elasticity and inertia of a gear depend on."""
+    material = PlaneMaterial(gear.young_modulus, gear.poisson_ratio, "stress")
+    return gear.geometry, material, gear.density
 
 
 def usual_cutoff(gear: Gear, highest: float) -> float:

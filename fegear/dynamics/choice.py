@@ -146,16 +146,6 @@ def inertia_error(
     return float(_remaining_errors(modes, amplitudes, mesh_frequency)[0])
 
 
-def largest_error(
-    modes: ElasticModes, amplitudes: ArrayLike, speeds: ArrayLike
-) -> tuple[float, float]:
-    """The largest `inertia_error` over mesh frequencies (s,) [Hz], and where it is."""
-    frequencies = _checked_speeds(speeds)
-    errors = [inertia_error(modes, amplitudes, f) for f in frequencies]
-    worst = int(np.argmax(errors))
-    return errors[worst], float(frequencies[worst])
-
-
 def choose(
     meshes: Sequence[ExcitedMesh], speeds: ArrayLike, tolerance: float = 0.02
 ) -> Choice:

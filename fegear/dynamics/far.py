@@ -7,6 +7,8 @@ its body has in one mesh alone, where the hub takes the torque, remains.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import lru_cache
+from types import SimpleNamespace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,7 +40,7 @@ def far_coupling(gear_set: GearSet, laws: Sequence[MeshLaws]) -> Array | None:
         if not pairs:
             continue
         found = True
-        tables = _Far(gear)
+        tables = far_flanks(gear)
         for i, j in pairs:
             block = tables.between(sides[i], sides[j], g)
             rows, columns = (
@@ -48,7 +50,7 @@ def far_coupling(gear_set: GearSet, laws: Sequence[MeshLaws]) -> Array | None:
     return total if found else None
 
 
-class _Far:
+class FarFlanks:
     """Compliance between the flanks of far teeth of one gear."""
 
     def __init__(self, gear: Gear) -> None:
@@ -87,9 +89,13 @@ class _Far:
         return np.einsum("icj,ic->ij", fields[offset][side.freedoms], side.inward)
 
     def _stencils(self, arcs: Array) -> tuple[NDArray[np.int64], Array]:
-        from types import SimpleNamespace
-
         flank = SimpleNamespace(
             length=self._gear.geometry.flank_length, grading=self._size.flank_grading
         )
         return flank_stencils(arcs, flank, len(self._flanks[RIGHT].arcs))
+
+
+@lru_cache(maxsize=8)
+def far_flanks(gear: Gear) -> FarFlanks:
+    """One for all torques."""
+    return FarFlanks(gear)

@@ -22,7 +22,13 @@ from fegear.contact.pair_laws import flank_stencils
 from fegear.dynamics.elastic import Rayleigh
 from fegear.dynamics.kernels import full as kernel
 from fegear.dynamics.model import DynamicModel, dynamic_model
-from fegear.dynamics.respond import DynamicsError, Motion, MotionState, recorded
+from fegear.dynamics.respond import (
+    DynamicsError,
+    Motion,
+    MotionState,
+    at_rest,
+    recorded,
+)
 from fegear.dynamics.scheme import Scheme, generalized_alpha
 from fegear.dynamics.sides import ContactSide, MeshLaws, contact_sides
 from fegear.elasticity.whole import Factors, WholeGear
@@ -32,7 +38,6 @@ from lumped.system import LumpedSystem
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 Newmark = tuple[float, float, float, float, float]
-REST_STEPS = 60  # to the deflection at rest
 
 
 @dataclass(frozen=True, eq=False)
@@ -317,13 +322,7 @@ class FullStepper:
             np.zeros((3, model.touching)),
             tuple(np.zeros((4, f.whole.own, f.whole.teeth)) for f in self.full.fields),
         )
-        angular = model.reference.modes.angular
-        slow = 10.0 / angular[angular > 0.0].min()
-        damped = replace(self, scheme=generalized_alpha(0.0))
-        found, _ = damped.march(empty, 0.0, slow, REST_STEPS, 1)
-        for array in (found.motion, *found.fields):
-            array[1:3] = 0.0
-        return found
+        return at_rest(replace(self, scheme=generalized_alpha(0.0)), empty)
 
     def march(
         self, state: MotionState, frequency: float, step: float, steps: int, cycle: int

@@ -16,7 +16,7 @@ from fegear.dynamics.settling import Settling
 from lumped.response import FIGURES, History, Response, Status, measures
 
 Array = NDArray[np.float64]
-REST_STEPS = 200  # to the deflection at rest
+REST_STEPS = 100  # to the deflection at rest
 MATTERS = 1e-3  # part of a mode's strain energy in the meshes
 PERIODS = (400, 200_000)  # least and most that a motion may take to settle
 
@@ -134,12 +134,7 @@ class ReducedStepper:
         empty = MotionState(
             np.zeros((4, self.model.size)), np.zeros((3, self.model.touching))
         )
-        angular = self.model.reference.modes.angular
-        slow = 10.0 / angular[angular > 0.0].min()
-        damped = replace(self, scheme=generalized_alpha(0.0))
-        found, _ = damped.march(empty, 0.0, slow, REST_STEPS, 1)
-        found.motion[1:3] = 0.0
-        return found
+        return at_rest(replace(self, scheme=generalized_alpha(0.0)), empty)
 
     def march(
         self, state: MotionState, frequency: float, step: float, steps: int, cycle: int
@@ -182,6 +177,16 @@ class ReducedStepper:
                 f"contact not solved at {frequency:g} Hz after {done} steps"
             )
         return now, recorded(step, out, loads, hub)
+
+
+def at_rest(damped: Stepper, state: MotionState) -> MotionState:
+    """Where long steps of a scheme that leaves no vibration lead, without speed."""
+    angular = damped.model.reference.modes.angular
+    slow = 10.0 / angular[angular > 0.0].min()
+    found, _ = damped.march(state, 0.0, slow, REST_STEPS, 1)
+    for array in (found.motion, *found.fields):
+        array[1:3] = 0.0
+    return found
 
 
 def recorded(step: float, out: Array, loads: Array, hub: Array) -> Motion:

@@ -11,6 +11,7 @@ from fegear.gearset import load_gear_set
 from fegear.train import train_of
 from lumped import LumpedSystem
 from validation import bench_dynamics as study
+from validation.points import write_points
 
 
 @pytest.fixture(scope="module")
@@ -70,7 +71,7 @@ def test_picture_and_table(tmp_path):
         study.Point("modes", 0.0, 0, 1.0, 3.0, 1.0, 1.2),
     ]
     assert study.observed_order(points) == pytest.approx(2.0)
-    study.write_points(points, tmp_path / "p.csv")
+    write_points(points, tmp_path / "p.csv")
     lines = (tmp_path / "p.csv").read_text().splitlines()
     assert lines[0].startswith("study,setting,freedoms,prepare_s,us_per_step")
     assert len(lines) == 5

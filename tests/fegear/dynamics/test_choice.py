@@ -15,7 +15,6 @@ from fegear.dynamics.choice import (
     choose,
     harmonic_amplitudes,
     inertia_error,
-    largest_error,
 )
 
 ZETA = 0.03
@@ -105,13 +104,6 @@ def test_undamped_resonance_is_large_but_finite():
 
 def test_far_above_a_mode_all_its_compliance_is_lost():
     assert inertia_error(ONE, [1.0], 1e7) == pytest.approx(0.2, rel=1e-5)
-
-
-def test_largest_error_is_where_a_harmonic_meets_a_mode():
-    speeds = np.arange(1e3, 6e3, 100.0)
-    error, speed = largest_error(ONE, [1.0, 1.0], speeds)
-    assert speed == 5e3
-    assert error == inertia_error(ONE, [1.0, 1.0], 5e3)
 
 
 @pytest.mark.parametrize("points", [2, 3, 16, 17, 64])
