@@ -221,7 +221,7 @@ def draw_points(points: Sequence[Point], title: str) -> Figure:
     """Time per mesh period over the median error, a line for each study."""
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(7.5, 5.2), layout="constrained")
+    figure = Figure(figsize=(6.4, 5.0), layout="constrained")
     axes = figure.subplots()
     names = {
         "steps": "reduced: steps per period",

@@ -268,7 +268,7 @@ def draw_points(points: Sequence[Point], title: str) -> Figure:
     """Time per speed over the median error, a line for each integrator."""
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(7.5, 5.2), layout="constrained")
+    figure = Figure(figsize=(6.4, 5.0), layout="constrained")
     axes = figure.subplots()
     markers = iter("osD^v")
     for study in dict.fromkeys(point.study for point in points):

@@ -7,11 +7,9 @@ reference of its own; the compiled kernel is warm.
 
 from __future__ import annotations
 
-import csv
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import asdict, dataclass
-from pathlib import Path
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -64,13 +62,10 @@ class Point:
     edge_at_pitch_mm: float
     compliance_s: float
     contact_s: float
+    total_s: float
     error_mean: float
     error_path: float
     error_corner: float
-
-    @property
-    def total_s(self) -> float:
-        return self.compliance_s + self.contact_s
 
 
 def variants() -> Iterator[Variant]:
@@ -159,6 +154,7 @@ def _measure(
         edge_at_pitch_mm=1e3 * _edge_at_pitch(gear_set, variant.size),
         compliance_s=middle - start,
         contact_s=end - middle,
+        total_s=end - start,
         error_mean=abs(float(means) - 1.0),
         error_path=float(error[~corner].max()),
         error_corner=float(error[corner].max()) if corner.any() else float("nan"),
@@ -186,21 +182,12 @@ def observed_order(points: list[Point], study: str) -> float:
     return -float(np.polyfit(edges, errors, 1)[0])
 
 
-def write_points(points: list[Point], path: Path) -> None:
-    with path.open("w", newline="", encoding="utf-8") as file:
-        names = [*asdict(points[0]), "total_s"]
-        writer = csv.DictWriter(file, names, lineterminator="\n")
-        writer.writeheader()
-        for point in points:
-            writer.writerow(asdict(point) | {"total_s": point.total_s})
-
-
 def draw_points(points: list[Point], title: str) -> Figure:
     """Run time against error, and error against mesh size, log-log."""
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(11.0, 5.0), layout="constrained")
-    cost, size = figure.subplots(1, 2)
+    figure = Figure(figsize=(6.4, 8.8), layout="constrained")
+    cost, size = figure.subplots(2, 1)
     markers = dict(zip(dict.fromkeys(p.study for p in points), "osv^D", strict=False))
     for study, marker in markers.items():
         chosen = [p for p in points if p.study == study]

@@ -4,25 +4,21 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
-from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fegear.dynamics.build import Prepared, prepare
-from fegear.dynamics.journal import Journal, open_journal
-from fegear.dynamics.respond import DynamicSettings, Motion, steps_per_cycle
+from fegear.dynamics.journal import Journal
+from fegear.dynamics.respond import DynamicSettings, Stepper, steps_per_cycle
 from fegear.dynamics.respond import respond as fe_respond
-from fegear.dynamics.sweep import sweep_branch
+from fegear.dynamics.sweep import kept_state, sweep_branch
 from fegear.errors import InputError
-from fegear.excitation import Excitations, Source
-from fegear.statics import solve_mesh
+from fegear.excitation import Excitations
 from fegear.train import mesh_torques_at, train_of
-from lumped.excitation import MeshExcitation
 from lumped.motion import APPROACH_STEP, DivergedError, arrive
 from lumped.response import (
     History,
@@ -34,15 +30,14 @@ from lumped.response import (
 from lumped.settings import Settings
 from lumped.sweep import Branch, Direction, sweep_all
 from lumped.system import LumpedSystem
-from lumped.table import MeshTable
 from lumped.train import TrainError
 from validation.cases import Wave
+from validation.deflection import mesh_statics
+from validation.memory import memory_level
 from validation.metrics import WAVE_POINTS, ForceWave, Statics, force_cycle
-from validation.tasks import FE, Task
+from validation.tasks import Task
 
-Array = NDArray[np.float64]
 Report = Callable[[str, int, int], None]  # (what, speeds done, of how many)
-BISECTIONS = 80  # of a static deflection: to the last bit
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -53,6 +48,11 @@ class Cost:
     march_s : of timed_speeds, which count the approaches of waves, and leave out what
         an earlier run had finished where one was taken up again
     speeds, steps : of the sweeps; steps until the motion had settled
+    memory_MB : largest resident memory of the process, all that it had loaded before
+        included; NaN where the system does not tell
+    memory_above_start_MB : the same without what was resident when the run began. The
+        first run of a process loads and compiles what later ones find there; of runs
+        that share tables the first makes them
     """
 
     prepare_s: float
@@ -60,6 +60,8 @@ class Cost:
     timed_speeds: int = 0
     speeds: int = 0
     steps: int = 0
+    memory_MB: float = math.nan
+    memory_above_start_MB: float = math.nan
 
     @property
     def per_speed_s(self) -> float:
@@ -77,49 +79,102 @@ class Marched:
     cost: Cost
 
 
+@dataclass(frozen=True, eq=False)
+class Moved:
+    """Sweeps and waves.
+
+    marched : speeds that no journal held
+    per_cycle : steps of a cycle of the first mesh, by its frequency [Hz]
+    """
+
+    branches: Sequence[Branch] = ()
+    waves: Sequence[ForceWave] = ()
+    marched: int = 0
+    per_cycle: Callable[[float], float] = lambda frequency: math.nan
+
+
+@dataclass
+class Progress:
+    """Tells how many speeds are done, and at which one the motion settles.
+
+    found : speeds that a journal holds, which are passed without marching
+    """
+
+    report: Report
+    what: str
+    total: int
+    found: int
+    done: int = 0
+    running: float = math.nan
+
+    @property
+    def marched(self) -> int:
+        return self.done - self.found
+
+    def passed(self) -> None:
+        self.done += 1
+        self.report(self.what, self.done, self.total)
+
+    def watch(self, frequency: float, period: int) -> None:
+        if frequency != self.running:
+            self.running = frequency
+            self.report(f"{self.what}, {frequency:g} Hz", self.done, self.total)
+
+
 def march(
-    task: Task, journal: Path, excitations: Excitations, report: Report
+    task: Task, journal: Journal | None, excitations: Excitations, report: Report
 ) -> Marched:
     """All that a task asks for.
 
-    journal : directory of the finite elements' finished speeds, taken up again if it
-        is there. Raises KeyboardInterrupt rather than leave speeds out.
+    journal : where the finite elements' finished speeds are found and kept; None for
+        a lumped model. Raises KeyboardInterrupt rather than leave speeds out.
     """
-    begin = time.perf_counter()
-    report(f"{task.source} {task.torque:g} N m: statics", 0, 1)
+    level, begin = memory_level(), time.perf_counter()
+    report(f"{_name(task)}: statics", 0, 1)
     number = 1 if task.model is None else task.model.number
     system = lumped_system(task, excitations, number)
     statics = [
-        _statics(task, excitations, m, each)
+        mesh_statics(task, excitations, m, each)
         for m, each in enumerate(system.excitations)
     ]
-    if not task.speeds:
-        seconds = time.perf_counter() - begin
-        return Marched(system, statics, [], [], Cost(prepare_s=seconds))
-    if task.model is None:
-        prepared = _prepared(task, system, excitations)
-        prepare_s = time.perf_counter() - begin
-        with _journal(task, journal) as kept_speeds:
-            branches, kept = _fe_branches(task, prepared, kept_speeds, report)
-            waves = [each for wave in task.waves for each in _fe_wave(prepared, wave)]
-        march_s = time.perf_counter() - begin - prepare_s
-        steps = _fe_steps(prepared, branches)
-    else:
-        _warm_up(system, task.speeds[0])
-        prepare_s = time.perf_counter() - begin
-        branches, kept = _lumped_branches(task, system, report), 0
-        waves = [each for wave in task.waves for each in _lumped_wave(system, wave)]
-        march_s = time.perf_counter() - begin - prepare_s
-        steps = _lumped_steps(system, branches)
-    speeds = sum(len(branch.responses) for branch in branches)
+    move = _ready(task, system, excitations, journal, report)
+    ready = time.perf_counter()
+    moved = move(report)
+    end = time.perf_counter()
+    peak = level.peak_MB
     cost = Cost(
-        prepare_s=prepare_s,
-        march_s=march_s,
-        timed_speeds=speeds - kept + sum(len(approach(wave)) for wave in task.waves),
-        speeds=speeds,
-        steps=steps,
+        prepare_s=ready - begin,
+        march_s=end - ready if task.speeds else 0.0,
+        timed_speeds=moved.marched,
+        speeds=sum(len(branch.responses) for branch in moved.branches),
+        steps=_steps(moved),
+        memory_MB=peak,
+        memory_above_start_MB=peak - level.resident_MB,
     )
-    return Marched(system, statics, branches, waves, cost)
+    return Marched(system, statics, moved.branches, moved.waves, cost)
+
+
+def _name(task: Task) -> str:
+    return f"{task.source} {task.torque:g} N m"
+
+
+def _ready(
+    task: Task,
+    system: LumpedSystem,
+    excitations: Excitations,
+    journal: Journal | None,
+    report: Report,
+) -> Callable[[Report], Moved]:
+    """What marches, with its kernels compiled, so that it is timed alone."""
+    if not task.speeds:
+        return lambda report: Moved()
+    report(f"{_name(task)}: preparation", 0, 1)
+    if journal is not None:
+        prepared = _prepared(task, system, excitations)
+        return partial(_fe_moved, task, prepared.stepper, journal)
+    hurried = Settings(max_periods=1, multiples=1)
+    respond_with_history(system, task.speeds[0], hurried)
+    return partial(_lumped_moved, task, system)
 
 
 def lumped_system(task: Task, excitations: Excitations, number: int) -> LumpedSystem:
@@ -145,93 +200,78 @@ def _prepared(
     given = (reference, task.speeds, task.elements, settings, excitations)
     prepared = prepare(task.gear_set, task.torque, *given)
     hurried = replace(settings, max_periods=1, multiples=1)
-    fe_respond(prepared.stepper, task.speeds[0], hurried)
+    with suppress(FloatingPointError):  # in earnest it is a figure of that speed
+        fe_respond(prepared.stepper, task.speeds[0], hurried)
     return prepared
 
 
-def _warm_up(system: LumpedSystem, speed: float) -> None:
-    """Compile the kernels, so that the march is timed alone."""
-    respond_with_history(system, speed, Settings(max_periods=1, multiples=1))
-
-
-def _fe_steps(prepared: Prepared, branches: Sequence[Branch]) -> int:
-    model, settings = prepared.stepper.model, DynamicSettings()
-    return sum(
-        _marched_steps(r, steps_per_cycle(model, r.frequency, settings))
-        for branch in branches
-        for r in branch.responses
+def _steps(moved: Moved) -> int:
+    """Steps in which the motions of the sweeps settled."""
+    periods = (
+        (response.settling_time * response.frequency, response.frequency)
+        for branch in moved.branches
+        for response in branch.responses
     )
+    return sum(round(n * moved.per_cycle(f)) for n, f in periods if math.isfinite(n))
 
 
-def _lumped_steps(system: LumpedSystem, branches: Sequence[Branch]) -> int:
-    settings = Settings()
-    common = sum(
-        _marched_steps(r, _grid(system, r.frequency, settings))
-        for branch in branches
-        for r in branch.responses
-    )
-    return common // system.train.common_period[0]
-
-
-def _marched_steps(response: Response, per_period: int) -> int:
-    periods = response.settling_time * response.frequency
-    return round(periods * per_period) if math.isfinite(periods) else 0
-
-
-@contextmanager
-def _journal(task: Task, place: Path) -> Iterator[Journal]:
-    """The journal of a task, which stays if what it is for does not come to an end."""
-    journal = open_journal(place, task.inputs, resume=True)
-    complete = False
-    try:
-        yield journal
-        complete = True
-    finally:
-        journal.close(keep=not complete)
-
-
-def _fe_branches(
-    task: Task, prepared: Prepared, journal: Journal, report: Report
-) -> tuple[list[Branch], int]:
-    """Branches, and how many of their speeds an earlier run had finished."""
+def _fe_moved(task: Task, stepper: Stepper, journal: Journal, report: Report) -> Moved:
     case, settings = task.case, DynamicSettings()
-    if not case.speeds:
-        return [], 0
-    kept = sum(len(journal.finished(direction)) for direction in case.directions)
-    total, done = len(case.directions) * len(case.speeds), 0
-
-    def passed() -> None:
-        nonlocal done
-        done += 1
-        report(f"{FE} {task.torque:g} N m", done, total)
-
+    found = sum(len(journal.finished(direction)) for direction in case.directions)
+    total = len(case.directions) * len(case.speeds)
+    progress = Progress(report, _name(task), total, found)
     branches = [
         sweep_branch(
-            *(prepared.stepper, case.speeds, direction, settings),
+            *(stepper, case.speeds, direction, settings),
             journal=journal,
             name=direction,
-            passed=passed,
+            passed=progress.passed,
+            watch=progress.watch,
         )
         for direction in case.directions
+        if case.speeds
     ]
-    return branches, kept
+    waves, marched = [], progress.marched
+    for number, wave in enumerate(task.waves, start=1):
+        name, total = f"wave-{number}", len(approach(wave))
+        what = f"{_name(task)}, wave {number}"
+        progress = Progress(report, what, total, len(journal.finished(name)))
+        waves += _fe_wave(wave, stepper, journal, name, progress)
+        marched += progress.marched
+    per_cycle = partial(steps_per_cycle, stepper.model, settings=settings)
+    return Moved(branches, waves, marched, per_cycle)
 
 
-def _fe_wave(prepared: Prepared, wave: Wave) -> Iterator[ForceWave]:
-    """Force over a cycle of each mesh, after the approach that the wave asks for."""
-    motions: dict[float, Motion] = {}
-    speeds = approach(wave)
-    direction: Direction = "up" if speeds[-1] >= speeds[0] else "down"
+def _fe_wave(
+    wave: Wave, stepper: Stepper, journal: Journal, name: str, progress: Progress
+) -> list[ForceWave]:
+    """Force over a cycle of each mesh, after the approach that the wave asks for.
+
+    The journal keeps the speeds on the way, and not the last: its motion is needed
+    whole, and is marched again from where the one before has settled.
+    """
+    settings, system = DynamicSettings(), stepper.model.reference
+    *way, last = approach(wave)
+    direction: Direction = "up" if not way or way[0] <= last else "down"
     branch = sweep_branch(
-        *(prepared.stepper, speeds, direction, DynamicSettings()),
-        keep=motions.__setitem__,
+        *(stepper, way, direction, settings),
+        journal=journal,
+        name=name,
+        passed=progress.passed,
+        watch=progress.watch,
     )
-    last = branch.responses[-1]
-    if last.status == Status.DIVERGED:
-        yield from _no_waves(wave, branch.system)
-    else:
-        history = motions[last.frequency].history
-        yield from _force_waves(wave, branch.system, last, history)
+    if not branch.complete:
+        return _no_waves(wave, system)
+    state, before = kept_state(journal, name), way[-1] if way else None
+    try:
+        response, motion, _ = fe_respond(
+            stepper, last, settings, state, before, progress.watch
+        )
+    except FloatingPointError:
+        progress.passed()
+        return _no_waves(wave, system)
+    progress.passed()
+    return _force_waves(wave, system, response, motion.history)
 
 
 def approach(wave: Wave) -> list[float]:
@@ -243,43 +283,55 @@ def approach(wave: Wave) -> list[float]:
     return [float(f) for f in np.linspace(start, end, count + 1)]
 
 
-def _no_waves(wave: Wave, system: LumpedSystem) -> Iterator[ForceWave]:
+def _no_waves(wave: Wave, system: LumpedSystem) -> list[ForceWave]:
     """NaN for a motion that diverged."""
-    for m in range(len(system.excitations)):
-        yield ForceWave(wave.label, m + 1, np.full(WAVE_POINTS, np.nan), math.nan)
+    nothing = np.full(WAVE_POINTS, np.nan)
+    meshes = range(1, len(system.excitations) + 1)
+    return [ForceWave(wave.label, mesh, nothing, math.nan, 0) for mesh in meshes]
 
 
 def _force_waves(
     wave: Wave, system: LumpedSystem, response: Response, history: History
-) -> Iterator[ForceWave]:
+) -> list[ForceWave]:
+    waves = []
     for m, rate in enumerate(system.train.mesh_rates):
         period = 1.0 / (response.frequency * float(rate))
         force = force_cycle(history, m, period)
-        yield ForceWave(wave.label, m + 1, force, float(response.contact_loss[m]))
+        lost, repeats = response.contact_loss[m], response.period_multiple[m]
+        made = ForceWave(wave.label, m + 1, force, float(lost), int(repeats))
+        waves.append(made)
+    return waves
 
 
-def _lumped_branches(task: Task, system: LumpedSystem, report: Report) -> list[Branch]:
+def _lumped_moved(task: Task, system: LumpedSystem, report: Report) -> Moved:
     """Nothing is kept in between, it takes less than a second."""
+    settings = Settings()
     branches = sweep_all(
-        *([system], task.case.speeds, task.case.directions, Settings()),
-        partial(report, f"{task.source} {task.torque:g} N m"),
+        *([system], task.case.speeds, task.case.directions, settings),
+        partial(report, _name(task)),
         workers=1,
     )
     if not all(branch.complete or _diverged(branch) for branch in branches):
         raise KeyboardInterrupt  # that `sweep_all` has turned into short branches
-    return branches
+    waves = [each for wave in task.waves for each in _lumped_wave(system, wave)]
+    marched = sum(len(branch.responses) for branch in branches)
+    marched += sum(len(approach(wave)) for wave in task.waves)
+    per_cycle = partial(_steps_per_cycle, system, settings=settings)
+    return Moved(branches, waves, marched, per_cycle)
 
 
 def _diverged(branch: Branch) -> bool:
     return bool(branch.responses) and branch.responses[-1].status == Status.DIVERGED
 
 
-def _grid(system: LumpedSystem, frequency: float, settings: Settings) -> int:
-    """Steps of a common period."""
-    return system.samples(steps_per_period(system, frequency, settings))[0].size
+def _steps_per_cycle(
+    system: LumpedSystem, frequency: float, settings: Settings
+) -> float:
+    grid = system.samples(steps_per_period(system, frequency, settings))[0]
+    return grid.size / system.train.common_period[0]
 
 
-def _lumped_wave(system: LumpedSystem, wave: Wave) -> Iterator[ForceWave]:
+def _lumped_wave(system: LumpedSystem, wave: Wave) -> list[ForceWave]:
     start = wave.speed_Hz if wave.from_speed_Hz is None else wave.from_speed_Hz
     try:
         state = arrive(system, start, wave.speed_Hz)
@@ -289,60 +341,3 @@ def _lumped_wave(system: LumpedSystem, wave: Wave) -> Iterator[ForceWave]:
     if response.status == Status.DIVERGED:
         return _no_waves(wave, system)
     return _force_waves(wave, system, response, history)
-
-
-def _statics(
-    task: Task, excitations: Excitations, mesh: int, excitation: MeshExcitation
-) -> Statics:
-    """Static deflection of a mesh (from 0) under the task's torque."""
-    gear_set = task.gear_set
-    torque = mesh_torques_at(gear_set, task.torque)[mesh]
-    force = torque / gear_set.meshes[mesh].pair.driver.base_radius
-    if task.model is None:
-        free = excitations.table(gear_set, mesh, torque)
-        table = _table_with_friction(task, mesh, torque, free)
-        return Statics(
-            mesh + 1,
-            force,
-            table.position,
-            table["ste_m"][0],
-            table["ste_m"][0] - free["ste_m"][0],
-            free["n_pairs"][0] == 1,
-        )
-    position = np.arange(WAVE_POINTS) / WAVE_POINTS
-    deflection = static_deflection(excitation, force, position)
-    still, none = np.zeros_like(position), np.zeros(position.size, bool)
-    return Statics(mesh + 1, force, position, deflection, still, none)
-
-
-def _table_with_friction(
-    task: Task, mesh: int, torque: float, free: MeshTable
-) -> MeshTable:
-    if task.case.friction == 0.0:
-        return free
-    settings = replace(Source().statics, friction=task.case.friction)
-    return solve_mesh(task.gear_set, mesh, [torque], settings).table
-
-
-def static_deflection(
-    excitation: MeshExcitation, force: float, position: Array
-) -> Array:
-    """Deflection [m] at mesh positions (n,) under a force [N], by bisection.
-
-    It solves sum of k (deflection - gap) over the pairs in contact = force.
-    """
-    k, gap = (
-        np.array([getattr(pair, name)(position) for pair in excitation.pairs])
-        for name in ("stiffness", "gap")
-    )
-    gap = np.where(k > 0.0, gap, np.inf)
-    low = gap.min(axis=0)
-    high = low + force / np.where(gap == low, k, 0.0).max(axis=0)
-    for _ in range(BISECTIONS):
-        middle = 0.5 * (low + high)
-        carried = np.where(k > 0.0, k * np.maximum(middle - gap, 0.0), 0.0).sum(axis=0)
-        low, high = (
-            np.where(carried < force, middle, low),
-            np.where(carried < force, high, middle),
-        )
-    return high

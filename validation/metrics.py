@@ -319,12 +319,16 @@ def _top_lag(products: Array) -> float:
 
 @dataclass(frozen=True, eq=False)
 class ForceWave:
-    """Mesh force over a cycle of its mesh (n,) [N], at a speed reached in some way."""
+    """Mesh force over a cycle of its mesh (n,) [N], at a speed reached in some way.
+
+    period_multiple : cycles after which it repeats, 0 if it did not within the cap
+    """
 
     label: str
     mesh: int
     force: Array
     contact_loss: float
+    period_multiple: int = 1
 
 
 def wave_measures(reference: ForceWave, found: ForceWave) -> Iterator[Measured]:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Sequence
-from dataclasses import astuple, fields
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+from validation.csv_text import csv_of
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
@@ -14,7 +15,4 @@ if TYPE_CHECKING:
 
 def write_points(points: Sequence[DataclassInstance], path: Path) -> None:
     """Equal dataclasses, a row each; their fields name the columns."""
-    with open(path, "w", encoding="utf-8", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow([field.name for field in fields(points[0])])
-        writer.writerows(astuple(point) for point in points)
+    path.write_text(csv_of([asdict(point) for point in points]), encoding="utf-8")

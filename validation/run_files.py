@@ -1,17 +1,21 @@
 """The files of a run, and runs as read from them.
 
+inputs.json   what it was made of
 sweep.csv     the sweep table
 statics.csv   static deflections over the mesh cycle
 waves.csv     mesh forces over a cycle at single speeds
-result.json   jumps, peaks and cost
+result.json   jumps, peaks and cost, with digests of the other files and of itself
+
+Files are read once, and what does not fit the digests is not looked into.
 """
 
 from __future__ import annotations
 
 import csv
+import hashlib
 import io
 import json
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -21,7 +25,9 @@ import numpy as np
 from fegear.errors import InputError
 from lumped.jumps import Jump, Peak, opposites
 from lumped.sweep import Branch
-from lumped.sweep_table import SweepTable, format_sweep, read_sweep, sweep_table
+from lumped.sweep_table import SweepTable, format_sweep, parse_sweep, sweep_table
+from validation.csv_text import csv_text
+from validation.made_with import machine
 from validation.marching import Cost, Marched
 from validation.metrics import (
     WAVE_POINTS,
@@ -32,7 +38,11 @@ from validation.metrics import (
 )
 from validation.tasks import Task
 
+INPUTS, SWEEP, STATICS, WAVES = "inputs.json", "sweep.csv", "statics.csv", "waves.csv"
 RESULT = "result.json"  # written last: a run without it is not done
+NAMES = (INPUTS, SWEEP, STATICS, WAVES, RESULT)
+FILES, SEAL = "sha256 of the files", "sha256 of the rest"  # keys of the result
+Rows = Sequence[Sequence[str]]  # of a CSV file, without the names
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,6 +50,7 @@ class Run:
     """A source, fe or a model's name, at a torque on the input gear [N m].
 
     reused : whether nothing was computed
+    machine : on which it was made
     natural_Hz : of the lumped train, all above 0; also beside the finite elements
     """
 
@@ -51,6 +62,7 @@ class Run:
     curves: tuple[Curve, ...]
     statics: tuple[Statics, ...]
     waves: tuple[ForceWave, ...]
+    machine: str
     natural_Hz: tuple[float, ...]
     cost: Cost
 
@@ -64,21 +76,43 @@ def contents(task: Task, marched: Marched) -> dict[str, str]:
     result = {
         "source": task.source,
         "torque_Nm": task.torque,
+        "machine": machine(),
         "natural_Hz": [f for f in system.modes.frequency_Hz.tolist() if f > 0.0],
         "cost": asdict(marched.cost),
         "curves": _features(marched.branches),
         "statics": [{"mesh": s.mesh, "force_N": s.force} for s in marched.statics],
         "waves": [
-            {"label": w.label, "mesh": w.mesh, "contact_loss": w.contact_loss}
+            {
+                "label": w.label,
+                "mesh": w.mesh,
+                "contact_loss": w.contact_loss,
+                "period_multiple": w.period_multiple,
+            }
             for w in marched.waves
         ],
     }
-    return {
-        "sweep.csv": format_sweep(sweep_table(pairs, label, header)),
-        "statics.csv": _statics_csv(marched.statics),
-        "waves.csv": _waves_csv(marched.waves),
-        RESULT: json.dumps(result, indent=2) + "\n",
+    texts = {
+        INPUTS: inputs_text(task),
+        SWEEP: format_sweep(sweep_table(pairs, label, header)),
+        STATICS: _statics_csv(marched.statics),
+        WAVES: _waves_csv(marched.waves),
     }
+    result[FILES] = {name: _sha256(text.encode()) for name, text in texts.items()}
+    result[SEAL] = _seal(result)
+    return texts | {RESULT: json.dumps(result, indent=2) + "\n"}
+
+
+def inputs_text(task: Task) -> str:
+    return json.dumps(task.inputs, indent=2, sort_keys=True) + "\n"
+
+
+def _seal(result: Mapping[str, Any]) -> str:
+    """Digest of the values; numbers are written in one way only."""
+    return _sha256(json.dumps(result, sort_keys=True).encode())
+
+
+def _sha256(data: bytes) -> str:
+    return hashlib.sha256(data).hexdigest()
 
 
 def _features(branches: Sequence[Branch]) -> list[dict[str, Any]]:
@@ -114,7 +148,7 @@ def _statics_csv(statics: Sequence[Statics]) -> str:
             *(s.position, s.deflection, s.friction, s.single), strict=True
         )
     ]
-    return _csv(STATICS_COLUMNS, rows)
+    return csv_text(STATICS_COLUMNS, rows)
 
 
 def _waves_csv(waves: Sequence[ForceWave]) -> str:
@@ -123,38 +157,60 @@ def _waves_csv(waves: Sequence[ForceWave]) -> str:
         for w in waves
         for i, value in enumerate(w.force)
     ]
-    return _csv(("wave", "mesh", "cycle", "force_N"), rows)
+    return csv_text(("wave", "mesh", "cycle", "force_N"), rows)
 
 
-def _csv(names: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
-    out = io.StringIO()
-    writer = csv.writer(out, lineterminator="\n")
-    writer.writerow(names)
-    writer.writerows(rows)
-    return out.getvalue()
+def read_run(task: Task, directory: Path, reused: bool) -> Run | None:
+    """None where a file is missing, damaged, or belongs to something else.
+
+    Raises InputError where files are there and cannot be read.
+    """
+    texts = _whole_texts(task, directory)
+    if texts is None:
+        return None
+    result = json.loads(texts[RESULT])
+    table = parse_sweep(texts[SWEEP], str(directory / SWEEP))
+    return Run(
+        source=task.source,
+        torque=task.torque,
+        directory=directory,
+        reused=reused,
+        table=table,
+        curves=tuple(_read_curve(each, table) for each in result["curves"]),
+        statics=tuple(_read_statics(result["statics"], _rows(texts[STATICS]))),
+        waves=tuple(_read_waves(result["waves"], _rows(texts[WAVES]))),
+        machine=result["machine"],
+        natural_Hz=tuple(result["natural_Hz"]),
+        cost=Cost(**result["cost"]),
+    )
 
 
-def read_run(task: Task, directory: Path, reused: bool) -> Run:
-    """Raises InputError where a file is missing or damaged."""
+def _whole_texts(task: Task, directory: Path) -> dict[str, str] | None:
+    """All files as they were written for the task, None where one is not."""
+    found = {name: _read(directory / name) for name in NAMES}
+    data = {name: read for name, read in found.items() if read is not None}
+    if len(data) < len(NAMES) or data[INPUTS] != inputs_text(task).encode():
+        return None
     try:
-        result = json.loads((directory / RESULT).read_text(encoding="utf-8"))
-        table = read_sweep(str(directory / "sweep.csv"))
-        return Run(
-            source=task.source,
-            torque=task.torque,
-            directory=directory,
-            reused=reused,
-            table=table,
-            curves=tuple(_read_curve(each, table) for each in result["curves"]),
-            statics=tuple(_read_statics(result["statics"], directory)),
-            waves=tuple(_read_waves(result["waves"], directory)),
-            natural_Hz=tuple(result["natural_Hz"]),
-            cost=Cost(**result["cost"]),
-        )
-    except (OSError, ValueError, KeyError, TypeError, IndexError) as error:
-        raise InputError(
-            f"{directory}: cannot be read back, {error}; remove it to run again"
-        ) from None
+        result = json.loads(data[RESULT])
+        seal, files = result.pop(SEAL), result[FILES]
+    except (ValueError, KeyError, TypeError, AttributeError):
+        return None
+    if seal != _seal(result):
+        return None
+    if files != {name: _sha256(data[name]) for name in NAMES if name != RESULT}:
+        return None
+    return {name: read.decode("utf-8") for name, read in data.items()}
+
+
+def _read(path: Path) -> bytes | None:
+    try:
+        return path.read_bytes()
+    except FileNotFoundError:
+        return None
+    except OSError as error:
+        reason = (error.strerror or str(error)).lower()
+        raise InputError(f"{path}: cannot be read, {reason}") from None
 
 
 def _read_curve(features: Mapping[str, Any], table: SweepTable) -> Curve:
@@ -177,8 +233,7 @@ def _read_curve(features: Mapping[str, Any], table: SweepTable) -> Curve:
     )
 
 
-def _read_statics(entries: Sequence[Any], directory: Path) -> Iterator[Statics]:
-    rows = _rows(directory / "statics.csv")
+def _read_statics(entries: Sequence[Any], rows: Rows) -> Iterator[Statics]:
     for entry in entries:
         own = [row[1:] for row in rows if int(row[0]) == entry["mesh"]]
         position, deflection, friction, single = np.array(own, float).T
@@ -186,14 +241,12 @@ def _read_statics(entries: Sequence[Any], directory: Path) -> Iterator[Statics]:
         yield Statics(entry["mesh"], force, position, deflection, friction, single == 1)
 
 
-def _read_waves(entries: Sequence[Any], directory: Path) -> Iterator[ForceWave]:
-    rows = _rows(directory / "waves.csv")
+def _read_waves(entries: Sequence[Any], rows: Rows) -> Iterator[ForceWave]:
     for i, entry in enumerate(entries):
         own = rows[i * WAVE_POINTS : (i + 1) * WAVE_POINTS]
         force = np.array([float(row[3]) for row in own])
-        yield ForceWave(entry["label"], entry["mesh"], force, entry["contact_loss"])
+        yield ForceWave(force=force, **entry)
 
 
-def _rows(path: Path) -> list[list[str]]:
-    with path.open(encoding="utf-8", newline="") as file:
-        return list(csv.reader(file))[1:]
+def _rows(text: str) -> Rows:
+    return list(csv.reader(io.StringIO(text)))[1:]

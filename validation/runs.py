@@ -7,24 +7,27 @@ digest of all that determines it, the program's sources among it, and holds
     sweep.csv     the sweep table
     statics.csv   static deflections over the mesh cycle
     waves.csv     mesh forces over a cycle at single speeds
-    result.json   jumps, peaks and cost; written last, a run without it is not done
+    result.json   jumps, peaks, cost and digests; written last
     journal/      finished speeds of the finite elements, until the run is done
 
-Every run is handed on as read from these files, so that a reused one is the same.
+A run without a result, or with files that do not fit its digests, is made again. Every
+run is handed on as read from these files, so that a reused one is the same.
 """
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from math import nan
 from pathlib import Path
 
 import numpy as np
 
+from fegear.dynamics.journal import Journal, open_journal
+from fegear.errors import InputError
 from fegear.excitation import Excitations, Source
-from fegear.output import make_directory, write_whole
+from fegear.output import make_directory, require_writable, write_whole
 from validation.cases import Case
 from validation.marching import Report, march
 from validation.metrics import (
@@ -38,9 +41,10 @@ from validation.metrics import (
     verdict,
     wave_measures,
 )
-from validation.run_files import RESULT, Run, contents, read_run
+from validation.run_files import INPUTS, NAMES, Run, contents, inputs_text, read_run
 from validation.tasks import FE, Task, tasks_of
 
+JOURNAL = "journal"  # directory in that of a run
 NEAR = 1.0 / 3.0  # of the frequency: what is further from a printed one is another
 
 
@@ -64,9 +68,10 @@ class CaseResult:
 
         NaN where nothing moved.
         """
-        return self._per_speed(FE) / self._per_speed(model)
+        return self.per_speed_s(FE) / self.per_speed_s(model)
 
-    def _per_speed(self, source: str) -> float:
+    def per_speed_s(self, source: str) -> float:
+        """Seconds that a source takes for a speed, NaN where nothing moved."""
         costs = [run.cost for run in self.of(source)]
         speeds = sum(cost.timed_speeds for cost in costs)
         return sum(cost.march_s for cost in costs) / speeds if speeds else nan
@@ -77,8 +82,9 @@ def run_case(
 ) -> CaseResult:
     """Run what is not in the store yet, and judge.
 
-    Raises InputError for a gear set that cannot be used; after KeyboardInterrupt the
-    finished runs and the finished speeds of the finite elements stay in the store.
+    Raises InputError for a gear set or a store that cannot be used, and where another
+    process is at the same finite elements; after KeyboardInterrupt the finished runs
+    and the finished speeds of the finite elements stay in the store.
     """
     tasks = list(tasks_of(case))
     excitations: dict[str, Excitations] = {}
@@ -169,15 +175,56 @@ def _found_or_made(
     task: Task, store: Path, excitations: Excitations, report: Report
 ) -> Run:
     directory = make_directory(store / task.directory_name)
-    done = (directory / RESULT).exists()
-    if not done:
-        text = json.dumps(task.inputs, indent=2, sort_keys=True) + "\n"
-        _write(directory / "inputs.json", text)
-        marched = march(task, directory / "journal", excitations, report)
-        for name, content in contents(task, marched).items():
-            _write(directory / name, content)
-    return read_run(task, directory, reused=done)
+    found = read_run(task, directory, reused=True)
+    if found is not None:
+        if (directory / JOURNAL).exists():
+            _remove_journal(task, directory)
+        return found
+    if task.model is not None:  # soon made, at worst by two processes alike
+        return _made(task, directory, None, excitations, report)
+    with _journal(task, directory) as journal:
+        # the process that had the journal until now may have made the run
+        found = read_run(task, directory, reused=True)
+        return found or _made(task, directory, journal, excitations, report)
+
+
+def _made(
+    task: Task,
+    directory: Path,
+    journal: Journal | None,
+    excitations: Excitations,
+    report: Report,
+) -> Run:
+    for name in NAMES:
+        require_writable(directory / name)
+    _write(directory / INPUTS, inputs_text(task))
+    for name, content in contents(
+        task, march(task, journal, excitations, report)
+    ).items():
+        _write(directory / name, content)
+    made = read_run(task, directory, reused=False)
+    if made is None:
+        raise InputError(f"{directory}: was changed while the run was made; run again")
+    return made
+
+
+@contextmanager
+def _journal(task: Task, directory: Path) -> Iterator[Journal]:
+    """The journal of a task, which stays unless what it is for is written."""
+    journal = open_journal(directory / JOURNAL, task.inputs, resume=True)
+    complete = False
+    try:
+        yield journal
+        complete = True
+    finally:
+        journal.close(keep=not complete)
+
+
+def _remove_journal(task: Task, directory: Path) -> None:
+    """What is left where a process was ended after its last file."""
+    with suppress(InputError, OSError), _journal(task, directory):
+        pass
 
 
 def _write(path: Path, text: str) -> None:
-    write_whole(path, lambda place: place.write_text(text, encoding="utf-8"))
+    write_whole(path, lambda place: place.write_bytes(text.encode()))

@@ -21,7 +21,7 @@ from fegear.gearset.model import GearSet
 from lumped.settings import Settings
 from validation.cases import Case, Model, Wave
 
-FORMAT = "fegear validation run 2"  # of the files and of what stands in them
+FORMAT = "fegear validation run 3"  # of the files and of what stands in them
 FE = "fe"
 PACKAGES = {  # those whose sources results depend on, and which of their files
     meshes: ("**/*.py",),

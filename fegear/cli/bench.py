@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
 import typer
+
+AsJson = Annotated[bool, typer.Option("--json", help="Print the figures as JSON.")]
+OUTPUT_HELP = "Directory for CSV and PNG."
 
 bench_app = typer.Typer(help="Run time against error.")
 
@@ -23,82 +27,24 @@ def stiffness_benchmark(
     torque: Annotated[
         float, typer.Option(help="Torque on the driving gear [N m].")
     ] = 100.0,
-    output: Annotated[
-        Path, typer.Option("-o", "--output", help="Directory for CSV and PNG.")
-    ] = Path("bench-stiffness"),
+    output: Annotated[Path, typer.Option("-o", "--output", help=OUTPUT_HELP)] = Path(
+        "bench-stiffness"
+    ),
+    as_json: AsJson = False,
 ) -> None:
     """Static stiffness over mesh size, element order, contact grid and split.
 
     Example: fegear bench stiffness liu-pair -o bench
     """
-    from fegear.cli.options import checked_torques, progress_bar
+    from fegear.cli.bench_outcome import run_bench
+    from fegear.cli.bench_stiffness import measure_stiffness, show_stiffness
+    from fegear.cli.options import checked_torques
     from fegear.gearset import load_gear_set
-    from fegear.output import make_directory, require_writable, write_whole
 
     gear_set = load_gear_set(set_name)
     checked_torques([torque])
-    make_directory(output)
-    require_writable(output / "stiffness.csv")
-    from fegear.plots import save_figure
-    from validation import bench_stiffness as bench
-
-    points: list[bench.Point] = []
-    interrupted = False
-    with progress_bar(enabled=True) as report:
-        try:
-            for point in bench.run_benchmark(gear_set, torque, report):
-                points.append(point)  # one by one, to keep them at Ctrl-C
-        except KeyboardInterrupt:
-            interrupted = True
-    if not points:
-        raise KeyboardInterrupt
-    table, picture = output / "stiffness.csv", output / "stiffness.png"
-    write_whole(table, lambda path: bench.write_points(points, path))
-    title = f"{gear_set.name}, {torque:g} N m: run time against error"
-    figure = bench.draw_points(points, title)
-    write_whole(picture, lambda path: save_figure(figure, path))
-    _print_points(points)
-    typer.echo(f"wrote {table} and {picture}")
-    if interrupted:
-        raise KeyboardInterrupt
-
-
-def _print_points(points: list) -> None:
-    from rich import box
-    from rich.console import Console
-    from rich.table import Table
-
-    from validation.bench_stiffness import observed_order
-
-    table = Table(box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0))
-    table.add_column("study", no_wrap=True)
-    for name in (
-        "flank\nedges",
-        "contact\nnodes",
-        "compl.\n[s]",
-        "contact\n[ms]",
-        "error\nmean",
-        "error\npath",
-        "error\ncorner",
-    ):
-        table.add_column(name, justify="right")
-    for p in points:
-        table.add_row(
-            p.study,
-            str(p.flank_edges),
-            str(p.contact_nodes),
-            f"{p.compliance_s:.3f}",
-            f"{1e3 * p.contact_s:.2f}",
-            f"{p.error_mean:.1e}",
-            f"{p.error_path:.1e}",
-            f"{p.error_corner:.1e}",
-        )
-    console = Console()
-    console.print(table)
-    for study in dict.fromkeys(p.study for p in points):
-        if study != "contact grid":
-            order = observed_order(points, study)
-            console.print(f"observed order of the mean STE, {study}: {order:.2f}")
+    measure = partial(measure_stiffness, gear_set, torque)
+    run_bench("stiffness", measure, show_stiffness, output, as_json)
 
 
 @bench_app.command("dynamics")
@@ -109,20 +55,23 @@ def dynamics_benchmark(
     torque: Annotated[
         float | None, typer.Option(help="On the input gear [N m].")
     ] = None,
-    output: Annotated[
-        Path, typer.Option("-o", "--output", help="Directory for CSV and PNG.")
-    ] = Path("bench-dynamics"),
-    as_json: Annotated[
-        bool, typer.Option("--json", help="Print the figures as JSON.")
-    ] = False,
+    output: Annotated[Path, typer.Option("-o", "--output", help=OUTPUT_HELP)] = Path(
+        "bench-dynamics"
+    ),
+    as_json: AsJson = False,
 ) -> None:
     """Fidelities of the finite elements in motion over steps, modes and mesh.
 
     Example: fegear bench dynamics liu-pair -o bench
     """
-    from fegear.cli.bench_dynamics import run_bench
+    from fegear.cli.bench_dynamics import measure_dynamics, show_dynamics
+    from fegear.cli.bench_outcome import run_bench
+    from fegear.cli.lumped_options import middle_torque
+    from fegear.gearset import load_gear_set
 
-    run_bench(set_name, torque, output, as_json)
+    gear_set = load_gear_set(set_name)
+    measure = partial(measure_dynamics, gear_set, middle_torque(gear_set, torque))
+    run_bench("dynamics", measure, show_dynamics, output, as_json)
 
 
 @bench_app.command("lumped")
@@ -149,9 +98,7 @@ def lumped_benchmark(
             help="Directory for CSV and PNG [default: bench-lumped, none for stress].",
         ),
     ] = None,
-    as_json: Annotated[
-        bool, typer.Option("--json", help="Print the figures as JSON.")
-    ] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Integrators against a tight reference and SciPy, growth, stress.
 
@@ -161,8 +108,30 @@ def lumped_benchmark(
         from fegear.cli.bench_lumped import run_stress
 
         run_stress(output, as_json)
-    else:
-        from fegear.cli.bench_lumped import run_speed
+        return
+    from fegear.cli.bench_lumped import measure_lumped, show_lumped
+    from fegear.cli.bench_outcome import run_bench
+    from fegear.cli.lumped_options import middle_torque
+    from fegear.gearset import load_gear_set
 
-        place = output or Path("bench-lumped")
-        run_speed(set_name, torque, damping, place, as_json)
+    gear_set = load_gear_set(set_name)
+    load = middle_torque(gear_set, torque)
+    measure = partial(measure_lumped, gear_set, load, damping)
+    place = output or Path("bench-lumped")
+    run_bench("lumped", measure, show_lumped, place, as_json)
+
+
+@bench_app.command("all")
+def all_benchmarks(
+    output: Annotated[
+        Path, typer.Option("-o", "--output", help="Directory of the page.")
+    ] = Path("bench"),
+    as_json: AsJson = False,
+) -> None:
+    """Statics, lumped and finite-element dynamics on one page, index.html.
+
+    Example: fegear bench all -o bench
+    """
+    from fegear.cli.bench_all import run_all
+
+    run_all(output, as_json)

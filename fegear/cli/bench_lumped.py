@@ -1,4 +1,4 @@
-"""fegear bench lumped: what it prints and writes."""
+"""fegear bench lumped: what it measures and prints."""
 
 from __future__ import annotations
 
@@ -8,83 +8,60 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
-from fegear.cli.lumped_options import build_system, middle_torque, strict_json
+from fegear.cli.bench_outcome import Outcome, figure_table
+from fegear.cli.lumped_options import build_system, strict_json
 from fegear.cli.options import progress_bar
 
 if TYPE_CHECKING:
-    from rich.table import Table
+    from fegear.gearset.model import GearSet
+    from fegear.statics import Progress
+    from validation.bench_lumped import Growth, Point
 
-    from validation.bench_lumped import Point
 
-
-def run_speed(
-    set_name: str,
-    torque: float | None,
-    damping: float | None,
-    output: Path,
-    as_json: bool,
-) -> None:
+def measure_lumped(
+    gear_set: GearSet, torque: float, damping: float | None, report: Progress
+) -> Outcome:
     """Run time against error, the race with SciPy, and growth with size."""
     from fegear.excitation import Excitations
-    from fegear.gearset import load_gear_set
-    from fegear.output import make_directory, require_writable
-
-    gear_set = load_gear_set(set_name)
-    load = middle_torque(gear_set, torque)
-    make_directory(output)
-    require_writable(output / "lumped.csv")
     from validation import bench_lumped as bench
 
     points: list[Point] = []
-    growth: list[bench.Growth] = []
-    seconds: tuple[float, int] | None = None
+    growth: list[Growth] = []
+    sweep: dict[str, Any] = {}
     interrupted = False
-    with progress_bar(enabled=not as_json) as report:
-        report("stiffness", 0, 1)
-        system = build_system(gear_set, load, 1, False, damping, Excitations())
-        try:
-            for point in bench.run_benchmark(system, report):
-                points.append(point)  # one by one, to keep them at Ctrl-C
-            report("growth", 0, 1)
-            growth += bench.growth(system)
-            seconds = bench.sweep_seconds(system)
-        except KeyboardInterrupt:
-            interrupted = True
-    if not points:
-        raise KeyboardInterrupt
-    title = f"{gear_set.name}, model 1, {load:g} N m: run time against error"
-    _write(points, output, title)
+    report("stiffness", 0, 1)
+    system = build_system(gear_set, torque, 1, False, damping, Excitations())
+    try:
+        for point in bench.run_benchmark(system, report):
+            points.append(point)  # one by one, to keep them at Ctrl-C
+        report("growth", 0, 1)
+        growth += bench.growth(system)
+        sweep["sweep_warm_s"], sweep["sweep_speeds"] = bench.sweep_seconds(system)
+    except KeyboardInterrupt:
+        interrupted = True
+    title = f"Lumped model 1 of {gear_set.name}, {torque:g} N m"
     whole = {p.study for p in points} >= {"rk4", "SciPy DOP853", "SciPy LSODA"}
-    values: dict[str, Any] = {
-        "points": [asdict(point) for point in points],
-        "races": [asdict(r) for r in bench.races(points)] if whole else [],
-        "growth": [asdict(item) for item in growth],
-    }
-    if seconds:
-        values["sweep_warm_s"], values["sweep_speeds"] = seconds
-    if as_json:
-        typer.echo(strict_json(values), nl=False)
-    else:
-        _print_speed(values)
-        typer.echo(f"wrote {output / 'lumped.csv'} and {output / 'lumped.png'}")
-    if interrupted:
-        raise KeyboardInterrupt
+    return Outcome(
+        name="lumped",
+        title=title,
+        about="Settled vibration of the lumped train by own integrators and SciPy's, "
+        "against the tightest tolerances.",
+        points=points,
+        draw=lambda: bench.draw_points(points, title),
+        values={
+            "points": [asdict(point) for point in points],
+            "races": [asdict(r) for r in bench.races(points)] if whole else [],
+            "growth": [asdict(item) for item in growth],
+            **sweep,
+        },
+        interrupted=interrupted,
+    )
 
 
-def _write(points: list[Point], output: Path, title: str) -> None:
-    from fegear.output import write_whole
-    from fegear.plots import save_figure
-    from validation import bench_lumped as bench
-    from validation.points import write_points
-
-    write_whole(output / "lumped.csv", lambda path: write_points(points, path))
-    figure = bench.draw_points(points, title)
-    write_whole(output / "lumped.png", lambda path: save_figure(figure, path))
-
-
-def _print_speed(values: dict[str, Any]) -> None:
+def show_lumped(outcome: Outcome) -> None:
     from rich.console import Console
 
+    values = outcome.values
     console = Console(highlight=False, markup=False)
     table = figure_table(
         "integrator",
@@ -160,13 +137,3 @@ def run_stress(output: Path | None, as_json: bool) -> None:
         console.print(f"{kept} of {len(trials)} promises kept")
     if not all(trial.kept for trial in trials):
         raise typer.Exit(1)
-
-
-def figure_table(*columns: str) -> Table:
-    from rich import box
-    from rich.table import Table
-
-    table = Table(box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0))
-    for i, name in enumerate(columns):
-        table.add_column(name, justify="left" if i == 0 else "right")
-    return table

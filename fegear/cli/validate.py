@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, replace
+from dataclasses import replace
 from enum import StrEnum
 from math import isnan
 from pathlib import Path
@@ -16,7 +17,7 @@ from fegear.cli.options import progress_bar, require_outputs
 
 if TYPE_CHECKING:
     from validation.cases import Case
-    from validation.runs import CaseResult, Run
+    from validation.runs import CaseResult
 
 
 class ValidationFidelity(StrEnum):
@@ -41,8 +42,9 @@ def validate_command(
             "-o",
             "--output",
             metavar="DIR",
-            help="Writes report.json there, and the CSV files of all runs below runs; "
-            "what is there already is not run again.",
+            help="Writes index.html, report.md and report.json there, figures and "
+            "tables beside them and all runs below runs; what is there already is not "
+            "run again.",
         ),
     ] = None,
     as_json: AsJson = False,
@@ -63,16 +65,25 @@ def validate_command(
     store = make_directory(make_directory(output) / "runs")
     place = output / "report.json"
     require_outputs([place])
+    from validation.report import report_values, write_report
+
+    names = cases or [case.name for case in chosen]
+    again = {
+        case.name: _command([name], fidelity, output)
+        for case, name in zip(chosen, names, strict=True)
+    }
+    whole = _command(["--all"] if every else names, fidelity, output)
     with progress_bar(enabled=not as_json) as report:
         results = _run(chosen, store, report)
-    values = {"cases": [case_values(result, output) for result in results]}
+        values = report_values(results, output, whole, again)
+        page = write_report(values, results, output, report)
     text = strict_json(values)
     write_whole(place, lambda path: path.write_text(text, encoding="utf-8"))
     if as_json:
         typer.echo(text, nl=False)
     else:
         print_results(values["cases"])
-        typer.echo(f"wrote {place}")
+        typer.echo(f"wrote {page}, {output / 'report.md'} and {place}")
     if any(not each.within for result in results for each in result.verdicts):
         raise typer.Exit(1)
 
@@ -98,6 +109,14 @@ def _chosen(
     return [replace(case, fidelity=fidelity.value) for case in chosen]
 
 
+def _command(
+    words: Sequence[str], fidelity: ValidationFidelity | None, output: Path
+) -> str:
+    """What one types to do it again."""
+    options = [] if fidelity is None else ["--fidelity", fidelity.value]
+    return shlex.join(["fegear", "validate", *words, *options, "-o", str(output)])
+
+
 def _run(
     chosen: Sequence[Case], store: Path, report: Callable[[str, int, int], None]
 ) -> list[CaseResult]:
@@ -107,62 +126,6 @@ def _run(
         return lambda what, done, total: report(f"{case.name}: {what}", done, total)
 
     return [run_case(case, store, of(case)) for case in chosen]
-
-
-def case_values(result: CaseResult, output: Path) -> dict[str, Any]:
-    """Plain values of a case, ready for JSON; paths are relative to the output."""
-    case = result.case
-    return {
-        "case": case.name,
-        "title": case.title,
-        "gear_set": case.gear_set,
-        "fidelity": case.fidelity,
-        "notes": case.notes,
-        "models": [_model_values(result, model) for model in result.models],
-        "printed": [
-            asdict(entry) | {"found": _found(result.runs, entry.figure, entry.value)}
-            for entry in case.printed
-        ],
-        "verdicts": [asdict(each) for each in result.verdicts],
-        "runs": [_run_values(run, output) for run in result.runs],
-    }
-
-
-def _model_values(result: CaseResult, model: str) -> dict[str, Any]:
-    own = [each for each in result.verdicts if each.model == model]
-    within = sum(each.within for each in own)
-    return {
-        "model": model,
-        "within": within,
-        "outside": len(own) - within,
-        "cost_ratio": result.cost_ratio(model),
-    }
-
-
-def _found(runs: Sequence[Run], figure: str | None, near: float) -> list[Any]:
-    """What each run has beside a printed value."""
-    from validation.runs import printed_figure
-
-    if figure is None:
-        return []
-    return [
-        {
-            "source": run.source,
-            "torque_Nm": run.torque,
-            "value": printed_figure(run, figure, near),
-        }
-        for run in runs
-    ]
-
-
-def _run_values(run: Run, output: Path) -> dict[str, Any]:
-    return {
-        "source": run.source,
-        "torque_Nm": run.torque,
-        "directory": run.directory.relative_to(output).as_posix(),
-        "natural_Hz": list(run.natural_Hz),
-        "cost": asdict(run.cost) | {"per_speed_s": run.cost.per_speed_s},
-    }
 
 
 def print_results(cases: Sequence[Mapping[str, Any]]) -> None:

@@ -62,9 +62,7 @@ def sweep_branch(
     state: MotionState | None = None
     if journal is not None:
         responses = [_response(entry) for entry in journal.finished(name)]
-        arrays = journal.state(name)
-        if arrays is not None:
-            state = _state(arrays)
+        state = kept_state(journal, name)
     for _ in responses:
         passed()
     finite = all(r.status != Status.DIVERGED for r in responses)
@@ -90,6 +88,12 @@ def sweep_branch(
         passed()
     complete = finite and len(responses) == len(ordered)
     return Branch(stepper.model.reference, direction, tuple(responses), complete)
+
+
+def kept_state(journal: Journal, name: str) -> MotionState | None:
+    """Where the last finished speed of a branch has settled, None before the first."""
+    arrays = journal.state(name)
+    return None if arrays is None else _state(arrays)
 
 
 def _arrays(state: MotionState) -> dict[str, Array]:

@@ -2,21 +2,31 @@
 
 from __future__ import annotations
 
+import errno
+import json
 import math
+import re
+import shutil
+import sys
+import tempfile
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from fegear.dynamics.journal import open_journal
+from fegear.dynamics.respond import ReducedStepper
 from fegear.errors import InputError
 from fegear.excitation import Excitations
 from fegear.gearset import load_gear_set
 from lumped.excitation import MeshExcitation, PairExcitation
 from lumped.motion import DivergedError
 from lumped.waves import Wave as PeriodicWave
-from validation import marching, runs
+from validation import marching, memory, runs
 from validation.cases import Wave, load_case, read_case
-from validation.marching import approach, static_deflection
+from validation.deflection import static_deflection
+from validation.marching import approach
+from validation.run_files import NAMES
 from validation.tasks import tasks_of
 
 TEXT = """
@@ -60,6 +70,12 @@ FEW = replace(
 
 def bytes_of(store):
     return {p.relative_to(store): p.read_bytes() for p in store.rglob("*.*")}
+
+
+def require_same_files(run, other):
+    for name in ("sweep.csv", "statics.csv", "waves.csv", "inputs.json"):
+        one, two = run.directory / name, other.directory / name
+        assert one.read_bytes() == two.read_bytes(), name
 
 
 @pytest.fixture(scope="module")
@@ -156,10 +172,7 @@ def test_an_interrupted_run_goes_on_where_it_was(few, tmp_path):
     assert result.runs[0].cost.timed_speeds < 14
     whole = few[1]
     for here, there in zip(result.runs, whole.runs, strict=True):
-        for name in ("sweep.csv", "statics.csv", "waves.csv", "inputs.json"):
-            assert (here.directory / name).read_bytes() == (
-                there.directory / name
-            ).read_bytes()
+        require_same_files(here, there)
     assert result.verdicts == whole.verdicts
     assert not list(tmp_path.rglob("journal"))
 
@@ -187,11 +200,164 @@ def test_a_wave_that_diverges_is_nan_and_outside(tmp_path, monkeypatch):
     assert not verdict.within
 
 
-def test_a_damaged_run_is_told(few, tmp_path):
-    runs.run_case(FEW, tmp_path)
-    next(tmp_path.glob("model-1*/sweep.csv")).write_text("nothing\n")
-    with pytest.raises(InputError, match=r"cannot be read back.*remove it"):
+def test_an_approach_goes_on_where_it_was(few, tmp_path):
+    def interrupt(what, done, total):
+        if what.endswith("wave 1") and done == 2:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        runs.run_case(FEW, tmp_path, interrupt)
+    told = []
+    result = runs.run_case(FEW, tmp_path, lambda *words: told.append(words))
+    # of four speeds, two on the way are kept
+    assert result.runs[0].cost.timed_speeds == 2
+    waves = [word for word in told if "wave 1" in word[0]]
+    assert waves == [
+        ("fe 100 N m, wave 1", 1, 4),
+        ("fe 100 N m, wave 1", 2, 4),
+        ("fe 100 N m, wave 1, 1116.67 Hz", 2, 4),
+        ("fe 100 N m, wave 1", 3, 4),
+        ("fe 100 N m, wave 1, 1100 Hz", 3, 4),
+        ("fe 100 N m, wave 1", 4, 4),
+    ]
+    require_same_files(result.runs[0], few[1].runs[0])
+
+
+@pytest.mark.parametrize("name", ["sweep.csv", "result.json"])
+def test_speeds_are_kept_until_the_result_is_written(few, tmp_path, monkeypatch, name):
+    def interrupted(path, text):
+        if path.name == name:
+            raise KeyboardInterrupt
+        write(path, text)
+
+    write = runs._write
+    with monkeypatch.context() as patch:
+        patch.setattr(runs, "_write", interrupted)
+        with pytest.raises(KeyboardInterrupt):
+            runs.run_case(FEW, tmp_path)
+    result = runs.run_case(FEW, tmp_path)
+    # the last speed of the wave, whose motion is needed whole
+    assert result.runs[0].cost.timed_speeds == 1
+    require_same_files(result.runs[0], few[1].runs[0])
+
+
+def test_a_diverging_approach_of_the_finite_elements_is_nan(tmp_path, monkeypatch):
+    march = ReducedStepper.march
+
+    def diverging(self, state, frequency, *words):
+        if 0.0 < frequency < 1120.0:
+            raise FloatingPointError
+        return march(self, state, frequency, *words)
+
+    monkeypatch.setattr(ReducedStepper, "march", diverging)
+    case = replace(FEW, speeds_Hz="")
+    reference = runs.run_case(case, tmp_path).of("fe")[0]
+    assert np.isnan(reference.waves[0].force).all()
+    assert reference.cost.timed_speeds == 3
+
+
+def another_digit(match):
+    return str((int(match[0]) + 1) % 10)
+
+
+DAMAGE = {
+    "cut off": lambda text: text[: len(text) // 2],
+    "a digit": lambda text: re.sub(r"\d(?=\D*$)", another_digit, text),
+    "empty": lambda text: "",
+    "foreign": lambda text: "nothing\n",
+    "gone": None,
+}
+
+
+@pytest.mark.parametrize("kind", DAMAGE)
+@pytest.mark.parametrize("name", NAMES)
+def test_a_damaged_run_is_made_again(few, tmp_path, name, kind):
+    store = shutil.copytree(few[0], tmp_path / "store")
+    path = next(store.glob(f"model-1*/{name}"))
+    whole = path.read_text()
+    if kind == "gone":
+        path.unlink()
+    else:
+        path.write_text(DAMAGE[kind](whole))
+        assert path.read_text() != whole
+    reference, model = runs.run_case(FEW, store).runs
+    assert reference.reused
+    assert not model.reused
+    require_same_files(model, few[1].runs[1])
+    assert all(run.reused for run in runs.run_case(FEW, store).runs)
+
+
+def test_values_that_fit_json_but_not_the_seal_are_not_believed(few, tmp_path):
+    store = shutil.copytree(few[0], tmp_path / "store")
+    path = next(store.glob("model-1*/result.json"))
+    result = json.loads(path.read_text())
+    result["natural_Hz"][0] *= 1.01
+    path.write_text(json.dumps(result))
+    assert runs.run_case(FEW, store).runs[1].natural_Hz == few[1].runs[1].natural_Hz
+
+
+@pytest.mark.parametrize("name", ["sweep.csv", "result.json"])
+def test_what_cannot_be_read_is_told_before_anything_runs(few, tmp_path, name):
+    store = shutil.copytree(few[0], tmp_path / "store")
+    path = next(store.glob(f"fe-*/{name}"))
+    path.unlink()
+    path.mkdir()
+    with pytest.raises(InputError, match=rf"{name}: cannot be read, is a directory"):
+        runs.run_case(FEW, store)
+
+
+def test_a_store_that_cannot_be_written_is_told_before_anything_runs(
+    tmp_path, monkeypatch
+):
+    def refuse(*_, **__):
+        raise PermissionError(errno.EACCES, "Permission denied")
+
+    monkeypatch.setattr(runs, "march", refuse)
+    monkeypatch.setattr(tempfile, "mkstemp", refuse)
+    case = replace(FEW, speeds_Hz="1000:1100:50", wave=())
+    with pytest.raises(InputError, match="cannot be written, permission denied"):
+        runs.run_case(case, tmp_path)
+
+
+def test_a_run_that_another_process_makes_is_refused(few, tmp_path):
+    task = next(tasks_of(FEW))
+    place = tmp_path / task.directory_name / "journal"
+    other = open_journal(place, task.inputs, resume=True)
+    with pytest.raises(InputError, match="another process works on it"):
         runs.run_case(FEW, tmp_path)
+    other.close(keep=True)
+    result = runs.run_case(FEW, tmp_path)
+    require_same_files(result.runs[0], few[1].runs[0])
+
+
+def test_a_journal_left_beside_a_finished_run_goes(few, tmp_path):
+    store = shutil.copytree(few[0], tmp_path / "store")
+    task = next(tasks_of(FEW))
+    place = store / task.directory_name / "journal"
+    open_journal(place, task.inputs, resume=True).close(keep=True)
+    assert runs.run_case(FEW, store).runs[0].reused
+    assert not place.exists()
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="Linux counts memory")
+def test_memory_of_runs_is_kept(few):
+    store, result = few
+    for run in result.runs:
+        assert 50.0 < run.cost.memory_MB < 2000.0
+        assert run.cost.memory_above_start_MB < run.cost.memory_MB
+    costs = [run.cost for run in runs.run_case(FEW, store).runs]
+    assert costs == [run.cost for run in result.runs]
+
+
+def test_memory_that_is_not_known_is_nan(few, tmp_path, monkeypatch):
+    monkeypatch.setattr(memory, "STATUS", tmp_path / "nothing")
+    store = shutil.copytree(few[0], tmp_path / "store")
+    next(store.glob("model-1*/result.json")).unlink()
+    for _ in range(2):
+        cost = runs.run_case(FEW, store).runs[1].cost
+        assert math.isnan(cost.memory_MB)
+        assert math.isnan(cost.memory_above_start_MB)
+        assert cost.steps > 0
 
 
 def test_a_wrong_inertia_fails_where_the_right_one_passes(tmp_path):

@@ -46,7 +46,8 @@ def test_within_ends_with_0_and_outside_with_1(tmp_path):
     good = run(own_case(tmp_path), "-o", out)
     assert good.exit_code == 0
     assert "All are within." in good.stdout
-    assert f"wrote {out / 'report.json'}" in good.stdout
+    names = ("index.html", "report.md", "report.json")
+    assert all(str(out / name) in good.stdout.splitlines()[-1] for name in names)
     bad = run(own_case(tmp_path, 0), "-o", out)
     assert bad.exit_code == 1
     line = "tiny, model-1, 100 N m, up, mesh 1, 5 speeds: rms_distance 0."

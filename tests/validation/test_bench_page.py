@@ -1,0 +1,64 @@
+"""The page of all benchmarks, from values made up for it."""
+
+from __future__ import annotations
+
+import csv
+import math
+from dataclasses import dataclass, field
+from typing import Any
+
+from matplotlib.figure import Figure
+
+from validation.bench_page import write_page
+from validation.points import write_points
+
+
+@dataclass(frozen=True)
+class Measured:
+    name: str = "stiffness"
+    title: str = "a <pair>: run time against error"
+    about: str = "what is shown"
+    values: dict[str, Any] = field(
+        default_factory=lambda: {
+            "points": [
+                {"study": "split", "flank_edges": 12, "on": True, "error": 1.25e-3},
+                {"study": "plain", "flank_edges": 24, "on": False, "error": math.nan},
+            ],
+            "growth": [{"gears": 2, "us_per_step": 2.4}],
+            "races": [],
+            "peak_memory_MB": 290,
+        }
+    )
+
+    def draw(self):
+        figure = Figure(figsize=(4.0, 3.0), layout="constrained")
+        figure.subplots().loglog([1e-3, 1e-2], [1.0, 2.0], "ko-")
+        return figure
+
+
+def test_page_shows_figures_points_and_what_else_was_measured(tmp_path):
+    page = write_page([Measured(), Measured(name="lumped")], tmp_path, "fegear bench")
+    text = page.read_text(encoding="utf-8")
+    assert "a &lt;pair&gt;: run time against error" in text
+    assert text.count("<svg ") == 2
+    for words in ("us per step", "0.00125", "peak memory MB", ">290<", ">yes<", ">-<"):
+        assert words in text
+    assert "Races" not in text
+    for name in ("stiffness.csv", "stiffness-growth.csv", "figures/lumped.svg"):
+        assert f'href="{name}"' in text
+        assert (tmp_path / name).is_file()
+
+
+def test_points_stand_in_one_file_whoever_writes_them(tmp_path):
+    @dataclass(frozen=True)
+    class Point:
+        study: str
+        error: float
+
+    point = Point("split", 0.1)
+    write_points([point], tmp_path / "alone.csv")
+    own = Measured(values={"points": [{"study": "split", "error": 0.1}]})
+    write_page([own], tmp_path, "fegear bench all")
+    alone, beside = tmp_path / "alone.csv", tmp_path / "stiffness.csv"
+    assert alone.read_bytes() == beside.read_bytes()
+    assert list(csv.DictReader(beside.open())) == [{"study": "split", "error": "0.1"}]

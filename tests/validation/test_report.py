@@ -1,0 +1,197 @@
+"""Reports: every link leads somewhere, every number stands in a CSV file beside."""
+
+from __future__ import annotations
+
+import csv
+import json
+import re
+from html.parser import HTMLParser
+from xml.etree import ElementTree
+
+import pytest
+from typer.testing import CliRunner
+
+from fegear.cli import app
+from validation.metrics import Verdict
+from validation.report.values import worst
+
+MOVING = """
+name = "moving"
+title = "Pair <in> motion & more"
+gear_set = "liu-pair"
+torques_Nm = [50, 100]
+speeds_Hz = "1000:1200:50"
+fidelity = "quasistatic"
+notes = "a note"
+
+[[model]]
+number = 1
+
+[[model]]
+number = 2
+
+[[metric]]
+name = "rms_distance"
+allowed = 1e-9
+reason = "nothing meets this"
+
+[[metric]]
+name = "wave_correlation"
+allowed = 0.5
+reason = "for a test"
+
+[[wave]]
+torque_Nm = 100
+speed_Hz = 1100
+
+[[printed]]
+quantity = "natural frequency"
+value = 2000
+unit = "Hz"
+where = "nowhere"
+figure = "natural"
+
+[[printed]]
+quantity = "mean stiffness"
+value = 298000000.0
+unit = "N/m"
+where = "Table 5.1"
+figure = "mesh1.mean_stiffness"
+"""
+
+
+class Page(HTMLParser):
+    """Links, cells of the first table, and identifiers of a page."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.links, self.ids, self.tables, self.sources = [], [], [], []
+        self._cell = None
+        self.feed(text)
+
+    def handle_starttag(self, tag, attrs):
+        given = dict(attrs)
+        self.links += [given["href"]] if tag == "a" and "href" in given else []
+        self.ids += [given["id"]] if "id" in given else []
+        self.sources += [v for k, v in attrs if k in ("src", "xlink:href")]
+        if tag == "table":
+            self.tables.append([])
+        elif tag == "tr":
+            self.tables[-1].append([])
+        elif tag in ("td", "th"):
+            self._cell = ""
+
+    def handle_data(self, data):
+        if self._cell is not None:
+            self._cell += data
+
+    def handle_endtag(self, tag):
+        if tag in ("td", "th"):
+            self.tables[-1][-1].append(self._cell.strip())
+            self._cell = None
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """A report of a case that moves and of the pair with friction."""
+    place = tmp_path_factory.mktemp("report")
+    case = place / "moving.toml"
+    case.write_text(MOVING)
+    words = ["validate", str(case), "friction-pair", "-o", str(place / "out")]
+    result = CliRunner().invoke(app, words, catch_exceptions=False)
+    assert result.exit_code == 1, result.output
+    return place / "out"
+
+
+@pytest.fixture(scope="module")
+def page(folder):
+    return Page((folder / "index.html").read_text(encoding="utf-8"))
+
+
+def test_every_link_leads_to_a_file_or_a_place_on_the_page(folder, page):
+    assert len(page.links) > 50
+    for link in set(page.links):
+        if link.startswith("#"):
+            assert link[1:] in page.ids
+        else:
+            assert (folder / link).is_file(), link
+    assert len(page.ids) == len(set(page.ids))
+
+
+def test_nothing_comes_from_elsewhere(folder, page):
+    text = (folder / "index.html").read_text(encoding="utf-8")
+    assert all(source.startswith("#") for source in page.sources)
+    outside = set(re.findall(r'https?://[^"\s<]+', text))
+    names = ("http://www.w3.org/", "http://purl.org/", "http://creativecommons.org/")
+    assert all(url.startswith(names) for url in outside), outside
+    assert "Pair &lt;in&gt; motion &amp; more" in text
+
+
+def test_first_table_has_every_case_and_model(page):
+    head, *rows = page.tables[0]
+    assert head[:4] == ["case", "model", "within", "out\xadside"]
+    assert [row[:2] for row in rows] == [
+        ["moving", "model-1"],
+        ["moving", "model-2"],
+        *(["friction-pair", f"model-{i}"] for i in (1, 2, 3)),
+    ]
+    assert all(cell for row in rows for cell in row)
+    assert all(int(row[2]) + int(row[3]) for row in rows)
+    assert float(rows[0][4]) > 0.0
+    assert rows[2][4] == "-"
+
+
+def test_every_number_of_a_verdict_stands_in_the_table_beside(folder):
+    values = json.loads((folder / "report.json").read_text())
+    with (folder / "tables" / "verdicts.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    verdicts = [v for case in values["cases"] for v in case["verdicts"]]
+    assert [float(row["measured"]) for row in rows] == [v["measured"] for v in verdicts]
+    assert {row["csv"].rsplit("/")[-1] for row in rows} == {
+        "sweep.csv",
+        "waves.csv",
+        "statics.csv",
+    }
+    moving = [v for v in verdicts if v["metric"] == "rms_distance"]
+    assert len({v["csv"] for v in moving}) == 4  # two models at two torques
+
+
+def test_figures_are_whole_and_named_in_both_texts(folder):
+    page = (folder / "index.html").read_text(encoding="utf-8")
+    text = (folder / "report.md").read_text(encoding="utf-8")
+    names = sorted(path.stem for path in (folder / "figures").glob("*.svg"))
+    assert {"cost", "moving-dte-rms-50Nm", "moving-wave1-100Nm"} <= set(names)
+    assert "friction-pair-statics-100Nm" in names
+    for name in names:
+        ElementTree.parse(folder / "figures" / f"{name}.svg")
+        assert (folder / "figures" / f"{name}.png").stat().st_size > 4000
+        assert f'<figure id="{name}">' in page
+        assert f"(figures/{name}.png)" in text
+
+
+def test_settings_versions_and_commands_are_stated(folder):
+    text = (folder / "report.md").read_text(encoding="utf-8")
+    for words in ("liu-pair", "50, 100 N m", "1000:1200:50 Hz", "quasistatic"):
+        assert words in text
+    assert "again by `fegear validate friction-pair -o " in text
+    assert "numpy" in text
+    assert "cores" in text
+
+
+def test_the_same_report_again_is_the_same(folder, tmp_path):
+    before = {p: p.read_bytes() for p in folder.rglob("*") if p.is_file()}
+    case = folder.parent / "moving.toml"
+    words = ["validate", str(case), "friction-pair", "-o", str(folder)]
+    CliRunner().invoke(app, words, catch_exceptions=False)
+    assert {p: p.read_bytes() for p in folder.rglob("*") if p.is_file()} == before
+
+
+def test_worst_is_the_furthest_from_what_is_allowed():
+    def of(metric, *values):
+        return [Verdict(metric, "m", "", v, 0.5, "1", False, "") for v in values]
+
+    assert worst(of("rms_distance", 0.1, 0.9)).measured == 0.9
+    assert worst(of("peak_frequency", 0.1, -0.9)).measured == -0.9
+    assert worst(of("wave_correlation", 0.1, 0.9)).measured == 0.1
+    one = worst(of("wave_correlation", 0.1, float("nan"), 0.9)).measured
+    assert one != one

@@ -1,0 +1,76 @@
+"""Static deflection of a task's meshes, by finite elements or a lumped excitation."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fegear.excitation import Excitations, Source
+from fegear.statics import solve_mesh
+from fegear.train import mesh_torques_at
+from lumped.excitation import MeshExcitation
+from lumped.table import MeshTable
+from validation.metrics import WAVE_POINTS, Statics
+from validation.tasks import Task
+
+Array = NDArray[np.float64]
+BISECTIONS = 80  # of a static deflection: to the last bit
+
+
+def mesh_statics(
+    task: Task, excitations: Excitations, mesh: int, excitation: MeshExcitation
+) -> Statics:
+    """Static deflection of a mesh (from 0) under the task's torque."""
+    gear_set = task.gear_set
+    torque = mesh_torques_at(gear_set, task.torque)[mesh]
+    force = torque / gear_set.meshes[mesh].pair.driver.base_radius
+    if task.model is None:
+        free = excitations.table(gear_set, mesh, torque)
+        table = _table_with_friction(task, mesh, torque, free)
+        return Statics(
+            mesh + 1,
+            force,
+            table.position,
+            table["ste_m"][0],
+            table["ste_m"][0] - free["ste_m"][0],
+            free["n_pairs"][0] == 1,
+        )
+    position = np.arange(WAVE_POINTS) / WAVE_POINTS
+    deflection = static_deflection(excitation, force, position)
+    still, none = np.zeros_like(position), np.zeros(position.size, bool)
+    return Statics(mesh + 1, force, position, deflection, still, none)
+
+
+def _table_with_friction(
+    task: Task, mesh: int, torque: float, free: MeshTable
+) -> MeshTable:
+    if task.case.friction == 0.0:
+        return free
+    settings = replace(Source().statics, friction=task.case.friction)
+    return solve_mesh(task.gear_set, mesh, [torque], settings).table
+
+
+def static_deflection(
+    excitation: MeshExcitation, force: float, position: Array
+) -> Array:
+    """Deflection [m] at mesh positions (n,) under a force [N], by bisection.
+
+    It solves sum of k (deflection - gap) over the pairs in contact = force.
+    """
+    k, gap = (
+        np.array([getattr(pair, name)(position) for pair in excitation.pairs])
+        for name in ("stiffness", "gap")
+    )
+    gap = np.where(k > 0.0, gap, np.inf)
+    low = gap.min(axis=0)
+    high = low + force / np.where(gap == low, k, 0.0).max(axis=0)
+    for _ in range(BISECTIONS):
+        middle = 0.5 * (low + high)
+        carried = np.where(k > 0.0, k * np.maximum(middle - gap, 0.0), 0.0).sum(axis=0)
+        low, high = (
+            np.where(carried < force, middle, low),
+            np.where(carried < force, high, middle),
+        )
+    return high

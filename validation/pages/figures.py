@@ -1,0 +1,116 @@
+"""Figures on disk as SVG and PNG, and the SVG inside a page.
+
+Inside a page black becomes the page's ink and white its paper, so that a figure can be
+read on light and on dark.
+"""
+
+from __future__ import annotations
+
+import io
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from fegear.output import make_directory, write_whole
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+FOLDER = "figures"
+DOTS_PER_INCH = 160
+LONG_FRACTION = re.compile(r"-?\d+\.\d{3,}")  # hundredths of a point are enough
+IDENTIFIER = re.compile(r'\sid="([^"]+)"')
+REFERENCE = re.compile(r'(?:url\(#|href="#)([^)"]+)')
+SIZE = re.compile(r'\s(?:width|height)="[^"]*"')
+
+
+@dataclass(frozen=True)
+class SavedFigure:
+    """A figure beside a page.
+
+    caption : what is to be seen; command : that makes it again
+    svg, png : paths relative to the page; data : names and relative paths of CSV files
+    inline : the SVG element for the page itself
+    """
+
+    name: str
+    caption: str
+    command: str
+    svg: str
+    png: str
+    data: tuple[tuple[str, str], ...]
+    inline: str
+
+
+def save_figure(
+    figure: Figure,
+    page_folder: Path,
+    name: str,
+    caption: str,
+    command: str,
+    data: tuple[tuple[str, str], ...] = (),
+) -> SavedFigure:
+    """Write NAME.svg and NAME.png below the page's folder; equal input, equal bytes.
+
+    Raises InputError where they cannot be written.
+    """
+    folder = make_directory(page_folder / FOLDER)
+    svg = svg_text(figure, name)
+    write_whole(folder / f"{name}.svg", lambda p: p.write_text(svg, encoding="utf-8"))
+    write_whole(
+        folder / f"{name}.png",
+        lambda path: figure.savefig(
+            path, dpi=DOTS_PER_INCH, facecolor="white", metadata={"Software": None}
+        ),
+    )
+    return SavedFigure(
+        name=name,
+        caption=caption,
+        command=command,
+        svg=f"{FOLDER}/{name}.svg",
+        png=f"{FOLDER}/{name}.png",
+        data=data,
+        inline=inline_svg(svg, name, caption),
+    )
+
+
+def svg_text(figure: Figure, name: str) -> str:
+    """The figure on white, its text as text."""
+    import matplotlib
+
+    out = io.StringIO()
+    with matplotlib.rc_context({"svg.fonttype": "none", "svg.hashsalt": name}):
+        figure.savefig(
+            out,
+            format="svg",
+            facecolor="none",
+            metadata={"Date": None, "Creator": None, "Format": None, "Type": None},
+        )
+    text = LONG_FRACTION.sub(lambda found: f"{float(found[0]):.2f}", out.getvalue())
+    return text.replace("<svg ", '<svg style="background: #ffffff" ', 1)
+
+
+def inline_svg(svg: str, name: str, label: str) -> str:
+    """An SVG element in the page's colours whose identifiers clash with no other's."""
+    start = svg.index("<svg ")
+    end = svg.index(">", start)
+    first = SIZE.sub("", svg[start:end]).replace(' style="background: #ffffff"', "")
+    head = f'<svg role="img" fill="currentColor" aria-label="{_escaped(label)}"'
+    element = first.replace("<svg", head) + svg[end:]
+    used = set(REFERENCE.findall(element))
+
+    def renamed(found: re.Match[str]) -> str:
+        return f' id="{name}-{found[1]}"' if found[1] in used else ""
+
+    element = IDENTIFIER.sub(renamed, element)
+    element = REFERENCE.sub(
+        lambda found: found[0].replace(f"#{found[1]}", f"#{name}-{found[1]}"), element
+    )
+    return element.replace("#000000", "currentColor").replace("#ffffff", "none")
+
+
+def _escaped(text: str) -> str:
+    from markupsafe import escape
+
+    return str(escape(text))

@@ -1,0 +1,281 @@
+"""Figures of a report, functions of results; narrow, so that a phone can show them.
+
+Black stands for the finite elements and for all that is written; a page turns it into
+its own ink.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from validation.metrics import METRICS, Curve, ForceWave, Verdict
+from validation.run_files import Run
+from validation.runs import CaseResult
+from validation.tasks import FE
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+Array = NDArray[np.float64]
+Column = Literal["dte_rms", "force_peak", "contact_loss"]
+WIDTH = 4.8  # inches; a phone shows them at about four fifths of it
+COLORS = ("#d1495b", "#2b83ba", "#3a9d5d", "#c77f0a", "#8e6bbf", "#7a7a7a")
+MARKERS = "osD^vP"
+LABELS: dict[Column, tuple[str, float]] = {
+    "dte_rms": ("RMS of DTE [µm]", 1e6),
+    "force_peak": ("largest mesh force [kN]", 1e-3),
+    "contact_loss": ("contact lost [% of time]", 100.0),
+}
+SPAN = (1e-2, 1e2)  # of measured over allowed that is drawn; beyond stands on the edge
+
+
+def source_name(source: str) -> str:
+    """`model-1-rectangular` as `model 1, rectangular`."""
+    model, *others = source.replace("-", " ", 1).split("-")
+    return "finite elements" if source == FE else ", ".join([model, *others])
+
+
+def draw_over_speed(result: CaseResult, torque: float, column: Column) -> Figure:
+    """A column of the sweeps over speed at one torque, a panel for each mesh."""
+    runs = _at(result, torque)
+    meshes = sorted({curve.mesh for run in runs for curve in run.curves})
+    figure, panels = _panels(len(meshes), 2.1)
+    label, factor = LABELS[column]
+    for mesh, axes in zip(meshes, panels, strict=True):
+        for run, style in zip(runs, _styles(runs), strict=True):
+            for curve in (c for c in run.curves if c.mesh == mesh):
+                values = factor * getattr(curve, column)
+                dashes = "-" if curve.direction == "up" else (0, (3, 1.5))
+                axes.plot(curve.frequency, values, **style, ls=dashes)
+                if column == "dte_rms":
+                    _mark_jumps(axes, curve, factor, style)
+        axes.set_ylabel(f"mesh {mesh}: {label}")
+        axes.set_ylim(bottom=0.0)
+        axes.margins(x=0.01)
+    first = " of mesh 1" if len(meshes) > 1 else ""
+    panels[-1].set_xlabel(f"mesh frequency{first} [Hz]; dashed: speed falls")
+    _legend(figure, runs)
+    return figure
+
+
+def _mark_jumps(axes: Axes, curve: Curve, factor: float, style: dict[str, Any]) -> None:
+    """A dot where a jump lands."""
+    for jump in curve.jumps:
+        axes.plot(
+            *([jump.frequency_to], [factor * jump.dte_rms_to]),
+            marker="o" if curve.direction == "up" else "s",
+            ms=4.0,
+            color=style["color"],
+            zorder=style["zorder"] + 1,
+        )
+
+
+def draw_statics(result: CaseResult, torque: float) -> Figure:
+    """Static deflection over the mesh cycle, and what friction adds to it."""
+    runs = _at(result, torque)
+    reference = runs[0]
+    friction = result.case.friction > 0.0
+    meshes = len(reference.statics)
+    figure, panels = _panels(meshes * (1 + friction), 1.7)
+    for m, axes in enumerate(panels[:meshes]):
+        for run, style in zip(runs, _styles(runs), strict=True):
+            statics = run.statics[m]
+            axes.plot(*_closed(statics.position, 1e6 * statics.deflection), **style)
+        mesh = reference.statics[m].mesh
+        axes.set_ylabel(f"mesh {mesh}: static\ndeflection [µm]")
+        axes.margins(x=0.0)
+    for m, axes in enumerate(panels[meshes:]):
+        statics = reference.statics[m]
+        axes.plot(*_closed(statics.position, 1e9 * statics.friction), "k", lw=1.4)
+        axes.set_ylabel(f"mesh {statics.mesh}: change\nby friction [nm]")
+        axes.fill_between(
+            *_closed(statics.position, statics.single.astype(float)),
+            transform=axes.get_xaxis_transform(),
+            color="black",
+            alpha=0.08,
+            lw=0.0,
+        )
+        axes.set_title("shaded: a single tooth pair carries", fontsize=8)
+    panels[-1].set_xlabel("mesh position [base pitches from the pitch point]")
+    _legend(figure, runs)
+    return figure
+
+
+def _closed(position: Array, values: Array) -> tuple[Array, Array]:
+    """A periodic column with its first value repeated one base pitch on."""
+    order = np.argsort(position)
+    at, column = position[order], values[order]
+    return np.append(at, at[0] + 1.0), np.append(column, column[0])
+
+
+def draw_wave(result: CaseResult, torque: float, label: str) -> Figure:
+    """Mesh force over a cycle at a single speed, a panel for each mesh."""
+    runs = _at(result, torque)
+    meshes = [w.mesh for w in runs[0].waves if w.label == label]
+    figure, panels = _panels(len(meshes), 2.1)
+    for mesh, axes in zip(meshes, panels, strict=True):
+        for run, style in zip(runs, _styles(runs), strict=True):
+            (wave,) = (w for w in run.waves if (w.label, w.mesh) == (label, mesh))
+            cycle = np.arange(wave.force.size) / wave.force.size
+            axes.plot(cycle, 1e-3 * wave.force, **style)
+            if wave.period_multiple != 1:
+                _tell_repeating(axes, run.source, wave)
+        axes.set_ylabel(f"mesh {mesh}: force [kN]")
+        axes.set_xlim(0.0, 1.0)
+    panels[-1].set_xlabel("cycle of the mesh")
+    _legend(figure, runs)
+    return figure
+
+
+def _tell_repeating(axes: Axes, source: str, wave: ForceWave) -> None:
+    """That a cycle is one of several."""
+    times = wave.period_multiple
+    words = f"repeats after {times} cycles" if times else "does not repeat"
+    told = axes.get_title()
+    text = f"{told}; {source}: {words}" if told else f"{source}: {words}"
+    axes.set_title(text, fontsize=8)
+
+
+def draw_verdicts(result: CaseResult) -> Figure:
+    """Measured over allowed, one mark for each verdict; right of 1 is outside."""
+    names = [entry.name for entry in result.case.metric]
+    names = [n for n in names if any(v.metric == n for v in result.verdicts)]
+    figure, (axes,) = _panels(1, 0.8 + 0.28 * len(names))
+    models = result.models
+    for i, model in enumerate(models):
+        offset = 0.6 * (i + 0.5) / len(models) - 0.3
+        own = [v for v in result.verdicts if v.model == model]
+        axes.plot(
+            [_over_allowed(v) for v in own],
+            [names.index(v.metric) + offset for v in own],
+            marker=MARKERS[i % len(MARKERS)],
+            color=COLORS[i % len(COLORS)],
+            ls="",
+            ms=3.2,
+            alpha=0.75,
+            label=source_name(model),
+        )
+    axes.axvline(1.0, color="black", lw=1.0)
+    axes.set_xscale("log")
+    axes.set_xlim(SPAN[0] / 1.3, SPAN[1] * 1.3)
+    axes.set_ylim(len(names) - 0.5, -0.5)
+    axes.set_yticks(range(len(names)), [name.replace("_", " ") for name in names])
+    axes.set_xlabel("measured over allowed; right of the line: outside")
+    figure.legend(loc="outside upper center", ncols=2, fontsize=8, frameon=False)
+    return figure
+
+
+def _over_allowed(verdict: Verdict) -> float:
+    """1 at the tolerance, drawn within SPAN; NaN, never within, on its right edge."""
+    if METRICS[verdict.metric].least:
+        measured, allowed = 1.0 - verdict.measured, 1.0 - verdict.allowed
+    else:
+        measured, allowed = abs(verdict.measured), verdict.allowed
+    if measured == 0.0:
+        return SPAN[0]
+    ratio = measured / allowed if allowed > 0.0 else np.inf
+    return float(np.clip(np.nan_to_num(ratio, nan=np.inf), *SPAN))
+
+
+def draw_cost(results: Sequence[CaseResult]) -> Figure | None:
+    """Seconds per speed against the distance from the finite elements.
+
+    None where no case has a distance.
+    """
+    models = list(dict.fromkeys(m for result in results for m in result.models))
+    points = {model: list(_cost_points(results, model)) for model in models}
+    if not any(points.values()):
+        return None
+    figure, (axes,) = _panels(1, 3.2)
+    for i, model in enumerate(models):
+        axes.plot(
+            *np.array(points[model]).reshape(-1, 2).T,
+            marker=MARKERS[i % len(MARKERS)],
+            color=COLORS[i % len(COLORS)],
+            ls="",
+            ms=5.0,
+            label=source_name(model),
+        )
+    moving = [result for result in results if result.case.speeds]
+    for i, result in enumerate(moving):
+        label = "finite elements, the reference" if i == 0 else None
+        axes.axvline(result.per_speed_s(FE), color="black", lw=0.9, label=label)
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    axes.yaxis.set_major_formatter("{x:g}")
+    axes.yaxis.set_minor_formatter("{x:g}")
+    axes.set_xlabel("run time per speed [s]")
+    axes.set_ylabel("RMS distance of the curves [%]\nmedian over meshes and torques")
+    figure.legend(loc="outside upper center", ncols=2, fontsize=8, frameon=False)
+    return figure
+
+
+def _cost_points(
+    results: Sequence[CaseResult], model: str
+) -> Iterator[tuple[float, float]]:
+    """Seconds per speed and per cent of each case where both are above 0."""
+    for result in results:
+        found = [
+            100.0 * v.measured
+            for v in result.verdicts
+            if (v.model, v.metric) == (model, "rms_distance")
+        ]
+        point = result.per_speed_s(model), float(np.median(found or [0.0]))
+        if min(point) > 0.0:
+            yield point
+
+
+def _panels(count: int, height: float) -> tuple[Figure, list[Axes]]:
+    """Panels over one another with one abscissa, each of a height in inches."""
+    import matplotlib
+    from matplotlib.figure import Figure
+
+    style: dict[Any, Any] = {"font.size": 9.0, "axes.facecolor": "none"}
+    with matplotlib.rc_context(style):
+        figure = Figure(figsize=(WIDTH, 0.9 + height * count), layout="constrained")
+        panels = figure.subplots(count, 1, sharex=True, squeeze=False)[:, 0]
+    for axes in panels:
+        axes.grid(alpha=0.18, color="black", lw=0.6)
+        axes.spines[["top", "right"]].set_visible(False)
+    return figure, list(panels)
+
+
+def _at(result: CaseResult, torque: float) -> list[Run]:
+    """Runs at a torque, the finite elements first."""
+    runs = [run for run in result.runs if run.torque == torque]
+    return sorted(runs, key=lambda run: run.source != FE)
+
+
+def _styles(runs: Sequence[Run]) -> Iterator[dict[str, Any]]:
+    """The finite elements black below all; models narrower and higher the earlier.
+
+    So that lines that coincide are all seen.
+    """
+    models = len(runs) - 1
+    yield {"color": "black", "lw": 1.9 + 0.5 * models, "zorder": 2}
+    for i in range(models):
+        color = COLORS[i % len(COLORS)]
+        yield {"color": color, "lw": 1.0 + 0.5 * i, "zorder": 3 + 2 * (models - i)}
+
+
+def _legend(figure: Figure, runs: Sequence[Run]) -> None:
+    from matplotlib.lines import Line2D
+
+    handles = [
+        Line2D([], [], color=style["color"], lw=style["lw"], label=name)
+        for style, name in zip(
+            _styles(runs), (source_name(run.source) for run in runs), strict=True
+        )
+    ]
+    figure.legend(
+        handles=handles,
+        loc="outside upper center",
+        ncols=3,
+        fontsize=8,
+        frameon=False,
+    )

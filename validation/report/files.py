@@ -1,0 +1,121 @@
+"""The files of a report: index.html, report.md, report.json, figures and tables."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from fegear.output import make_directory, write_whole
+from validation.csv_text import csv_of
+from validation.pages import SavedFigure, filled, save_figure
+from validation.report import figures
+from validation.report.tables import report_tables
+from validation.runs import CaseResult
+from validation.tasks import FE
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+Report = Callable[[str, int, int], None]  # (what, done, of how many)
+SHOWN: Mapping[figures.Column, str] = {
+    "dte_rms": "vibration over speed; dots: where jumps land",
+    "force_peak": "largest mesh force over speed",
+    "contact_loss": "loss of contact over speed",
+}
+
+
+def write_report(
+    values: Mapping[str, Any],
+    results: Sequence[CaseResult],
+    output: Path,
+    report: Report = lambda what, done, total: None,
+) -> Path:
+    """Write all but report.json; the path of index.html.
+
+    Raises InputError where a file cannot be written.
+    """
+    drawn = {}
+    for i, result in enumerate(results):
+        report(f"figures of {result.case.name}", i, len(results))
+        command = values["cases"][i]["command"]
+        drawn[result.case.name] = list(_saved(result, output, command))
+    cost = list(_cost_figure(results, output, values["command"]))
+    tables = make_directory(output / "tables")
+    for name, rows in report_tables(values).items():
+        _write(tables / f"{name}.csv", csv_of(rows))
+    shown = {**values, "figures": drawn, "cost_figure": cost, "fe": FE}
+    _write(output / "report.md", filled("report.md", **shown))
+    _write(output / "index.html", filled("report.html", **shown))
+    return output / "index.html"
+
+
+def _write(path: Path, text: str) -> None:
+    write_whole(path, lambda place: place.write_text(text, encoding="utf-8"))
+
+
+class Drawn(NamedTuple):
+    """A figure of a case, before it is saved.
+
+    torque_Nm : of the runs that it shows, None for all
+    file : of every run that it is drawn from, empty for the table of verdicts
+    """
+
+    name: str
+    caption: str
+    figure: Figure
+    torque_Nm: float | None = None
+    file: str = ""
+
+
+def _cost_figure(
+    results: Sequence[CaseResult], output: Path, command: str
+) -> Iterator[SavedFigure]:
+    drawn = figures.draw_cost(results)
+    if drawn is None:
+        return
+    caption = (
+        "run time of a speed against distance from the finite elements, "
+        "a mark for each case"
+    )
+    data = (("costs", "tables/costs.csv"), ("verdicts", "tables/verdicts.csv"))
+    yield save_figure(drawn, output, "cost", caption, command, data)
+
+
+def _saved(result: CaseResult, output: Path, command: str) -> Iterator[SavedFigure]:
+    for drawn in _drawn(result):
+        runs = [run for run in result.runs if drawn.torque_Nm in (None, run.torque)]
+        data = tuple(
+            (run.source, (run.directory / drawn.file).relative_to(output).as_posix())
+            for run in runs
+        )
+        yield save_figure(
+            drawn.figure,
+            output,
+            f"{result.case.name}-{drawn.name}",
+            drawn.caption,
+            command,
+            data if drawn.file else (("verdicts", "tables/verdicts.csv"),),
+        )
+
+
+def _drawn(result: CaseResult) -> Iterator[Drawn]:
+    caption = "verdicts, a mark for each torque, mesh and direction"
+    yield Drawn("verdicts", caption, figures.draw_verdicts(result))
+    for torque in result.case.torques_Nm:
+        yield from _drawn_at(result, torque)
+
+
+def _drawn_at(result: CaseResult, torque: float) -> Iterator[Drawn]:
+    case, at, end = result.case, f"{torque:g} N m", f"{torque:g}Nm"
+    for column, what in SHOWN.items() if case.speeds else ():
+        figure = figures.draw_over_speed(result, torque, column)
+        name = f"{column.replace('_', '-')}-{end}"
+        yield Drawn(name, f"{at}: {what}", figure, torque, "sweep.csv")
+    labels = [wave.label for wave in case.wave if wave.torque_Nm == torque]
+    for i, label in enumerate(labels, 1):
+        figure = figures.draw_wave(result, torque, label)
+        name, caption = f"wave{i}-{end}", f"{at}: mesh forces at {label}"
+        yield Drawn(name, caption, figure, torque, "waves.csv")
+    figure = figures.draw_statics(result, torque)
+    yield Drawn(f"statics-{end}", f"{at}: statics", figure, torque, "statics.csv")

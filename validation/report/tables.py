@@ -1,0 +1,49 @@
+"""The tables of a report as rows of CSV files."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+Row = dict[str, Any]
+
+
+def report_tables(values: Mapping[str, Any]) -> dict[str, list[Row]]:
+    """Rows by the name of the table; units stand in the columns' names."""
+    cases = values["cases"]
+    tables = {
+        "overview": _overview,
+        "verdicts": _verdicts,
+        "costs": _costs,
+        "printed": _printed,
+    }
+    return {
+        name: [row for case in cases for row in rows(case)]
+        for name, rows in tables.items()
+    }
+
+
+def _overview(case: Mapping[str, Any]) -> Iterator[Row]:
+    for model in case["models"]:
+        plain = {k: v for k, v in model.items() if not isinstance(v, dict)}
+        yield {"case": case["case"]} | plain
+
+
+def _verdicts(case: Mapping[str, Any]) -> Iterator[Row]:
+    for verdict in case["verdicts"]:
+        yield {"case": case["case"]} | verdict
+
+
+def _costs(case: Mapping[str, Any]) -> Iterator[Row]:
+    for run in case["runs"]:
+        own = {name: run[name] for name in ("source", "torque_Nm")}
+        yield {"case": case["case"]} | own | run["cost"]
+
+
+def _printed(case: Mapping[str, Any]) -> Iterator[Row]:
+    for entry in case["printed"]:
+        own = {f"printed_{k}" if k == "value" else k: v for k, v in entry.items()}
+        own.pop("found")
+        for found in entry["found"] or [{}]:
+            row = {k: found.get(k, "") for k in ("source", "torque_Nm", "value", "csv")}
+            yield {"case": case["case"]} | own | row

@@ -1,0 +1,187 @@
+"""What a report says, as plain values ready for JSON, CSV and templates."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from validation.cases import Printed
+from validation.made_with import made_with
+from validation.metrics import METRICS, Verdict
+from validation.run_files import Run
+from validation.runs import CaseResult, printed_figure
+from validation.tasks import FE
+
+STATIC = ("mean_stiffness", "stiffness_variation", "static_deflection")
+
+
+def report_values(
+    results: Sequence[CaseResult],
+    output: Path,
+    command: str,
+    commands: Mapping[str, str],
+) -> dict[str, Any]:
+    """All of a report; paths are relative to the output.
+
+    command : what makes the report again; commands : by case name, what runs it again
+    """
+    return {
+        "command": command,
+        "about": {**dict(made_with()), "runs made on": _machines(results)},
+        "cases": [
+            case_values(result, output) | {"command": commands[result.case.name]}
+            for result in results
+        ],
+    }
+
+
+def _machines(results: Sequence[CaseResult]) -> str:
+    """Where the runs were made, which may have been found and not made here."""
+    return "; ".join({run.machine: None for each in results for run in each.runs})
+
+
+def case_values(result: CaseResult, output: Path) -> dict[str, Any]:
+    case = result.case
+    return {
+        "case": case.name,
+        "title": case.title,
+        "gear_set": case.gear_set,
+        "fidelity": case.fidelity,
+        "settings": dict(_settings(result)),
+        "notes": case.notes,
+        "models": [_model_values(result, model) for model in result.models],
+        "metrics": [_metric_values(result, entry.name) for entry in case.metric],
+        "printed": [_printed_values(result, entry, output) for entry in case.printed],
+        "verdicts": [_verdict_values(result, v, output) for v in result.verdicts],
+        "runs": [_run_values(run, output) for run in result.runs],
+    }
+
+
+def _settings(result: CaseResult) -> Iterator[tuple[str, str]]:
+    case = result.case
+    yield "gear set", case.gear_set
+    if case.edits:
+        yield "changed", "; ".join(case.edits)
+    yield "torques on the input gear", f"{_listed(case.torques_Nm)} N m"
+    if case.speeds_Hz:
+        yield (
+            "mesh frequencies",
+            f"{case.speeds_Hz} Hz, {' and '.join(case.directions)}",
+        )
+    for wave in case.wave:
+        yield f"motion at {wave.torque_Nm:g} N m", wave.label
+    yield "finite elements", case.fidelity
+    if case.speeds_Hz or case.wave:
+        given = case.damping_ratio
+        yield "damping ratio", "of the gear set" if given is None else f"{given:g}"
+        yield "translations", "free" if case.translations else "held"
+    if case.friction:
+        yield "friction of the finite elements", f"{case.friction:g}"
+
+
+def _listed(values: Sequence[float]) -> str:
+    return ", ".join(f"{value:g}" for value in values)
+
+
+def _model_values(result: CaseResult, model: str) -> dict[str, Any]:
+    own = [each for each in result.verdicts if each.model == model]
+    outside = [each.metric for each in own if not each.within]
+    return {
+        "model": model,
+        "within": len(own) - len(outside),
+        "outside": len(outside),
+        "outside_by_metric": {m: outside.count(m) for m in dict.fromkeys(outside)},
+        "per_speed_s": result.per_speed_s(model),
+        "fe_per_speed_s": result.per_speed_s(FE),
+        "cost_ratio": result.cost_ratio(model),
+    }
+
+
+def _metric_values(result: CaseResult, metric: str) -> dict[str, Any]:
+    """A tolerance and how every model meets it."""
+    (entry,) = (e for e in result.case.metric if e.name == metric)
+    return {
+        "metric": metric,
+        "meaning": METRICS[metric].meaning,
+        "unit": METRICS[metric].unit,
+        "least": METRICS[metric].least,
+        "allowed": entry.allowed,
+        "reason": entry.reason,
+        "models": [_metric_of_model(result, metric, m) for m in result.models],
+    }
+
+
+def _metric_of_model(result: CaseResult, metric: str, model: str) -> dict[str, Any]:
+    own = [v for v in result.verdicts if (v.metric, v.model) == (metric, model)]
+    return {
+        "model": model,
+        "within": sum(v.within for v in own),
+        "of": len(own),
+        "worst": worst(own).measured if own else math.nan,
+    }
+
+
+def worst(verdicts: Sequence[Verdict]) -> Verdict:
+    """The one furthest from what is allowed; NaN is further than any."""
+
+    def badness(verdict: Verdict) -> float:
+        if math.isnan(verdict.measured):
+            return math.inf
+        least = METRICS[verdict.metric].least
+        return -verdict.measured if least else abs(verdict.measured)
+
+    return max(verdicts, key=badness)
+
+
+def _verdict_values(
+    result: CaseResult, verdict: Verdict, output: Path
+) -> dict[str, Any]:
+    (run,) = (
+        run
+        for run in result.of(verdict.model)
+        if verdict.where.split(",")[0] == f"{run.torque:g} N m"
+    )
+    return asdict(verdict) | {"csv": _file(run, _csv_of(verdict.metric), output)}
+
+
+def _csv_of(metric: str) -> str:
+    """The file of a run that a metric or a printed figure is taken from."""
+    if metric.startswith("wave"):
+        return "waves.csv"
+    return "statics.csv" if metric in STATIC else "sweep.csv"
+
+
+def _file(run: Run, name: str, output: Path) -> str:
+    return (run.directory / name).relative_to(output).as_posix()
+
+
+def _printed_values(result: CaseResult, entry: Printed, output: Path) -> dict[str, Any]:
+    """A printed value and what each run has beside it."""
+    kind = (entry.figure or "").split(".")[-2:]
+    name = "waves.csv" if kind[0].startswith("wave") else _csv_of(kind[-1])
+    if kind[-1].startswith("friction"):
+        name = "statics.csv"
+    found = [
+        {
+            "source": run.source,
+            "torque_Nm": run.torque,
+            "value": printed_figure(run, entry.figure or "", entry.value),
+            # natural frequencies stand in no table of their own
+            "csv": _file(run, "result.json" if kind == ["natural"] else name, output),
+        }
+        for run in (result.runs if entry.figure else ())
+    ]
+    return asdict(entry) | {"found": found}
+
+
+def _run_values(run: Run, output: Path) -> dict[str, Any]:
+    return {
+        "source": run.source,
+        "torque_Nm": run.torque,
+        "directory": run.directory.relative_to(output).as_posix(),
+        "natural_Hz": list(run.natural_Hz),
+        "cost": asdict(run.cost) | {"per_speed_s": run.cost.per_speed_s},
+    }
