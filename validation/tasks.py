@@ -13,6 +13,7 @@ from pathlib import Path
 import fegear
 import lumped
 import meshes
+import validation
 from fegear.dynamics.build import FiniteElements
 from fegear.dynamics.respond import DynamicSettings
 from fegear.excitation import Source
@@ -30,6 +31,7 @@ PACKAGES = {  # those whose sources results depend on, and which of their files
         *(f"{folder}/**/*.py" for folder in ("contact", "elasticity", "gearset")),
         *("dynamics/**/*.py", "excitation.py", "statics.py", "train.py"),
     ),
+    validation: ("deflection.py", "marching.py", "metrics.py", "run_files.py"),
 }
 
 
