@@ -1,11 +1,13 @@
-"""Files that appear whole or not at all."""
+"""Files that appear whole or not at all, and text for machines."""
 
 from __future__ import annotations
 
+import math
 import os
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import Any
 
 from fegear.errors import InputError
 
@@ -53,6 +55,28 @@ def write_whole(path: str | os.PathLike[str], writer: Callable[[Path], object]) 
             _fill_and_replace(target, writer)
     except OSError as error:
         raise InputError(f"{target}: cannot be written, {_reason(error)}") from None
+
+
+def write_text(path: str | os.PathLike[str], text: str) -> None:
+    """Write a whole text as it is, line ends too; see `write_whole`."""
+    write_whole(path, lambda place: place.write_bytes(text.encode()))
+
+
+def strict_json(values: Mapping[str, Any]) -> str:
+    """JSON without NaN: what is not finite becomes null."""
+    import json
+
+    return json.dumps(_finite(values), indent=2, allow_nan=False) + "\n"
+
+
+def _finite(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {key: _finite(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(item) for item in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value
 
 
 def _fill_and_replace(target: Path, writer: Callable[[Path], object]) -> None:

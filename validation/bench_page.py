@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
-from fegear.output import write_whole
+from fegear.output import write_text
 from validation.csv_text import csv_of
 from validation.made_with import machine, made_with
 from validation.pages import filled, save_figure
@@ -37,7 +36,7 @@ def write_page(measured: Sequence[Measured], output: Path, command: str) -> Path
     studies = [_study(each, output) for each in measured]
     about = {**dict(made_with()), "machine": machine()}
     text = filled("bench.html", studies=studies, command=command, about=about)
-    write_whole(page, partial(_write_text, text))
+    write_text(page, text)
     return page
 
 
@@ -46,7 +45,7 @@ def _study(measured: Measured, output: Path) -> dict[str, Any]:
     tables = {k: v for k, v in values.items() if isinstance(v, list) and v}
     for name, rows in tables.items():
         text = csv_of(rows)
-        write_whole(output / _file(measured, name), partial(_write_text, text))
+        write_text(output / _file(measured, name), text)
     command = f"fegear bench {measured.name} -o bench"
     data = tuple((name, _file(measured, name)) for name in tables)
     about = measured.about
@@ -65,7 +64,3 @@ def _study(measured: Measured, output: Path) -> dict[str, Any]:
 def _file(measured: Measured, table: str) -> str:
     """The points stand where the benchmark alone writes them."""
     return f"{measured.name}{'' if table == 'points' else f'-{table}'}.csv"
-
-
-def _write_text(text: str, path: Path) -> None:
-    path.write_text(text, encoding="utf-8")

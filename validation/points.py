@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import asdict
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from validation.csv_text import csv_of
@@ -13,6 +12,6 @@ if TYPE_CHECKING:
     from _typeshed import DataclassInstance
 
 
-def write_points(points: Sequence[DataclassInstance], path: Path) -> None:
+def points_csv(points: Sequence[DataclassInstance]) -> str:
     """Equal dataclasses, a row each; their fields name the columns."""
-    path.write_text(csv_of([asdict(point) for point in points]), encoding="utf-8")
+    return csv_of([asdict(point) for point in points])

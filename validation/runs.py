@@ -27,7 +27,7 @@ import numpy as np
 from fegear.dynamics.journal import Journal, open_journal
 from fegear.errors import InputError
 from fegear.excitation import Excitations, Source
-from fegear.output import make_directory, require_writable, write_whole
+from fegear.output import make_directory, require_writable, write_text
 from validation.cases import Case
 from validation.marching import Report, march
 from validation.metrics import (
@@ -197,11 +197,11 @@ def _made(
 ) -> Run:
     for name in NAMES:
         require_writable(directory / name)
-    _write(directory / INPUTS, inputs_text(task))
+    write_text(directory / INPUTS, inputs_text(task))
     for name, content in contents(
         task, march(task, journal, excitations, report)
     ).items():
-        _write(directory / name, content)
+        write_text(directory / name, content)
     made = read_run(task, directory, reused=False)
     if made is None:
         raise InputError(f"{directory}: was changed while the run was made; run again")
@@ -224,7 +224,3 @@ def _remove_journal(task: Task, directory: Path) -> None:
     """What is left where a process was ended after its last file."""
     with suppress(InputError, OSError), _journal(task, directory):
         pass
-
-
-def _write(path: Path, text: str) -> None:
-    write_whole(path, lambda place: place.write_bytes(text.encode()))

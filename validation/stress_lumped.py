@@ -5,11 +5,9 @@ Every attempt returns one number and the bound that it must keep; NaN keeps none
 
 from __future__ import annotations
 
-import csv
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import astuple, dataclass, replace
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +20,7 @@ from lumped.sweep import sweep, sweep_all
 from lumped.system import LumpedSystem
 from lumped.train import Gear, Mesh, Train
 from lumped.waves import Wave, constant
+from validation.csv_text import csv_text
 
 Array = NDArray[np.float64]
 ADAPTIVE = Settings(method="dopri5", accuracy=1e-8)
@@ -444,9 +443,7 @@ def _no_gap() -> Wave:
     return constant(0.0)
 
 
-def write_trials(trials: Sequence[Trial], path: Path) -> None:
-    with open(path, "w", encoding="utf-8", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(["attempt", "promise", "measured", "bound", "kept"])
-        for trial in trials:
-            writer.writerow([*astuple(trial), "yes" if trial.kept else "no"])
+def trials_csv(trials: Sequence[Trial]) -> str:
+    names = ("attempt", "promise", "measured", "bound", "kept")
+    rows = ([*astuple(trial), "yes" if trial.kept else "no"] for trial in trials)
+    return csv_text(names, rows)

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING
 import typer
 
 from fegear.cli.bench_outcome import Outcome, outputs_of, write_outcome
-from fegear.cli.lumped_options import strict_json
 from fegear.cli.options import progress_bar, require_outputs
+from fegear.output import strict_json
 
 if TYPE_CHECKING:
     from fegear.statics import Progress
@@ -24,7 +24,7 @@ NAMES = ("stiffness", "lumped", "dynamics")
 
 def run_all(output: Path, as_json: bool) -> None:
     """Measure one after the other; after Ctrl-C a page of what was finished."""
-    from fegear.output import make_directory, write_whole
+    from fegear.output import make_directory, write_text
     from validation.bench_page import write_page
 
     make_directory(output)
@@ -43,7 +43,7 @@ def run_all(output: Path, as_json: bool) -> None:
         write_outcome(outcome, output)
     text = strict_json({outcome.name: dict(outcome.values) for outcome in measured})
     place = output / "bench.json"
-    write_whole(place, lambda path: path.write_text(text, encoding="utf-8"))
+    write_text(place, text)
     command = shlex.join(["fegear", "bench", "all", "-o", str(output)])
     page = write_page(measured, output, command)
     typer.echo(text if as_json else f"wrote {page}", nl=not as_json)

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from fegear.cli.bench_outcome import Outcome, figure_table
-from fegear.cli.lumped_options import build_system, strict_json
+from fegear.cli.lumped_options import build_system
 from fegear.cli.options import progress_bar
+from fegear.output import strict_json
 
 if TYPE_CHECKING:
     from fegear.gearset.model import GearSet
@@ -105,8 +106,8 @@ def show_lumped(outcome: Outcome) -> None:
 
 def run_stress(output: Path | None, as_json: bool) -> None:
     """The table of promises and measurements; exit code 1 if one is not kept."""
-    from fegear.output import make_directory, require_writable, write_whole
-    from validation.stress_lumped import run_trials, write_trials
+    from fegear.output import make_directory, require_writable, write_text
+    from validation.stress_lumped import run_trials, trials_csv
 
     if output is not None:
         make_directory(output)
@@ -114,7 +115,7 @@ def run_stress(output: Path | None, as_json: bool) -> None:
     with progress_bar(enabled=not as_json) as report:
         trials = list(run_trials(report))
     if output is not None:
-        write_whole(output / "stress.csv", lambda path: write_trials(trials, path))
+        write_text(output / "stress.csv", trials_csv(trials))
     if as_json:
         rows = [asdict(trial) | {"kept": trial.kept} for trial in trials]
         typer.echo(strict_json({"trials": rows}), nl=False)

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
-from fegear.cli.lumped_options import strict_json
 from fegear.cli.options import progress_bar, require_outputs
+from fegear.output import strict_json
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -71,12 +71,12 @@ def run_bench(
 
 
 def write_outcome(outcome: Outcome, output: Path) -> None:
-    from fegear.output import write_whole
+    from fegear.output import write_text, write_whole
     from fegear.plots import save_figure
-    from validation.points import write_points
+    from validation.points import points_csv
 
     table, picture = outputs_of(outcome.name, output)
-    write_whole(table, lambda path: write_points(outcome.points, path))
+    write_text(table, points_csv(outcome.points))
     figure = outcome.draw()
     write_whole(picture, lambda path: save_figure(figure, path))
 

@@ -390,7 +390,7 @@ def _history_keeper(
         return lambda number, direction, frequency, motion: None
     from fegear.dynamics.history import format_history, history_name, history_table
     from fegear.dynamics.respond import steps_per_cycle
-    from fegear.output import make_directory, write_whole
+    from fegear.output import make_directory, write_text
 
     roots = _root_influences(run.gear_set, root_stress)
     make_directory(directory)
@@ -407,7 +407,7 @@ def _history_keeper(
         steps = steps_per_cycle(model, frequency, settings)
         text = format_history(history_table(model, motion, steps, entries, roots))
         path = directory / history_name(torque, direction, frequency)
-        write_whole(path, lambda place: place.write_text(text, encoding="utf-8"))
+        write_text(path, text)
 
     return keep
 

@@ -36,11 +36,11 @@ from fegear.cli.lumped_options import (
     integration_in_words,
     middle_torque,
     parsed_speeds,
-    strict_json,
     system_at,
 )
 from fegear.cli.options import progress_bar, require, require_outputs
 from fegear.errors import InputError
+from fegear.output import strict_json
 
 if TYPE_CHECKING:
     import threading
@@ -260,7 +260,7 @@ def _run(
     report: Callable[[str, int, int], None],
 ) -> ParameterMap:
     """Compute what is missing; the file grows point by point and ends in order."""
-    from fegear.output import write_whole
+    from fegear.output import write_text
     from lumped.maps import format_cell, format_map, run_map
 
     def tell(done: int, total: int) -> None:
@@ -269,7 +269,7 @@ def _run(
     if output is None:
         return run_map(grid, build, evaluate, report=tell)
     whole = format_map(grid)  # mends a torn last line
-    write_whole(output, lambda path: path.write_text(whole, encoding="utf-8"))
+    write_text(output, whole)
     kept = len(grid.cells)
     with open(output, "a", encoding="utf-8") as file:
 
@@ -291,7 +291,7 @@ def _run(
         except OSError as error:
             raise InputError(f"{output}: cannot be written, {error.strerror}") from None
     text = format_map(found)
-    write_whole(output, lambda path: path.write_text(text, encoding="utf-8"))
+    write_text(output, text)
     return found
 
 

@@ -12,8 +12,8 @@ from fegear.cli.lumped_options import (
     SetName,
     Translations,
     middle_torque,
-    strict_json,
 )
+from fegear.output import strict_json
 
 if TYPE_CHECKING:
     from fegear.gearset.model import GearSet

@@ -90,12 +90,12 @@ def stiffness_command(
 
 
 def _write(result: StaticsResult, output: Path | None, plot: Path | None) -> None:
-    from fegear.output import write_whole
+    from fegear.output import write_text, write_whole
     from lumped.table import format_table
 
     if output is not None:
         text = format_table(result.table)
-        write_whole(output, lambda path: path.write_text(text, encoding="utf-8"))
+        write_text(output, text)
     if plot is not None:
         from fegear.plots import draw_table, save_figure
 

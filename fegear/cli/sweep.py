@@ -39,11 +39,11 @@ from fegear.cli.lumped_options import (
     integration_in_words,
     natural_lines,
     parsed_speeds,
-    strict_json,
     system_at,
     usual_speeds,
 )
 from fegear.cli.options import progress_bar, require_outputs
+from fegear.output import strict_json
 
 if TYPE_CHECKING:
     from fegear.gearset.model import GearSet
@@ -202,12 +202,12 @@ def write_sweep(
     outputs: SweepOutputs,
     beside: Branches,
 ) -> None:
-    from fegear.output import write_whole
+    from fegear.output import write_text, write_whole
     from lumped.sweep_table import format_sweep, sweep_table
 
     if outputs.csv is not None:
         text = format_sweep(sweep_table(found, model, header))
-        write_whole(outputs.csv, lambda path: path.write_text(text, encoding="utf-8"))
+        write_text(outputs.csv, text)
     if outputs.plot is not None and any(branch.responses for _, branch in found):
         from fegear.plots import save_figure
         from lumped.figures import Curve, draw_sweep

@@ -12,12 +12,16 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from fegear.cli.lumped_options import AsJson, strict_json
+from fegear.cli.lumped_options import AsJson
 from fegear.cli.options import progress_bar, require_outputs
+from fegear.output import strict_json
 
 if TYPE_CHECKING:
     from validation.cases import Case
     from validation.runs import CaseResult
+
+WRITTEN = ("index.html", "report.md", "report.json")
+MOST_LINES = 40  # of verdicts outside on the screen
 
 
 class ValidationFidelity(StrEnum):
@@ -57,33 +61,25 @@ def validate_command(
     Example: fegear validate idler friction-pair -o report
     """
     from fegear.errors import InputError
-    from fegear.output import make_directory, write_whole
+    from fegear.output import make_directory
+    from validation.report import report_values, write_report
 
     if output is None:
         raise InputError("-o DIR is missing; it keeps the runs")
     chosen = _chosen(cases or [], every, fidelity)
     store = make_directory(make_directory(output) / "runs")
-    place = output / "report.json"
-    require_outputs([place])
-    from validation.report import report_values, write_report
-
-    names = cases or [case.name for case in chosen]
-    again = {
-        case.name: _command([name], fidelity, output)
-        for case, name in zip(chosen, names, strict=True)
-    }
-    whole = _command(["--all"] if every else names, fidelity, output)
+    require_outputs([output / name for name in WRITTEN])
+    commands = _commands(chosen, cases, fidelity, output)
     with progress_bar(enabled=not as_json) as report:
         results = _run(chosen, store, report)
-        values = report_values(results, output, whole, again)
-        page = write_report(values, results, output, report)
-    text = strict_json(values)
-    write_whole(place, lambda path: path.write_text(text, encoding="utf-8"))
+        values = report_values(results, output, commands)
+        write_report(values, results, output, report)
     if as_json:
-        typer.echo(text, nl=False)
+        typer.echo(strict_json(values), nl=False)
     else:
-        print_results(values["cases"])
-        typer.echo(f"wrote {page}, {output / 'report.md'} and {place}")
+        print_results(values["cases"], output)
+    if len(results) < len(chosen):
+        raise KeyboardInterrupt
     if any(not each.within for result in results for each in result.verdicts):
         raise typer.Exit(1)
 
@@ -109,27 +105,47 @@ def _chosen(
     return [replace(case, fidelity=fidelity.value) for case in chosen]
 
 
-def _command(
-    words: Sequence[str], fidelity: ValidationFidelity | None, output: Path
-) -> str:
-    """What one types to do it again."""
+def _commands(
+    chosen: Sequence[Case],
+    names: Sequence[str] | None,
+    fidelity: ValidationFidelity | None,
+    output: Path,
+) -> dict[str, str]:
+    """What one types to make a case again, by its name, and all of it by ""."""
     options = [] if fidelity is None else ["--fidelity", fidelity.value]
-    return shlex.join(["fegear", "validate", *words, *options, "-o", str(output)])
+
+    def command(*words: str) -> str:
+        return shlex.join(["fegear", "validate", *words, *options, "-o", str(output)])
+
+    given = names or [case.name for case in chosen]
+    each = {c.name: command(name) for c, name in zip(chosen, given, strict=True)}
+    return each | {"": command(*(names or ["--all"]))}
 
 
 def _run(
     chosen: Sequence[Case], store: Path, report: Callable[[str, int, int], None]
 ) -> list[CaseResult]:
+    """Results of the cases, after Ctrl-C of those that were finished."""
     from validation.runs import run_case
+    from validation.tasks import tasks_of
 
     def of(case: Case) -> Callable[[str, int, int], None]:
         return lambda what, done, total: report(f"{case.name}: {what}", done, total)
 
-    return [run_case(case, store, of(case)) for case in chosen]
+    for case in chosen:
+        list(tasks_of(case))  # a gear set that cannot be used is told at once
+    results: list[CaseResult] = []
+    try:
+        for case in chosen:
+            results.append(run_case(case, store, of(case)))
+    except KeyboardInterrupt:
+        if not results:
+            raise
+    return results
 
 
-def print_results(cases: Sequence[Mapping[str, Any]]) -> None:
-    """Case by model, then a line for every verdict that is outside."""
+def print_results(cases: Sequence[Mapping[str, Any]], output: Path) -> None:
+    """Case by model, and a line for every verdict that is outside if they are few."""
     from rich.console import Console
 
     console = Console(highlight=False, markup=False)
@@ -140,8 +156,11 @@ def print_results(cases: Sequence[Mapping[str, Any]]) -> None:
         for each in case["verdicts"]
         if not each["within"]
     ]
-    # not by rich, which would break the lines
-    typer.echo("\n".join(["Outside", *lines] if lines else ["All are within."]))
+    if len(lines) > MOST_LINES:
+        typer.echo(f"{len(lines)} outside, see {output / 'tables' / 'verdicts.csv'}")
+    else:  # not by rich, which would break the lines
+        typer.echo("\n".join(["Outside", *lines] if lines else ["All are within."]))
+    typer.echo(f"wrote {', '.join(str(output / name) for name in WRITTEN)}")
 
 
 def _overview(cases: Sequence[Mapping[str, Any]]) -> Any:

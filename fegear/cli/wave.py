@@ -34,10 +34,10 @@ from fegear.cli.lumped_options import (
     integration_in_words,
     middle_torque,
     one_line_failure,
-    strict_json,
     system_at,
 )
 from fegear.cli.options import require, require_outputs
+from fegear.output import strict_json
 
 if TYPE_CHECKING:
     from lumped.motion import TimeHistory
@@ -121,13 +121,13 @@ def wave_command(
 def _write(
     motion: TimeHistory, header: dict[str, str], output: Path | None, plot: Path | None
 ) -> None:
-    from fegear.output import write_whole
+    from fegear.output import write_text, write_whole
 
     if output is not None:
         from lumped.motion import wave_csv
 
         text = wave_csv(motion, header)
-        write_whole(output, lambda path: path.write_text(text, encoding="utf-8"))
+        write_text(output, text)
     if plot is not None:
         from fegear.plots import save_figure
         from lumped.figures import draw_wave

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fegear.output import make_directory, write_whole
+from fegear.output import make_directory, write_text, write_whole
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -57,7 +57,7 @@ def save_figure(
     """
     folder = make_directory(page_folder / FOLDER)
     svg = svg_text(figure, name)
-    write_whole(folder / f"{name}.svg", lambda p: p.write_text(svg, encoding="utf-8"))
+    write_text(folder / f"{name}.svg", svg)
     write_whole(
         folder / f"{name}.png",
         lambda path: figure.savefig(

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from fegear.output import make_directory, write_whole
+from fegear.output import make_directory, strict_json, write_text
 from validation.csv_text import csv_of
 from validation.pages import SavedFigure, filled, save_figure
 from validation.report import figures
@@ -31,7 +31,7 @@ def write_report(
     output: Path,
     report: Report = lambda what, done, total: None,
 ) -> Path:
-    """Write all but report.json; the path of index.html.
+    """Write everything, report.json last; the path of index.html.
 
     Raises InputError where a file cannot be written.
     """
@@ -43,15 +43,12 @@ def write_report(
     cost = list(_cost_figure(results, output, values["command"]))
     tables = make_directory(output / "tables")
     for name, rows in report_tables(values).items():
-        _write(tables / f"{name}.csv", csv_of(rows))
+        write_text(tables / f"{name}.csv", csv_of(rows))
     shown = {**values, "figures": drawn, "cost_figure": cost, "fe": FE}
-    _write(output / "report.md", filled("report.md", **shown))
-    _write(output / "index.html", filled("report.html", **shown))
+    write_text(output / "report.md", filled("report.md", **shown))
+    write_text(output / "index.html", filled("report.html", **shown))
+    write_text(output / "report.json", strict_json(values))
     return output / "index.html"
-
-
-def _write(path: Path, text: str) -> None:
-    write_whole(path, lambda place: place.write_text(text, encoding="utf-8"))
 
 
 class Drawn(NamedTuple):

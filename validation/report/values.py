@@ -19,17 +19,14 @@ STATIC = ("mean_stiffness", "stiffness_variation", "static_deflection")
 
 
 def report_values(
-    results: Sequence[CaseResult],
-    output: Path,
-    command: str,
-    commands: Mapping[str, str],
+    results: Sequence[CaseResult], output: Path, commands: Mapping[str, str]
 ) -> dict[str, Any]:
     """All of a report; paths are relative to the output.
 
-    command : what makes the report again; commands : by case name, what runs it again
+    commands : by the name of a case what runs it again, by "" what runs all
     """
     return {
-        "command": command,
+        "command": commands[""],
         "about": {**dict(made_with()), "runs made on": _machines(results)},
         "cases": [
             case_values(result, output) | {"command": commands[result.case.name]}

@@ -7,6 +7,7 @@ import json
 import pytest
 from typer.testing import CliRunner
 
+import validation.runs
 from fegear.cli import app
 from fegear.errors import InputError
 from lumped.sweep_table import read_sweep
@@ -94,3 +95,31 @@ def test_wrong_words_end_in_one_line(words, message, tmp_path, monkeypatch):
     with pytest.raises(InputError, match=message):
         run(*words)
     assert not list(tmp_path.iterdir())
+
+
+def test_after_ctrl_c_there_is_a_report_of_the_finished_cases(tmp_path, monkeypatch):
+    out = tmp_path / "report"
+    made = validation.runs.run_case
+
+    def first_only(case, *others):
+        if case.name == "friction-pair":
+            raise KeyboardInterrupt
+        return made(case, *others)
+
+    monkeypatch.setattr(validation.runs, "run_case", first_only)
+    words = ["validate", str(own_case(tmp_path)), "friction-pair", "-o", str(out)]
+    ended = CliRunner().invoke(app, words)
+    assert ended.exit_code == 130
+    values = json.loads((out / "report.json").read_text())
+    assert [case["case"] for case in values["cases"]] == ["tiny"]
+    assert (out / "index.html").is_file()
+
+
+def test_a_gear_set_that_cannot_be_used_is_told_before_any_run(tmp_path):
+    other = tmp_path / "other.toml"
+    text = CASE.format(allowed=1).replace("liu-pair", "liu-par")
+    other.write_text(text.replace("tiny", "other"))
+    out = tmp_path / "report"
+    with pytest.raises(InputError, match="liu-par"):
+        run(own_case(tmp_path), other, "-o", out)
+    assert not list((out / "runs").iterdir())
