@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from enum import StrEnum
@@ -19,20 +19,16 @@ from fegear.cli.options import (
     progress_bar,
     require,
 )
+from fegear.cli.render_job import DRAWN, ENDINGS, FILMS, Job
 
 if TYPE_CHECKING:
-    from fegear.fields import ContactField, MeshScene, View
-    from fegear.film import Image
     from fegear.gearset import GearSet
-    from fegear.scene import Look, Shown
-    from fegear.statics import Progress
+    from fegear.rendering.fields import MeshScene
+    from fegear.rendering.recorded import RecordedMotion
+    from fegear.rendering.states import States
 
-EPILOG = "Example: fegear render liu-pair --position 0.5 --zoom contact -o contact.png"
-ENDINGS = (".png", ".vtu", ".gif", ".mp4")
-FILMS = (".gif", ".mp4")
-SIZE, FILM_SIZE = (1920, 1080), (960, 540)
+WIDTH, FILM_WIDTH = 1920, 960  # pixels
 FRAMES = 60
-SAMPLES = 6  # positions that fix the colours of a film
 
 
 class FieldChoice(StrEnum):
@@ -54,8 +50,8 @@ def render_command(
         typer.Option(
             "-o",
             "--output",
-            help="A picture .png, a film of the mesh cycle .gif or .mp4, or .vtu with "
-            "all fields.",
+            help="A picture .png, a film of the mesh cycle .gif or .mp4, a page for "
+            "browsers .html, or .vtu with all fields.",
         ),
     ],
     set_name: Annotated[
@@ -74,7 +70,17 @@ def render_command(
             help="On the driving gear [N m].", show_default="middle of the set's"
         ),
     ] = None,
-    friction: Annotated[float, typer.Option(help="Coulomb coefficient.")] = 0.0,
+    friction: Annotated[
+        float | None, typer.Option(help="Coulomb coefficient.", show_default="0")
+    ] = None,
+    time_history: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="Draw this motion of the set, a file of `fegear dynamics --history`: "
+            "static fields under the loads of each moment.",
+        ),
+    ] = None,
     field: Annotated[
         FieldChoice, typer.Option(help="What the colours show.")
     ] = FieldChoice.von_mises,
@@ -90,124 +96,177 @@ def render_command(
     resolution: Annotated[
         ResolutionChoice, typer.Option(help="Of mesh and contact.")
     ] = ResolutionChoice.default,
+    width: Annotated[
+        int | None,
+        typer.Option(help="In pixels.", show_default="1920, films 960"),
+    ] = None,
+    frames: Annotated[int, typer.Option(help="Of a film.")] = FRAMES,
 ) -> None:
-    """Draw stress, displacement or contact pressure of two gears in mesh."""
-    from fegear.gearset import load_gear_set
+    """Draw stress, displacement or contact pressure of two gears in mesh.
 
+    With --time-history the contact of a motion: a film of its period, or the moment
+    of its largest mesh force. Each moment shows the static fields under its own
+    loads.
+
+    Example: fegear render liu-pair --position 0.5 --zoom contact -o contact.png
+    """
     _require_output(output, position)
     motion_scale = _scale(scale)
     if position is not None:
         require(0.0 <= position <= 1.0, "--position", position, "allowed 0 to 1")
-    require(0.0 <= friction < 0.5, "--friction", friction, "allowed 0 to below 0.5")
+    if friction is not None:
+        require(0.0 <= friction < 0.5, "--friction", friction, "allowed 0 to below 0.5")
     if torque is not None:
         checked_torques([torque])
-    gear_set = load_gear_set(set_name)
-    count = len(gear_set.meshes)
-    require(1 <= mesh <= count, "--mesh", mesh, f"{gear_set.name} has {count}")
-    torque = torque or _middle_torque(gear_set, mesh)
+    require(2 <= frames <= 1000, "--frames", frames, "allowed 2 to 1000")
+    if width is not None:
+        even = width % 2 == 0 and 480 <= width <= 7680
+        require(even, "--width", width, "allowed even numbers from 480 to 7680")
+    given = Given(mesh, position, torque, friction, plane.value, time_history)
+    case = _moving_case(set_name, given) if time_history else _case(set_name, given)
     from fegear.statics import StaticsSettings
 
     settings = StaticsSettings(
-        friction=friction, plane=plane.value, resolution=resolution.value
+        friction=case.friction, plane=plane.value, resolution=resolution.value
     )
-    title = _title(gear_set, mesh, friction, plane.value)
     with progress_bar(enabled=True) as report, _window(output):
-        from fegear.fields import mesh_scene
-        from fegear.scene import picture_aspect
+        from fegear.rendering.fields import mesh_scene
+        from fegear.rendering.look import picture_aspect
 
-        scene = mesh_scene(gear_set, mesh - 1, settings, report)
-        view = scene.view(zoom.value, picture_aspect())
-        job = Job(scene, view, torque, field.value, motion_scale, title)
-        if output.suffix in FILMS:
-            job.film(output, report)
-        elif output.suffix == ".vtu":
-            job.data(output, position or 0.0)
-        else:
-            job.picture(output, position or 0.0, report)
+        scene = mesh_scene(case.gear_set, mesh - 1, settings, report)
+        Job(
+            scene=scene,
+            states=case.states(scene),
+            view=scene.view(zoom.value, picture_aspect()),
+            shown=field.value,
+            motion_scale=motion_scale,
+            title=case.title,
+            size=_size(width or (FILM_WIDTH if output.suffix in FILMS else WIDTH)),
+            frames=frames,
+        ).write(output, report)
 
 
 def _window(output: Path) -> AbstractContextManager[None]:
-    """What drawing needs, before anything is computed; data need nothing."""
-    from fegear.headless import drawing_window
+    """What drawing needs, before anything is computed."""
+    from fegear.rendering.headless import drawing_window
 
-    return nullcontext() if output.suffix == ".vtu" else drawing_window()
+    return drawing_window() if output.suffix in DRAWN else nullcontext()
+
+
+def _size(width: int) -> tuple[int, int]:
+    """Sixteen to nine, in even numbers of pixels as films need them."""
+    return width, 2 * round(width * 9 / 32)
 
 
 @dataclass(frozen=True)
-class Job:
-    """What the pictures of one call have in common."""
+class Given:
+    """Options that say which contact is drawn."""
 
-    scene: MeshScene
-    view: View
-    torque: float
-    shown: Shown
-    motion_scale: float | None
+    mesh: int
+    position: float | None
+    torque: float | None
+    friction: float | None
+    plane: str
+    time_history: Path | None
+
+
+@dataclass(frozen=True)
+class Case:
+    """The contact that is drawn; states are made once its scene is there."""
+
+    gear_set: GearSet
+    friction: float
     title: str
+    states: Callable[[MeshScene], States]
 
-    def picture(self, output: Path, position: float, report: Progress) -> None:
-        from fegear.film import write_picture
-        from fegear.output import write_whole
-        from fegear.scene import draw
 
-        report("stress", 0, 2)
-        found = self._field(position)
-        report("picture", 1, 2)
-        image = draw(found, self._look([found]), self.title, SIZE)
-        write_whole(output, lambda path: write_picture(image, path))
+def _case(set_name: str, given: Given) -> Case:
+    from fegear.gearset import load_gear_set
 
-    def data(self, output: Path, position: float) -> None:
-        from fegear.output import write_whole
-        from fegear.scene import write_vtu
+    gear_set = load_gear_set(set_name)
+    _require_mesh(gear_set, given.mesh)
+    torque = given.torque or _middle_torque(gear_set, given.mesh)
+    friction, position = given.friction or 0.0, given.position or 0.0
 
-        found = self._field(position)
-        write_whole(output, lambda path: write_vtu(found, path))
+    def states(scene: MeshScene) -> States:
+        from fegear.rendering.states import AtRest
 
-    def film(self, output: Path, report: Progress) -> None:
-        """A mesh cycle, with colours and scales that hold for all of it."""
-        from fegear.film import write_film
-        from fegear.output import write_whole
-        from fegear.scene import palette
+        return AtRest(scene, torque, position)
 
-        report("colours", 0, 1)
-        look = self._look([self._field(i / SAMPLES) for i in range(SAMPLES)])
-        images, colours = self._frames(look, report), palette(look.shown)
-        write_whole(output, lambda path: write_film(images, path, colours))
+    title = _title(gear_set, given.mesh, friction, given.plane)
+    return Case(gear_set, friction, title, states)
 
-    def _frames(self, look: Look, report: Progress) -> Iterator[Image]:
-        from fegear.scene import draw
 
-        for i in range(FRAMES):
-            report("frames", i, FRAMES)
-            found = self._field(i / FRAMES)
-            yield draw(found, look, self.title, FILM_SIZE)
+def _moving_case(set_name: str, given: Given) -> Case:
+    """Of a recorded motion, in the gear set as it was changed for it."""
+    from fegear.gearset import load_gear_set
+    from fegear.gearset.edit import parsed_value
+    from fegear.gearset.phases import mesh_phases
+    from fegear.rendering.recorded import mesh_motion, read_history
 
-    def _field(self, position: float) -> ContactField:
-        from fegear.fields import contact_field
+    assert given.time_history is not None
+    file = read_history(given.time_history)
+    edits = {key: parsed_value(value) for key, value in file.edits.items()}
+    gear_set = load_gear_set(set_name, edits)
+    _require_mesh(gear_set, given.mesh)
+    motion = mesh_motion(file, gear_set, given.mesh - 1)
+    _require_same(given, motion)
+    phase = mesh_phases(gear_set)[given.mesh - 1].value
 
-        return contact_field(self.scene, self.torque, position, self.view)
+    def states(scene: MeshScene) -> States:
+        from fegear.rendering.states import InMotion
 
-    def _look(self, fields: Sequence[ContactField]) -> Look:
-        from fegear.scene import look_of
+        return InMotion(scene, motion, phase)
 
-        module = self.scene.mesh.pair.driver.module
-        return look_of(fields, self.shown, self.view, module, self.motion_scale)
+    changes = "".join(f", {key} = {value}" for key, value in file.edits.items())
+    title = _title(gear_set, given.mesh, motion.friction, given.plane)
+    return Case(
+        gear_set,
+        motion.friction,
+        f"{title}, {motion.torque:g} N m on the input{changes}",
+        states,
+    )
+
+
+def _require_same(given: Given, motion: RecordedMotion) -> None:
+    """Options beside --time-history may only repeat what its file says."""
+    from fegear.errors import InputError
+
+    file = given.time_history
+    if given.position is not None:
+        raise InputError(
+            f"--position = {given.position:g}; {file} has positions of its own, "
+            "leave it out"
+        )
+    for option, value, recorded in (
+        ("--torque", given.torque, motion.torque),
+        ("--friction", given.friction, motion.friction),
+    ):
+        if value is not None and not math.isclose(value, recorded, rel_tol=1e-6):
+            raise InputError(f"{option} = {value:g}; {file} was run at {recorded:g}")
+    if given.plane != "stress":
+        raise InputError(
+            f"--plane {given.plane}; {file} is of plane stress, as all motions are"
+        )
+
+
+def _require_mesh(gear_set: GearSet, mesh: int) -> None:
+    count = len(gear_set.meshes)
+    require(1 <= mesh <= count, "--mesh", mesh, f"{gear_set.name} has {count}")
 
 
 def _require_output(output: Path, position: float | None) -> None:
     """A file that can be written, of a kind that suits the other options."""
     from fegear.errors import InputError
-    from fegear.film import require_film
     from fegear.output import require_writable
 
     if output.suffix not in ENDINGS:
         known = ", ".join(ENDINGS)
         raise InputError(f"--output = {output}; allowed endings {known}")
-    if output.suffix in FILMS:
-        require_film(output)
-        if position is not None:
-            raise InputError(
-                f"--position = {position:g}; a film shows all positions, leave it out"
-            )
+    if output.suffix in FILMS and position is not None:
+        raise InputError(
+            f"--position = {position:g}; a film shows all positions, leave it out"
+        )
     require_writable(output)
 
 
@@ -242,6 +301,3 @@ def _title(gear_set: GearSet, mesh: int, friction: float, plane: str) -> str:
     driver, driven = (gear_set.gears[i].name for i in (spec.driver, spec.driven))
     title = f"{gear_set.name}, mesh {mesh}: {driver} drives {driven}, plane {plane}"
     return title + (f", friction {friction:g}" if friction else "")
-
-
-render_command.__doc__ = f"{render_command.__doc__}\n\n{EPILOG}"

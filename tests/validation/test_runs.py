@@ -230,9 +230,9 @@ def test_speeds_are_kept_until_the_result_is_written(few, tmp_path, monkeypatch,
             raise KeyboardInterrupt
         write(path, text)
 
-    write = runs._write
+    write = runs.write_text
     with monkeypatch.context() as patch:
-        patch.setattr(runs, "_write", interrupted)
+        patch.setattr(runs, "write_text", interrupted)
         with pytest.raises(KeyboardInterrupt):
             runs.run_case(FEW, tmp_path)
     result = runs.run_case(FEW, tmp_path)

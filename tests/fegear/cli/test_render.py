@@ -8,32 +8,35 @@ import sys
 from itertools import pairwise
 from time import perf_counter
 
+import imageio_ffmpeg
 import meshio
 import numpy as np
 import pytest
+import pyvista
 import typer
+from history_files import HEADER, columns, written
+from matplotlib import colormaps
 from matplotlib.image import imread
 from PIL import Image
+from scipy.spatial import cKDTree
 from typer.testing import CliRunner
 
 from fegear.cli.render import render_command
 from fegear.errors import InputError
-from fegear.fields import contact_field, mesh_scene
 from fegear.gearset import load_gear_set
-from fegear.headless import drawing_window
-from fegear.scene import (
-    HEADER,
-    MARGIN,
-    SIZE,
-    draw,
-    look_of,
-    picture_aspect,
-    ribbon_base,
-)
+from fegear.output import write_whole
+from fegear.rendering.fields import contact_field, mesh_scene
+from fegear.rendering.film import write_film
+from fegear.rendering.headless import drawing_window
+from fegear.rendering.look import HEADER as HEAD
+from fegear.rendering.look import MARGIN, SIZE, look_of, picture_aspect, ribbon_base
+from fegear.rendering.scene import draw
 from fegear.statics import StaticsSettings
 
 app = typer.Typer()
 app.command()(render_command)
+NO_PALETTE = np.zeros((256, 3), np.uint8)  # films .mp4 need none
+SMALL = ("--frames", "6", "--width", "480")
 ARRAYS = {
     "displacement_m",
     "motion_m",
@@ -76,7 +79,7 @@ def test_picture_is_drawn_from_a_cached_compliance_in_seconds(tmp_path, shown, s
     assert seconds < 15.0  # 1.5 to 4 s on an idle core
     image = imread(path)[..., :3]
     assert image.shape == (SIZE[1], SIZE[0], 3)
-    inside = image[int(HEADER * SIZE[1]) :, : int((1.0 - MARGIN) * SIZE[0])]
+    inside = image[int(HEAD * SIZE[1]) :, : int((1.0 - MARGIN) * SIZE[0])]
     assert 0.02 < (inside.min(axis=2) > 0.99).mean() < 0.6  # tooth spaces
     assert inside.reshape(-1, 3).std(axis=0).max() > 0.1
 
@@ -89,7 +92,7 @@ def test_strongest_colour_of_the_ribbon_is_at_the_contact(scene, zoom, position)
     look = look_of([field], "pressure", view, scene.mesh.pair.driver.module)
     with drawing_window():
         image = draw(field, look, "test") / 255.0
-    top, right = round(HEADER * SIZE[1]), round((1.0 - MARGIN) * SIZE[0])
+    top, right = round(HEAD * SIZE[1]), round((1.0 - MARGIN) * SIZE[0])
     strongest = np.array([0.940, 0.975, 0.131])  # the end of the colour map plasma
     close = np.abs(image[top:, :right] - strongest).max(axis=2) < 0.03
     rows, columns = np.nonzero(close)
@@ -136,11 +139,9 @@ def test_vtu_holds_all_fields_with_their_units(tmp_path):
     np.testing.assert_allclose(mesh.point_data["von_mises_Pa"], expected, rtol=1e-9)
 
 
-def test_film_has_all_frames_and_ends_where_it_began(tmp_path, monkeypatch):
-    monkeypatch.setattr("fegear.cli.render.FRAMES", 6)
-    monkeypatch.setattr("fegear.cli.render.FILM_SIZE", (480, 270))
+def test_film_has_all_frames_and_ends_where_it_began(tmp_path):
     path = tmp_path / "cycle.gif"
-    run("--resolution", "coarse", "-o", str(path))
+    run("--resolution", "coarse", *SMALL, "-o", str(path))
     with Image.open(path) as film:
         assert film.n_frames == 6
         assert film.size == (480, 270)
@@ -156,7 +157,7 @@ def test_film_has_all_frames_and_ends_where_it_began(tmp_path, monkeypatch):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (("-o", "a.xyz"), "allowed endings .png, .vtu, .gif, .mp4"),
+        (("-o", "a.xyz"), "allowed endings .png, .gif, .mp4, .html, .vtu"),
         (("-o", "none/a.png"), "cannot be written"),
         (("--mesh", "2", "-o", "a.png"), "--mesh = 2; liu-pair has 1"),
         (("--position", "1.5", "-o", "a.png"), "--position = 1.5; allowed 0 to 1"),
@@ -167,6 +168,10 @@ def test_film_has_all_frames_and_ends_where_it_began(tmp_path, monkeypatch):
         (("--scale", "big", "-o", "a.png"), "--scale = big; allowed auto"),
         (("--scale", "-1", "-o", "a.png"), "--scale = -1; allowed auto"),
         (("--scale", "nan", "-o", "a.png"), "--scale = nan; allowed auto"),
+        (("--frames", "1", "-o", "a.gif"), "--frames = 1; allowed 2 to 1000"),
+        (("--width", "961", "-o", "a.mp4"), "--width = 961; allowed even numbers"),
+        (("--width", "8000", "-o", "a.png"), "--width = 8000; allowed even numbers"),
+        (("--time-history", "none.csv", "-o", "a.png"), "none.csv: cannot be read"),
         (("no-such-set", "-o", "a.png"), "no-such-set"),
     ],
 )
@@ -179,10 +184,177 @@ def test_wrong_options_end_in_one_line(arguments, message, tmp_path, monkeypatch
     assert not list(tmp_path.iterdir())
 
 
-def test_without_an_encoder_a_film_is_refused(monkeypatch, tmp_path):
-    monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
-    with pytest.raises(InputError, match="imageio-ffmpeg is not installed"):
-        run("-o", str(tmp_path / "a.mp4"))
+def mp4_frames(path) -> tuple[dict, list[np.ndarray]]:
+    reader = imageio_ffmpeg.read_frames(str(path))
+    about = next(reader)
+    width, height = about["size"]
+    return about, [
+        np.frombuffer(data, np.uint8).reshape(height, width, 3) for data in reader
+    ]
+
+
+def test_film_for_browsers_has_the_frames_of_the_gif(tmp_path, capfd):
+    """Its first frame is the picture at position 0, up to compression."""
+    film, picture = tmp_path / "cycle.mp4", tmp_path / "start.png"
+    run("--resolution", "coarse", *SMALL, "-o", str(film))
+    assert capfd.readouterr().err == ""
+    about, frames = mp4_frames(film)
+    assert about["codec"] == "h264"
+    assert about["pix_fmt"].startswith("yuv420p")
+    assert about["size"] == (480, 270)
+    assert len(frames) == 6
+    assert b"moov" in film.read_bytes()[:200]  # a browser may begin at once
+    run("--resolution", "coarse", "--width", "480", "-o", str(picture))
+    start = 255.0 * imread(picture)[30:, :400, :3]
+    drawn = [np.abs(frame[30:, :400] - start).mean() for frame in frames]
+    assert drawn[0] < 12.0  # colours of a film suit all positions
+    assert np.argmin(drawn) == 0
+
+
+@pytest.mark.parametrize("error", [KeyboardInterrupt, OSError])
+def test_a_film_that_is_interrupted_leaves_no_file(tmp_path, error):
+    path = tmp_path / "cycle.mp4"
+
+    def frames():
+        yield np.zeros((90, 160, 3), np.uint8)
+        raise error
+
+    with pytest.raises((KeyboardInterrupt, InputError)):
+        write_whole(path, lambda place: write_film(frames(), place, NO_PALETTE))
+    assert not list(tmp_path.iterdir())
+
+
+def broken_pipe():
+    yield
+    raise OSError("broken pipe\n\nFFMPEG COMMAND:\nffmpeg ...")
+
+
+def silent_end():
+    while True:
+        yield
+
+
+@pytest.mark.parametrize("encoder", [broken_pipe, silent_end])
+def test_an_encoder_that_fails_leaves_no_file(tmp_path, monkeypatch, encoder):
+    monkeypatch.setattr("imageio_ffmpeg.write_frames", lambda *a, **k: encoder())
+    images = [np.zeros((90, 160, 3), np.uint8)] * 2
+    with pytest.raises(InputError, match="ffmpeg failed") as caught:
+        write_whole(
+            tmp_path / "a.mp4", lambda path: write_film(images, path, NO_PALETTE)
+        )
+    assert "\n" not in str(caught.value)
+    assert not list(tmp_path.iterdir())
+
+
+def pixel_of(look, size, place) -> np.ndarray:
+    """Column and row of a place in the world, in the whole picture."""
+    top, right = round(HEAD * size[1]), round((1.0 - MARGIN) * size[0])
+    pixel = 2.0 * look.view.half_height / (size[1] - top)
+    x, y = (place - [look.view.x, look.view.y]) / pixel
+    return np.array([0.5 * right + x, top + 0.5 * (size[1] - top) - y])
+
+
+def test_strongest_colours_are_at_the_contact_and_in_the_loaded_fillets(scene):
+    """Von Mises stress: the end of the colours."""
+    view = scene.view("tooth", picture_aspect())
+    field = contact_field(scene, 100.0, 0.0, view)
+    look = look_of([field], "von-mises", view, scene.mesh.pair.driver.module)
+    with drawing_window():
+        image = draw(field, look, "test") / 255.0
+    shown = image[:, : int((1.0 - MARGIN) * SIZE[0])]
+    apart, value = cKDTree(colormaps["turbo"](np.linspace(0, 1, 256))[:, :3]).query(
+        shown
+    )
+    rows, columns = np.nonzero((apart < 0.03) & (value > 0.85 * 255))
+    places = [pixel_of(look, SIZE, ribbon_base(field.pairs[0], look).mean(axis=0))]
+    for gear in field.gears:
+        node = gear.fillet[gear.von_mises[gear.fillet].argmax()]
+        moved = gear.points[node] + look.motion_scale * gear.motion[node]
+        places.append(pixel_of(look, SIZE, moved))
+    far = np.array([np.hypot(columns - x, rows - y) for x, y in places])
+    assert far.min(axis=1).max() < 8.0  # at the contact and in both gears' fillets
+    size = 0.3 * scene.mesh.pair.driver.module / (2.0 * view.half_height / SIZE[1])
+    assert far.min(axis=0).max() < size  # and nowhere else
+
+
+def test_first_frame_of_a_film_has_the_pressure_at_the_contact(
+    scene, tmp_path, monkeypatch
+):
+    monkeypatch.setattr("fegear.rendering.states.SAMPLES", 1)
+    film = tmp_path / "cycle.mp4"
+    run("--field", "pressure", "--frames", "2", "--torque", "100", "-o", str(film))
+    about, frames = mp4_frames(film)
+    view = scene.view("contact", picture_aspect())
+    field = contact_field(scene, 100.0, 0.0, view)
+    look = look_of([field], "pressure", view, scene.mesh.pair.driver.module)
+    (pair,) = field.pairs
+    base = ribbon_base(pair, look)[pair.pressure.argmax()]
+    tip = base + look.ribbon * view.half_height * pair.normals[pair.pressure.argmax()]
+    ribbon = np.array([pixel_of(look, about["size"], p) for p in (base, tip)])
+    shown = frames[0].astype(float)
+    yellow = (shown[..., 0] > 190.0) & (shown[..., 2] < 90.0)
+    yellow[:, int((1.0 - MARGIN) * about["size"][0]) :] = False
+    rows, columns = np.nonzero(yellow)
+    assert len(rows) > 5
+    along = (ribbon[1] - ribbon[0]) / np.hypot(*(ribbon[1] - ribbon[0]))
+    off = (columns - ribbon[0, 0]) * along[1] - (rows - ribbon[0, 1]) * along[0]
+    assert np.abs(off).max() < 8.0
+
+
+def moving(tmp_path, **header) -> str:
+    entries = {"friction coefficient": "0"} | header
+    return str(written(tmp_path / "h.csv", HEADER | entries))
+
+
+def test_film_of_a_motion(tmp_path):
+    path = tmp_path / "motion.gif"
+    given = ("--time-history", moving(tmp_path), "--torque", "100")
+    coarse = ("--resolution", "coarse", "--width", "480", "--frames", "3")
+    run(*given, *coarse, "-o", str(path))
+    with Image.open(path) as film:
+        assert film.n_frames == 3
+
+
+def test_moment_of_the_largest_force_of_a_motion(tmp_path):
+    path = tmp_path / "motion.vtu"
+    run("--time-history", moving(tmp_path), "-o", str(path))
+    loads = pyvista.read(path).field_data["pair_load_N"]
+    table = columns()
+    assert sum(loads) == pytest.approx(max(table["mesh1_force_N"]))
+
+
+def test_page_of_a_motion_names_speed_time_and_force(tmp_path):
+    path = tmp_path / "motion.html"
+    run("--time-history", moving(tmp_path), "-o", str(path))
+    text = path.read_text(encoding="utf-8")
+    assert "1600 Hz up" in text
+    assert "mesh force" in text
+    assert "100 N m on the input" in text
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("--position", "0.5"), "has positions of its own"),
+        (("--torque", "80"), "--torque = 80; "),
+        (("--friction", "0.1"), "--friction = 0.1; "),
+        (("--plane", "strain"), "--plane strain; "),
+        (("--mesh", "2"), "--mesh = 2; liu-pair has 1"),
+    ],
+)
+def test_options_that_contradict_a_motion(tmp_path, arguments, message):
+    output = tmp_path / "a.png"
+    with pytest.raises(InputError) as caught:
+        run("--time-history", moving(tmp_path), *arguments, "-o", str(output))
+    assert message in str(caught.value)
+    assert "\n" not in str(caught.value)
+    assert not output.exists()
+
+
+def test_figures_changed_for_the_motion_are_changed_here(tmp_path):
+    history = moving(tmp_path, **{"set no.such.key": "5"})
+    with pytest.raises(InputError, match=r"no\.such\.key"):
+        run("--time-history", history, "-o", str(tmp_path / "a.png"))
 
 
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="windows of Linux")
@@ -195,7 +367,7 @@ def test_without_any_window_one_line_says_what_to_install(tmp_path):
         [
             sys.executable,
             "-c",
-            "import fegear.headless as h; h._has_osmesa = lambda: False\n"
+            "import fegear.rendering.headless as h; h._has_osmesa = lambda: False\n"
             "with h.drawing_window(): pass",
         ],
         env=environment,

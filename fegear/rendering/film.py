@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from importlib import import_module
+from itertools import chain
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +13,7 @@ from fegear.errors import InputError
 
 Image = NDArray[np.uint8]  # (height, width, 3)
 FRAMES_PER_SECOND = 20
+FAILED = "the film cannot be written: ffmpeg failed, is there room on the disk?"
 
 
 def write_picture(image: Image, path: Path) -> None:
@@ -31,12 +31,6 @@ def write_film(images: Iterable[Image], path: Path, palette: Image) -> None:
         _write_gif(images, path, palette)
     else:
         _write_mp4(images, path)
-
-
-def require_film(path: Path) -> None:
-    """Raises InputError where what is needed for such a film is not installed."""
-    if path.suffix == ".mp4":
-        _mp4_writer()
 
 
 def _write_gif(images: Iterable[Image], path: Path, palette: Image) -> None:
@@ -60,24 +54,40 @@ def _write_gif(images: Iterable[Image], path: Path, palette: Image) -> None:
 
 
 def _write_mp4(images: Iterable[Image], path: Path) -> None:
-    writer = _mp4_writer().write_frames
-    pipe = None
-    for image in images:
-        if pipe is None:
-            height, width = image.shape[:2]
-            pipe = writer(str(path), (width, height), fps=FRAMES_PER_SECOND, quality=7)
-            pipe.send(None)
-        pipe.send(np.ascontiguousarray(image))
-    if pipe is not None:
-        pipe.close()
+    """H.264 as browsers play it; sizes must be even."""
+    from imageio_ffmpeg import write_frames  # type: ignore[import-untyped]
 
-
-def _mp4_writer() -> Any:
-    """imageio-ffmpeg, which brings an encoder and is no dependency of this program."""
+    waiting = iter(images)
+    first = next(waiting)
+    pipe = write_frames(
+        str(path),
+        (first.shape[1], first.shape[0]),
+        fps=FRAMES_PER_SECOND,
+        quality=7,
+        pix_fmt_out="yuv420p",
+        macro_block_size=2,
+        ffmpeg_log_level="quiet",
+        output_params=["-movflags", "+faststart"],
+    )
+    count = 0
     try:
-        return import_module("imageio_ffmpeg")
-    except ImportError:
-        raise InputError(
-            "cannot write .mp4: imageio-ffmpeg is not installed, "
-            "pip install imageio-ffmpeg or choose .gif"
-        ) from None
+        pipe.send(None)
+        for image in chain([first], waiting):
+            pipe.send(np.ascontiguousarray(image))
+            count += 1
+    except OSError:  # the message is a page long and says no more
+        raise InputError(FAILED) from None
+    finally:
+        pipe.close()
+    if path.is_file() and _frames_of(path) != count:
+        raise InputError(FAILED)
+
+
+def _frames_of(path: Path) -> int:
+    """How many frames can be read; an encoder ends in silence on a full disk."""
+    from imageio_ffmpeg import count_frames_and_secs
+
+    try:
+        return int(count_frames_and_secs(str(path))[0])
+    except RuntimeError:
+        return 0

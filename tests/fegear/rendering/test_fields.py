@@ -18,15 +18,15 @@ from fegear.contact.problem import run_kernel
 from fegear.elasticity import halfplane
 from fegear.elasticity.hats import hat_displacement
 from fegear.elasticity.material import PlaneMaterial
-from fegear.fields import (
+from fegear.gearset import load_gear_set
+from fegear.rendering.fields import (
     MeshScene,
     contact_field,
     flank_frame,
     mesh_scene,
     sector_fields,
 )
-from fegear.gearset import load_gear_set
-from fegear.sector_field import loadable_gear
+from fegear.rendering.sector_field import loadable_gear
 from fegear.statics import StaticsSettings
 from fegear.stress import ToothLoad, nodal_stress, sector_stress, tooth_loads
 from meshes import MeshSize, sector_mesh

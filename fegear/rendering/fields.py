@@ -21,7 +21,9 @@ from fegear.elasticity.material import PlaneMaterial
 from fegear.gearset.model import GearSet, Mesh
 from fegear.gearset.phases import drive_flank, driven_flank
 from fegear.gearset.placing import layout
-from fegear.sector_field import LoadableGear, SectorField, loadable_gear
+from fegear.rendering.frames import Frame, View, turned
+from fegear.rendering.recorded import Instant
+from fegear.rendering.sector_field import LoadableGear, SectorField, loadable_gear
 from fegear.statics import (
     RESOLUTIONS,
     Progress,
@@ -37,48 +39,8 @@ Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 Role = Literal["driver", "driven"]
 Zoom = Literal["contact", "tooth", "gear"]
+ROLES: tuple[Role, Role] = ("driver", "driven")
 OUTLINE = ("tip", "flank", "fillet", "root", "hub")
-
-
-@dataclass(frozen=True)
-class View:
-    """A rectangle of the world that does not turn with the gears [m]."""
-
-    x: float
-    y: float
-    half_height: float
-    aspect: float
-
-    def contains(self, points: Array) -> bool:
-        """Whether the box around points (n, 2) reaches into the view."""
-        low, high = points.min(axis=0), points.max(axis=0)
-        middle = np.array([self.x, self.y])
-        half = self.half_height * np.array([self.aspect, 1.0])
-        return bool((low < middle + half).all() and (high > middle - half).all())
-
-
-@dataclass(frozen=True)
-class Frame:
-    """From a tooth's own frame to the world: x = center + turn @ point.
-
-    turn : (2, 2), a mirror image where the gear's drive flanks are the left ones
-    """
-
-    center: Array
-    turn: Array
-
-    def places(self, points: Array) -> Array:
-        return self.center + points @ self.turn.T
-
-    def vectors(self, vectors: Array) -> Array:
-        return vectors @ self.turn.T
-
-    def stresses(self, components: Array) -> Array:
-        """Components (n, 3) as (xx, yy, xy)."""
-        xx, yy, xy = components.T
-        tensor = np.stack([np.stack([xx, xy], -1), np.stack([xy, yy], -1)], -2)
-        turned = np.einsum("ia,nab,jb->nij", self.turn, tensor, self.turn)
-        return turned[:, [0, 1, 0], [0, 1, 1]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,13 +112,20 @@ class PairField:
 
 @dataclass(frozen=True, eq=False)
 class ContactField:
-    """Both gears at one position and torque; approach is the transmission error."""
+    """Both gears at one position.
+
+    torque : on the driver that holds the gears [N m]
+    approach : the driver's rotation times its base radius, driven gear held [m]
+    pairs : that carry load, none where contact is lost
+    instant : of the motion this is a moment of, None for gears at rest
+    """
 
     torque: float
     position: float
     approach: float
     gears: tuple[GearField, GearField]
     pairs: tuple[PairField, ...]
+    instant: Instant | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -180,11 +149,20 @@ class MeshScene:
             self.driver_center + self.mesh.pair.center_distance * along,
         )
 
-    def frame(self, role: Role, position: float, tooth: int = 0) -> Frame:
+    def frame(
+        self, role: Role, position: float, tooth: int = 0, back: bool = False
+    ) -> Frame:
         """Of the sector `tooth` places to the right of the reference pair's tooth.
 
         Right is clockwise, and counterclockwise in the mirror image.
+
+        back : whether the teeth are seen in a mirror, in which their back flanks are
+            the right ones; pairs then count the other way, and the driver's tooth
+            of the reference pair is the next one
         """
+        if back:
+            other = self.frame(role, position, (role == "driver") - tooth)
+            return Frame(other.center, other.turn @ np.diag([-1.0, 1.0]))
         index, sense = (0, self.sense) if role == "driver" else (1, -self.sense)
         gear = self.bodies[index].gear
         # where the reference tooth's axis is: see fegear.gearset.phases
@@ -195,9 +173,9 @@ class MeshScene:
         axis += sense * position * gear.pitch_angle
         mirrored = self.sense > 0
         right = tooth * gear.pitch_angle
-        upright = _turned(axis - 0.5 * math.pi)
+        upright = turned(axis - 0.5 * math.pi)
         mirror = np.diag([-1.0, 1.0]) if mirrored else np.eye(2)
-        return Frame(self.centers[index], upright @ mirror @ _turned(-right))
+        return Frame(self.centers[index], upright @ mirror @ turned(-right))
 
     def view(self, zoom: Zoom, aspect: float) -> View:
         """What is to be seen; it does not depend on position or load."""
@@ -222,7 +200,7 @@ class MeshScene:
         """A point of the line of action by the driver's roll length, (2,)."""
         angle = self.mesh.pair.operating_pressure_angle
         base = self.bodies[0].gear.base_radius
-        out = _turned(self.direction) @ _turned(-self.sense * angle)
+        out = turned(self.direction) @ turned(-self.sense * angle)
         return self.driver_center + out @ [base, self.sense * roll_length]
 
 
@@ -268,18 +246,42 @@ def contact_field(
     solved = run_kernel(scene.problem, np.array([torque]), np.array([position]))
     approach = float(solved.rows.approach[0, 0])
     loads = patch_loads(scene.problem, torque, position)
-    driving = sector_fields(scene, "driver", loads, position, view)
-    driven = sector_fields(scene, "driven", loads, position, view)
-    turn = scene.sense * approach / scene.problem.pair.driver.base_radius
+    gears, pairs = loaded_gears(scene, Stand(position, approach), loads, view)
+    return ContactField(torque, position, approach, gears, pairs)
+
+
+@dataclass(frozen=True)
+class Stand:
+    """How the gears stand to each other.
+
+    position : base pitches from the pitch point
+    approach : the driver's rotation times its base radius, driven gear held [m]
+    back : whether loads are on the back flanks, and seen in the mirror
+    """
+
+    position: float
+    approach: float
+    back: bool = False
+
+
+def loaded_gears(
+    scene: MeshScene, stand: Stand, loads: Sequence[PatchLoad], view: View
+) -> tuple[tuple[GearField, GearField], tuple[PairField, ...]]:
+    """Both gears under any loads, and the pairs that carry them."""
+    driving, driven = (
+        sector_fields(scene, role, loads, stand.position, view, stand.back)
+        for role in ROLES
+    )
+    turn = scene.sense * stand.approach / scene.problem.pair.driver.base_radius
     gears = (
-        _gear_field(scene, "driver", driving, position, turn),
-        _gear_field(scene, "driven", driven, position, 0.0),
+        _gear_field(scene, "driver", driving, stand, turn),
+        _gear_field(scene, "driven", driven, stand, 0.0),
     )
     own = {sector.tooth: sector for sector in driving}
     pairs = tuple(
-        _pair_field(scene, load, own[load.tooth], position, turn) for load in loads
+        _pair_field(scene, load, own[load.tooth], stand, turn) for load in loads
     )
-    return ContactField(torque, position, approach, gears, pairs)
+    return gears, pairs
 
 
 def sector_fields(
@@ -288,6 +290,7 @@ def sector_fields(
     loads: Sequence[PatchLoad],
     position: float,
     view: View | None = None,
+    back: bool = False,
 ) -> list[SectorField]:
     """The loaded sectors of one gear and those in view, in the frames of their teeth.
 
@@ -302,7 +305,7 @@ def sector_fields(
         teeth |= {
             tooth
             for tooth in range(-half, body.gear.teeth - half)
-            if view.contains(scene.frame(role, position, tooth).places(corners))
+            if view.contains(scene.frame(role, position, tooth, back).places(corners))
         }
     return body.sectors(felt, sorted(teeth))
 
@@ -311,7 +314,7 @@ def _gear_field(
     scene: MeshScene,
     role: Role,
     sectors: Sequence[SectorField],
-    position: float,
+    stand: Stand,
     turn: float,
 ) -> GearField:
     """Sectors in the world; turn is the hub's rotation, counterclockwise [rad]."""
@@ -326,14 +329,14 @@ def _gear_field(
     count = 0
     for sector in sectors:
         places, nodes, state = sector.refined()
-        frame = scene.frame(role, position, sector.tooth)
-        if scene.sense > 0:  # a mirror image turns triangles over
+        frame = scene.frame(role, stand.position, sector.tooth, stand.back)
+        if np.linalg.det(frame.turn) < 0.0:  # a mirror image turns triangles over
             nodes = nodes[:, [0, 2, 1, 5, 4, 3]]
         points.append(frame.places(places))
         displacement.append(frame.vectors(state[:, :2]))
         stress.append(frame.stresses(state[:, 2:]))
         triangles.append(nodes + count)
-        tooth.append(np.full(len(nodes), _pair_tooth(role, sector.tooth)))
+        tooth.append(np.full(len(nodes), _pair_tooth(role, sector.tooth, stand.back)))
         outline.append(sides + count)
         fillet.append(corners + count)
         count += len(places)
@@ -356,8 +359,10 @@ def _gear_field(
     )
 
 
-def _pair_tooth(role: Role, right: int) -> int:
+def _pair_tooth(role: Role, right: int, back: bool) -> int:
     """A tooth's number in the order of contact: ahead is to the left when driven."""
+    if back:
+        right = (role == "driver") - right
     return right if role == "driver" else -right
 
 
@@ -365,19 +370,19 @@ def _pair_field(
     scene: MeshScene,
     load: PatchLoad,
     sector: SectorField,
-    position: float,
+    stand: Stand,
     turn: float,
 ) -> PairField:
     gear = scene.problem.pair.driver
     flank, inward = flank_frame(gear, load.driver_arcs)
-    frame = scene.frame("driver", position, load.tooth)
+    frame = scene.frame("driver", stand.position, load.tooth, stand.back)
     points = frame.places(flank)
     x, y = (points - frame.center).T
     elastic = frame.vectors(sector.at(flank)[:, :2])
     pressure = load.normal / load.step
     pressure[-1] *= 2.0  # the last node carries half a hat, see fegear.contact.grid
     return PairField(
-        tooth=load.tooth,
+        tooth=-load.tooth if stand.back else load.tooth,
         points=points,
         normals=-frame.vectors(inward),
         motion=elastic + turn * np.stack([-y, x], axis=1),
@@ -392,9 +397,3 @@ def flank_frame(gear: SpurGear, arcs: Array) -> tuple[Array, Array]:
     tangent = flank_tangents(gear, rolls)
     inward = np.stack([-tangent[:, 1], tangent[:, 0]], axis=1)
     return flank_points(gear, rolls), inward
-
-
-def _turned(angle: float) -> Array:
-    """Rotation counterclockwise (2, 2)."""
-    c, s = math.cos(angle), math.sin(angle)
-    return np.array([[c, -s], [s, c]])

@@ -96,6 +96,7 @@ def _virtual_screen() -> Iterator[None]:
             [program, "-displayfd", str(write), "-screen", "0", "1920x1080x24"],
             pass_fds=[write],
             stderr=messages,
+            start_new_session=True,  # Ctrl-C is not for it: VTK would lose its screen
         )
     os.close(write)
     before = os.environ.get("DISPLAY")

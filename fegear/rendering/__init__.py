@@ -1,0 +1,1 @@
+"""Fields of gears in contact, and pictures, films and pages of them."""

@@ -1,0 +1,174 @@
+"""Words in pictures of the contact: loads, names, colour bar and title."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fegear.rendering.fields import ContactField, GearField, PairField
+from fegear.rendering.look import COLOURS, CUT, HEADER, INK, Look, ribbon_base
+from fegear.rendering.recorded import Instant
+
+Array = NDArray[np.float64]
+NEAR = 0.005  # of the view's half height between a picture and its labels
+
+
+def details(field: ContactField, look: Look) -> str:
+    """Position, load and scale of a picture in one line."""
+    parts = state_words(field)
+    scale = look.motion_scale
+    parts.append("true to scale" if scale == 1.0 else f"motion drawn {scale:g} times")
+    if look.shown != "pressure":
+        parts.append("ribbon: contact pressure")
+    return ", ".join(parts)
+
+
+def state_words(field: ContactField) -> list[str]:
+    """Position, load and transmission error, or those of an instant of a motion."""
+    return _at_rest(field) if field.instant is None else _in_motion(field.instant)
+
+
+def _at_rest(field: ContactField) -> list[str]:
+    return [
+        f"position {field.position:.3f} base pitches",
+        f"torque {field.torque:g} N m",
+        f"transmission error {1e6 * field.approach:.2f} µm",
+    ]
+
+
+def _in_motion(instant: Instant) -> list[str]:
+    speed = f"{instant.frequency:g} Hz {instant.direction}".strip()
+    force = f"mesh force {instant.force:.0f} N"
+    if not instant.loads:
+        force += ", contact lost"
+    elif instant.back:
+        force += ", contact of the back flanks"
+    return [
+        f"{speed}, {1e3 * instant.time:.4f} ms",
+        f"position {instant.position:.3f}",
+        force,
+        f"transmission error {1e6 * instant.approach:.2f} µm",
+    ]
+
+
+def pair_text(pair: PairField) -> str:
+    return f"{pair.load:.0f} N, {1e-6 * pair.pressure.max():.0f} MPa"
+
+
+def legend(look: Look) -> tuple[str, list[str]]:
+    """Title of the colour bar with its unit, and what the bar does not show."""
+    colours = COLOURS[look.shown]
+    higher = f"up to {look.largest:.0f}" if look.exact else "higher"
+    notes = []
+    if look.largest > 1.001 * look.limits[1]:
+        notes = [f"corners {higher}"]
+        if colours.clipped:
+            ends = "at" if look.exact else "about at"
+            notes = [f"colours end {ends}", "largest in fillets,", f"contact {higher}"]
+    return f"{colours.title}\n[{colours.unit}]", notes
+
+
+def draw_loads(
+    plotter: Any, pairs: Sequence[PairField], look: Look, size: tuple[int, int]
+) -> None:
+    """Load and largest pressure of every pair beyond the end of its ribbon."""
+    font = scaled(22, size)
+    lowest = -np.inf
+    for pair in sorted(pairs, key=lambda pair: float(pair.center[1])):
+        middle = int(pair.pressure.argmax())
+        height = look.ribbon * min(float(pair.pressure[middle]) / look.pressure, CUT)
+        away = (height + 0.03) * pair.normals[middle]
+        at = ribbon_base(pair, look)[middle] + look.view.half_height * away
+        row = 2.0 * font * _pixel(look, size)
+        at[1] = min(at[1], look.view.y + look.view.half_height - row)
+        at[1] = max(at[1], lowest)  # labels may not cover each other
+        lowest = at[1] + row
+        _draw_label(plotter, pair_text(pair), at, look, font)
+
+
+def draw_names(
+    plotter: Any, gears: Sequence[GearField], look: Look, size: tuple[int, int]
+) -> None:
+    """Each gear's name toward its centre, as far as the view goes."""
+    view, font = look.view, scaled(26, size)
+    middle = np.array([view.x, view.y])
+    half = view.half_height * np.array([view.aspect, 1.0])
+    for gear in gears:
+        away = gear.center - middle
+        reach = 0.9 / np.max(np.abs(away) / half)
+        at = middle + min(1.0, reach) * away
+        at[0] -= 0.25 * font * len(gear.name) * _pixel(look, size)
+        _draw_label(plotter, gear.name, at, look, font)
+
+
+def _pixel(look: Look, size: tuple[int, int]) -> float:
+    """Length of a pixel in the world [m]."""
+    return 2.0 * look.view.half_height / (size[1] * (1.0 - HEADER))
+
+
+def _draw_label(plotter: Any, text: str, at: Array, look: Look, font: int) -> None:
+    plotter.add_point_labels(
+        np.array([[*at, NEAR * look.view.half_height]]),
+        [text],
+        font_size=font,
+        bold=False,
+        text_color=INK,
+        shape="rounded_rect",
+        shape_color="white",
+        shape_opacity=0.85,
+        margin=5,
+        show_points=False,
+        always_visible=True,
+        reset_camera=False,
+        justification_horizontal="left",
+        justification_vertical="bottom",
+    )
+
+
+def draw_bar(plotter: Any, mapper: Any, look: Look, size: tuple[int, int]) -> None:
+    title, notes = legend(look)
+    plotter.add_text(
+        "\n".join([title, *([""] if notes else []), *notes]),
+        position=(0.06, 0.80),
+        viewport=True,
+        font_size=scaled(11, size),
+        color=INK,
+    )
+    plotter.add_scalar_bar(
+        title=" ",
+        mapper=mapper,
+        vertical=True,
+        n_labels=6,
+        fmt="%.3g",
+        width=0.30,
+        height=0.70,
+        position_x=0.08,
+        position_y=0.05,
+        label_font_size=scaled(22, size),
+        title_font_size=1,
+        color=INK,
+    )
+
+
+def draw_title(
+    plotter: Any, field: ContactField, look: Look, title: str, size: tuple[int, int]
+) -> None:
+    for text, height, points in (
+        (title, 0.52, 17),
+        (details(field, look), 0.10, 12),
+    ):
+        plotter.add_text(
+            text,
+            position=(0.012, height),
+            viewport=True,
+            font_size=scaled(points, size),
+            color=INK,
+        )
+
+
+def scaled(points: int, size: tuple[int, int]) -> int:
+    """A font size at the height of a picture, given that at 1080 pixels."""
+    return max(3, round(points * size[1] / 1080.0))

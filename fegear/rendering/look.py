@@ -1,0 +1,208 @@
+"""What pictures of the contact show, whoever draws them: colours, scales, ribbon."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fegear.rendering.fields import ContactField, GearField, PairField
+from fegear.rendering.frames import View
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+Shown = Literal["von-mises", "principal", "displacement", "pressure"]
+SIZE = (1920, 1080)  # pixels
+HEADER, MARGIN = 0.10, 0.13  # parts of the picture for the title and the colour bar
+RIBBON, ALONE = 0.16, 0.22  # height of the largest pressure over the view's half
+DRAWN_MOTION = 0.02  # the largest motion over the view's height
+LARGEST_MOTION = 0.06  # modules of drawn motion, so that teeth stay in their gaps
+CUT = 1.25  # of the ribbon, over the height of `Look.pressure`
+BODY, RIBBON_COLOUR, INK = "#d5dbe1", "#d01c8b", "#202020"
+
+
+@dataclass(frozen=True)
+class Colours:
+    """How a field is shown: its name in files, unit and colour map.
+
+    clipped : whether the contact would hide the rest, so that colours end at the
+        largest value in a fillet; signed : whether zero is in the middle
+    """
+
+    array: str
+    title: str
+    unit: str
+    scale: float
+    map: str
+    clipped: bool = False
+    signed: bool = False
+
+
+COLOURS: dict[str, Colours] = {
+    "von-mises": Colours(
+        "von_mises_Pa", "von Mises\nstress", "MPa", 1e-6, "turbo", clipped=True
+    ),
+    "principal": Colours(
+        "principal_1_Pa",
+        "first principal\nstress",
+        "MPa",
+        1e-6,
+        "RdBu_r",
+        signed=True,
+    ),
+    "displacement": Colours(
+        "displacement_m", "elastic\ndisplacement", "µm", 1e6, "viridis"
+    ),
+    "pressure": Colours("pressure_Pa", "contact\npressure", "MPa", 1e-6, "plasma"),
+}
+
+
+@dataclass(frozen=True)
+class Look:
+    """What is the same in all pictures of a film.
+
+    motion_scale : drawn over true displacement
+    limits : of the colours, in the unit shown
+    largest : value of the field in view, in the unit shown
+    pressure : that is drawn at the ribbon's full height, the peak of the pair with
+        the largest load; a tip corner's own peak is cut off a little above [Pa]
+    exact : whether this is all that is shown, not a choice of a film's frames
+    """
+
+    shown: Shown
+    view: View
+    motion_scale: float
+    limits: tuple[float, float]
+    largest: float
+    pressure: float
+    exact: bool = True
+
+    def still(self, motion_scale: float = 0.0) -> Look:
+        """The same with another scale of motion, none at all by default."""
+        return replace(self, motion_scale=motion_scale)
+
+    @property
+    def ribbon(self) -> float:
+        """Full height of the pressure ribbon over the view's half height."""
+        return ALONE if self.shown == "pressure" else RIBBON
+
+
+def picture_aspect(size: tuple[int, int] = SIZE) -> float:
+    """Width over height of the part of the picture that shows the gears."""
+    return size[0] * (1.0 - MARGIN) / (size[1] * (1.0 - HEADER))
+
+
+def look_of(
+    fields: Sequence[ContactField],
+    shown: Shown,
+    view: View,
+    module: float,
+    motion_scale: float | None = None,
+) -> Look:
+    """Colours and scales that suit all of the fields; motion_scale None chooses."""
+    gears = [gear for field in fields for gear in field.gears]
+    if motion_scale is None:
+        largest = max(
+            np.hypot(*gear.motion[_seen(gear, view)].T).max() for gear in gears
+        )
+        drawn = min(DRAWN_MOTION * 2.0 * view.half_height, LARGEST_MOTION * module)
+        motion_scale = _round_down(drawn / float(largest))
+    touching = [field for field in fields if field.pairs]
+    most = [max(field.pairs, key=lambda pair: pair.load) for field in touching]
+    pressure = max((float(pair.pressure.max()) for pair in most), default=1.0)
+    if shown == "pressure":
+        peaks = [float(p.pressure.max()) for f in touching for p in f.pairs]
+        largest = max(peaks, default=pressure)
+        scale = COLOURS[shown].scale
+        limits = (0.0, scale * (largest if largest < CUT * pressure else pressure))
+        largest *= scale
+    else:
+        limits, largest = _limits(gears, COLOURS[shown], view)
+    exact = len(fields) == 1
+    return Look(shown, view, motion_scale, limits, largest, pressure, exact)
+
+
+def _limits(
+    gears: Sequence[GearField], colours: Colours, view: View
+) -> tuple[tuple[float, float], float]:
+    """Range of the colours and the largest value in view."""
+    largest, fillet = 0.0, 0.0
+    for gear in gears:
+        seen, values = _seen(gear, view), colours.scale * scalar(gear, colours.array)
+        largest = max(largest, float(values[seen].max()))
+        nodes = gear.fillet[seen[gear.fillet]]
+        fillet = max(fillet, float(values[nodes].max(initial=0.0)))
+    top = fillet if colours.clipped and fillet > 0.0 else largest
+    top = top or 1.0  # nothing is loaded
+    return (-top if colours.signed else 0.0, top), largest
+
+
+def _seen(gear: GearField, view: View) -> NDArray[np.bool_]:
+    """Points (n,) that lie in the view."""
+    half = view.half_height * np.array([view.aspect, 1.0])
+    return np.all(np.abs(gear.points - [view.x, view.y]) < half, axis=1)
+
+
+def _round_down(value: float) -> float:
+    """To 1, 2 or 5 times a power of ten, at least 1."""
+    if not 1.0 < value < np.inf:
+        return 1.0
+    power = 10.0 ** np.floor(np.log10(value))
+    return float(max(step * power for step in (1.0, 2.0, 5.0) if step * power <= value))
+
+
+def scalar(gear: GearField, array: str) -> Array:
+    if array == "von_mises_Pa":
+        return gear.von_mises
+    if array == "principal_1_Pa":
+        return gear.principal_1
+    return np.hypot(*gear.displacement.T)
+
+
+def ribbon_base(pair: PairField, look: Look) -> Array:
+    """Where the loaded contact nodes of a pair are drawn (n, 2)."""
+    return pair.points + look.motion_scale * pair.motion
+
+
+def ribbon_of(
+    pairs: Sequence[PairField], look: Look
+) -> tuple[Array, Indices, Array] | None:
+    """The pressure of all pairs as an area over the driver's flank, None without.
+
+    Points (n, 2) [m], quadrilaterals (m, 4) and the pressure at the points (n,) [Pa].
+    """
+    points, faces, pressure = [], [], []
+    count = 0
+    full = look.ribbon * look.view.half_height
+    for pair in pairs:
+        loaded = np.flatnonzero(pair.pressure > 0.0)
+        rows = slice(max(0, loaded[0] - 1), loaded[-1] + 2)
+        base, p = ribbon_base(pair, look)[rows], pair.pressure[rows]
+        height = full * np.minimum(p / look.pressure, CUT)
+        crest = base + height[:, None] * pair.normals[rows]
+        n = len(base)
+        i = count + np.arange(n - 1)
+        points += [base, crest]
+        faces.append(np.stack([i, i + 1, i + 1 + n, i + n], axis=1))
+        pressure.append(np.tile(p, 2))
+        count += 2 * n
+    if not points:
+        return None
+    return np.vstack(points), np.vstack(faces), np.concatenate(pressure)
+
+
+def palette(shown: Shown) -> NDArray[np.uint8]:
+    """All colours of a picture (256, 3), for files that hold no more."""
+    from matplotlib import colormaps
+    from matplotlib.colors import to_rgb
+
+    painted = colormaps[COLOURS[shown].map](np.linspace(0.0, 1.0, 200))[:, :3]
+    white, shades = np.ones(3), np.linspace(0.0, 1.0, 28)[:, None]
+    mixed = [
+        np.array(to_rgb(colour)) * (1.0 - shades) + shades * white
+        for colour in (INK, RIBBON_COLOUR)
+    ]
+    return np.round(255.0 * np.vstack([painted, *mixed])).astype(np.uint8)

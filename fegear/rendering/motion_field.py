@@ -1,0 +1,101 @@
+"""Fields of two gears at an instant of their motion.
+
+The loads are those of the instant, pair by pair; the teeth under them are at rest:
+what a tooth's own mass adds to its stress is left out. The gears stand to each other
+as the motion has them, so that flanks out of contact are apart by their gap.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fegear.contact.loads import PatchLoad
+from fegear.contact.patches import FORCE, OPPOSITE
+from fegear.contact.problem import (
+    ContactFailure,
+    ContactProblem,
+    back_side_position,
+    kernel_inputs,
+)
+from fegear.rendering.fields import ContactField, MeshScene, Stand, loaded_gears
+from fegear.rendering.frames import View
+from fegear.rendering.recorded import Instant
+
+
+def instant_field(
+    scene: MeshScene, instant: Instant, phase: float, view: View
+) -> ContactField:
+    """Fields of the teeth in view.
+
+    phase : position at the start of the mesh's cycle, see `fegear.gearset.phases`
+    """
+    position = phase + instant.position
+    back = instant.back
+    place = position
+    if back:
+        place = float(back_side_position(scene.problem.pair, position))
+    loads = [
+        pair_load(scene.problem, -pair if back else pair, place, load)
+        for (pair, on_back), load in sorted(instant.loads.items())
+        if on_back == back
+    ]
+    stand = Stand(position, instant.approach, back)
+    gears, pairs = loaded_gears(scene, stand, loads, view)
+    torque = instant.force * scene.problem.pair.driver.base_radius
+    return ContactField(torque, position, instant.approach, gears, pairs, instant)
+
+
+def pair_load(
+    problem: ContactProblem, tooth: int, position: float, load: float
+) -> PatchLoad:
+    """Pressure of one pair alone that adds up to a load [N].
+
+    tooth : base pitches by which the pair is ahead of the reference pair
+    Raises ContactFailure where its flanks do not face each other.
+    """
+    # the arm of the force about the driver depends on the place, not on the load
+    arm = _solved(problem, tooth, position, problem.pair.driver.base_radius * load)[0]
+    _, patch, nodes = _solved(problem, tooth, position, arm * load)
+    own = patch.far - patch.step * np.arange(len(nodes))
+    arcs = [own, nodes[:, OPPOSITE].copy()]
+    driver, driven = arcs if patch.master == 0 else arcs[::-1]
+    force = nodes[:, FORCE].copy()
+    drag = problem.friction * patch.approach
+    return PatchLoad(tooth, driver, driven, float(patch.step), force, drag * force)
+
+
+def _solved(
+    problem: ContactProblem, tooth: int, position: float, torque: float
+) -> tuple[float, np.record, np.ndarray]:
+    """Arm of the force [m], patch and nodes of a pair at a torque [N m]."""
+    from fegear.contact import cycle
+    from fegear.contact.compliance import PATCH
+    from fegear.contact.grid import contact_grid
+
+    rows = np.zeros((1, 1), cycle.ROW).view(np.recarray)
+    cells = np.zeros((1, 1, 1), cycle.CELL).view(np.recarray)
+    patches = np.zeros(1, PATCH).view(np.recarray)
+    nodes = np.zeros((1, problem.nodes, 3))
+    mesh, flanks, tables = kernel_inputs(problem)
+    cycle.solve_cycle(
+        mesh,
+        flanks,
+        tables,
+        contact_grid(problem.nodes),
+        np.array([tooth]),
+        np.zeros(1),
+        np.array([position]),
+        np.array([torque / problem.face_width]),
+        patches,
+        nodes,
+        rows,
+        cells,
+    )
+    if rows.status[0, 0] != 0:
+        raise ContactFailure(
+            f"no contact of pair {tooth} at position {position:g}, where the motion "
+            "has a load"
+        )
+    patch = patches[0]
+    drag = problem.friction * patch.approach
+    return float(patch.lever[0] - drag * patch.lever[2]), patch, nodes[0]

@@ -1,0 +1,207 @@
+"""A page for browsers that shows the contact: one file, which needs no network.
+
+The template beside this module draws it by WebGL; what it is given is in millimetres
+from the middle of the view, in the units shown, and single precision.
+"""
+
+from __future__ import annotations
+
+import gzip
+import json
+import re
+from base64 import b64encode
+from collections.abc import Sequence
+from dataclasses import dataclass
+from html import escape
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from fegear.rendering.fields import ContactField, GearField, PairField
+from fegear.rendering.labels import legend, pair_text, state_words
+from fegear.rendering.look import COLOURS, Look, palette, ribbon_base, ribbon_of, scalar
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+MM = 1e3
+QUARTERS = ([0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5])  # of a six-node triangle
+BARE = 200  # colours of a palette that are the map's
+MANY = 150_000  # nodes, from which on corners alone are drawn
+
+
+def page(field: ContactField, looks: Sequence[Look], title: str) -> str:
+    """The page as text; the first of the looks is shown at first."""
+    words = {
+        "@TITLE@": escape(title),
+        "@DETAILS@": escape(", ".join(state_words(field))),
+        "@TABLE@": _table(field.pairs),
+        # "</script>" within a text would end the data
+        "@DATA@": json.dumps(_data(field, looks)).replace("<", "\\u003c"),
+    }
+    template = Path(__file__).with_name("page.html").read_text("utf-8")
+    # in one pass: what is put in is not searched for marks
+    return re.sub("|".join(words), lambda mark: words[mark[0]], template)
+
+
+def _table(pairs: Sequence[PairField]) -> str:
+    """Load of every pair, its share and largest pressure, with the sum."""
+    if not pairs:
+        return "<p>No tooth pair carries load.</p>"
+    total = sum(pair.load for pair in pairs)
+    rows = [
+        f"<tr><td>{pair.tooth}</td><td>{pair.load:.0f}</td>"
+        f"<td>{100.0 * pair.load / total:.1f}</td>"
+        f"<td>{1e-6 * pair.pressure.max():.0f}</td></tr>"
+        for pair in sorted(pairs, key=lambda pair: pair.tooth)
+    ]
+    return (
+        "<table><thead><tr><th>pair</th><th>load [N]</th><th>[%]</th>"
+        "<th>pressure [MPa]</th></tr></thead><tbody>"
+        f"{''.join(rows)}<tr><td>sum</td><td>{total:.0f}</td><td>100</td><td></td></tr>"
+        "</tbody></table>"
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class Plain:
+    """Both gears in straight triangles (m, 3) and lines (k, 2).
+
+    kept : the nodes they need, of both gears' in a row; first : how many of the driver
+    """
+
+    kept: Indices
+    first: int
+    triangles: Indices
+    lines: Indices
+
+    def of(self, values: Sequence[Array]) -> Array:
+        """Values at the nodes kept, from those of each gear."""
+        return np.concatenate(values)[self.kept]
+
+
+def _plain(gears: Sequence[GearField]) -> Plain:
+    """Elements in quarters, or whole where there are so many that none shows."""
+    shift = len(gears[0].points)
+    nodes = np.vstack([gears[0].triangles, gears[1].triangles + shift])
+    sides = np.vstack([gears[0].outline, gears[1].outline + shift])
+    if shift + len(gears[1].points) > MANY:
+        triangles, lines = nodes[:, :3], sides[:, [0, 2]]
+    else:
+        triangles = nodes[:, np.array(QUARTERS)].reshape(-1, 3)
+        lines = np.vstack([sides[:, :2], sides[:, 1:]])
+    # an outline has mid-side nodes of elements that were cut into finer ones
+    kept = np.union1d(triangles, lines)
+    return Plain(
+        kept=kept,
+        first=int(np.searchsorted(kept, shift)),
+        triangles=np.searchsorted(kept, triangles),
+        lines=np.searchsorted(kept, lines),
+    )
+
+
+def _data(field: ContactField, looks: Sequence[Look]) -> dict[str, Any]:
+    gears, look = field.gears, looks[0]
+    view, plain = look.view, _plain(field.gears)
+    middle = np.array([view.x, view.y])
+    return {
+        "names": [gear.name for gear in gears],
+        "first": plain.first,
+        "center": (MM * middle).tolist(),
+        "half": MM * view.half_height,
+        "aspect": view.aspect,
+        "scale": look.motion_scale,
+        "points": _floats(MM * (plain.of([g.points for g in gears]) - middle)),
+        "motion": _rough(MM * plain.of([g.motion for g in gears])),
+        "triangles": _indices(plain.triangles),
+        "outline": _indices(plain.lines),
+        "fields": [_field(field, plain, each) for each in looks],
+        "ribbon": _ribbon(field.pairs, look, middle),
+        "labels": [*_loads(field.pairs, look), *_names(field, look)],
+    }
+
+
+def _field(field: ContactField, plain: Plain, look: Look) -> dict[str, Any]:
+    """Values of the gears, none where only the ribbon has colours."""
+    colours = COLOURS[look.shown]
+    values: Array = np.empty(0)
+    if look.shown != "pressure":
+        found = [scalar(gear, colours.array) for gear in field.gears]
+        values = colours.scale * plain.of(found)
+    return {
+        "title": colours.title.replace("\n", " "),
+        "unit": colours.unit,
+        "limits": look.limits,
+        "notes": " ".join(legend(look)[1]),
+        "ribbon": MM * look.ribbon * look.view.half_height,
+        "palette": _text(palette(look.shown)[:BARE].tobytes()),
+        "values": _rough(values),
+    }
+
+
+def _ribbon(pairs: Sequence[PairField], look: Look, middle: Array) -> dict[str, str]:
+    """Its crest is over the base by the ribbon's height times `crest`."""
+    at_rest = look.still()
+    found = ribbon_of(pairs, at_rest)
+    if found is None:
+        names = ("points", "motion", "crest", "values", "triangles")
+        return dict.fromkeys(names, _text(b""))
+    points, faces, pressure = found
+    moved = ribbon_of(pairs, look.still(1.0))
+    assert moved is not None
+    base = points.copy()
+    for quad in faces:
+        base[quad[2:]] = points[quad[1::-1]]
+    full = look.ribbon * look.view.half_height
+    return {
+        "points": _floats(MM * (base - middle)),
+        "motion": _floats(MM * (moved[0] - points)),
+        "crest": _floats((points - base) / full),
+        "values": _floats(1e-6 * pressure),
+        "triangles": _indices(faces[:, [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3)),
+    }
+
+
+def _loads(pairs: Sequence[PairField], look: Look) -> list[dict[str, Any]]:
+    """Labels of the pairs, from below upwards."""
+    labels = []
+    for pair in sorted(pairs, key=lambda pair: float(pair.center[1])):
+        top = int(pair.pressure.argmax())
+        at = ribbon_base(pair, look.still())[top] - [look.view.x, look.view.y]
+        labels.append(
+            {
+                "text": pair_text(pair),
+                "at": (MM * at).tolist(),
+                "motion": (MM * pair.motion[top]).tolist(),
+                "crest": pair.normals[top].tolist(),
+            }
+        )
+    return labels
+
+
+def _names(field: ContactField, look: Look) -> list[dict[str, Any]]:
+    middle = [look.view.x, look.view.y]
+    return [
+        {"text": g.name, "at": (MM * (g.center - middle)).tolist(), "motion": [0, 0]}
+        for g in field.gears
+    ]
+
+
+def _floats(values: ArrayLike) -> str:
+    return _text(np.ascontiguousarray(values, "<f4").tobytes())
+
+
+def _rough(values: ArrayLike) -> str:
+    """To four digits, which makes files a third smaller."""
+    bits = np.ascontiguousarray(values, "<f4").view("<u4")
+    return _text((bits & np.uint32(0xFFFFF000)).tobytes())
+
+
+def _indices(values: ArrayLike) -> str:
+    return _text(np.ascontiguousarray(values, "<u4").tobytes())
+
+
+def _text(data: bytes) -> str:
+    packed = gzip.compress(data, mtime=0)  # the same bytes at any time
+    return b64encode(packed).decode("ascii")

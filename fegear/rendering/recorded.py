@@ -1,0 +1,273 @@
+"""The motion of one mesh, read back from a file of `fegear dynamics --history`."""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fegear.errors import InputError
+from fegear.gearset.model import GearSet
+
+Array = NDArray[np.float64]
+Pair = tuple[int, bool]  # base pitches ahead of the reference pair, back flanks
+REPEATS = 1e-2  # of a column's range within which a cycle is the same as another
+WHAT = "allowed are files of fegear dynamics --history"
+
+
+@dataclass(frozen=True)
+class Instant:
+    """A mesh at one time; pairs without load are left out.
+
+    frequency : of the first mesh [Hz]; direction : of the sweep, in words
+    time : since the start of the file [s]
+    position : base pitches since the start of the mesh's cycle, 0 to 1
+    approach : dynamic transmission error [m]
+    loads : of each pair, positive [N]
+    """
+
+    frequency: float
+    direction: str
+    time: float
+    position: float
+    approach: float
+    loads: Mapping[Pair, float]
+
+    @property
+    def force(self) -> float:
+        """Mesh force, negative on the back flanks [N]."""
+        return sum(-load if back else load for (_, back), load in self.loads.items())
+
+    @property
+    def back(self) -> bool:
+        """Whether the back flanks are in contact, and not the drive flanks."""
+        return self.force < 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class HistoryFile:
+    """Columns (t,) by name and the entries of the header."""
+
+    path: Path
+    header: Mapping[str, str]
+    columns: Mapping[str, Array]
+
+    def number(self, key: str) -> float:
+        try:
+            return float(self.header[key])
+        except (KeyError, ValueError):
+            raise InputError(f"{self.path}: no number for {key!r}; {WHAT}") from None
+
+    def column(self, name: str) -> Array:
+        if name not in self.columns:
+            raise InputError(f"{self.path}: column {name} is missing; {WHAT}")
+        return self.columns[name]
+
+    @property
+    def edits(self) -> dict[str, str]:
+        """What was changed in the gear set for that run, by key."""
+        entries = self.header.items()
+        return {key[4:]: value for key, value in entries if key.startswith("set ")}
+
+
+@dataclass(frozen=True, eq=False)
+class RecordedMotion:
+    """One mesh over the times (t,) of a file, whose last row repeats the first.
+
+    source : the file, for messages
+    pitch : base pitches from one row to the next
+    """
+
+    source: Path
+    frequency: float
+    direction: str
+    friction: float
+    torque: float
+    time: Array
+    pitch: float
+    approach: Array
+    loads: Mapping[Pair, Array]
+
+    @property
+    def rows(self) -> int:
+        """Without the one that is repeated."""
+        return self.time.size - 1
+
+    @property
+    def force(self) -> Array:
+        """Mesh force (t,), negative on the back flanks [N]."""
+        signed = [-each if back else each for (_, back), each in self.loads.items()]
+        return np.sum(signed, axis=0)
+
+    @property
+    def cycles(self) -> int:
+        """Mesh cycles after which the motion repeats."""
+        whole = max(1, round(self.rows * self.pitch))
+        for count in range(1, whole):
+            shift = round(count / self.pitch)
+            exact = abs(shift * self.pitch - count) < 1e-6
+            if whole % count == 0 and exact and self._repeats(shift):
+                return count
+        return whole
+
+    def _repeats(self, shift: int) -> bool:
+        return all(
+            np.ptp(values) == 0.0
+            or np.abs(values[shift:] - values[:-shift]).max() < REPEATS * np.ptp(values)
+            for values in (self.approach, self.force)
+        )
+
+    def largest(self) -> Instant:
+        """The row with the largest mesh force on either side."""
+        return self.at(int(np.abs(self.force).argmax()))
+
+    def frames(self, count: int) -> list[Instant]:
+        """Equally spaced over a period of the mesh's own motion."""
+        rows = self.cycles / self.pitch
+        return [self.at(rows * i / count) for i in range(count)]
+
+    def extremes(self) -> list[Instant]:
+        """Where forces, pair loads and the transmission error are largest."""
+        rows = {int(each.argmax()) for each in self.loads.values()}
+        rows |= {int(self.approach.argmin()), int(self.approach.argmax())}
+        return [self.largest(), *(self.at(row) for row in sorted(rows))]
+
+    def at(self, row: float) -> Instant:
+        """Between two rows, linearly; row is from 0 to below `rows`."""
+        row = row % self.rows
+        low = min(int(row), self.rows - 1)
+        part, position = row - low, self._position(row)
+        # pairs are renumbered where the next row begins a new cycle
+        passed = int(self._position(low + 1) < self._position(low))
+        loads = {}
+        for pair, back in self.loads:
+            here = self.loads[pair, back][low]
+            after = self.loads.get((pair + passed, back))
+            there = 0.0 if after is None else after[low + 1]
+            loads[pair, back] = float((1.0 - part) * here + part * there)
+        return Instant(
+            frequency=self.frequency,
+            direction=self.direction,
+            time=float(np.interp(row, np.arange(self.time.size), self.time)),
+            position=position,
+            approach=float(
+                (1.0 - part) * self.approach[low] + part * self.approach[low + 1]
+            ),
+            loads={pair: load for pair, load in loads.items() if load > 0.0},
+        )
+
+    def _position(self, row: float) -> float:
+        cycles = row * self.pitch
+        return max(0.0, cycles - np.floor(cycles + 1e-9))
+
+
+def read_history(path: Path) -> HistoryFile:
+    """Header and columns; raises InputError, in one line, on any other file."""
+    try:
+        lines = path.read_text("utf-8").splitlines()
+    except OSError as error:
+        reason = (error.strerror or str(error)).lower()
+        raise InputError(f"{path}: cannot be read, {reason}") from None
+    except ValueError:  # not UTF-8, or a null byte in the path
+        raise InputError(f"{path}: is no text; {WHAT}") from None
+    header = dict(_entries(lines))
+    rows = list(csv.reader(line for line in lines if not line.startswith("#")))
+    if "gear set" not in header or len(rows) < 3 or rows[0][:1] != ["time_s"]:
+        raise InputError(f"{path}: is no history of a motion; {WHAT}")
+    return HistoryFile(path, header, _columns(path, rows[0], rows[1:]))
+
+
+def _entries(lines: Sequence[str]) -> Iterator[tuple[str, str]]:
+    for line in lines:
+        key, separator, value = line.removeprefix("# ").partition(": ")
+        if line.startswith("# ") and separator:
+            yield key, value
+
+
+def _columns(
+    path: Path, names: Sequence[str], rows: Sequence[Sequence[str]]
+) -> dict[str, Array]:
+    for number, row in enumerate(rows, start=1):
+        if len(row) != len(names):
+            raise InputError(
+                f"{path}: row {number} has {len(row)} of {len(names)} values; {WHAT}"
+            )
+    try:
+        table = np.array(rows, float)
+    except ValueError as error:
+        raise InputError(f"{path}: {error}; {WHAT}") from None
+    if not np.isfinite(table).all():
+        column = names[int(np.argwhere(~np.isfinite(table))[0, 1])]
+        raise InputError(f"{path}: {column} has values that are not finite; {WHAT}")
+    return dict(zip(names, table.T, strict=True))
+
+
+def mesh_motion(file: HistoryFile, gear_set: GearSet, mesh: int) -> RecordedMotion:
+    """The motion of mesh number `mesh`, counted from 0, of that gear set.
+
+    Raises InputError where the file is of another set or damaged.
+    """
+    _require_set(file, gear_set)
+    prefix = f"mesh{mesh + 1}"
+    time, position = file.column("time_s"), file.column(f"{prefix}_position")
+    pitch = float(position[1] - position[0])
+    passed = pitch * np.arange(time.size)
+    off = np.abs(np.remainder(position - passed + 0.5, 1.0) - 0.5)
+    steps = np.diff(time)
+    if not (pitch > 0.0 and off.max() < 1e-6 and np.ptp(steps) < 1e-6 * time[-1]):
+        raise InputError(
+            f"{file.path}: times or positions are not in equal steps; {WHAT}"
+        )
+    pattern = re.compile(rf"{prefix}_(pair|back)(-?\d+)_load_N")
+    found = [(pattern.fullmatch(name), name) for name in file.columns]
+    loads = {
+        (int(match[2]), match[1] == "back"): file.columns[name]
+        for match, name in found
+        if match
+    }
+    if not loads:
+        raise InputError(
+            f"{file.path}: column {prefix}_pair0_load_N is missing; {WHAT}"
+        )
+    return RecordedMotion(
+        source=file.path,
+        frequency=file.number("mesh_frequency_Hz"),
+        direction=file.header.get("direction", ""),
+        friction=file.number("friction coefficient"),
+        torque=file.number("torque_Nm"),
+        time=time,
+        pitch=pitch,
+        approach=file.column(f"{prefix}_dte_m"),
+        loads=loads,
+    )
+
+
+def _require_set(file: HistoryFile, gear_set: GearSet) -> None:
+    name = file.header["gear set"]
+    if name != gear_set.name:
+        raise InputError(
+            f"{file.path}: is of gear set {name}; allowed are histories of "
+            f"{gear_set.name}"
+        )
+    moving = {
+        column.removesuffix("_rotation_rad")
+        for column in file.columns
+        if column.endswith("_rotation_rad")
+    }
+    missing = [word for word in _words(gear_set) if word not in moving]
+    if missing or len(moving) != len(gear_set.gears):
+        raise InputError(
+            f"{file.path}: is of the gears {', '.join(sorted(moving))}; allowed are "
+            f"histories of {', '.join(_words(gear_set))}"
+        )
+
+
+def _words(gear_set: GearSet) -> list[str]:
+    from fegear.dynamics.history import gear_words
+
+    return gear_words(gear_set)

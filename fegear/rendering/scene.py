@@ -1,0 +1,191 @@
+"""Pictures and VTK files of gears in contact; the only module that knows VTK."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fegear.rendering.fields import ContactField, GearField, PairField
+from fegear.rendering.frames import View
+from fegear.rendering.labels import draw_bar, draw_loads, draw_names, draw_title
+from fegear.rendering.look import (
+    BODY,
+    COLOURS,
+    HEADER,
+    INK,
+    MARGIN,
+    RIBBON_COLOUR,
+    SIZE,
+    Look,
+    ribbon_of,
+    scalar,
+)
+
+if TYPE_CHECKING:
+    import pyvista
+
+Array = NDArray[np.float64]
+QUADRATIC_TRIANGLE = 22  # VTK's cell type
+LIFT = 1e-3  # of the view's height between layers, toward the eye
+
+
+def grid_of(field: ContactField) -> pyvista.UnstructuredGrid:
+    """Both gears, undeformed, with all fields at the points; SI units."""
+    import pyvista
+
+    gears = field.gears
+    counts = [len(gear.points) for gear in gears]
+    shifts = (0, counts[0])
+    nodes = np.vstack([g.triangles + s for g, s in zip(gears, shifts, strict=True)])
+    grid = pyvista.UnstructuredGrid(
+        np.column_stack([np.full(len(nodes), 6), nodes]).ravel(),
+        np.full(len(nodes), QUADRATIC_TRIANGLE, np.uint8),
+        _spatial(np.vstack([gear.points for gear in gears])),
+    )
+    stress = np.vstack([gear.stress for gear in gears])
+    arrays = {
+        "displacement_m": _spatial(np.vstack([g.displacement for g in gears])),
+        "motion_m": _spatial(np.vstack([g.motion for g in gears])),
+        "von_mises_Pa": np.concatenate([g.von_mises for g in gears]),
+        "principal_1_Pa": np.concatenate([g.principal_1 for g in gears]),
+        "stress_xx_Pa": stress[:, 0],
+        "stress_yy_Pa": stress[:, 1],
+        "stress_xy_Pa": stress[:, 2],
+        "stress_zz_Pa": np.concatenate([g.out_of_plane for g in gears]),
+    }
+    for name, values in arrays.items():
+        grid.point_data[name] = np.ascontiguousarray(values)
+    grid.cell_data["gear"] = np.repeat([0, 1], [len(g.triangles) for g in gears])
+    grid.cell_data["tooth"] = np.concatenate([g.tooth for g in gears])
+    return grid
+
+
+def write_vtu(field: ContactField, path: Path) -> None:
+    """Both gears with all fields for ParaView; units are in the names."""
+    grid = grid_of(field)
+    grid.field_data["torque_Nm"] = [field.torque]
+    grid.field_data["position_base_pitches"] = [field.position]
+    grid.field_data["approach_m"] = [field.approach]
+    grid.field_data["pair_load_N"] = [pair.load for pair in field.pairs]
+    grid.save(path)
+
+
+def draw(
+    field: ContactField,
+    look: Look,
+    title: str,
+    size: tuple[int, int] = SIZE,
+) -> NDArray[np.uint8]:
+    """The picture (height, width, 3) of one position."""
+    import pyvista
+
+    layout: dict[str, Any] = {
+        "shape": (2, 2),
+        "row_weights": [HEADER, 1.0 - HEADER],
+        "col_weights": [1.0 - MARGIN, MARGIN],
+        "groups": [(0, slice(None))],
+    }
+    plotter: Any = pyvista.Plotter(
+        off_screen=True,
+        window_size=list(size),
+        border=False,
+        lighting="none",
+        **layout,
+    )
+    try:
+        plotter.set_background("white")
+        plotter.subplot(1, 0)
+        mapper = _draw_picture(plotter, field, look, size)
+        plotter.subplot(1, 1)
+        draw_bar(plotter, mapper, look, size)
+        plotter.subplot(0, 0)
+        draw_title(plotter, field, look, title, size)
+        image = plotter.screenshot(None, return_img=True)
+    finally:
+        plotter.close()
+    return np.asarray(image, np.uint8)[..., :3]
+
+
+def _draw_picture(
+    plotter: Any, field: ContactField, look: Look, size: tuple[int, int]
+) -> Any:
+    """Gears, outlines, pressure and loads; the mapper of the colours."""
+    _look_at(plotter, look.view)
+    plotter.enable_anti_aliasing("ssaa" if size[0] < 1000 else "msaa")
+    colours = COLOURS[look.shown]
+    grid = grid_of(field)
+    grid.points += look.motion_scale * grid.point_data["motion_m"]
+    flat: dict[str, Any] = {"lighting": False, "reset_camera": False}
+    painted = {
+        "cmap": colours.map,
+        "clim": look.limits,
+        "show_scalar_bar": False,
+        **flat,
+    }
+    if look.shown == "pressure":
+        plotter.add_mesh(grid, color=BODY, **flat)
+    else:
+        values = np.concatenate([scalar(gear, colours.array) for gear in field.gears])
+        grid.point_data["shown"] = colours.scale * values
+        actor = plotter.add_mesh(grid, scalars="shown", **painted)
+    for gear in field.gears:
+        lines = _outline(gear, look, LIFT * look.view.half_height)
+        plotter.add_mesh(lines, color=INK, line_width=1.5 * size[1] / 1080.0, **flat)
+    ribbon = _ribbon(field.pairs, look)
+    if look.shown == "pressure":
+        actor = plotter.add_mesh(ribbon, scalars="pressure_MPa", **painted)
+    elif field.pairs:
+        plotter.add_mesh(ribbon, color=RIBBON_COLOUR, **flat)
+    draw_loads(plotter, field.pairs, look, size)
+    draw_names(plotter, field.gears, look, size)
+    return actor.mapper
+
+
+def _look_at(plotter: Any, view: View) -> None:
+    """Straight down on the plane, from the geometry alone."""
+    camera = plotter.camera
+    camera.parallel_projection = True
+    camera.focal_point = (view.x, view.y, 0.0)
+    camera.position = (view.x, view.y, 10.0 * view.half_height)
+    camera.up = (0.0, 1.0, 0.0)
+    camera.parallel_scale = view.half_height
+    camera.clipping_range = (5.0 * view.half_height, 15.0 * view.half_height)
+    plotter.renderer.camera_set = True
+
+
+def _outline(gear: GearField, look: Look, height: float) -> pyvista.PolyData:
+    import pyvista
+
+    where = gear.points + look.motion_scale * gear.motion
+    used, nodes = np.unique(gear.outline, return_inverse=True)
+    nodes = nodes.reshape(-1, 3)
+    lines = np.column_stack([np.full(len(nodes), 3), nodes])
+    return pyvista.PolyData(_spatial(where[used], height), lines=lines.ravel())
+
+
+def _ribbon(pairs: Sequence[PairField], look: Look) -> pyvista.PolyData:
+    """Without any pairs a point out of view, which brings the colours."""
+    import pyvista
+
+    height = 2.0 * LIFT * look.view.half_height
+    found = ribbon_of(pairs, look)
+    if found is None:
+        ribbon = pyvista.PolyData(np.array([[1e3, 1e3, height]]))
+        ribbon.point_data["pressure_MPa"] = [0.0]
+        return ribbon
+    points, faces, pressure = found
+    sizes = np.full(len(faces), 4)
+    ribbon = pyvista.PolyData(
+        _spatial(points, height), faces=np.column_stack([sizes, faces]).ravel()
+    )
+    ribbon.point_data["pressure_MPa"] = 1e-6 * pressure
+    return ribbon
+
+
+def _spatial(plane: Array, height: float = 0.0) -> Array:
+    """(n, 3) from (n, 2)."""
+    return np.column_stack([plane, np.full(len(plane), height)])
