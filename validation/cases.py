@@ -220,6 +220,16 @@ def read_case(text: str, source: str = "case") -> Case:
         details = error.errors(include_url=False)
         unknown = [item for item in details if "unexpected" in item["type"]]
         raise InputError(f"{source}: {_sentence((unknown or details)[0])}") from None
+    for metric in case.metric:
+        needed = METRICS[metric.name].needs
+        if needed and not getattr(case, needed):
+            raise InputError(
+                f"{source}: metric {metric.name} needs {needed}, which is missing"
+            )
+    if len(set(case.torques_Nm)) < len(case.torques_Nm):
+        raise InputError(
+            f"{source}: torques_Nm = {list(case.torques_Nm)}; each is allowed once"
+        )
     for wave in case.wave:
         if wave.torque_Nm not in case.torques_Nm:
             known = ", ".join(f"{torque:g}" for torque in case.torques_Nm)
@@ -249,7 +259,9 @@ def _speed_range(part: str) -> list[Decimal]:
         numbers = []
     ok = len(numbers) in (1, 3) and all(n.is_finite() and n > 0 for n in numbers)
     if not ok:
-        raise ValueError("must be positive, such as 800:4200:20 or 800, 1000")
+        raise ValueError(
+            "must be positive numbers or A:B:STEP, such as 800:4200:20 or 800, 1000"
+        )
     if len(numbers) == 1:
         return numbers
     start, end, step = numbers

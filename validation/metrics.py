@@ -24,11 +24,16 @@ WAVE_POINTS = 256  # of a cycle
 
 @dataclass(frozen=True)
 class Metric:
-    """A unit and what is measured; `least` where the allowed value is the smallest."""
+    """A unit and what is measured.
+
+    least : whether the allowed value is the smallest
+    needs : what a case must ask for, `speeds_Hz`, `wave` or nothing
+    """
 
     unit: str
     meaning: str
     least: bool = False
+    needs: str = "speeds_Hz"
 
 
 METRICS: Mapping[str, Metric] = {
@@ -41,13 +46,25 @@ METRICS: Mapping[str, Metric] = {
     "jumps_unmatched": Metric("jumps", "jumps that only one of both has"),
     "contact_loss": Metric("1", "largest contact-loss fraction, less the reference's"),
     "peak_force": Metric("1", "largest mesh force over the reference's, less 1"),
-    "wave_correlation": Metric("1", "correlation of mesh forces over a cycle", True),
-    "wave_phase": Metric("cycles", "shift of mesh forces, positive where late"),
-    "wave_peak_force": Metric("1", "peak of mesh forces, ratio less 1"),
-    "wave_contact_loss": Metric("1", "contact-loss fraction, less the reference's"),
-    "mean_stiffness": Metric("1", "mean of load over static deflection, less 1"),
-    "stiffness_variation": Metric("1", "its peak-to-peak over mean, difference"),
-    "static_deflection": Metric("1", "RMS distance of its vibration, no mean"),
+    "wave_correlation": Metric(
+        "1", "correlation of mesh forces over a cycle", True, "wave"
+    ),
+    "wave_phase": Metric(
+        "cycles", "shift of mesh forces, positive where late", needs="wave"
+    ),
+    "wave_peak_force": Metric("1", "peak of mesh forces, ratio less 1", needs="wave"),
+    "wave_contact_loss": Metric(
+        "1", "contact-loss fraction, less the reference's", needs="wave"
+    ),
+    "mean_stiffness": Metric(
+        "1", "mean of load over static deflection, less 1", needs=""
+    ),
+    "stiffness_variation": Metric(
+        "1", "its peak-to-peak over mean, difference", needs=""
+    ),
+    "static_deflection": Metric(
+        "1", "RMS distance of its vibration, no mean", needs=""
+    ),
 }
 
 

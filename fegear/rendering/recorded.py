@@ -223,6 +223,10 @@ def mesh_motion(file: HistoryFile, gear_set: GearSet, mesh: int) -> RecordedMoti
         raise InputError(
             f"{file.path}: times or positions are not in equal steps; {WHAT}"
         )
+    if pitch * time.size < 1.0 - 1e-6:
+        raise InputError(
+            f"{file.path}: ends after {pitch * time.size:.2f} of a mesh cycle; {WHAT}"
+        )
     pattern = re.compile(rf"{prefix}_(pair|back)(-?\d+)_load_N")
     found = [(pattern.fullmatch(name), name) for name in file.columns]
     loads = {

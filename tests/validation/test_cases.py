@@ -106,7 +106,7 @@ def test_a_file_is_named_by_its_path(tmp_path):
             "torques_Nm = [50]",
             "wave.torque_Nm = 100; must be",
         ),
-        ("1000:1100:50", "fast", 'speeds_Hz = "fast"; must be positive, such as'),
+        ("1000:1100:50", "fast", 'speeds_Hz = "fast"; must be positive numbers or'),
         ("1000:1100:50", "1:1e6:1", "at most 10000 speeds are allowed"),
         ('title = "Small"', "tittle = 1", "unknown key tittle, did you mean title?"),
         ('title = "Small"', 'title = "S"\nfidelity = "rough"', 'fidelity = "rough"; '),
@@ -140,3 +140,30 @@ def test_speeds():
     assert parsed_speeds("") == ()
     assert parsed_speeds("100, 100:101:0.5, 7") == (100.0, 100.5, 101.0, 7.0)
     assert parsed_speeds("3:1:1") == (3.0, 2.0, 1.0)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        (
+            'speeds_Hz = "1000:1100:50"\n',
+            "",
+            "metric rms_distance needs speeds_Hz, which is missing",
+        ),
+        (
+            '"rms_distance"',
+            '"wave_phase"',
+            "metric wave_phase needs wave, which is missing",
+        ),
+        (
+            "torques_Nm = [100]",
+            "torques_Nm = [100, 100]",
+            r"torques_Nm = \[100.0, 100.0\]; each is allowed once",
+        ),
+    ],
+)
+def test_what_cannot_be_judged_is_refused(old, new, message):
+    without_wave = "[[wave]]\ntorque_Nm = 100\nspeed_Hz = 1000\n"
+    text = GOOD.replace(without_wave, "") if "wave" in new else GOOD
+    with pytest.raises(InputError, match=message):
+        read_case(text.replace(old, new))

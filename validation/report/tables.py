@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 Row = dict[str, Any]
+RUN = ("source", "torque_Nm", "rows", "rows_not_repeating")
 
 
 def report_tables(values: Mapping[str, Any]) -> dict[str, list[Row]]:
@@ -36,7 +37,7 @@ def _verdicts(case: Mapping[str, Any]) -> Iterator[Row]:
 
 def _costs(case: Mapping[str, Any]) -> Iterator[Row]:
     for run in case["runs"]:
-        own = {name: run[name] for name in ("source", "torque_Nm")}
+        own = {name: run[name] for name in RUN}
         yield {"case": case["case"]} | own | run["cost"]
 
 

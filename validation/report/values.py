@@ -180,5 +180,8 @@ def _run_values(run: Run, output: Path) -> dict[str, Any]:
         "torque_Nm": run.torque,
         "directory": run.directory.relative_to(output).as_posix(),
         "natural_Hz": list(run.natural_Hz),
+        # of all rows, one for each speed, direction and mesh
+        "rows": len(run.table.rows),
+        "rows_not_repeating": sum(row.period_multiple == 0 for row in run.table.rows),
         "cost": asdict(run.cost) | {"per_speed_s": run.cost.per_speed_s},
     }

@@ -125,3 +125,11 @@ def test_damaged_files(tmp_path, damage, message):
 def test_missing_file(tmp_path):
     with pytest.raises(InputError, match="cannot be read, no such file"):
         read_history(tmp_path / "none.csv")
+
+
+def test_a_file_cut_short_of_a_cycle_is_refused(tmp_path):
+    path = written(tmp_path / "h.csv")
+    lines = path.read_text().splitlines()
+    path.write_text("\n".join(lines[: len(HEADER) + 1 + ROWS // CYCLES // 2]) + "\n")
+    with pytest.raises(InputError, match=r"ends after 0\.50 of a mesh cycle"):
+        mesh_motion(read_history(path), PAIR, 0)
