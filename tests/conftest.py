@@ -15,6 +15,11 @@ from meshes.pairing import center_distance_at
 
 MODULE = 2.54e-3
 ADDENDUM = 2.74842621e-3  # gives contact ratio 1.504
+SMALL_HUBS = {  # liu-pair as in liu-idler-small-hubs: its bodies yield more
+    "defaults.face_width_mm": 25.4,
+    "gear.1.hub_radius_mm": 14.07,
+    "gear.2.hub_radius_mm": 20.0,
+}
 
 
 @pytest.fixture(scope="session", autouse=True)

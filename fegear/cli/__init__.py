@@ -10,6 +10,7 @@ import typer
 from fegear.cli.bench import bench_app
 from fegear.cli.compare import compare_command
 from fegear.cli.dynamics import dynamics_command
+from fegear.cli.identify import identify_command
 from fegear.cli.map import map_command
 from fegear.cli.mesh import mesh_command
 from fegear.cli.modes import modes_command
@@ -39,6 +40,7 @@ app.command("show")(show_command)
 app.command("mesh")(mesh_command)
 app.command("stiffness")(stiffness_command)
 app.command("compare")(compare_command)
+app.command("identify")(identify_command)
 app.command("modes")(modes_command)
 app.command("sweep")(sweep_command)
 app.command("wave")(wave_command)

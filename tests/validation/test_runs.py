@@ -33,6 +33,11 @@ TEXT = """
 name = "small"
 title = "Pair about its resonance"
 gear_set = "liu-pair"
+edits = [
+    "defaults.face_width_mm=25.4",
+    "gear.1.hub_radius_mm=14.07",
+    "gear.2.hub_radius_mm=20",
+]
 torques_Nm = [100]
 speeds_Hz = "1000:2600:40"
 fidelity = "quasistatic"

@@ -10,6 +10,7 @@ from typing import Any
 import hypothesis
 import numpy as np
 import pytest
+from conftest import SMALL_HUBS
 
 from fegear.dynamics.build import elastic_damping, mesh_laws
 from fegear.dynamics.far import far_coupling
@@ -106,7 +107,7 @@ def case_of(private_cache) -> Callable[..., Case]:
         friction: float = 0.0,
         resolution: str = "default",
     ) -> Case:
-        names = dict(edits)
+        names = (SMALL_HUBS if name == "liu-pair" else {}) | dict(edits)
         if relief:
             names |= {"mesh.1.tip_relief.magnitude_um": relief}
         gear_set = edited(load_gear_set(name, names), held, backlash)

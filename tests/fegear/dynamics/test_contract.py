@@ -18,7 +18,7 @@ SETTINGS = DynamicSettings(steps=256)
 
 @pytest.fixture(params=CUTOFFS)
 def stepper(request, case_of):
-    return case_of("liu-idler").stepper(CUTOFFS[request.param])
+    return case_of("liu-idler-small-hubs").stepper(CUTOFFS[request.param])
 
 
 def test_start_is_at_rest(stepper):
@@ -32,7 +32,7 @@ def test_start_is_at_rest(stepper):
 
 
 def test_statics_do_not_depend_on_the_fidelity(case_of):
-    case = case_of("liu-idler")
+    case = case_of("liu-idler-small-hubs")
     one, other = (case.stepper(cutoff).start() for cutoff in CUTOFFS.values())
     # squeezes count where contacts are near
     near = one.touch[kernel.SQUEEZE] > -1e-6

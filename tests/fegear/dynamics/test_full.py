@@ -72,8 +72,8 @@ def same_deflection(one, other, stepper):
 
 
 def test_statics_of_an_idler_know_both_its_meshes(case_of, full_of):
-    rigid = case_of("liu-idler").stepper(None).start()
-    stepper = full_of(name="liu-idler")
+    rigid = case_of("liu-idler-small-hubs").stepper(None).start()
+    stepper = full_of(name="liu-idler-small-hubs")
     same_deflection(stepper.start(), rigid, stepper)
 
 

@@ -191,7 +191,7 @@ def test_slow_motion_has_the_root_stress_of_the_statics(case_of, friction):
 
 
 def test_gears_on_bearings_have_translations(case_of):
-    case = case_of("liu-idler")
+    case = case_of("liu-idler-small-hubs")
     gear_set = case.gear_set
     train = train_of(gear_set, 100.0, translations=True)
     reference = LumpedSystem(train, case.reference.excitations)

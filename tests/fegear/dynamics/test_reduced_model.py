@@ -116,7 +116,7 @@ def test_slow_motion_with_friction_is_static(case_of, track, relief):
 
 @pytest.mark.parametrize("cutoff", [None, CUTOFF], ids=["rigid", "elastic"])
 def test_start_balances_the_torques(case_of, cutoff):
-    case = case_of("liu-idler")
+    case = case_of("liu-idler-small-hubs")
     model = case.model(cutoff)
     touch = case.stepper(cutoff).start().touch
     radius = case.gear_set.meshes[0].pair.driver.base_radius
@@ -143,7 +143,7 @@ def next_contact(model, c):
 @pytest.fixture(scope="session")
 def both_sides(case_of):
     """Three gears with all that counts: back sides, friction and elastic modes."""
-    return case_of("liu-idler", backlash=20e-6, friction=0.1).model(CUTOFF)
+    return case_of("liu-idler-small-hubs", backlash=20e-6, friction=0.1).model(CUTOFF)
 
 
 def test_contacts_come_on_both_sides_of_both_meshes(both_sides):
@@ -198,7 +198,7 @@ def test_laws_go_on_over_the_end_of_a_cycle(both_sides):
 
 def test_a_march_is_continuous_where_teeth_are_counted_anew(case_of, track):
     """No jump of squeeze or load is larger there than at other steps."""
-    stepper = case_of("liu-idler").stepper(CUTOFF)
+    stepper = case_of("liu-idler-small-hubs").stepper(CUTOFF)
     steps = 1024
     run = track(
         stepper, stepper.start(), 300.0, 1.0 / (300.0 * steps), 2 * steps, steps
@@ -244,7 +244,7 @@ def moving_in_the_plane(case, torque, mirrored):
 
 @pytest.fixture(scope="session")
 def both_ways(case_of):
-    case = case_of("liu-idler", backlash=20e-6, friction=0.1)
+    case = case_of("liu-idler-small-hubs", backlash=20e-6, friction=0.1)
     return [moving_in_the_plane(case, 20.0, mirrored) for mirrored in (False, True)]
 
 

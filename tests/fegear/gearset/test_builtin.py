@@ -2,16 +2,25 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from fegear.gearset import Shaft, builtin_names, load_gear_set
 from fegear.gearset.derived import gear_set_figures
+from fegear.statics import StaticsSettings, solve_mesh
+from fegear.train import mesh_torques_at
 
 
 def test_names():
-    assert builtin_names() == ["liu-countershaft", "liu-idler", "liu-pair"]
+    assert builtin_names() == [
+        "liu-countershaft",
+        "liu-idler",
+        "liu-idler-small-hubs",
+        "liu-pair",
+    ]
 
 
 @pytest.mark.parametrize("name", builtin_names())
@@ -31,7 +40,42 @@ def test_idler_base_radii_and_contact_ratios():
     assert ratios == pytest.approx([1.504, 1.510], abs=1e-9)
     angles = [mesh.operating_pressure_angle_deg for mesh in figures.meshes]
     assert angles == pytest.approx([21.22, 21.02])
-    assert [gear.face_width_mm for gear in figures.gears] == [25.4] * 3
+    assert [gear.face_width_mm for gear in figures.gears] == pytest.approx([20.3] * 3)
+
+
+@pytest.mark.parametrize(
+    ("name", "variations"),
+    [
+        ("liu-idler", (0.35, 0.40)),
+        ("liu-pair", (0.35,)),
+        ("liu-countershaft", (None, None)),
+    ],
+)
+def test_identified_gears_have_the_printed_mesh_stiffness(name, variations):
+    """Tables 2.1, 4.1 and 5.1, at 100 N m on the input gear."""
+    gear_set = load_gear_set(name)
+    settings = StaticsSettings(estimate_error=False)
+    torques = mesh_torques_at(gear_set, 100.0)
+    for m, (torque, printed) in enumerate(zip(torques, variations, strict=True)):
+        k = solve_mesh(gear_set, m, [torque], settings).table["stiffness_N_per_m"][0]
+        assert k.mean() == pytest.approx(gear_set.meshes[m].mean_stiffness, rel=0.02)
+        if printed is not None:
+            assert np.ptp(k) / k.mean() == pytest.approx(printed, abs=0.025)
+
+
+@pytest.mark.parametrize("name", builtin_names())
+def test_rims_are_two_modules_thick_or_more(name):
+    for gear in load_gear_set(name).gears:
+        teeth = gear.geometry
+        assert teeth.root_radius - teeth.hub_radius > 2.0 * teeth.module
+
+
+def test_small_hubs_differ_from_the_idler_set_in_width_and_hubs_alone():
+    small, usual = load_gear_set("liu-idler-small-hubs"), load_gear_set("liu-idler")
+    for one, two in zip(small.gears, usual.gears, strict=True):
+        hub = replace(one.geometry, hub_radius=two.geometry.hub_radius)
+        assert replace(one, geometry=hub, face_width=two.face_width) == two
+        assert one.geometry.hub_radius < two.geometry.hub_radius
 
 
 def test_idler_torques_balance_the_printed_ones():
@@ -77,7 +121,8 @@ def test_countershaft_table_4_1():
     assert widths == [22.5, 29.0, 20.0, 20.0]
     ratios = [mesh.pair.contact_ratio for mesh in gear_set.meshes]
     assert ratios == pytest.approx([1.60, 1.70], abs=1e-9)
-    assert gear_set.meshes[1].phase == 0.257
+    radians = 2.0 * math.pi * gear_set.meshes[1].phase
+    assert radians == pytest.approx(0.257, abs=1e-4)
     assert gear_set.shafts == (Shaft(gears=(1, 2), stiffness=None),)
     means = [mesh.mean_stiffness for mesh in gear_set.meshes]
     assert means == [4.24e8, 3.45e8]

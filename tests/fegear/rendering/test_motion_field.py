@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import typer
+from conftest import SMALL_HUBS
 from typer.testing import CliRunner
 
 from fegear.cli.dynamics import dynamics_command
@@ -26,7 +27,7 @@ TORQUE = 100.0  # N m
 
 @pytest.fixture(scope="module")
 def scene(private_cache) -> MeshScene:
-    return mesh_scene(load_gear_set("liu-pair"), 0, StaticsSettings())
+    return mesh_scene(load_gear_set("liu-pair", SMALL_HUBS), 0, StaticsSettings())
 
 
 @pytest.fixture(scope="module")

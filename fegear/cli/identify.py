@@ -1,0 +1,237 @@
+"""fegear identify: face width and hub radii from measured mesh stiffness."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from fegear.cli.edits import Edits, parsed_edits
+from fegear.cli.lumped_options import AsJson, LoadCase, SetName, middle_torque
+from fegear.cli.options import (
+    PlaneChoice,
+    ResolutionChoice,
+    progress_bar,
+    require,
+    require_outputs,
+)
+from fegear.errors import InputError
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from fegear.gearset.model import GearSet
+    from fegear.identify import MeasuredStiffness
+
+
+def identify_command(
+    set_name: SetName,
+    mean: Annotated[
+        list[float] | None,
+        typer.Option(
+            help="Measured mean mesh stiffness in N/m, once for each mesh in order. "
+            "Default: mean_stiffness_N_per_m of the gear set."
+        ),
+    ] = None,
+    variation: Annotated[
+        list[float] | None,
+        typer.Option(
+            help="Measured peak-to-peak stiffness over its mean, once for each mesh. "
+            "Default: stiffness_variation of the gear set."
+        ),
+    ] = None,
+    mean_spread: Annotated[
+        float,
+        typer.Option(help="Relative standard deviation of the mean stiffnesses."),
+    ] = 0.02,
+    variation_spread: Annotated[
+        float, typer.Option(help="Standard deviation of the variations.")
+    ] = 0.025,
+    hold_width: Annotated[
+        bool,
+        typer.Option(
+            "--hold-width", help="Keep the face widths and identify hub radii alone."
+        ),
+    ] = False,
+    along: Annotated[
+        str | None,
+        typer.Option(
+            metavar="GEAR",
+            help="Gear whose hub radius runs through the valley of equally good sets. "
+            "Default: the first gear.",
+        ),
+    ] = None,
+    torque: LoadCase = None,
+    edits: Edits = None,
+    plane: Annotated[
+        PlaneChoice, typer.Option(help="Plane stress or plane strain.")
+    ] = PlaneChoice.stress,
+    resolution: Annotated[
+        ResolutionChoice, typer.Option(help="Resolution of mesh and contact grid.")
+    ] = ResolutionChoice.default,
+    output: Annotated[
+        Path | None,
+        typer.Option("-o", "--output", help="Write the valley to a CSV file."),
+    ] = None,
+    plot: Annotated[
+        Path | None, typer.Option(help="Draw the valley into a PNG file.")
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Face width and hub radii that give measured mesh stiffnesses.
+
+    A weighted least-squares fit of one factor on all face widths and of every gear's
+    hub radius. Figures that leave several sets equally good are shown with them.
+
+    Example: fegear identify liu-idler --mean 2.98e8 --mean 3.21e8 --variation 0.35
+    --variation 0.40
+    """
+    from fegear.gearset import load_gear_set
+
+    require_outputs([output, plot], [set_name])
+    gear_set = load_gear_set(set_name, parsed_edits(edits))
+    names = [gear.name for gear in gear_set.gears]
+    if along is not None and along not in names:
+        raise InputError(f"--along {along}; {gear_set.name} has {', '.join(names)}")
+    at = middle_torque(gear_set, torque)
+    require(at > 0.0, "--torque", at, "must be positive, on the input gear [N m]")
+    from fegear.identify import identify, stiffness_model
+    from fegear.identify_report import draw_valley, identification_values, valley_csv
+    from fegear.output import strict_json, write_text, write_whole
+    from fegear.statics import StaticsSettings
+
+    measured = _measured(gear_set, at, (mean, variation), mean_spread, variation_spread)
+    settings = StaticsSettings(plane=plane.value, resolution=resolution.value)
+    start = names.index(along) if along else 0
+    with progress_bar(enabled=not as_json) as report:
+        model = stiffness_model(gear_set, measured.torque, settings, report)
+        found = identify(model, measured, hold_width, start, report)
+    values = identification_values(gear_set, measured, found)
+    if output is not None:
+        write_text(output, valley_csv(values))
+    if plot is not None:
+        from fegear.plots import save_figure
+
+        figure = draw_valley(gear_set, measured, found)
+        write_whole(plot, lambda path: save_figure(figure, path))
+    if as_json:
+        typer.echo(strict_json(values), nl=False)
+    else:
+        print_identification(values, names)
+
+
+def _measured(
+    gear_set: GearSet,
+    torque: float,
+    given: tuple[Sequence[float] | None, Sequence[float] | None],
+    mean_spread: float,
+    variation_spread: float,
+) -> MeasuredStiffness:
+    """What the options and the gear set know of the meshes; checks the options."""
+    import numpy as np
+
+    from fegear.identify import MeasuredStiffness
+    from fegear.train import mesh_torques_at
+
+    mean, variation = given
+    own_mean = [mesh.mean_stiffness for mesh in gear_set.meshes]
+    own_variation = [mesh.stiffness_variation for mesh in gear_set.meshes]
+    for name, values, largest in (
+        ("--mean", mean or [], 1e12),
+        ("--variation", variation or [], 1.0),
+        ("--mean-spread", [mean_spread], 1.0),
+        ("--variation-spread", [variation_spread], 1.0),
+    ):
+        for value in values:
+            ok = 0.0 < value < largest
+            require(ok, name, value, f"must be above 0 and below {largest:g}")
+    for name, given_values in (("--mean", mean), ("--variation", variation)):
+        if given_values and len(given_values) != len(own_mean):
+            raise InputError(
+                f"{name} is given {len(given_values)} times; {gear_set.name} has "
+                f"{len(own_mean)} meshes, one for each is needed"
+            )
+    return MeasuredStiffness(
+        torque=np.array(mesh_torques_at(gear_set, torque)),
+        mean=np.array(mean or own_mean, float),
+        variation=np.array(variation or own_variation, float),
+        mean_spread=mean_spread,
+        variation_spread=variation_spread,
+    )
+
+
+def print_identification(values: dict[str, Any], names: list[str]) -> None:
+    """The sets that are equally good, and how the chosen one meets the figures."""
+    from rich.console import Console
+
+    console = Console(highlight=False, markup=False)
+    console.print(_sets_table(values, names))
+    console.print(_figures_table(values))
+    console.print(
+        f"misfit: squares of the differences over their spreads "
+        f"({100.0 * values['mean_spread']:g} % of a mean, "
+        f"{values['variation_spread']:g} of a variation), summed; interpolation "
+        f"between hub radii changes a mean by {values['interpolation_error']:.1e}"
+    )
+
+
+def _sets_table(values: dict[str, Any], names: list[str]) -> Table:
+    from rich import box
+    from rich.table import Table
+
+    table = Table(
+        title=f"{values['gear_set']}: equally good sets, * the set chosen",
+        box=box.SIMPLE_HEAD,
+        title_justify="left",
+        pad_edge=False,
+    )
+    table.add_column("")
+    width = f"{names[0]}_face_width_mm"
+    hubs = [f"{name}_hub_radius_mm" for name in names]
+    for name in names:
+        title = f"hub radius\nof {name}\n[mm]"
+        table.add_column(title, justify="right", min_width=6)
+    table.add_column(f"face width\nof {names[0]}\n[mm]", justify="right", min_width=6)
+    table.add_column("misfit", justify="right", min_width=6)
+    best = values["best"]
+    key = f"{values['equally_good_from']}_hub_radius_mm"
+    for row in sorted([best, *values["equally_good"]], key=lambda row: row[key]):
+        numbers = [f"{row[name]:.2f}" for name in (*hubs, width)]
+        table.add_row("*" if row is best else "", *numbers, f"{row['misfit']:.3f}")
+    return table
+
+
+def _figures_table(values: dict[str, Any]) -> Table:
+    from rich import box
+    from rich.table import Table
+
+    table = Table(
+        title="the set chosen, meshed, beside what was measured",
+        box=box.SIMPLE_HEAD,
+        title_justify="left",
+        pad_edge=False,
+    )
+    table.add_column("mesh", justify="right")
+    for quantity in ("mean stiffness\n[1e8 N/m]", "peak to peak\nover mean"):
+        for origin in ("", "measured "):
+            table.add_column(f"{origin}{quantity}", justify="right")
+    for m, (mean, variation) in enumerate(
+        zip(
+            values["measured_mean_stiffness_N_per_m"],
+            values["measured_stiffness_variation"],
+            strict=True,
+        ),
+        start=1,
+    ):
+        row = values["best"]
+        table.add_row(
+            str(m),
+            f"{1e-8 * row[f'mesh{m}_mean_stiffness_N_per_m']:.4f}",
+            "-" if math.isnan(mean) else f"{1e-8 * mean:.4f}",
+            f"{row[f'mesh{m}_stiffness_variation']:.4f}",
+            "-" if math.isnan(variation) else f"{variation:.4f}",
+        )
+    return table

@@ -1,0 +1,115 @@
+"""What an identification shows: plain values, a table for a file, and a figure."""
+
+from __future__ import annotations
+
+import csv
+import io
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fegear.gearset.model import GearSet
+from fegear.identify import Candidate, Identification, MeasuredStiffness
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+
+def identification_values(
+    gear_set: GearSet, measured: MeasuredStiffness, found: Identification
+) -> dict[str, Any]:
+    """The identification as plain values, ready for JSON; NaN where unknown."""
+    return {
+        "gear_set": gear_set.name,
+        "driver_torque_Nm": [float(torque) for torque in measured.torque],
+        "measured_mean_stiffness_N_per_m": [float(k) for k in measured.mean],
+        "measured_stiffness_variation": [float(eps) for eps in measured.variation],
+        "mean_spread": measured.mean_spread,
+        "variation_spread": measured.variation_spread,
+        "best": candidate_values(gear_set, found.best),
+        "interpolation_error": found.interpolation_error,
+        "equally_good_from": gear_set.gears[found.along].name,
+        "equally_good": [candidate_values(gear_set, c) for c in found.equally_good],
+        "valley": [candidate_values(gear_set, c) for c in found.valley],
+    }
+
+
+def candidate_values(gear_set: GearSet, candidate: Candidate) -> dict[str, float]:
+    """One set by column name."""
+    values = {}
+    for gear, hub in zip(gear_set.gears, candidate.hub_radius, strict=True):
+        width = 1e3 * candidate.width_factor * gear.face_width
+        values[f"{gear.name}_face_width_mm"] = float(width)
+        values[f"{gear.name}_hub_radius_mm"] = 1e3 * float(hub)
+    for m, (mean, variation) in enumerate(
+        zip(candidate.mean, candidate.variation, strict=True), start=1
+    ):
+        values[f"mesh{m}_mean_stiffness_N_per_m"] = float(mean)
+        values[f"mesh{m}_stiffness_variation"] = float(variation)
+    return values | {"misfit": candidate.misfit}
+
+
+def valley_csv(values: dict[str, Any]) -> str:
+    """The valley as CSV text, a row for each set, the smallest hub first."""
+    out = io.StringIO()
+    out.write(f"# gear set: {values['gear_set']}\n")
+    out.write("# misfit: sum of squares of (figure - measured) over its spread\n")
+    writer = csv.DictWriter(out, list(values["best"]), lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(values["valley"])
+    return out.getvalue()
+
+
+def draw_valley(
+    gear_set: GearSet, measured: MeasuredStiffness, found: Identification
+) -> Figure:
+    """Hubs and width, and the figures they give, along the valley."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(8.0, 9.0), layout="constrained")
+    hubs, means, variations, misfit = figure.subplots(
+        4, 1, sharex=True, height_ratios=(1.5, 1.0, 1.0, 0.8)
+    )
+    along = gear_set.gears[found.along].name
+    x = np.array([1e3 * c.hub_radius[found.along] for c in found.valley])
+    _draw_hubs(hubs, gear_set, found, x)
+    for m in range(len(gear_set.meshes)):
+        for axes, name, scale in ((means, "mean", 1e-8), (variations, "variation", 1)):
+            curve = scale * np.array([getattr(c, name)[m] for c in found.valley])
+            (line,) = axes.plot(x, curve, label=f"mesh {m + 1}")
+            wanted = scale * getattr(measured, name)[m]
+            axes.axhline(wanted, color=line.get_color(), linestyle=":")
+    means.set_ylabel("mean stiffness\n[1e8 N/m]")
+    variations.set_ylabel("peak to peak\nover mean")
+    means.legend(title="dotted: measured", fontsize=8)
+    misfit.plot(x, [c.misfit for c in found.valley], color="k")
+    misfit.set_ylim(0.0, found.best.misfit + 6.0)
+    misfit.set_ylabel("misfit")
+    misfit.set_xlabel(f"hub radius of {along} [mm]")
+    good = [1e3 * c.hub_radius[found.along] for c in found.equally_good]
+    for axes in (hubs, means, variations, misfit):
+        if good:
+            axes.axvspan(min(good), max(good), color="0.93", zorder=0)
+        axes.axvline(1e3 * found.best.hub_radius[found.along], color="0.4", lw=0.8)
+        axes.grid(alpha=0.25)
+    figure.suptitle(
+        f"{gear_set.name}: face width and hub radii from mesh stiffness\n"
+        "grey: equally good sets, line: the set chosen",
+        fontsize=11,
+    )
+    return figure
+
+
+def _draw_hubs(
+    axes: Axes, gear_set: GearSet, found: Identification, x: np.ndarray
+) -> None:
+    for i, gear in enumerate(gear_set.gears):
+        if i != found.along:
+            radius = [1e3 * c.hub_radius[i] for c in found.valley]
+            axes.plot(x, radius, label=f"hub radius of {gear.name}")
+    width = [c.width_factor * 1e3 * gear_set.gears[0].face_width for c in found.valley]
+    name = gear_set.gears[0].name
+    axes.plot(x, width, color="k", linestyle="--", label=f"face width of {name}")
+    axes.set_ylabel("[mm]")
+    axes.legend(fontsize=8)

@@ -1,0 +1,86 @@
+"""`fegear identify` on the screen, in files and as JSON."""
+
+from __future__ import annotations
+
+import json
+from functools import cache
+
+import pytest
+import typer
+from typer.testing import CliRunner
+
+from fegear.cli.identify import identify_command
+from fegear.errors import InputError
+
+app = typer.Typer()
+app.command("identify")(identify_command)
+FAST = ("liu-pair", "--resolution", "coarse")
+
+
+def run(*words: str) -> str:
+    result = CliRunner().invoke(app, words, catch_exceptions=False)
+    assert result.exit_code == 0
+    return result.stdout
+
+
+@cache
+def best(*words: str) -> dict[str, float]:
+    return json.loads(run(*FAST, *words, "--json"))["best"]
+
+
+def test_figures_of_the_gear_set_by_default(tmp_path):
+    text = run(*FAST, "-o", str(tmp_path / "v.csv"), "--plot", str(tmp_path / "v.png"))
+    for word in ("hub radius", "of idler", "face width", "* the set chosen", "2.9800"):
+        assert word in text
+    assert (tmp_path / "v.csv").read_text().startswith("# gear set: liu-pair")
+    assert (tmp_path / "v.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_the_set_chosen_meets_the_figures():
+    found = best("--mean", "2.5e8", "--variation", "0.33")
+    assert found["mesh1_mean_stiffness_N_per_m"] == pytest.approx(2.5e8, rel=5e-3)
+    assert found["mesh1_stiffness_variation"] == pytest.approx(0.33, abs=5e-3)
+
+
+@pytest.mark.parametrize(
+    "option",
+    [
+        ("--mean", "2.5e8"),
+        ("--variation", "0.33"),
+        ("--mean-spread", "0.2", "--hold-width", "--mean", "3.4e8"),
+        ("--variation-spread", "0.2", "--hold-width", "--mean", "3.4e8"),
+        ("--hold-width",),
+        ("--torque", "20"),
+        ("--plane", "strain"),
+        ("--set", "gear.1.profile_shift=0.2"),
+    ],
+    ids=" ".join,
+)
+def test_every_option_moves_the_answer(option):
+    base = best(*option[2:])  # the option beside those that go with it
+    assert best(*option) != base
+
+
+def test_along_chooses_the_gear_of_the_valley():
+    values = json.loads(run(*FAST, "--along", "idler", "--json"))
+    assert values["equally_good_from"] == "idler"
+    hubs = [row["idler_hub_radius_mm"] for row in values["valley"]]
+    assert hubs == sorted(hubs)
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("--mean", "-1"), r"--mean = -1; must be above 0 and below 1e\+12"),
+        (("--mean", "nan"), "--mean = nan; must be above 0"),
+        (("--variation", "1.5"), "--variation = 1.5; must be above 0 and below 1"),
+        (("--mean-spread", "0"), "--mean-spread = 0; must be above 0"),
+        (("--variation-spread", "inf"), "--variation-spread = inf; must be above 0"),
+        (("--mean", "1e8", "--mean", "1e8"), "--mean is given 2 times; liu-pair has 1"),
+        (("--along", "nobody"), "--along nobody; liu-pair has pinion, idler"),
+        (("--torque", "0"), "--torque = 0; must be positive"),
+    ],
+)
+def test_wrong_input_names_the_option(words, message):
+    with pytest.raises(InputError, match=message):
+        CliRunner().invoke(app, (*FAST, *words), catch_exceptions=False)
