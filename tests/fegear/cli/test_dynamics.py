@@ -173,7 +173,7 @@ def test_a_journal_of_other_gears_or_histories_is_refused(tmp_path):
     assert done.returncode == 2
     assert "histories" in done.stderr
     assert "teeth = 55" in text
-    own.write_text(text.replace("hub_radius_mm = 44", "hub_radius_mm = 43"))
+    own.write_text(text.replace("hub_radius_mm = 42", "hub_radius_mm = 43"))
     done = subprocess.run([*MAIN, *words, "--resume"], capture_output=True, text=True)
     assert done.returncode == 2
     assert "figures of the gear set" in done.stderr

@@ -40,7 +40,7 @@ def test_idler_base_radii_and_contact_ratios():
     assert ratios == pytest.approx([1.504, 1.510], abs=1e-9)
     angles = [mesh.operating_pressure_angle_deg for mesh in figures.meshes]
     assert angles == pytest.approx([21.22, 21.02])
-    assert [gear.face_width_mm for gear in figures.gears] == pytest.approx([20.3] * 3)
+    assert [gear.face_width_mm for gear in figures.gears] == pytest.approx([20.4] * 3)
 
 
 @pytest.mark.parametrize(
