@@ -27,6 +27,7 @@ from fegear.elasticity.material import PlaneMaterial
 from fegear.elasticity.modes import GearModes, gear_modes
 from fegear.errors import InputError
 from fegear.excitation import Excitations
+from fegear.gearset.inertia import require_inertia_of_bodies
 from fegear.gearset.model import Gear, GearSet
 from fegear.gearset.phases import mesh_phases
 from fegear.statics import RESOLUTIONS, StaticsSettings, contact_problem
@@ -99,6 +100,8 @@ def prepare(
                 f'{gear_set.name}: gear "{gear.name}" has pitch_errors_um; dynamics '
                 "takes teeth that are all equal, leave them out"
             )
+    if elements.fidelity != "quasistatic":
+        require_inertia_of_bodies(gear_set)
     tables = [
         excitations.table(gear_set, mesh, on_mesh)
         for mesh, on_mesh in enumerate(mesh_torques_at(gear_set, torque))

@@ -14,7 +14,7 @@ from fegear.gearset.phases import geometric_phase, mesh_phases
 from fegear.gearset.zones import Zones, zones
 from meshes.gear import SpurGear
 
-RING = "derived"  # of a ring from hub to reference circle
+DERIVED = "derived"  # of the body between bore and tooth outline
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -176,9 +176,9 @@ def gear_figures(gear: Gear) -> GearFigures:
         poisson_ratio=gear.poisson_ratio,
         density_kg_per_m3=gear.density,
         inertia_kg_m2=inertia_of(gear),
-        inertia_origin=RING if gear.inertia is None else "given",
+        inertia_origin=DERIVED if gear.inertia is None else "given",
         mass_kg=mass_of(gear),
-        mass_origin=RING if gear.mass is None else "given",
+        mass_origin=DERIVED if gear.mass is None else "given",
         bearing_kx_N_per_m=kx,
         bearing_ky_N_per_m=ky,
         coupling_stiffness_Nm_per_rad=gear.coupling_stiffness,

@@ -1,33 +1,51 @@
-"""Mass and polar inertia of a gear as a plain ring, where none are given.
+"""Mass and polar inertia of a gear: as given, else of the body that is meshed.
 
-The ring reaches from the hub to the reference circle: what the teeth have above it
-is about what their spaces lack below.
+The body reaches from the bore to the true outline of the teeth.
 """
 
 from __future__ import annotations
 
-import math
+from fegear.errors import InputError
+from fegear.gearset.model import Gear, GearSet
+from meshes.section import section_area, section_polar_moment
 
-from fegear.gearset.model import Gear
-
-
-def ring_mass(gear: Gear) -> float:
-    """rho pi b (R^2 - r^2) [kg]."""
-    outer, inner = gear.geometry.reference_radius, gear.geometry.hub_radius
-    return gear.density * gear.face_width * math.pi * (outer**2 - inner**2)
+ROUNDING = 1e-5  # of a given inertia, as `fegear show` prints it
 
 
-def ring_inertia(gear: Gear) -> float:
-    """m (R^2 + r^2) / 2 about the axis [kg m2]."""
-    outer, inner = gear.geometry.reference_radius, gear.geometry.hub_radius
-    return 0.5 * ring_mass(gear) * (outer**2 + inner**2)
+def body_mass(gear: Gear) -> float:
+    """rho b A [kg]."""
+    return gear.density * gear.face_width * section_area(gear.geometry)
+
+
+def body_inertia(gear: Gear) -> float:
+    """About the axis [kg m2]."""
+    return gear.density * gear.face_width * section_polar_moment(gear.geometry)
 
 
 def mass_of(gear: Gear) -> float:
-    """The given mass, else the ring's [kg]."""
-    return ring_mass(gear) if gear.mass is None else gear.mass
+    """The given mass, else the body's [kg]."""
+    return body_mass(gear) if gear.mass is None else gear.mass
 
 
 def inertia_of(gear: Gear) -> float:
-    """The given polar inertia, else the ring's [kg m2]."""
-    return ring_inertia(gear) if gear.inertia is None else gear.inertia
+    """The given polar inertia, else the body's [kg m2]."""
+    return body_inertia(gear) if gear.inertia is None else gear.inertia
+
+
+def require_inertia_of_bodies(gear_set: GearSet) -> None:
+    """Raise InputError for a gear whose body alone exceeds the given inertia.
+
+    An elastic body brings its own inertia, and what it leaves of the given one is the
+    hub's: without anything left the motion has no solution.
+    """
+    for gear in gear_set.gears:
+        given, body = inertia_of(gear), body_inertia(gear)
+        if not given >= (1.0 - ROUNDING) * body:
+            raise InputError(
+                f'{gear_set.name}: gear "{gear.name}": inertia_kg_m2 = {given:.6g} is '
+                f"less than the {body:.6g} kg m2 of the body between bore and tooth "
+                "outline; where the body is elastic, give its inertia or more, a "
+                "smaller face_width_mm, a larger hub_radius_mm, or a smaller "
+                "density_kg_per_m3 for a body with holes; "
+                "fidelity quasistatic has no elastic body"
+            )

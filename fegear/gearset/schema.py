@@ -78,7 +78,7 @@ class GearDefaults(Keys):
     rack_tip_radius_mm : by default 0.3 module or, if less, what fits the space
     tooth_thinning_um : reduction of the arc thickness on the reference circle
     pitch_errors_um : material missing on each tooth's flank
-    inertia_kg_m2, mass_kg : by default of a ring from hub to reference circle
+    inertia_kg_m2, mass_kg : by default of the body between bore and tooth outline
     bearing_kx_N_per_m, bearing_ky_N_per_m : without them the centre does not move
     coupling_stiffness_Nm_per_rad : torsional spring to ground
     """

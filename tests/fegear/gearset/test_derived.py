@@ -8,6 +8,8 @@ from dataclasses import asdict, replace
 
 import pytest
 
+from fegear.elasticity.material import PlaneMaterial
+from fegear.elasticity.whole import whole_gear
 from fegear.gearset import builtin_names, load_gear_set, read_gear_set
 from fegear.gearset.derived import gear_set_figures
 from fegear.gearset.phases import geometric_phase
@@ -134,13 +136,15 @@ def test_phase_adds_up_along_a_row_and_stops_at_a_shaft():
     assert chosen.phase_origin == "chosen, gears on a shaft can be clocked at will"
 
 
-def test_missing_inertia_and_mass_are_those_of_a_ring():
-    gear, *_ = gear_set_figures(read_gear_set(idler_train(37))).gears
-    outer, inner, density, width = 30e-3, 10e-3, 7850.0, 20e-3
-    mass = density * width * math.pi * (outer**2 - inner**2)
-    assert gear.mass_kg == pytest.approx(mass)
-    assert gear.inertia_kg_m2 == pytest.approx(0.5 * mass * (outer**2 + inner**2))
-    assert (gear.mass_origin, gear.inertia_origin) == ("derived",) * 2
+def test_missing_inertia_and_mass_are_those_of_the_meshed_body():
+    gear, *_ = read_gear_set(idler_train(37)).gears
+    steel = PlaneMaterial(gear.young_modulus, gear.poisson_ratio)
+    body = whole_gear(gear.geometry, steel, gear.density)
+    figures, *_ = gear_set_figures(read_gear_set(idler_train(37))).gears
+    width = gear.face_width
+    assert figures.inertia_kg_m2 == pytest.approx(width * body.inertia, rel=1e-5)
+    assert figures.mass_kg == pytest.approx(width * body.mass, rel=1e-5)
+    assert (figures.mass_origin, figures.inertia_origin) == ("derived",) * 2
 
 
 def test_given_inertia_and_mass_stand():

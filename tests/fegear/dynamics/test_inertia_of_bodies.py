@@ -1,0 +1,99 @@
+"""Gears whose inertia is that of their elastic bodies, as in the README's example."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fegear.cli.lumped_options import build_system
+from fegear.dynamics.build import FiniteElements, prepare
+from fegear.dynamics.respond import DynamicSettings, respond
+from fegear.errors import InputError
+from fegear.excitation import Excitations, Source
+from fegear.gearset import read_gear_set
+from fegear.gearset.inertia import body_inertia, inertia_of, require_inertia_of_bodies
+
+README = Path(__file__).parents[3] / "README.md"
+TORQUE, SPEEDS = 120.0, [200.0, 4000.0]
+SETTINGS = DynamicSettings(tolerance=1e-3, steps=64)
+
+
+@pytest.fixture(scope="module")
+def example():
+    (text,) = re.findall(r"```toml\n(.*?)```", README.read_text("utf-8"), re.DOTALL)
+    return read_gear_set(text)
+
+
+@pytest.fixture(scope="module")
+def prepared(example, private_cache):
+    tables = Excitations(Source(resolution="coarse", positions=64))
+    reference = build_system(example, TORQUE, 1, False, None, tables)
+
+    def make(fidelity):
+        elements = FiniteElements(fidelity=fidelity, resolution="coarse", mesh=0.25)
+        given = TORQUE, reference, SPEEDS, elements, SETTINGS, tables
+        return prepare(example, *given).stepper
+
+    return make
+
+
+def test_modes_and_all_freedoms_agree_from_rest(prepared):
+    """From the inertia of a ring up to the reference circle the hub's is negative."""
+    speed, steps = SPEEDS[1], 128
+    found = []
+    for fidelity in ("full", "reduced", "auto"):
+        stepper = prepared(fidelity)
+        size = 1.0 / (speed * steps)
+        _, motion = stepper.march(stepper.start(), speed, size, 3 * steps, steps)
+        found.append(motion.history.deflection[:, 0])
+    full, *others = found
+    for motion in others:
+        assert np.sqrt(((motion - full) ** 2).mean()) < 0.06 * full.std()
+
+
+def test_slow_motion_needs_no_elastic_inertia(prepared):
+    still, *moving = (
+        respond(prepared(fidelity), SPEEDS[0], SETTINGS)[0].dte_rms[0]
+        for fidelity in ("quasistatic", "reduced", "auto")
+    )
+    assert moving == pytest.approx([still, still], rel=5e-3)
+
+
+def light(gear_set, factor):
+    """With so much of the body's inertia given to the first gear."""
+    first, *others = gear_set.gears
+    first = replace(first, inertia=factor * body_inertia(first))
+    return replace(gear_set, gears=(first, *others))
+
+
+@pytest.mark.parametrize("fidelity", ["full", "reduced", "auto"])
+def test_less_inertia_than_the_elastic_body_has_is_refused(example, fidelity):
+    elements = FiniteElements(fidelity=fidelity)
+    never = None  # nothing is solved before
+    with pytest.raises(InputError) as caught:
+        prepare(light(example, 0.99), 120.0, never, [1e3], elements, SETTINGS, never)
+    (line,) = str(caught.value).splitlines()
+    assert 'my-pair: gear "pinion": inertia_kg_m2 = 0.000172929' in line
+    assert "less than the 0.000174676 kg m2 of the body" in line
+    for key in ("face_width_mm", "hub_radius_mm", "density_kg_per_m3"):
+        assert key in line
+
+
+def test_inertia_as_it_is_printed_is_taken(example):
+    gears = [replace(g, inertia=float(f"{inertia_of(g):.6g}")) for g in example.gears]
+    require_inertia_of_bodies(replace(example, gears=tuple(gears)))
+
+
+@pytest.mark.parametrize(
+    "change", [{"density": 0.98 * 7850.0}, {"face_width": 0.98 * 20e-3}]
+)
+def test_a_lighter_body_fits_the_same_inertia(example, change):
+    gear_set = light(example, 0.99)
+    first, *others = gear_set.gears
+    require_inertia_of_bodies(
+        replace(gear_set, gears=(replace(first, **change), *others))
+    )
