@@ -72,6 +72,11 @@ class Excitations:
     source: Source = field(default_factory=Source)
     _tables: dict[tuple[object, ...], MeshTable] = field(default_factory=dict)
 
+    @property
+    def solved(self) -> bool:
+        """Whether finite elements have been solved."""
+        return bool(self._tables)
+
     def of(
         self, gear_set: GearSet, mesh: int, torque: float, model: int
     ) -> MeshExcitation:

@@ -14,7 +14,7 @@ from fegear.contact.problem import ContactCycle, ContactProblem, solve_cycle
 from fegear.elasticity.cache import cached_flank_compliance
 from fegear.elasticity.flank import FlankCompliance
 from fegear.elasticity.material import Plane, PlaneMaterial
-from fegear.gearset.model import GearSet
+from fegear.gearset.model import Gear, GearSet
 from fegear.timing import recorded_stages, stage
 from lumped.table import MeshTable
 from meshes import MeshSize
@@ -60,6 +60,14 @@ class StaticsSettings:
         if self.resolution not in RESOLUTIONS:
             known = ", ".join(RESOLUTIONS)
             raise ValueError(f"resolution must be one of {known}")
+
+    @property
+    def size(self) -> MeshSize:
+        """Of the sector mesh, for all that is solved on it."""
+        return RESOLUTIONS[self.resolution].size
+
+    def material(self, gear: Gear) -> PlaneMaterial:
+        return PlaneMaterial(gear.young_modulus, gear.poisson_ratio, self.plane)
 
 
 @dataclass(frozen=True)
@@ -139,14 +147,14 @@ def contact_problem(
     flanks: list[FlankCompliance] = []
     for i, gear in enumerate(gears):
         report(f"compliance of {gear.name}", i, 2)
-        material = PlaneMaterial(gear.young_modulus, gear.poisson_ratio, settings.plane)
+        material = settings.material(gear)
         flanks.append(cached_flank_compliance(gear.geometry, material, resolution.size))
     report("compliance", 2, 2)
     return ContactProblem(
         pair=spec.pair,
         driver=flanks[0],
         driven=flanks[1],
-        face_width=min(gear.face_width for gear in gears),
+        face_width=gear_set.common_width(mesh),
         driver_tip_relief=spec.driver_tip_relief,
         driver_root_relief=spec.driver_root_relief,
         driven_tip_relief=spec.driven_tip_relief,

@@ -125,7 +125,7 @@ def _problem(gear_set: GearSet, variant: Variant) -> ContactProblem:
         pair=spec.pair,
         driver=flanks[0],
         driven=flanks[1],
-        face_width=min(gear.face_width for gear in gears),
+        face_width=gear_set.common_width(0),
         nodes=variant.nodes,
     )
 

@@ -7,11 +7,10 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from fegear.excitation import Excitations, Source
+from fegear.excitation import Excitations
 from fegear.statics import solve_mesh
 from fegear.train import mesh_torques_at
 from lumped.excitation import MeshExcitation
-from lumped.table import MeshTable
 from validation.metrics import WAVE_POINTS, Statics
 from validation.tasks import Task
 
@@ -27,8 +26,11 @@ def mesh_statics(
     torque = mesh_torques_at(gear_set, task.torque)[mesh]
     force = torque / gear_set.meshes[mesh].pair.driver.base_radius
     if task.model is None:
-        free = excitations.table(gear_set, mesh, torque)
-        table = _table_with_friction(task, mesh, torque, free)
+        table = free = excitations.table(gear_set, mesh, torque)
+        if task.case.friction > 0.0:
+            statics = excitations.source.statics
+            settings = replace(statics, friction=task.case.friction)
+            table = solve_mesh(gear_set, mesh, [torque], settings).table
         return Statics(
             mesh + 1,
             force,
@@ -41,15 +43,6 @@ def mesh_statics(
     deflection = static_deflection(excitation, force, position)
     still, none = np.zeros_like(position), np.zeros(position.size, bool)
     return Statics(mesh + 1, force, position, deflection, still, none)
-
-
-def _table_with_friction(
-    task: Task, mesh: int, torque: float, free: MeshTable
-) -> MeshTable:
-    if task.case.friction == 0.0:
-        return free
-    settings = replace(Source().statics, friction=task.case.friction)
-    return solve_mesh(task.gear_set, mesh, [torque], settings).table
 
 
 def static_deflection(

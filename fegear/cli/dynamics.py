@@ -23,20 +23,22 @@ from fegear.cli.lumped_options import (
     MaxPeriods,
     Output,
     Physics,
+    Plane,
     Plot,
+    Resolution,
     SetName,
     Speeds,
     Tolerance,
     Translations,
     chosen_torques,
-    excitations_of,
     file_header,
     most_in_words,
     parsed_speeds,
+    solved_excitations,
     system_at,
     usual_speeds,
 )
-from fegear.cli.options import ResolutionChoice, progress_bar, require, require_outputs
+from fegear.cli.options import progress_bar, require, require_outputs
 from fegear.cli.sweep import DirectionChoice, SweepOutputs, at_torques, tell_sweep
 
 if TYPE_CHECKING:
@@ -45,6 +47,7 @@ if TYPE_CHECKING:
     from fegear.dynamics.respond import DynamicSettings, Motion
     from fegear.dynamics.root_stress import RootInfluence
     from fegear.gearset.model import GearSet
+    from fegear.statics import StaticsSettings
     from lumped.sweep import Branch, Direction
     from lumped.system import LumpedSystem
 
@@ -94,9 +97,8 @@ def dynamics_command(
             "[default: 7 times the highest speed or more].",
         ),
     ] = None,
-    resolution: Annotated[
-        ResolutionChoice, typer.Option(help="Of the contact laws.")
-    ] = ResolutionChoice.default,
+    plane: Plane = None,
+    resolution: Resolution = None,
     steps: Annotated[
         int, typer.Option(help="Per period of the fastest mesh, at least.")
     ] = 128,
@@ -149,18 +151,21 @@ def dynamics_command(
         raise InputError("--root-stress needs --history")
     changes = parsed_edits(edits)
     gear_set = load_gear_set(set_name, changes)
-    physics = Physics(model=1, translations=translations, damping=damping)
-    elements = replace(
-        _checked_elements(fidelity.value, friction, elastic_damping, cutoff),
-        resolution=resolution.value,
+    physics = Physics(
+        model=1,
+        translations=translations,
+        damping=damping,
+        plane=plane,
+        resolution=resolution,
     )
+    elements = _checked_elements(fidelity.value, friction, elastic_damping, cutoff)
     settings = _checked_settings(steps, tolerance, max_periods)
     frequencies = None if speeds is None else parsed_speeds(speeds)
     torques = chosen_torques(gear_set, torque or [])
     begin = time.perf_counter()
     with progress_bar(enabled=not as_json) as report:
         report("stiffness", 0, 1)
-        excitations = excitations_of(physics, gear_set)
+        excitations = solved_excitations(physics)
         systems = [system_at(gear_set, each, physics, excitations) for each in torques]
         frequencies = frequencies or usual_speeds(systems[0])
         run = Run(gear_set, torques, systems, frequencies, direction.directions)
@@ -169,7 +174,8 @@ def dynamics_command(
         header = _header(run, physics, settings, elements, prepared)
         header |= edit_entries(changes)
         records = f"{history}, root stress of {root_stress}" if history else "none"
-        keep = _history_keeper(run, prepared, settings, header, history, root_stress)
+        roots = _root_influences(gear_set, root_stress, excitations.source.statics)
+        keep = _history_keeper(run, prepared, settings, header, history, roots)
         branches = _sweep(
             *(run, prepared, settings, header, output, records, resume, keep, report)
         )
@@ -272,7 +278,6 @@ def _header(
         "fidelity": prepared[0].fidelity,
         "elastic freedoms": kept,
         "elastic damping ratio": f"{elements.elastic_damping:g}",
-        "resolution": elements.resolution,
         "friction coefficient": f"{elements.friction:g}",
     }
 
@@ -383,7 +388,7 @@ def _history_keeper(
     settings: DynamicSettings,
     header: dict[str, str],
     directory: Path | None,
-    root_stress: str | None,
+    roots: dict[int, RootInfluence],
 ) -> Keeper:
     """Writes the motion of a speed as a file of the directory, if there is one."""
     if directory is None:
@@ -392,7 +397,6 @@ def _history_keeper(
     from fegear.dynamics.respond import steps_per_cycle
     from fegear.output import make_directory, write_text
 
-    roots = _root_influences(run.gear_set, root_stress)
     make_directory(directory)
 
     def keep(
@@ -412,9 +416,10 @@ def _history_keeper(
     return keep
 
 
-def _root_influences(gear_set: GearSet, name: str | None) -> dict[int, RootInfluence]:
+def _root_influences(
+    gear_set: GearSet, name: str | None, statics: StaticsSettings
+) -> dict[int, RootInfluence]:
     from fegear.dynamics.root_stress import root_influence
-    from fegear.elasticity.material import PlaneMaterial
     from fegear.errors import InputError
 
     if name is None:
@@ -423,8 +428,8 @@ def _root_influences(gear_set: GearSet, name: str | None) -> dict[int, RootInflu
     if name not in names:
         raise InputError(f"--root-stress {name}; allowed are {', '.join(names)}")
     gear = gear_set.gears[names.index(name)]
-    material = PlaneMaterial(gear.young_modulus, gear.poisson_ratio, "stress")
-    return {names.index(name): root_influence(gear.geometry, material)}
+    given = gear.geometry, statics.material(gear), statics.size
+    return {names.index(name): root_influence(*given)}
 
 
 def _model_1(run: Run, report: Callable[[str, int, int], None]) -> list[Branch]:

@@ -13,10 +13,11 @@ from typing import TYPE_CHECKING, Annotated, Protocol
 
 import typer
 
-from fegear.cli.options import require
+from fegear.cli.options import PlaneChoice, ResolutionChoice, require
 from fegear.errors import InputError
 
 if TYPE_CHECKING:
+    from fegear.excitation import Excitations
     from fegear.gearset.model import GearSet
     from lumped.excitation import MeshExcitation
     from lumped.settings import Settings
@@ -80,6 +81,20 @@ Tables = Annotated[
         help="Mesh table (CSV) in place of the finite elements, one per mesh in order.",
     ),
 ]
+Plane = Annotated[
+    PlaneChoice | None,
+    typer.Option(
+        help="Plane state of the finite elements "
+        f"[default: {PlaneChoice.stress.value}].",
+    ),
+]
+Resolution = Annotated[
+    ResolutionChoice | None,
+    typer.Option(
+        help="Of the finite elements and the contact "
+        f"[default: {ResolutionChoice.default.value}]."
+    ),
+]
 Steps = Annotated[int, typer.Option(help="Of rk4, per period of the fastest mesh.")]
 Method = Annotated[
     MethodChoice,
@@ -140,6 +155,8 @@ class Physics:
     ramp: float = 0.1
     harmonics: int = 5
     tables: tuple[Path, ...] = ()
+    plane: PlaneChoice | None = None
+    resolution: ResolutionChoice | None = None
 
     def __post_init__(self) -> None:
         require(self.model in (1, 2, 3), "--model", self.model, "allowed 1, 2 and 3")
@@ -155,6 +172,17 @@ class Physics:
             raise InputError(
                 f"--table and --excitation {self.excitation} exclude each other"
             )
+        if self.tables and self.elements:
+            raise InputError(
+                f"--table and {self.elements} exclude each other; the tables were "
+                "solved elsewhere"
+            )
+
+    @property
+    def elements(self) -> str:
+        """What was asked of the finite elements, as options."""
+        given = {"--plane": self.plane, "--resolution": self.resolution}
+        return " ".join(f"{key} {value}" for key, value in given.items() if value)
 
     @property
     def source(self) -> str:
@@ -200,6 +228,11 @@ def excitations_of(physics: Physics, gear_set: GearSet) -> ExcitationSource:
     """Tables from files, or what `fegear.excitation` makes; nothing is solved yet."""
     if physics.tables:
         return TableExcitations(_read_tables(physics.tables, gear_set))
+    return solved_excitations(physics)
+
+
+def solved_excitations(physics: Physics) -> Excitations:
+    """Of finite elements in the plane state and resolution that were asked for."""
     from fegear.excitation import Excitations, Source
 
     return Excitations(
@@ -207,8 +240,22 @@ def excitations_of(physics: Physics, gear_set: GearSet) -> ExcitationSource:
             kind=physics.excitation,  # type: ignore[arg-type]
             ramp=physics.ramp,
             harmonics=physics.harmonics,
+            plane=(physics.plane or PlaneChoice.stress).value,
+            resolution=(physics.resolution or ResolutionChoice.default).value,
         )
     )
+
+
+def require_elements_used(physics: Physics, excitations: ExcitationSource) -> None:
+    """Refuse options of finite elements where none have been solved."""
+    from fegear.excitation import Excitations
+
+    solved = isinstance(excitations, Excitations) and excitations.solved
+    if physics.elements and not solved:
+        raise InputError(
+            f"{physics.elements}; changes nothing, the gear set gives all stiffness "
+            "figures and no finite elements are solved, leave it out"
+        )
 
 
 def _read_tables(
@@ -397,10 +444,19 @@ def file_header(
         own = version("fegear")
     except PackageNotFoundError:
         own = "unknown"
+    elements = (
+        {}
+        if physics.tables
+        else {
+            "plane": str(physics.plane or PlaneChoice.stress),
+            "resolution": str(physics.resolution or ResolutionChoice.default),
+        }
+    )
     return {
         "gear set": gear_set.name,
         "fegear version": own,
         "excitation": physics.source,
+        **elements,
         "damping ratio": f"{damping:g}",
         "translations": "yes" if physics.translations else "no",
         "integration": integration,

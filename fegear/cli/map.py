@@ -24,8 +24,10 @@ from fegear.cli.lumped_options import (
     MethodChoice,
     Model,
     Physics,
+    Plane,
     Plot,
     Ramp,
+    Resolution,
     SetName,
     Steps,
     Tolerance,
@@ -36,6 +38,7 @@ from fegear.cli.lumped_options import (
     integration_in_words,
     middle_torque,
     parsed_speeds,
+    require_elements_used,
     system_at,
 )
 from fegear.cli.options import progress_bar, require, require_outputs
@@ -91,6 +94,8 @@ def map_command(
     excitation: Excitation = ExcitationChoice.fe,
     ramp: Ramp = 0.1,
     harmonics: Harmonics = 5,
+    plane: Plane = None,
+    resolution: Resolution = None,
     steps: Steps = 64,
     method: Method = MethodChoice.rk4,
     tolerance: Tolerance = 1e-4,
@@ -117,6 +122,8 @@ def map_command(
         excitation=excitation.value,
         ramp=ramp,
         harmonics=harmonics,
+        plane=plane,
+        resolution=resolution,
     )
     settings = checked_settings(method.value, steps, tolerance, max_periods)
     axes = parsed_axes(over)
@@ -126,6 +133,7 @@ def map_command(
     load = middle_torque(gear_set, torque)
     excitations = excitations_of(physics, gear_set)
     first = system_at(gear_set, load, physics, excitations)
+    require_elements_used(physics, excitations)
     words = integration_in_words(settings)
     header = file_header(gear_set, physics, words, first.train.damping_ratio)
     header |= {"model": str(model), "torque on the input gear [N m]": f"{load:g}"}

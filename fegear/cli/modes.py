@@ -9,9 +9,14 @@ import typer
 from fegear.cli.edits import Edits, parsed_edits
 from fegear.cli.lumped_options import (
     ExcitationChoice,
+    Physics,
+    Plane,
+    Resolution,
     SetName,
     Translations,
     middle_torque,
+    require_elements_used,
+    solved_excitations,
 )
 from fegear.output import strict_json
 
@@ -40,6 +45,8 @@ def modes_command(
             "own figure where it has one, as by default."
         ),
     ] = None,
+    plane: Plane = None,
+    resolution: Resolution = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print as JSON.")] = False,
 ) -> None:
     """Natural frequencies about the mean mesh stiffness, and what they strain.
@@ -50,7 +57,14 @@ def modes_command(
 
     gear_set = load_gear_set(set_name, parsed_edits(edits))
     at = middle_torque(gear_set, torque)
-    values = modes_summary(gear_set, at, translations, excitation)
+    physics = Physics(
+        model=1,
+        translations=translations,
+        damping=None,
+        plane=plane,
+        resolution=resolution,
+    )
+    values = modes_summary(gear_set, at, physics, excitation)
     if as_json:
         typer.echo(strict_json(values), nl=False)
     else:
@@ -60,20 +74,20 @@ def modes_command(
 def modes_summary(
     gear_set: GearSet,
     torque: float,
-    translations: bool,
+    physics: Physics,
     excitation: ExcitationChoice | None = None,
 ) -> dict[str, Any]:
     """Plain values, ready for JSON."""
     from fegear.train import train_of
     from lumped.modes import natural_modes
 
-    stiffness = mean_stiffnesses(gear_set, torque, excitation)
-    train = train_of(gear_set, torque, translations)
+    stiffness = mean_stiffnesses(gear_set, torque, physics, excitation)
+    train = train_of(gear_set, torque, physics.translations)
     modes = natural_modes(train, [entry["stiffness_N_per_m"] for entry in stiffness])
     return {
         "gear_set": gear_set.name,
         "torque_Nm": torque,
-        "translations": translations,
+        "translations": physics.translations,
         "damping_ratio": train.damping_ratio,
         "mean_stiffness": stiffness,
         "modes": [
@@ -88,13 +102,16 @@ def modes_summary(
 
 
 def mean_stiffnesses(
-    gear_set: GearSet, torque: float, excitation: ExcitationChoice | None
+    gear_set: GearSet,
+    torque: float,
+    physics: Physics,
+    excitation: ExcitationChoice | None,
 ) -> list[dict[str, Any]]:
     """Mean stiffness of every mesh and where it comes from."""
-    from fegear.excitation import Excitations, unmodified
+    from fegear.excitation import unmodified
     from fegear.train import mesh_torques_at
 
-    source, found = Excitations(), []
+    source, found = solved_excitations(physics), []
     for mesh, driving in enumerate(mesh_torques_at(gear_set, torque)):
         given = gear_set.meshes[mesh].mean_stiffness
         origin = f"finite elements at {driving:g} N m on the driver"
@@ -106,6 +123,7 @@ def mean_stiffnesses(
             table = source.table(unmodified(gear_set, mesh), mesh, driving)
             value = float(table["stiffness_N_per_m"].mean())
         found.append({"mesh": mesh + 1, "stiffness_N_per_m": value, "origin": origin})
+    require_elements_used(physics, source)
     return found
 
 

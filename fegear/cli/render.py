@@ -22,6 +22,7 @@ from fegear.cli.options import (
 from fegear.cli.render_job import DRAWN, ENDINGS, FILMS, Job
 
 if TYPE_CHECKING:
+    from fegear.elasticity.material import Plane
     from fegear.gearset import GearSet
     from fegear.rendering.fields import MeshScene
     from fegear.rendering.recorded import RecordedMotion
@@ -91,8 +92,9 @@ def render_command(
         ZoomChoice, typer.Option(help="How much is seen.")
     ] = ZoomChoice.contact,
     plane: Annotated[
-        PlaneChoice, typer.Option(help="Plane hypothesis.")
-    ] = PlaneChoice.stress,
+        PlaneChoice | None,
+        typer.Option(help="Plane hypothesis.", show_default="stress"),
+    ] = None,
     resolution: Annotated[
         ResolutionChoice, typer.Option(help="Of mesh and contact.")
     ] = ResolutionChoice.default,
@@ -122,12 +124,12 @@ def render_command(
     if width is not None:
         even = width % 2 == 0 and 480 <= width <= 7680
         require(even, "--width", width, "allowed even numbers from 480 to 7680")
-    given = Given(mesh, position, torque, friction, plane.value, time_history)
+    given = Given(mesh, position, torque, friction, plane, time_history)
     case = _moving_case(set_name, given) if time_history else _case(set_name, given)
     from fegear.statics import StaticsSettings
 
     settings = StaticsSettings(
-        friction=case.friction, plane=plane.value, resolution=resolution.value
+        friction=case.friction, plane=case.plane, resolution=resolution.value
     )
     with progress_bar(enabled=True) as report, _window(output):
         from fegear.rendering.fields import mesh_scene
@@ -166,7 +168,7 @@ class Given:
     position: float | None
     torque: float | None
     friction: float | None
-    plane: str
+    plane: PlaneChoice | None
     time_history: Path | None
 
 
@@ -176,6 +178,7 @@ class Case:
 
     gear_set: GearSet
     friction: float
+    plane: Plane
     title: str
     states: Callable[[MeshScene], States]
 
@@ -193,8 +196,9 @@ def _case(set_name: str, given: Given) -> Case:
 
         return AtRest(scene, torque, position)
 
-    title = _title(gear_set, given.mesh, friction, given.plane)
-    return Case(gear_set, friction, title, states)
+    plane: Plane = (given.plane or PlaneChoice.stress).value
+    title = _title(gear_set, given.mesh, friction, plane)
+    return Case(gear_set, friction, plane, title, states)
 
 
 def _moving_case(set_name: str, given: Given) -> Case:
@@ -219,10 +223,11 @@ def _moving_case(set_name: str, given: Given) -> Case:
         return InMotion(scene, motion, phase)
 
     changes = "".join(f", {key} = {value}" for key, value in file.edits.items())
-    title = _title(gear_set, given.mesh, motion.friction, given.plane)
+    title = _title(gear_set, given.mesh, motion.friction, motion.plane)
     return Case(
         gear_set,
         motion.friction,
+        motion.plane,
         f"{title}, {motion.torque:g} N m on the input{changes}",
         states,
     )
@@ -244,10 +249,8 @@ def _require_same(given: Given, motion: RecordedMotion) -> None:
     ):
         if value is not None and not math.isclose(value, recorded, rel_tol=1e-6):
             raise InputError(f"{option} = {value:g}; {file} was run at {recorded:g}")
-    if given.plane != "stress":
-        raise InputError(
-            f"--plane {given.plane}; {file} is of plane stress, as all motions are"
-        )
+    if given.plane not in (None, motion.plane):
+        raise InputError(f"--plane {given.plane}; {file} is of plane {motion.plane}")
 
 
 def _require_mesh(gear_set: GearSet, mesh: int) -> None:

@@ -24,8 +24,10 @@ from fegear.cli.lumped_options import (
     Model,
     Output,
     Physics,
+    Plane,
     Plot,
     Ramp,
+    Resolution,
     SetName,
     Speeds,
     Steps,
@@ -39,6 +41,7 @@ from fegear.cli.lumped_options import (
     integration_in_words,
     natural_lines,
     parsed_speeds,
+    require_elements_used,
     system_at,
     usual_speeds,
 )
@@ -83,6 +86,8 @@ def sweep_command(
     excitation: Excitation = ExcitationChoice.fe,
     ramp: Ramp = 0.1,
     harmonics: Harmonics = 5,
+    plane: Plane = None,
+    resolution: Resolution = None,
     table: Tables = None,
     steps: Steps = 64,
     method: Method = MethodChoice.rk4,
@@ -109,6 +114,8 @@ def sweep_command(
         ramp=ramp,
         harmonics=harmonics,
         tables=tuple(table or ()),
+        plane=plane,
+        resolution=resolution,
     )
     settings = checked_settings(method.value, steps, tolerance, max_periods)
     frequencies = asked_frequencies(gear_set, speeds, rpm)
@@ -122,6 +129,7 @@ def sweep_command(
         systems = [
             system_at(gear_set, torque, physics, excitations) for torque in torques
         ]
+        require_elements_used(physics, excitations)
         frequencies = frequencies or usual_speeds(systems[0])
         branches = sweep_all(
             systems,

@@ -21,8 +21,10 @@ from fegear.cli.lumped_options import (
     Model,
     Output,
     Physics,
+    Plane,
     Plot,
     Ramp,
+    Resolution,
     SetName,
     Steps,
     Tables,
@@ -34,6 +36,7 @@ from fegear.cli.lumped_options import (
     integration_in_words,
     middle_torque,
     one_line_failure,
+    require_elements_used,
     system_at,
 )
 from fegear.cli.options import require, require_outputs
@@ -65,6 +68,8 @@ def wave_command(
     excitation: Excitation = ExcitationChoice.fe,
     ramp: Ramp = 0.1,
     harmonics: Harmonics = 5,
+    plane: Plane = None,
+    resolution: Resolution = None,
     table: Tables = None,
     steps: Steps = 64,
     method: Method = MethodChoice.rk4,
@@ -94,6 +99,8 @@ def wave_command(
         ramp=ramp,
         harmonics=harmonics,
         tables=tuple(table or ()),
+        plane=plane,
+        resolution=resolution,
     )
     settings = checked_settings(method.value, steps, tolerance, max_periods)
     at = middle_torque(gear_set, torque)
@@ -101,6 +108,7 @@ def wave_command(
 
     excitations = excitations_of(physics, gear_set)
     system = system_at(gear_set, at, physics, excitations)
+    require_elements_used(physics, excitations)
     with one_line_failure():
         state = arrive(
             system, speed if from_speed is None else from_speed, speed, settings

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,7 +34,10 @@ from fegear.statics import RESOLUTIONS, StaticsSettings, contact_problem
 from fegear.train import mesh_torques_at
 from lumped.system import LumpedSystem
 from lumped.table import MeshTable
-from meshes import MeshSize, SpurGear
+from meshes import SpurGear
+
+if TYPE_CHECKING:
+    from fegear.dynamics.full import FullModel
 
 Array = NDArray[np.float64]
 Fidelity = Literal["full", "reduced", "quasistatic", "auto"]
@@ -48,13 +51,12 @@ SHEAR_WAVES = 3.0  # along the tip circle: modes below that frequency are looked
 
 @dataclass(frozen=True, kw_only=True)
 class FiniteElements:
-    """How the gears are modelled.
+    """How the gears are modelled; plane and resolution are those of the tables.
 
     friction : Coulomb coefficient
     elastic_damping : ratio where a gear's first elastic modes are, less above
     cutoff_Hz : elastic modes below it are kept; None for what the speeds need
     tolerance : error of the mesh compliance that auto allows, of the excitation's RMS
-    resolution : of the contact and compliance, by its name
     mesh : refinement of the whole gears of fidelity full, 1 for the statics' mesh
     """
 
@@ -63,7 +65,6 @@ class FiniteElements:
     elastic_damping: float = 0.01
     cutoff_Hz: float | None = None
     tolerance: float = 0.02
-    resolution: str = "default"
     mesh: float = 0.5
 
 
@@ -92,7 +93,8 @@ def prepare(
     """A stepper at a torque on the input gear [N m] for the speeds [Hz] to be run.
 
     reference : the lumped system (Model-1) at that torque
-    excitations : of that system, whose tables are used again
+    excitations : of that system, whose tables are used again; plane state, resolution
+        and corner contact of its source hold for all finite elements
     """
     for gear in gear_set.gears:
         if any(gear.pitch_errors):
@@ -106,16 +108,15 @@ def prepare(
         excitations.table(gear_set, mesh, on_mesh)
         for mesh, on_mesh in enumerate(mesh_torques_at(gear_set, torque))
     ]
-    statics = StaticsSettings(
-        friction=elements.friction, resolution=elements.resolution
-    )
+    statics = replace(excitations.source.statics, friction=elements.friction)
     laws = [
         mesh_laws(gear_set, mesh, float(table["ste_m"].max()), statics)
         for mesh, table in enumerate(tables)
     ]
-    far = far_coupling(gear_set, laws)
+    far = far_coupling(gear_set, laws, statics)
     if elements.fidelity == "full":
-        return _full(gear_set, reference, laws, elements, settings, far)
+        full = _full_model(gear_set, reference, laws, far, elements, statics)
+        return _full(full, settings)
     beside = None if far is None else (far, np.zeros_like(far))
     nobody: list[ElasticGear | None] = [None] * len(gear_set.gears)
     rigid = dynamic_model(gear_set, reference, laws, nobody, beside)
@@ -123,7 +124,7 @@ def prepare(
         return _prepared(
             rigid, settings, "quasistatic", "quasistatic: as asked for", []
         )
-    modes = modes_of(gear_set, speeds, elements.cutoff_Hz)
+    modes = modes_of(gear_set, speeds, statics, elements.cutoff_Hz)
     elastic = _elastic(gear_set, modes, elements.elastic_damping)
     model = dynamic_model(gear_set, reference, laws, elastic, beside)
     choice = _choice(model, tables, speeds, elements)
@@ -148,24 +149,28 @@ def _prepared(
     return Prepared(ReducedStepper(model, settings.scheme), fidelity, reason, counts)
 
 
-def _full(
+def _full_model(
     gear_set: GearSet,
     reference: LumpedSystem,
     laws: list[MeshLaws],
-    elements: FiniteElements,
-    settings: DynamicSettings,
     far: Array | None,
-) -> Prepared:
-    from fegear.dynamics.full import FullStepper, full_model
+    elements: FiniteElements,
+    statics: StaticsSettings,
+) -> FullModel:
+    from fegear.dynamics.full import full_model
     from fegear.elasticity.whole import whole_gear
 
-    size = MeshSize().refined(elements.mesh)
-    wholes, damping = [], []
+    size, wholes, damping = statics.size.refined(elements.mesh), [], []
     for gear in gear_set.gears:
-        wholes.append(whole_gear(*_body(gear), size))
+        wholes.append(whole_gear(*_body(gear, statics), size))
         damping.append(elastic_damping(gear, elements.elastic_damping))
-    full = full_model(gear_set, reference, laws, wholes, damping, far)
-    freedoms = tuple(whole.own * whole.teeth for whole in wholes)
+    return full_model(gear_set, reference, laws, wholes, damping, far)
+
+
+def _full(full: FullModel, settings: DynamicSettings) -> Prepared:
+    from fegear.dynamics.full import FullStepper
+
+    freedoms = tuple(f.whole.own * f.whole.teeth for f in full.fields)
     counts = " + ".join(map(str, freedoms))
     reason = f"full: as asked for, {counts} elastic freedoms of the gears"
     return Prepared(FullStepper(full, settings.scheme), "full", reason, freedoms)
@@ -200,22 +205,31 @@ def mesh_laws(
 
 
 def modes_of(
-    gear_set: GearSet, speeds: Sequence[float], cutoff_Hz: float | None = None
+    gear_set: GearSet,
+    speeds: Sequence[float],
+    settings: StaticsSettings,
+    cutoff_Hz: float | None = None,
 ) -> list[GearModes]:
     """Elastic modes of every gear.
 
     speeds : mesh frequencies of the first mesh [Hz]
     """
+    highest = max(speeds)
     return [
-        modes_once(*_body(gear), cutoff_Hz or usual_cutoff(gear, max(speeds)))
+        modes_once(
+            *_body(gear, settings),
+            cutoff_Hz or usual_cutoff(gear, highest),
+            settings.size,
+        )
         for gear in gear_set.gears
     ]
 
 
-def _body(gear: Gear) -> tuple[SpurGear, PlaneMaterial, float]:
+def _body(
+    gear: Gear, settings: StaticsSettings
+) -> tuple[SpurGear, PlaneMaterial, float]:
     """What the elasticity and inertia of a gear depend on."""
-    material = PlaneMaterial(gear.young_modulus, gear.poisson_ratio, "stress")
-    return gear.geometry, material, gear.density
+    return gear.geometry, settings.material(gear), gear.density
 
 
 def usual_cutoff(gear: Gear, highest: float) -> float:

@@ -54,8 +54,7 @@ class ContactHistory:
 
     def flank_load(self, gear: int, stressed: int, rows: slice) -> FlankLoad:
         """Load on a gear at some times, seen from its tooth `stressed`."""
-        members = self.side.gear_set.gears
-        width = min(members[g].face_width for g in self.side.gears)
+        width = self.side.gear_set.common_width(self.side.mesh)
         normal = self.load[rows] / width
         arcs = self.side.arcs(gear)[:, self.place]
         return FlankLoad(

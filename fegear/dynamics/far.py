@@ -19,13 +19,16 @@ from fegear.elasticity.flank import nodal_excitation, ring_fields
 from fegear.elasticity.material import PlaneMaterial
 from fegear.elasticity.modes import LEFT, RIGHT, both_flanks
 from fegear.elasticity.sector import assemble_sector, condense
-from fegear.gearset.model import Gear, GearSet
-from meshes import MeshSize, sector_mesh
+from fegear.gearset.model import GearSet
+from fegear.statics import StaticsSettings
+from meshes import MeshSize, SpurGear, sector_mesh
 
 Array = NDArray[np.float64]
 
 
-def far_coupling(gear_set: GearSet, laws: Sequence[MeshLaws]) -> Array | None:
+def far_coupling(
+    gear_set: GearSet, laws: Sequence[MeshLaws], settings: StaticsSettings
+) -> Array | None:
     """Squeeze of contact c per load on contact d of another mesh (p, c, c) [m/N].
 
     None where no gear is in two meshes. Friction's part is left out.
@@ -40,9 +43,12 @@ def far_coupling(gear_set: GearSet, laws: Sequence[MeshLaws]) -> Array | None:
         if not pairs:
             continue
         found = True
-        tables = far_flanks(gear)
+        tables = far_flanks(gear.geometry, settings.material(gear), settings.size)
         for i, j in pairs:
-            block = tables.between(sides[i], sides[j], g)
+            # equal ones let the twist of an idler's body cancel; with the wider one
+            # the compliance stays positive definite
+            width = max(gear_set.common_width(sides[k].mesh) for k in (i, j))
+            block = tables.between(sides[i], sides[j], g) / width
             rows, columns = (
                 slice(ends[k] - sides[k].laws.teeth.size, ends[k]) for k in (i, j)
             )
@@ -51,26 +57,25 @@ def far_coupling(gear_set: GearSet, laws: Sequence[MeshLaws]) -> Array | None:
 
 
 class FarFlanks:
-    """Compliance between the flanks of far teeth of one gear."""
+    """Compliance between the flanks of far teeth of one gear, per unit width."""
 
-    def __init__(self, gear: Gear) -> None:
-        self._gear, self._size = gear, MeshSize()
-        self._material = PlaneMaterial(gear.young_modulus, gear.poisson_ratio, "stress")
-        self._mesh = sector_mesh(gear.geometry, self._size)
-        self._model = assemble_sector(self._mesh, self._material)
-        self._sector = condense(self._model, gear.geometry.teeth)
-        self._flanks = both_flanks(gear.geometry, self._mesh, self._model)
+    def __init__(self, gear: SpurGear, material: PlaneMaterial, size: MeshSize) -> None:
+        self._gear, self._size = gear, size
+        mesh = sector_mesh(gear, size)
+        self._model = assemble_sector(mesh, material)
+        self._sector = condense(self._model, gear.teeth)
+        self._flanks = both_flanks(gear, mesh, self._model)
         self._excitation = nodal_excitation(
-            self._mesh, self._model, self._sector, self._flanks[RIGHT], self._material
+            mesh, self._model, self._sector, self._flanks[RIGHT], material
         )
 
     def between(self, seen: ContactSide, loaded: ContactSide, number: int) -> Array:
-        """(p, k, l) between the contacts of two sides."""
+        """(p, k, l) between the contacts of two sides [m/(N/m)]."""
         apart = seen.teeth(number)[:, None] - loaded.teeth(number)[None, :]
         # the picture is mirrored where the load is on a left flank
         mirrored = loaded.flank == LEFT
         flank = seen.flank if not mirrored else (LEFT, RIGHT)[seen.flank == LEFT]
-        apart = (-apart if mirrored else apart) % self._gear.geometry.teeth
+        apart = (-apart if mirrored else apart) % self._gear.teeth
         (i, u), (j, v) = (self._stencils(side.arcs(number)) for side in (seen, loaded))
         block = np.zeros((u.shape[0], *apart.shape))
         for offset in np.unique(apart):
@@ -78,24 +83,21 @@ class FarFlanks:
             for k, m in np.argwhere(apart == offset):
                 near = table[i[:, k, :, None], j[:, m, None, :]]
                 block[:, k, m] = np.einsum("na,nab,nb->n", u[:, k], near, v[:, m])
-        return block / self._gear.face_width
+        return block
 
     def _table(self, offset: int, flank: int) -> Array:
         """Inward displacement of a flank per inward load on a right flank (n, n)."""
         fields = ring_fields(
-            self._gear.geometry, self._model, self._sector, self._excitation, [offset]
+            self._gear, self._model, self._sector, self._excitation, [offset]
         )
         side = self._flanks[flank]
         return np.einsum("icj,ic->ij", fields[offset][side.freedoms], side.inward)
 
     def _stencils(self, arcs: Array) -> tuple[NDArray[np.int64], Array]:
         flank = SimpleNamespace(
-            length=self._gear.geometry.flank_length, grading=self._size.flank_grading
+            length=self._gear.flank_length, grading=self._size.flank_grading
         )
         return flank_stencils(arcs, flank, len(self._flanks[RIGHT].arcs))
 
 
-@lru_cache(maxsize=8)
-def far_flanks(gear: Gear) -> FarFlanks:
-    """One for all torques."""
-    return FarFlanks(gear)
+far_flanks = lru_cache(maxsize=8)(FarFlanks)  # one for all torques

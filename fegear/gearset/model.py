@@ -98,6 +98,11 @@ class Shaft:
 class GearSet:
     """Gears, their meshes and shafts.
 
+    Widths: in statics both gears of a mesh are as wide as the narrower one, for their
+    compliance, contact pressure and root stress; in motion a body has the inertia and
+    the elasticity of its own width, and what that lacks of the compliance follows at
+    once.
+
     damping_ratio : of every vibration mode, or None to leave it open
     """
 
@@ -113,6 +118,11 @@ class GearSet:
     def title(self) -> str:
         """The name, and the description if there is one."""
         return f"{self.name}: {self.description}" if self.description else self.name
+
+    def common_width(self, mesh: int) -> float:
+        """Face width of the narrower gear of a mesh [m]."""
+        pair = self.meshes[mesh].driver, self.meshes[mesh].driven
+        return min(self.gears[gear].face_width for gear in pair)
 
     def axis(self, gear: int) -> tuple[int, ...]:
         """The gears that turn about a gear's axis with it, itself first."""

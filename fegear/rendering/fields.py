@@ -17,7 +17,6 @@ from numpy.typing import NDArray
 
 from fegear.contact.loads import PatchLoad, patch_loads
 from fegear.contact.problem import ContactProblem, run_kernel
-from fegear.elasticity.material import PlaneMaterial
 from fegear.gearset.model import GearSet, Mesh
 from fegear.gearset.phases import drive_flank, driven_flank
 from fegear.gearset.placing import layout
@@ -219,7 +218,7 @@ def mesh_scene(
     for index in (spec.driver, spec.driven):
         gear = gear_set.gears[index]
         report(f"elements of {gear.name}", len(bodies), 2)
-        material = PlaneMaterial(gear.young_modulus, gear.poisson_ratio, settings.plane)
+        material = settings.material(gear)
         friction = settings.friction > 0.0
         bodies.append(loadable_gear(gear.geometry, material, resolution.size, friction))
     placed = layout(gear_set)

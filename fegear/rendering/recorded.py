@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from fegear.elasticity.material import Plane
 from fegear.errors import InputError
 from fegear.gearset.model import GearSet
 
@@ -88,6 +89,7 @@ class RecordedMotion:
     direction: str
     friction: float
     torque: float
+    plane: Plane
     time: Array
     pitch: float
     approach: Array
@@ -244,11 +246,22 @@ def mesh_motion(file: HistoryFile, gear_set: GearSet, mesh: int) -> RecordedMoti
         direction=file.header.get("direction", ""),
         friction=file.number("friction coefficient"),
         torque=file.number("torque_Nm"),
+        plane=_plane(file),
         time=time,
         pitch=pitch,
         approach=file.column(f"{prefix}_dte_m"),
         loads=loads,
     )
+
+
+def _plane(file: HistoryFile) -> Plane:
+    """Of the finite elements; files without it are of plane stress."""
+    plane = file.header.get("plane", "stress")
+    if plane == "stress":
+        return "stress"
+    if plane == "strain":
+        return "strain"
+    raise InputError(f"{file.path}: plane = {plane}; {WHAT}")
 
 
 def _require_set(file: HistoryFile, gear_set: GearSet) -> None:

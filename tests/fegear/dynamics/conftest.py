@@ -18,7 +18,6 @@ from fegear.dynamics.model import DynamicModel, ElasticGear, dynamic_model
 from fegear.dynamics.respond import MotionState, ReducedStepper
 from fegear.dynamics.scheme import generalized_alpha
 from fegear.dynamics.sides import MeshLaws
-from fegear.elasticity.material import PlaneMaterial
 from fegear.elasticity.modes import gear_modes
 from fegear.excitation import Excitations, Source
 from fegear.gearset import load_gear_set
@@ -42,7 +41,7 @@ def elastic_gear(
 ) -> ElasticGear | None:
     if cutoff is None:
         return None
-    material = PlaneMaterial(gear.young_modulus, gear.poisson_ratio, "stress")
+    material = StaticsSettings().material(gear)
     modes = gear_modes(gear.geometry, material, gear.density, cutoff)
     return ElasticGear(modes, gear.face_width, elastic_damping(gear, damping))
 
@@ -54,11 +53,12 @@ class Case:
     gear_set: GearSet
     reference: LumpedSystem
     laws: list[MeshLaws]
+    settings: StaticsSettings
 
     @cached_property
     def beside(self) -> tuple[np.ndarray, np.ndarray] | None:
         """Compliance between contacts of different meshes, for all its models."""
-        far = far_coupling(self.gear_set, self.laws)
+        far = far_coupling(self.gear_set, self.laws, self.settings)
         return None if far is None else (far, np.zeros_like(far))
 
     def model(self, cutoff: float | None = None, damping: float = 0.01) -> DynamicModel:
@@ -121,7 +121,7 @@ def case_of(private_cache) -> Callable[..., Case]:
             ste = excitations.table(gear_set, m, on_meshes[m])["ste_m"]
             laws.append(mesh_laws(gear_set, m, float(ste.max()), statics))
         train = train_of(gear_set, torque, damping_ratio=damping)
-        return Case(gear_set, LumpedSystem(train, tuple(found)), laws)
+        return Case(gear_set, LumpedSystem(train, tuple(found)), laws, statics)
 
     return make
 

@@ -34,7 +34,7 @@ def prepared(example, private_cache):
     reference = build_system(example, TORQUE, 1, False, None, tables)
 
     def make(fidelity):
-        elements = FiniteElements(fidelity=fidelity, resolution="coarse", mesh=0.25)
+        elements = FiniteElements(fidelity=fidelity, mesh=0.25)
         given = TORQUE, reference, SPEEDS, elements, SETTINGS, tables
         return prepare(example, *given).stepper
 

@@ -1,0 +1,217 @@
+"""Plane state, resolution and face width reach every part that is solved."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from fegear.cli import app
+from fegear.cli.lumped_options import build_system
+from fegear.dynamics.build import FiniteElements, modes_once, prepare
+from fegear.dynamics.contact_history import ContactHistory
+from fegear.dynamics.far import far_flanks
+from fegear.dynamics.respond import DynamicSettings
+from fegear.elasticity import sector
+from fegear.elasticity.material import PlaneMaterial
+from fegear.excitation import Excitations, Source
+from fegear.gearset import load_gear_set
+from fegear.statics import RESOLUTIONS
+from meshes import sector as meshing
+
+TORQUE, SPEED, CUTOFF = 100.0, 1500.0, 15e3
+STRAIN = Source(resolution="coarse", positions=64, plane="strain")
+STRESS = replace(STRAIN, plane="stress")
+
+
+def prepared(gear_set, source, fidelity="reduced", torque=TORQUE):
+    tables = Excitations(source)
+    system = build_system(gear_set, torque, 1, False, None, tables)
+    elements = FiniteElements(fidelity=fidelity, cutoff_Hz=CUTOFF, mesh=0.25)
+    given = system, [SPEED], elements, DynamicSettings(), tables
+    return prepare(gear_set, torque, *given).stepper
+
+
+def with_gears(gear_set, change):
+    gears = tuple(replace(gear, **change(gear)) for gear in gear_set.gears)
+    return replace(gear_set, gears=gears)
+
+
+@pytest.fixture(scope="module")
+def idler():
+    return load_gear_set("liu-idler")
+
+
+def arrays(stepper):
+    """What a stepper knows of the finite elements, by name."""
+    model = stepper.model
+    found = {
+        "mean stiffness": model.reference.modes.mean_stiffness,
+        "laws": model.contacts.law[..., 1:],
+        "compliance": model.contacts.normal,
+        "elastic frequencies": np.sqrt(model.body.rigidity),
+    }
+    if hasattr(stepper, "full"):
+        for field in stepper.full.fields:
+            found[f"stiffness of {field.number}"] = field.whole.stiffness.toarray()
+    return found
+
+
+def largest_change(one, other):
+    return np.abs(one - other).max(initial=0.0) / np.abs(other).max(initial=1e-300)
+
+
+@pytest.mark.parametrize("fidelity", ["reduced", "full"])
+def test_plane_strain_is_plane_stress_of_another_material(idler, fidelity):
+    """E / (1 - nu^2) and nu / (1 - nu); the density and all else stay."""
+    other = with_gears(
+        idler,
+        lambda g: {
+            "young_modulus": g.young_modulus / (1.0 - g.poisson_ratio**2),
+            "poisson_ratio": g.poisson_ratio / (1.0 - g.poisson_ratio),
+        },
+    )
+    strain = arrays(prepared(idler, STRAIN, fidelity))
+    same = arrays(prepared(other, STRESS, fidelity))
+    stress = arrays(prepared(idler, STRESS, fidelity))
+    for name, values in strain.items():
+        assert largest_change(same[name], values) < 1e-7, name
+        if values.size:
+            assert largest_change(stress[name], values) > 1e-3, name
+
+
+def marched(gear_set, fidelity, torque):
+    stepper = prepared(gear_set, STRESS, fidelity, torque)
+    size, steps = 1.0 / (SPEED * 128), 128
+    _, motion = stepper.march(stepper.start(), SPEED, size, steps, steps)
+    return motion.history.deflection
+
+
+@pytest.mark.parametrize("fidelity", ["quasistatic", "reduced"])
+def test_wider_gears_move_the_same_under_as_much_more(idler, fidelity):
+    wide = with_gears(
+        idler,
+        lambda g: {
+            "face_width": 2.0 * g.face_width,
+            "inertia": 2.0 * g.inertia,
+            "coupling_stiffness": 2.0 * g.coupling_stiffness,
+        },
+    )
+    expected = marched(idler, fidelity, TORQUE)
+    found = marched(wide, fidelity, 2.0 * TORQUE)
+    np.testing.assert_allclose(found, expected, rtol=1e-6)
+
+
+def test_a_wider_idler_moves_more_mass_on_the_same_statics(idler):
+    pinion, gear, follower = idler.gears
+    wide_gear = replace(gear, face_width=50.8e-3, inertia=2.0 * gear.inertia)
+    wide = replace(idler, gears=(pinion, wide_gear, follower))
+    assert wide.common_width(0) == wide.common_width(1) == gear.face_width
+    one, two = (prepared(g, STRESS, "quasistatic").model for g in (idler, wide))
+    for name in ("law", "normal"):
+        np.testing.assert_array_equal(*(getattr(m.contacts, name) for m in (one, two)))
+    before, after = (prepared(g, STRESS).model.body for g in (idler, wide))
+    scale = np.where(before.owner == 1, np.sqrt(2.0), 1.0)
+    np.testing.assert_allclose(after.coupling, scale * before.coupling, rtol=1e-12)
+    assert before.coupling[before.owner == 1].any()
+    assert prepared(wide, STRESS, "full").full.fields[1].width == 50.8e-3
+
+
+def test_twist_of_an_idlers_body_cancels(idler):
+    """Equal torques in and out, however much wider than its mates it is."""
+    deflections = []
+    for factor in (1.0, 3.0):
+        gear = replace(idler.gears[1], face_width=factor * 25.4e-3)
+        gear_set = replace(idler, gears=(idler.gears[0], gear, idler.gears[2]))
+        stepper = prepared(gear_set, STRESS, "quasistatic")
+        state = stepper.start()
+        deflections.append(stepper.model.train.deflection @ state.motion[0])
+    np.testing.assert_allclose(deflections[1], deflections[0], rtol=1e-6)
+
+
+def test_root_stress_is_of_the_load_over_the_common_width(idler):
+    wide = with_gears(idler, lambda g: {"face_width": 2.0 * g.face_width})
+    loads = []
+    for gear_set in (idler, wide):
+        side = prepared(gear_set, STRESS, "quasistatic").model.sides[0]
+        ends, weights = np.zeros((1, 2), np.int64), np.array([[1.0, 0.0]])
+        contact = ContactHistory(side, 0, np.array([1e3]), np.zeros(1), ends, weights)
+        loads.append(contact.flank_load(0, 0, slice(None)).normal)
+    assert loads[1] == pytest.approx(0.5 * loads[0])
+
+
+@pytest.fixture
+def solved(monkeypatch, tmp_path):
+    """All sizes that sectors are meshed with, and elastic constants assembled."""
+    sizes, constants = [], []
+    outline, form = meshing.half_sector_outline, sector.linear_elasticity
+
+    def noted_outline(gear, size):
+        sizes.append(size)
+        return outline(gear, size)
+
+    def noted_form(*lame):
+        constants.append(lame)
+        return form(*lame)
+
+    monkeypatch.setattr(meshing, "half_sector_outline", noted_outline)
+    monkeypatch.setattr(sector, "linear_elasticity", noted_form)
+    monkeypatch.setenv("FEGEAR_CACHE_DIR", str(tmp_path / "cache"))
+    modes_once.cache_clear()
+    far_flanks.cache_clear()
+    return sizes, constants
+
+
+DYNAMICS = ["dynamics", "liu-idler", "--torque", "100", "--speeds", "1500"]
+SETTLE = ["--direction", "up", "--tolerance", "0.1", "--max-periods", "1"]
+
+
+@pytest.mark.parametrize(
+    ("words", "meshed"),
+    [
+        # flanks, cross-mesh compliance of the idler, modes, root stress
+        (
+            [*DYNAMICS, *SETTLE, "--fidelity", "reduced", "--root-stress", "idler"],
+            3 + 1 + 3 + 1,
+        ),
+        (["sweep", "liu-idler", "--torque", "100", "--speeds", "1500"], 3),
+        (["wave", "liu-pair", "--torque", "100", "--speed", "1500"], 2),
+        (["map", "liu-pair", "--over", "torque_Nm=100", "--at", "1500"], 2),
+        (["modes", "liu-idler", "--excitation", "fe"], 3),
+        (["render", "liu-pair"], 2 + 2),
+    ],
+    ids=lambda value: value[0] if isinstance(value, list) else "",
+)
+def test_commands_solve_all_as_they_are_asked(solved, tmp_path, words, meshed):
+    if words[0] == "dynamics":
+        words = [*words, "--history", str(tmp_path / "h")]
+    if words[0] == "render":
+        words = [*words, "-o", str(tmp_path / "c.vtu")]
+    words = [*words, "--plane", "strain", "--resolution", "coarse"]
+    result = CliRunner().invoke(app, words, catch_exceptions=False)
+    assert result.exit_code == 0
+    sizes, constants = solved
+    assert sizes == [RESOLUTIONS["coarse"].size] * meshed
+    assert set(constants) == {PlaneMaterial(206e9, 0.3, "strain").lame}
+
+
+def test_whole_gears_follow_the_resolution(solved, idler):
+    prepared(idler, STRAIN, "full")
+    sizes, _ = solved
+    coarse = RESOLUTIONS["coarse"].size
+    assert set(sizes) == {coarse, coarse.refined(0.25)}
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--excitation", "rectangular"], "--plane strain; changes nothing"),
+        (["--table", "a.csv", "--table", "b.csv"], "--table and --plane strain"),
+    ],
+)
+def test_elements_that_are_not_solved_take_no_options(words, message):
+    given = ["sweep", "liu-idler", "--speeds", "1500", "--plane", "strain", *words]
+    result = CliRunner().invoke(app, given)
+    assert message in str(result.exception)
