@@ -21,16 +21,18 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from lumped.response import FIGURES as MEASURED
 from lumped.response import Response
 from lumped.system import LumpedSystem
 
 Array = NDArray[np.float64]
 Point = tuple[float, ...]
 Report = Callable[[int, int], None]  # (points done, of how many)
-FORMAT = "lumped parameter map 1"
+FORMAT = "lumped parameter map 2"
 FIGURES = (
     "mesh_frequency_Hz",
     "dte_rms_m",
+    "dte_rms_spread_m",
     "dte_mean_m",
     "dte_peak_m",
     "force_peak_N",
@@ -62,7 +64,7 @@ class Axis:
 class Cell:
     """What was found at a point: for each mesh its figures, or why there are none.
 
-    figures : (m, 7), columns as in FIGURES; NaN where the run diverged
+    figures : (m, 8), columns as in FIGURES; NaN where the run diverged
     multiples : (m,) response period in mesh periods, 0 if aperiodic
     status : periodic, aperiodic, diverged, or impossible and the reason
     """
@@ -108,17 +110,7 @@ def cell_of(responses: Sequence[Response]) -> Cell:
     figures = tuple(
         (
             r.frequency,
-            *(
-                float(values[m])
-                for values in (
-                    r.dte_rms,
-                    r.dte_mean,
-                    r.dte_peak,
-                    r.force_peak,
-                    r.contact_loss,
-                    r.back_side,
-                )
-            ),
+            *(float(getattr(r, name)[m]) for name in MEASURED),
         )
         for m, r in enumerate(best)
     )

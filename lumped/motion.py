@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from lumped.confirmed import respond_confirmed
 from lumped.response import (
     History,
     Response,
@@ -105,12 +106,11 @@ def time_history(
         one that repeats has the same points in every period of its own
     Raises DivergedError, which names the speed and the time.
     """
-    settings = settings or Settings()
-    response, history = respond_with_history(system, frequency, settings, state)
+    response, history, settings = respond_confirmed(system, frequency, settings, state)
     _require_bounded(response)
     stroboscope = history
     if not response.multiple:
-        longer = replace(settings, multiples=section_periods, max_periods=1)
+        longer = replace(settings, multiples=section_periods, max_periods=1, windows=1)
         later, stroboscope = respond_with_history(
             system, frequency, longer, response.state
         )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 
@@ -15,8 +16,12 @@ from lumped.system import LumpedSystem
 Array = NDArray[np.float64]
 PERIODS = (2_000, 200_000)  # least and most, where the settings leave it open
 MATTERS = 1e-3  # part of a mode's strain energy in the meshes
+FEWEST_WINDOWS = 4  # that a long common period leaves of those asked for
+WINDOW_PERIODS = 2_000  # of the first mesh that more of them together may take
+CROSSING_PARTS = 16  # of a step in which a contact changes
 FIGURES = (
     "dte_rms",
+    "dte_rms_spread",
     "dte_mean",
     "dte_peak",
     "force_peak",
@@ -61,8 +66,11 @@ class Response:
     period_multiple : (m,) the same in periods of each mesh
     settling_time : marched before the figures were taken [s]
     dte_rms : without the mean [m]; dte_mean, dte_peak (largest value) [m]
+    dte_rms_spread : standard error of dte_rms of a motion that does not repeat,
+        from the windows over which it was measured; 0 for one that repeats [m]
     force_peak : [N]
-    contact_loss, back_side : parts of the time without contact, with back contact
+    contact_loss, back_side : parts of the time without contact on either side, and
+        with back contact
     state : (2, n) modal displacement and velocity to go on from
     """
 
@@ -72,6 +80,7 @@ class Response:
     period_multiple: NDArray[np.int64]
     settling_time: float
     dte_rms: Array
+    dte_rms_spread: Array
     dte_mean: Array
     dte_peak: Array
     force_peak: Array
@@ -99,7 +108,11 @@ def respond_with_history(
     settings: Settings | None = None,
     state: Array | None = None,
 ) -> tuple[Response, History]:
-    """As `respond`, with the motion over the period that was measured."""
+    """As `respond`, with the motion over the period that was measured.
+
+    A motion that does not repeat is measured over several windows of as many common
+    periods as multiples were looked for; the history is that of the last.
+    """
     settings = settings or Settings()
     if not 0.0 < frequency < math.inf:
         raise ValueError(f"frequency must be positive and finite, got {frequency:g}")
@@ -113,9 +126,16 @@ def respond_with_history(
     if status != 0:
         return _diverged(system, frequency, periods * length, start), _no_motion(system)
     spans = multiple or max(1, settings.multiples)
-    failed, history = _record(system, frequency, settings, now, spans)
-    if failed:
-        return _diverged(system, frequency, periods * length, start), history
+    parts = []
+    for _ in range(
+        1
+        if multiple
+        else windows(settings.windows, spans * system.train.common_period[0])
+    ):
+        failed, history = _record(system, frequency, settings, now, spans)
+        if failed:
+            return _diverged(system, frequency, periods * length, start), history
+        parts.append(measures(history))
     response = Response(
         frequency=frequency,
         status=Status.PERIODIC if multiple else Status.APERIODIC,
@@ -123,9 +143,14 @@ def respond_with_history(
         period_multiple=multiple * np.array(system.train.common_period),
         settling_time=periods * length,
         state=now,
-        **measures(history),
+        **pooled(parts),
     )
     return response, history
+
+
+def windows(most: int, periods: int) -> int:
+    """How many windows of so many periods measure a motion that does not repeat."""
+    return min(most, max(FEWEST_WINDOWS, WINDOW_PERIODS // periods))
 
 
 def steps_per_period(system: LumpedSystem, frequency: float, settings: Settings) -> int:
@@ -184,7 +209,7 @@ def _settle(
 def _rules(
     system: LumpedSystem, frequency: float, settings: Settings
 ) -> tuple[float, float, float, float]:
-    return settings.accuracy, system.limit, frequency, 1e-3 * system.energy_norm
+    return settings.step_error, system.limit, frequency, 1e-3 * system.energy_norm
 
 
 def _record(
@@ -238,15 +263,37 @@ def measures(history: History) -> dict[str, Array]:
     mean = _integral(s, rate, h) / span
     around = s - mean
     square = _integral(around**2, 2.0 * around * rate, h) / span
-    drive = _part_positive(history.drive_overlap, h) / span
-    back = _part_positive(history.back_overlap, h) / span
+    touching, back = (time / span for time in _contact_times(history, h))
     return {
         "dte_rms": np.sqrt(square),
         "dte_mean": mean,
         "dte_peak": _largest(s, rate, h),
         "force_peak": _top(history.force, history.force_before),
-        "contact_loss": _clean(1.0 - drive - back),
+        "contact_loss": _clean(1.0 - touching),
         "back_side": back,
+    }
+
+
+def pooled(parts: Sequence[Mapping[str, Array]]) -> dict[str, Array]:
+    """Figures of windows of equal length as those of all of them together.
+
+    The spread is the standard error of the mean of the windows' RMS.
+    """
+    table = {name: np.array([part[name] for part in parts]) for name in parts[0]}
+    mean = table["dte_mean"].mean(axis=0)
+    around = table["dte_mean"] - mean
+    rms = np.sqrt((table["dte_rms"] ** 2 + around**2).mean(axis=0))
+    spread = np.zeros_like(rms)
+    if len(parts) > 1:
+        spread = table["dte_rms"].std(axis=0, ddof=1) / math.sqrt(len(parts))
+    return {
+        "dte_rms": rms,
+        "dte_rms_spread": spread,
+        "dte_mean": mean,
+        "dte_peak": table["dte_peak"].max(axis=0),
+        "force_peak": table["force_peak"].max(axis=0),
+        "contact_loss": table["contact_loss"].mean(axis=0),
+        "back_side": table["back_side"].mean(axis=0),
     }
 
 
@@ -284,14 +331,59 @@ def _top(force: Array, before: Array) -> Array:
     return np.where(smooth, inner, size.max(axis=0))
 
 
-def _part_positive(overlap: Array, h: Array) -> Array:
-    """Time during which an overlap (t, m) is positive, linear between samples [s]."""
-    a, b = overlap[:-1], overlap[1:]
-    a, b = (np.where(np.isfinite(x), x, -1.0) for x in (a, b))
+def _contact_times(history: History, h: Array) -> tuple[Array, Array]:
+    """Times (m,) in which a drive or a back flank touches, and a back flank [s].
+
+    Overlaps bend with the deflection, whose rates are known; the gaps beside it are
+    straight between samples. Where the two sides' pairs change places within a step
+    both may touch: contact is either.
+    """
+    drive, back = (_both_ends(v) for v in (history.drive_overlap, history.back_overlap))
+    h = np.broadcast_to(h, drive[0].shape)
+    touching = np.where(np.maximum(drive[0], back[0]) > 0.0, h, 0.0)
+    backing = np.where(back[0] > 0.0, h, 0.0)
+    slope = h * np.maximum(np.abs(history.rate[:-1]), np.abs(history.rate[1:]))
+    near = np.zeros(h.shape, bool)
+    for start, end in (drive, back):
+        near |= ((start > 0.0) != (end > 0.0)) | (
+            np.minimum(np.abs(start), np.abs(end)) < slope
+        )
+    x = np.linspace(0.0, 1.0, CROSSING_PARTS + 1)
+    bend = _bend(history, h, near, x)
+    over, behind = (
+        (1.0 - x) * start[near, None] + x * end[near, None]
+        for start, end in (drive, back)
+    )
+    over, behind = over + bend, behind - bend
+    touching[near] = h[near] * _part_positive(np.maximum(over, behind))
+    backing[near] = h[near] * _part_positive(behind)
+    return touching.sum(axis=0), backing.sum(axis=0)
+
+
+def _both_ends(overlap: Array) -> tuple[Array, Array]:
+    """Overlap at the start and end of every step (t - 1, m), one for the other where
+    no pair is engaged; below zero where none is at both."""
+    start, end = overlap[:-1], overlap[1:]
+    first = np.where(np.isfinite(start), start, end)
+    last = np.where(np.isfinite(end), end, start)
+    return tuple(np.where(np.isfinite(v), v, -1.0) for v in (first, last))  # type: ignore[return-value]
+
+
+def _bend(history: History, h: Array, steps: NDArray[np.bool_], x: Array) -> Array:
+    """Deflection at parts x (p,) of some steps beside its chord (steps, p)."""
+    s, rate = history.deflection, history.rate
+    chord = (s[1:] - s[:-1])[steps]
+    v0, v1 = ((h * v)[steps] - chord for v in (rate[:-1], rate[1:]))
+    return x * (1.0 - x) * ((1.0 - x) * v0[:, None] - x * v1[:, None])
+
+
+def _part_positive(values: Array) -> Array:
+    """Part of each row (n, p) that is positive, straight between its entries."""
+    a, b = values[:, :-1], values[:, 1:]
     crossing = (a > 0.0) != (b > 0.0)
     change = np.where(crossing, np.abs(a - b), 1.0)
     part = np.where(crossing, np.maximum(a, b) / change, (a > 0.0).astype(float))
-    return (h * part).sum(axis=0)
+    return part.mean(axis=1)
 
 
 def _no_motion(system: LumpedSystem) -> History:

@@ -12,7 +12,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.response import Response, respond
+from lumped.confirmed import respond_confirmed
+from lumped.response import Response
 from lumped.settings import Settings
 from lumped.system import LumpedSystem
 
@@ -64,7 +65,8 @@ def sweep(
     for frequency in ordered:
         if stop is not None and stop.is_set():
             break
-        response = respond(system, frequency, settings, state)
+        before = responses[-1] if responses else None
+        response = respond_confirmed(system, frequency, settings, state, before)[0]
         responses.append(response)
         passed()
         if response.status == "diverged":

@@ -24,6 +24,8 @@ LEGEND = {
     "mesh": "counted from 1",
     "direction": "of the speed, up or down",
     "dte_rms_m": "dynamic transmission error without its mean",
+    "dte_rms_spread_m": "standard error of dte_rms_m of a motion that does not repeat, "
+    "measured over several windows; 0 where it repeats",
     "dte_peak_m": "largest value, the mean included",
     "contact_loss_fraction, back_side_fraction": "parts of the time",
     "period_multiple": "in periods of the row's own mesh, 0 where the motion did not "
@@ -45,6 +47,7 @@ class SweepRow:
     mesh_frequency_Hz: float
     mesh: int
     dte_rms_m: float
+    dte_rms_spread_m: float
     dte_mean_m: float
     dte_peak_m: float
     force_peak_N: float
@@ -84,6 +87,7 @@ def branch_rows(branch: Branch, model: str, torque: float) -> Iterator[SweepRow]
                 mesh_frequency_Hz=float(response.frequency),
                 mesh=mesh + 1,
                 dte_rms_m=float(response.dte_rms[mesh]),
+                dte_rms_spread_m=float(response.dte_rms_spread[mesh]),
                 dte_mean_m=float(response.dte_mean[mesh]),
                 dte_peak_m=float(response.dte_peak[mesh]),
                 force_peak_N=float(response.force_peak[mesh]),

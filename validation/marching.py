@@ -172,7 +172,7 @@ def _ready(
     if journal is not None:
         prepared = _prepared(task, system, excitations)
         return partial(_fe_moved, task, prepared.stepper, journal)
-    hurried = Settings(max_periods=1, multiples=1)
+    hurried = Settings(max_periods=1, multiples=1, windows=1)
     respond_with_history(system, task.speeds[0], hurried)
     return partial(_lumped_moved, task, system)
 
@@ -199,7 +199,7 @@ def _prepared(
     settings = DynamicSettings()
     given = (reference, task.speeds, task.elements, settings, excitations)
     prepared = prepare(task.gear_set, task.torque, *given)
-    hurried = replace(settings, max_periods=1, multiples=1)
+    hurried = replace(settings, max_periods=1, multiples=1, windows=1)
     with suppress(FloatingPointError):  # in earnest it is a figure of that speed
         fe_respond(prepared.stepper, task.speeds[0], hurried)
     return prepared

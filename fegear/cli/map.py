@@ -221,8 +221,8 @@ def _evaluation(
     at: float | None, band: str | None, settings: Settings
 ) -> tuple[str, Callable[[LumpedSystem, threading.Event], Cell | None]]:
     """What is asked of every point, in words and as a function."""
+    from lumped.confirmed import respond_confirmed
     from lumped.maps import cell_of
-    from lumped.response import respond
     from lumped.sweep import sweep
 
     if (at is None) == (band is None):
@@ -231,7 +231,7 @@ def _evaluation(
         require(0.0 < at < 1e9, "--at", at, "must be positive [Hz]")
         return (
             f"at {at:g} Hz of the first mesh, from rest",
-            lambda system, stop: cell_of([respond(system, at, settings)]),
+            lambda system, stop: cell_of([respond_confirmed(system, at, settings)[0]]),
         )
     assert band is not None
     speeds = parsed_speeds(band)

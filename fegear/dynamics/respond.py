@@ -13,7 +13,15 @@ from numpy.typing import NDArray
 from fegear.dynamics.model import DynamicModel
 from fegear.dynamics.scheme import Scheme, generalized_alpha
 from fegear.dynamics.settling import Settling
-from lumped.response import FIGURES, History, Response, Status, measures
+from lumped.response import (
+    FIGURES,
+    History,
+    Response,
+    Status,
+    measures,
+    pooled,
+    windows,
+)
 
 Array = NDArray[np.float64]
 REST_STEPS = 100  # to the deflection at rest
@@ -41,6 +49,8 @@ class DynamicSettings:
     max_periods : of the first mesh, after which a motion counts as aperiodic; None
         for what the damping needs
     multiples : largest period multiple that is looked for
+    windows : of so many common periods each, at most, over which a motion that does
+        not repeat is measured
     ramp_periods : of the first mesh, over which the speed changes
     """
 
@@ -51,6 +61,7 @@ class DynamicSettings:
     tolerance: float = 1e-4
     max_periods: int | None = None
     multiples: int = 8
+    windows: int = 16
     ramp_periods: int = 8
 
     def __post_init__(self) -> None:
@@ -65,6 +76,7 @@ class DynamicSettings:
                 "1 to 1e8",
             ),
             "multiples": (1 <= self.multiples <= 64, "1 to 64"),
+            "windows": (1 <= self.windows <= 10_000, "1 to 10000"),
             "ramp_periods": (0 <= self.ramp_periods <= 10_000, "0 to 10000"),
         }
         for name, (ok, allowed) in checks.items():
@@ -224,6 +236,9 @@ def respond(
 ) -> tuple[Response, Motion, MotionState]:
     """Settle at a frequency of the first mesh [Hz] and record what repeats.
 
+    A motion that does not repeat is measured over several windows, as the lumped ones
+    are; what is recorded is the last.
+
     state, before : where a motion at another frequency stood; the speed changes
         smoothly from there
     watch : called after every common period with the frequency and their number; what
@@ -247,12 +262,16 @@ def respond(
         watch(frequency, settling.period)
     multiple = settling.multiple if settling.done else 0
     settled_after = settling.period * length / frequency
-    parts = []
-    for _ in range(multiple or settings.multiples):
-        now, motion = stepper.march(now, frequency, step, steps, cycle)
-        parts.append(motion)
-        watch(frequency, settling.period + len(parts))
-    whole = _joined(parts, step)
+    spans = multiple or settings.multiples
+    figures: list[dict[str, Array]] = []
+    for _ in range(1 if multiple else windows(settings.windows, spans * length)):
+        parts = []
+        for _ in range(spans):
+            now, motion = stepper.march(now, frequency, step, steps, cycle)
+            parts.append(motion)
+            watch(frequency, settling.period + len(figures) * spans + len(parts))
+        whole = _joined(parts, step)
+        figures.append(measures(whole.history))
     response = Response(
         frequency=frequency,
         status=Status.PERIODIC if multiple else Status.APERIODIC,
@@ -260,7 +279,7 @@ def respond(
         period_multiple=multiple * np.array(model.reference.train.common_period),
         settling_time=settled_after,
         state=now.motion,
-        **measures(whole.history),
+        **pooled(figures),
     )
     return response, whole, now
 

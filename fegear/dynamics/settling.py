@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from lumped.kernels.settling import judge
 
 Array = NDArray[np.float64]
+GRAIN = 1e-11  # of the deflection, that contact solutions leave open in a period
 
 
 class Settling:
@@ -37,11 +38,13 @@ class Settling:
         slot = self.period % len(self._sections)
         self._sections[slot] = place, velocity / self._angular
         ends = np.array([deflection.min(axis=0), deflection.max(axis=0)])
+        noise = GRAIN * np.abs(ends).max(axis=0)
         self.multiple, self._calm, self.done = judge(
             self._sections,
             self.period,
             self._shapes,
             ends,
+            noise,
             self._scale,
             self._tolerance,
             self.multiple,

@@ -251,7 +251,9 @@ def _bisect(system, excitation, contact, time, h, step, y, k, probe, low, high):
 
 @compiled_part
 def advance(system, excitation, rules, span, y, contact, buffers, grid, out, range_):
-    """March y (2, n) over span (from, to); returns (status, time reached).
+    """March y (2, n) over span (from, to); returns (status, time reached, error).
+
+    The error is the sum of what the steps' estimates say, in the norm of the energy.
 
     rules : (accuracy, limit, frequency, size): energy norm that counts as moderate
     grid : (g,) times at which to record into out (g, 6, m); may be empty
@@ -265,11 +267,12 @@ def advance(system, excitation, rules, span, y, contact, buffers, grid, out, ran
     stop, row = 0, 0
     h = 1.0 / 64.0
     fresh = True
+    total = 0.0
     left = MOST_STEPS * (1.0 + end - time)
     while time < end:
         left -= 1.0
         if left < 0.0:
-            return NOT_FINITE, time
+            return NOT_FINITE, time, total
         while stop < stops.size and stops[stop] <= time + SHORTEST:
             stop += 1
         until = min(end, stops[stop]) if stop < stops.size else end
@@ -292,7 +295,7 @@ def advance(system, excitation, rules, span, y, contact, buffers, grid, out, ran
             if not error < math.inf:
                 h = LEAST * h_now
                 if h < SHORTEST:
-                    return NOT_FINITE, time
+                    return NOT_FINITE, time, total
             else:
                 h = h_now * max(LEAST, SAFETY * (scale / error) ** 0.2)
             continue
@@ -303,7 +306,7 @@ def advance(system, excitation, rules, span, y, contact, buffers, grid, out, ran
         if changed >= 0 and part < 1.0:
             h_now = max(part * h_now, SHORTEST)
             last = False
-            try_step(
+            error = try_step(
                 system, excitation, contact, time, h_now, frequency, y, k, new, work
             )
         while row < grid.size and grid[row] <= time + h_now:
@@ -312,14 +315,15 @@ def advance(system, excitation, rules, span, y, contact, buffers, grid, out, ran
             record_row(system, excitation, trial, grid[row], stiffness, gap, out[row])
             row += 1
         y[:] = new
+        total += error
         time = until if last else time + h_now
         h = max(grown, SHORTEST)
         if changed >= 0:
             flip(system, excitation, contact, changed, y, time)
         fresh = last
         if not bounded(y[0], y[1], limit):
-            return NOT_FINITE, time
-    return FINISHED, time
+            return NOT_FINITE, time, total
+    return FINISHED, time, total
 
 
 @compiled_part
@@ -350,6 +354,17 @@ def flip(system, excitation, contact, p, y, time):
 
 
 @inlined
+def set_noise(system, error, noise):
+    """Deflection of each mesh (m,) [m] that an error in the energy norm may mean."""
+    rigidity, shapes = system[0], system[3]
+    for m in range(noise.size):
+        square = 0.0
+        for i in range(rigidity.size):
+            square += shapes[m, i] ** 2 / rigidity[i]
+        noise[m] = error * math.sqrt(square)
+
+
+@inlined
 def make_buffers(system, excitation):
     n, m, p = system[0].size, system[3].shape[0], excitation[5].size
     return (
@@ -369,9 +384,10 @@ def record_dopri5(system, excitation, rules, span, state, grid, out):
     buffers = make_buffers(system, excitation)
     contact = np.zeros(excitation[5].size, np.int64)
     range_ = np.zeros((2, system[3].shape[0]))
-    return advance(
+    status, time, _ = advance(
         system, excitation, rules, span, state, contact, buffers, grid, out, range_
     )
+    return status, time
 
 
 @compiled
@@ -386,7 +402,7 @@ def settle_dopri5(system, excitation, rules, settings, length, state):
     buffers = make_buffers(system, excitation)
     contact = np.zeros(excitation[5].size, np.int64)
     meshes = system[3].shape[0]
-    range_, scale = np.empty((2, meshes)), np.empty(meshes)
+    range_, noise, scale = np.empty((2, meshes)), np.empty(meshes), np.empty(meshes)
     sections = np.empty((2 * multiples + 2, 2, system[0].size))
     none, no_rows = np.empty(0), np.empty((0, 6, meshes))
     multiple, calm = 0, 0
@@ -394,7 +410,7 @@ def settle_dopri5(system, excitation, rules, settings, length, state):
     for period in range(1, max_periods + 1):
         range_[0] = math.inf
         range_[1] = -math.inf
-        status, time = advance(
+        status, time, error = advance(
             system,
             excitation,
             rules,
@@ -409,8 +425,9 @@ def settle_dopri5(system, excitation, rules, settings, length, state):
         if status != FINISHED:
             return NOT_FINITE, 0, period - 1 + time / length
         set_section(system, state[0], state[1], sections[period % sections.shape[0]])
+        set_noise(system, error, noise)
         multiple, calm = close_period(
-            sections, period, system[3], range_, scale, tolerance, multiple, calm
+            sections, period, system[3], range_, noise, scale, tolerance, multiple, calm
         )
         if settled(multiple, calm):
             return FINISHED, multiple, float(period)

@@ -17,6 +17,7 @@ from lumped.kernels.settling import (
     NOT_FINITE,
     bounded,
     close_period,
+    set_round_off,
     set_section,
     settled,
     widen,
@@ -98,7 +99,7 @@ def settle_rk4(system, samples, settings, state):
     work = np.empty((5, q.size))
     meshes = system[3].shape[0]
     s, later = np.empty(meshes), np.empty(meshes)
-    range_, scale = np.empty((2, meshes)), np.empty(meshes)
+    range_, noise, scale = np.empty((2, meshes)), np.empty(meshes), np.empty(meshes)
     sections = np.empty((2 * multiples + 2, 2, system[0].size))
     multiple, calm = 0, 0
     set_section(system, q, v, sections[0])
@@ -111,8 +112,9 @@ def settle_rk4(system, samples, settings, state):
             if not bounded(q, v, limit):
                 return NOT_FINITE, 0, period - 1 + (k + 1) / h.size
         set_section(system, q, v, sections[period % sections.shape[0]])
+        set_round_off(range_, h.size, noise)
         multiple, calm = close_period(
-            sections, period, system[3], range_, scale, tolerance, multiple, calm
+            sections, period, system[3], range_, noise, scale, tolerance, multiple, calm
         )
         if settled(multiple, calm):
             return FINISHED, multiple, float(period)

@@ -5,7 +5,7 @@ frequency, at the start of each common period. How far the periodic response sti
 follows from the last steps between them, so that slow decay is not taken for rest. A
 distance adds up what each mode could do to a mesh at its worst phase: a mode that
 turns slowly while it decays would otherwise seem to rest whenever it passes through
-zero.
+zero. What the integrator itself adds from period to period is never taken for motion.
 """
 
 from __future__ import annotations
@@ -21,6 +21,8 @@ APART = 50.0  # tolerances beyond which two sections are not the same
 STEADY = 1e-3  # change of a distance, relative, over an orbit that has settled
 SILENT = 1e-4  # tolerances below which decay is lost in round-off
 ROUND_OFF = 1e-12
+EPSILON = 2.3e-16  # of a step of fixed size, relative to the deflection
+LOUDEST = 1e-6  # of the range: beyond it or the tolerance, noise hides no motion
 QUIET = 1e-6  # of the deflection: smallest amplitude that counts as vibration
 TINY = 1e-30  # m
 
@@ -81,25 +83,45 @@ def apart(one, two, three, second, shapes, scale):
 
 
 @inlined
-def settled_multiple(sections, period, shapes, scale, tolerance):
+def set_round_off(range_, steps, noise):
+    """Noise of fixed steps in a period (m,) [m], from the range of deflection."""
+    for m in range(noise.size):
+        noise[m] = EPSILON * steps * max(abs(range_[0, m]), abs(range_[1, m]))
+
+
+@inlined
+def largest_part(noise, scale):
+    """Noise of a period over the range of deflection, of the worst mesh."""
+    largest = 0.0
+    for m in range(scale.size):
+        largest = max(largest, noise[m] / scale[m])
+    return largest
+
+
+@inlined
+def settled_multiple(sections, period, shapes, scale, noise, tolerance):
     """Common periods after which the response repeats; 0 while it still settles.
 
     Steps d that shrink by a complex factor mu leave |mu d / (1 - mu)| to go, which is
     the square of the last step over the size of the second difference (Aitken).
 
     sections : (slots, 2, n), a ring of two or more beyond twice the largest multiple
+    noise : (m,) what the integrator adds to the deflection in a period [m]
     """
     slots = sections.shape[0]
     now = sections[period % slots]
+    grain = largest_part(noise, scale)
     for p in range(1, min((slots - 2) // 2, period // 2) + 1):
         then, before = (
             sections[(period - p) % slots],
             sections[(period - 2 * p) % slots],
         )
         d = apart(now, then, before, 0.0, shapes, scale)
-        if d > REPEATED * tolerance:
+        # noise of the last p periods, and of what p periods let decay of that before
+        heard = max(min(2.0 * p * grain, max(tolerance, LOUDEST)), ROUND_OFF)
+        if d > max(REPEATED * tolerance, heard):
             continue
-        lost = d <= max(SILENT * tolerance, ROUND_OFF)
+        lost = d <= max(SILENT * tolerance, heard)
         if not lost:
             if d >= apart(then, before, before, 0.0, shapes, scale):
                 continue  # it does not shrink
@@ -133,10 +155,12 @@ def distinct(sections, period, p, shapes, scale, tolerance):
 
 
 @inlined
-def close_period(sections, period, shapes, range_, scale, tolerance, multiple, calm):
+def close_period(
+    sections, period, shapes, range_, noise, scale, tolerance, multiple, calm
+):
     """(multiple, calm) after a period: the multiple found, how often in a row."""
     set_scale(range_[0], range_[1], scale)
-    found = settled_multiple(sections, period, shapes, scale, tolerance)
+    found = settled_multiple(sections, period, shapes, scale, noise, tolerance)
     return found, calm + 1 if found > 0 and found == multiple else 0
 
 
@@ -147,12 +171,12 @@ def settled(multiple, calm):
 
 
 @compiled
-def judge(sections, period, shapes, range_, scale, tolerance, multiple, calm):
+def judge(sections, period, shapes, range_, noise, scale, tolerance, multiple, calm):
     """(multiple, calm, whether it has held for long enough) after a period.
 
     For motions that are not marched by these kernels.
     """
     multiple, calm = close_period(
-        sections, period, shapes, range_, scale, tolerance, multiple, calm
+        sections, period, shapes, range_, noise, scale, tolerance, multiple, calm
     )
     return multiple, calm, settled(multiple, calm)

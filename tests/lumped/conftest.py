@@ -115,7 +115,7 @@ def make_system(
 
 def make_fixed(periods: int = 4, **changes) -> Settings:
     """Settings that march `periods` (4 or more) and then record one, settled or not."""
-    values = {"max_periods": periods, "multiples": 1, "tolerance": 1e-12}
+    values = {"max_periods": periods, "multiples": 1, "tolerance": 1e-12, "windows": 1}
     return Settings(**(values | changes))
 
 

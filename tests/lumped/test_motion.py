@@ -114,7 +114,7 @@ def test_the_section_has_a_point_for_each_period_of_the_first_mesh(system):
 
 
 def test_a_motion_that_does_not_repeat_is_marched_on(system):
-    few = Settings(multiples=1, max_periods=1)
+    few = Settings(multiples=1, max_periods=1, windows=1)
     state = respond(system, 3100.0).state
     found = time_history(system, 3100.0, few, state, section_periods=6)
     assert found.response.multiple == 0
@@ -188,6 +188,6 @@ def test_a_divergence_names_speed_and_time(system, monkeypatch):
     from types import SimpleNamespace
 
     gone = SimpleNamespace(status="diverged", frequency=1234.0, settling_time=0.5)
-    monkeypatch.setattr(module, "respond_with_history", lambda *_: (gone, None))
+    monkeypatch.setattr(module, "respond_confirmed", lambda *_: (gone, None, None))
     with pytest.raises(DivergedError, match=r"1234 Hz within 0\.5 s"):
         time_history(system, 1234.0)

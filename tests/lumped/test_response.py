@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -334,9 +335,9 @@ def test_twice_the_torque_is_twice_the_response(system, idler, method, model):
         )
         for t in (100.0, 200.0)
     )
-    for name in FIGURES[:4]:
+    for name in FIGURES[:5]:
         np.testing.assert_allclose(two.column(name), 2.0 * one.column(name), rtol=1e-6)
-    for name in FIGURES[4:]:
+    for name in FIGURES[5:]:
         np.testing.assert_allclose(two.column(name), one.column(name), atol=1e-6)
     assert one.column("contact_loss").max() > 0.1
 
@@ -713,3 +714,52 @@ def test_statics_follow_slow_speeds(system, figures, idler):
 def test_what_memory_cannot_hold_is_refused(system):
     with pytest.raises(TrainError, match="more than a run should hold"):
         respond(system(), 1e-6)
+
+
+@pytest.fixture(scope="module")
+def two_stages(figures):
+    """Mesh frequencies 72 to 19, so that a common period is long and full of stops."""
+    teeth, radii = (51, 72, 19, 73), (0.0337, 0.0475, 0.0198, 0.0761)
+    inertias = (0.01837, 0.03531, 0.00071, 0.1740)
+    gears = tuple(
+        Gear(name=str(i), teeth=z, base_radius=r, inertia=j, torque=t)
+        for i, (z, r, j, t) in enumerate(
+            zip(teeth, radii, inertias, (100.0, 0.0, 0.0, -100.0), strict=True)
+        )
+    )
+    torque = 100.0 * radii[1] / radii[0] * radii[3] / radii[2]
+    gears = (*gears[:3], replace(gears[3], torque=-torque))
+    meshes = tuple(
+        Mesh(driver=i, driven=i + 1, pressure_angle=math.radians(20.0)) for i in (0, 2)
+    )
+    train = Train(
+        gears=gears, meshes=meshes, shafts=(Shaft(gears=(1, 2)),), damping_ratio=0.04
+    )
+    return LumpedSystem(
+        train, tuple(analytic_excitation(figures(m), 1) for m in range(2))
+    )
+
+
+@pytest.mark.parametrize(
+    "settings",
+    [
+        Settings(method="dopri5"),
+        Settings(method="dopri5", tolerance=1e-8),
+        Settings(tolerance=1e-8),
+        Settings(tolerance=1e-12),
+    ],
+    ids=lambda s: f"{s.method} {s.tolerance:g}",
+)
+def test_settled_motions_are_not_called_aperiodic(two_stages, settings):
+    usual = respond(two_stages, 2600.0, Settings(steps=256))
+    found = respond(two_stages, 2600.0, settings)
+    assert usual.multiple == found.multiple == 1
+    np.testing.assert_allclose(found.dte_rms, usual.dte_rms, rtol=1e-3)
+    assert not found.dte_rms_spread.any()
+
+
+def test_error_of_adaptive_steps_follows_the_tolerance():
+    assert Settings().step_error == 1e-8
+    assert Settings(tolerance=1e-7).step_error == pytest.approx(1e-10)
+    assert Settings(tolerance=1e-12).step_error == 1e-13
+    assert Settings(tolerance=1e-7, accuracy=1e-6).step_error == 1e-6

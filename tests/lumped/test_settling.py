@@ -17,7 +17,7 @@ MOST = 40_000  # periods
 
 
 @njit  # no cache on disk: it would outlive a change of the kernels
-def first_calm(sections, shapes, range_, tolerance, multiples):
+def first_calm(sections, shapes, range_, noise, tolerance, multiples):
     """(period, multiple) at which a way of sections (periods, 2, n) has settled."""
     slots = 2 * multiples + 2
     ring = np.empty((slots, *sections.shape[1:]))
@@ -27,20 +27,23 @@ def first_calm(sections, shapes, range_, tolerance, multiples):
     for period in range(1, sections.shape[0]):
         ring[period % slots] = sections[period]
         multiple, calm = close_period(
-            ring, period, shapes, range_, scale, tolerance, multiple, calm
+            ring, period, shapes, range_, noise, scale, tolerance, multiple, calm
         )
         if settled(multiple, calm):
             return period, multiple
     return sections.shape[0], 0
 
 
-def settle(way, tolerance=1e-4, shape=(1.0,)):
-    """way : (periods, n) complex, displacement + i velocity; a range of 1 m."""
+def settle(way, tolerance=1e-4, shape=(1.0,), noise=0.0):
+    """way : (periods, n) complex, displacement + i velocity; a range of 1 m.
+
+    noise : of the integrator in a period [m]
+    """
     way = np.asarray(way, complex).reshape(len(way), -1)
     sections = np.ascontiguousarray(np.stack([way.real, way.imag], axis=1))
     shapes = np.array([shape])
     range_ = np.array([[-0.5], [0.5]])
-    return first_calm(sections, shapes, range_, tolerance, MULTIPLES)
+    return first_calm(sections, shapes, range_, np.array([noise]), tolerance, MULTIPLES)
 
 
 def transient(multiplier, amplitude=1.0, periods=MOST):
@@ -168,7 +171,7 @@ def test_uncompiled_parts_agree(uncompiled):
     for period in range(1, way.size):
         ring[period % len(ring)] = [[way[period].real], [way[period].imag]]
         multiple, calm = settling.close_period(
-            ring, period, shapes, range_, scale, 1e-4, multiple, calm
+            ring, period, shapes, range_, np.zeros(1), scale, 1e-4, multiple, calm
         )
         if settling.settled(multiple, calm):
             break
@@ -184,3 +187,26 @@ def test_bounds_let_no_runaway_pass(uncompiled, value):
         if not math.isfinite(value):
             assert not settling.bounded(np.array([value, 0.0]), good, 1e6)
     assert settling.bounded(good, good, 1e-9)
+
+
+@pytest.mark.parametrize("noise", [1e-7, 1e-9])
+@pytest.mark.parametrize("tolerance", [1e-4, 1e-8])
+def test_noise_of_the_integrator_is_not_motion(noise, tolerance):
+    """A decay that ends in noise has settled, once the noise is known."""
+    rng = np.random.default_rng(1)
+    way = 0.3 + transient(0.9, periods=4000)
+    way = way + noise * (
+        rng.uniform(-1, 1, way.size) + 1j * rng.uniform(-1, 1, way.size)
+    )
+    unknown, known = settle(way, tolerance), settle(way, tolerance, noise=2.0 * noise)
+    assert known[1] == 1
+    assert known[0] < 400
+    if tolerance < noise:
+        assert unknown[1] == 0
+
+
+def test_noise_hides_no_motion():
+    """Nothing larger than a millionth of the range, or the tolerance, is noise."""
+    way = orbit([0.0, 1e-3], 4000)
+    assert settle(way, 1e-4, noise=1.0)[1] == 2
+    assert settle(transient(cmath.exp(0.3j), 1e-3, 4000), 1e-4, noise=1.0)[1] == 0

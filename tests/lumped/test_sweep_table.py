@@ -25,7 +25,7 @@ from lumped.sweep_table import (
     write_sweep,
 )
 
-ROW = SweepRow("1", "up", 100.0, 800.0, 1, 2e-6, 7e-6, 9e-6, 3e3, 0.25, 0.0, 2)
+ROW = SweepRow("1", "up", 100.0, 800.0, 1, 2e-6, 1e-8, 7e-6, 9e-6, 3e3, 0.25, 0.0, 2)
 numbers = st.floats(allow_nan=False, allow_infinity=True, width=64)
 
 
@@ -37,6 +37,7 @@ def test_columns_are_those_that_are_documented():
         "mesh_frequency_Hz",
         "mesh",
         "dte_rms_m",
+        "dte_rms_spread_m",
         "dte_mean_m",
         "dte_peak_m",
         "force_peak_N",
@@ -55,7 +56,7 @@ def test_reading_back_gives_the_same_bits(one, two):
 
 def test_nan_is_an_empty_cell():
     text = format_sweep(SweepTable((replace(ROW, dte_rms_m=math.nan),)))
-    assert ",1,,7e-06," in text
+    assert ",1,,1e-08,7e-06," in text
     assert math.isnan(parse_sweep(text).rows[0].dte_rms_m)
 
 
@@ -72,7 +73,7 @@ def test_file_goes_there_and_back(tmp_path):
         ("800.0", "fast", "line 3, column mesh_frequency_Hz"),
         ("800.0,1,", "800.0,0,", "line 3, column mesh: 0 must be 1 or more"),
         ("0.0,2", "0.0,-1", "line 3, column period_multiple: -1"),
-        ("0.0,2", "0.0", "line 3: 11 cells where 12 are named"),
+        ("0.0,2", "0.0", "line 3: 12 cells where 13 are named"),
         ("mesh,dte", "gear,dte", "line 2: column mesh stands there 0 times"),
         ("period_multiple\n", "period_multiple,x\n", "line 2: unknown column x"),
     ],
@@ -91,7 +92,14 @@ def test_an_empty_file_is_refused():
 
 def response(frequency, status=Status.PERIODIC):
     values = np.array([1.0, 2.0])
-    names = ("dte_rms", "dte_mean", "dte_peak", "force_peak", "contact_loss")
+    names = (
+        "dte_rms",
+        "dte_rms_spread",
+        "dte_mean",
+        "dte_peak",
+        "force_peak",
+        "contact_loss",
+    )
     figures = dict.fromkeys((*names, "back_side"), values)
     multiple = np.array([72, 19])
     return SimpleNamespace(

@@ -1,0 +1,84 @@
+"""Responses whose classification hangs on the step are found again on finer steps."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import lumped.confirmed as module
+from lumped import Settings, Status, respond, sweep
+from lumped.confirmed import FINEST, alike, doubtful, respond_confirmed
+from lumped.motion import time_history
+
+RELIEF = 25e-6  # m: here fixed steps of 64 and 256 a period find no period
+FREQUENCY = 1280.0  # Hz
+
+
+@pytest.fixture(scope="module")
+def relieved(system):
+    return system(relief=RELIEF)
+
+
+@pytest.fixture(scope="module")
+def regular(system):
+    return respond(system(), 2000.0)
+
+
+def test_coarse_steps_alone_miss_the_period(relieved):
+    adaptive = respond(relieved, FREQUENCY, Settings(method="dopri5"))
+    coarse = respond(relieved, FREQUENCY)
+    assert (coarse.multiple, adaptive.multiple) == (0, 8)
+
+
+def test_the_period_is_found_on_finer_steps(relieved):
+    response, history, settings = respond_confirmed(relieved, FREQUENCY)
+    adaptive = respond(relieved, FREQUENCY, Settings(method="dopri5"))
+    assert response.multiple == adaptive.multiple == 8
+    np.testing.assert_allclose(response.dte_rms, adaptive.dte_rms, rtol=0.02)
+    assert settings.steps == FINEST
+    assert history.time.size > 8 * FINEST
+
+
+def test_sweeps_and_histories_are_confirmed(relieved):
+    assert sweep(relieved, [FREQUENCY]).responses[0].multiple == 8
+    motion = time_history(relieved, FREQUENCY)
+    assert motion.response.multiple == 8
+    assert motion.pairs[0].force.shape[0] == motion.history.time.size
+
+
+def test_a_plain_response_is_not_computed_twice(system, monkeypatch):
+    calls = []
+    real = module.respond_with_history
+    monkeypatch.setattr(
+        module, "respond_with_history", lambda *args: calls.append(1) or real(*args)
+    )
+    response, _, settings = respond_confirmed(system(), 2000.0)
+    assert response.multiple == 1
+    assert (len(calls), settings) == (1, Settings())
+    respond_confirmed(system(), 2000.0, None, response.state, response)
+    assert len(calls) == 2
+
+
+def test_a_leap_is_in_doubt(regular):
+    far = replace(regular, dte_rms=2.0 * regular.dte_rms)
+    near = replace(regular, dte_rms=1.1 * regular.dte_rms)
+    assert doubtful(far, regular)
+    assert not doubtful(near, regular)
+    assert not doubtful(far, None)
+    assert doubtful(replace(regular, multiple=2), None)
+    assert not doubtful(replace(regular, status=Status.DIVERGED, multiple=0), far)
+
+
+def test_what_is_alike(regular):
+    assert alike(regular, replace(regular, dte_rms=1.01 * regular.dte_rms))
+    assert not alike(regular, replace(regular, dte_rms=1.2 * regular.dte_rms))
+    assert not alike(regular, replace(regular, multiple=2))
+    gone = replace(regular, dte_rms=np.full(2, np.nan))
+    assert not alike(regular, gone)
+
+
+def test_adaptive_steps_need_no_confirmation(relieved):
+    adaptive = Settings(method="dopri5")
+    assert respond_confirmed(relieved, FREQUENCY, adaptive)[2] == adaptive
