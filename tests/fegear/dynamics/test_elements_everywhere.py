@@ -41,7 +41,7 @@ def with_gears(gear_set, change):
 
 @pytest.fixture(scope="module")
 def idler():
-    return load_gear_set("liu-idler")
+    return load_gear_set("liu-idler-small-hubs")
 
 
 def arrays(stepper):
