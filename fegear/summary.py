@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import resource
+import math
 from typing import Any
 
 import numpy as np
 
+from fegear.memory import peak_memory_MB
 from fegear.statics import StaticsResult
 
 
@@ -28,7 +29,7 @@ def summary(result: StaticsResult) -> dict[str, Any]:
         "torques": [torque_summary(result, t) for t in range(table.torque_Nm.size)],
         "evidence": evidence(result),
         "seconds": {name: round(s, 4) for name, s in result.seconds.items()},
-        "peak_memory_MB": round(peak_memory_megabytes(), 1),
+        "peak_memory_MB": round(peak_memory_MB(), 1),
     }
 
 
@@ -71,11 +72,6 @@ def _finite(value: float) -> float | None:
     return value if np.isfinite(value) else None
 
 
-def peak_memory_megabytes() -> float:
-    """Largest resident size of this process so far."""
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
-
-
 def print_summary(values: dict[str, Any]) -> None:
     """The summary as tables on the screen."""
     from rich.console import Console
@@ -94,10 +90,9 @@ def print_summary(values: dict[str, Any]) -> None:
     for line in _evidence_lines(values["evidence"]):
         console.print(line, highlight=False)
     stages = ", ".join(f"{name} {s:.3f} s" for name, s in values["seconds"].items())
-    console.print(
-        f"time: {stages}; peak memory {values['peak_memory_MB']:.0f} MB",
-        highlight=False,
-    )
+    peak = values["peak_memory_MB"]
+    memory = f"; peak memory {peak:.0f} MB" if math.isfinite(peak) else ""
+    console.print(f"time: {stages}{memory}", highlight=False)
 
 
 def _torque_table(torques: list[dict[str, float]]) -> Any:

@@ -12,6 +12,7 @@ import pytest
 ROOT = Path(__file__).parents[1]
 PACKAGES = ("meshes", "fegear", "lumped", "validation")
 FILES = [p for name in PACKAGES for p in sorted((ROOT / name).rglob("*.py"))]
+UNIX_ONLY = {"fcntl", "grp", "posix", "pty", "pwd", "resource", "syslog", "termios"}
 KERNELS = [
     ROOT / "fegear" / "contact" / f"{name}.py"
     for name in ("active_set", "compliance", "cycle", "flanks", "patches")
@@ -62,6 +63,11 @@ def test_arrows_point_one_way(path):
         assert any(module == a or module.startswith(a + ".") for a in allowed), module
         if not in_roof:
             assert not module.startswith("fegear.cli"), "nothing imports the roof"
+
+
+@pytest.mark.parametrize("path", FILES, ids=label)
+def test_modules_that_every_system_has(path):
+    assert not {m.split(".")[0] for m in imported_modules(path)} & UNIX_ONLY
 
 
 @pytest.mark.parametrize("path", KERNELS, ids=lambda path: path.stem)

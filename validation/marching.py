@@ -18,6 +18,7 @@ from fegear.dynamics.respond import respond as fe_respond
 from fegear.dynamics.sweep import kept_state, sweep_branch
 from fegear.errors import InputError
 from fegear.excitation import Excitations
+from fegear.memory import memory_level
 from fegear.train import mesh_torques_at, train_of
 from lumped.motion import APPROACH_STEP, DivergedError, arrive
 from lumped.response import (
@@ -33,7 +34,6 @@ from lumped.system import LumpedSystem
 from lumped.train import TrainError
 from validation.cases import Wave
 from validation.deflection import mesh_statics
-from validation.memory import memory_level
 from validation.metrics import WAVE_POINTS, ForceWave, Statics, force_cycle
 from validation.tasks import Task
 

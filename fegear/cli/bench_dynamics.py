@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import asdict
+from math import isfinite
 from typing import TYPE_CHECKING
 
 from fegear.cli.bench_outcome import Outcome, figure_table
@@ -16,8 +17,8 @@ if TYPE_CHECKING:
 
 def measure_dynamics(gear_set: GearSet, torque: float, report: Progress) -> Outcome:
     """Run time against error over steps, modes and mesh, and growth with gears."""
+    from fegear.memory import memory_level
     from validation import bench_dynamics as study
-    from validation.memory import memory_level
 
     points: list[Point] = []
     growth: list[Growth] = []
@@ -95,4 +96,6 @@ def show_dynamics(outcome: Outcome) -> None:
             str(item["gears"]), str(item["coordinates"]), f"{item['us_per_step']:.2f}"
         )
     console.print(growth)
-    console.print(f"largest memory: {outcome.values['peak_memory_MB']:.0f} MB")
+    peak = outcome.values["peak_memory_MB"]
+    if isfinite(peak):
+        console.print(f"largest memory: {peak:.0f} MB")

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import sys
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from fegear.cli.options import PlaneChoice, checked_torques, require
+from fegear.output import strict_json
 
 if TYPE_CHECKING:
     from validation.compare import Comparison
@@ -47,12 +47,11 @@ def compare_command(
     settings = StaticsSettings(plane=plane.value, estimate_error=False)
     rows = compare_mesh(gear_set, mesh - 1, at, settings)
     if as_json:
-        import json
         from dataclasses import asdict
 
         lines = [asdict(row) | {"per_cent": row.per_cent} for row in rows]
         values = {"gear_set": gear_set.name, "torque_Nm": at, "comparisons": lines}
-        sys.stdout.write(json.dumps(values, indent=2) + "\n")
+        typer.echo(strict_json(values), nl=False)
         return
     _print_rows(rows, f"{gear_set.name} mesh {mesh}, {at:g} N m, plane {plane.value}")
 

@@ -279,7 +279,7 @@ def _run(
     whole = format_map(grid)  # mends a torn last line
     write_text(output, whole)
     kept = len(grid.cells)
-    with open(output, "a", encoding="utf-8") as file:
+    with open(output, "a", encoding="utf-8", newline="") as file:
 
         def keep(point: Point, cell: Cell) -> None:
             nonlocal kept

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+
+from fegear.output import strict_json
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -99,7 +100,7 @@ def show_command(
     gear_set = load_gear_set(set_name)
     figures = gear_set_figures(gear_set)
     if as_json:
-        typer.echo(json.dumps(asdict(figures), indent=2))
+        typer.echo(strict_json(asdict(figures)), nl=False)
     else:
         print_figures(figures)
     if plot is not None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -15,6 +14,7 @@ from fegear.cli.options import (
     progress_bar,
     require,
 )
+from fegear.output import strict_json
 
 if TYPE_CHECKING:
     from fegear.statics import StaticsResult
@@ -106,9 +106,7 @@ def _print_summary(result: StaticsResult, as_json: bool) -> None:
     from fegear.summary import print_summary, summary
 
     if as_json:
-        import json
-
-        sys.stdout.write(json.dumps(summary(result), indent=2) + "\n")
+        typer.echo(strict_json(summary(result)), nl=False)
     else:
         print_summary(summary(result))
 

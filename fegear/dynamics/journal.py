@@ -16,7 +16,6 @@ left alone.
 from __future__ import annotations
 
 import contextlib
-import fcntl
 import hashlib
 import io
 import json
@@ -26,9 +25,10 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from itertools import takewhile
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any
 
 import numpy as np
+from filelock import FileLock, Timeout
 from numpy.typing import NDArray
 
 from fegear.errors import InputError
@@ -71,7 +71,7 @@ class Journal:
     """
 
     directory: Path
-    _lock: BinaryIO
+    _lock: FileLock
     _lengths: dict[str, int] = field(default_factory=dict)  # of branches seen so far
 
     def finished(self, branch: str) -> list[Entry]:
@@ -99,7 +99,7 @@ class Journal:
         TypeError for values that are not JSON, OSError where the disk is full; the
         journal is then as it was.
         """
-        if self._lock.closed:
+        if not self._lock.is_locked:
             raise ValueError(f"{self.directory}: the journal is closed")
         if index != self._length(branch):
             wanted = self._length(branch)
@@ -118,16 +118,20 @@ class Journal:
 
     def close(self, keep: bool) -> None:
         """Let other processes in; without `keep` remove the journal's files first."""
-        if self._lock.closed:
+        if not self._lock.is_locked:
             return
-        with self._lock:
-            if keep:
-                return
+        if keep:
+            self._lock.release()
+            return
+        try:
             _discard(self.directory)
-            for name in (INPUTS, LOCK):  # last: until then it is seen to be a journal
-                (self.directory / name).unlink(missing_ok=True)
-            with contextlib.suppress(OSError):  # something of the user's is in there
-                self.directory.rmdir()
+            (self.directory / INPUTS).unlink(missing_ok=True)
+            with contextlib.suppress(PermissionError):  # Windows: removed by release
+                (self.directory / LOCK).unlink(missing_ok=True)
+        finally:
+            self._lock.release()
+        with contextlib.suppress(OSError):  # something of the user's is in there
+            self.directory.rmdir()
 
     def _length(self, branch: str) -> int:
         if branch not in self._lengths:
@@ -182,7 +186,7 @@ def open_journal(directory: Path, inputs: Mapping[str, str], resume: bool) -> Jo
             _discard(directory)
             _replace(directory / INPUTS, _inputs_text(inputs).encode())
     except BaseException as error:
-        lock.close()
+        lock.release()
         if isinstance(error, OSError):
             raise _unusable(directory, error) from None
         raise
@@ -217,25 +221,20 @@ def _is_own(path: Path) -> bool:
     return text.startswith(START) or START.startswith(text)
 
 
-def _locked(directory: Path) -> BinaryIO:
-    """The lock file, open and locked until it is closed or the process ends."""
-    path = directory / LOCK
-    with contextlib.ExitStack() as closing:
-        try:
-            lock = closing.enter_context(path.open("ab"))
-            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            # one that was removed with its journal in the meantime locks nothing
-            if not os.path.samestat(os.fstat(lock.fileno()), path.stat()):
-                raise BlockingIOError
-        except (BlockingIOError, FileNotFoundError):
-            raise InputError(
-                f"{directory}: another process works on it; wait for it to end, or "
-                "name another output"
-            ) from None
-        except OSError as error:
-            raise _unusable(path, error) from None
-        closing.pop_all()
-        return lock
+def _locked(directory: Path) -> FileLock:
+    """The lock of a journal, held until it is released or the process ends."""
+    # sweeps run in threads, and each of them may be the one that closes
+    lock = FileLock(directory / LOCK, timeout=0, thread_local=False)
+    try:
+        lock.acquire()
+    except Timeout:
+        raise InputError(
+            f"{directory}: another process works on it; wait for it to end, or "
+            "name another output"
+        ) from None
+    except OSError as error:
+        raise _unusable(directory / LOCK, error) from None
+    return lock
 
 
 def _unusable(path: Path, error: OSError) -> InputError:

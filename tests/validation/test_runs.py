@@ -14,6 +14,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from fegear import memory
 from fegear.dynamics.journal import open_journal
 from fegear.dynamics.respond import ReducedStepper
 from fegear.errors import InputError
@@ -22,7 +23,7 @@ from fegear.gearset import load_gear_set
 from lumped.excitation import MeshExcitation, PairExcitation
 from lumped.motion import DivergedError
 from lumped.waves import Wave as PeriodicWave
-from validation import marching, memory, runs
+from validation import marching, runs
 from validation.cases import Wave, load_case, read_case
 from validation.deflection import static_deflection
 from validation.marching import approach

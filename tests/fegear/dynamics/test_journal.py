@@ -6,7 +6,6 @@ import json
 import math
 import os
 import random
-import resource
 import shutil
 import struct
 import subprocess
@@ -380,6 +379,7 @@ def test_an_entry_under_another_name_is_not_taken(place):
 @contextmanager
 def file_size_limit(size: int):
     """Writing beyond a size fails, as it does on a full disk."""
+    resource = pytest.importorskip("resource")
     soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (size, hard))
     try:

@@ -31,21 +31,25 @@ class MemoryLevel:
     @property
     def peak_MB(self) -> float:
         """Largest resident memory since then [MB], NaN where it is not known."""
-        return _status(PEAK) if math.isfinite(self.resident_MB) else math.nan
+        return peak_memory_MB() if math.isfinite(self.resident_MB) else math.nan
+
+
+def peak_memory_MB() -> float:
+    """Largest resident memory since the mark was set back, if ever, or NaN [MB]."""
+    return _status(PEAK)
 
 
 def memory_level() -> MemoryLevel:
     """Set the mark back, with what is no longer used given back to the system.
 
-    From here on `ru_maxrss` counts from this level too. One measurement at a time:
-    another one within it takes its peak away.
+    One measurement at a time: another one within it takes its peak away.
     """
     _release()
     with contextlib.suppress(OSError):
         MARK.write_text(SET_BACK)
     resident = _status(NOW)
     # a mark that stays up belongs to something earlier
-    known = _status(PEAK) - resident <= SLACK
+    known = peak_memory_MB() - resident <= SLACK
     return MemoryLevel(resident if known else math.nan)
 
 
