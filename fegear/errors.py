@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+
 
 class InputError(ValueError):
     """What a user gave cannot be used; the message is one line for a reader.
@@ -11,3 +13,14 @@ class InputError(ValueError):
 
     def __init__(self, message: str) -> None:
         super().__init__(" ".join(message.split()))
+
+
+def file_error(
+    path: str | os.PathLike[str], deed: str, error: OSError | ValueError
+) -> InputError:
+    """`path: cannot be read, permission denied`; deed : what cannot be done.
+
+    error : of the system, or a ValueError for a null byte in the path
+    """
+    reason = getattr(error, "strerror", None) or str(error)
+    return InputError(f"{os.fspath(path)}: cannot be {deed}, {reason.lower()}")

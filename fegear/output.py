@@ -1,15 +1,39 @@
-"""Files that appear whole or not at all, and text for machines."""
+"""Files that are read as text, or that appear whole or not at all; JSON for machines.
+
+While a file is written it stands beside its place under a name of ours. A process that
+is killed leaves it there; the next one that writes to the same directory removes it.
+"""
 
 from __future__ import annotations
 
+import contextlib
 import math
 import os
+import re
 import tempfile
 from collections.abc import Callable, Mapping
+from functools import cache
 from pathlib import Path
 from typing import Any
 
-from fegear.errors import InputError
+from fegear.errors import InputError, file_error
+
+BESIDE = ".fegear-{process}-"  # and some letters: a file that is being written
+ABANDONED = re.compile(r"\.fegear-(\d+)-\w+(\.\w+)?")
+LONGEST_SUFFIX = 8  # letters that the name beside takes over
+
+
+def read_text(path: str | os.PathLike[str]) -> str:
+    """UTF-8 text, without a byte-order mark; raises InputError naming the file."""
+    try:
+        return Path(path).read_bytes().decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise InputError(
+            f"{path}: not UTF-8 text, byte {error.start} is "
+            f"0x{error.object[error.start]:02x}"
+        ) from None
+    except (OSError, ValueError) as error:
+        raise file_error(path, "read", error) from None
 
 
 def require_writable(path: str | os.PathLike[str]) -> Path:
@@ -18,16 +42,18 @@ def require_writable(path: str | os.PathLike[str]) -> Path:
     Raises InputError otherwise, so that no work is done for nothing.
     """
     target = Path(path)
-    if target.is_dir():
+    if os.path.isdir(target):
         raise InputError(f"{target}: is a directory, a file name is needed")
-    if target.exists() and not target.is_file():
-        return target  # /dev/stdout and the like
-    if target.exists() and not os.access(target, os.W_OK):
-        raise InputError(f"{target}: cannot be written, permission denied")
+    if _is_device(target):
+        return target
     try:
+        with contextlib.suppress(FileNotFoundError):
+            os.lstat(target)  # which refuses a name that is too long
+        if os.path.exists(target) and not os.access(target, os.W_OK):
+            raise PermissionError("permission denied")
         _temporary_beside(target).unlink()
-    except OSError as error:
-        raise InputError(f"{target}: cannot be written, {_reason(error)}") from None
+    except (OSError, ValueError) as error:
+        raise file_error(target, "written", error) from None
     return target
 
 
@@ -35,8 +61,8 @@ def make_directory(path: str | os.PathLike[str]) -> Path:
     """The directory, made with its parents; InputError where that is not possible."""
     try:
         Path(path).mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"{path}: cannot be made, {_reason(error)}") from None
+    except (OSError, ValueError) as error:
+        raise file_error(path, "made", error) from None
     return Path(path)
 
 
@@ -47,14 +73,13 @@ def write_whole(path: str | os.PathLike[str], writer: Callable[[Path], object]) 
     was. Raises InputError where the file cannot be written.
     """
     target = Path(path)
-    device = target.exists() and not (target.is_file() or target.is_dir())
     try:
-        if device:
+        if _is_device(target):
             writer(target)
         else:
             _fill_and_replace(target, writer)
     except OSError as error:
-        raise InputError(f"{target}: cannot be written, {_reason(error)}") from None
+        raise file_error(target, "written", error) from None
 
 
 def write_text(path: str | os.PathLike[str], text: str) -> None:
@@ -79,6 +104,13 @@ def _finite(value: Any) -> Any:
     return value
 
 
+def _is_device(target: Path) -> bool:
+    """/dev/stdout and the like, which are written to as they are."""
+    return os.path.exists(target) and not (
+        os.path.isfile(target) or os.path.isdir(target)
+    )
+
+
 def _fill_and_replace(target: Path, writer: Callable[[Path], object]) -> None:
     beside = _temporary_beside(target)
     try:
@@ -91,11 +123,27 @@ def _fill_and_replace(target: Path, writer: Callable[[Path], object]) -> None:
 
 def _temporary_beside(target: Path) -> Path:
     """A new empty file in the same folder, so that a rename is atomic."""
+    _sweep(target.parent.absolute())
     handle, name = tempfile.mkstemp(
-        suffix=target.suffix, prefix=f".{target.stem}-", dir=target.parent
+        suffix=target.suffix if len(target.suffix) <= LONGEST_SUFFIX else None,
+        prefix=BESIDE.format(process=os.getpid()),
+        dir=target.parent,
     )
     os.close(handle)
     return Path(name)
+
+
+@cache
+def _sweep(directory: Path) -> None:
+    """Remove what processes that are gone have left, once for each directory."""
+    import psutil
+
+    with contextlib.suppress(OSError), os.scandir(directory) as entries:
+        for entry in entries:
+            match = ABANDONED.fullmatch(entry.name)
+            if match and not psutil.pid_exists(int(match[1])):
+                with contextlib.suppress(OSError):
+                    os.unlink(entry)
 
 
 def _mode_of(target: Path) -> int:
@@ -105,7 +153,3 @@ def _mode_of(target: Path) -> int:
     mask = os.umask(0)
     os.umask(mask)
     return 0o666 & ~mask
-
-
-def _reason(error: OSError) -> str:
-    return (error.strerror or str(error)).lower()

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import itertools
+import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
+
+from fegear.printable import printable
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -19,9 +22,25 @@ if TYPE_CHECKING:
 PAIR_COLORS = ("tab:blue", "tab:orange", "tab:green", "tab:purple", "tab:brown")
 
 
-def save_figure(figure: Figure, path: Path) -> None:
-    """Write a PNG; the file's date is left out so that equal input gives it equal."""
-    figure.savefig(path, format="png", dpi=130, metadata={"Software": None})
+def save_figure(
+    figure: Figure, path: Path, kind: str = "png", dots_per_inch: int = 130
+) -> None:
+    """Write a picture; its date is left out so that equal input gives equal files."""
+    draw_words_as_they_are(figure)
+    unused = {"png": "Software", "pdf": "CreationDate", "svg": "Date"}[kind]
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", "Glyph .* missing from font")
+        figure.savefig(path, format=kind, dpi=dots_per_inch, metadata={unused: None})
+
+
+def draw_words_as_they_are(figure: Figure) -> None:
+    """No mathematics in names with dollar signs, and nothing that steers a reader."""
+    from matplotlib.text import Text
+
+    for text in figure.findobj(Text):
+        if content := text.get_text():
+            text.set_text(printable(content))
+            text.set_parse_math(False)
 
 
 def draw_table(result: StaticsResult) -> Figure:

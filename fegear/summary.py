@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import numpy as np
@@ -70,69 +69,3 @@ def evidence(result: StaticsResult) -> dict[str, float | None]:
 
 def _finite(value: float) -> float | None:
     return value if np.isfinite(value) else None
-
-
-def print_summary(values: dict[str, Any]) -> None:
-    """The summary as tables on the screen."""
-    from rich.console import Console
-
-    console = Console()
-    console.print(
-        f"[bold]{values['gear_set']}[/] mesh {values['mesh']}, teeth "
-        f"{values['teeth']}, face width {values['face_width_mm']:g} mm, plane "
-        f"{values['plane']}, resolution {values['resolution']}, friction "
-        f"{values['friction_coefficient']:g}, corner contact "
-        f"{values['corner_contact']}",
-        highlight=False,
-    )
-    console.print(f"contact ratio {values['contact_ratio']:.4f}", highlight=False)
-    console.print(_torque_table(values["torques"]))
-    for line in _evidence_lines(values["evidence"]):
-        console.print(line, highlight=False)
-    stages = ", ".join(f"{name} {s:.3f} s" for name, s in values["seconds"].items())
-    peak = values["peak_memory_MB"]
-    memory = f"; peak memory {peak:.0f} MB" if math.isfinite(peak) else ""
-    console.print(f"time: {stages}{memory}", highlight=False)
-
-
-def _torque_table(torques: list[dict[str, float]]) -> Any:
-    from rich import box
-    from rich.table import Table
-
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
-    columns = {
-        "torque\nN m": ("torque_Nm", 1.0, "{:.4g}"),
-        "mean k\n1e8 N/m": ("mean_stiffness_N_per_m", 1e-8, "{:.4f}"),
-        "k p-p/\nmean k": ("peak_to_peak_over_mean", 1.0, "{:.4f}"),
-        "local k\n1e8 N/m": ("mean_local_stiffness_N_per_m", 1e-8, "{:.4f}"),
-        "STE\nmean um": ("ste_mean_um", 1.0, "{:.3f}"),
-        "STE\np-p um": ("ste_peak_to_peak_um", 1.0, "{:.3f}"),
-        "NLTE\np-p um": ("nlte_peak_to_peak_um", 1.0, "{:.3f}"),
-        "p pitch\nMPa": ("pressure_at_pitch_point_MPa", 1.0, "{:.0f}"),
-        "friction\nbending": ("friction_bending_ratio_mean", 1.0, "{:.3f}"),
-    }
-    for title in columns:
-        table.add_column(title, justify="right", no_wrap=True)
-    for row in torques:
-        table.add_row(
-            *(form.format(scale * row[key]) for key, scale, form in columns.values())
-        )
-    return table
-
-
-def _evidence_lines(values: dict[str, float | None]) -> list[str]:
-    lines = []
-    if values["discretisation_ste_mean"] is not None:
-        corner = values["discretisation_ste_corner"]
-        lines.append(
-            "discretisation, STE against a coarser mesh and contact grid: mean "
-            f"{values['discretisation_ste_mean']:.1e}, on the path "
-            f"{values['discretisation_ste_path']:.1e}, corner contact "
-            + (f"{corner:.1e}" if corner is not None else "none")
-        )
-    lines.append(
-        f"balance: complementarity {values['complementarity_residual']:.1e}, "
-        f"T2/T1 against z2/z1 {values['torque_balance']:.1e} (tilted normals of "
-        f"corner contact and friction), reciprocity {values['reciprocity']:.1e}"
-    )
-    return lines

@@ -242,14 +242,20 @@ def read_cells(path: str | os.PathLike[str], empty: ParameterMap) -> dict[Point,
 
     Raises MapError if the file belongs to another map, OSError if it is not read.
     """
-    text = Path(path).read_text(encoding="utf-8")
+    try:
+        text = Path(path).read_text(encoding="utf-8")
+    except UnicodeDecodeError:
+        raise MapError(f"{path}: holds no text, so no map") from None
     expected = format_header(empty)
     if not text.startswith(expected):
         if expected.startswith(text):
             return {}  # cut off within the header
         raise MapError(f"{path}: {_difference(text, expected)}")
     whole = text[len(expected) :].rpartition("\n")[0]
-    return dict(_cells(whole.splitlines(), empty))
+    try:
+        return dict(_cells(whole.splitlines(), empty))
+    except (ValueError, IndexError) as error:
+        raise MapError(f"{path}: a damaged row, {error}") from None
 
 
 def _difference(text: str, expected: str) -> str:

@@ -172,7 +172,7 @@ class LumpedSystem:
         if 48 * periods * steps * pairs > MOST_BYTES:
             raise TrainError(
                 f"{periods} periods of the first mesh, after which all meshes repeat, "
-                f"of {steps} steps each: more than a run should hold in memory; "
+                f"of {steps:.3g} steps each: more than a run should hold in memory; "
                 "allowed are higher speeds or simpler tooth ratios"
             )
 

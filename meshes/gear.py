@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal
 
 
 class GeometryError(ValueError):
@@ -148,8 +149,29 @@ class SpurGear:
         return half_width, depth
 
 
+SLACK = 1e-12  # relative: what a change of units may add to a value
+
+
+def floored(value: float) -> str:
+    """Six figures of a largest value, such that no larger value meets them."""
+    return _six_figures(value, ROUND_FLOOR)
+
+
+def ceiled(value: float) -> str:
+    """Six figures of a smallest value, such that no smaller value meets them."""
+    return _six_figures(value, ROUND_CEILING)
+
+
+def _six_figures(value: float, rounding: str) -> str:
+    if not math.isfinite(value):
+        return f"{value:g}"
+    ulps = math.copysign(0.5 * SLACK * abs(value), 1 if rounding == ROUND_FLOOR else -1)
+    rounded = Context(prec=6, rounding=rounding).create_decimal(Decimal(value + ulps))
+    return f"{rounded.normalize():f}"
+
+
 def _mm(length: float) -> str:
-    return f"{1e3 * length:.6g} mm"
+    return f"{1e3 * length:.9g} mm"
 
 
 def _require(field: str, ok: bool, got: str, allowed: str) -> None:
@@ -173,8 +195,8 @@ def require_finite_sizes(gear: SpurGear) -> None:
     _require("rack_tip_radius", rho > 0.0, _mm(rho), "must be positive")
     thinning = gear.tooth_thinning
     ok = abs(thinning) < 0.5 * gear.module
-    limit = f"must stay below half a module, {_mm(0.5 * gear.module)}"
-    _require("tooth_thinning", ok, _mm(thinning), limit)
+    limit = f"must stay below half a module, {floored(5e5 * gear.module)} um"
+    _require("tooth_thinning", ok, f"{1e6 * thinning:.6g} um", limit)
 
 
 def require_generated_tooth(gear: SpurGear) -> None:
@@ -184,7 +206,7 @@ def require_generated_tooth(gear: SpurGear) -> None:
     if half_width < -1e-9 * gear.module:
         alpha = gear.pressure_angle
         widest += half_width / (1.0 / math.cos(alpha) - math.tan(alpha))
-        limit = f"does not fit the rack tip, at most {_mm(widest)}"
+        limit = f"does not fit the rack tip, at most {floored(1e3 * widest)} mm"
         raise GeometryError("rack_tip_radius", f"{_mm(gear.rack_tip_radius)}; {limit}")
     form = gear.form_roll_length
     if not form > 0.0:
@@ -192,26 +214,26 @@ def require_generated_tooth(gear: SpurGear) -> None:
         rounding = gear.rack_tip_radius * (1.0 - math.sin(gear.pressure_angle))
         least = gear.dedendum - rounding - gear.reference_radius * sin2
         text = f"{gear.profile_shift:g}; the tooth is undercut, at least"
-        shift = f"{least / gear.module:.4f} is needed with {gear.teeth} teeth"
+        shift = f"{ceiled(least / gear.module)} is needed with {gear.teeth} teeth"
         raise GeometryError("profile_shift", f"{text} {shift}")
     _require(
         "tip_radius",
         gear.tip_radius > gear.form_radius,
         _mm(gear.tip_radius),
-        f"must exceed the form radius {_mm(gear.form_radius)}",
+        f"must exceed the form radius {ceiled(1e3 * gear.form_radius)} mm",
     )
     _require(
         "tip_radius",
         gear.tip_thickness > 0.05 * gear.module,
         _mm(gear.tip_radius),
-        f"the tooth is pointed: tip thickness {_mm(gear.tip_thickness)}, "
-        f"at least {_mm(0.05 * gear.module)} is needed",
+        f"the tooth is pointed: tip thickness {floored(1e3 * gear.tip_thickness)} mm, "
+        f"at least {ceiled(50.0 * gear.module)} mm is needed",
     )
     largest_hub = gear.root_radius - 0.5 * gear.module
     _require(
         "hub_radius",
-        gear.hub_radius <= largest_hub,
+        gear.hub_radius <= largest_hub * (1.0 + SLACK),
         _mm(gear.hub_radius),
-        f"at most {_mm(largest_hub)}, half a module below the root circle "
+        f"at most {floored(1e3 * largest_hub)} mm, half a module below the root circle "
         f"{_mm(gear.root_radius)}",
     )

@@ -5,7 +5,14 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from meshes.gear import GeometryError, SpurGear, inverse_involute, involute
+from meshes.gear import (
+    GeometryError,
+    SpurGear,
+    ceiled,
+    floored,
+    inverse_involute,
+    involute,
+)
 
 
 @dataclass(frozen=True)
@@ -96,13 +103,25 @@ def require_path(pair: GearPair) -> None:
     if not bases < a < math.inf:
         raise GeometryError(
             "center_distance",
-            f"{1e3 * a:.6g} mm; must exceed the sum of base radii {1e3 * bases:.6g} mm",
+            f"{1e3 * a:.9g} mm; must exceed the sum of base radii "
+            f"{ceiled(1e3 * bases)} mm",
         )
     if not pair.contact_ratio >= 1.0:
         raise GeometryError(
             "contact_ratio",
-            f"{pair.contact_ratio:.4f}; at least 1 is needed for continuous motion",
+            f"{floored(pair.contact_ratio)}; at least 1 is needed for continuous motion"
+            f", {_remedy(pair)}",
         )
+
+
+def _remedy(pair: GearPair) -> str:
+    """What brings the contact ratio to 1."""
+    one, two = pair.driver, pair.driven
+    path = one.tip_roll_length + two.tip_roll_length - one.base_pitch
+    if not path > 0.0:
+        return "the teeth are too short at any centre distance"
+    largest = math.hypot(path, one.base_radius + two.base_radius)
+    return f"centre distance at most {floored(1e3 * largest)} mm, or larger tips"
 
 
 def require_clearances(pair: GearPair) -> None:
@@ -115,16 +134,16 @@ def require_clearances(pair: GearPair) -> None:
             allowed = math.hypot(mate.base_radius, length - gear.form_roll_length)
             raise GeometryError(
                 "tip_radius",
-                f"{1e3 * mate.tip_radius:.6g} mm of the mate digs below the form "
+                f"{1e3 * mate.tip_radius:.9g} mm of the mate digs below the form "
                 f"circle of the {name} gear ({gear.teeth} teeth), trochoid "
-                f"interference; at most {1e3 * allowed:.6g} mm",
+                f"interference; at most {floored(1e3 * allowed)} mm",
                 other[name],
             )
         clearance = pair.center_distance - mate.tip_radius - gear.root_radius
         if clearance <= 0.0:
             raise GeometryError(
                 "tip_radius",
-                f"{1e3 * mate.tip_radius:.6g} mm of the mate meets the root circle of "
+                f"{1e3 * mate.tip_radius:.9g} mm of the mate meets the root circle of "
                 f"the {name} gear ({gear.teeth} teeth), clearance "
                 f"{1e3 * clearance:.6g} mm; it must be positive",
                 other[name],
@@ -133,7 +152,7 @@ def require_clearances(pair: GearPair) -> None:
         raise GeometryError(
             "backlash",
             f"{1e6 * pair.backlash:.6g} um; teeth would jam, it must not be negative: "
-            f"centre distance at least {1e3 * tight_center_distance(pair):.6g} mm",
+            f"centre distance at least {ceiled(1e3 * tight_center_distance(pair))} mm",
         )
 
 

@@ -6,11 +6,11 @@ the keys. Every tolerance says why it is what it is.
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from decimal import Decimal, InvalidOperation
 from functools import cached_property
+from os.path import exists
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -21,6 +21,8 @@ from fegear.errors import InputError
 from fegear.excitation import Kind
 from fegear.gearset.edit import parsed_value
 from fegear.gearset.problems import PHRASES, nearest, shown
+from fegear.gearset.read import parsed_toml
+from fegear.output import read_text
 from lumped.sweep import Direction
 from validation.metrics import METRICS
 
@@ -199,7 +201,7 @@ def load_case(name_or_path: str) -> Case:
     if name_or_path in case_names():
         return _read(FOLDER / f"{name_or_path}.toml", f"case {name_or_path}")
     path = Path(name_or_path)
-    if path.suffix != ".toml" and path.name == name_or_path and not path.exists():
+    if path.suffix != ".toml" and path.name == name_or_path and not exists(path):
         known = case_names()
         raise InputError(
             f"{name_or_path}: neither a file nor a built-in case"
@@ -211,11 +213,9 @@ def load_case(name_or_path: str) -> Case:
 def read_case(text: str, source: str = "case") -> Case:
     """The case in TOML text; `source` begins the message of an InputError."""
     try:
-        tables = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        raise InputError(f"{source}: TOML syntax: {error}") from None
-    try:
-        case = _ADAPTER.validate_python(tables)
+        case = _ADAPTER.validate_python(parsed_toml(text))
+    except InputError as error:
+        raise InputError(f"{source}: {error}") from None
     except ValidationError as error:
         details = error.errors(include_url=False)
         unknown = [item for item in details if "unexpected" in item["type"]]
@@ -273,14 +273,7 @@ def _speed_range(part: str) -> list[Decimal]:
 
 
 def _read(path: Path, source: str) -> Case:
-    try:
-        text = path.read_text(encoding="utf-8")
-    except OSError as error:
-        reason = (error.strerror or str(error)).lower()
-        raise InputError(f"{source}: cannot be read, {reason}") from None
-    except UnicodeDecodeError:
-        raise InputError(f"{source}: is no UTF-8 text") from None
-    return read_case(text, source)
+    return read_case(read_text(path), source)
 
 
 _ADAPTER = TypeAdapter(Case)

@@ -22,7 +22,7 @@ from typing import Any
 
 import numpy as np
 
-from fegear.errors import InputError
+from fegear.errors import file_error
 from lumped.jumps import Jump, Peak, opposites
 from lumped.sweep import Branch
 from lumped.sweep_table import SweepTable, format_sweep, parse_sweep, sweep_table
@@ -209,8 +209,7 @@ def _read(path: Path) -> bytes | None:
     except FileNotFoundError:
         return None
     except OSError as error:
-        reason = (error.strerror or str(error)).lower()
-        raise InputError(f"{path}: cannot be read, {reason}") from None
+        raise file_error(path, "read", error) from None
 
 
 def _read_curve(features: Mapping[str, Any], table: SweepTable) -> Curve:

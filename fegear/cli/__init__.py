@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
+from io import TextIOWrapper
 
 import typer
 
@@ -15,6 +16,7 @@ from fegear.cli.map import map_command
 from fegear.cli.mesh import mesh_command
 from fegear.cli.modes import modes_command
 from fegear.cli.render import render_command
+from fegear.cli.screen import complain
 from fegear.cli.sets import sets_command
 from fegear.cli.show import show_command
 from fegear.cli.stiffness import stiffness_command
@@ -61,44 +63,63 @@ def options(
 
 
 def main() -> None:
-    """Entry point; wrong input ends with one line and exit code 2."""
+    """Entry point of the command line."""
     # The matrices are small: threads gain nothing, and on a busy machine they wait
     # for each other twenty times as long as the work takes.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    debug = "--debug" in sys.argv
-    arguments = [word for word in sys.argv[1:] if word != "--debug"] or ["--help"]
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, TextIOWrapper):  # names may not fit the screen's letters
+            stream.reconfigure(errors="backslashreplace")
+    sys.exit(run(sys.argv[1:]))
+
+
+def run(words: list[str]) -> int:
+    """Run a command: exit code 0, 1 failed, 2 for wrong input, 130 after Ctrl-C.
+
+    Whatever goes wrong is one line on the error stream; --debug raises it instead.
+    """
+    debug = "--debug" in words
+    arguments = [word for word in words if word != "--debug"] or ["--help"]
     try:
         code = app(arguments, standalone_mode=False) or 0
-    except KeyboardInterrupt:
-        _end(INTERRUPTED, 130, debug)
-    except BrokenPipeError:  # the reader of a pipe has gone, such as `head`
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        sys.exit(1)
-    except Exception as error:
-        _end(*_explained(error), debug)
-    else:
-        if code == 130:  # Ctrl-C, turned into a code below
-            sys.stderr.write(f"fegear: {INTERRUPTED}\n")
-        sys.exit(code)
+        sys.stdout.flush()
+    except SystemExit as end:  # the reader of the output has gone, such as `head`
+        return int(end.code or 0)
+    except BaseException as error:
+        if debug:
+            raise
+        code, message = _explained(error)
+        complain(message)
+        return code
+    if code == 130:  # Ctrl-C, turned into a code on the way
+        complain(INTERRUPTED)
+    return code
 
 
-def _explained(error: Exception) -> tuple[str, int]:
-    from fegear.errors import InputError
+def _explained(error: BaseException) -> tuple[int, str]:
+    """Exit code and what to say."""
+    from fegear.errors import InputError, file_error
     from lumped.train import TrainError
     from meshes.gmsh_session import MissingSystemLibrary
 
+    if isinstance(error, KeyboardInterrupt):
+        return 130, INTERRUPTED
     if isinstance(error, InputError | TrainError):
-        return str(error), 2
+        return 2, str(error)
     if hasattr(error, "format_message"):  # wrong words, such as an unknown option
-        return str(error.format_message()), 2
+        return 2, str(error.format_message())
     if isinstance(error, MissingSystemLibrary):
-        return str(error), 1
+        return 1, str(error)
+    if isinstance(error, OSError):
+        _close_full_output()
+        return 2, str(file_error(error.filename or "output", "written", error))
     kind = type(error).__name__
-    return f"{kind}: {error} (run again with --debug for a traceback)", 1
+    return 1, f"{kind}: {error} (run again with --debug for a traceback)"
 
 
-def _end(message: str, code: int, debug: bool) -> None:
-    if debug:
-        raise
-    sys.stderr.write(f"fegear: {' '.join(message.split())}\n")
-    sys.exit(code)
+def _close_full_output() -> None:
+    """So that Python does not try and fail again at its end."""
+    try:
+        sys.stdout.flush()
+    except OSError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

@@ -8,10 +8,9 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import typer
-
 from fegear.cli.bench_outcome import Outcome, outputs_of, write_outcome
 from fegear.cli.options import progress_bar, require_outputs
+from fegear.cli.screen import print_json, say
 from fegear.output import strict_json
 
 if TYPE_CHECKING:
@@ -41,12 +40,14 @@ def run_all(output: Path, as_json: bool) -> None:
         raise KeyboardInterrupt
     for outcome in measured:
         write_outcome(outcome, output)
-    text = strict_json({outcome.name: dict(outcome.values) for outcome in measured})
-    place = output / "bench.json"
-    write_text(place, text)
+    values = {outcome.name: outcome.values for outcome in measured}
+    write_text(output / "bench.json", strict_json(values))
     command = shlex.join(["fegear", "bench", "all", "-o", str(output)])
     page = write_page(measured, output, command)
-    typer.echo(text if as_json else f"wrote {page}", nl=not as_json)
+    if as_json:
+        print_json(values)
+    else:
+        say(f"wrote {page}")
     if done[-1].interrupted:
         raise KeyboardInterrupt
 

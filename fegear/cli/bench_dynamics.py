@@ -6,8 +6,9 @@ from dataclasses import asdict
 from math import isfinite
 from typing import TYPE_CHECKING
 
-from fegear.cli.bench_outcome import Outcome, figure_table
+from fegear.cli.bench_outcome import Outcome
 from fegear.cli.lumped_options import build_system
+from fegear.cli.screen import ruled_table, screen
 
 if TYPE_CHECKING:
     from fegear.gearset.model import GearSet
@@ -62,12 +63,10 @@ def _bench(gear_set: GearSet, torque: float) -> Bench:
 
 
 def show_dynamics(outcome: Outcome) -> None:
-    from rich.console import Console
-
     from validation.bench_dynamics import observed_order
 
-    console = Console(highlight=False, markup=False)
-    table = figure_table(
+    console = screen()
+    table = ruled_table(
         "study",
         "setting",
         "elastic\nfreedoms",
@@ -90,7 +89,7 @@ def show_dynamics(outcome: Outcome) -> None:
     if sum(p.study == "steps" for p in outcome.points) > 1:
         order = observed_order(outcome.points)
         console.print(f"observed order over the steps: {order:.2f}")
-    growth = figure_table("gears in a row", "coordinates", "us per step")
+    growth = ruled_table("gears in a row", "coordinates", "us per step")
     for item in outcome.values["growth"]:
         growth.add_row(
             str(item["gears"]), str(item["coordinates"]), f"{item['us_per_step']:.2f}"

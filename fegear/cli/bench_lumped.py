@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
-from fegear.cli.bench_outcome import Outcome, figure_table
+from fegear.cli.bench_outcome import Outcome
 from fegear.cli.lumped_options import build_system
 from fegear.cli.options import progress_bar
-from fegear.output import strict_json
+from fegear.cli.screen import print_json, ruled_table, screen
 
 if TYPE_CHECKING:
     from fegear.gearset.model import GearSet
@@ -60,11 +60,9 @@ def measure_lumped(
 
 
 def show_lumped(outcome: Outcome) -> None:
-    from rich.console import Console
-
     values = outcome.values
-    console = Console(highlight=False, markup=False)
-    table = figure_table(
+    console = screen()
+    table = ruled_table(
         "integrator",
         "setting",
         "ms per\nspeed",
@@ -88,7 +86,7 @@ def show_lumped(outcome: Outcome) -> None:
             f"{race['ratio']:.0f} times faster per speed than SciPy {race['method']} "
             f"at rtol {race['rtol']:g}, error {race['error']:.1e}"
         )
-    growth = figure_table("growth with", "size", "seconds", "us per speed\nor period")
+    growth = ruled_table("growth with", "size", "seconds", "us per speed\nor period")
     for item in values["growth"]:
         growth.add_row(
             item["study"],
@@ -118,12 +116,10 @@ def run_stress(output: Path | None, as_json: bool) -> None:
         write_text(output / "stress.csv", trials_csv(trials))
     if as_json:
         rows = [asdict(trial) | {"kept": trial.kept} for trial in trials]
-        typer.echo(strict_json({"trials": rows}), nl=False)
+        print_json({"trials": rows})
     else:
-        from rich.console import Console
-
-        table = figure_table("attempt", "promise", "measured", "allowed", "kept")
-        table.columns[1].justify = "left"
+        names = ("attempt", "promise", "measured", "allowed", "kept")
+        table = ruled_table(*names, text=2)
         for trial in trials:
             table.add_row(
                 trial.name,
@@ -132,7 +128,7 @@ def run_stress(output: Path | None, as_json: bool) -> None:
                 f"{trial.bound:.2g}",
                 "yes" if trial.kept else "NO",
             )
-        console = Console(highlight=False, markup=False)
+        console = screen()
         console.print(table)
         kept = sum(trial.kept for trial in trials)
         console.print(f"{kept} of {len(trials)} promises kept")

@@ -7,14 +7,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import typer
-
 from fegear.cli.options import progress_bar, require_outputs
-from fegear.output import strict_json
+from fegear.cli.screen import print_json, say
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-    from rich.table import Table
 
     from fegear.statics import Progress
 
@@ -61,11 +58,11 @@ def run_bench(
         raise KeyboardInterrupt
     write_outcome(outcome, output)
     if as_json:
-        typer.echo(strict_json(dict(outcome.values)), nl=False)
+        print_json(outcome.values)
     else:
         show(outcome)
         table, picture = outputs_of(name, output)
-        typer.echo(f"wrote {table} and {picture}")
+        say(f"wrote {table} and {picture}")
     if outcome.interrupted:
         raise KeyboardInterrupt
 
@@ -79,14 +76,3 @@ def write_outcome(outcome: Outcome, output: Path) -> None:
     write_text(table, points_csv(outcome.points))
     figure = outcome.draw()
     write_whole(picture, lambda path: save_figure(figure, path))
-
-
-def figure_table(*columns: str) -> Table:
-    """A table of figures whose first column is text."""
-    from rich import box
-    from rich.table import Table
-
-    table = Table(box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0))
-    for i, name in enumerate(columns):
-        table.add_column(name, justify="left" if i == 0 else "right")
-    return table

@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import asdict
 from typing import TYPE_CHECKING
 
-from fegear.cli.bench_outcome import Outcome, figure_table
+from fegear.cli.bench_outcome import Outcome
+from fegear.cli.screen import ruled_table, screen
 
 if TYPE_CHECKING:
     from fegear.gearset.model import GearSet
@@ -43,9 +44,7 @@ def measure_stiffness(gear_set: GearSet, torque: float, report: Progress) -> Out
 
 
 def show_stiffness(outcome: Outcome) -> None:
-    from rich.console import Console
-
-    table = figure_table(
+    table = ruled_table(
         "study",
         "flank\nedges",
         "contact\nnodes",
@@ -66,7 +65,7 @@ def show_stiffness(outcome: Outcome) -> None:
             f"{p.error_path:.1e}",
             f"{p.error_corner:.1e}",
         )
-    console = Console(highlight=False, markup=False)
+    console = screen()
     console.print(table)
     for name, value in outcome.values.items():
         if name != "points":

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from fegear.cli.options import PlaneChoice, checked_torques, require
-from fegear.output import strict_json
+from fegear.cli.screen import print_json, ruled_table, screen
 
 if TYPE_CHECKING:
     from validation.compare import Comparison
@@ -51,28 +51,18 @@ def compare_command(
 
         lines = [asdict(row) | {"per_cent": row.per_cent} for row in rows]
         values = {"gear_set": gear_set.name, "torque_Nm": at, "comparisons": lines}
-        typer.echo(strict_json(values), nl=False)
+        print_json(values)
         return
     _print_rows(rows, f"{gear_set.name} mesh {mesh}, {at:g} N m, plane {plane.value}")
 
 
 def _print_rows(rows: list[Comparison], title: str) -> None:
-    from rich import box
-    from rich.console import Console
-    from rich.markup import escape
-    from rich.table import Table
-
-    table = Table(
-        title=title, box=box.SIMPLE_HEAD, title_justify="left", pad_edge=False
-    )
-    for name in ("quantity", "closed form"):
-        table.add_column(name)
-    for name in ("finite\nelements", "closed\nform", "closed form\n- FE [%]"):
-        table.add_column(name, justify="right", no_wrap=True)
+    names = ("finite\nelements", "closed\nform", "closed form\n- FE [%]")
+    table = ruled_table("quantity", "closed form", *names, title=title, text=2)
     for row in rows:
         slope = "" if row.slope == "-" else f", {row.slope} slope"
         unit = "" if row.unit == "-" else f" [{row.unit}]"
-        quantity = escape(f"{row.quantity}{slope}{unit}")
+        quantity = f"{row.quantity}{slope}{unit}"
         numbers = (f"{row.finite_elements:.4g}", f"{row.expected:.4g}")
         table.add_row(quantity, row.oracle, *numbers, f"{row.per_cent:+.1f}")
-    Console().print(table)
+    screen().print(table)

@@ -39,6 +39,7 @@ from fegear.cli.lumped_options import (
     usual_speeds,
 )
 from fegear.cli.options import progress_bar, require, require_outputs
+from fegear.cli.screen import complain, say
 from fegear.cli.sweep import DirectionChoice, SweepOutputs, at_torques, tell_sweep
 
 if TYPE_CHECKING:
@@ -183,9 +184,7 @@ def dynamics_command(
     if not as_json:
         _print_choice(torques, prepared)
     if output is not None and not all(branch.complete for branch in branches):
-        typer.echo(
-            f"fegear: {output}.partial is kept, --resume goes on there", err=True
-        )
+        complain(f"{output}.partial is kept, --resume goes on there")
     tell_sweep(
         at_torques(torques, direction, branches),
         prepared[0].fidelity,
@@ -445,4 +444,4 @@ def _model_1(run: Run, report: Callable[[str, int, int], None]) -> list[Branch]:
 
 def _print_choice(torques: Sequence[float], prepared: Sequence[Prepared]) -> None:
     for torque, each in zip(torques, prepared, strict=True):
-        typer.echo(f"{torque:g} N m, {each.reason}")
+        say(f"{torque:g} N m, {each.reason}")

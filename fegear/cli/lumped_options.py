@@ -14,7 +14,10 @@ from typing import TYPE_CHECKING, Annotated, Protocol
 import typer
 
 from fegear.cli.options import PlaneChoice, ResolutionChoice, require
+from fegear.cli.screen import complain
 from fegear.errors import InputError
+from fegear.output import read_text
+from fegear.printable import printable
 
 if TYPE_CHECKING:
     from fegear.excitation import Excitations
@@ -188,7 +191,7 @@ class Physics:
     def source(self) -> str:
         """Where the stiffness comes from, in words."""
         if self.tables:
-            return "tables " + ", ".join(path.name for path in self.tables)
+            return printable(f"tables {', '.join(path.name for path in self.tables)}")
         extra = {
             "trapezoid": f", ramp {self.ramp:g} base pitches",
             "fourier": f", {self.harmonics} harmonics",
@@ -261,7 +264,7 @@ def require_elements_used(physics: Physics, excitations: ExcitationSource) -> No
 def _read_tables(
     paths: Sequence[Path], gear_set: GearSet
 ) -> tuple[tuple[str, MeshTable], ...]:
-    from lumped.table import TableError, read_table
+    from lumped.table import TableError, parse_table
 
     meshes = len(gear_set.meshes)
     if len(paths) != meshes:
@@ -272,12 +275,7 @@ def _read_tables(
     found = []
     for path in paths:
         try:
-            found.append((str(path), read_table(str(path))))
-        except OSError as error:
-            reason = (error.strerror or str(error)).lower()
-            raise InputError(f"--table {path}: cannot be read, {reason}") from None
-        except UnicodeDecodeError:
-            raise InputError(f"--table {path}: is no text") from None
+            found.append((str(path), parse_table(read_text(path), str(path))))
         except TableError as error:
             raise InputError(f"--table {error}") from None
     for number, (name, table) in enumerate(found):
@@ -482,5 +480,5 @@ def one_line_failure() -> Iterator[None]:
     try:
         yield
     except DivergedError as error:
-        typer.echo(f"fegear: {error}", err=True)
+        complain(str(error))
         raise typer.Exit(1) from None

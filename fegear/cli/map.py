@@ -42,8 +42,8 @@ from fegear.cli.lumped_options import (
     system_at,
 )
 from fegear.cli.options import progress_bar, require, require_outputs
-from fegear.errors import InputError
-from fegear.output import strict_json
+from fegear.cli.screen import complain, print_json, screen
+from fegear.errors import InputError, file_error
 
 if TYPE_CHECKING:
     import threading
@@ -164,7 +164,7 @@ def map_command(
     values["wall_time_s"] = round(time.perf_counter() - begin, 3)
     _draw(found, plot)
     if as_json:
-        typer.echo(strict_json(values), nl=False)
+        print_json(values)
     else:
         print_map(values)
 
@@ -256,7 +256,7 @@ def _taken_up(grid: ParameterMap, output: Path | None) -> ParameterMap:
         return grid
     try:
         return replace(grid, cells=read_cells(output, grid))
-    except (MapError, ValueError) as error:
+    except MapError as error:
         raise InputError(f"{error}; choose another -o or --overwrite") from None
 
 
@@ -276,30 +276,28 @@ def _run(
 
     if output is None:
         return run_map(grid, build, evaluate, report=tell)
-    whole = format_map(grid)  # mends a torn last line
-    write_text(output, whole)
+    write_text(output, format_map(grid))  # mends a torn last line
     kept = len(grid.cells)
-    with open(output, "a", encoding="utf-8", newline="") as file:
 
-        def keep(point: Point, cell: Cell) -> None:
-            nonlocal kept
-            kept += 1
-            file.write(format_cell(point, cell))
-            file.flush()
-
-        try:
-            found = run_map(grid, build, evaluate, keep, tell)
-        except KeyboardInterrupt:
-            typer.echo(
-                f"fegear: {kept} of {len(grid.points)} points are in {output}; the "
-                "same command goes on from there",
-                err=True,
-            )
-            raise
+    def keep(point: Point, cell: Cell) -> None:
+        nonlocal kept
+        text = format_cell(point, cell)
+        try:  # closed each time, so that a full disk is told here and only here
+            with open(output, "a", encoding="utf-8", newline="") as file:
+                file.write(text)
         except OSError as error:
-            raise InputError(f"{output}: cannot be written, {error.strerror}") from None
-    text = format_map(found)
-    write_text(output, text)
+            raise file_error(output, "written", error) from None
+        kept += 1
+
+    try:
+        found = run_map(grid, build, evaluate, keep, tell)
+    except KeyboardInterrupt:
+        complain(
+            f"{kept} of {len(grid.points)} points are in {output}; the same command "
+            "goes on from there"
+        )
+        raise
+    write_text(output, format_map(found))
     return found
 
 
@@ -350,9 +348,7 @@ def map_summary(found: ParameterMap, where: str) -> dict[str, Any]:
 
 
 def print_map(values: dict[str, Any]) -> None:
-    from rich.console import Console
-
-    console = Console(highlight=False, markup=False)
+    console = screen()
     counts = ", ".join(f"{n} {status}" for status, n in values["statuses"].items())
     console.print(
         f"{values['gear_set']}, {values['excitation']}, {values['response']}\n"

@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from fegear.cli.options import ResolutionChoice, require
+from fegear.cli.screen import say
 
 
 def mesh_command(
@@ -47,7 +48,7 @@ def mesh_command(
     mesh = sector_mesh(geometry, RESOLUTIONS[resolution.value].size)
     copies = geometry.teeth if whole else 1
     write_whole(output, lambda path: write_mesh(mesh, path, copies, geometry.teeth))
-    typer.echo(
+    say(
         f"{output}: {copies * len(mesh.triangles)} triangles, "
         f"{copies * len(mesh.points)} nodes"
     )

@@ -18,7 +18,7 @@ from fegear.cli.lumped_options import (
     require_elements_used,
     solved_excitations,
 )
-from fegear.output import strict_json
+from fegear.cli.screen import print_json, ruled_table, screen
 
 if TYPE_CHECKING:
     from fegear.gearset.model import GearSet
@@ -66,7 +66,7 @@ def modes_command(
     )
     values = modes_summary(gear_set, at, physics, excitation)
     if as_json:
-        typer.echo(strict_json(values), nl=False)
+        print_json(values)
     else:
         print_modes(values)
 
@@ -142,25 +142,17 @@ def kind_of(modes: Modes, i: int) -> str:
 
 
 def print_modes(values: dict[str, Any]) -> None:
-    from rich import box
-    from rich.console import Console
-    from rich.table import Table
-    from rich.text import Text
-
-    console = Console(highlight=False, markup=False)
+    console = screen()
     for entry in values["mean_stiffness"]:
         console.print(
             f"mesh {entry['mesh']}: mean stiffness "
             f"{entry['stiffness_N_per_m']:.5g} N/m, {entry['origin']}"
         )
     title = f"{values['gear_set']}, {values['torque_Nm']:g} N m on the input gear"
-    table = Table(title=title, box=box.SIMPLE_HEAD, title_justify="left")
-    table.add_column("natural\nfrequency [Hz]", justify="right")
-    for entry in values["mean_stiffness"]:
-        table.add_column(f"energy in\nmesh {entry['mesh']} [%]", justify="right")
+    energies = [f"energy in\nmesh {m['mesh']} [%]" for m in values["mean_stiffness"]]
+    table = ruled_table("natural\nfrequency [Hz]", *energies, title=title, text=0)
     table.add_column("kind, or what moves most")
     for mode in values["modes"]:
         parts = [f"{100.0 * part:.1f}" for part in mode["mesh_energy"]]
-        kind = Text(mode["kind"])
-        table.add_row(f"{mode['frequency_Hz']:.1f}", *parts, kind)
+        table.add_row(f"{mode['frequency_Hz']:.1f}", *parts, mode["kind"])
     console.print(table)

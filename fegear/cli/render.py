@@ -20,6 +20,7 @@ from fegear.cli.options import (
     require,
 )
 from fegear.cli.render_job import DRAWN, ENDINGS, FILMS, Job
+from fegear.printable import printable
 
 if TYPE_CHECKING:
     from fegear.elasticity.material import Plane
@@ -142,7 +143,7 @@ def render_command(
             view=scene.view(zoom.value, picture_aspect()),
             shown=field.value,
             motion_scale=motion_scale,
-            title=case.title,
+            title=printable(case.title),
             size=_size(width or (FILM_WIDTH if output.suffix in FILMS else WIDTH)),
             frames=frames,
         ).write(output, report)

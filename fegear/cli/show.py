@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from fegear.output import strict_json
+from fegear.cli.screen import print_json, ruled_table, screen
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -100,7 +100,7 @@ def show_command(
     gear_set = load_gear_set(set_name)
     figures = gear_set_figures(gear_set)
     if as_json:
-        typer.echo(strict_json(asdict(figures)), nl=False)
+        print_json(asdict(figures))
     else:
         print_figures(figures)
     if plot is not None:
@@ -109,9 +109,7 @@ def show_command(
 
 def print_figures(figures: GearSetFigures) -> None:
     """Tables on the screen, a row for each quantity with its unit."""
-    from rich.console import Console
-
-    console = Console(highlight=False, markup=False)
+    console = screen()
     console.print(": ".join(filter(None, (figures.name, figures.description))) + "\n")
     gears, meshes = figures.gears, figures.meshes
     names = [gear.name for gear in gears]
@@ -157,17 +155,9 @@ def build_table(
     items: Sequence[object],
 ) -> Table:
     """A column for each item, a row for each figure by its name."""
-    from rich import box
-    from rich.table import Table
-    from rich.text import Text
-
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
-    table.add_column(Text(corner), overflow="fold")
-    for column in columns:
-        table.add_column(Text(column), justify="right", overflow="fold")
+    table = ruled_table(corner, *columns)
     for header, path in rows.items():
-        cells = (Text(shown(figure(item, path))) for item in items)
-        table.add_row(Text(header), *cells)
+        table.add_row(header, *(shown(figure(item, path)) for item in items))
     return table
 
 

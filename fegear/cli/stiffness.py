@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from math import isfinite
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -14,7 +15,7 @@ from fegear.cli.options import (
     progress_bar,
     require,
 )
-from fegear.output import strict_json
+from fegear.cli.screen import print_json, ruled_table, screen
 
 if TYPE_CHECKING:
     from fegear.statics import StaticsResult
@@ -103,12 +104,70 @@ def _write(result: StaticsResult, output: Path | None, plot: Path | None) -> Non
 
 
 def _print_summary(result: StaticsResult, as_json: bool) -> None:
-    from fegear.summary import print_summary, summary
+    from fegear.summary import summary
 
     if as_json:
-        typer.echo(strict_json(summary(result)), nl=False)
+        print_json(summary(result))
     else:
         print_summary(summary(result))
+
+
+def print_summary(values: dict[str, Any]) -> None:
+    """The summary as tables on the screen."""
+    console = screen()
+    console.print(
+        f"{values['gear_set']} mesh {values['mesh']}, teeth "
+        f"{values['teeth']}, face width {values['face_width_mm']:g} mm, plane "
+        f"{values['plane']}, resolution {values['resolution']}, friction "
+        f"{values['friction_coefficient']:g}, corner contact "
+        f"{values['corner_contact']}"
+    )
+    console.print(f"contact ratio {values['contact_ratio']:.4f}")
+    console.print(_torque_table(values["torques"]))
+    for line in _evidence_lines(values["evidence"]):
+        console.print(line)
+    stages = ", ".join(f"{name} {s:.3f} s" for name, s in values["seconds"].items())
+    peak = values["peak_memory_MB"]
+    memory = f"; peak memory {peak:.0f} MB" if isfinite(peak) else ""
+    console.print(f"time: {stages}{memory}")
+
+
+def _torque_table(torques: list[dict[str, float]]) -> Any:
+    columns = {
+        "torque\nN m": ("torque_Nm", 1.0, "{:.4g}"),
+        "mean k\n1e8 N/m": ("mean_stiffness_N_per_m", 1e-8, "{:.4f}"),
+        "k p-p/\nmean k": ("peak_to_peak_over_mean", 1.0, "{:.4f}"),
+        "local k\n1e8 N/m": ("mean_local_stiffness_N_per_m", 1e-8, "{:.4f}"),
+        "STE\nmean um": ("ste_mean_um", 1.0, "{:.3f}"),
+        "STE\np-p um": ("ste_peak_to_peak_um", 1.0, "{:.3f}"),
+        "NLTE\np-p um": ("nlte_peak_to_peak_um", 1.0, "{:.3f}"),
+        "p pitch\nMPa": ("pressure_at_pitch_point_MPa", 1.0, "{:.0f}"),
+        "friction\nbending": ("friction_bending_ratio_mean", 1.0, "{:.3f}"),
+    }
+    table = ruled_table(*columns, text=0)
+    for row in torques:
+        table.add_row(
+            *(form.format(scale * row[key]) for key, scale, form in columns.values())
+        )
+    return table
+
+
+def _evidence_lines(values: dict[str, float | None]) -> list[str]:
+    lines = []
+    if values["discretisation_ste_mean"] is not None:
+        corner = values["discretisation_ste_corner"]
+        lines.append(
+            "discretisation, STE against a coarser mesh and contact grid: mean "
+            f"{values['discretisation_ste_mean']:.1e}, on the path "
+            f"{values['discretisation_ste_path']:.1e}, corner contact "
+            + (f"{corner:.1e}" if corner is not None else "none")
+        )
+    lines.append(
+        f"balance: complementarity {values['complementarity_residual']:.1e}, "
+        f"T2/T1 against z2/z1 {values['torque_balance']:.1e} (tilted normals of "
+        f"corner contact and friction), reciprocity {values['reciprocity']:.1e}"
+    )
+    return lines
 
 
 stiffness_command.__doc__ = f"{stiffness_command.__doc__}\n\n{EPILOG}"

@@ -46,7 +46,7 @@ from fegear.cli.lumped_options import (
     usual_speeds,
 )
 from fegear.cli.options import progress_bar, require_outputs
-from fegear.output import strict_json
+from fegear.cli.screen import complain, print_json, ruled_table, screen
 
 if TYPE_CHECKING:
     from fegear.gearset.model import GearSet
@@ -175,7 +175,7 @@ def tell_sweep(
         values["model_1_branches"] = branch_summaries(beside)
     values["wall_time_s"] = round(time.perf_counter() - begin, 3)
     if outputs.as_json:
-        typer.echo(strict_json(values), nl=False)
+        print_json(values)
     else:
         print_sweep(values)
     end_sweep(found)
@@ -294,9 +294,7 @@ def branch_summary(
 
 
 def print_sweep(values: dict[str, Any]) -> None:
-    from rich.console import Console
-
-    console = Console(highlight=False, markup=False)
+    console = screen()
     lines = ", ".join(f"{f:.1f}" for f in values["natural_frequencies_Hz"])
     console.print(
         f"{values['gear_set']}, model {values['model']}, {values['excitation']}, "
@@ -323,9 +321,12 @@ def print_sweep(values: dict[str, Any]) -> None:
     console.print(f"wall time {values['wall_time_s']:.2f} s")
 
 
+PLACE = ("torque\n[N m]", "direction", "mesh")  # of a peak or jump
+
+
 def _peak_table(branches: list[dict[str, Any]]) -> Any:
     columns = ("peak\n[Hz]", "RMS of\nDTE [um]", "force\n[N]", "contact\nlost [%]")
-    table = _empty_table("Peaks", columns)
+    table = ruled_table(*PLACE, *columns, title="Peaks", text=2)
     for branch, peak in _entries(branches, "peaks"):
         table.add_row(
             *_place(branch, peak),
@@ -339,7 +340,7 @@ def _peak_table(branches: list[dict[str, Any]]) -> Any:
 
 def _jump_table(branches: list[dict[str, Any]]) -> Any:
     columns = ("from\n[Hz]", "to\n[Hz]", "RMS of DTE\nfrom [um]", "to\n[um]")
-    table = _empty_table("Jumps", columns)
+    table = ruled_table(*PLACE, *columns, title="Jumps", text=2)
     for branch, jump in _entries(branches, "jumps"):
         table.add_row(
             *_place(branch, jump),
@@ -349,18 +350,6 @@ def _jump_table(branches: list[dict[str, Any]]) -> Any:
             f"{1e6 * jump['dte_rms_to_m']:.3f}",
         )
     return table if table.row_count else "no jumps"
-
-
-def _empty_table(title: str, columns: tuple[str, ...]) -> Any:
-    from rich import box
-    from rich.table import Table
-
-    table = Table(
-        title=title, box=box.SIMPLE_HEAD, title_justify="left", pad_edge=False
-    )
-    for name in ("torque\n[N m]", "direction", "mesh", *columns):
-        table.add_column(name, justify="left" if name == "direction" else "right")
-    return table
 
 
 def _entries(branches: list[dict[str, Any]], kind: str) -> list[tuple[Any, Any]]:
@@ -379,7 +368,7 @@ def end_sweep(found: Branches) -> None:
     diverged = [response for response in last if response.status == "diverged"]
     if diverged:
         error = DivergedError(diverged[0].frequency, diverged[0].settling_time)
-        typer.echo(f"fegear: {error}; finished rows are kept", err=True)
+        complain(f"{error}; finished rows are kept")
         raise typer.Exit(1)
     if not all(branch.complete for _, branch in found):
         raise KeyboardInterrupt

@@ -14,7 +14,7 @@ import typer
 
 from fegear.cli.lumped_options import AsJson
 from fegear.cli.options import progress_bar, require_outputs
-from fegear.output import strict_json
+from fegear.cli.screen import print_json, ruled_table, say, screen
 
 if TYPE_CHECKING:
     from validation.cases import Case
@@ -75,7 +75,7 @@ def validate_command(
         values = report_values(results, output, commands)
         write_report(values, results, output, report)
     if as_json:
-        typer.echo(strict_json(values), nl=False)
+        print_json(values)
     else:
         print_results(values["cases"], output)
     if len(results) < len(chosen):
@@ -146,9 +146,7 @@ def _run(
 
 def print_results(cases: Sequence[Mapping[str, Any]], output: Path) -> None:
     """Case by model, and a line for every verdict that is outside if they are few."""
-    from rich.console import Console
-
-    console = Console(highlight=False, markup=False)
+    console = screen()
     console.print(_overview(cases))
     lines = [
         failed_line(case["case"], each)
@@ -157,22 +155,15 @@ def print_results(cases: Sequence[Mapping[str, Any]], output: Path) -> None:
         if not each["within"]
     ]
     if len(lines) > MOST_LINES:
-        typer.echo(f"{len(lines)} outside, see {output / 'tables' / 'verdicts.csv'}")
-    else:  # not by rich, which would break the lines
-        typer.echo("\n".join(["Outside", *lines] if lines else ["All are within."]))
-    typer.echo(f"wrote {', '.join(str(output / name) for name in WRITTEN)}")
+        say(f"{len(lines)} outside, see {output / 'tables' / 'verdicts.csv'}")
+    else:  # not by the console, which would break the lines
+        say("\n".join(["Outside", *lines] if lines else ["All are within."]))
+    say(f"wrote {', '.join(str(output / name) for name in WRITTEN)}")
 
 
 def _overview(cases: Sequence[Mapping[str, Any]]) -> Any:
-    from rich import box
-    from rich.table import Table
-
-    table = Table(
-        title="Verdicts", box=box.SIMPLE_HEAD, title_justify="left", pad_edge=False
-    )
-    for name in ("case", "model", "within", "outside", "cost of FE\nover model"):
-        text = name in ("case", "model")
-        table.add_column(name, justify="left" if text else "right")
+    columns = ("case", "model", "within", "outside", "cost of FE\nover model")
+    table = ruled_table(*columns, title="Verdicts", text=2)
     for case in cases:
         for model in case["models"]:
             table.add_row(

@@ -40,7 +40,7 @@ from fegear.cli.lumped_options import (
     system_at,
 )
 from fegear.cli.options import require, require_outputs
-from fegear.output import strict_json
+from fegear.cli.screen import print_json, ruled_table, screen
 
 if TYPE_CHECKING:
     from lumped.motion import TimeHistory
@@ -121,7 +121,7 @@ def wave_command(
     _write(motion, header, output, plot)
     values = wave_summary(motion, header)
     if as_json:
-        typer.echo(strict_json(values), nl=False)
+        print_json(values)
     else:
         print_wave(values)
 
@@ -196,9 +196,7 @@ def _largest_lines(motion: TimeHistory, m: int) -> list[dict[str, float]]:
 
 
 def print_wave(values: dict[str, Any]) -> None:
-    from rich.console import Console
-
-    console = Console(highlight=False, markup=False)
+    console = screen()
     console.print(
         f"{values['gear_set']} at {values['speed_Hz']:g} Hz, "
         f"{values['torque_Nm']:g} N m, model {values['model']}, "
@@ -229,13 +227,7 @@ ROWS = {
 
 
 def _figures_table(meshes: list[dict[str, Any]]) -> Any:
-    from rich import box
-    from rich.table import Table
-
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
-    table.add_column("")
-    for mesh in meshes:
-        table.add_column(f"mesh {mesh['mesh']}", justify="right")
+    table = ruled_table("", *(f"mesh {mesh['mesh']}" for mesh in meshes))
     for label, (name, factor) in ROWS.items():
         table.add_row(label, *(f"{factor * mesh[name]:.5g}" for mesh in meshes))
     multiples = [str(mesh["period_multiple"] or "none") for mesh in meshes]

@@ -31,7 +31,7 @@ import numpy as np
 from filelock import FileLock, Timeout
 from numpy.typing import NDArray
 
-from fegear.errors import InputError
+from fegear.errors import InputError, file_error
 from fegear.output import make_directory
 
 Array = NDArray[Any]
@@ -188,7 +188,7 @@ def open_journal(directory: Path, inputs: Mapping[str, str], resume: bool) -> Jo
     except BaseException as error:
         lock.release()
         if isinstance(error, OSError):
-            raise _unusable(directory, error) from None
+            raise file_error(directory, "used", error) from None
         raise
     return Journal(directory, lock)
 
@@ -200,7 +200,7 @@ def _require_journal(directory: Path) -> None:
         known = [inside[INPUTS]] if INPUTS in inside else inside.values()
         is_journal = all(_is_own(path) for path in known)
     except OSError as error:
-        raise _unusable(directory, error) from None
+        raise file_error(directory, "used", error) from None
     if not is_journal:
         raise InputError(
             f"{directory}: is no journal of a sweep and not empty; nothing in it was "
@@ -233,13 +233,8 @@ def _locked(directory: Path) -> FileLock:
             "name another output"
         ) from None
     except OSError as error:
-        raise _unusable(directory / LOCK, error) from None
+        raise file_error(directory / LOCK, "used", error) from None
     return lock
-
-
-def _unusable(path: Path, error: OSError) -> InputError:
-    reason = (error.strerror or str(error)).lower()
-    return InputError(f"{path}: cannot be used, {reason}")
 
 
 def _require_inputs(directory: Path, inputs: Mapping[str, str]) -> None:

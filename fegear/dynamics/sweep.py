@@ -20,6 +20,7 @@ from fegear.dynamics.respond import (
     lost,
     respond,
 )
+from fegear.errors import file_error
 from lumped.response import FIGURES, Response, Status
 from lumped.sweep import Branch, Direction
 
@@ -84,7 +85,10 @@ def sweep_branch(
             response, state = lost(stepper.model, frequency, at), at
         responses.append(response)
         if journal is not None:
-            journal.add(name, index, _values(response), _arrays(state))
+            try:
+                journal.add(name, index, _values(response), _arrays(state))
+            except OSError as error:
+                raise file_error(journal.directory, "written", error) from None
         passed()
     complete = finite and len(responses) == len(ordered)
     return Branch(stepper.model.reference, direction, tuple(responses), complete)

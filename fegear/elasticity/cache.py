@@ -10,7 +10,6 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-import tempfile
 from dataclasses import asdict
 from pathlib import Path
 
@@ -18,6 +17,8 @@ import numpy as np
 
 from fegear.elasticity.flank import FlankCompliance, flank_compliance
 from fegear.elasticity.material import PlaneMaterial
+from fegear.errors import InputError
+from fegear.output import make_directory, write_whole
 from meshes import MeshSize, SpurGear
 
 FORMAT = 1  # raise when geometry, mesh, elasticity or the file layout change
@@ -93,7 +94,7 @@ def read_compliance(path: Path, key: str) -> FlankCompliance | None:
 
 
 def store_compliance(value: FlankCompliance, path: Path, key: str) -> bool:
-    """Write beside and rename; False where the disk does not take it."""
+    """Write it whole or not at all; False where the disk does not take it."""
     numbers = (value.flank_length, value.grading, value.modulus, value.poisson)
     arrays = {
         "normal": value.normal,
@@ -101,16 +102,14 @@ def store_compliance(value: FlankCompliance, path: Path, key: str) -> bool:
         "scalars": np.array([*numbers, value.split]),
     }
     signature = np.frombuffer(_signature(key, arrays).encode(), np.uint8)
-    temporary = None
+
+    def write(beside: Path) -> None:
+        np.savez(beside, allow_pickle=False, signature=signature, **arrays)
+
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        handle, temporary = tempfile.mkstemp(dir=path.parent, suffix=".part")
-        with os.fdopen(handle, "wb") as file:
-            np.savez(file, allow_pickle=False, signature=signature, **arrays)
-        os.replace(temporary, path)
-    except OSError:  # a cache that cannot be written is only slower
-        if temporary is not None and os.path.exists(temporary):
-            os.unlink(temporary)
+        make_directory(path.parent)
+        write_whole(path, write)
+    except InputError:  # a cache that cannot be written is only slower
         return False
     return True
 

@@ -156,10 +156,10 @@ def _complaint(entry: MeshEntry, error: GeometryError, tips: tuple[Tip, Tip]) ->
         name = entry.driver if driver else entry.driven
         tip = tips[0 if driver else 1]
         return f'{tip.origin} for gear "{name}"; tip radius {error.message}'
-    if error.field == "contact_ratio":
-        return f"contact ratio {error.message}"
     key = entry.spacing_key
-    what = "backlash " if error.field == "backlash" else ""
+    what = {"backlash": "backlash ", "contact_ratio": "contact ratio "}.get(
+        error.field, ""
+    )
     return f"{key} = {shown(getattr(entry, key))}; {what}{error.message}"
 
 

@@ -14,6 +14,7 @@ from fegear.errors import InputError
 from fegear.gearset.model import GearSet, Mesh
 from fegear.gearset.placing import Layout, Place, layout
 from fegear.output import require_writable, write_whole
+from fegear.plots import save_figure
 from meshes.gear import SpurGear
 from meshes.profile import Points, fillet_points, flank_points, polar
 
@@ -75,7 +76,7 @@ def gear_set_figure(gear_set: GearSet) -> Figure:
         _draw_action(whole, mesh, placed, number)
     _draw_detail(detail, gear_set, placed)
     _draw_legend(figure)
-    figure.suptitle(gear_set.title, fontsize=12, parse_math=False)
+    figure.suptitle(gear_set.title, fontsize=12)
     return figure
 
 
@@ -93,7 +94,7 @@ def save_gear_set_figure(gear_set: GearSet, path: str | Path) -> None:
     """Write the picture in the format of the path's suffix, whole or not at all."""
     kind = require_picture(path)
     figure = gear_set_figure(gear_set)
-    write_whole(path, lambda beside: figure.savefig(beside, format=kind, dpi=150))
+    write_whole(path, lambda beside: save_figure(figure, beside, kind, 150))
 
 
 def _draw_gears(
@@ -141,7 +142,6 @@ def _label_gears(axes: Axes, gear_set: GearSet, placed: Layout) -> None:
             va=aligned,
             fontsize=8,
             zorder=30,
-            parse_math=False,  # a gear's name may hold dollar signs
             bbox={"fc": "white", "ec": "none", "alpha": 0.75, "pad": 0.8},
         )
         _draw_rotation(axes, teeth, place, COLOURS[index % len(COLOURS)])
@@ -236,7 +236,6 @@ def _draw_detail(axes: Axes, gear_set: GearSet, placed: Layout) -> None:
         f"{math.degrees(pair.operating_pressure_angle):.2f} deg, "
         f"backlash {1e6 * pair.backlash:.0f} um",
         fontsize=9,
-        parse_math=False,
     )
 
 

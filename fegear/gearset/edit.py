@@ -34,7 +34,7 @@ def edited(tables: Mapping[str, Any], edits: Mapping[str, Any]) -> dict[str, Any
     copy: dict[str, Any] = deepcopy(dict(tables))
     for name, value in edits.items():
         _set(copy, name, value)
-    for mesh in copy.get("mesh", []):
+    for mesh in _tables_of(copy, "mesh"):
         _settle_reliefs(mesh)
     return copy
 
@@ -42,9 +42,10 @@ def edited(tables: Mapping[str, Any], edits: Mapping[str, Any]) -> dict[str, Any
 def parsed_value(text: str) -> Any:
     """A value as TOML would read it; a bare word is a string."""
     try:
-        return tomllib.loads(f"value = {text}")["value"]
-    except tomllib.TOMLDecodeError:
+        tables = tomllib.loads(f"value = {text}")
+    except (ValueError, RecursionError):
         return text
+    return tables["value"] if len(tables) == 1 else text
 
 
 def require_known_key(name: str) -> None:
@@ -88,14 +89,20 @@ def _table(tables: dict[str, Any], path: list[str], name: str) -> dict[str, Any]
 
 
 def _entry(tables: dict[str, Any], kind: str, which: str, name: str) -> dict[str, Any]:
-    entries = tables.get(kind, [])
-    if which.isdecimal() and 1 <= int(which) <= len(entries):
-        return entries[int(which) - 1]
-    for entry in entries:
-        if isinstance(entry, dict) and entry.get("name") == which:
-            return entry
+    entries = _tables_of(tables, kind)
+    numbered = [entry for i, entry in enumerate(entries, 1) if which == str(i)]
+    for entry in (*numbered, *(e for e in entries if e.get("name") == which)):
+        return entry
     names = [str(entry.get("name", i)) for i, entry in enumerate(entries, 1)]
-    raise InputError(f"{name}: no {kind} {which} (known: {', '.join(names)})")
+    known = f" (known: {', '.join(names)})" if names else ""
+    raise InputError(f"{name}: no {kind} {which}{known}")
+
+
+def _tables_of(tables: dict[str, Any], kind: str) -> list[dict[str, Any]]:
+    """The tables of a list such as [[mesh]]; what is none is refused later."""
+    entries = tables.get(kind)
+    listed = entries if isinstance(entries, list) else []
+    return [entry for entry in listed if isinstance(entry, dict)]
 
 
 def _settle_reliefs(mesh: dict[str, Any]) -> None:

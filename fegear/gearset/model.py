@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Literal
 
 from meshes import GearPair, SpurGear
@@ -130,7 +132,16 @@ class GearSet:
         group = next((gears for gears in groups if gear in gears), ())
         return (gear, *(other for other in group if other != gear))
 
-    @property
+    @cached_property
+    def meshes_of(self) -> Mapping[int, tuple[int, ...]]:
+        """Meshes that each gear takes part in, by their indices."""
+        found: dict[int, list[int]] = {gear: [] for gear in range(len(self.gears))}
+        for number, mesh in enumerate(self.meshes):
+            found[mesh.driver].append(number)
+            found[mesh.driven].append(number)
+        return {gear: tuple(numbers) for gear, numbers in found.items()}
+
+    @cached_property
     def senses(self) -> tuple[int, ...]:
         """1 where a gear turns counter-clockwise, -1 where clockwise.
 
@@ -151,6 +162,5 @@ class GearSet:
                 continue
             senses[gear] = sense
             waiting += [(other, sense) for other in self.axis(gear)]
-            for mesh in self.meshes:
-                if gear in (mesh.driver, mesh.driven):
-                    waiting += [(mesh.driver + mesh.driven - gear, -sense)]
+            for mesh in (self.meshes[number] for number in self.meshes_of[gear]):
+                waiting.append((mesh.driver + mesh.driven - gear, -sense))

@@ -21,6 +21,7 @@ from __future__ import annotations
 import math
 from collections.abc import Collection
 from dataclasses import dataclass
+from functools import lru_cache
 
 from fegear.gearset.model import GearSet, Mesh
 
@@ -51,6 +52,7 @@ class Link:
     gear: int
 
 
+@lru_cache(maxsize=16)
 def mesh_phases(gear_set: GearSet) -> tuple[MeshPhase, ...]:
     """A phase for every mesh: given, derived from the geometry, or chosen.
 
@@ -135,10 +137,11 @@ def _given_phases(gear_set: GearSet) -> dict[int, MeshPhase]:
 def _links(gear_set: GearSet, number: int, known: Collection[int]) -> list[Link]:
     """Links of a mesh that fix its position, to those of the known meshes."""
     mesh, links = gear_set.meshes[number], []
-    for index in known:
+    near = {n for gear in _gears(mesh) for n in gear_set.meshes_of[gear]} - {number}
+    for index in sorted(near.intersection(known)):
         other = gear_set.meshes[index]
         common = {mesh.driver, mesh.driven} & {other.driver, other.driven}
-        if index == number or not common or _open_branch(mesh, other):
+        if _open_branch(mesh, other):
             continue
         follows = mesh.driver == other.driven
         gear = mesh.driver if follows else min(common)

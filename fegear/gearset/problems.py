@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import json
+import re
 from collections.abc import Iterable, Mapping
 from typing import Any, get_args
 
@@ -27,10 +28,12 @@ PHRASES = {
     "literal_error": "must be {expected}",
     "too_short": "has {actual_length} entries; at least {min_length} needed",
     "string_pattern_mismatch": (
-        "must not be empty nor hold quotes or control characters"
+        "must not be empty nor hold quotes, control or format characters"
     ),
 }
 TABLES_IN_LISTS = ("gear", "mesh", "shaft")
+OTHER_GEARS = re.compile(r"helix|helical|spiral|internal|bevel|worm|overlap", re.I)
+EXTERNAL_SPUR = "external spur gears only"
 
 
 def nearest(word: str, known: Iterable[str]) -> str:
@@ -42,7 +45,7 @@ def nearest(word: str, known: Iterable[str]) -> str:
 def shown(value: Any) -> str:
     """A value as an author would recognise it, short and on one line."""
     if isinstance(value, float):
-        return f"{value:.6g}"
+        return f"{value:.12g}"
     if isinstance(value, Mapping):
         return "a table"
     if isinstance(value, list):
@@ -67,6 +70,8 @@ def _sentence(item: ErrorDetails, tables: Mapping[str, Any]) -> str:
 def _statement(item: ErrorDetails, key: str) -> str:
     kind, value = item["type"], item["input"]
     if kind == "extra_forbidden":
+        if OTHER_GEARS.search(str(item["loc"][-1])):
+            return f"{key}: {EXTERNAL_SPUR}"
         hint = nearest(str(item["loc"][-1]), known_keys(item["loc"][:-1]))
         return f"unknown key {key}{hint}"
     if kind == "missing":
@@ -79,6 +84,8 @@ def _statement(item: ErrorDetails, key: str) -> str:
     if key in TABLES_IN_LISTS and isinstance(value, dict):
         return f"[{key}] must be written [[{key}]], one table for each {key}"
     phrase = PHRASES.get(kind, item["msg"]).format(**item.get("ctx", {}))
+    if key == "teeth" and isinstance(value, int) and value < 0:
+        phrase += f"; {EXTERNAL_SPUR}, negative teeth would be an internal gear"
     if kind == "too_short":
         return f"{key} {phrase}"
     return f"{key} = {shown(value)}; {phrase}" if key else phrase

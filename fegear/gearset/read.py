@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import re
 import tomllib
 from collections.abc import Mapping
 from importlib import resources
 from importlib.resources.abc import Traversable
+from os.path import exists
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +19,7 @@ from fegear.gearset.edit import edited
 from fegear.gearset.model import GearSet
 from fegear.gearset.problems import first_problem, nearest
 from fegear.gearset.schema import Document, with_defaults
+from fegear.output import read_text
 
 
 def load_gear_set(name_or_path: str, edits: Mapping[str, Any] | None = None) -> GearSet:
@@ -30,7 +33,7 @@ def load_gear_set(name_or_path: str, edits: Mapping[str, Any] | None = None) -> 
         text = (_builtin_folder() / f"{name_or_path}.toml").read_text("utf-8")
         return read_gear_set(text, name_or_path, edits)
     path = Path(name_or_path)
-    if path.suffix != ".toml" and path.name == name_or_path and not path.exists():
+    if path.suffix != ".toml" and path.name == name_or_path and not exists(path):
         known = builtin_names()
         raise InputError(
             f"{name_or_path}: neither a file nor a built-in gear set"
@@ -41,19 +44,7 @@ def load_gear_set(name_or_path: str, edits: Mapping[str, Any] | None = None) -> 
 
 def read_gear_set_file(path: Path, edits: Mapping[str, Any] | None = None) -> GearSet:
     """The gear set in a TOML file; raises InputError naming the file."""
-    try:
-        text = path.read_bytes().decode("utf-8")
-    except OSError as error:
-        reason = (error.strerror or str(error)).lower()
-        raise InputError(f"{path}: cannot be read, {reason}") from None
-    except UnicodeDecodeError as error:
-        raise InputError(
-            f"{path}: not UTF-8 text, byte {error.start} is "
-            f"0x{error.object[error.start]:02x}"
-        ) from None
-    except ValueError as error:  # a null byte in the path
-        raise InputError(f"{str(path)!r}: cannot be read, {error}") from None
-    return read_gear_set(text, str(path), edits)
+    return read_gear_set(read_text(path), str(path), edits)
 
 
 def read_gear_set(
@@ -64,6 +55,19 @@ def read_gear_set(
         return build_gear_set(_document(text, edits or {}))
     except InputError as error:
         raise InputError(f"{source}: {error}") from None
+
+
+def parsed_toml(text: str) -> dict[str, Any]:
+    """The tables of TOML text; InputError with the line that is wrong."""
+    try:
+        return tomllib.loads(text)
+    except RecursionError:
+        raise InputError("TOML syntax: nested too deeply") from None
+    except ValueError as error:  # of TOML, or an integer of thousands of digits
+        found = re.search(r"at line (\d+)", str(error))
+        line = text.splitlines()[int(found[1]) - 1].strip() if found else ""
+        quoted = f": {line[:60]}" if line else ""
+        raise InputError(f"TOML syntax: {error}{quoted}") from None
 
 
 def builtin_names() -> list[str]:
@@ -77,12 +81,7 @@ def _builtin_folder() -> Traversable:
 
 
 def _document(text: str, edits: Mapping[str, Any]) -> Document:
-    try:
-        tables = with_defaults(edited(tomllib.loads(text), edits))
-    except tomllib.TOMLDecodeError as error:
-        raise InputError(f"TOML syntax: {error}") from None
-    except RecursionError:
-        raise InputError("TOML syntax: nested too deeply") from None
+    tables = with_defaults(edited(parsed_toml(text), edits))
     try:
         return Document.model_validate(tables)
     except ValidationError as error:

@@ -19,9 +19,23 @@ from pydantic import (
 )
 
 Item = TypeVar("Item")
-Name = Annotated[str, Field(pattern=r'^[^\x00-\x1f"]*[^\x00-\x20"][^\x00-\x1f"]*$')]
-Positive = Annotated[float, Field(gt=0.0)]
-NotNegative = Annotated[float, Field(ge=0.0)]
+
+
+def _not_blank(name: str) -> str:
+    if not name.strip():
+        raise ValueError("must not be empty")
+    return name
+
+
+NAME = r'^[^"\p{Cc}\p{Cf}\p{Co}\p{Zl}\p{Zp}]+$'
+Name = Annotated[str, Field(pattern=NAME), AfterValidator(_not_blank)]
+# Limits far beyond any gear, so that no product of them leaves the range of numbers.
+Positive = Annotated[float, Field(gt=0.0, le=1e5)]
+NotNegative = Annotated[float, Field(ge=0.0, le=1e5)]
+Signed = Annotated[float, Field(ge=-1e5, le=1e5)]
+Stiffness = Annotated[float, Field(ge=1e-3, le=1e15)]  # N/m or N m/rad
+Inertia = Annotated[float, Field(ge=1e-15, le=1e9)]  # kg m2
+Mass = Annotated[float, Field(ge=1e-12, le=1e9)]  # kg
 Length = Annotated[float, Field(gt=0.0, le=1e5)]  # mm, far beyond any gear
 Height = Annotated[float, Field(ge=-1e5, le=1e5)]
 Teeth = Annotated[int, Field(ge=5, le=10000)]
@@ -93,16 +107,16 @@ class GearDefaults(Keys):
     rack_tip_radius_mm: Length | None = None
     face_width_mm: Length | None = None
     hub_radius_mm: Length | None = None
-    tooth_thinning_um: float = 0.0
-    young_modulus_GPa: Positive = 206.0
+    tooth_thinning_um: Signed = 0.0
+    young_modulus_GPa: Annotated[float, Field(ge=1e-3, le=1e5)] = 206.0
     poisson_ratio: Annotated[float, Field(ge=0.0, le=0.49)] = 0.3
-    density_kg_per_m3: Positive = 7850.0
-    inertia_kg_m2: Positive | None = None
-    mass_kg: Positive | None = None
-    pitch_errors_um: Entries[float] | None = None
-    bearing_kx_N_per_m: Positive | None = None
-    bearing_ky_N_per_m: Positive | None = None
-    coupling_stiffness_Nm_per_rad: NotNegative = 0.0
+    density_kg_per_m3: Annotated[float, Field(ge=1e-3, le=1e6)] = 7850.0
+    inertia_kg_m2: Inertia | None = None
+    mass_kg: Mass | None = None
+    pitch_errors_um: Entries[Signed] | None = None
+    bearing_kx_N_per_m: Stiffness | None = None
+    bearing_ky_N_per_m: Stiffness | None = None
+    coupling_stiffness_Nm_per_rad: Annotated[float, Field(ge=0.0, le=1e15)] = 0.0
 
     @model_validator(mode="after")
     def _one_tip(self) -> GearDefaults:
@@ -175,11 +189,11 @@ class MeshEntry(Keys):
     driven: Name
     center_distance_mm: Length | None = None
     operating_pressure_angle_deg: Annotated[float, Field(ge=5.0, le=45.0)] | None = None
-    contact_ratio: Annotated[float, Field(ge=1.0)] | None = None
-    phase: float | None = None
-    center_line_deg: float | None = None
+    contact_ratio: Annotated[float, Field(ge=1.0, le=1e2)] | None = None
+    phase: Signed | None = None
+    center_line_deg: Signed | None = None
     backlash_um: NotNegative | None = None
-    mean_stiffness_N_per_m: Positive | None = None
+    mean_stiffness_N_per_m: Stiffness | None = None
     stiffness_variation: Annotated[float, Field(ge=0.0, lt=1.0)] | None = None
     load_share: Annotated[float, Field(gt=0.0, lt=1.0)] | None = None
     tip_relief: TipReliefEntry | None = None
@@ -220,7 +234,7 @@ class ShaftEntry(Keys):
     """
 
     gears: Annotated[Entries[Name], Field(min_length=2)]
-    stiffness_Nm_per_rad: Positive | None = None
+    stiffness_Nm_per_rad: Stiffness | None = None
 
 
 def _driving(torque: float) -> float:
@@ -236,7 +250,8 @@ class LoadEntry(Keys):
 
     gear: Name
     torques_Nm: Annotated[
-        Entries[Annotated[float, AfterValidator(_driving)]], Field(min_length=1)
+        Entries[Annotated[float, Field(le=1e9), AfterValidator(_driving)]],
+        Field(min_length=1),
     ]
 
 

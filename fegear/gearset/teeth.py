@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from fegear.errors import InputError
 from fegear.gearset.problems import shown
 from fegear.gearset.schema import GearEntry
-from meshes.gear import GeometryError, SpurGear
+from meshes.gear import GeometryError, SpurGear, floored
 
 MM, UM = 1e-3, 1e-6
 
@@ -135,7 +135,7 @@ class Blank:
         """Dedendum at which the rack tip is a sharp point."""
         alpha = self.pressure_angle
         slack = self.widest_rack_tip * (1.0 / math.cos(alpha) - math.tan(alpha))
-        return f"{(self.dedendum + slack / math.tan(alpha)) / MM:.6g} mm"
+        return f"{floored((self.dedendum + slack / math.tan(alpha)) / MM)} mm"
 
     def _stated(self, key: str) -> str:
         """'key = value' as given, or as it was filled in."""

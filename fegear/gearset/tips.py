@@ -10,6 +10,7 @@ from fegear.errors import InputError
 from fegear.gearset.problems import shown
 from fegear.gearset.schema import Document, MeshEntry
 from fegear.gearset.teeth import MM, Blank, Tip
+from meshes.gear import ceiled, floored
 
 HIGHEST_ADDENDUM = 3.0  # modules, far beyond any pointed tooth
 CONTACT_RATIO_TOLERANCE = 1e-3
@@ -42,11 +43,7 @@ def spacing(mesh: MeshEntry, one: Blank, two: Blank) -> Spacing:
     """Place two gears; raises InputError if they cannot mesh at all."""
     pitches = one.base_pitch, two.base_pitch
     if abs(pitches[0] - pitches[1]) > 1e-9 * pitches[0]:
-        raise InputError(
-            f"{mesh.label}: module_mm = {shown(one.entry.module_mm)} and "
-            f"{shown(two.entry.module_mm)}; base pitches {1e3 * pitches[0]:.6g} mm and "
-            f"{1e3 * pitches[1]:.6g} mm must be equal"
-        )
+        raise InputError(f"{mesh.label}: {_unequal_pitches(one, two)}")
     bases = one.base_radius + two.base_radius
     if mesh.center_distance_mm is None:
         assert mesh.operating_pressure_angle_deg is not None
@@ -55,9 +52,20 @@ def spacing(mesh: MeshEntry, one: Blank, two: Blank) -> Spacing:
     if not mesh.center_distance_mm * MM > bases:
         raise InputError(
             f"{mesh.label}: center_distance_mm = {shown(mesh.center_distance_mm)}; "
-            f"must exceed the sum of base radii {bases / MM:.6g} mm"
+            f"must exceed the sum of base radii {ceiled(bases / MM)} mm"
         )
     return Spacing(one, two, mesh.center_distance_mm * MM)
+
+
+def _unequal_pitches(one: Blank, two: Blank) -> str:
+    """The keys by which the base pitches of two gears differ."""
+    keys = [
+        f"{key} = {shown(getattr(one.entry, key))} and {shown(getattr(two.entry, key))}"
+        for key in ("module_mm", "pressure_angle_deg")
+        if getattr(one.entry, key) != getattr(two.entry, key)
+    ]
+    pitches = (f"{each.base_pitch / MM:.9g} mm" for each in (one, two))
+    return f"{', '.join(keys)}; base pitches {' and '.join(pitches)} must be equal"
 
 
 def find_tips(document: Document, spacings: Sequence[Spacing]) -> list[Tip]:
@@ -102,7 +110,8 @@ def _equal_addendum(mesh: MeshEntry, place: Spacing, tips: dict[str, Tip]) -> fl
     if not least < wanted < most:
         raise InputError(
             f"{mesh.label}: contact_ratio = {shown(wanted)}; cannot be had, addenda up "
-            f"to {HIGHEST_ADDENDUM:g} modules give {max(0.0, least):.4g} to {most:.4g}"
+            f"to {HIGHEST_ADDENDUM:g} modules give {ceiled(max(0.0, least))} to "
+            f"{floored(most)}"
         )
     return float(brentq(excess, lowest, highest, xtol=1e-15, rtol=1e-15))
 
@@ -116,5 +125,6 @@ def _require_contact_ratio(
     if not abs(ratio - mesh.contact_ratio) <= CONTACT_RATIO_TOLERANCE:
         raise InputError(
             f"{mesh.label}: contact_ratio = {shown(mesh.contact_ratio)}; the tips are "
-            f"fixed by {one.origin} and {two.origin}, which give {ratio:.4f}"
+            f"fixed by {one.origin} and {two.origin}, which give {ratio:.6g}, "
+            f"it may differ by {CONTACT_RATIO_TOLERANCE:g}"
         )

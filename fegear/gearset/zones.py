@@ -10,6 +10,7 @@ from fegear.gearset.model import Relief
 from fegear.gearset.problems import shown
 from fegear.gearset.schema import ReliefEntry
 from meshes import GearPair, SpurGear
+from meshes.gear import ceiled, floored
 
 
 @dataclass(frozen=True)
@@ -88,12 +89,12 @@ def _too_long(entry: ReliefEntry, pitch: float, flank: Zones, place: str) -> str
         largest = (flank.tip - lowest) / pitch
         given = f"length_pitches = {shown(entry.length_pitches)}"
         if place == "tip":
-            return f"{given}; at most {largest:.4f}, the whole profile"
-        return f"{given}; must be below {largest:.4f}, the whole active profile"
+            return f"{given}; at most {floored(largest)}, the whole profile"
+        return f"{given}; must be below {floored(largest)}, the whole active profile"
     low, high = flank.roll_angle_deg(lowest), flank.roll_angle_deg(flank.tip)
     if entry.start_roll_angle_deg is not None:
         given = f"start_roll_angle_deg = {shown(entry.start_roll_angle_deg)}"
     else:
         given = f'start = "{entry.start}"'
     ends = "form circle and tip" if place == "tip" else "start of contact and tip"
-    return f"{given}; must lie between {low:.4f} and {high:.4f} deg, {ends}"
+    return f"{given}; must lie between {ceiled(low)} and {floored(high)} deg, {ends}"

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from fegear.elasticity.material import Plane
 from fegear.errors import InputError
 from fegear.gearset.model import GearSet
+from fegear.output import read_text
 
 Array = NDArray[np.float64]
 Pair = tuple[int, bool]  # base pitches ahead of the reference pair, back flanks
@@ -170,13 +171,7 @@ class RecordedMotion:
 
 def read_history(path: Path) -> HistoryFile:
     """Header and columns; raises InputError, in one line, on any other file."""
-    try:
-        lines = path.read_text("utf-8").splitlines()
-    except OSError as error:
-        reason = (error.strerror or str(error)).lower()
-        raise InputError(f"{path}: cannot be read, {reason}") from None
-    except ValueError:  # not UTF-8, or a null byte in the path
-        raise InputError(f"{path}: is no text; {WHAT}") from None
+    lines = read_text(path).splitlines()
     header = dict(_entries(lines))
     rows = list(csv.reader(line for line in lines if not line.startswith("#")))
     if "gear set" not in header or len(rows) < 3 or rows[0][:1] != ["time_s"]:

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import os
+import subprocess
+import sys
 
 import pytest
 
 from fegear.errors import InputError
-from fegear.output import require_writable, write_whole
+from fegear.output import read_text, require_writable, write_whole
 
 
 def test_writer_fills_the_file(tmp_path):
@@ -63,3 +65,46 @@ def test_unwritable_path_is_named(tmp_path, name):
     assert str(caught.value).startswith(f"{path}: ")
     with pytest.raises(InputError):
         write_whole(path, lambda beside: beside.write_text("x"))
+
+
+KILLED = """
+import sys, time
+from fegear.output import write_whole
+
+def write(beside):
+    beside.write_text("half")
+    print(beside, flush=True)
+    time.sleep(60)
+
+write_whole(sys.argv[1], write)
+"""
+
+
+def test_what_a_killed_process_left_is_swept_away(tmp_path):
+    path, mine = tmp_path / "a.png", tmp_path / ".fegear-notes.png"
+    mine.write_text("mine")
+    command = [sys.executable, "-c", KILLED, str(path)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as writer:
+        beside = writer.stdout.readline().strip()
+        again = [sys.executable, "-c", KILLED.replace("sleep(60)", "sleep(0)")]
+        subprocess.run([*again, str(path)], check=True, capture_output=True)
+        assert os.path.exists(beside), "its process still runs"
+        writer.kill()
+    assert os.path.exists(beside)
+    write_whole(tmp_path / "b.csv", lambda place: place.write_text("whole"))
+    assert sorted(p.name for p in tmp_path.iterdir()) == [mine.name, "a.png", "b.csv"]
+
+
+def test_long_names_and_suffixes_can_be_written(tmp_path):
+    for name in ("a" * 250 + ".csv", "a." + "b" * 250):
+        write_whole(tmp_path / name, lambda place: place.write_text("whole"))
+        assert (tmp_path / name).read_text() == "whole"
+
+
+def test_texts_are_read_without_a_byte_order_mark(tmp_path):
+    path = tmp_path / "a.toml"
+    path.write_bytes("\ufeffname = 1\r\n".encode())
+    assert read_text(path) == "name = 1\r\n"
+    path.write_bytes(b"ab\xff")
+    with pytest.raises(InputError, match="not UTF-8 text, byte 2 is 0xff"):
+        read_text(path)

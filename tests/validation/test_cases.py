@@ -85,7 +85,7 @@ def test_a_file_is_named_by_its_path(tmp_path):
     path.write_text(GOOD)
     assert load_case(str(path)).name == "small"
     path.write_bytes(b"\xff")
-    with pytest.raises(InputError, match=r"own\.toml: is no UTF-8 text"):
+    with pytest.raises(InputError, match=r"own\.toml: not UTF-8 text"):
         load_case(str(path))
 
 

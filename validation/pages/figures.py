@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fegear.output import make_directory, write_text, write_whole
+from fegear.plots import draw_words_as_they_are
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -56,6 +57,7 @@ def save_figure(
     Raises InputError where they cannot be written.
     """
     folder = make_directory(page_folder / FOLDER)
+    draw_words_as_they_are(figure)
     svg = svg_text(figure, name)
     write_text(folder / f"{name}.svg", svg)
     write_whole(

@@ -1,0 +1,191 @@
+"""Whatever goes wrong is one harmless line and the right exit code."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import time
+import unicodedata
+from importlib import import_module
+
+import pytest
+
+from fegear.cli import run
+from fegear.printable import HARMFUL, printable
+
+FULL = OSError(28, "No space left on device")
+RECTANGULAR = ["liu-idler", "--excitation", "rectangular", "--torque", "100"]
+QUASISTATIC = ["dynamics", "liu-pair", "--fidelity", "quasistatic", "--torque", "100"]
+LONG = "a" * 300
+STEERING = "\x1b[31m\x9b\u202e\u2066\u200f\x07\x7f\udc80"
+CHAIN = """
+name = "chain"
+[defaults]
+module_mm = 2
+face_width_mm = 20
+hub_radius_mm = 8
+teeth = 30
+"""
+
+
+def refused(capsys, *words: object, code: int = 2) -> str:
+    """The one line that a command ends with."""
+    assert run([str(word) for word in words]) == code
+    line = capsys.readouterr().err
+    assert line.startswith("fegear: ")
+    assert len(line.splitlines()) == 1
+    assert "Traceback" not in line
+    return line
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["show", LONG],
+        ["show", f"{LONG}.toml"],
+        ["show", "liu-pair", "-o", f"{LONG}.png"],
+        ["stiffness", "-o", f"{LONG}.csv"],
+        ["stiffness", "--plot", f"{LONG}.png"],
+        ["sweep", *RECTANGULAR, "--speeds", "900", "-o", LONG],
+        ["sweep", "liu-pair", "--speeds", "900", "--table", LONG],
+        ["map", *RECTANGULAR, "--over", "mesh.2.phase=0,1", "--at", "900", "-o", LONG],
+        [*QUASISTATIC, "--speeds", "900", "-o", LONG],
+        [*QUASISTATIC, "--speeds", "900", "--history", LONG],
+        ["mesh", "-o", f"{LONG}.vtu"],
+        ["render", "-o", f"{LONG}.png"],
+        ["render", "-o", "a.png", "--time-history", LONG],
+        ["validate", LONG, "-o", "report"],
+        ["validate", f"{LONG}.toml", "-o", "report"],
+        ["validate", "idler", "-o", LONG],
+        ["bench", "stiffness", "-o", LONG],
+    ],
+    ids=lambda words: " ".join(words).replace(LONG, "LONG"),
+)
+def test_names_that_are_too_long(capsys, monkeypatch, tmp_path, words):
+    monkeypatch.chdir(tmp_path)
+    assert LONG in refused(capsys, *words)
+
+
+def test_a_full_disk_under_a_map(capsys, monkeypatch, tmp_path):
+    path = tmp_path / "m.csv"
+    module = import_module("fegear.cli.map")
+
+    def full(*arguments, **options):
+        raise FULL
+
+    monkeypatch.setattr(module, "open", full, raising=False)
+    words = ["--over", "mesh.2.phase=0,1", "--at", "900", "-o", path]
+    line = refused(capsys, "map", *RECTANGULAR, *words)
+    assert line == f"fegear: {path}: cannot be written, no space left on device\n"
+
+
+def test_a_full_disk_under_dynamics(capsys, monkeypatch, tmp_path):
+    path = tmp_path / "d.csv"
+    module = import_module("fegear.dynamics.journal")
+    genuine = module._replace
+
+    def full(place, data):
+        if place.suffix == ".npz":
+            raise FULL
+        genuine(place, data)
+
+    monkeypatch.setattr(module, "_replace", full)
+    coarse = ["--resolution", "coarse", "--speeds", "2500", "--direction", "up"]
+    line = refused(capsys, *QUASISTATIC, *coarse, "-o", path)
+    assert line == (
+        f"fegear: {path}.partial: cannot be written, no space left on device\n"
+    )
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="/dev/full is of Linux")
+@pytest.mark.parametrize("words", [["sets"], ["show", "liu-pair", "--json"]])
+def test_a_full_screen(words):
+    command = [sys.executable, "-c", "from fegear.cli import main; main()", *words]
+    with open("/dev/full", "w") as full:
+        done = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True)
+    assert done.returncode == 2
+    line = "fegear: output: cannot be written, no space left on device\n"
+    assert done.stderr == line
+
+
+def test_letters_that_the_screen_does_not_have(tmp_path):
+    path = tmp_path / "日本.toml"
+    command = [sys.executable, "-c", "from fegear.cli import main; main()"]
+    done = subprocess.run(
+        [*command, "show", str(path)],
+        capture_output=True,
+        env={"PYTHONIOENCODING": "cp1252", "PATH": ""},
+    )
+    assert done.returncode == 2
+    assert rb"\u65e5\u672c.toml: cannot be read" in done.stderr
+
+
+def test_inertia_beyond_all_numbers(capsys):
+    line = refused(capsys, "modes", "liu-pair", "--set", "gear.1.inertia_kg_m2=1e-300")
+    assert "inertia_kg_m2 = 1e-300; must be at least 1e-15" in line
+
+
+def test_a_long_chain_is_shown_at_once(tmp_path, capsys):
+    count = 150
+    gears = [f'[[gear]]\nname = "g{i}"' for i in range(count + 1)]
+    meshes = [
+        f'[[mesh]]\ndriver = "g{i}"\ndriven = "g{i + 1}"\ncenter_distance_mm = 60.2'
+        for i in range(count)
+    ]
+    path = tmp_path / "chain.toml"
+    path.write_text("\n".join([CHAIN, *gears, *meshes]))
+    begin = time.process_time()
+    assert run(["show", "--json", str(path)]) == 0
+    assert time.process_time() - begin < 3.0  # it grew with the cube: a minute
+    assert '"g150"' in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["show", f"{STEERING}.toml"],
+        ["show", "liu-pair", f"--{STEERING}"],
+        [STEERING],
+        ["sweep", "liu-pair", "--set", f"{STEERING}=1"],
+        ["sweep", "liu-pair", "--set", f"gear.{STEERING}.teeth=1"],
+        ["sweep", "liu-pair", "--set", f"mesh.1.phase={STEERING}"],
+        ["sweep", "liu-pair", "--speeds", STEERING],
+        ["map", "liu-pair", "--over", f"{STEERING}=1:2:3", "--at", "900"],
+        ["stiffness", "-o", f"{STEERING}/t.csv"],
+        ["validate", STEERING, "-o", "report"],
+    ],
+    ids=lambda words: printable(" ".join(words)),
+)
+def test_no_message_steers_the_terminal(capsys, monkeypatch, tmp_path, words):
+    monkeypatch.chdir(tmp_path)
+    line = refused(capsys, *words)
+    assert not harmful(line)
+
+
+def harmful(text: str) -> set[str]:
+    return {c for c in text if c != "\n" and unicodedata.category(c) in HARMFUL}
+
+
+def test_no_table_or_picture_steers_its_reader(capsys, tmp_path, monkeypatch, recwarn):
+    """What a file says of itself is free text."""
+    monkeypatch.chdir(tmp_path)
+    escaped = STEERING.replace("\udc80", "").encode("unicode_escape").decode()
+    escaped = escaped.replace("\\x", "\\u00")
+    said = f'description = "{escaped}"\ninferences = ["{escaped}"]\n'
+    text = CHAIN.replace('"chain"\n', '"a$\\\\foo_{ $日本"\n' + said)
+    gears = '[[gear]]\nname = "a"\n[[gear]]\nname = "b"\n'
+    mesh = '[[mesh]]\ndriver = "a"\ndriven = "b"\ncenter_distance_mm = 60.2\n'
+    (tmp_path / "own.toml").write_text(text + gears + mesh, encoding="utf-8")
+    assert run(["show", "own.toml", "-o", "own.png"]) == 0
+    shown = capsys.readouterr().out
+    assert r"\x1b[31m\x9b\u202e" in shown
+    assert not harmful(shown)
+    assert (tmp_path / "own.png").stat().st_size > 10_000
+    assert not recwarn.list
+
+
+@pytest.mark.parametrize("letter", ["\\u001b", "\\u009b", "\\u202e", "\\u200b", "\\n"])
+def test_names_are_without_control_characters(capsys, tmp_path, letter):
+    path = tmp_path / "own.toml"
+    path.write_text(CHAIN.replace('"chain"', f'"chain{letter}"'))
+    assert "control or format characters" in refused(capsys, "show", path)
