@@ -30,6 +30,7 @@ from lumped.waves import (
 
 Array = NDArray[np.float64]
 MODELS = (1, 2, 3)
+WHOLE = "on the path of contact it must be finite"
 
 
 @dataclass(frozen=True)
@@ -69,7 +70,8 @@ def excitation_from_table(
 
     Columns are interpolated in torque, raising ValueError outside of the table; a
     table of one torque serves for all. Stiffnesses must be positive.
-    Tables without columns for pairs count as one pair in any model.
+    Tables without columns for pairs count as one pair in any model. What is used must
+    be finite; the cells of a pair may be empty before and after its path of contact.
     """
     if model not in MODELS:
         raise ValueError(f"model must be 1, 2 or 3, got {model}")
@@ -82,18 +84,20 @@ def excitation_from_table(
     if model == 1 and table.pair_count:
         return MeshExcitation(_pairs(table, plain, torque), mean)
     if model == 2:
+        _require_finite(table, "ste_m")
         error = at_torque(table, "ste_m", torque)
         spring = PairExcitation(constant(mean), from_samples(error - error.mean()))
         return MeshExcitation((spring,), mean)
-    gap = at_torque(table, "nlte_m", torque) if "nlte_m" in table.columns else 0 * total
+    gap = 0.0 * total
+    if "nlte_m" in table.columns:
+        _require_finite(table, "nlte_m")
+        gap = at_torque(table, "nlte_m", torque)
     spring = PairExcitation(from_samples(total), from_samples(gap))
     return MeshExcitation((spring,), spring.stiffness.mean)
 
 
 def at_torque(table: MeshTable, column: str, torque: float) -> Array:
     """A column (n,) at a torque [N m], linear between the torques of the table."""
-    if column not in table.columns:
-        raise ValueError(f"the mesh table has no column {column}")
     torques, values = table.torque_Nm, table[column]
     if torques.size == 1:
         return values[0]
@@ -114,17 +118,48 @@ def at_torque(table: MeshTable, column: str, torque: float) -> Array:
 
 def _require_stiff(table: MeshTable) -> None:
     values = table["stiffness_N_per_m"]
-    bad = np.argwhere(~(np.isfinite(values) & (values > 0.0)))
-    if len(bad):
-        t, n = bad[0]
+    bad = ~(np.isfinite(values) & (values > 0.0))
+    _refuse(table, "stiffness_N_per_m", bad, "must be positive")
+
+
+def _require_finite(table: MeshTable, column: str) -> None:
+    _refuse(table, column, ~np.isfinite(table[column]), "must be a finite number")
+
+
+def _refuse(
+    table: MeshTable, column: str, bad: NDArray[np.bool_], allowed: str
+) -> None:
+    """Raise ValueError that names the first bad cell (t, n) of a column, if any."""
+    for t, n in np.argwhere(bad):
+        value = table[column][t, n]
         raise ValueError(
-            f"stiffness_N_per_m is {values[t, n]:g} at torque "
-            f"{table.torque_Nm[t]:g} N m, position {table.position[n]:g}; must be "
-            "positive"
+            f"{column} is {'empty' if np.isnan(value) else f'{value:g}'} at torque "
+            f"{table.torque_Nm[t]:g} N m, position {table.position[n]:g}; {allowed}"
         )
-    for name in pair_names(table, "stiffness_N_per_m"):
-        if (table[name] < 0.0).any():
-            raise ValueError(f"{name} must not be negative")
+
+
+def _require_whole_path(table: MeshTable) -> None:
+    """On the path of contact all cells of a pair are numbers, and where it carries.
+
+    The path goes from pair to pair, from the first positive stiffness to the last.
+    """
+    teeth, size = pair_teeth(table), table.position.size
+    order = sorted(range(len(teeth)), key=lambda i: teeth[i])
+    columns = {
+        quantity: [table[name] for name in pair_names(table, quantity)]
+        for quantity in ("stiffness_N_per_m", "load_share", "gap_m")
+    }
+    positive = np.hstack([columns["stiffness_N_per_m"][i] > 0.0 for i in order])
+    begun = np.maximum.accumulate(positive, axis=1)
+    path = begun & np.maximum.accumulate(positive[:, ::-1], axis=1)[:, ::-1]
+    for place, i in enumerate(order):
+        k, share, gap = (values[i] for values in columns.values())
+        needed = path[:, place * size : (place + 1) * size] | (share > 0.0)
+        missing = np.isnan(k) & needed | (share > 0.0) & ~(k > 0.0)
+        bad = missing | np.isinf(k) | (k < 0.0)
+        _refuse(table, f"pair{i + 1}_stiffness_N_per_m", bad, f"{WHOLE} and positive")
+        bad = np.isnan(gap) & needed | np.isinf(gap)
+        _refuse(table, f"pair{i + 1}_gap_m", bad, WHOLE)
 
 
 def _require_even(table: MeshTable) -> None:
@@ -139,6 +174,8 @@ def _pairs(
     table: MeshTable, plain: MeshTable, torque: float
 ) -> tuple[PairExcitation, ...]:
     """Springs of all pairs; a pair's waves join those of the pair before it."""
+    for each in (plain, table):
+        _require_whole_path(each)
     stiffness = _along_the_path(plain, "stiffness_N_per_m", torque, 0.0)
     gap = _along_the_path(table, "gap_m", torque, None)
     return tuple(

@@ -52,7 +52,10 @@ class MeshTable:
         object.__setattr__(self, "header", MappingProxyType(dict(self.header)))
 
     def __getitem__(self, name: str) -> Array:
-        return self.columns[name]
+        try:
+            return self.columns[name]
+        except KeyError:
+            raise TableError(f"the mesh table has no column {name}") from None
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, MeshTable):
@@ -93,17 +96,20 @@ def _cell(name: str, value: float) -> str:
 
 def parse_table(text: str, source: str = "table") -> MeshTable:
     """Read CSV text; raises TableError naming `source` and the line."""
-    lines = text.lstrip("\ufeff").splitlines()
-    comments = [line for line in lines if line.startswith("#")]
-    header = dict(_header_entry(line) for line in comments)
-    body = [line for line in lines if line.strip() and not line.startswith("#")]
+    lines = list(enumerate(text.lstrip("\ufeff").splitlines(), start=1))
+    header = dict(_header_entry(line) for _, line in lines if line.startswith("#"))
+    body = {n: line for n, line in lines if line.strip() and not line.startswith("#")}
     if not body:
         raise TableError(f"{source}: no column names")
-    names, *rows = list(csv.reader(body))
+    names, *rows = list(csv.reader(body.values()))
     missing = [name for name in REQUIRED if name not in names]
     if missing:
         raise TableError(f"{source}: column {missing[0]} is missing")
-    data = np.array([_numbers(row, names, source) for row in rows])
+    if len(set(names)) < len(names):
+        twice = next(name for name in names if names.count(name) > 1)
+        raise TableError(f"{source}: column {twice} is there more than once")
+    places = [f"{source}, line {number}" for number in body][1:]
+    data = np.array([_numbers(*each, names) for each in zip(rows, places, strict=True)])
     if not len(data):
         raise TableError(f"{source}: no rows")
     return _table_from(names, data, header, source)
@@ -114,13 +120,23 @@ def _header_entry(line: str) -> tuple[str, str]:
     return key.strip(), value.strip()
 
 
-def _numbers(row: list[str], names: list[str], source: str) -> list[float]:
+def _numbers(row: list[str], place: str, names: list[str]) -> list[float]:
     if len(row) != len(names):
-        raise TableError(f"{source}: {len(row)} cells where {len(names)} are named")
+        raise TableError(f"{place}: {len(row)} cells where {len(names)} are named")
+    return [
+        _number(cell, f"{place}, column {name}", name in REQUIRED[:2])
+        for cell, name in zip(row, names, strict=True)
+    ]
+
+
+def _number(cell: str, place: str, needed: bool) -> float:
     try:
-        return [float(cell) if cell.strip() else math.nan for cell in row]
-    except ValueError as error:
-        raise TableError(f"{source}: {error}") from None
+        value = float(cell) if cell.strip() else math.nan
+    except ValueError:
+        raise TableError(f"{place}: {cell!r} is no number") from None
+    if needed and not math.isfinite(value):
+        raise TableError(f"{place}: {cell!r}; must be a finite number")
+    return value
 
 
 def _table_from(

@@ -88,10 +88,7 @@ def _average_slopes(case: _Case) -> list[Comparison]:
 
 def _local_slopes(case: _Case) -> list[Comparison]:
     """Slope of force over deflection, beside ISO 6336, with and without bodies."""
-    one, two = case.driver.geometry, case.driven.geometry
-    teeth, shifts = (one.teeth, two.teeth), (one.profile_shift, two.profile_shift)
-    ratio = case.pair.contact_ratio
-    iso = float(iso6336.mean_mesh_stiffness(teeth, ratio, case.width, shifts))
+    iso = _iso_mesh_stiffness(case)
     series = 1.0 / (1.0 / iso + _twist(case.driver, case) + _twist(case.driven, case))
     local = float(case.result.table["local_stiffness_N_per_m"][0].mean())
     names = ("ISO 6336 c_gamma", "ISO 6336 in series with both ring twists")
@@ -99,6 +96,32 @@ def _local_slopes(case: _Case) -> list[Comparison]:
         Comparison("mean mesh stiffness", "local", name, "N/m", local, expected)
         for name, expected in zip(names, (iso, series), strict=True)
     ]
+
+
+def _iso_mesh_stiffness(case: _Case) -> float:
+    """Method B for solid discs: c_gamma b [N/m] at the case's load and materials."""
+    gears = sorted((case.driver, case.driven), key=lambda gear: gear.geometry.teeth)
+    pinion, wheel = (gear.geometry for gear in gears)
+    # two basic racks count with the mean of their factors, clause 9.3.1
+    rack_factors = [
+        iso6336.basic_rack_factor(g.dedendum / g.module, g.pressure_angle)
+        for g in (pinion, wheel)
+    ]
+    stiffness = iso6336.mean_mesh_stiffness(
+        (pinion.teeth, wheel.teeth),
+        case.pair.contact_ratio,
+        case.width,
+        (pinion.profile_shift, wheel.profile_shift),
+        (iso6336.CORRECTION, 1.0, sum(rack_factors) / 2.0),
+    )
+    driver = case.driver.geometry
+    tangential = case.force * driver.base_radius / driver.reference_radius
+    moduli = gears[0].young_modulus, gears[1].young_modulus
+    return (
+        stiffness
+        * iso6336.material_factor(moduli)
+        * iso6336.low_load_factor(tangential / case.width)
+    )
 
 
 def _pressure(case: _Case) -> Comparison:

@@ -254,3 +254,77 @@ def test_mean_stiffness_is_checked(mean):
 def test_a_mesh_has_pairs():
     with pytest.raises(ValueError, match="pairs must not be empty"):
         MeshExcitation((), 3e8)
+
+
+def changed(table, column, value, t, n):
+    columns = dict(table.columns)
+    columns[column] = columns[column].copy()
+    columns[column][t, n] = value
+    return MeshTable(table.torque_Nm, table.position, columns, table.header)
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
+@pytest.mark.parametrize("torque", [0, 1])
+@pytest.mark.parametrize(
+    ("model", "column"),
+    [
+        (1, "pair1_gap_m"),
+        (1, "pair2_gap_m"),
+        (1, "pair1_stiffness_N_per_m"),
+        (1, "pair2_stiffness_N_per_m"),
+        (1, "stiffness_N_per_m"),
+        (2, "stiffness_N_per_m"),
+        (2, "ste_m"),
+        (3, "stiffness_N_per_m"),
+        (3, "nlte_m"),
+    ],
+)
+def test_no_hole_in_a_table_becomes_a_number(model, column, value, torque):
+    table = make_table()
+    carries = table["pair2_load_share"][torque] > 0.0  # pair 1 does everywhere
+    n = int(np.flatnonzero(carries)[carries.sum() // 2])
+    wrong = changed(table, column, value, torque, n)
+    with pytest.raises(ValueError, match=column) as caught:
+        excitation_from_table(wrong, 100.0, model)
+    seen = "empty" if np.isnan(value) else str(value)
+    where = f"torque {table.torque_Nm[torque]:g} N m, position {table.position[n]:g}"
+    assert f"{column} is {seen} at {where}; " in str(caught.value)
+
+
+def test_a_row_without_any_pair_on_the_path_is_a_hole():
+    table = make_table()
+    share, n = table["pair1_load_share"][0], 3
+    assert share[n] > 0.0
+    for name in ("stiffness_N_per_m", "load_share", "gap_m"):
+        table = changed(table, f"pair1_{name}", np.nan, 0, n)
+    with pytest.raises(ValueError, match="pair1_stiffness_N_per_m is empty"):
+        excitation_from_table(table, 100.0)
+
+
+def test_a_pair_that_carries_has_stiffness():
+    table = make_table()
+    for value in (0.0, -1e8):
+        wrong = changed(table, "pair1_stiffness_N_per_m", value, 0, 3)
+        with pytest.raises(ValueError, match="pair1_stiffness_N_per_m is"):
+            excitation_from_table(wrong, 100.0)
+
+
+def test_cells_off_the_path_of_contact_may_be_empty():
+    table = make_table()
+    off = np.isnan(table["pair2_stiffness_N_per_m"][0])
+    assert off.any()
+    zeros = table
+    for n in np.flatnonzero(off):
+        zeros = changed(zeros, "pair2_stiffness_N_per_m", 0.0, 0, n)
+    x = np.linspace(0.0, 1.0, 100)
+    one, other = (excitation_from_table(each, TORQUES[0]) for each in (table, zeros))
+    for p, q in zip(one.pairs, other.pairs, strict=True):
+        np.testing.assert_array_equal(p.stiffness(x), q.stiffness(x))
+
+
+def test_a_missing_column_is_named():
+    table = make_table()
+    columns = {n: v for n, v in table.columns.items() if n != "pair2_gap_m"}
+    short = MeshTable(table.torque_Nm, table.position, columns, table.header)
+    with pytest.raises(ValueError, match="no column pair2_gap_m"):
+        excitation_from_table(short, 100.0)

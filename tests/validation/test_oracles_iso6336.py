@@ -92,3 +92,14 @@ def test_arguments_are_checked():
         iso6336.mean_mesh_stiffness(TEETH, 1.5, 0.0)
     with pytest.raises(ValueError, match="teeth"):
         iso6336.theoretical_single_stiffness((17, -43))
+
+
+def test_the_materials_of_both_gears_count():
+    assert iso6336.material_factor((206e9, 206e9)) == 1.0
+    assert iso6336.material_factor((3e9, 3e9)) == pytest.approx(3.0 / 206.0)
+    # two springs in series, each scaled with its modulus
+    series = 1.0 / (0.5 * 206.0 / 118.0 + 0.5)
+    assert iso6336.material_factor((118e9, 206e9)) == pytest.approx(series)
+    assert series == pytest.approx(0.73, abs=0.005)  # grey iron on steel: 0.74 there
+    with pytest.raises(ValueError, match="young_moduli"):
+        iso6336.material_factor((206e9, 0.0))

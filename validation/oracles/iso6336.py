@@ -1,7 +1,8 @@
 """Mesh stiffness of spur gears by ISO 6336-1, clause 9, method B.
 
 ISO 6336-1:2006 (equation numbers differ between editions, so clauses are cited).
-The regression holds for steel on steel, external gears. It counts the teeth and the
+The regression holds for steel on steel, external gears; `material_factor` takes it to
+other materials. It counts the teeth and the
 body near them, not the twist of a body on a small hub (see `ring`).
 
 Unlike the rest of the package these functions keep the standard's N/(mm um),
@@ -13,6 +14,7 @@ C_M = 0.8, C_R = 1, C_B = 0.975 (dedendum 1.25 m) c' = 12.505 and, at contact ra
 import math
 
 SI_PER_ISO_UNIT = 1e9  # 1 N/(mm um) = 1e9 N/m per m of face width
+STEEL = 206e9  # E_St [Pa], of the regression
 CORRECTION = 0.8  # C_M, measured against theoretical stiffness, clause 9.3.1
 STANDARD_DEDENDUM = 1.25  # h_fP / m of the ISO 53 profile A
 
@@ -79,6 +81,17 @@ def low_load_factor(specific_load: float) -> float:
     if not specific_load > 0.0:
         raise ValueError(f"specific_load must be positive, got {specific_load}")
     return math.sqrt(math.sqrt(min(specific_load / 100e3, 1.0)))
+
+
+def material_factor(young_moduli: tuple[float, float]) -> float:
+    """E / E_St with E = 2 E1 E2 / (E1 + E2), clause 9.3.1, of two gears [Pa].
+
+    What deflects lies half in each gear: half the compliance scales with each modulus.
+    """
+    one, two = young_moduli
+    if not min(one, two) > 0.0:
+        raise ValueError(f"young_moduli must be positive, got {young_moduli}")
+    return 2.0 * one * two / (one + two) / STEEL
 
 
 def mesh_stiffness(single: float, contact_ratio: float) -> float:
