@@ -44,7 +44,7 @@ def require_writable(path: str | os.PathLike[str]) -> Path:
     target = Path(path)
     if os.path.isdir(target):
         raise InputError(f"{target}: is a directory, a file name is needed")
-    if _is_device(target):
+    if is_device(target):
         return target
     try:
         with contextlib.suppress(FileNotFoundError):
@@ -74,7 +74,7 @@ def write_whole(path: str | os.PathLike[str], writer: Callable[[Path], object]) 
     """
     target = Path(path)
     try:
-        if _is_device(target):
+        if is_device(target):
             writer(target)
         else:
             _fill_and_replace(target, writer)
@@ -104,7 +104,7 @@ def _finite(value: Any) -> Any:
     return value
 
 
-def _is_device(target: Path) -> bool:
+def is_device(target: Path) -> bool:
     """/dev/stdout and the like, which are written to as they are."""
     return os.path.exists(target) and not (
         os.path.isfile(target) or os.path.isdir(target)

@@ -22,13 +22,17 @@ if TYPE_CHECKING:
 PAIR_COLORS = ("tab:blue", "tab:orange", "tab:green", "tab:purple", "tab:brown")
 
 
-def save_figure(
-    figure: Figure, path: Path, kind: str = "png", dots_per_inch: int = 130
-) -> None:
-    """Write a picture; its date is left out so that equal input gives equal files."""
+def save_figure(figure: Figure, path: Path, dots_per_inch: int = 130) -> None:
+    """Write a picture of the kind that the ending says, a device takes PNG.
+
+    Dates and versions are left out so that equal input gives equal files.
+    """
     draw_words_as_they_are(figure)
+    kind = path.suffix.lower().removeprefix(".") or "png"
     unused = {"png": "Software", "pdf": "CreationDate", "svg": "Date"}[kind]
-    with warnings.catch_warnings():
+    from matplotlib import rc_context
+
+    with warnings.catch_warnings(), rc_context({"svg.hashsalt": "fegear"}):
         warnings.filterwarnings("ignore", "Glyph .* missing from font")
         figure.savefig(path, format=kind, dpi=dots_per_inch, metadata={unused: None})
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
 import numpy as np
@@ -16,6 +15,7 @@ from fegear.elasticity.flank import FlankCompliance
 from fegear.elasticity.material import Plane, PlaneMaterial
 from fegear.gearset.model import Gear, GearSet
 from fegear.timing import recorded_stages, stage
+from fegear.version import package_version
 from lumped.table import MeshTable
 from meshes import MeshSize
 
@@ -268,13 +268,6 @@ def mesh_table(cycle: ContactCycle, header: dict[str, str]) -> MeshTable:
     pairs = " ".join(f"pair{i}={cycle.teeth[k]:+d}" for i, k in enumerate(used, 1))
     header = header | {"pairs ahead of the reference pair [base pitches]": pairs}
     return MeshTable(cycle.torque, cycle.position, columns, header)
-
-
-def package_version() -> str:
-    try:
-        return version("fegear")
-    except PackageNotFoundError:  # run from a source tree that is not installed
-        return "uninstalled"
 
 
 def table_header(

@@ -8,6 +8,7 @@ import numpy as np
 
 from fegear.memory import peak_memory_MB
 from fegear.statics import StaticsResult
+from fegear.unphysical import Extremes, doubts
 
 
 def summary(result: StaticsResult) -> dict[str, Any]:
@@ -27,6 +28,7 @@ def summary(result: StaticsResult) -> dict[str, Any]:
         "positions": int(table.position.size),
         "torques": [torque_summary(result, t) for t in range(table.torque_Nm.size)],
         "evidence": evidence(result),
+        "warnings": warnings(result),
         "seconds": {name: round(s, 4) for name, s in result.seconds.items()},
         "peak_memory_MB": round(peak_memory_MB(), 1),
     }
@@ -51,6 +53,23 @@ def torque_summary(result: StaticsResult, t: int) -> dict[str, float]:
         "max_pressure_MPa": 1e-6 * float(table["max_pressure_Pa"][t].max()),
         "friction_bending_ratio_mean": float(table["friction_bending_ratio"][t].mean()),
     }
+
+
+def warnings(result: StaticsResult) -> list[str]:
+    """Where the result cannot be physical."""
+    table = result.table
+    return [
+        line
+        for t, torque in enumerate(table.torque_Nm)
+        for line in doubts(
+            Extremes(
+                where=f"mesh {table.header['mesh'].split()[0]} at {torque:g} N m",
+                module=result.problem.pair.driver.module,
+                transmission_error=float(np.abs(table["ste_m"][t]).max()),
+                pressure=float(table["max_pressure_Pa"][t].max()),
+            )
+        )
+    ]
 
 
 def evidence(result: StaticsResult) -> dict[str, float | None]:

@@ -44,11 +44,11 @@ class Jump:
 
 @dataclass(frozen=True)
 class Peak:
-    """A local maximum of the RMS of the dynamic transmission error.
+    """A local or the largest maximum of the RMS of the dynamic transmission error.
 
     mesh : counted from 1
     frequency : of the first mesh [Hz]; dte_rms [m], force_peak [N]
-    contact_loss : part of the time
+    contact_loss, back_side : parts of the time
     """
 
     direction: Direction
@@ -57,6 +57,7 @@ class Peak:
     dte_rms: float
     force_peak: float
     contact_loss: float
+    back_side: float
 
 
 def find_jumps(branch: Branch, opposite: Branch | None = None) -> list[Jump]:
@@ -146,21 +147,31 @@ _NEIGHBOURS = (slice(None, -2), slice(1, -1), slice(2, None))
 def find_peaks(branch: Branch) -> list[Peak]:
     """Peaks by mesh and rising frequency; a curve's ends count as feet, not as tops."""
     order = np.argsort(branch.frequency_Hz, kind="stable")
-    columns = {
-        name: branch.column(name)[order]
-        for name in ("dte_rms", "force_peak", "contact_loss")
-    }
+    rms = branch.column("dte_rms")
     return [
-        Peak(
-            direction=branch.direction,
-            mesh=m + 1,
-            frequency=float(branch.frequency_Hz[order][i]),
-            **{name: float(column[i, m]) for name, column in columns.items()},
-        )
+        _peak(branch, int(order[i]), m)
         for m in range(len(branch.system.excitations))
         if len(order)
-        for i in prominent(columns["dte_rms"][:, m])
+        for i in prominent(rms[order, m])
     ]
+
+
+def largest_responses(branch: Branch) -> list[Peak]:
+    """Where each mesh's RMS is largest, be it a peak or not; none without a motion."""
+    rms = branch.column("dte_rms")
+    if not np.isfinite(rms).any():
+        return []
+    return [_peak(branch, int(i), m) for m, i in enumerate(np.nanargmax(rms, axis=0))]
+
+
+def _peak(branch: Branch, i: int, m: int) -> Peak:
+    columns = ("dte_rms", "force_peak", "contact_loss", "back_side")
+    return Peak(
+        direction=branch.direction,
+        mesh=m + 1,
+        frequency=float(branch.frequency_Hz[i]),
+        **{name: float(branch.column(name)[i, m]) for name in columns},
+    )
 
 
 def prominent(values: Array) -> list[int]:

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
-from decimal import Decimal, InvalidOperation
 from functools import cached_property
 from os.path import exists
 from pathlib import Path
@@ -23,6 +22,7 @@ from fegear.gearset.edit import parsed_value
 from fegear.gearset.problems import PHRASES, nearest, shown
 from fegear.gearset.read import parsed_toml
 from fegear.output import read_text
+from fegear.speeds import parsed_speeds
 from lumped.sweep import Direction
 from validation.metrics import METRICS
 
@@ -46,7 +46,7 @@ def _require_metric(name: str) -> str:
 
 
 def _require_speeds(text: str) -> str:
-    parsed_speeds(text)
+    parsed_speeds(text, MOST_SPEEDS)
     return text
 
 
@@ -177,7 +177,7 @@ class Case:
     @cached_property
     def speeds(self) -> tuple[float, ...]:
         """Frequencies of the first mesh [Hz]."""
-        return parsed_speeds(self.speeds_Hz)
+        return parsed_speeds(self.speeds_Hz, MOST_SPEEDS)
 
     def edits_of(self, model: Model | None = None) -> dict[str, Any]:
         """Edits of the gear set by key; with those of a model."""
@@ -238,38 +238,6 @@ def read_case(text: str, source: str = "case") -> Case:
                 f"torques_Nm, {known}"
             )
     return case
-
-
-def parsed_speeds(text: str) -> tuple[float, ...]:
-    """Speeds [Hz] of `A:B:STEP`, numbers, and commas between; none of an empty text.
-
-    Raises ValueError that says what is allowed.
-    """
-    found: dict[Decimal, None] = {}
-    for part in text.split(",") if text.strip() else ():
-        found |= dict.fromkeys(_speed_range(part))
-    return tuple(float(speed) for speed in found)
-
-
-def _speed_range(part: str) -> list[Decimal]:
-    """Decimals, so that 0.1 added ten times is 1."""
-    try:
-        numbers = [Decimal(number.strip()) for number in part.split(":")]
-    except InvalidOperation:
-        numbers = []
-    ok = len(numbers) in (1, 3) and all(n.is_finite() and n > 0 for n in numbers)
-    if not ok:
-        raise ValueError(
-            "must be positive numbers or A:B:STEP, such as 800:4200:20 or 800, 1000"
-        )
-    if len(numbers) == 1:
-        return numbers
-    start, end, step = numbers
-    count = int(abs(end - start) / step) + 1
-    if count > MOST_SPEEDS:
-        raise ValueError(f"at most {MOST_SPEEDS} speeds are allowed, got {count}")
-    sign = 1 if end >= start else -1
-    return [start + sign * i * step for i in range(count)]
 
 
 def _read(path: Path, source: str) -> Case:

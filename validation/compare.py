@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,6 +11,7 @@ from numpy.typing import NDArray
 from fegear.elasticity.material import Plane
 from fegear.gearset.model import Gear, GearSet
 from fegear.statics import StaticsResult, StaticsSettings, solve_mesh
+from fegear.summary import warnings
 from meshes import GearPair
 from validation.oracles import hertz, iso6336, potential_energy, ring
 
@@ -50,9 +52,17 @@ class _Case:
         return float(self.result.cycle.mesh_force[0, 0])
 
 
+@dataclass(frozen=True)
+class Compared:
+    """All comparisons of a mesh; warnings : why some of them mean little."""
+
+    rows: tuple[Comparison, ...]
+    warnings: tuple[str, ...]
+
+
 def compare_mesh(
     gear_set: GearSet, mesh: int, torque: float, settings: StaticsSettings
-) -> list[Comparison]:
+) -> Compared:
     """All comparisons for one mesh at one torque on its driver [N m]."""
     spec = gear_set.meshes[mesh]
     case = _Case(
@@ -62,7 +72,26 @@ def compare_mesh(
         pair=spec.pair,
         plane=settings.plane,
     )
-    return [*_average_slopes(case), *_local_slopes(case), _pressure(case)]
+    rows = (*_average_slopes(case), *_local_slopes(case), _pressure(case))
+    unknown = tuple(_unknown_to_closed_forms(case))
+    return Compared(rows, (*unknown, *warnings(case.result)))
+
+
+def _unknown_to_closed_forms(case: _Case) -> Iterator[str]:
+    """What the finite elements have and the closed forms have not."""
+    problem = case.result.problem
+    for gear, role in ((case.driver, "driver"), (case.driven, "driven")):
+        for place in ("tip", "root"):
+            if getattr(problem, f"{role}_{place}_relief"):
+                yield (
+                    f'gear "{gear.name}" has {place} relief, which the closed forms '
+                    "leave out"
+                )
+        if any(gear.pitch_errors):
+            yield (
+                f'gear "{gear.name}" has pitch_errors_um, which the closed forms '
+                "leave out"
+            )
 
 
 def _average_slopes(case: _Case) -> list[Comparison]:

@@ -8,6 +8,8 @@ from collections.abc import Iterator
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
+from fegear.version import package_version
+
 LIBRARIES = ("numpy", "scipy", "numba", "scikit-fem", "gmsh", "matplotlib")
 
 
@@ -15,7 +17,7 @@ def made_with() -> Iterator[tuple[str, str]]:
     """Names and values in the order in which they are shown."""
     from validation.tasks import source_digest
 
-    yield "fegear", f"{_version('fegear')}, sources {source_digest()[:12]}"
+    yield "fegear", f"{package_version()}, sources {source_digest()[:12]}"
     libraries = ", ".join(f"{name} {_version(name)}" for name in LIBRARIES)
     yield "libraries", f"Python {platform.python_version()}, {libraries}"
     yield "threads of BLAS", os.environ.get("OPENBLAS_NUM_THREADS", "not limited")

@@ -4,60 +4,101 @@ from __future__ import annotations
 
 import os
 import sys
+from collections.abc import Callable
 from io import TextIOWrapper
+from typing import Annotated, Any
 
 import typer
 
-from fegear.cli.bench import bench_app
-from fegear.cli.compare import compare_command
-from fegear.cli.dynamics import dynamics_command
-from fegear.cli.identify import identify_command
-from fegear.cli.map import map_command
-from fegear.cli.mesh import mesh_command
-from fegear.cli.modes import modes_command
-from fegear.cli.render import render_command
-from fegear.cli.screen import complain
-from fegear.cli.sets import sets_command
-from fegear.cli.show import show_command
-from fegear.cli.stiffness import stiffness_command
-from fegear.cli.sweep import sweep_command
-from fegear.cli.validate import validate_command
-from fegear.cli.wave import wave_command
+from fegear.cli import (
+    bench,
+    compare,
+    dynamics,
+    identify,
+    map,
+    mesh,
+    modes,
+    render,
+    sets,
+    show,
+    stiffness,
+    sweep,
+    validate,
+    wave,
+)
+from fegear.cli.screen import complain, say
 
 INTERRUPTED = "interrupted; finished rows and compliances are kept"
 ABOUT = (
     "Spur gears: mesh stiffness and transmission error by finite elements, and the "
     "vibration of gear trains that they excite."
 )
+PLAIN: dict[str, Any] = {
+    "rich_markup_mode": None,  # square brackets are units
+    "pretty_exceptions_enable": False,
+    "context_settings": {"help_option_names": ["-h", "--help"]},
+}
 
-app = typer.Typer(
-    name="fegear",
-    help=ABOUT,
-    add_completion=False,
-    pretty_exceptions_enable=False,
-    context_settings={"help_option_names": ["-h", "--help"]},
+
+def epilog(example: str) -> str:
+    """The example on a line of its own, which is not broken."""
+    return f"\b\nExample:\n  {example}"
+
+
+Commands = tuple[tuple[str, Callable[..., None], str], ...]
+app = typer.Typer(name="fegear", help=ABOUT, **PLAIN)
+COMMANDS: Commands = (
+    ("sets", sets.sets_command, sets.EXAMPLE),
+    ("show", show.show_command, show.EXAMPLE),
+    ("mesh", mesh.mesh_command, mesh.EXAMPLE),
+    ("stiffness", stiffness.stiffness_command, stiffness.EXAMPLE),
+    ("compare", compare.compare_command, compare.EXAMPLE),
+    ("identify", identify.identify_command, identify.EXAMPLE),
+    ("modes", modes.modes_command, modes.EXAMPLE),
+    ("sweep", sweep.sweep_command, sweep.EXAMPLE),
+    ("wave", wave.wave_command, wave.EXAMPLE),
+    ("map", map.map_command, map.EXAMPLE),
+    ("dynamics", dynamics.dynamics_command, dynamics.EXAMPLE),
+    ("render", render.render_command, render.EXAMPLE),
+    ("validate", validate.validate_command, validate.EXAMPLE),
 )
-app.command("sets")(sets_command)
-app.command("show")(show_command)
-app.command("mesh")(mesh_command)
-app.command("stiffness")(stiffness_command)
-app.command("compare")(compare_command)
-app.command("identify")(identify_command)
-app.command("modes")(modes_command)
-app.command("sweep")(sweep_command)
-app.command("wave")(wave_command)
-app.command("map")(map_command)
-app.command("dynamics")(dynamics_command)
-app.command("render")(render_command)
-app.command("validate")(validate_command)
-app.add_typer(bench_app, name="bench")
+for name, command, example in COMMANDS:
+    app.command(name, epilog=epilog(example))(command)
+benchmarks = typer.Typer(help="Run time against error.", **PLAIN)
+BENCHMARKS: Commands = (
+    ("stiffness", bench.stiffness_benchmark, bench.EXAMPLES["stiffness"]),
+    ("dynamics", bench.dynamics_benchmark, bench.EXAMPLES["dynamics"]),
+    ("lumped", bench.lumped_benchmark, bench.EXAMPLES["lumped"]),
+    ("all", bench.all_benchmarks, bench.EXAMPLES["all"]),
+)
+for name, command, example in BENCHMARKS:
+    benchmarks.command(name, epilog=epilog(example))(command)
+app.add_typer(benchmarks, name="bench")
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        from fegear.version import package_version
+
+        say(f"fegear {package_version()}")
+        raise typer.Exit
 
 
 @app.callback(help=ABOUT)
 def options(
-    debug: bool = typer.Option(
-        False, "--debug", help="Show a traceback where something fails; any place."
-    ),
+    debug: Annotated[
+        bool,
+        typer.Option("--debug", help="Show a traceback where something fails."),
+    ] = False,
+    version: Annotated[
+        bool,
+        typer.Option(
+            "--version",
+            help="Print the version and exit.",
+            is_eager=True,
+            callback=_print_version,
+        ),
+    ] = False,
 ) -> None:
     """What the tool is for stands in ABOUT; this takes the options before a command."""
 
@@ -81,7 +122,7 @@ def run(words: list[str]) -> int:
     debug = "--debug" in words
     arguments = [word for word in words if word != "--debug"] or ["--help"]
     try:
-        code = app(arguments, standalone_mode=False) or 0
+        code = app(arguments, prog_name="fegear", standalone_mode=False) or 0
         sys.stdout.flush()
     except SystemExit as end:  # the reader of the output has gone, such as `head`
         return int(end.code or 0)

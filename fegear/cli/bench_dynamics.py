@@ -7,8 +7,8 @@ from math import isfinite
 from typing import TYPE_CHECKING
 
 from fegear.cli.bench_outcome import Outcome
-from fegear.cli.lumped_options import build_system
 from fegear.cli.screen import ruled_table, screen
+from fegear.cli.systems import build_system
 
 if TYPE_CHECKING:
     from fegear.gearset.model import GearSet

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from fegear.cli.bench_outcome import Outcome
-from fegear.cli.lumped_options import build_system
 from fegear.cli.options import progress_bar
 from fegear.cli.screen import print_json, ruled_table, screen
+from fegear.cli.systems import build_system
 
 if TYPE_CHECKING:
     from fegear.gearset.model import GearSet
@@ -119,7 +119,7 @@ def run_stress(output: Path | None, as_json: bool) -> None:
         print_json({"trials": rows})
     else:
         names = ("attempt", "promise", "measured", "allowed", "kept")
-        table = ruled_table(*names, text=2)
+        table = ruled_table(*names, words=names[:2])
         for trial in trials:
             table.add_row(
                 trial.name,

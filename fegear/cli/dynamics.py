@@ -15,32 +15,43 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from fegear.cli.edits import Edits, edit_entries, parsed_edits
+from fegear.cli.edits import edit_entries, parsed_edits
 from fegear.cli.lumped_options import (
-    AsJson,
     Damping,
     LoadCases,
     MaxPeriods,
-    Output,
     Physics,
-    Plane,
-    Plot,
-    Resolution,
-    SetName,
+    SolvedPlane,
+    SolvedResolution,
     Speeds,
     Tolerance,
     Translations,
     chosen_torques,
+    settings_of,
+    speeds_of,
+)
+from fegear.cli.options import (
+    AsJson,
+    Edits,
+    Output,
+    Plot,
+    SetName,
+    progress_bar,
+    refuse_idle,
+    require,
+    require_friction,
+    require_outputs,
+)
+from fegear.cli.screen import complain, say
+from fegear.cli.sweep import DirectionChoice, SweepDirection, at_torques
+from fegear.cli.sweep_report import SweepOutputs, SweepResult, tell_sweep
+from fegear.cli.systems import (
     file_header,
     most_in_words,
-    parsed_speeds,
     solved_excitations,
     system_at,
     usual_speeds,
 )
-from fegear.cli.options import progress_bar, require, require_outputs
-from fegear.cli.screen import complain, say
-from fegear.cli.sweep import DirectionChoice, SweepOutputs, at_torques, tell_sweep
 
 if TYPE_CHECKING:
     from fegear.dynamics.build import FiniteElements, Prepared
@@ -59,6 +70,10 @@ REFRESH = 0.2  # s between two words on a running speed
 WORKERS = 2  # sweeps at a time; each holds its own models
 
 
+EXAMPLE = "fegear dynamics liu-idler --torque 100 --speeds 800:4200:20 -o d.csv"
+ELASTIC_DAMPING = 0.01  # where the option is not given
+
+
 class FidelityChoice(StrEnum):
     auto = "auto"
     full = "full"
@@ -71,97 +86,104 @@ def dynamics_command(
     fidelity: Annotated[
         FidelityChoice,
         typer.Option(
-            help="full: all freedoms of the finite elements; reduced: hubs and elastic "
-            "modes of the gears; quasistatic: hubs alone, without elastic inertia; "
-            "auto: reduced where elastic inertia matters."
+            "--fidelity",
+            help="What moves. full: all degrees of freedom of the finite elements; "
+            "reduced: hubs and elastic modes of the gears; quasistatic: hubs alone, "
+            "without elastic inertia; auto: reduced where elastic inertia matters, "
+            "else quasistatic.",
         ),
     ] = FidelityChoice.auto,
     speeds: Speeds = None,
-    direction: Annotated[
-        DirectionChoice, typer.Option(help="In which the speed changes.")
-    ] = DirectionChoice.both,
+    direction: SweepDirection = DirectionChoice.both,
     torque: LoadCases = None,
     edits: Edits = None,
     friction: Annotated[
-        float, typer.Option(help="Coulomb coefficient of the flanks.")
+        float, typer.Option("--friction", help="Coulomb friction coefficient.")
     ] = 0.0,
     damping: Damping = None,
     elastic_damping: Annotated[
-        float, typer.Option(help="Damping ratio of the gears' first elastic modes.")
-    ] = 0.01,
+        float | None,
+        typer.Option(
+            "--elastic-damping",
+            help="Damping ratio of the first elastic modes of the gears. [default: "
+            f"{ELASTIC_DAMPING:g}]",
+        ),
+    ] = None,
     translations: Translations = False,
     cutoff: Annotated[
         float | None,
         typer.Option(
             "--cutoff",
-            help="Elastic modes below it are looked at [Hz] "
-            "[default: 7 times the highest speed or more].",
+            help="Natural frequency [Hz] up to which elastic modes are considered. "
+            "[default: 7 times the highest speed, or more]",
         ),
     ] = None,
-    plane: Plane = None,
-    resolution: Resolution = None,
+    plane: SolvedPlane = None,
+    resolution: SolvedResolution = None,
     steps: Annotated[
-        int, typer.Option(help="Per period of the fastest mesh, at least.")
+        int,
+        typer.Option(
+            "--steps", help="Least number of time steps per period of the fastest mesh."
+        ),
     ] = 128,
     tolerance: Tolerance = 1e-4,
     max_periods: MaxPeriods = None,
     model_1: Annotated[
         bool,
-        typer.Option("--model-1", help="Run Model-1 beside it and draw both."),
+        typer.Option(
+            "--model-1", help="Run lumped model 1 as well and show both results."
+        ),
     ] = False,
     output: Output = None,
     plot: Plot = None,
     history: Annotated[
         Path | None,
         typer.Option(
+            "--history",
             metavar="DIR",
-            help="Write what happens in a period of every speed there: loads and "
-            "pressure of each tooth pair, motion of the hubs, CSV.",
+            help="Write a CSV file for each speed into this directory: load and "
+            "contact pressure of every tooth pair and motion of the hubs over one "
+            "period.",
         ),
     ] = None,
     root_stress: Annotated[
         str | None,
         typer.Option(
+            "--root-stress",
             metavar="GEAR",
-            help="Add the root stress of this gear's teeth to --history.",
+            help="Add the root stress of this gear's teeth to the files of --history.",
         ),
     ] = None,
     resume: Annotated[
         bool,
         typer.Option(
-            "--resume", help="Go on with a run to the same --output that was ended."
+            "--resume",
+            help="Go on with an interrupted run to the same --output.",
         ),
     ] = False,
     as_json: AsJson = False,
 ) -> None:
-    """Vibration over speed with contact solved by finite elements.
+    """Vibration of finite-element gears over speed.
 
-    The CSV columns are those of `fegear sweep`. With -o finished speeds are kept in
-    FILE.partial until the file is written; --resume goes on from there.
-
-    Example: fegear dynamics liu-idler --torque 100 --speeds 800:4200:20 --model-1
-    -o d.csv --plot d.png
+    The CSV columns are those of `fegear sweep`. With --output each finished speed is
+    kept in FILE.partial until the file is written; --resume goes on from there.
     """
     from fegear.errors import InputError
     from fegear.gearset import load_gear_set
 
-    require_outputs([output, plot], [set_name])
+    require_outputs([output], [set_name], plot)
     if resume and output is None:
         raise InputError("--resume needs the --output of the run to go on with")
     if root_stress is not None and history is None:
         raise InputError("--root-stress needs --history")
-    changes = parsed_edits(edits)
+    changes = parsed_edits(edits, torque=torque, damping=damping)
     gear_set = load_gear_set(set_name, changes)
     physics = Physics(
-        model=1,
-        translations=translations,
-        damping=damping,
-        plane=plane,
-        resolution=resolution,
+        translations=translations, damping=damping, plane=plane, resolution=resolution
     )
-    elements = _checked_elements(fidelity.value, friction, elastic_damping, cutoff)
+    elements = _checked_elements(fidelity, friction, elastic_damping, cutoff)
     settings = _checked_settings(steps, tolerance, max_periods)
-    frequencies = None if speeds is None else parsed_speeds(speeds)
+    frequencies = None if speeds is None else speeds_of(speeds)
     torques = chosen_torques(gear_set, torque or [])
     begin = time.perf_counter()
     with progress_bar(enabled=not as_json) as report:
@@ -185,15 +207,15 @@ def dynamics_command(
         _print_choice(torques, prepared)
     if output is not None and not all(branch.complete for branch in branches):
         complain(f"{output}.partial is kept, --resume goes on there")
-    tell_sweep(
-        at_torques(torques, direction, branches),
-        prepared[0].fidelity,
-        header,
-        frequencies,
-        SweepOutputs(csv=output, plot=plot, as_json=as_json),
-        begin,
-        at_torques(torques, direction, beside) if model_1 else None,
+    result = SweepResult(
+        gear_set=gear_set,
+        model=prepared[0].fidelity,
+        header=header,
+        frequencies=frequencies,
+        found=at_torques(torques, direction, branches),
+        beside=at_torques(torques, direction, beside) if model_1 else (),
     )
+    tell_sweep(result, SweepOutputs(csv=output, plot=plot, as_json=as_json), begin)
 
 
 @dataclass(frozen=True, eq=False)
@@ -208,19 +230,27 @@ class Run:
 
 
 def _checked_elements(
-    fidelity: str, friction: float, elastic_damping: float, cutoff: float | None
+    fidelity: FidelityChoice,
+    friction: float,
+    elastic_damping: float | None,
+    cutoff: float | None,
 ) -> FiniteElements:
     from fegear.dynamics.build import FiniteElements
 
-    require(0.0 <= friction < 0.5, "--friction", friction, "allowed 0 to below 0.5")
-    ok = 0.0 <= elastic_damping < 1.0
-    require(ok, "--elastic-damping", elastic_damping, "allowed 0 to below 1")
+    if fidelity == FidelityChoice.quasistatic:
+        without = "--fidelity quasistatic has no elastic modes"
+        refuse_idle(without, elastic_damping=elastic_damping, cutoff=cutoff)
+    if fidelity == FidelityChoice.full:
+        refuse_idle("--fidelity full keeps all elastic modes", cutoff=cutoff)
+    require_friction(friction)
+    ratio = ELASTIC_DAMPING if elastic_damping is None else elastic_damping
+    require(0.0 <= ratio < 1.0, "--elastic-damping", ratio, "allowed 0 to below 1")
     if cutoff is not None:
         require(0.0 < cutoff <= 3e5, "--cutoff", cutoff, "allowed above 0 to 3e5 Hz")
     return FiniteElements(
-        fidelity=fidelity,  # type: ignore[arg-type]
+        fidelity=fidelity.value,
         friction=friction,
-        elastic_damping=elastic_damping,
+        elastic_damping=ratio,
         cutoff_Hz=cutoff,
     )
 
@@ -229,15 +259,9 @@ def _checked_settings(
     steps: int, tolerance: float, max_periods: int | None
 ) -> DynamicSettings:
     from fegear.dynamics.respond import DynamicSettings
-    from fegear.errors import InputError
 
-    try:
-        return DynamicSettings(
-            steps=steps, tolerance=tolerance, max_periods=max_periods
-        )
-    except ValueError as error:
-        name, _, rest = str(error).partition(" ")
-        raise InputError(f"--{name.replace('_', '-')} {rest}") from None
+    values = {"steps": steps, "tolerance": tolerance, "max_periods": max_periods}
+    return settings_of(DynamicSettings, **values)
 
 
 def _prepare(

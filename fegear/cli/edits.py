@@ -1,34 +1,31 @@
-"""The option that changes figures of a gear set without a new file."""
+"""Changes of a gear set for one run, given by --set."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Annotated, Any
+from typing import Any
 
-import typer
-
-Edits = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--set",
-        metavar="KEY=VALUE",
-        help="Change a figure of the gear set, such as "
-        "mesh.1.tip_relief.magnitude_um=10; may be repeated.",
-    ),
-]
+OPTIONS = {"load.torques_Nm": "torque", "dynamics.damping_ratio": "damping"}
 
 
-def parsed_edits(given: Sequence[str] | None) -> dict[str, Any]:
-    """Values by key; InputError where there is no `=` between them."""
+def parsed_edits(given: Sequence[str] | None, **options: Any) -> dict[str, Any]:
+    """Values by key; InputError where there is no `=` or a key comes twice.
+
+    options : by name, which are stronger than a key where they are given
+    """
     from fegear.errors import InputError
     from fegear.gearset.edit import parsed_value
 
     edits: dict[str, Any] = {}
     for text in given or ():
-        key, separator, value = text.partition("=")
-        if not (separator and key.strip() and value.strip()):
+        key, separator, value = (part.strip() for part in text.partition("="))
+        if not (separator and key and value):
             raise InputError(f"--set {text}; KEY=VALUE is needed")
-        edits[key.strip()] = parsed_value(value.strip())
+        if key in edits:
+            raise InputError(f"--set {text}; {key} is given more than once")
+        if options.get(OPTIONS.get(key, "")) not in (None, []):
+            raise InputError(f"--set {text}; --{OPTIONS[key]} replaces it")
+        edits[key] = parsed_value(value)
     return edits
 
 

@@ -9,15 +9,23 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from fegear.cli.edits import Edits, parsed_edits
-from fegear.cli.lumped_options import AsJson, LoadCase, SetName, middle_torque
+from fegear.cli.edits import parsed_edits
+from fegear.cli.lumped_options import LoadCase, middle_torque
 from fegear.cli.options import (
+    AsJson,
+    Edits,
+    Output,
+    Plane,
     PlaneChoice,
+    Plot,
+    Resolution,
     ResolutionChoice,
+    SetName,
     progress_bar,
     require,
     require_outputs,
 )
+from fegear.cli.screen import print_json, ruled_table, screen
 from fegear.errors import InputError
 
 if TYPE_CHECKING:
@@ -26,29 +34,38 @@ if TYPE_CHECKING:
     from fegear.gearset.model import GearSet
     from fegear.identify import MeasuredStiffness
 
+EXAMPLE = "fegear identify liu-pair --mean 2.9e8 --variation 0.35"
+
 
 def identify_command(
     set_name: SetName,
     mean: Annotated[
         list[float] | None,
         typer.Option(
-            help="Measured mean mesh stiffness in N/m, once for each mesh in order. "
-            "Default: mean_stiffness_N_per_m of the gear set."
+            "--mean",
+            help="Measured mean mesh stiffness [N/m], once for each mesh in order. "
+            "[default: mean_stiffness_N_per_m of the gear set]",
         ),
     ] = None,
     variation: Annotated[
         list[float] | None,
         typer.Option(
-            help="Measured peak-to-peak stiffness over its mean, once for each mesh. "
-            "Default: stiffness_variation of the gear set."
+            "--variation",
+            help="Measured peak-to-peak mesh stiffness over its mean, once for each "
+            "mesh in order. [default: stiffness_variation of the gear set]",
         ),
     ] = None,
     mean_spread: Annotated[
         float,
-        typer.Option(help="Relative standard deviation of the mean stiffnesses."),
+        typer.Option(
+            "--mean-spread", help="Relative standard deviation of the mean stiffnesses."
+        ),
     ] = 0.02,
     variation_spread: Annotated[
-        float, typer.Option(help="Standard deviation of the variations.")
+        float,
+        typer.Option(
+            "--variation-spread", help="Standard deviation of the variations."
+        ),
     ] = 0.025,
     hold_width: Annotated[
         bool,
@@ -59,40 +76,29 @@ def identify_command(
     along: Annotated[
         str | None,
         typer.Option(
+            "--along",
             metavar="GEAR",
             help="Gear whose hub radius runs through the valley of equally good sets. "
-            "Default: the first gear.",
+            "[default: the first gear]",
         ),
     ] = None,
     torque: LoadCase = None,
     edits: Edits = None,
-    plane: Annotated[
-        PlaneChoice, typer.Option(help="Plane stress or plane strain.")
-    ] = PlaneChoice.stress,
-    resolution: Annotated[
-        ResolutionChoice, typer.Option(help="Resolution of mesh and contact grid.")
-    ] = ResolutionChoice.default,
-    output: Annotated[
-        Path | None,
-        typer.Option("-o", "--output", help="Write the valley to a CSV file."),
-    ] = None,
-    plot: Annotated[
-        Path | None, typer.Option(help="Draw the valley into a PNG file.")
-    ] = None,
+    plane: Plane = PlaneChoice.stress,
+    resolution: Resolution = ResolutionChoice.default,
+    output: Output = None,
+    plot: Plot = None,
     as_json: AsJson = False,
 ) -> None:
-    """Face width and hub radii that give measured mesh stiffnesses.
+    """Face width and hub radii that give measured stiffnesses.
 
     A weighted least-squares fit of one factor on all face widths and of every gear's
     hub radius. Figures that leave several sets equally good are shown with them.
-
-    Example: fegear identify liu-idler --mean 2.98e8 --mean 3.21e8 --variation 0.35
-    --variation 0.40
     """
     from fegear.gearset import load_gear_set
 
-    require_outputs([output, plot], [set_name])
-    gear_set = load_gear_set(set_name, parsed_edits(edits))
+    require_outputs([output], [set_name], plot)
+    gear_set = load_gear_set(set_name, parsed_edits(edits, torque=torque))
     names = [gear.name for gear in gear_set.gears]
     if along is not None and along not in names:
         raise InputError(f"--along {along}; {gear_set.name} has {', '.join(names)}")
@@ -100,7 +106,7 @@ def identify_command(
     require(at > 0.0, "--torque", at, "must be positive, on the input gear [N m]")
     from fegear.identify import identify, stiffness_model
     from fegear.identify_report import draw_valley, identification_values, valley_csv
-    from fegear.output import strict_json, write_text, write_whole
+    from fegear.output import write_text, write_whole
     from fegear.statics import StaticsSettings
 
     measured = _measured(gear_set, at, (mean, variation), mean_spread, variation_spread)
@@ -118,7 +124,7 @@ def identify_command(
         figure = draw_valley(gear_set, measured, found)
         write_whole(plot, lambda path: save_figure(figure, path))
     if as_json:
-        typer.echo(strict_json(values), nl=False)
+        print_json(values)
     else:
         print_identification(values, names)
 
@@ -165,9 +171,7 @@ def _measured(
 
 def print_identification(values: dict[str, Any], names: list[str]) -> None:
     """The sets that are equally good, and how the chosen one meets the figures."""
-    from rich.console import Console
-
-    console = Console(highlight=False, markup=False)
+    console = screen()
     console.print(_sets_table(values, names))
     console.print(_figures_table(values))
     console.print(
@@ -179,16 +183,8 @@ def print_identification(values: dict[str, Any], names: list[str]) -> None:
 
 
 def _sets_table(values: dict[str, Any], names: list[str]) -> Table:
-    from rich import box
-    from rich.table import Table
-
-    table = Table(
-        title=f"{values['gear_set']}: equally good sets, * the set chosen",
-        box=box.SIMPLE_HEAD,
-        title_justify="left",
-        pad_edge=False,
-    )
-    table.add_column("")
+    title = f"{values['gear_set']}: equally good sets, * the set chosen"
+    table = ruled_table("", title=title)
     width = f"{names[0]}_face_width_mm"
     hubs = [f"{name}_hub_radius_mm" for name in names]
     for name in names:
@@ -205,16 +201,8 @@ def _sets_table(values: dict[str, Any], names: list[str]) -> Table:
 
 
 def _figures_table(values: dict[str, Any]) -> Table:
-    from rich import box
-    from rich.table import Table
-
-    table = Table(
-        title="the set chosen, meshed, beside what was measured",
-        box=box.SIMPLE_HEAD,
-        title_justify="left",
-        pad_edge=False,
-    )
-    table.add_column("mesh", justify="right")
+    title = "the set chosen, meshed, beside what was measured"
+    table = ruled_table("mesh", title=title, words=())
     for quantity in ("mean stiffness\n[1e8 N/m]", "peak to peak\nover mean"):
         for origin in ("", "measured "):
             table.add_column(f"{origin}{quantity}", justify="right")

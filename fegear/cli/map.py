@@ -4,19 +4,17 @@ from __future__ import annotations
 
 import itertools
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from fegear.cli.edits import Edits, edit_entries, parsed_edits
+from fegear.cli.edits import edit_entries, parsed_edits
 from fegear.cli.lumped_options import (
-    AsJson,
     Damping,
     Excitation,
-    ExcitationChoice,
     Harmonics,
     LoadCase,
     MaxPeriods,
@@ -24,25 +22,35 @@ from fegear.cli.lumped_options import (
     MethodChoice,
     Model,
     Physics,
-    Plane,
-    Plot,
     Ramp,
-    Resolution,
-    SetName,
+    SolvedPlane,
+    SolvedResolution,
     Steps,
     Tolerance,
     Translations,
     checked_settings,
+    middle_torque,
+    speeds_of,
+)
+from fegear.cli.options import (
+    AsJson,
+    Edits,
+    Plot,
+    SetName,
+    counted,
+    progress_bar,
+    refuse_idle,
+    require,
+    require_outputs,
+)
+from fegear.cli.screen import complain, number, print_json, screen, warn
+from fegear.cli.systems import (
     excitations_of,
+    require_elements_used,
     file_header,
     integration_in_words,
-    middle_torque,
-    parsed_speeds,
-    require_elements_used,
     system_at,
 )
-from fegear.cli.options import progress_bar, require, require_outputs
-from fegear.cli.screen import complain, print_json, screen
 from fegear.errors import InputError, file_error
 
 if TYPE_CHECKING:
@@ -53,8 +61,9 @@ if TYPE_CHECKING:
     from lumped.settings import Settings
     from lumped.system import LumpedSystem
 
-TORQUE = "torque_Nm"
-SHORT = {"damping_ratio": "dynamics.damping_ratio"}
+EXAMPLE = "fegear map liu-idler --over mesh.2.phase=0:1:41 --at 1605 --plot map.png"
+TORQUE, DAMPING = "torque_Nm", "damping_ratio"  # axes that are no keys of a gear set
+SHORT = {DAMPING: "dynamics.damping_ratio"}
 POINTS_LIMIT = 1_000_000
 
 
@@ -63,27 +72,43 @@ def map_command(
     over: Annotated[
         list[str],
         typer.Option(
+            "--over",
             metavar="KEY=A:B:N",
-            help="A figure of the gear set and N values from A to B, or values with "
-            "commas; torque_Nm and damping_ratio too. Repeat it for a second axis.",
+            help="Axis of the map: a key of the gear set, torque_Nm or damping_ratio, "
+            "and N values from A to B, or values with commas. Give it twice for two "
+            "axes.",
         ),
     ],
     at: Annotated[
-        float | None, typer.Option(metavar="HZ", help="Mesh frequency [Hz].")
+        float | None,
+        typer.Option(
+            "--at",
+            metavar="HZ",
+            help="Mesh frequency of the first mesh [Hz] at which each point is "
+            "settled from rest; this or --band.",
+        ),
     ] = None,
     band: Annotated[
         str | None,
         typer.Option(
+            "--band",
             metavar="A:B:STEP",
-            help="Take the largest response of sweeps up and down this band [Hz].",
+            help="Mesh frequencies of the first mesh [Hz] that each point is swept "
+            "over, up and down, for its largest response; this or --at.",
         ),
     ] = None,
     output: Annotated[
         Path | None,
-        typer.Option("-o", "--output", help="Points as they are finished, CSV."),
+        typer.Option(
+            "-o",
+            "--output",
+            help="Write the points to this CSV file as they are finished; points that "
+            "it holds already are not computed again.",
+        ),
     ] = None,
     overwrite: Annotated[
-        bool, typer.Option("--overwrite", help="Start anew if the file is there.")
+        bool,
+        typer.Option("--overwrite", help="Compute the points in --output anew."),
     ] = False,
     plot: Plot = None,
     edits: Edits = None,
@@ -91,52 +116,57 @@ def map_command(
     torque: LoadCase = None,
     damping: Damping = None,
     translations: Translations = False,
-    excitation: Excitation = ExcitationChoice.fe,
-    ramp: Ramp = 0.1,
-    harmonics: Harmonics = 5,
-    plane: Plane = None,
-    resolution: Resolution = None,
-    steps: Steps = 64,
+    excitation: Excitation = None,
+    ramp: Ramp = None,
+    harmonics: Harmonics = None,
+    plane: SolvedPlane = None,
+    resolution: SolvedResolution = None,
+    steps: Steps = None,
     method: Method = MethodChoice.rk4,
     tolerance: Tolerance = 1e-4,
     max_periods: MaxPeriods = None,
     as_json: AsJson = False,
 ) -> None:
-    """Vibration over a grid of parameters; an interrupted map is taken up again.
+    """Vibration of a lumped train over a grid of parameters.
 
-    Example: fegear map liu-idler --over mesh.1.tip_relief.magnitude_um=0:25:26
-    --over mesh.2.tip_relief.magnitude_um=0:25:26 --at 1605 -o map.csv --plot map.png
+    The same command goes on with an interrupted map.
     """
     from fegear.gearset import load_gear_set
     from fegear.gearset.edit import require_known_key
     from lumped.maps import ParameterMap
 
     begin = time.perf_counter()
-    require_outputs([output, plot], [set_name])
-    fixed = parsed_edits(edits)
+    require_outputs([output], [set_name], plot)
+    if output is None:
+        refuse_idle("needs --output", overwrite=overwrite)
+    fixed = parsed_edits(edits, torque=torque, damping=damping)
+    axes = parsed_axes(over)
+    _refuse_overruled({axis.name for axis in axes}, torque, damping, fixed)
     gear_set = load_gear_set(set_name, fixed)
     physics = Physics(
         model=model,
         translations=translations,
         damping=damping,
-        excitation=excitation.value,
+        excitation=excitation,
         ramp=ramp,
         harmonics=harmonics,
         plane=plane,
         resolution=resolution,
     )
-    settings = checked_settings(method.value, steps, tolerance, max_periods)
-    axes = parsed_axes(over)
+    settings = checked_settings(method, steps, tolerance, max_periods)
     for axis in axes:
         if axis.name != TORQUE:
             require_known_key(SHORT.get(axis.name, axis.name))
-    load = middle_torque(gear_set, torque)
+    on_axis = [axis.values for axis in axes if axis.name == TORQUE]
+    load = max(on_axis[0]) if on_axis else middle_torque(gear_set, torque)
     excitations = excitations_of(physics, gear_set)
     first = system_at(gear_set, load, physics, excitations)
     require_elements_used(physics, excitations)
     words = integration_in_words(settings)
     header = file_header(gear_set, physics, words, first.train.damping_ratio)
-    header |= {"model": str(model), "torque on the input gear [N m]": f"{load:g}"}
+    header |= {"model": str(model)}
+    if not on_axis:
+        header |= {"torque on the input gear [N m]": f"{load:g}"}
     header |= edit_entries(fixed) | {"digest of the gear set": digest(gear_set)}
     where, evaluate = _evaluation(at, band, settings)
     grid = ParameterMap(axes, len(gear_set.meshes), header | {"response": where})
@@ -149,11 +179,8 @@ def map_command(
         }
         on_input = values.pop(TORQUE, load)
         changed = fixed | {SHORT.get(name, name): v for name, v in values.items()}
-        chosen = physics
-        if "damping_ratio" in values:  # the axis is stronger than the option
-            chosen = replace(physics, damping=None)
         varied = load_gear_set(set_name, changed)
-        return system_at(varied, on_input, chosen, excitations)
+        return system_at(varied, on_input, physics, excitations)
 
     with progress_bar(enabled=not as_json) as report:
         found = _run(found, build, evaluate, output, report)
@@ -161,12 +188,51 @@ def map_command(
     if all(reason.startswith("impossible") for reason in reasons):
         raise InputError(f"no point of the map is possible: {min(reasons)[12:]}")
     values = map_summary(found, where)
+    values["warnings"] = list(_warnings(found, gear_set))
     values["wall_time_s"] = round(time.perf_counter() - begin, 3)
     _draw(found, plot)
     if as_json:
         print_json(values)
     else:
         print_map(values)
+    warn(values["warnings"])
+
+
+def _refuse_overruled(
+    names: set[str],
+    torque: float | None,
+    damping: float | None,
+    edits: Mapping[str, Any],
+) -> None:
+    """What an axis varies cannot be fixed as well."""
+    if TORQUE in names:
+        refuse_idle(f"--over {TORQUE} replaces it, leave it out", torque=torque)
+    if {DAMPING, SHORT[DAMPING]} & names:
+        refuse_idle(f"--over {DAMPING} replaces it, leave it out", damping=damping)
+    for name in {SHORT.get(name, name) for name in names} & edits.keys():
+        raise InputError(f"--set {name}; --over varies it, leave it out")
+
+
+def _warnings(found: ParameterMap, gear_set: GearSet) -> Iterator[str]:
+    """Where the largest values of the map cannot be physical."""
+    import numpy as np
+
+    from fegear.unphysical import Extremes, doubts
+
+    for m, mesh in enumerate(gear_set.meshes):
+        peak, back = (
+            float(np.fmax.reduce(found.figure(name, m), axis=None))
+            for name in ("dte_peak_m", "back_side_fraction")
+        )
+        yield from doubts(
+            Extremes(
+                where=f"mesh {m + 1}, at its worst point",
+                module=mesh.pair.driver.module,
+                transmission_error=peak,
+                backlash=mesh.backlash,
+                back_side=back,
+            )
+        )
 
 
 def digest(gear_set: GearSet) -> str:
@@ -228,13 +294,13 @@ def _evaluation(
     if (at is None) == (band is None):
         raise InputError("--at HZ or --band A:B:STEP is needed, not both")
     if at is not None:
-        require(0.0 < at < 1e9, "--at", at, "must be positive [Hz]")
+        require(0.0 < at < 1e9, "--at", at, "must be above 0 and below 1e9 Hz")
         return (
             f"at {at:g} Hz of the first mesh, from rest",
             lambda system, stop: cell_of([respond_confirmed(system, at, settings)[0]]),
         )
     assert band is not None
-    speeds = parsed_speeds(band)
+    speeds = speeds_of(band, "--band")
 
     def over_band(system: LumpedSystem, stop: threading.Event) -> Cell | None:
         branches = [
@@ -352,7 +418,7 @@ def print_map(values: dict[str, Any]) -> None:
     counts = ", ".join(f"{n} {status}" for status, n in values["statuses"].items())
     console.print(
         f"{values['gear_set']}, {values['excitation']}, {values['response']}\n"
-        f"{values['points']} points: {counts}"
+        f"{counted(values['points'], 'point', 'points')}: {counts}"
     )
     for reason in itertools.islice(values["reasons"], 3):
         console.print(reason)
@@ -360,6 +426,6 @@ def print_map(values: dict[str, Any]) -> None:
         place = ", ".join(f"{name} = {v:g}" for name, v in extreme["at"].items())
         console.print(
             f"mesh {extreme['mesh']}: {extreme['extreme']} RMS of DTE "
-            f"{1e6 * extreme['dte_rms_m']:.3f} um at {place}"
+            f"{number(1e6 * extreme['dte_rms_m'], 4)} um at {place}"
         )
     console.print(f"wall time {values['wall_time_s']:.2f} s")

@@ -7,28 +7,32 @@ from typing import Annotated
 
 import typer
 
-from fegear.cli.options import ResolutionChoice, require
+from fegear.cli.options import PairName, Resolution, ResolutionChoice, require
 from fegear.cli.screen import say
+
+EXAMPLE = "fegear mesh liu-idler --gear 2 --whole -o idler.vtu"
 
 
 def mesh_command(
     output: Annotated[
-        Path, typer.Option("-o", "--output", help="File to write, .msh or .vtu.")
+        Path,
+        typer.Option(
+            "-o", "--output", help="File to write; its ending is .msh or .vtu."
+        ),
     ],
-    set_name: Annotated[
-        str, typer.Argument(metavar="[SET]", help="Built-in gear set or path of one.")
-    ] = "liu-pair",
-    gear: Annotated[int, typer.Option(help="Which gear, counted from 1.")] = 1,
-    resolution: Annotated[
-        ResolutionChoice, typer.Option(help="Of the mesh.")
-    ] = ResolutionChoice.default,
+    set_name: PairName = "liu-pair",
+    gear: Annotated[
+        int, typer.Option("--gear", help="Number of the gear, counted from 1.")
+    ] = 1,
+    resolution: Resolution = ResolutionChoice.default,
     whole: Annotated[
-        bool, typer.Option("--whole", help="All teeth instead of one sector.")
+        bool,
+        typer.Option("--whole", help="Write all teeth instead of one tooth sector."),
     ] = False,
 ) -> None:
-    """Write one sector of a gear, or all of it, as second-order triangles.
+    """Write the finite-element mesh of a gear.
 
-    Example: fegear mesh liu-idler --gear 2 --whole -o idler.vtu
+    One tooth sector, or all of them, of second-order triangles.
     """
     from fegear.errors import InputError
     from fegear.gearset import load_gear_set
@@ -40,7 +44,7 @@ def mesh_command(
     require_writable(output)
     gear_set = load_gear_set(set_name)
     count = len(gear_set.gears)
-    require(1 <= gear <= count, "--gear", gear, f"{gear_set.name} has {count}")
+    require(1 <= gear <= count, "--gear", gear, f"{gear_set.name} has {count} gears")
     from fegear.statics import RESOLUTIONS
     from meshes import sector_mesh
 

@@ -2,69 +2,68 @@
 
 from __future__ import annotations
 
+from enum import StrEnum
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from fegear.cli.edits import Edits, parsed_edits
+from fegear.cli.edits import parsed_edits
 from fegear.cli.lumped_options import (
-    ExcitationChoice,
+    LoadCase,
     Physics,
-    Plane,
-    Resolution,
-    SetName,
+    SolvedPlane,
+    SolvedResolution,
     Translations,
     middle_torque,
-    require_elements_used,
-    solved_excitations,
 )
+from fegear.cli.options import AsJson, Edits, SetName, refuse_idle
+from fegear.cli.systems import require_elements_used, solved_excitations
 from fegear.cli.screen import print_json, ruled_table, screen
 
 if TYPE_CHECKING:
     from fegear.gearset.model import GearSet
     from lumped.modes import Modes
 
+EXAMPLE = "fegear modes liu-idler --translations"
 UNSTRAINED = 1e-6  # part of the strain energy in the meshes below which there is none
+
+
+class StiffnessChoice(StrEnum):
+    given = "given"
+    fe = "fe"
 
 
 def modes_command(
     set_name: SetName,
-    torque: Annotated[
-        float | None,
-        typer.Option(
-            help="On the input gear [N m], for stiffnesses by finite elements "
-            "[default: the middle one of the gear set's load cases]."
-        ),
-    ] = None,
+    torque: LoadCase = None,
     edits: Edits = None,
     translations: Translations = False,
-    excitation: Annotated[
-        ExcitationChoice | None,
+    stiffness: Annotated[
+        StiffnessChoice,
         typer.Option(
-            help="fe: mean stiffness by finite elements; any other: the gear set's "
-            "own figure where it has one, as by default."
+            "--stiffness",
+            help="Mean mesh stiffness. given: mean_stiffness_N_per_m of the gear set, "
+            "by finite elements where it is missing; fe: by finite elements, at the "
+            "torque.",
         ),
-    ] = None,
-    plane: Plane = None,
-    resolution: Resolution = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print as JSON.")] = False,
+    ] = StiffnessChoice.given,
+    plane: SolvedPlane = None,
+    resolution: SolvedResolution = None,
+    as_json: AsJson = False,
 ) -> None:
-    """Natural frequencies about the mean mesh stiffness, and what they strain.
-
-    Example: fegear modes liu-idler --translations
-    """
+    """Natural frequencies of a train, and what they strain."""
     from fegear.gearset import load_gear_set
 
     gear_set = load_gear_set(set_name, parsed_edits(edits))
-    at = middle_torque(gear_set, torque)
-    physics = Physics(
-        model=1,
-        translations=translations,
-        damping=None,
-        plane=plane,
-        resolution=resolution,
-    )
-    values = modes_summary(gear_set, at, physics, excitation)
+    given = [mesh.mean_stiffness is not None for mesh in gear_set.meshes]
+    at = None  # N m, where something depends on it
+    if stiffness == StiffnessChoice.given and all(given):
+        reason = f"{gear_set.name} gives all mean stiffnesses, use --stiffness fe"
+        refuse_idle(reason, torque=torque)
+    else:
+        at = middle_torque(gear_set, torque)
+    physics = Physics(translations=translations, plane=plane, resolution=resolution)
+    values = modes_summary(gear_set, at, physics, stiffness)
     if as_json:
         print_json(values)
     else:
@@ -73,16 +72,19 @@ def modes_command(
 
 def modes_summary(
     gear_set: GearSet,
-    torque: float,
+    torque: float | None,
     physics: Physics,
-    excitation: ExcitationChoice | None = None,
+    chosen: StiffnessChoice = StiffnessChoice.given,
 ) -> dict[str, Any]:
-    """Plain values, ready for JSON."""
+    """Plain values, ready for JSON.
+
+    torque : on the input gear [N m], None where all mean stiffnesses are given
+    """
     from fegear.train import train_of
     from lumped.modes import natural_modes
 
-    stiffness = mean_stiffnesses(gear_set, torque, physics, excitation)
-    train = train_of(gear_set, torque, physics.translations)
+    stiffness = mean_stiffnesses(gear_set, torque or 0.0, physics, chosen)
+    train = train_of(gear_set, torque or 0.0, physics.translations)
     modes = natural_modes(train, [entry["stiffness_N_per_m"] for entry in stiffness])
     return {
         "gear_set": gear_set.name,
@@ -102,10 +104,7 @@ def modes_summary(
 
 
 def mean_stiffnesses(
-    gear_set: GearSet,
-    torque: float,
-    physics: Physics,
-    excitation: ExcitationChoice | None,
+    gear_set: GearSet, torque: float, physics: Physics, chosen: StiffnessChoice
 ) -> list[dict[str, Any]]:
     """Mean stiffness of every mesh and where it comes from."""
     from fegear.excitation import unmodified
@@ -115,10 +114,8 @@ def mean_stiffnesses(
     for mesh, driving in enumerate(mesh_torques_at(gear_set, torque)):
         given = gear_set.meshes[mesh].mean_stiffness
         origin = f"finite elements at {driving:g} N m on the driver"
-        if given is not None and excitation != ExcitationChoice.fe:
+        if given is not None and chosen == StiffnessChoice.given:
             value, origin = given, "given by the gear set"
-        elif given is None:
-            value = source.mean_stiffness(gear_set, mesh, driving)
         else:
             table = source.table(unmodified(gear_set, mesh), mesh, driving)
             value = float(table["stiffness_N_per_m"].mean())
@@ -148,9 +145,11 @@ def print_modes(values: dict[str, Any]) -> None:
             f"mesh {entry['mesh']}: mean stiffness "
             f"{entry['stiffness_N_per_m']:.5g} N/m, {entry['origin']}"
         )
-    title = f"{values['gear_set']}, {values['torque_Nm']:g} N m on the input gear"
+    title, torque = values["gear_set"], values["torque_Nm"]
+    if torque is not None:
+        title += f", {torque:g} N m on the input gear"
     energies = [f"energy in\nmesh {m['mesh']} [%]" for m in values["mean_stiffness"]]
-    table = ruled_table("natural\nfrequency [Hz]", *energies, title=title, text=0)
+    table = ruled_table("natural\nfrequency [Hz]", *energies, title=title, words=())
     table.add_column("kind, or what moves most")
     for mode in values["modes"]:
         parts = [f"{100.0 * part:.1f}" for part in mode["mesh_energy"]]

@@ -1,16 +1,23 @@
-"""What commands share: choices, checks and the progress bar."""
+"""What commands share: options with their help, choices, checks, the progress bar."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from enum import StrEnum
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from fegear.errors import InputError
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
+    from fegear.gearset.model import GearSet
     from fegear.statics import Progress
+
+
+PICTURES = (".png", ".pdf", ".svg")
 
 
 class PlaneChoice(StrEnum):
@@ -24,18 +31,124 @@ class ResolutionChoice(StrEnum):
     fine = "fine"
 
 
-def checked_torques(torques: list[float]) -> list[float]:
-    for value in torques:
-        ok = 0.0 < value < 1e9
-        require(ok, "--torque", value, "must be positive, on the driving gear [N m]")
-    return torques
+SET_HELP = "Name of a built-in gear set, or path of a gear-set file (TOML)."
+SetName = Annotated[str, typer.Argument(metavar="SET", help=SET_HELP)]
+PairName = Annotated[str, typer.Argument(metavar="SET", help=SET_HELP)]
+Mesh = Annotated[
+    int, typer.Option("--mesh", help="Number of the mesh, counted from 1.")
+]
+DriverTorque = Annotated[
+    float | None,
+    typer.Option(
+        "--torque",
+        help="Torque on the driving gear of the mesh [N\u00a0m]. [default: middle "
+        "load case of the gear set]",
+    ),
+]
+Plane = Annotated[
+    PlaneChoice,
+    typer.Option("--plane", help="Hypothesis of plane stress or plane strain."),
+]
+Resolution = Annotated[
+    ResolutionChoice,
+    typer.Option(
+        "--resolution",
+        help="Fineness of the finite-element mesh and of the contact grid.",
+    ),
+]
+Edits = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--set",
+        metavar="KEY=VALUE",
+        help="Change a key of the gear set for this run, such as "
+        "mesh.1.tip_relief.magnitude_um=10; may be repeated.",
+    ),
+]
+Output = Annotated[
+    Path | None,
+    typer.Option("-o", "--output", help="Write the results to this CSV file."),
+]
+Plot = Annotated[
+    Path | None,
+    typer.Option("--plot", help="Draw the results into this file, .png, .pdf or .svg."),
+]
+AsJson = Annotated[
+    bool, typer.Option("--json", help="Print the results as JSON instead of tables.")
+]
 
 
 def require(ok: bool, option: str, value: float, allowed: str) -> None:
-    from fegear.errors import InputError
-
     if not ok:
-        raise InputError(f"{option} = {value:g}; {allowed}")
+        raise InputError(f"{option} = {value:.12g}; {allowed}")
+
+
+def require_friction(friction: float) -> None:
+    ok = 0.0 <= friction < 0.5
+    require(ok, "--friction", friction, "allowed 0 to below 0.5")
+
+
+def require_mesh(gear_set: GearSet, mesh: int) -> None:
+    count = len(gear_set.meshes)
+    of = f"{gear_set.name} has {counted(count, 'mesh', 'meshes')}"
+    require(1 <= mesh <= count, "--mesh", mesh, of)
+
+
+def counted(count: int, one: str, many: str) -> str:
+    """`1 mesh`, `2 meshes`."""
+    return f"{count} {one if count == 1 else many}"
+
+
+def refuse_idle(reason: str, **given: Any) -> None:
+    """Refuse options that would change nothing; given : by name, None if they are not.
+
+    reason : why, such as `needs --excitation trapezoid`
+    """
+    for name, value in given.items():
+        if value is not None and value is not False:
+            number = f"{value:.12g}" if isinstance(value, float) else value
+            shown = "" if value is True else f" = {number}"
+            raise InputError(f"--{name.replace('_', '-')}{shown}; {reason}")
+
+
+def driver_torques(
+    gear_set: GearSet, mesh: int, given: Sequence[float]
+) -> tuple[float, ...]:
+    """Torques on the driver of a mesh [N m]: given, or the gear set's load cases.
+
+    mesh : counted from 1
+    """
+    for value in given:
+        ok = 0.0 < value < 1e9
+        allowed = "must be above 0 and below 1e9 N m, on the driving gear"
+        require(ok, "--torque", value, allowed)
+    require_once("--torque", given)
+    torques = tuple(given) or gear_set.meshes[mesh - 1].torques
+    if not torques:
+        raise InputError(
+            f"--torque is missing; {gear_set.name} has no load case for mesh {mesh}"
+        )
+    return torques
+
+
+def driver_torque(gear_set: GearSet, mesh: int, given: float | None) -> float:
+    """The given torque on the driver [N m], or the middle one of the load cases."""
+    torques = driver_torques(gear_set, mesh, [] if given is None else [given])
+    return torques[len(torques) // 2]
+
+
+def require_once(option: str, values: Sequence[float]) -> None:
+    for value in values:
+        require(values.count(value) == 1, option, value, "is given more than once")
+
+
+def require_picture(path: Path) -> None:
+    """A file whose ending says what kind of picture it is, or a device."""
+    from fegear.output import is_device
+
+    if path.suffix.lower() not in PICTURES and not is_device(path):
+        allowed = ", ".join(PICTURES)
+        raise InputError(f"{path}: a picture's name must end in {allowed}")
 
 
 @contextmanager
@@ -50,9 +163,11 @@ def progress_bar(enabled: bool) -> Iterator[Progress]:
         TimeRemainingColumn,
     )
 
+    from fegear.printable import printable
+
     console = Console(stderr=True)
     columns = (
-        TextColumn("{task.description:<28}"),
+        TextColumn("{task.description:<28}", markup=False),
         BarColumn(),
         TimeElapsedColumn(),
         TextColumn("left"),
@@ -63,22 +178,27 @@ def progress_bar(enabled: bool) -> Iterator[Progress]:
         task = bar.add_task("", total=1)
 
         def report(what: str, done: int, total: int) -> None:
-            bar.update(task, description=what, completed=done, total=total)
+            words = printable(what)
+            bar.update(task, description=words, completed=done, total=total)
 
         yield report
 
 
 def require_outputs(
-    outputs: Sequence[Path | None], inputs: Sequence[Path | str] = ()
+    outputs: Sequence[Path | None],
+    inputs: Sequence[Path | str] = (),
+    plot: Path | None = None,
 ) -> None:
-    """Files can be written, differ from each other, and replace no input."""
-    from pathlib import Path
+    """Files can be written, differ from each other, and replace no input.
 
-    from fegear.errors import InputError
+    plot : one more output, a picture by its ending
+    """
     from fegear.output import require_writable
 
+    if plot is not None:
+        require_picture(plot)
     taken = {Path(path).resolve() for path in inputs}
-    for path in outputs:
+    for path in (*outputs, plot):
         if path is None:
             continue
         require_writable(path)

@@ -12,12 +12,20 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from fegear.cli.lumped_options import SolvedPlane
 from fegear.cli.options import (
+    DriverTorque,
+    Mesh,
+    PairName,
     PlaneChoice,
+    Resolution,
     ResolutionChoice,
-    checked_torques,
+    driver_torque,
     progress_bar,
+    refuse_idle,
     require,
+    require_friction,
+    require_mesh,
 )
 from fegear.cli.render_job import DRAWN, ENDINGS, FILMS, Job
 from fegear.printable import printable
@@ -29,6 +37,7 @@ if TYPE_CHECKING:
     from fegear.rendering.recorded import RecordedMotion
     from fegear.rendering.states import States
 
+EXAMPLE = "fegear render liu-pair --position 0.5 --zoom tooth -o contact.png"
 WIDTH, FILM_WIDTH = 1920, 960  # pixels
 FRAMES = 60
 
@@ -52,75 +61,90 @@ def render_command(
         typer.Option(
             "-o",
             "--output",
-            help="A picture .png, a film of the mesh cycle .gif or .mp4, a page for "
-            "browsers .html, or .vtu with all fields.",
+            help="File to write. .png: a picture; .gif, .mp4: a film of the mesh "
+            "cycle; .html: a page for browsers; .vtu: all fields for ParaView.",
         ),
     ],
-    set_name: Annotated[
-        str, typer.Argument(metavar="[SET]", help="Built-in gear set or path of one.")
-    ] = "liu-pair",
-    mesh: Annotated[int, typer.Option(help="Which mesh, counted from 1.")] = 1,
+    set_name: PairName = "liu-pair",
+    mesh: Mesh = 1,
     position: Annotated[
         float | None,
         typer.Option(
-            help="Base pitches from the pitch point, 0 to 1.", show_default="0"
+            "--position",
+            help="Mesh position [base pitches] from the pitch point, 0 to 1. "
+            "[default: 0]",
         ),
     ] = None,
-    torque: Annotated[
-        float | None,
-        typer.Option(
-            help="On the driving gear [N m].", show_default="middle of the set's"
-        ),
-    ] = None,
+    torque: DriverTorque = None,
     friction: Annotated[
-        float | None, typer.Option(help="Coulomb coefficient.", show_default="0")
+        float | None,
+        typer.Option("--friction", help="Coulomb friction coefficient. [default: 0]"),
     ] = None,
     time_history: Annotated[
         Path | None,
         typer.Option(
+            "--time-history",
             metavar="FILE",
-            help="Draw this motion of the set, a file of `fegear dynamics --history`: "
-            "static fields under the loads of each moment.",
+            help="Draw this recorded motion of the gear set, a file of `fegear "
+            "dynamics --history`, by static fields under the loads of each moment.",
         ),
     ] = None,
     field: Annotated[
-        FieldChoice, typer.Option(help="What the colours show.")
-    ] = FieldChoice.von_mises,
-    scale: Annotated[
-        str, typer.Option(help="Drawn over true motion, a number or auto.")
-    ] = "auto",
-    zoom: Annotated[
-        ZoomChoice, typer.Option(help="How much is seen.")
-    ] = ZoomChoice.contact,
-    plane: Annotated[
-        PlaneChoice | None,
-        typer.Option(help="Plane hypothesis.", show_default="stress"),
+        FieldChoice | None,
+        typer.Option(
+            "--field",
+            help="What the colours show: von Mises stress, largest principal stress, "
+            "displacement or contact pressure. [default: von-mises]",
+        ),
     ] = None,
-    resolution: Annotated[
-        ResolutionChoice, typer.Option(help="Of mesh and contact.")
-    ] = ResolutionChoice.default,
+    scale: Annotated[
+        str | None,
+        typer.Option(
+            "--scale",
+            help="Magnification of the motion, a number or auto. [default: auto]",
+        ),
+    ] = None,
+    zoom: Annotated[
+        ZoomChoice,
+        typer.Option("--zoom", help="What is in view: the contact, a tooth or a gear."),
+    ] = ZoomChoice.contact,
+    plane: SolvedPlane = None,
+    resolution: Resolution = ResolutionChoice.default,
     width: Annotated[
         int | None,
-        typer.Option(help="In pixels.", show_default="1920, films 960"),
+        typer.Option(
+            "--width",
+            help=f"Width of a picture or film [pixels]. [default: {WIDTH}, of films "
+            f"{FILM_WIDTH}]",
+        ),
     ] = None,
-    frames: Annotated[int, typer.Option(help="Of a film.")] = FRAMES,
+    frames: Annotated[
+        int | None,
+        typer.Option(
+            "--frames",
+            help=f"Number of pictures in a film. [default: {FRAMES}]",
+        ),
+    ] = None,
 ) -> None:
-    """Draw stress, displacement or contact pressure of two gears in mesh.
+    """Pictures and films of the stress of two gears in mesh.
 
     With --time-history the contact of a motion: a film of its period, or the moment
     of its largest mesh force. Each moment shows the static fields under its own
     loads.
-
-    Example: fegear render liu-pair --position 0.5 --zoom contact -o contact.png
     """
     _require_output(output, position)
-    motion_scale = _scale(scale)
+    if output.suffix == ".vtu":
+        refuse_idle("a .vtu file holds all fields", field=field, scale=scale)
+    if output.suffix not in DRAWN:
+        refuse_idle(f"a {output.suffix} file has no pixels", width=width)
+    if output.suffix not in FILMS:
+        refuse_idle("only films have frames, .gif and .mp4", frames=frames)
+    motion_scale = _scale(scale or "auto")
     if position is not None:
         require(0.0 <= position <= 1.0, "--position", position, "allowed 0 to 1")
     if friction is not None:
-        require(0.0 <= friction < 0.5, "--friction", friction, "allowed 0 to below 0.5")
-    if torque is not None:
-        checked_torques([torque])
+        require_friction(friction)
+    frames = FRAMES if frames is None else frames
     require(2 <= frames <= 1000, "--frames", frames, "allowed 2 to 1000")
     if width is not None:
         even = width % 2 == 0 and 480 <= width <= 7680
@@ -141,7 +165,7 @@ def render_command(
             scene=scene,
             states=case.states(scene),
             view=scene.view(zoom.value, picture_aspect()),
-            shown=field.value,
+            shown=(field or FieldChoice.von_mises).value,
             motion_scale=motion_scale,
             title=printable(case.title),
             size=_size(width or (FILM_WIDTH if output.suffix in FILMS else WIDTH)),
@@ -188,8 +212,8 @@ def _case(set_name: str, given: Given) -> Case:
     from fegear.gearset import load_gear_set
 
     gear_set = load_gear_set(set_name)
-    _require_mesh(gear_set, given.mesh)
-    torque = given.torque or _middle_torque(gear_set, given.mesh)
+    require_mesh(gear_set, given.mesh)
+    torque = driver_torque(gear_set, given.mesh, given.torque)
     friction, position = given.friction or 0.0, given.position or 0.0
 
     def states(scene: MeshScene) -> States:
@@ -213,7 +237,7 @@ def _moving_case(set_name: str, given: Given) -> Case:
     file = read_history(given.time_history)
     edits = {key: parsed_value(value) for key, value in file.edits.items()}
     gear_set = load_gear_set(set_name, edits)
-    _require_mesh(gear_set, given.mesh)
+    require_mesh(gear_set, given.mesh)
     motion = mesh_motion(file, gear_set, given.mesh - 1)
     _require_same(given, motion)
     phase = mesh_phases(gear_set)[given.mesh - 1].value
@@ -254,11 +278,6 @@ def _require_same(given: Given, motion: RecordedMotion) -> None:
         raise InputError(f"--plane {given.plane}; {file} is of plane {motion.plane}")
 
 
-def _require_mesh(gear_set: GearSet, mesh: int) -> None:
-    count = len(gear_set.meshes)
-    require(1 <= mesh <= count, "--mesh", mesh, f"{gear_set.name} has {count}")
-
-
 def _require_output(output: Path, position: float | None) -> None:
     """A file that can be written, of a kind that suits the other options."""
     from fegear.errors import InputError
@@ -287,17 +306,6 @@ def _scale(text: str) -> float | None:
     if not 0.0 <= value < 1e6:
         raise InputError(f"--scale = {text}; allowed auto, or 0 to below 1e6")
     return value
-
-
-def _middle_torque(gear_set: GearSet, mesh: int) -> float:
-    from fegear.errors import InputError
-
-    torques = gear_set.meshes[mesh - 1].torques
-    if not torques:
-        raise InputError(
-            f"--torque is missing; {gear_set.name} names no load for mesh {mesh}"
-        )
-    return torques[len(torques) // 2]
 
 
 def _title(gear_set: GearSet, mesh: int, friction: float, plane: str) -> str:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
+from math import floor, log10
 from typing import TYPE_CHECKING, Any
 
 import typer
@@ -15,6 +16,8 @@ if TYPE_CHECKING:
     from rich.segment import Segment
     from rich.table import Table
 
+ROUND_OFF = 1e-9  # of micrometres, newtons and per cents
+
 
 def say(text: str) -> None:
     """A line on the screen, as long as it is."""
@@ -24,6 +27,12 @@ def say(text: str) -> None:
 def complain(message: str) -> None:
     """One line on the error stream."""
     typer.echo(f"fegear: {printable(' '.join(message.split()))}", err=True)
+
+
+def warn(warnings: Iterable[str]) -> None:
+    """A line for each on the error stream."""
+    for warning in warnings:
+        complain(f"warning: {warning}")
 
 
 def print_json(values: Mapping[str, Any]) -> None:
@@ -43,8 +52,10 @@ def screen() -> Console:
     return Screen(highlight=False, markup=False)
 
 
-def ruled_table(*columns: str, title: str | None = None, text: int = 1) -> Table:
-    """A table without a frame; the first `text` columns are words, others numbers."""
+def ruled_table(
+    *columns: str, title: str | None = None, words: Sequence[str] | None = None
+) -> Table:
+    """A table without a frame; words : columns of text, by default the first one."""
     from rich import box
     from rich.table import Table
 
@@ -56,12 +67,25 @@ def ruled_table(*columns: str, title: str | None = None, text: int = 1) -> Table
         pad_edge=False,
         padding=(0, 1, 0, 0),
     )
-    for i, name in enumerate(columns):
-        if i < text:
+    for name in columns:
+        if name in (columns[:1] if words is None else words):
             table.add_column(name, overflow="fold")
         else:
             table.add_column(name, justify="right", no_wrap=True)
     return table
+
+
+def number(value: float, figures: int = 5) -> str:
+    """At least so many figures, without an exponent while it can be read.
+
+    Of values in units that fit them: what is nothing but round-off is 0.
+    """
+    if abs(value) < ROUND_OFF:
+        return "0"
+    if not 1e-4 <= abs(value) < 1e7:
+        return f"{value:.{figures}g}"
+    decimals = figures - 1 - floor(log10(abs(value)))
+    return f"{value:.{max(0, decimals)}f}"
 
 
 def _harmless(segment: Segment) -> Segment:

@@ -1,16 +1,37 @@
-"""`fegear sets`: the gear sets that come with the program."""
+"""fegear sets: the gear sets that come with the program."""
 
 from __future__ import annotations
 
+from dataclasses import asdict, dataclass
 
-def sets_command() -> None:
+from fegear.cli.options import AsJson
+from fegear.cli.screen import print_json, ruled_table, screen
+
+EXAMPLE = "fegear sets"
+
+
+@dataclass(frozen=True)
+class BuiltIn:
+    name: str
+    gears: int
+    meshes: int
+    description: str
+
+
+def sets_command(as_json: AsJson = False) -> None:
     """List the built-in gear sets."""
-    from fegear.cli.screen import ruled_table, screen
     from fegear.gearset import builtin_names, load_gear_set
 
-    table = ruled_table("name", "gears", "meshes", "description", text=4)
+    found = []
     for name in builtin_names():
         gear_set = load_gear_set(name)
-        counts = str(len(gear_set.gears)), str(len(gear_set.meshes))
-        table.add_row(name, *counts, gear_set.description)
+        counts = len(gear_set.gears), len(gear_set.meshes)
+        found.append(BuiltIn(name, *counts, gear_set.description))
+    if as_json:
+        print_json({"gear_sets": [asdict(each) for each in found]})
+        return
+    columns = ("name", "gears", "meshes", "description")
+    table = ruled_table(*columns, words=("name", "description"))
+    for each in found:
+        table.add_row(*map(str, asdict(each).values()))
     screen().print(table)

@@ -1,4 +1,4 @@
-"""`fegear show`: what a gear set holds and what follows from it."""
+"""fegear show: what a gear set holds and what follows from it."""
 
 from __future__ import annotations
 
@@ -9,13 +9,15 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from fegear.cli.screen import print_json, ruled_table, screen
+from fegear.cli.options import AsJson, SetName, require_outputs
+from fegear.cli.screen import ROUND_OFF, print_json, ruled_table, screen
 
 if TYPE_CHECKING:
     from rich.table import Table
 
     from fegear.gearset.derived import GearSetFigures, ShaftFigures
 
+EXAMPLE = "fegear show liu-idler --plot idler.png"
 # Row header, with its unit, and the figure that it shows.
 GEAR_ROWS = {
     "Teeth": "teeth",
@@ -79,32 +81,29 @@ RELIEF_ROWS = {
 
 
 def show_command(
-    set_name: Annotated[
-        str, typer.Argument(metavar="SET", help="Built-in gear set or TOML file.")
-    ],
+    set_name: SetName,
     plot: Annotated[
         Path | None,
-        typer.Option("--plot", "-o", help="Draw the gears: .png, .pdf or .svg file."),
+        typer.Option(
+            "--plot", "-o", help="Draw the gears into this file, .png, .pdf or .svg."
+        ),
     ] = None,
-    as_json: Annotated[
-        bool, typer.Option("--json", help="Print JSON instead of tables.")
-    ] = False,
+    as_json: AsJson = False,
 ) -> None:
-    """Show a gear set: radii, contact zones, reliefs, and what is inferred."""
+    """Derived geometry of a gear set, and what was inferred."""
     from fegear.gearset import load_gear_set
     from fegear.gearset.derived import gear_set_figures
-    from fegear.gearset.draw import require_picture, save_gear_set_figure
+    from fegear.gearset.draw import save_gear_set_figure
 
-    if plot is not None:
-        require_picture(plot)
+    require_outputs([], [set_name], plot)
     gear_set = load_gear_set(set_name)
     figures = gear_set_figures(gear_set)
+    if plot is not None:
+        save_gear_set_figure(gear_set, plot)
     if as_json:
         print_json(asdict(figures))
     else:
         print_figures(figures)
-    if plot is not None:
-        save_gear_set_figure(gear_set, plot)
 
 
 def print_figures(figures: GearSetFigures) -> None:
@@ -174,5 +173,5 @@ def shown(value: Any) -> str:
     if isinstance(value, tuple):
         return ", ".join(map(shown, value)) or "-"
     if isinstance(value, float):
-        return f"{value:.6g}"
+        return "0" if abs(value) < ROUND_OFF else f"{value:.6g}"
     return "-" if value is None else str(value)

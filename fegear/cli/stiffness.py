@@ -9,72 +9,72 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from fegear.cli.options import (
+    AsJson,
+    Mesh,
+    Output,
+    PairName,
+    Plane,
     PlaneChoice,
+    Plot,
+    Resolution,
     ResolutionChoice,
-    checked_torques,
+    driver_torques,
     progress_bar,
     require,
+    require_friction,
+    require_mesh,
+    require_outputs,
 )
-from fegear.cli.screen import print_json, ruled_table, screen
+from fegear.cli.screen import number, print_json, ruled_table, screen, warn
 
 if TYPE_CHECKING:
     from fegear.statics import StaticsResult
 
-EPILOG = "Example: fegear stiffness liu-idler --mesh 2 -o mesh2.csv --plot mesh2.png"
+EXAMPLE = "fegear stiffness liu-idler --mesh 2 -o mesh2.csv --plot mesh2.png"
 POSITIONS_LIMIT = 1_000_000
 
 
 def stiffness_command(
-    set_name: Annotated[
-        str, typer.Argument(metavar="[SET]", help="Built-in gear set or path of one.")
-    ] = "liu-pair",
-    mesh: Annotated[int, typer.Option(help="Which mesh, counted from 1.")] = 1,
+    set_name: PairName = "liu-pair",
+    mesh: Mesh = 1,
     torque: Annotated[
         list[float] | None,
-        typer.Option(help="Torque on the driving gear [N m]; may be repeated."),
+        typer.Option(
+            "--torque",
+            help="Torque on the driving gear of the mesh [N\u00a0m]; may be repeated. "
+            "[default: all load cases of the gear set]",
+        ),
     ] = None,
-    positions: Annotated[int, typer.Option(help="Positions per base pitch.")] = 64,
-    friction: Annotated[float, typer.Option(help="Coulomb coefficient.")] = 0.0,
-    plane: Annotated[
-        PlaneChoice, typer.Option(help="Plane hypothesis.")
-    ] = PlaneChoice.stress,
-    resolution: Annotated[
-        ResolutionChoice, typer.Option(help="Of mesh and contact.")
-    ] = ResolutionChoice.default,
+    positions: Annotated[
+        int,
+        typer.Option("--positions", help="Number of mesh positions per base pitch."),
+    ] = 64,
+    friction: Annotated[
+        float, typer.Option("--friction", help="Coulomb friction coefficient.")
+    ] = 0.0,
+    plane: Plane = PlaneChoice.stress,
+    resolution: Resolution = ResolutionChoice.default,
     corner_contact: Annotated[
         bool,
         typer.Option(
             "--corner-contact/--no-corner-contact",
-            help="Tip corners touch before and after the nominal path.",
+            help="Contact of tip corners before and after the nominal path of contact.",
         ),
     ] = True,
-    output: Annotated[
-        Path | None, typer.Option("-o", "--output", help="Write the table, CSV.")
-    ] = None,
-    plot: Annotated[Path | None, typer.Option(help="Draw the table, PNG.")] = None,
-    as_json: Annotated[
-        bool, typer.Option("--json", help="Print the summary as JSON.")
-    ] = False,
+    output: Output = None,
+    plot: Plot = None,
+    as_json: AsJson = False,
 ) -> None:
-    """Stiffness, transmission error and load sharing over a mesh cycle."""
-    from fegear.errors import InputError
+    """Mesh stiffness, transmission error and load sharing."""
     from fegear.gearset import load_gear_set
-    from fegear.output import require_writable
 
-    for path in (output, plot):
-        if path is not None:
-            require_writable(path)
+    require_outputs([output], [set_name], plot)
     gear_set = load_gear_set(set_name)
-    torques = checked_torques(torque or [])
-    require(0.0 <= friction < 0.5, "--friction", friction, "allowed 0 to below 0.5")
+    require_mesh(gear_set, mesh)
+    torques = driver_torques(gear_set, mesh, torque or [])
+    require_friction(friction)
     limit = f"allowed 1 to {POSITIONS_LIMIT}"
     require(1 <= positions <= POSITIONS_LIMIT, "--positions", positions, limit)
-    count = len(gear_set.meshes)
-    require(1 <= mesh <= count, "--mesh", mesh, f"{gear_set.name} has {count}")
-    if not torques and not gear_set.meshes[mesh - 1].torques:
-        raise InputError(
-            f"--torque is missing; {gear_set.name} names no load for mesh {mesh}"
-        )
     from fegear.statics import StaticsSettings, solve_mesh
 
     settings = StaticsSettings(
@@ -86,8 +86,15 @@ def stiffness_command(
     )
     with progress_bar(enabled=not as_json) as report:
         result = solve_mesh(gear_set, mesh - 1, torques, settings, report)
+    from fegear.summary import summary
+
     _write(result, output, plot)
-    _print_summary(result, as_json)
+    values = summary(result)
+    if as_json:
+        print_json(values)
+    else:
+        print_summary(values)
+    warn(values["warnings"])
 
 
 def _write(result: StaticsResult, output: Path | None, plot: Path | None) -> None:
@@ -95,21 +102,11 @@ def _write(result: StaticsResult, output: Path | None, plot: Path | None) -> Non
     from lumped.table import format_table
 
     if output is not None:
-        text = format_table(result.table)
-        write_text(output, text)
+        write_text(output, format_table(result.table))
     if plot is not None:
         from fegear.plots import draw_table, save_figure
 
         write_whole(plot, lambda path: save_figure(draw_table(result), path))
-
-
-def _print_summary(result: StaticsResult, as_json: bool) -> None:
-    from fegear.summary import summary
-
-    if as_json:
-        print_json(summary(result))
-    else:
-        print_summary(summary(result))
 
 
 def print_summary(values: dict[str, Any]) -> None:
@@ -134,20 +131,20 @@ def print_summary(values: dict[str, Any]) -> None:
 
 def _torque_table(torques: list[dict[str, float]]) -> Any:
     columns = {
-        "torque\nN m": ("torque_Nm", 1.0, "{:.4g}"),
-        "mean k\n1e8 N/m": ("mean_stiffness_N_per_m", 1e-8, "{:.4f}"),
-        "k p-p/\nmean k": ("peak_to_peak_over_mean", 1.0, "{:.4f}"),
-        "local k\n1e8 N/m": ("mean_local_stiffness_N_per_m", 1e-8, "{:.4f}"),
-        "STE\nmean um": ("ste_mean_um", 1.0, "{:.3f}"),
-        "STE\np-p um": ("ste_peak_to_peak_um", 1.0, "{:.3f}"),
-        "NLTE\np-p um": ("nlte_peak_to_peak_um", 1.0, "{:.3f}"),
-        "p pitch\nMPa": ("pressure_at_pitch_point_MPa", 1.0, "{:.0f}"),
-        "friction\nbending": ("friction_bending_ratio_mean", 1.0, "{:.3f}"),
+        "mean k\n1e8 N/m": ("mean_stiffness_N_per_m", 1e-8, 5),
+        "k p-p/\nmean k": ("peak_to_peak_over_mean", 1.0, 4),
+        "local k\n1e8 N/m": ("mean_local_stiffness_N_per_m", 1e-8, 5),
+        "STE\nmean um": ("ste_mean_um", 1.0, 4),
+        "STE\np-p um": ("ste_peak_to_peak_um", 1.0, 4),
+        "NLTE\np-p um": ("nlte_peak_to_peak_um", 1.0, 4),
+        "p pitch\nMPa": ("pressure_at_pitch_point_MPa", 1.0, 4),
+        "friction\nbending": ("friction_bending_ratio_mean", 1.0, 3),
     }
-    table = ruled_table(*columns, text=0)
+    table = ruled_table("torque\nN m", *columns, words=())
     for row in torques:
         table.add_row(
-            *(form.format(scale * row[key]) for key, scale, form in columns.values())
+            f"{row['torque_Nm']:g}",
+            *(number(scale * row[key], n) for key, scale, n in columns.values()),
         )
     return table
 
@@ -168,6 +165,3 @@ def _evidence_lines(values: dict[str, float | None]) -> list[str]:
         f"corner contact and friction), reciprocity {values['reciprocity']:.1e}"
     )
     return lines
-
-
-stiffness_command.__doc__ = f"{stiffness_command.__doc__}\n\n{EPILOG}"

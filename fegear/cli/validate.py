@@ -12,14 +12,14 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from fegear.cli.lumped_options import AsJson
-from fegear.cli.options import progress_bar, require_outputs
+from fegear.cli.options import AsJson, progress_bar, require_outputs
 from fegear.cli.screen import print_json, ruled_table, say, screen
 
 if TYPE_CHECKING:
     from validation.cases import Case
     from validation.runs import CaseResult
 
+EXAMPLE = "fegear validate idler friction-pair -o report"
 WRITTEN = ("index.html", "report.md", "report.json")
 MOST_LINES = 40  # of verdicts outside on the screen
 
@@ -31,41 +31,44 @@ class ValidationFidelity(StrEnum):
 
 
 def validate_command(
-    cases: Annotated[
-        list[str] | None,
-        typer.Argument(metavar="[CASE ...]", help="Built-in cases or paths of cases."),
-    ] = None,
-    every: Annotated[bool, typer.Option("--all", help="All built-in cases.")] = False,
-    fidelity: Annotated[
-        ValidationFidelity | None,
-        typer.Option(help="Of the finite elements [default: each case's own]."),
-    ] = None,
     output: Annotated[
-        Path | None,
+        Path,
         typer.Option(
             "-o",
             "--output",
             metavar="DIR",
-            help="Writes index.html, report.md and report.json there, figures and "
-            "tables beside them and all runs below runs; what is there already is not "
-            "run again.",
+            help="Directory for the report: index.html, report.md and report.json, "
+            "figures, tables, and runs, which are found again by the next call. ",
+        ),
+    ],
+    cases: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="CASE",
+            help="Names of built-in cases, or paths of case files (TOML).",
+        ),
+    ] = None,
+    every: Annotated[
+        bool, typer.Option("--all", help="Run all built-in cases.")
+    ] = False,
+    fidelity: Annotated[
+        ValidationFidelity | None,
+        typer.Option(
+            "--fidelity",
+            help="Model of the finite elements, as in `fegear dynamics`. [default: "
+            "that of each case]",
         ),
     ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """How far each lumped model is from the finite elements, against tolerances.
+    """Lumped models against finite elements, with tolerances.
 
-    Exit code 1 if a tolerance fails. A run that was ended goes on with the same
-    command.
-
-    Example: fegear validate idler friction-pair -o report
+    The exit code is 1 if a tolerance fails. The same command goes on with an
+    interrupted run.
     """
-    from fegear.errors import InputError
     from fegear.output import make_directory
     from validation.report import report_values, write_report
 
-    if output is None:
-        raise InputError("-o DIR is missing; it keeps the runs")
     chosen = _chosen(cases or [], every, fidelity)
     store = make_directory(make_directory(output) / "runs")
     require_outputs([output / name for name in WRITTEN])
@@ -163,7 +166,7 @@ def print_results(cases: Sequence[Mapping[str, Any]], output: Path) -> None:
 
 def _overview(cases: Sequence[Mapping[str, Any]]) -> Any:
     columns = ("case", "model", "within", "outside", "cost of FE\nover model")
-    table = ruled_table(*columns, title="Verdicts", text=2)
+    table = ruled_table(*columns, title="Verdicts", words=columns[:2])
     for case in cases:
         for model in case["models"]:
             table.add_row(

@@ -2,62 +2,74 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from fegear.cli.edits import Edits, edit_entries, parsed_edits
+from fegear.cli.edits import edit_entries, parsed_edits
 from fegear.cli.lumped_options import (
-    AsJson,
     Damping,
     Excitation,
-    ExcitationChoice,
     Harmonics,
     LoadCase,
     MaxPeriods,
     Method,
     MethodChoice,
     Model,
-    Output,
     Physics,
-    Plane,
-    Plot,
     Ramp,
-    Resolution,
-    SetName,
+    SolvedPlane,
+    SolvedResolution,
     Steps,
     Tables,
     Tolerance,
     Translations,
     checked_settings,
+    middle_torque,
+)
+from fegear.cli.options import (
+    AsJson,
+    Edits,
+    Output,
+    Plot,
+    SetName,
+    counted,
+    require,
+    require_outputs,
+)
+from fegear.cli.screen import number, print_json, ruled_table, screen, warn
+from fegear.cli.systems import (
     excitations_of,
+    require_elements_used,
     file_header,
     integration_in_words,
-    middle_torque,
     one_line_failure,
-    require_elements_used,
     system_at,
 )
-from fegear.cli.options import require, require_outputs
-from fegear.cli.screen import print_json, ruled_table, screen
 
 if TYPE_CHECKING:
+    from fegear.gearset.model import GearSet
     from lumped.motion import TimeHistory
 
+EXAMPLE = "fegear wave liu-idler --speed 2100 --from-speed 3000 --plot w.png"
 LINES = 5  # largest ones of a spectrum, in the summary
 
 
 def wave_command(
     set_name: SetName,
     speed: Annotated[
-        float, typer.Option(help="Mesh frequency of the first mesh [Hz].")
+        float,
+        typer.Option("--speed", help="Mesh frequency of the first mesh [Hz]."),
     ],
     from_speed: Annotated[
         float | None,
         typer.Option(
-            help="Pass from this speed to the other in steps of 20 Hz at most [Hz]: "
-            "chooses the branch where there are two [default: start at rest]."
+            "--from-speed",
+            help="Mesh frequency [Hz] at which the motion settles first; from there "
+            "it is followed to --speed in steps of 20 Hz at most. Where two "
+            "motions are possible, this chooses one. [default: start at rest]",
         ),
     ] = None,
     model: Model = 1,
@@ -65,13 +77,13 @@ def wave_command(
     edits: Edits = None,
     damping: Damping = None,
     translations: Translations = False,
-    excitation: Excitation = ExcitationChoice.fe,
-    ramp: Ramp = 0.1,
-    harmonics: Harmonics = 5,
-    plane: Plane = None,
-    resolution: Resolution = None,
+    excitation: Excitation = None,
+    ramp: Ramp = None,
+    harmonics: Harmonics = None,
+    plane: SolvedPlane = None,
+    resolution: SolvedResolution = None,
     table: Tables = None,
-    steps: Steps = 64,
+    steps: Steps = None,
     method: Method = MethodChoice.rk4,
     tolerance: Tolerance = 1e-4,
     max_periods: MaxPeriods = None,
@@ -79,30 +91,30 @@ def wave_command(
     plot: Plot = None,
     as_json: AsJson = False,
 ) -> None:
-    """Time history, forces of every pair, contact, section and spectrum at one speed.
+    """Settled motion of a lumped train at one speed.
 
-    Example: fegear wave liu-idler --speed 2100 --from-speed 3000 --plot w.png
+    Forces and contact of every tooth pair, phase plane and spectrum.
     """
     from fegear.gearset import load_gear_set
 
-    require_outputs([output, plot], [set_name, *(table or ())])
-    changes = parsed_edits(edits)
+    require_outputs([output], [set_name, *(table or ())], plot)
+    changes = parsed_edits(edits, torque=torque, damping=damping)
     gear_set = load_gear_set(set_name, changes)
     for name, value in (("--speed", speed), ("--from-speed", from_speed)):
         ok = value is None or 0.0 < value < 1e9
-        require(ok, name, value or 0.0, "must be positive, a mesh frequency [Hz]")
+        require(ok, name, value or 0.0, "must be above 0 and below 1e9 Hz")
     physics = Physics(
         model=model,
         translations=translations,
         damping=damping,
-        excitation=excitation.value,
+        excitation=excitation,
         ramp=ramp,
         harmonics=harmonics,
         tables=tuple(table or ()),
         plane=plane,
         resolution=resolution,
     )
-    settings = checked_settings(method.value, steps, tolerance, max_periods)
+    settings = checked_settings(method, steps, tolerance, max_periods)
     at = middle_torque(gear_set, torque)
     from lumped.motion import arrive, time_history
 
@@ -120,10 +132,28 @@ def wave_command(
     header |= {"model": str(model), "torque_Nm": f"{at:g}", "speed_Hz": f"{speed!r}"}
     _write(motion, header, output, plot)
     values = wave_summary(motion, header)
+    values["warnings"] = list(_warnings(motion, gear_set, at))
     if as_json:
         print_json(values)
     else:
         print_wave(values)
+    warn(values["warnings"])
+
+
+def _warnings(motion: TimeHistory, gear_set: GearSet, torque: float) -> Iterator[str]:
+    """Where the motion cannot be physical."""
+    from fegear.unphysical import Extremes, doubts
+
+    for m, mesh in enumerate(gear_set.meshes):
+        yield from doubts(
+            Extremes(
+                where=f"mesh {m + 1} at {torque:g} N m",
+                module=mesh.pair.driver.module,
+                transmission_error=float(motion.response.dte_peak[m]),
+                backlash=mesh.backlash,
+                back_side=float(motion.response.back_side[m]),
+            )
+        )
 
 
 def _write(
@@ -202,7 +232,8 @@ def print_wave(values: dict[str, Any]) -> None:
         f"{values['torque_Nm']:g} N m, model {values['model']}, "
         f"{values['excitation']}, damping ratio {values['damping_ratio']:g}\n"
         f"{values['status']}, settled for {values['settling_time_s']:.4g} s, "
-        f"{values['section_points']} points in the section"
+        f"{counted(values['section_points'], 'point', 'points')} in the Poincaré "
+        "section"
     )
     console.print(_figures_table(values["meshes"]))
     from lumped.motion import CONDITIONS
@@ -229,7 +260,7 @@ ROWS = {
 def _figures_table(meshes: list[dict[str, Any]]) -> Any:
     table = ruled_table("", *(f"mesh {mesh['mesh']}" for mesh in meshes))
     for label, (name, factor) in ROWS.items():
-        table.add_row(label, *(f"{factor * mesh[name]:.5g}" for mesh in meshes))
+        table.add_row(label, *(number(factor * mesh[name]) for mesh in meshes))
     multiples = [str(mesh["period_multiple"] or "none") for mesh in meshes]
     table.add_row("repeats after periods of the mesh", *multiples)
     lines = [

@@ -10,10 +10,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fegear.errors import InputError
 from fegear.gearset.model import GearSet, Mesh
 from fegear.gearset.placing import Layout, Place, layout
-from fegear.output import require_writable, write_whole
+from fegear.output import write_whole
 from fegear.plots import save_figure
 from meshes.gear import SpurGear
 from meshes.profile import Points, fillet_points, flank_points, polar
@@ -24,7 +23,6 @@ if TYPE_CHECKING:
 
 COLOURS = ("#4477aa", "#cc9944", "#559966", "#aa5588", "#8866bb", "#778899")
 ACTION = "#cc2222"
-FORMATS = (".png", ".pdf", ".svg")
 MM = 1e3  # millimetres in a metre
 ZOOM = 3.2  # half height of the detail, in modules
 
@@ -80,21 +78,10 @@ def gear_set_figure(gear_set: GearSet) -> Figure:
     return figure
 
 
-def require_picture(path: str | Path) -> str:
-    """The format of a picture that can be written there; raises InputError."""
-    kind = Path(path).suffix.lower()
-    if kind not in FORMATS:
-        allowed = ", ".join(FORMATS)
-        raise InputError(f"{path}: unknown picture format, must end in {allowed}")
-    require_writable(path)
-    return kind.removeprefix(".")
-
-
 def save_gear_set_figure(gear_set: GearSet, path: str | Path) -> None:
     """Write the picture in the format of the path's suffix, whole or not at all."""
-    kind = require_picture(path)
     figure = gear_set_figure(gear_set)
-    write_whole(path, lambda beside: save_figure(figure, beside, kind, 150))
+    write_whole(path, lambda beside: save_figure(figure, beside, dots_per_inch=150))
 
 
 def _draw_gears(

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from fegear.cli.lumped_options import build_system
+from fegear.cli.systems import build_system
 from fegear.excitation import Excitations, Source
 from fegear.gearset import load_gear_set
 from lumped import sweep_all

@@ -6,7 +6,8 @@ import pytest
 
 from fegear.errors import InputError
 from fegear.gearset import load_gear_set
-from validation.cases import case_names, load_case, parsed_speeds, read_case
+from fegear.speeds import parsed_speeds
+from validation.cases import case_names, load_case, read_case
 from validation.metrics import METRICS
 
 GOOD = """

@@ -34,7 +34,7 @@ def jump(start, end):
 
 
 def peak(frequency, height):
-    return Peak("up", 1, frequency, height, 0.0, 0.0)
+    return Peak("up", 1, frequency, height, 0.0, 0.0, 0.0)
 
 
 def measured(reference, found):
@@ -141,7 +141,8 @@ def test_a_branch_gives_rising_curves_with_jumps_and_peaks_of_each_mesh():
     steep = np.where(speeds > 1500.0, 1e-6, 5e-6)
     smooth = 1e-6 * resonance(speeds)
     columns = {"dte_rms": np.stack([steep, smooth], axis=1)}
-    columns |= {n: np.ones((speeds.size, 2)) for n in ("force_peak", "contact_loss")}
+    others = ("force_peak", "contact_loss", "back_side")
+    columns |= {n: np.ones((speeds.size, 2)) for n in others}
     branch = SimpleNamespace(
         frequency_Hz=speeds,
         direction="down",

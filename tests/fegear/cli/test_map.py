@@ -139,9 +139,12 @@ def test_band_finds_the_peak(tmp_path):
 
 
 def test_torque_is_an_axis():
-    text = run(*BASE, "--over", "torque_Nm=50,100", "--at", 1700, "--json")
+    axis = ("--over", "torque_Nm=50,100", "--at", 1700)
+    text = run(*BASE[:-2], *axis, "--json")
     small, large = json.loads(text)["extremes"][:2]
     assert large["dte_rms_m"] == pytest.approx(2.0 * small["dte_rms_m"], rel=1e-6)
+    with pytest.raises(InputError, match="--torque = 100; --over torque_Nm replaces"):
+        run(*BASE, *axis)
 
 
 def test_points_without_gears_are_marked(tmp_path):

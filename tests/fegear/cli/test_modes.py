@@ -49,7 +49,7 @@ def test_a_free_train_turns_at_no_frequency():
 
 
 def test_stiffness_by_finite_elements():
-    figures = json.loads(run("liu-pair", "--excitation", "fe", "--json"))
+    figures = json.loads(run("liu-pair", "--stiffness", "fe", "--json"))
     entry = figures["mean_stiffness"][0]
     assert entry["origin"] == "finite elements at 100 N m on the driver"
     assert entry["stiffness_N_per_m"] == pytest.approx(2.98e8, rel=0.015)
@@ -59,7 +59,8 @@ def test_stiffness_by_finite_elements():
     ("words", "message"),
     [
         (["liu-pear"], "liu-pair"),
-        (["liu-pair", "--torque", "-1"], "--torque = -1; must be 0 or more"),
+        (["liu-pair", "--torque", "1"], "--torque = 1; liu-pair gives all mean"),
+        (["liu-pair", "--stiffness", "fe", "--torque", "-1"], "--torque = -1; must"),
         (["liu-pair", "--translations"], "no gear has bearing_kx_N_per_m"),
     ],
 )

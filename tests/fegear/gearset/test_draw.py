@@ -9,12 +9,10 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from fegear.errors import InputError
 from fegear.gearset import GearSet, builtin_names, load_gear_set, read_gear_set
 from fegear.gearset.draw import (
     gear_outline,
     line_of_action,
-    require_picture,
     save_gear_set_figure,
 )
 from fegear.gearset.placing import layout
@@ -152,8 +150,3 @@ def test_names_are_no_formulas(tmp_path):
     path = tmp_path / "gears.svg"
     save_gear_set_figure(odd, path)  # matplotlib would refuse the formula
     assert path.stat().st_size > 5000
-
-
-def test_unknown_picture_format(tmp_path):
-    with pytest.raises(InputError, match=r"must end in \.png, \.pdf, \.svg"):
-        require_picture(tmp_path / "gears.docx")

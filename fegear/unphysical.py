@@ -1,0 +1,54 @@
+"""Where a result cannot be physical: the one place that decides it.
+
+The equations are linear in the teeth and know no strength, so they answer any load.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from math import inf
+
+DEFLECTION = 0.1  # of a module: no tooth is still one beyond it
+STEEL = 1.5e9  # Pa, contact pressure that case-hardened gears endure
+PRESSURE = 10.0 * STEEL
+
+
+@dataclass(frozen=True, kw_only=True)
+class Extremes:
+    """The largest values of a mesh in a result; what is not known is left out.
+
+    where : such as `mesh 1 at 100 N m`
+    module : [m]; transmission_error : of either sign [m]; pressure : [Pa]
+    backlash : [m]; back_side : part of the time with contact of the back flanks
+    """
+
+    where: str
+    module: float
+    transmission_error: float = 0.0
+    pressure: float = 0.0
+    backlash: float = inf
+    back_side: float = 0.0
+
+
+def doubts(extremes: Extremes) -> Iterator[str]:
+    """A line for each reason why the result cannot be physical."""
+    limit = DEFLECTION * extremes.module
+    if abs(extremes.transmission_error) > limit:
+        yield (
+            f"{extremes.where}: transmission error "
+            f"{1e6 * abs(extremes.transmission_error):.4g} um exceeds a tenth of the "
+            f"module, {1e6 * limit:.4g} um; the result cannot be physical"
+        )
+    if extremes.pressure > PRESSURE:
+        yield (
+            f"{extremes.where}: contact pressure {1e-6 * extremes.pressure:.4g} MPa "
+            f"exceeds {1e-6 * PRESSURE:.4g} MPa, ten times what steel endures; the "
+            "result cannot be physical"
+        )
+    if extremes.backlash == 0.0 and extremes.back_side > 0.0:
+        yield (
+            f"{extremes.where}: without backlash the back flanks touch for "
+            f"{100.0 * extremes.back_side:.3g} % of the time and the teeth jam; set "
+            "backlash_um, or center_distance_mm and tooth_thinning_um"
+        )
