@@ -37,13 +37,9 @@ class MemoryLevel:
 def peak_memory_MB() -> float:
     """Largest resident memory of this process [MB], NaN where it is not known.
 
-    On Linux since the mark was set back, if it ever was.
+    Since the mark was set back, if it ever was.
     """
-    import psutil
-
-    on_windows = getattr(psutil.Process().memory_info(), "peak_wset", math.nan)
-    peak = _status(PEAK)
-    return on_windows / 1e6 if math.isnan(peak) else peak
+    return _status(PEAK)
 
 
 def memory_level() -> MemoryLevel:

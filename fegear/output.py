@@ -7,6 +7,7 @@ is killed leaves it there; the next one that writes to the same directory remove
 from __future__ import annotations
 
 import contextlib
+import ctypes
 import math
 import os
 import re
@@ -20,6 +21,7 @@ from fegear.errors import InputError, file_error
 
 BESIDE = ".fegear-{process}-"  # and some letters: a file that is being written
 ABANDONED = re.compile(r"\.fegear-(\d+)-\w+(\.\w+)?")
+SYNCHRONIZE = 0x00100000  # right to wait for a process of Windows
 LONGEST_SUFFIX = 8  # letters that the name beside takes over
 
 
@@ -136,14 +138,28 @@ def _temporary_beside(target: Path) -> Path:
 @cache
 def _sweep(directory: Path) -> None:
     """Remove what processes that are gone have left, once for each directory."""
-    import psutil
-
     with contextlib.suppress(OSError), os.scandir(directory) as entries:
         for entry in entries:
             match = ABANDONED.fullmatch(entry.name)
-            if match and not psutil.pid_exists(int(match[1])):
+            if match and not _is_running(int(match[1])):
                 with contextlib.suppress(OSError):
                     os.unlink(entry)
+
+
+def _is_running(process: int) -> bool:
+    """Whether a process of this machine has the number."""
+    if os.name == "nt":  # where a signal would end it
+        kernel = ctypes.windll.kernel32  # type: ignore[attr-defined]
+        handle = kernel.OpenProcess(SYNCHRONIZE, False, process)
+        kernel.CloseHandle(handle)
+        return bool(handle)
+    try:
+        os.kill(process, 0)
+    except (ProcessLookupError, OverflowError):
+        return False
+    except PermissionError:  # it is somebody else's
+        return True
+    return True
 
 
 def _mode_of(target: Path) -> int:

@@ -26,6 +26,7 @@ from fegear.cli import (
     validate,
     wave,
 )
+from fegear.cli.command import Command
 from fegear.cli.screen import complain, say
 
 INTERRUPTED = "interrupted; finished rows and compliances are kept"
@@ -63,7 +64,7 @@ COMMANDS: Commands = (
     ("validate", validate.validate_command, validate.EXAMPLE),
 )
 for name, command, example in COMMANDS:
-    app.command(name, epilog=epilog(example))(command)
+    app.command(name, cls=Command, epilog=epilog(example))(command)
 benchmarks = typer.Typer(help="Run time against error.", **PLAIN)
 BENCHMARKS: Commands = (
     ("stiffness", bench.stiffness_benchmark, bench.EXAMPLES["stiffness"]),
@@ -72,7 +73,7 @@ BENCHMARKS: Commands = (
     ("all", bench.all_benchmarks, bench.EXAMPLES["all"]),
 )
 for name, command, example in BENCHMARKS:
-    benchmarks.command(name, epilog=epilog(example))(command)
+    benchmarks.command(name, cls=Command, epilog=epilog(example))(command)
 app.add_typer(benchmarks, name="bench")
 
 

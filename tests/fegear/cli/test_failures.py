@@ -184,6 +184,20 @@ def test_no_table_or_picture_steers_its_reader(capsys, tmp_path, monkeypatch, re
     assert not recwarn.list
 
 
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["validate", "idler"], "Missing option '-o' / '--output'"),
+        (["wave", *RECTANGULAR, "--torque", "5"], "--torque is given 2 times"),
+        (["compare", "--plane", "strain", "--plane", "stress"], "--plane is given 2"),
+        (["sweep", *RECTANGULAR, "--torque", "100"], "--torque = 100; is given more"),
+        (["sweep", "liu-pair", "--set", "a=1", "--set", "a=2"], "a is given more"),
+    ],
+)
+def test_nothing_is_given_twice_or_left_out(capsys, words, message):
+    assert message in refused(capsys, *words)
+
+
 @pytest.mark.parametrize("letter", ["\\u001b", "\\u009b", "\\u202e", "\\u200b", "\\n"])
 def test_names_are_without_control_characters(capsys, tmp_path, letter):
     path = tmp_path / "own.toml"

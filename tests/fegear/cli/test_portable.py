@@ -28,7 +28,7 @@ COMMANDS = (
     "sets",
     "show liu-pair",
     "stiffness liu-pair --resolution coarse --positions 4 -o t.csv --plot t.png",
-    "modes liu-idler --excitation rectangular",
+    "modes liu-idler",
     "sweep liu-idler --excitation rectangular --speeds 900 --torque 50 -o s.csv",
     "wave liu-idler --excitation rectangular --speed 900 --torque 50 -o w.csv",
     "map liu-idler --excitation rectangular --over mesh.2.phase=0,1 --at 900 -o m.csv",

@@ -83,7 +83,6 @@ def test_fidelity_of_the_option_wins(tmp_path):
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (["idler"], "-o DIR is missing"),
         (["-o", "out"], "a case or --all is missing; allowed are countershaft"),
         (["idler", "--all", "-o", "out"], "--all and idler exclude each other"),
         (["idler", "idler", "-o", "out"], "case idler is given 2 times"),
