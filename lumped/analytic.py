@@ -58,7 +58,7 @@ class StiffnessFigures:
             "variation": (0.0 <= self.variation < 1.0, "from 0 to below 1"),
             "contact_ratio": (1.0 <= self.contact_ratio < 20.0, "from 1 to below 20"),
             "load_share": (0.0 < self.load_share < 1.0, "between 0 and 1"),
-            "ramp": (0.0 <= self.ramp <= room, f"from 0 to {room:g}"),
+            "ramp": (0.0 <= self.ramp <= room, f"from 0 to {room!r}"),
         }
         for name, (ok, allowed) in checks.items():
             if not ok:

@@ -131,13 +131,13 @@ def known_keys(loc: Iterable[int | str]) -> list[str]:
     model: type[BaseModel] = Document
     for part in loc:
         if isinstance(part, str) and part in model.model_fields:
-            model = _model_within(model.model_fields[part].annotation) or model
+            model = model_of(model.model_fields[part].annotation) or model
     return list(model.model_fields)
 
 
-def _model_within(annotation: Any) -> type[BaseModel] | None:
+def model_of(annotation: Any) -> type[BaseModel] | None:
     """The table's model in `X`, `X | None` or `tuple[X, ...]`."""
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         return annotation
-    found = (_model_within(part) for part in get_args(annotation))
+    found = (model_of(part) for part in get_args(annotation))
     return next((model for model in found if model), None)

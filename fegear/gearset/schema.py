@@ -245,6 +245,13 @@ def _driving(torque: float) -> float:
     return torque
 
 
+def _each_once(torques: tuple[float, ...]) -> tuple[float, ...]:
+    for torque in torques:
+        if torques.count(torque) > 1:
+            raise ValueError(f"{torque:g} N m is there more than once")
+    return torques
+
+
 class LoadEntry(Keys):
     """[load]: the torque cases on the input gear."""
 
@@ -252,6 +259,7 @@ class LoadEntry(Keys):
     torques_Nm: Annotated[
         Entries[Annotated[float, Field(le=1e9), AfterValidator(_driving)]],
         Field(min_length=1),
+        AfterValidator(_each_once),
     ]
 
 

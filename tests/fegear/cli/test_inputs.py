@@ -1,0 +1,668 @@
+"""No input changes nothing: each option and each key moves the answer or is refused.
+
+The lists of options and keys come from typer and from the schema of gear-set files, so
+that a new one fails here until it has an entry. An answer is what a command computes,
+without what it only repeats of its input.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import json
+import os
+import shlex
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+from importlib import import_module
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import pytest
+import typer
+from history_files import written
+from matplotlib.figure import Figure
+from pydantic import BaseModel
+
+from fegear.cli import app, run
+from fegear.gearset import read_gear_set
+from fegear.gearset.edit import LISTS, edited
+from fegear.gearset.problems import model_of
+from fegear.gearset.schema import Document, GearDefaults
+
+Tables = dict[str, Any]
+PAIR: Tables = {
+    "name": "small",
+    "defaults": {
+        "module_mm": 2.0,
+        "face_width_mm": 10.0,
+        "hub_radius_mm": 8.0,
+        "profile_shift": 0.1,
+    },
+    "gear": [
+        {"name": "a", "teeth": 19, "inertia_kg_m2": 1e-4, "mass_kg": 0.2},
+        {"name": "b", "teeth": 23, "inertia_kg_m2": 2e-4, "mass_kg": 0.3},
+    ],
+    "mesh": [
+        {
+            "driver": "a",
+            "driven": "b",
+            "operating_pressure_angle_deg": 24.0,
+            "mean_stiffness_N_per_m": 1e8,
+            "stiffness_variation": 0.3,
+        }
+    ],
+    "load": {"gear": "a", "torques_Nm": [20.0]},
+}
+TRAIN = PAIR | {
+    "gear": [
+        PAIR["gear"][0],
+        PAIR["gear"][1] | {"bearing_kx_N_per_m": 2e8, "bearing_ky_N_per_m": 3e8},
+        {"name": "c", "teeth": 29, "inertia_kg_m2": 5e-4, "mass_kg": 0.5},
+    ],
+    "mesh": [
+        PAIR["mesh"][0],
+        PAIR["mesh"][0] | {"driver": "b", "driven": "c"},
+    ],
+}
+SHAFT = TRAIN | {
+    "mesh": [
+        PAIR["mesh"][0],
+        PAIR["mesh"][0] | {"driver": "c", "driven": "d"},
+    ],
+    "gear": [*TRAIN["gear"], TRAIN["gear"][2] | {"name": "d"}],
+    "shaft": [{"gears": ["b", "c"], "stiffness_Nm_per_rad": 1e4}],
+}
+# what a command only repeats of its input, and what differs from run to run
+REPEATED = {
+    "center_distance_mm",
+    "damping_ratio",
+    "excitation",
+    "face_width_mm",
+    "fidelity",
+    "friction_coefficient",
+    "gear_set",
+    "load_share",
+    "mean_spread",
+    "model",
+    "origin",
+    "peak_memory_MB",
+    "plane",
+    "positions",
+    "resolution",
+    "seconds",
+    "speeds",
+    "stiffness_variation",
+    "teeth",
+    "torque_Nm",
+    "translations",
+    "variation_spread",
+    "wall_time_s",
+    "warnings",
+    "corner_contact",
+    "driver_torque_Nm",
+}
+
+
+def toml(tables: Tables) -> str:
+    """Enough of TOML for the tables above."""
+    top = [f"{key} = {value(v)}" for key, v in tables.items() if not nested(v)]
+    for key, v in tables.items():
+        for entry in v if isinstance(v, list) and nested(v) else [v]:
+            if nested(v):
+                top.append(f"[[{key}]]" if isinstance(v, list) else f"[{key}]")
+                top += [f"{k} = {value(each)}" for k, each in entry.items()]
+    return "\n".join(top) + "\n"
+
+
+def nested(v: Any) -> bool:
+    return isinstance(v, dict) or (isinstance(v, list) and isinstance(v[0], dict))
+
+
+def value(v: Any) -> str:
+    if isinstance(v, dict):
+        return "{" + ", ".join(f"{k} = {value(each)}" for k, each in v.items()) + "}"
+    return json.dumps(v)
+
+
+class Outcome(NamedTuple):
+    code: int
+    answer: Any
+
+
+def outcome(folder: Path, words: list[str]) -> Outcome:
+    """Exit code, what was printed and what was written, in a folder of its own."""
+    before, out = Path.cwd(), io.StringIO()
+    folder.mkdir(parents=True)
+    os.chdir(folder)
+    try:
+        with contextlib.redirect_stdout(out), contextlib.redirect_stderr(io.StringIO()):
+            code = run(words)
+    finally:
+        os.chdir(before)
+    files = {
+        str(path.relative_to(folder)): content(path.read_bytes())
+        for path in sorted(folder.rglob("*"))
+        if path.is_file()
+    }
+    text = out.getvalue()
+    with contextlib.suppress(ValueError):
+        return Outcome(code, (without_repeated(json.loads(text)), files))
+    return Outcome(code, (text, files))
+
+
+def without_repeated(values: Any) -> Any:
+    """Numbers that differ by less than what a solver leaves open are equal."""
+    if isinstance(values, dict):
+        return {k: without_repeated(v) for k, v in values.items() if k not in REPEATED}
+    if isinstance(values, list):
+        return [without_repeated(v) for v in values]
+    return float(f"{values:.9g}") if isinstance(values, float) else values
+
+
+def content(data: bytes) -> bytes:
+    """A file without the header that repeats the input."""
+    if data.startswith(b"# "):
+        return b"\n".join(li for li in data.splitlines() if not li.startswith(b"# "))
+    return data
+
+
+class Case(NamedTuple):
+    """A command, and the same with another value of an option.
+
+    refused : whether the option is refused; tables : of the gear set
+    """
+
+    base: str
+    changed: str
+    tables: Tables = PAIR
+    refused: bool = False
+
+
+def plus(base: str, words: str, tables: Tables = PAIR, refused: bool = False) -> Case:
+    return Case(base, f"{base} {words}", tables, refused)
+
+
+def less(base: str, words: str) -> Case:
+    return Case(base.replace(f" {words}", ""), base)
+
+
+def swap(base: str, old: str, new: str) -> Case:
+    assert old in base
+    return Case(base, base.replace(old, new))
+
+
+COARSE = "--resolution coarse"
+STIFF = f"stiffness SET {COARSE} --positions 8 --json"
+COMPARE = "compare SET --json"
+IDENTIFY = f"identify SET {COARSE} --json"
+MODES = "modes SET --json"
+MESH = f"mesh SET {COARSE} -o m.vtu"
+SWEEP = "sweep SET --speeds 2000,4000 --excitation rectangular --json"
+WAVE = "wave SET --speed 2100 --excitation rectangular --json"
+MAP = "map SET --at 3000 --over gear.a.mass_kg=0.1,0.2 --excitation rectangular --json"
+QUASI = f"dynamics SET {COARSE} --fidelity quasistatic --speeds 3000 --direction up"
+RENDER = f"render SET {COARSE} --width 480 -o p.png"
+VALIDATE = "validate CASE -o out --json"
+
+
+def lumped(base: str) -> dict[str, Case]:
+    """Options that sweep, wave and map share."""
+    tables = base.replace(" --excitation rectangular", "")
+    return {
+        "SET": swap(base, "SET", "OTHER"),
+        "--model": plus(base, "--model 2"),
+        "--torque": plus(base, "--torque 30"),
+        "--set": plus(base, "--set mesh.1.stiffness_variation=0.4"),
+        "--damping": plus(base, "--damping 0.1"),
+        "--translations": plus(base, "--translations", TRAIN),
+        "--excitation": plus(tables, "--excitation trapezoid"),
+        "--ramp": plus(f"{tables} --excitation trapezoid", "--ramp 0.05"),
+        "--harmonics": plus(f"{tables} --excitation fourier", "--harmonics 1"),
+        "--steps": plus(base, "--steps 8"),
+        "--method": plus(base, "--method dopri5"),
+        "--tolerance": plus(base, "--tolerance 0.1"),
+        "--max-periods": plus(f"{base} --damping 1e-4", "--max-periods 40"),
+        "--plot": plus(base, "--plot p.png"),
+        "--json": less(base, "--json"),
+    }
+
+
+OPTIONS: dict[str, dict[str, Case]] = {
+    "sets": {"--json": plus("sets", "--json")},
+    "show": {
+        "SET": swap("show SET", "SET", "OTHER"),
+        "--plot": plus("show SET", "--plot p.svg"),
+        "--json": plus("show SET", "--json"),
+    },
+    "mesh": {
+        "SET": swap(MESH, "SET", "OTHER"),
+        "--output": swap(MESH, "m.vtu", "m.msh"),
+        "--gear": plus(MESH, "--gear 2"),
+        "--resolution": less(MESH, COARSE),
+        "--whole": plus(MESH, "--whole"),
+    },
+    "stiffness": {
+        "SET": swap(STIFF, "SET", "OTHER"),
+        "--mesh": plus(STIFF, "--mesh 2", TRAIN),
+        "--torque": plus(STIFF, "--torque 30"),
+        "--positions": swap(STIFF, "8", "16"),
+        "--friction": plus(STIFF, "--friction 0.1"),
+        "--plane": plus(STIFF, "--plane strain"),
+        "--resolution": less(STIFF, COARSE),
+        "--corner-contact": plus(STIFF, "--no-corner-contact"),
+        "--output": plus(STIFF, "-o t.csv"),
+        "--plot": plus(STIFF, "--plot p.png"),
+        "--json": less(STIFF, "--json"),
+    },
+    "compare": {
+        "SET": swap(COMPARE, "SET", "OTHER"),
+        "--mesh": plus(COMPARE, "--mesh 2", TRAIN),
+        "--torque": plus(COMPARE, "--torque 30"),
+        "--plane": plus(COMPARE, "--plane strain"),
+        "--json": less(COMPARE, "--json"),
+    },
+    "identify": {
+        "SET": swap(IDENTIFY, "SET", "OTHER"),
+        "--mean": plus(IDENTIFY, "--mean 1.1e8"),
+        "--variation": plus(IDENTIFY, "--variation 0.35"),
+        "--mean-spread": plus(IDENTIFY, "--mean-spread 0.1"),
+        "--variation-spread": plus(IDENTIFY, "--variation-spread 0.1"),
+        "--hold-width": plus(IDENTIFY, "--hold-width"),
+        "--along": plus(IDENTIFY, "--along b"),
+        "--torque": plus(IDENTIFY, "--torque 200"),
+        "--set": plus(IDENTIFY, "--set gear.1.young_modulus_GPa=150"),
+        "--plane": plus(IDENTIFY, "--plane strain"),
+        "--resolution": less(IDENTIFY, COARSE),
+        "--output": plus(IDENTIFY, "-o i.csv"),
+        "--plot": plus(IDENTIFY, "--plot p.png"),
+        "--json": less(IDENTIFY, "--json"),
+    },
+    "modes": {
+        "SET": swap(MODES, "SET", "OTHER"),
+        "--torque": plus(f"{MODES} --stiffness fe", "--torque 200"),
+        "--set": plus(MODES, "--set gear.1.inertia_kg_m2=1e-3"),
+        "--translations": plus(MODES, "--translations", TRAIN),
+        "--stiffness": plus(MODES, "--stiffness fe"),
+        "--json": less(MODES, "--json"),
+    },
+    "sweep": lumped(SWEEP)
+    | {
+        "--speeds": swap(SWEEP, "4000", "4100"),
+        "--rpm": swap(SWEEP, "--speeds 2000,4000", "--rpm 3000"),
+        "--direction": plus(SWEEP, "--direction up"),
+        "--table": plus("sweep SET --speeds 2000 --model 3 --json", "--table TABLE"),
+        "--output": plus(SWEEP, "-o s.csv"),
+    },
+    "wave": lumped(WAVE)
+    | {
+        "--speed": swap(WAVE, "2100", "4000"),
+        "--from-speed": plus(WAVE, "--from-speed 2101"),
+        "--table": plus("wave SET --speed 2000 --model 3 --json", "--table TABLE"),
+        "--output": plus(WAVE, "-o w.csv"),
+    },
+    "map": lumped(MAP)
+    | {
+        "--over": plus(MAP, "--over mesh.1.stiffness_variation=0.3,0.4"),
+        "--at": swap(MAP, "3000", "4000"),
+        "--band": swap(MAP, "--at 3000", "--band 3000,4000"),
+        "--output": plus(MAP, "-o m.csv"),
+        "--overwrite": plus(MAP, "--overwrite", refused=True),
+    },
+    "dynamics": {
+        "SET": swap(f"{QUASI} --json", "SET", "OTHER"),
+        "--fidelity": swap(f"{QUASI} --json", "quasistatic", "reduced"),
+        "--speeds": swap(f"{QUASI} --json", "3000", "4000"),
+        "--direction": swap(f"{QUASI} --json", "up", "both"),
+        "--torque": plus(f"{QUASI} --json", "--torque 30"),
+        "--set": plus(f"{QUASI} --json", "--set gear.1.inertia_kg_m2=2e-4"),
+        "--friction": plus(f"{QUASI} --json", "--friction 0.1"),
+        "--damping": plus(f"{QUASI} --json", "--damping 0.1"),
+        "--elastic-damping": plus(
+            f"{QUASI} --json".replace("quasistatic", "reduced"), "--elastic-damping 0.5"
+        ),
+        "--cutoff": plus(
+            f"{QUASI} --json".replace("quasistatic", "reduced"), "--cutoff 30000"
+        ),
+        "--translations": plus(f"{QUASI} --json", "--translations", TRAIN),
+        "--resolution": less(f"{QUASI} --json", COARSE),
+        "--steps": plus(f"{QUASI} --json", "--steps 16"),
+        "--tolerance": plus(f"{QUASI} --json", "--tolerance 0.1"),
+        "--max-periods": plus(f"{QUASI} --damping 1e-4 --json", "--max-periods 1"),
+        "--model-1": plus(QUASI, "--model-1"),
+        "--output": plus(QUASI, "-o d.csv"),
+        "--plot": plus(QUASI, "--plot p.png"),
+        "--history": plus(QUASI, "--history h"),
+        "--root-stress": plus(f"{QUASI} --history h", "--root-stress a"),
+        "--resume": plus(QUASI, "--resume", refused=True),
+        "--json": plus(QUASI, "--json"),
+    },
+    "render": {
+        "SET": swap(RENDER, "SET", "OTHER"),
+        "--output": swap(RENDER, "p.png", "q.png"),
+        "--mesh": plus(RENDER, "--mesh 2", TRAIN),
+        "--position": plus(RENDER, "--position 0.5"),
+        "--torque": plus(RENDER, "--torque 30"),
+        "--friction": plus(RENDER, "--friction 0.1"),
+        "--time-history": Case(
+            f"render liu-pair {COARSE} --width 480 -o p.png",
+            f"render liu-pair {COARSE} --width 480 -o p.png --time-history HISTORY",
+        ),
+        "--field": plus(RENDER, "--field pressure"),
+        "--scale": plus(RENDER, "--scale 100"),
+        "--zoom": plus(RENDER, "--zoom gear"),
+        "--plane": plus(RENDER, "--plane strain"),
+        "--resolution": less(RENDER, COARSE),
+        "--width": swap(RENDER, "480", "640"),
+        "--frames": plus(RENDER, "--frames 4", refused=True),
+    },
+    "validate": {
+        "CASE": swap(VALIDATE, "CASE", "THIRD"),
+        "--output": swap(VALIDATE, "out", "there"),
+        "--all": plus(VALIDATE, "--all", refused=True),
+        "--fidelity": plus(VALIDATE, "--fidelity reduced"),
+        "--json": less(VALIDATE, "--json"),
+    },
+    "bench stiffness": {
+        "SET": plus("bench stiffness --json", "SET"),
+        "--torque": plus("bench stiffness --json", "--torque 50"),
+        "--output": plus("bench stiffness --json", "-o there"),
+        "--json": plus("bench stiffness", "--json"),
+    },
+    "bench dynamics": {
+        "SET": plus("bench dynamics --json", "SET"),
+        "--torque": plus("bench dynamics --json", "--torque 50"),
+        "--output": plus("bench dynamics --json", "-o there"),
+        "--json": plus("bench dynamics", "--json"),
+    },
+    "bench lumped": {
+        "SET": plus("bench lumped --json", "SET"),
+        "--stress": plus("bench lumped --torque 50 --json", "--stress", refused=True),
+        "--torque": plus("bench lumped --json", "--torque 50"),
+        "--damping": plus("bench lumped --json", "--damping 0.1"),
+        "--output": plus("bench lumped --json", "-o there"),
+        "--json": plus("bench lumped", "--json"),
+    },
+    "bench all": {
+        "--output": plus("bench all --json", "-o there"),
+        "--json": plus("bench all", "--json"),
+    },
+}
+AT_THE_ROOF = {"--debug", "--version", "--install-completion", "--show-completion"}
+
+
+def commands(group: Any, path: str = "") -> Iterator[tuple[str, Any]]:
+    """Commands by their words, those of groups too."""
+    for name, command in group.commands.items():
+        words = f"{path} {name}".strip()
+        if hasattr(command, "commands"):
+            yield from commands(command, words)
+        else:
+            yield words, command
+
+
+def option_name(param: Any) -> str:
+    """`--torque` of an option, `SET` of an argument."""
+    named = [name for name in param.opts if name.startswith("--")]
+    return named[0] if named else param.metavar
+
+
+ROOF = typer.main.get_command(app)
+
+
+def test_every_option_of_every_command_has_a_case():
+    listed = {
+        words: {option_name(param) for param in command.params}
+        for words, command in commands(ROOF)
+    }
+    assert {words: set(cases) for words, cases in OPTIONS.items()} == listed
+    assert {option_name(param) for param in ROOF.params} == AT_THE_ROOF
+
+
+@pytest.fixture(scope="module")
+def files(tmp_path_factory) -> dict[str, str]:
+    """Paths for the words in capitals."""
+    folder = tmp_path_factory.mktemp("inputs")
+    wider = {"face_width_mm": 12.0, "profile_shift": 0.15}
+    other = PAIR | {"defaults": PAIR["defaults"] | wider}
+    other |= {"mesh": [PAIR["mesh"][0] | {"mean_stiffness_N_per_m": 1.2e8}]}
+    (folder / "other.toml").write_text(toml(other))
+    names = ["torque_Nm", "position", "stiffness_N_per_m"]
+    rows = [f"20,{i / 8},{1e8 + 3e7 * (i < 4)}" for i in range(8)]
+    (folder / "table.csv").write_text("\n".join([",".join(names), *rows]))
+    for name, speeds in (("case", "3000"), ("third", "4000")):
+        (folder / f"{name}.toml").write_text(
+            f'name = "{name}"\ntitle = "{name}"\ngear_set = "{folder}/pair.toml"\n'
+            f'torques_Nm = [20]\nspeeds_Hz = "{speeds}"\nfidelity = "quasistatic"\n'
+            "[[model]]\nnumber = 1\n[[metric]]\n"
+            'name = "rms_distance"\nallowed = 9\nreason = "for a test"\n'
+        )
+    (folder / "pair.toml").write_text(toml(PAIR))
+    written(folder / "history.csv")
+    named = ("other.toml", "table.csv", "case.toml", "third.toml", "history.csv")
+    return {Path(name).stem.upper(): str(folder / name) for name in named}
+
+
+@dataclass(frozen=True)
+class Asked:
+    """A point of a benchmark that only says what it was asked for."""
+
+    asked: str
+
+
+@pytest.fixture
+def quick_benchmarks(monkeypatch):
+    """Benchmarks that answer with what reaches them."""
+
+    def instead(name: str) -> Any:
+        def measure(*given: Any) -> Any:
+            asked = Asked(repr(given[:-1]))  # without the report of progress
+            return import_module("fegear.cli.bench_outcome").Outcome(
+                name=name,
+                title=name,
+                about=name,
+                points=[asked],
+                draw=Figure,
+                values={"points": [asdict(asked)]},
+            )
+
+        return measure
+
+    for name in ("stiffness", "dynamics", "lumped"):
+        module = import_module(f"fegear.cli.bench_{name}")
+        monkeypatch.setattr(module, f"measure_{name}", instead(name))
+        monkeypatch.setattr(module, f"show_{name}", lambda found: None)
+
+
+@pytest.mark.parametrize(
+    ("command", "name"),
+    [(command, name) for command, cases in OPTIONS.items() for name in cases],
+    ids=lambda word: word.replace(" ", "-"),
+)
+def test_an_option_moves_the_answer_or_is_refused(
+    tmp_path, files, quick_benchmarks, command, name
+):
+    case = OPTIONS[command][name]
+    (tmp_path / "set.toml").write_text(toml(case.tables))
+    places = files | {"SET": str(tmp_path / "set.toml")}
+    base, changed = (
+        outcome(tmp_path / each, [places.get(w, w) for w in shlex.split(words)])
+        for each, words in (("base", case.base), ("changed", case.changed))
+    )
+    assert base.code == 0
+    assert changed.code == (2 if case.refused else 0)
+    assert case.refused or changed.answer != base.answer
+
+
+class Key(NamedTuple):
+    """Another value of a key, and the commands whose answer it moves; none: refused.
+
+    tables : to start from; place : entry of a list, from 1; all if 0
+    """
+
+    value: Any
+    commands: tuple[str, ...] = ()
+    tables: Tables = PAIR
+    place: int = 1
+
+
+ONE_SWEEP = "sweep SET --speeds 4000 --excitation rectangular --json"
+HARD = "sweep SET --speeds 3600 --excitation rectangular --damping 0.005 --json"
+FINITE = "sweep SET --speeds 4000 --json"
+PLANE = "modes SET --translations --json"
+MOVING = f"{QUASI} --json"
+ELASTIC = MOVING.replace("quasistatic", "reduced")
+SHOWN = "show SET --json"
+TEETH = (STIFF, COMPARE, FINITE, MOVING)
+GEAR_KEYS = {
+    "name": Key("z"),
+    "teeth": Key(20, (*TEETH, ONE_SWEEP)),
+    "module_mm": Key(2.1, (*TEETH, ONE_SWEEP), place=0),
+    "pressure_angle_deg": Key(21.0, (*TEETH, ONE_SWEEP), place=0),
+    "profile_shift": Key(0.15, TEETH),
+    "tip_radius_mm": Key(21.3, TEETH),
+    "addendum_mm": Key(2.3, TEETH),
+    "dedendum_mm": Key(2.55, TEETH),
+    "rack_tip_radius_mm": Key(0.5, (STIFF, FINITE, MOVING)),
+    "face_width_mm": Key(9.0, TEETH),
+    "hub_radius_mm": Key(9.0, TEETH),
+    "tooth_thinning_um": Key(50.0, TEETH),
+    "young_modulus_GPa": Key(150.0, (*TEETH, ELASTIC)),
+    "poisson_ratio": Key(0.25, (*TEETH, ELASTIC)),
+    "density_kg_per_m3": Key(8000.0, (ELASTIC,)),
+    "inertia_kg_m2": Key(3e-4, (MODES, ONE_SWEEP, MOVING)),
+    "mass_kg": Key(0.4, (PLANE,), TRAIN, place=2),
+    "pitch_errors_um": Key([5.0, *[0.0] * 18], (STIFF,)),
+    "bearing_kx_N_per_m": Key(5e8, (PLANE,), TRAIN, place=2),
+    "bearing_ky_N_per_m": Key(5e8, (PLANE,), TRAIN, place=2),
+    "coupling_stiffness_Nm_per_rad": Key(1e4, (MODES, ONE_SWEEP, MOVING)),
+}
+RELIEF = {"magnitude_um": 8.0, "length_pitches": 0.3}
+RELIEVED = PAIR | {"mesh": [PAIR["mesh"][0] | {"tip_relief": RELIEF}]}
+HOLLOWED = PAIR | {"mesh": [PAIR["mesh"][0] | {"root_relief": RELIEF}]}
+OWN = {
+    f"{role}_{place}_relief": PAIR
+    | {"mesh": [PAIR["mesh"][0] | {f"{role}_{place}_relief": RELIEF}]}
+    for role in ("driver", "driven")
+    for place in ("tip", "root")
+}
+RELIEFS = {"tip_relief": RELIEVED, "root_relief": HOLLOWED} | OWN
+
+
+def relief_keys(place: str, tables: Tables) -> dict[str, Key]:
+    start = "HPSTC" if "tip" in place else "LPSTC"
+    angle = 31.0 if "tip" in place else 20.0
+    values = {
+        "magnitude_um": 12.0,
+        "length_pitches": 0.4,
+        "start_roll_angle_deg": angle,
+        "start": start,
+        "shape": "parabolic",
+    }
+    return {
+        f"mesh.{place}.{name}": Key(each, (STIFF, ONE_SWEEP), tables)
+        for name, each in values.items()
+    }
+
+
+LONE = {"name": "z", "teeth": 31, "inertia_kg_m2": 5e-4, "mass_kg": 0.5}
+SPARE = {k: v for k, v in PAIR.items() if k != "load"} | {"gear": [*PAIR["gear"], LONE]}
+JOINED = SHAFT | {"gear": [*SHAFT["gear"], LONE]}
+KEYS: dict[str, Key] = {
+    "name": Key("other", (SHOWN,)),
+    "description": Key("words", (SHOWN,)),
+    "inferences": Key(["a word"], (SHOWN,)),
+    **{f"gear.{name}": key for name, key in GEAR_KEYS.items()},
+    "mesh.driver": Key("z", (MODES,), SPARE),
+    "mesh.driven": Key("z", (MODES,), SPARE),
+    "mesh.center_distance_mm": Key(43.3, TEETH),
+    "mesh.operating_pressure_angle_deg": Key(23.8, TEETH),
+    "mesh.contact_ratio": Key(1.2, (*TEETH, ONE_SWEEP)),
+    "mesh.phase": Key(0.3, (ONE_SWEEP, MOVING), TRAIN, place=2),
+    "mesh.center_line_deg": Key(70.0, (PLANE, ONE_SWEEP, MOVING), TRAIN, place=2),
+    "mesh.backlash_um": Key(1.0, (HARD,)),
+    "mesh.mean_stiffness_N_per_m": Key(1.1e8, (MODES, ONE_SWEEP)),
+    "mesh.stiffness_variation": Key(0.2, (ONE_SWEEP,)),
+    "mesh.load_share": Key(0.6, (ONE_SWEEP,), RELIEVED),
+    **{
+        key: case
+        for place, tables in RELIEFS.items()
+        for key, case in relief_keys(place, tables).items()
+    },
+    "shaft.gears": Key(["b", "c", "z"], (MODES,), JOINED),
+    "shaft.stiffness_Nm_per_rad": Key(2e4, (MODES, ONE_SWEEP), SHAFT),
+    "load.gear": Key("b"),
+    "load.torques_Nm": Key([30.0], TEETH),
+    "dynamics.damping_ratio": Key(0.1, (ONE_SWEEP, MOVING)),
+}
+
+
+def leaves(model: type[BaseModel], path: str = "") -> Iterator[str]:
+    """Dotted names of all keys of the schema but [defaults]', which are a gear's."""
+    for name, field in model.model_fields.items():
+        table, where = model_of(field.annotation), f"{path}{name}"
+        if where == "defaults":
+            assert table is GearDefaults
+        elif table is None:
+            yield where
+        else:
+            yield from leaves(table, f"{where}.")
+
+
+def test_every_key_of_a_gear_set_file_has_a_case():
+    assert set(KEYS) == set(leaves(Document))
+
+
+def changed_tables(name: str, key: Key) -> Tables:
+    table, _, rest = name.partition(".")
+    if not rest:
+        return key.tables | {name: key.value}
+    if table not in LISTS:
+        return edited(key.tables, {name: key.value})
+    places = [key.place] if key.place else range(1, len(key.tables[table]) + 1)
+    return edited(key.tables, {f"{table}.{i}.{rest}": key.value for i in places})
+
+
+@pytest.fixture(scope="module")
+def answers(tmp_path_factory):
+    """Outcomes of a command on tables, each solved once."""
+    folder, found = tmp_path_factory.mktemp("keys"), {}
+
+    def answer(command: str, tables: Tables) -> Outcome:
+        text = toml(tables)
+        if (command, text) not in found:
+            path = folder / f"{len(found)}.toml"
+            path.write_text(text)
+            words = [str(path) if word == "SET" else word for word in command.split()]
+            found[command, text] = outcome(folder / str(len(found)), words)
+        return found[command, text]
+
+    return answer
+
+
+@pytest.mark.parametrize("name", KEYS)
+def test_a_key_moves_the_answer_or_is_refused(answers, name):
+    key = KEYS[name]
+    tables = changed_tables(name, key)
+    for command in key.commands or (SHOWN,):
+        base, changed = answers(command, key.tables), answers(command, tables)
+        assert base.code == 0
+        if key.commands:
+            assert changed.code == 0, command
+            assert changed.answer != base.answer, command
+        else:
+            assert changed.code == 2
+
+
+@pytest.mark.parametrize("name", GearDefaults.model_fields)
+def test_a_default_is_the_same_as_the_key_in_every_gear(name):
+    own = PAIR | {"gear": [gear | {"teeth": 19} for gear in PAIR["gear"]]}
+    value = GEAR_KEYS[name].value
+    bare = [{k: v for k, v in g.items() if k != name} for g in own["gear"]]
+    extra = {"bearing_kx_N_per_m": 1e8, "bearing_ky_N_per_m": 1e8}
+    extra = (extra if "bearing" in name else {}) | {name: value}
+    shared = {k: v for k, v in own["defaults"].items() if k != name}
+    by_default = own | {"gear": bare, "defaults": shared | extra}
+    by_gear = own | {"gear": [g | extra for g in bare], "defaults": shared}
+    assert read_gear_set(toml(by_default)) == read_gear_set(toml(by_gear))
+    assert read_gear_set(toml(by_default)) != read_gear_set(toml(own))

@@ -1,0 +1,124 @@
+"""Where a result cannot be physical, it says so; elsewhere it is silent."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from fegear.cli import run
+from fegear.unphysical import PRESSURE, Extremes, doubts
+
+USUAL = Extremes(
+    where="mesh 1",
+    module=2e-3,
+    transmission_error=2e-5,
+    pressure=1.2e9,
+    backlash=1e-4,
+    back_side=0.3,
+)
+COARSE = ["--resolution", "coarse"]
+TIGHT = ["--set", "mesh.1.backlash_um=0"]
+RECTANGULAR = ["liu-pair", "--excitation", "rectangular", "--torque", "50"]
+
+
+def reasons(**changes) -> list[str]:
+    return list(doubts(Extremes(**{**vars(USUAL), **changes})))
+
+
+def test_a_usual_result_is_not_doubted():
+    assert reasons() == []
+    assert reasons(backlash=0.0, back_side=0.0) == []
+    assert reasons(transmission_error=-2e-4, pressure=PRESSURE) == []
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"transmission_error": 2.1e-4}, "210 um exceeds a tenth of the module, 200"),
+        ({"transmission_error": -2.1e-4}, "210 um exceeds a tenth of the module"),
+        ({"pressure": 1.6e10}, "1.6e+04 MPa exceeds 1.5e+04 MPa"),
+        ({"backlash": 0.0, "back_side": 0.51}, "back flanks touch for 51 % of the"),
+    ],
+)
+def test_each_reason_is_one_line_with_both_numbers(changes, words):
+    (line,) = reasons(**changes)
+    assert line.startswith("mesh 1: ")
+    assert words in line
+    assert "\n" not in line
+
+
+def told(capsys, *words: str) -> tuple[dict, list[str]]:
+    """What a command prints as JSON, and its lines on the error stream."""
+    assert run([*words, "--json"]) == 0
+    printed = capsys.readouterr()
+    return json.loads(printed.out), printed.err.splitlines()
+
+
+@pytest.mark.parametrize(
+    ("words", "part"),
+    [
+        (["stiffness", *COARSE, "--torque", "1e8"], "1e+08 N m: transmission error"),
+        (["compare", "--torque", "1e7"], "exceeds a tenth of the module"),
+        (["sweep", *RECTANGULAR[:-1], "1e8", "--speeds", "900"], "a tenth of the mod"),
+        (["wave", *RECTANGULAR[:-1], "1e8", "--speed", "900"], "a tenth of the mod"),
+        (
+            ["map", *RECTANGULAR[:-2], "--over", "torque_Nm=50,1e8", "--at", "900"],
+            "at its worst point: transmission error",
+        ),
+        (
+            ["sweep", *RECTANGULAR, *TIGHT, "--speeds", "3100"],
+            "without backlash the back flanks touch",
+        ),
+        (
+            ["wave", *RECTANGULAR, *TIGHT, "--speed", "3100"],
+            "without backlash the back flanks touch",
+        ),
+    ],
+    ids=lambda words: words[0] if isinstance(words, list) else "",
+)
+def test_commands_warn_in_one_line_and_in_json(capsys, words, part):
+    values, lines = told(capsys, *words)
+    assert [f"fegear: warning: {each}" for each in values["warnings"]] == lines
+    assert len(lines) == 1
+    assert part in lines[0]
+
+
+def test_usual_results_are_without_warnings(capsys):
+    for words in (
+        ["stiffness", *COARSE],
+        ["sweep", *RECTANGULAR, "--speeds", "900:1500:100"],
+        ["wave", *RECTANGULAR, "--speed", "1500"],
+    ):
+        values, lines = told(capsys, *words)
+        assert values["warnings"] == []
+        assert lines == []
+
+
+def test_contact_of_the_back_flanks_is_on_the_screen(capsys):
+    speeds = ["--speeds", "3100"]
+    assert run(["sweep", *RECTANGULAR, *speeds]) == 0
+    assert "side [%]" not in capsys.readouterr().out
+    assert run(["sweep", *RECTANGULAR, *speeds, *TIGHT]) == 0
+    printed = capsys.readouterr().out.splitlines()
+    assert any(line.endswith("side [%] ") for line in printed)
+    rows = [line.split() for line in printed if " up " in line]
+    assert float(rows[0][-1]) > 1.0
+
+
+def test_what_closed_forms_leave_out_is_said(capsys, tmp_path):
+    from importlib import resources
+
+    text = (resources.files("fegear.gearset") / "sets" / "liu-pair.toml").read_text()
+    relief = "driver_tip_relief = { magnitude_um = 10, start = 'HPSTC' }\n[load]"
+    errors = ", ".join(["3"] + ["0"] * 37)
+    text = text.replace("[load]", relief)
+    text = text.replace("teeth = 38", f"teeth = 38\npitch_errors_um = [{errors}]")
+    (tmp_path / "own.toml").write_text(text)
+    _, lines = told(capsys, "compare", str(tmp_path / "own.toml"))
+    start = 'fegear: warning: gear "pinion" has '
+    assert lines == [
+        f"{start}{what}, which the closed forms leave out"
+        for what in ("tip relief", "pitch_errors_um")
+    ]
+    assert told(capsys, "compare")[1] == []
