@@ -46,9 +46,9 @@ from fegear.cli.options import (
 from fegear.cli.screen import complain, number, print_json, screen, warn
 from fegear.cli.systems import (
     excitations_of,
-    require_elements_used,
     file_header,
     integration_in_words,
+    require_elements_used,
     system_at,
 )
 from fegear.errors import InputError, file_error

@@ -17,8 +17,8 @@ from fegear.cli.lumped_options import (
     middle_torque,
 )
 from fegear.cli.options import AsJson, Edits, SetName, refuse_idle
-from fegear.cli.systems import require_elements_used, solved_excitations
 from fegear.cli.screen import print_json, ruled_table, screen
+from fegear.cli.systems import require_elements_used, solved_excitations
 
 if TYPE_CHECKING:
     from fegear.gearset.model import GearSet

@@ -43,9 +43,9 @@ from fegear.cli.options import (
 from fegear.cli.sweep_report import SweepOutputs, SweepResult, tell_sweep
 from fegear.cli.systems import (
     excitations_of,
-    require_elements_used,
     file_header,
     integration_in_words,
+    require_elements_used,
     system_at,
     usual_speeds,
 )

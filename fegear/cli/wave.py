@@ -42,10 +42,10 @@ from fegear.cli.options import (
 from fegear.cli.screen import number, print_json, ruled_table, screen, warn
 from fegear.cli.systems import (
     excitations_of,
-    require_elements_used,
     file_header,
     integration_in_words,
     one_line_failure,
+    require_elements_used,
     system_at,
 )
 

@@ -11,7 +11,6 @@ import contextlib
 import io
 import json
 import os
-import shlex
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from importlib import import_module
@@ -219,6 +218,8 @@ def lumped(base: str) -> dict[str, Case]:
         "--excitation": plus(tables, "--excitation trapezoid"),
         "--ramp": plus(f"{tables} --excitation trapezoid", "--ramp 0.05"),
         "--harmonics": plus(f"{tables} --excitation fourier", "--harmonics 1"),
+        "--plane": plus(tables, "--plane strain"),
+        "--resolution": plus(tables, COARSE),
         "--steps": plus(base, "--steps 8"),
         "--method": plus(base, "--method dopri5"),
         "--tolerance": plus(base, "--tolerance 0.1"),
@@ -284,6 +285,8 @@ OPTIONS: dict[str, dict[str, Case]] = {
         "--set": plus(MODES, "--set gear.1.inertia_kg_m2=1e-3"),
         "--translations": plus(MODES, "--translations", TRAIN),
         "--stiffness": plus(MODES, "--stiffness fe"),
+        "--plane": plus(f"{MODES} --stiffness fe", "--plane strain"),
+        "--resolution": plus(f"{MODES} --stiffness fe", COARSE),
         "--json": less(MODES, "--json"),
     },
     "sweep": lumped(SWEEP)
@@ -325,6 +328,7 @@ OPTIONS: dict[str, dict[str, Case]] = {
             f"{QUASI} --json".replace("quasistatic", "reduced"), "--cutoff 30000"
         ),
         "--translations": plus(f"{QUASI} --json", "--translations", TRAIN),
+        "--plane": plus(f"{QUASI} --json", "--plane strain"),
         "--resolution": less(f"{QUASI} --json", COARSE),
         "--steps": plus(f"{QUASI} --json", "--steps 16"),
         "--tolerance": plus(f"{QUASI} --json", "--tolerance 0.1"),
@@ -443,6 +447,24 @@ def files(tmp_path_factory) -> dict[str, str]:
     return {Path(name).stem.upper(): str(folder / name) for name in named}
 
 
+@pytest.fixture(scope="module")
+def answers(tmp_path_factory, files):
+    """Outcomes of a command on the tables of a gear set, each computed once."""
+    folder, found = tmp_path_factory.mktemp("answers"), {}
+
+    def answer(command: str, tables: Tables) -> Outcome:
+        text = toml(tables)
+        if (command, text) not in found:
+            own = folder / f"{len(found)}.toml"
+            own.write_text(text)
+            places = files | {"SET": str(own)}
+            words = [places.get(word, word) for word in command.split()]
+            found[command, text] = outcome(folder / str(len(found)), words)
+        return found[command, text]
+
+    return answer
+
+
 @dataclass(frozen=True)
 class Asked:
     """A point of a benchmark that only says what it was asked for."""
@@ -480,15 +502,10 @@ def quick_benchmarks(monkeypatch):
     ids=lambda word: word.replace(" ", "-"),
 )
 def test_an_option_moves_the_answer_or_is_refused(
-    tmp_path, files, quick_benchmarks, command, name
+    answers, quick_benchmarks, command, name
 ):
     case = OPTIONS[command][name]
-    (tmp_path / "set.toml").write_text(toml(case.tables))
-    places = files | {"SET": str(tmp_path / "set.toml")}
-    base, changed = (
-        outcome(tmp_path / each, [places.get(w, w) for w in shlex.split(words)])
-        for each, words in (("base", case.base), ("changed", case.changed))
-    )
+    base, changed = (answers(w, case.tables) for w in (case.base, case.changed))
     assert base.code == 0
     assert changed.code == (2 if case.refused else 0)
     assert case.refused or changed.answer != base.answer
@@ -621,23 +638,6 @@ def changed_tables(name: str, key: Key) -> Tables:
         return edited(key.tables, {name: key.value})
     places = [key.place] if key.place else range(1, len(key.tables[table]) + 1)
     return edited(key.tables, {f"{table}.{i}.{rest}": key.value for i in places})
-
-
-@pytest.fixture(scope="module")
-def answers(tmp_path_factory):
-    """Outcomes of a command on tables, each solved once."""
-    folder, found = tmp_path_factory.mktemp("keys"), {}
-
-    def answer(command: str, tables: Tables) -> Outcome:
-        text = toml(tables)
-        if (command, text) not in found:
-            path = folder / f"{len(found)}.toml"
-            path.write_text(text)
-            words = [str(path) if word == "SET" else word for word in command.split()]
-            found[command, text] = outcome(folder / str(len(found)), words)
-        return found[command, text]
-
-    return answer
 
 
 @pytest.mark.parametrize("name", KEYS)
