@@ -51,6 +51,8 @@ def draw_table(result: StaticsResult) -> Figure:
     """Stiffness, transmission error and load sharing over one base pitch."""
     from matplotlib.figure import Figure
 
+    from lumped.figures import draw_title
+
     table = result.table
     figure = Figure(figsize=(9.0, 9.6), layout="constrained")
     stiffness, error, share = figure.subplots(
@@ -66,14 +68,14 @@ def draw_table(result: StaticsResult) -> Figure:
     share.set_xlabel("mesh position [base pitches from the pitch point]")
     share.set_xlim(0.0, 1.0)
     header = table.header
-    figure.suptitle(
+    title = (
         f"{header['gear set']}, mesh {header['mesh']}, teeth {header['teeth']}, "
         f"contact ratio {result.problem.pair.contact_ratio:.3f}\n"
         f"plane {header['plane']}, friction {header['friction coefficient']}, "
         f"corner contact {header['corner contact']}, face width "
-        f"{1e3 * result.problem.face_width:g} mm",
-        fontsize=11,
+        f"{1e3 * result.problem.face_width:g} mm"
     )
+    draw_title(figure, title)
     return figure
 
 
@@ -105,7 +107,7 @@ def _draw_stiffness(axes: Axes, table: MeshTable, middle: int) -> None:
             lw=1.4,
             label=f"pair {pair} at {torque:.4g} N m",
         )
-    axes.set_ylabel("mesh stiffness F / (δ - δ₀) [N/µm]")
+    axes.set_ylabel("mesh stiffness F / (δ - δ₀) [N/um]")
     axes.set_ylim(bottom=0.0)
     axes.legend(fontsize=8, ncols=2, loc="lower center")
 
@@ -118,7 +120,7 @@ def _draw_error(axes: Axes, table: MeshTable) -> None:
         axes.plot(position, 1e6 * ste, color=str(shades[t]), label=label)
     position, nlte = _closed(table, table["nlte_m"][0])
     axes.plot(position, 1e6 * nlte, "r--", lw=1.2, label="no load")
-    axes.set_ylabel("static transmission\nerror δ [µm]")
+    axes.set_ylabel("static transmission\nerror δ [um]")
     axes.set_ylim(bottom=min(0.0, 1.1e6 * float(nlte.min())))
     axes.legend(fontsize=8, ncols=2, loc="best")
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from textwrap import wrap
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -24,6 +25,7 @@ TORQUE_COLORS = ("tab:blue", "tab:red", "tab:green", "tab:purple", "tab:brown")
 TOOTH_LINES = (("tab:orange", 3.4), ("tab:green", 2.4), ("tab:blue", 1.4))
 STATE_COLORS = {1: "tab:green", 0: "tab:red", -1: "tab:purple"}
 STATE_NAMES = {1: "drive side", 0: "contact lost", -1: "back side"}
+LETTERS = 11  # of a title in an inch
 SHOWN_PERIODS = 8  # of a mesh, in the panels over time
 SHOWN_ORDERS = 10  # of a mesh, in its spectrum
 FINER = 4  # than the steps of the integration, in the phase plane
@@ -60,7 +62,7 @@ def draw_sweep(curves: Sequence[Curve], title: str = "") -> Figure:
         for curve, other in zip(curves, others, strict=True):
             color = TORQUE_COLORS[names.index(curve.name) % len(TORQUE_COLORS)]
             _draw_branch(axes, curve, other, m, color)
-        axes.set_ylabel(f"mesh {m + 1}: RMS of dynamic\ntransmission error [µm]")
+        axes.set_ylabel(f"mesh {m + 1}: RMS of dynamic\ntransmission error [um]")
         axes.set_ylim(bottom=0.0)
         axes.margins(x=0.01)
         axes.grid(alpha=0.25)
@@ -70,8 +72,15 @@ def draw_sweep(curves: Sequence[Curve], title: str = "") -> Figure:
     _legend_of_sweep(
         figure, names, torques, {curve.branch.direction for curve in curves}
     )
-    figure.suptitle(title, fontsize=11)
+    draw_title(figure, title)
     return figure
+
+
+def draw_title(figure: Figure, title: str) -> None:
+    """Above a figure, broken so that it fits the width."""
+    letters = int(LETTERS * figure.get_figwidth())
+    lines = [each for line in title.splitlines() for each in wrap(line, letters)]
+    figure.suptitle("\n".join(lines), fontsize=11)
 
 
 def _speed_label(system: LumpedSystem) -> str:
@@ -185,7 +194,7 @@ def draw_wave(motion: TimeHistory, title: str = "") -> Figure:
         _draw_spectrum(lines, motion, m)
         error.set_title(f"mesh {m + 1}", fontsize=10)
     _legend_of_states(figure)
-    figure.suptitle(title, fontsize=11)
+    draw_title(figure, title)
     return figure
 
 
@@ -199,7 +208,7 @@ def _draw_over_time(
     x = periods[shown]
     error, force, state = panels
     error.plot(x, 1e6 * history.deflection[shown, m], "k", lw=1.0)
-    error.set_ylabel("dynamic transmission\nerror [µm]")
+    error.set_ylabel("dynamic transmission\nerror [um]")
     _draw_teeth(force, motion, m, shown)
     force.plot(x, 1e-3 * history.force[shown, m], "k", lw=1.0, label="mesh")
     force.set_ylabel("force [kN]")
@@ -274,7 +283,7 @@ def _draw_phase_plane(axes: Axes, motion: TimeHistory, m: int) -> None:
         f"phase plane; dots: start of each first-mesh period, {points} in all",
         fontsize=9,
     )
-    axes.set_xlabel("dynamic transmission error [µm]")
+    axes.set_xlabel("dynamic transmission error [um]")
     axes.set_ylabel("rate [mm/s]")
     axes.grid(alpha=0.25)
 
@@ -298,7 +307,7 @@ def _draw_spectrum(axes: Axes, motion: TimeHistory, m: int) -> None:
     axes.set_xlabel(
         f"frequency [orders of this mesh, {frequency:.5g} Hz]; natural ones dotted"
     )
-    axes.set_ylabel("amplitude [µm]")
+    axes.set_ylabel("amplitude [um]")
     axes.grid(alpha=0.25)
 
 

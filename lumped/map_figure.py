@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lumped.figures import draw_title
 from lumped.maps import ParameterMap
 
 if TYPE_CHECKING:
@@ -29,14 +30,17 @@ def draw_map(found: ParameterMap) -> Figure:
             _draw_curve(axes, found, mesh)
         axes.set_title(f"mesh {mesh + 1}", fontsize=10)
     header = found.header
-    fixed = ("torque on the input gear [N m]", "damping ratio")
-    changes = [f"{key} {header[key]}" for key in fixed if key in header]
+    forms = {
+        "torque on the input gear [N m]": "torque {} N m",
+        "damping ratio": "damping ratio {}",
+    }
+    changes = [form.format(header[key]) for key, form in forms.items() if key in header]
     changes += [f"{k[4:]} = {v}" for k, v in header.items() if k.startswith("set ")]
-    figure.suptitle(
+    title = (
         f"{header['gear set']}, model {header['model']}, {header['excitation']}, "
-        f"{header['response']}\n{', '.join(changes)}",
-        fontsize=11,
+        f"{header['response']}\n{', '.join(changes)}"
     )
+    draw_title(figure, title)
     return figure
 
 

@@ -165,6 +165,8 @@ def map_command(
     words = integration_in_words(settings)
     header = file_header(gear_set, physics, words, first.train.damping_ratio)
     header |= {"model": str(model)}
+    if {DAMPING, SHORT[DAMPING]} & {axis.name for axis in axes}:
+        del header["damping ratio"]
     if not on_axis:
         header |= {"torque on the input gear [N m]": f"{load:g}"}
     header |= edit_entries(fixed) | {"digest of the gear set": digest(gear_set)}

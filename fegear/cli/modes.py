@@ -17,7 +17,7 @@ from fegear.cli.lumped_options import (
     middle_torque,
 )
 from fegear.cli.options import AsJson, Edits, SetName, refuse_idle
-from fegear.cli.screen import print_json, ruled_table, screen
+from fegear.cli.screen import print_columns, print_json, screen
 from fegear.cli.systems import require_elements_used, solved_excitations
 
 if TYPE_CHECKING:
@@ -148,10 +148,14 @@ def print_modes(values: dict[str, Any]) -> None:
     title, torque = values["gear_set"], values["torque_Nm"]
     if torque is not None:
         title += f", {torque:g} N m on the input gear"
-    energies = [f"energy in\nmesh {m['mesh']} [%]" for m in values["mean_stiffness"]]
-    table = ruled_table("natural\nfrequency [Hz]", *energies, title=title, words=())
-    table.add_column("kind, or what moves most")
-    for mode in values["modes"]:
-        parts = [f"{100.0 * part:.1f}" for part in mode["mesh_energy"]]
-        table.add_row(f"{mode['frequency_Hz']:.1f}", *parts, mode["kind"])
-    console.print(table)
+    modes = values["modes"]
+    columns = {
+        f"energy in\nmesh {entry['mesh']} [%]": [
+            f"{100.0 * mode['mesh_energy'][m]:.1f}" for mode in modes
+        ]
+        for m, entry in enumerate(values["mean_stiffness"])
+    }
+    columns["what moves most"] = [mode["kind"] for mode in modes]
+    frequencies = [f"{mode['frequency_Hz']:10.1f}" for mode in modes]
+    corner = "natural\nfrequency [Hz]"
+    print_columns(console, corner, frequencies, columns, title)

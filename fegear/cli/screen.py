@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from math import floor, log10
 from typing import TYPE_CHECKING, Any
 
@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from rich.segment import Segment
     from rich.table import Table
 
+WIDEST, GAP = 24, 2  # letters of a column, and between two
 ROUND_OFF = 1e-9  # of micrometres, newtons and per cents
 
 
@@ -73,6 +74,42 @@ def ruled_table(
         else:
             table.add_column(name, justify="right", no_wrap=True)
     return table
+
+
+def print_columns(
+    console: Console,
+    corner: str,
+    labels: Iterable[str],
+    columns: Mapping[str, Sequence[str]],
+    title: str | None = None,
+) -> None:
+    """A row for each label; tables below each other where the screen is too narrow."""
+    labels = list(labels)
+    widths = [min(WIDEST, _width([name, *cells])) for name, cells in columns.items()]
+    room, names = console.width - _width([corner, *labels]), list(columns)
+    for part in _parts(widths, room):
+        table = ruled_table(corner, *names[part], title=title)
+        for column in table.columns:
+            column.no_wrap, column.overflow = False, "fold"
+        shown = (columns[name] for name in names[part])
+        for row in zip(labels, *shown, strict=True):
+            table.add_row(*row)
+        console.print(table)
+
+
+def _width(cells: Iterable[str]) -> int:
+    return max(len(line) for cell in cells for line in cell.splitlines() or [""])
+
+
+def _parts(widths: Sequence[int], room: int) -> Iterator[slice]:
+    """Columns that fit into a width beside each other, at least one."""
+    start, used = 0, 0
+    for i, width in enumerate(widths):
+        if i > start and used + width + GAP > room:
+            yield slice(start, i)
+            start, used = i, 0
+        used += width + GAP
+    yield slice(start, len(widths))
 
 
 def number(value: float, figures: int = 5) -> str:

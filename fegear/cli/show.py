@@ -10,11 +10,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from fegear.cli.options import AsJson, SetName, require_outputs
-from fegear.cli.screen import ROUND_OFF, print_json, ruled_table, screen
+from fegear.cli.screen import ROUND_OFF, print_columns, print_json, screen
 
 if TYPE_CHECKING:
-    from rich.table import Table
-
     from fegear.gearset.derived import GearSetFigures, ShaftFigures
 
 EXAMPLE = "fegear show liu-idler --plot idler.png"
@@ -113,12 +111,13 @@ def print_figures(figures: GearSetFigures) -> None:
     gears, meshes = figures.gears, figures.meshes
     names = [gear.name for gear in gears]
     pairs = [f"{mesh.driver} > {mesh.driven}" for mesh in meshes]
-    console.print(build_table("Gear", names, GEAR_ROWS, gears))
-    console.print(build_table("Mesh", pairs, MESH_ROWS, meshes))
+    print_columns(console, "Gear", GEAR_ROWS, columns(names, GEAR_ROWS, gears))
+    print_columns(console, "Mesh", MESH_ROWS, columns(pairs, MESH_ROWS, meshes))
     for pair, mesh in zip(pairs, meshes, strict=True):
         sides = [flank.gear for flank in mesh.flanks]
         rows = FLANK_ROWS | relief_rows(mesh.flanks)
-        console.print(build_table(f"Flanks of {pair}", sides, rows, mesh.flanks))
+        cells = columns(sides, rows, mesh.flanks)
+        print_columns(console, f"Flanks of {pair}", rows, cells)
     for shaft in figures.shafts:
         console.print(shaft_line(shaft))
     if figures.damping_ratio is not None:
@@ -147,17 +146,14 @@ def relief_rows(flanks: Sequence[object]) -> dict[str, str]:
     }
 
 
-def build_table(
-    corner: str,
-    columns: Sequence[str],
-    rows: Mapping[str, str],
-    items: Sequence[object],
-) -> Table:
-    """A column for each item, a row for each figure by its name."""
-    table = ruled_table(corner, *columns)
-    for header, path in rows.items():
-        table.add_row(header, *(shown(figure(item, path)) for item in items))
-    return table
+def columns(
+    names: Sequence[str], rows: Mapping[str, str], items: Sequence[object]
+) -> dict[str, list[str]]:
+    """A column of cells for each item by its name."""
+    return {
+        name: [shown(figure(item, path)) for path in rows.values()]
+        for name, item in zip(names, items, strict=True)
+    }
 
 
 def figure(item: object, path: str) -> Any:

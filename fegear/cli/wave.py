@@ -39,7 +39,7 @@ from fegear.cli.options import (
     require,
     require_outputs,
 )
-from fegear.cli.screen import number, print_json, ruled_table, screen, warn
+from fegear.cli.screen import number, print_columns, print_json, screen, warn
 from fegear.cli.systems import (
     excitations_of,
     file_header,
@@ -50,6 +50,8 @@ from fegear.cli.systems import (
 )
 
 if TYPE_CHECKING:
+    from rich.console import Console
+
     from fegear.gearset.model import GearSet
     from lumped.motion import TimeHistory
 
@@ -235,7 +237,7 @@ def print_wave(values: dict[str, Any]) -> None:
         f"{counted(values['section_points'], 'point', 'points')} in the Poincaré "
         "section"
     )
-    console.print(_figures_table(values["meshes"]))
+    _print_figures(console, values["meshes"])
     from lumped.motion import CONDITIONS
 
     for mesh in values["meshes"]:
@@ -257,18 +259,16 @@ ROWS = {
 }
 
 
-def _figures_table(meshes: list[dict[str, Any]]) -> Any:
-    table = ruled_table("", *(f"mesh {mesh['mesh']}" for mesh in meshes))
-    for label, (name, factor) in ROWS.items():
-        table.add_row(label, *(number(factor * mesh[name]) for mesh in meshes))
-    multiples = [str(mesh["period_multiple"] or "none") for mesh in meshes]
-    table.add_row("repeats after periods of the mesh", *multiples)
-    lines = [
-        "\n".join(
-            f"{1e6 * line['amplitude_m']:.3g} at {line['frequency_Hz']:.6g}"
-            for line in mesh["largest_lines"]
-        )
-        for mesh in meshes
-    ]
-    table.add_row("largest amplitudes [um] at [Hz]", *lines)
-    return table
+def _print_figures(console: Console, meshes: list[dict[str, Any]]) -> None:
+    labels = [*ROWS, "repeats after periods of the mesh", "largest amplitudes [um]"]
+    columns = {f"mesh {mesh['mesh']}": _cells(mesh) for mesh in meshes}
+    print_columns(console, "", labels, columns)
+
+
+def _cells(mesh: dict[str, Any]) -> list[str]:
+    cells = [number(factor * mesh[name]) for name, factor in ROWS.values()]
+    lines = (
+        f"{1e6 * line['amplitude_m']:.3g} at {line['frequency_Hz']:.6g} Hz"
+        for line in mesh["largest_lines"]
+    )
+    return [*cells, str(mesh["period_multiple"] or "none"), "\n".join(lines)]

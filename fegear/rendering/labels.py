@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from textwrap import wrap
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,7 @@ from fegear.rendering.look import COLOURS, CUT, HEADER, INK, Look, ribbon_base
 from fegear.rendering.recorded import Instant
 
 Array = NDArray[np.float64]
+BAR_LETTERS = 18  # of a line beside the picture
 NEAR = 0.005  # of the view's half height between a picture and its labels
 
 
@@ -35,7 +37,7 @@ def _at_rest(field: ContactField) -> list[str]:
     return [
         f"position {field.position:.3f} base pitches",
         f"torque {field.torque:g} N m",
-        f"transmission error {1e6 * field.approach:.2f} µm",
+        f"transmission error {1e6 * field.approach:.2f} um",
     ]
 
 
@@ -50,7 +52,7 @@ def _in_motion(instant: Instant) -> list[str]:
         f"{speed}, {1e3 * instant.time:.4f} ms",
         f"position {instant.position:.3f}",
         force,
-        f"transmission error {1e6 * instant.approach:.2f} µm",
+        f"transmission error {1e6 * instant.approach:.2f} um",
     ]
 
 
@@ -62,13 +64,12 @@ def legend(look: Look) -> tuple[str, list[str]]:
     """Title of the colour bar with its unit, and what the bar does not show."""
     colours = COLOURS[look.shown]
     higher = f"up to {look.largest:.0f}" if look.exact else "higher"
-    notes = []
+    note = ""
     if look.largest > 1.001 * look.limits[1]:
-        notes = [f"corners {higher}"]
+        note = f"corners {higher}"
         if colours.clipped:
-            ends = "at" if look.exact else "about at"
-            notes = [f"colours end {ends}", "largest in fillets,", f"contact {higher}"]
-    return f"{colours.title}\n[{colours.unit}]", notes
+            note = f"colours up to the fillets, contact {higher}"
+    return f"{colours.title}\n[{colours.unit}]", wrap(note, BAR_LETTERS)
 
 
 def draw_loads(

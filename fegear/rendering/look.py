@@ -54,7 +54,7 @@ COLOURS: dict[str, Colours] = {
         signed=True,
     ),
     "displacement": Colours(
-        "displacement_m", "elastic\ndisplacement", "µm", 1e6, "viridis"
+        "displacement_m", "elastic\ndisplacement", "um", 1e6, "viridis"
     ),
     "pressure": Colours("pressure_Pa", "contact\npressure", "MPa", 1e-6, "plasma"),
 }

@@ -27,7 +27,7 @@ WIDTH = 4.8  # inches; a phone shows them at about four fifths of it
 COLORS = ("#d1495b", "#2b83ba", "#3a9d5d", "#c77f0a", "#8e6bbf", "#7a7a7a")
 MARKERS = "osD^vP"
 LABELS: dict[Column, tuple[str, float]] = {
-    "dte_rms": ("RMS of DTE [µm]", 1e6),
+    "dte_rms": ("RMS of DTE [um]", 1e6),
     "force_peak": ("largest mesh force [kN]", 1e-3),
     "contact_loss": ("contact lost [% of time]", 100.0),
 }
@@ -87,7 +87,7 @@ def draw_statics(result: CaseResult, torque: float) -> Figure:
             statics = run.statics[m]
             axes.plot(*_closed(statics.position, 1e6 * statics.deflection), **style)
         mesh = reference.statics[m].mesh
-        axes.set_ylabel(f"mesh {mesh}: static\ndeflection [µm]")
+        axes.set_ylabel(f"mesh {mesh}: static\ndeflection [um]")
         axes.margins(x=0.0)
     for m, axes in enumerate(panels[meshes:]):
         statics = reference.statics[m]

@@ -1,0 +1,145 @@
+"""Help in plain words: every option with unit and default, every command's example."""
+
+from __future__ import annotations
+
+import inspect
+import re
+import shlex
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, get_type_hints
+
+import pytest
+import typer
+from typer.testing import CliRunner
+
+from fegear.cli import app
+
+ROOT = Path(__file__).parents[3]
+UNIT = re.compile(r"\[(N/m|N.m|Hz|rpm|base pitches|pixels)\]")
+NO_UNIT = ("ratio", "coefficient", "tolerance", "deviation", "over its mean")
+# left out, nothing is done in their place
+WITHOUT_DEFAULT = {
+    "--at",
+    "--band",
+    "--history",
+    "--output",
+    "--plot",
+    "--root-stress",
+    "--rpm",
+    "--set",
+    "--table",
+    "--time-history",
+}
+
+
+def commands(group: Any, path: str = "") -> Iterator[tuple[str, Any]]:
+    for name, command in group.commands.items():
+        words = f"{path} {name}".strip()
+        if hasattr(command, "commands"):
+            yield from commands(command, words)
+        else:
+            yield words, command
+
+
+COMMANDS = dict(commands(typer.main.get_command(app)))
+OPTIONS = [
+    (words, param)
+    for words, command in COMMANDS.items()
+    for param in command.params
+    if param.opts[0].startswith("-")
+]
+
+
+def label(value: Any) -> str:
+    return value if isinstance(value, str) else max(value.opts, key=len)
+
+
+def rendered(words: str) -> str:
+    """Help on a screen of 80 columns, its lines joined again."""
+    result = CliRunner(env={"COLUMNS": "80"}).invoke(app, [*words.split(), "--help"])
+    assert result.exit_code == 0
+    lines = result.stdout.splitlines()
+    start = next((i for i, li in enumerate(lines) if "Example:" in li), len(lines))
+    assert max(map(len, lines[:start])) <= 80
+    text = "\n".join(lines)
+    return " ".join(re.sub(r"-\n\s+", "-", text).split())  # a word at its hyphen
+
+
+@pytest.mark.parametrize(("words", "param"), OPTIONS, ids=label)
+def test_an_option_says_what_it_is_its_unit_and_its_default(words, param):
+    help_text = param.help or ""
+    assert len(help_text) > 10
+    assert help_text[0].isupper() or help_text.startswith(".")
+    name = max(param.opts, key=len)
+    shown = rendered(words)
+    assert help_text.replace("\u00a0", " ") in shown.replace("\u00a0", " ")
+    hints = get_type_hints(inspect.unwrap(COMMANDS[words].callback))
+    if "float" in str(hints[param.name]) or name in ("--speeds", "--rpm", "--band"):
+        assert UNIT.search(help_text) or any(w in help_text for w in NO_UNIT)
+    is_flag = getattr(param, "is_flag", False)
+    if not (is_flag or name in WITHOUT_DEFAULT):
+        own = shown.partition(f" {name} ")[2]
+        own = re.split(r" --[a-z-]+[ /]", own.replace(help_text, "", 1))[0]
+        assert param.required or "[default: " in help_text + own
+
+
+@pytest.mark.parametrize("words", COMMANDS)
+def test_a_command_has_an_example_that_can_be_typed(words):
+    example = COMMANDS[words].epilog.splitlines()[-1].strip()
+    assert len(example) <= 78
+    assert parsed(example) == words
+
+
+def parsed(line: str) -> str:
+    """The command of a line, whose options are parsed and not run."""
+    program, *given = shlex.split(line)
+    assert program == "fegear"
+    depth = 2 if given[0] == "bench" else 1
+    words = " ".join(given[:depth])
+    COMMANDS[words].make_context(words, given[depth:])
+    return words
+
+
+def lines_of(page: str) -> list[str]:
+    """Commands in the blocks and tables of a page."""
+    text = (ROOT / page).read_text(encoding="utf-8")
+    blocks = re.findall(r"^```\w*\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
+    found = [line for block in blocks for line in block.splitlines()]
+    found += re.findall(r"^\| `(.*?)` \|", text, re.MULTILINE)
+    return [line.strip() for line in found if line.strip().startswith("fegear ")]
+
+
+@pytest.mark.parametrize("page", ["README.md", "docs/gallery.md"])
+def test_commands_in_the_documentation_can_be_typed(page):
+    lines = lines_of(page)
+    assert len(lines) > 5
+    for line in lines:
+        parsed(line)
+
+
+def test_the_list_of_commands_is_not_cut_off():
+    result = CliRunner(env={"COLUMNS": "80"}).invoke(app, ["--help"])
+    assert "..." not in result.stdout.partition("Commands:")[2]
+    for words, command in COMMANDS.items():
+        if " " not in words:
+            assert words in result.stdout
+            assert command.help.splitlines()[0] in result.stdout
+
+
+def test_version(capsys):
+    from fegear.cli import run
+    from fegear.version import package_version
+
+    assert run(["--version"]) == 0
+    assert capsys.readouterr().out == f"fegear {package_version()}\n"
+
+
+def test_words_are_completed(monkeypatch, capsys):
+    from fegear.cli import run
+
+    monkeypatch.setenv("_FEGEAR_COMPLETE", "complete_bash")
+    monkeypatch.setenv("COMP_WORDS", "fegear stiffness --re")
+    monkeypatch.setenv("COMP_CWORD", "2")
+    assert run([]) == 0
+    assert capsys.readouterr().out.split() == ["--resolution"]
