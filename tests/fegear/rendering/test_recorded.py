@@ -108,7 +108,7 @@ def test_files_that_cannot_be_used(tmp_path, header, changed, message):
         (lambda data: data[: len(data) - 30], "values; allowed"),
         (lambda data: data.replace(b"0.0625", b"zero", 1), "could not convert"),
         (lambda data: b"", "is no history"),
-        (lambda data: b"\xff\xfe\x00" + data, "is no text"),
+        (lambda data: b"\xff\xfe\x00" + data, "not UTF-8 text"),
         (lambda data: b"torque,position\n1,2\n", "is no history"),
     ],
 )

@@ -1,0 +1,21 @@
+"""A few of the random cases of `fuzz_gear_sets.py`."""
+
+from __future__ import annotations
+
+import pytest
+from fuzz_gear_sets import BASE, WORDS, cases, option_lists, tried
+
+
+@pytest.mark.parametrize("case", tuple(cases(100, seed=0)), ids=lambda case: case.words[0])
+def test_a_random_case_ends_as_it_should(tmp_path, case):
+    _, wrong, line = tried(case, tmp_path)
+    assert wrong is None, f"{wrong}: {case.words!a} {line}\n{case.data!a}"
+
+
+def test_the_fuzzer_knows_every_option():
+    flags = {"--json", "--translations", "--hold-width", "--model-1", "--resume"}
+    flags |= {"--overwrite", "--whole", "--corner-contact"}
+    for name, options in option_lists().items():
+        assert name in BASE
+        for option in options:
+            assert option in WORDS or option in flags or not option.startswith("--")

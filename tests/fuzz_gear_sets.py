@@ -1,0 +1,365 @@
+"""Random gear sets and option lists: no traceback, no hang, no wrong exit code.
+
+As a script: `python tests/fuzz_gear_sets.py 3000 --seed 1`; it prints what failed with
+the words and the file that did it. Tests run a few of the same cases.
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import faulthandler
+import io
+import json
+import math
+import os
+import random
+import shlex
+import sys
+import tempfile
+import time
+import unicodedata
+from collections import Counter
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import typer
+
+from fegear.cli import app, run
+from fegear.gearset.problems import known_keys
+from fegear.printable import HARMFUL
+
+HANG = 60.0  # s of a case
+ALLOWED = {0, 1, 2}
+DIVERGED = "diverged at"  # the one reason for code 1 here
+NASTY = [0, -1, 1e-300, 5e-324, 1e300, math.nan, math.inf, -math.inf, 10**30, 2.5]
+WRONG = ["text", "", True, [], [1, "a"], {"a": 1}, "\x1b[31m", "\u202e", "a\nb", "$x$"]
+Value = Callable[[random.Random], Any]
+
+
+def between(low: float, high: float) -> Value:
+    return lambda r: round(r.uniform(low, high), 4)
+
+
+def any_of(*values: Any) -> Value:
+    return lambda r: r.choice(values)
+
+
+GEAR: dict[str, Value] = {
+    "teeth": lambda r: r.randint(17, 48),
+    "module_mm": any_of(2.0, 2.0, 2.0, 3.0),
+    "pressure_angle_deg": any_of(20.0, 20.0, 20.0, 25.0),
+    "profile_shift": between(-0.1, 0.2),
+    "tip_radius_mm": between(10.0, 60.0),
+    "addendum_mm": between(1.8, 2.4),
+    "dedendum_mm": between(2.4, 3.0),
+    "rack_tip_radius_mm": between(0.05, 1.2),
+    "face_width_mm": between(5.0, 40.0),
+    "hub_radius_mm": between(2.0, 12.0),
+    "tooth_thinning_um": between(0.0, 300.0),
+    "young_modulus_GPa": any_of(206.0, 3.0, 70.0),
+    "poisson_ratio": between(0.0, 0.49),
+    "density_kg_per_m3": any_of(7850.0, 1200.0),
+    "inertia_kg_m2": lambda r: 10.0 ** r.uniform(-6, -2),
+    "mass_kg": between(0.01, 5.0),
+    "bearing_kx_N_per_m": lambda r: 10.0 ** r.uniform(6, 9),
+    "coupling_stiffness_Nm_per_rad": any_of(0.0, 100.0, 1e6),
+}
+RELIEF: dict[str, Value] = {
+    "magnitude_um": between(1.0, 40.0),
+    "length_pitches": between(0.05, 0.6),
+    "start_roll_angle_deg": between(5.0, 40.0),
+    "start": any_of("HPSTC", "LPSTC"),
+    "shape": any_of("linear", "parabolic"),
+}
+MESH: dict[str, Value] = {
+    "center_distance_mm": between(30.0, 110.0),
+    "operating_pressure_angle_deg": between(20.0, 24.0),
+    "contact_ratio": between(1.2, 1.7),
+    "phase": between(-1.0, 1.0),
+    "center_line_deg": between(-180.0, 180.0),
+    "backlash_um": any_of(0.0, 1.0, 200.0),
+    "mean_stiffness_N_per_m": lambda r: 10.0 ** r.uniform(7, 9),
+    "stiffness_variation": between(0.0, 0.9),
+    "load_share": between(0.05, 0.95),
+}
+RELIEFS = [key for key in known_keys(["mesh"]) if key.endswith("relief")]
+NAMES = ["a", "b", "c", "pinion 1", "日本", "wheel-2"]
+
+
+def gear_set(r: random.Random) -> dict[str, Any]:
+    """A train in a row with plausible figures, most of which fit each other."""
+    count = r.choice([2, 2, 2, 3, 4])
+    names = r.sample(NAMES, count)
+    tables: dict[str, Any] = {
+        "name": "fuzz",
+        "defaults": {"module_mm": 2.0, "face_width_mm": 10.0, "hub_radius_mm": 5.0},
+        "gear": [gear(r, name) for name in names],
+        "mesh": [mesh(r, names[i], names[i + 1]) for i in range(count - 1)],
+    }
+    if r.random() < 0.9:
+        torques = [round(10.0 ** r.uniform(0, 3), 2) for _ in range(r.choice([1, 2]))]
+        tables["load"] = {"gear": names[0], "torques_Nm": torques}
+    if r.random() < 0.3:
+        tables["dynamics"] = {"damping_ratio": r.choice([0.0, 0.01, 0.1])}
+    if count > 2 and r.random() < 0.2:
+        shaft = {"gears": r.sample(names, 2)}
+        tables["shaft"] = [shaft | {"stiffness_Nm_per_rad": 10.0 ** r.uniform(2, 6)}]
+    return tables
+
+
+def gear(r: random.Random, name: str) -> dict[str, Any]:
+    entry = {"name": name, "teeth": GEAR["teeth"](r)}
+    for key in r.sample(list(GEAR), r.choice([0, 0, 1, 2])):
+        entry[key] = GEAR[key](r)
+    if "bearing_kx_N_per_m" in entry:
+        entry["bearing_ky_N_per_m"] = 2e8
+    if r.random() < 0.05:
+        entry["pitch_errors_um"] = [r.choice([0.0, 5.0]) for _ in range(entry["teeth"])]
+    return entry
+
+
+def mesh(r: random.Random, driver: str, driven: str) -> dict[str, Any]:
+    entry = {
+        "driver": driver,
+        "driven": driven,
+        "operating_pressure_angle_deg": r.choice([21.0, 22.0]),
+        "mean_stiffness_N_per_m": 2e8,
+        "stiffness_variation": 0.3,
+    }
+    for key in r.sample(list(MESH), r.choice([0, 0, 1, 2])):
+        entry[key] = MESH[key](r)
+    if "center_distance_mm" in entry:
+        del entry["operating_pressure_angle_deg"]
+    if r.random() < 0.4:
+        keys = ["magnitude_um", r.choice(["length_pitches", "start"]), "shape"]
+        place = r.choice(RELIEFS)
+        entry[place] = {key: RELIEF[key](r) for key in keys}
+        if "start" in keys:
+            entry[place]["start"] = "HPSTC" if "tip" in place else "LPSTC"
+    return entry
+
+
+def broken(r: random.Random, tables: dict[str, Any]) -> dict[str, Any]:
+    """The tables with one thing that does not belong there."""
+    place: Any = tables
+    while True:
+        key = r.choice(list(place) if isinstance(place, dict) else range(len(place)))
+        inner = place[key]
+        if isinstance(inner, dict | list) and inner and r.random() < 0.85:
+            place = inner
+            continue
+        kind = r.random()
+        if kind < 0.5:
+            place[key] = r.choice(NASTY)
+        elif kind < 0.8:
+            place[key] = r.choice(WRONG)
+        elif kind < 0.9 and isinstance(place, dict):
+            place[r.choice(["helix_angle_deg", "teth", "\x1b", "", "a.b"])] = 1
+        else:
+            del place[key]
+        return tables
+
+
+def toml(value: Any) -> str:
+    if isinstance(value, dict):
+        inner = (f"{toml(str(k))} = {toml(v)}" for k, v in value.items())
+        return "{" + ", ".join(inner) + "}"
+    if isinstance(value, list):
+        return "[" + ", ".join(map(toml, value)) + "]"
+    if isinstance(value, float):
+        return repr(value).replace("'", "")
+    return json.dumps(value)
+
+
+def text(r: random.Random, tables: dict[str, Any]) -> bytes:
+    data = "".join(f"{toml(str(k))} = {toml(v)}\n" for k, v in tables.items()).encode()
+    if r.random() < 0.03:  # cut off, or with a byte that does not belong there
+        at = r.randrange(len(data))
+        return r.choice([data[:at], data[:at] + b"\xff" + data[at:]])
+    return data
+
+
+FILES = ["out.csv", "out.png", "out.vtu", "none/out.csv", "", "x" * 300, "\x1b.csv"]
+WORDS: dict[str, list[str]] = {  # by option; what is not here is a flag
+    "--mesh": ["1", "2", "9", "0"],
+    "--gear": ["1", "3", "0"],
+    "--torque": ["5", "50", "0", "1e8", "1e300", "nan"],
+    "--positions": ["1", "4", "8", "0", "9999999"],
+    "--friction": ["0.1", "0", "0.5", "-1", "nan"],
+    "--plane": ["strain", "stress", "both"],
+    "--resolution": ["coarse"],
+    "--model": ["1", "2", "3", "4"],
+    "--speeds": ["900", "500,3000", "1000:3000:1000", "1:9e8:1", "0", "x", "1:2"],
+    "--speed": ["900", "5000", "0", "1e300"],
+    "--from-speed": ["1000", "0"],
+    "--rpm": ["1000", "-5"],
+    "--direction": ["up", "down", "both", "left"],
+    "--damping": ["0.05", "0", "1", "nan", "1e-300"],
+    "--excitation": ["rectangular", "trapezoid", "fourier", "none"],
+    "--ramp": ["0.05", "0.5", "2", "nan"],
+    "--harmonics": ["1", "7", "0", "10000"],
+    "--steps": ["16", "3", "64", "100000000"],
+    "--method": ["rk4", "dopri5"],
+    "--tolerance": ["1e-3", "1e-13", "0.1", "nan"],
+    "--max-periods": ["50", "0", "-1"],
+    "--table": ["set.toml", "none.csv", "table.csv"],
+    "--over": ["torque_Nm=10,20", "mesh.1.phase=0:1:2", "gear.1.teeth=20:22:3", "a=1"],
+    "--at": ["900", "0", "nan"],
+    "--band": ["900,1000", "x"],
+    "--set": ["mesh.1.phase=0", "gear.1.teeth=24", "gear.9.teeth=3", "\x1b=1", "a"],
+    "--output": FILES,
+    "--plot": FILES,
+    "--history": ["h", "set.toml", ""],
+    "--root-stress": ["a", "nobody"],
+    "--fidelity": ["quasistatic", "reduced"],
+    "--elastic-damping": ["0.1", "1"],
+    "--cutoff": ["20000", "0"],
+    "--position": ["0.5", "2"],
+    "--time-history": ["set.toml", "none"],
+    "--field": ["pressure", "colour"],
+    "--scale": ["10", "x"],
+    "--zoom": ["tooth"],
+    "--width": ["480", "7"],
+    "--frames": ["2", "0"],
+    "--stiffness": ["given", "fe"],
+    "--mean": ["1e8", "-1"],
+    "--variation": ["0.3", "2"],
+    "--mean-spread": ["0.05", "0"],
+    "--variation-spread": ["0.05", "0"],
+    "--along": ["a", "nobody"],
+}
+# what keeps a command short; and how often it is drawn
+BASE = {
+    "show": ("SET", 12),
+    "modes": ("SET --json", 10),
+    "sweep": ("SET --excitation rectangular --speeds 1500", 10),
+    "wave": ("SET --excitation rectangular --speed 1500", 8),
+    "map": ("SET --excitation rectangular --at 1500 --over mesh.1.phase=0", 6),
+    "stiffness": ("SET --resolution coarse --positions 2", 6),
+    "compare": ("SET", 2),
+    "mesh": ("SET --resolution coarse --output out.vtu", 2),
+    "dynamics": ("SET --resolution coarse --fidelity quasistatic --speeds 3000", 2),
+    "render": ("SET --resolution coarse --width 480 --output out.png", 1),
+    "sets": ("", 1),
+}
+
+
+def option_lists() -> dict[str, list[str]]:
+    """Names of the options of every command, from typer."""
+    group: Any = typer.main.get_command(app)
+    return {
+        name: [max(param.opts, key=len) for param in group.commands[name].params]
+        for name in BASE
+    }
+
+
+def command(r: random.Random, options: dict[str, list[str]]) -> list[str]:
+    name = r.choices(list(BASE), [weight for _, weight in BASE.values()])[0]
+    words = BASE[name][0].split()
+    for option in r.sample(
+        options[name], min(len(options[name]), r.choice([0, 0, 1, 1, 2]))
+    ):
+        if not option.startswith("--"):
+            continue
+        value = [r.choice(WORDS[option])] if option in WORDS else []
+        if option in words and r.random() < 0.9:  # another value, not a second one
+            at = words.index(option)
+            words[at : at + 2] = [option, *value]
+        else:
+            words += [option, *value]
+    if r.random() < 0.03:
+        words.insert(
+            r.randrange(len(words) + 1), r.choice(["--tork", "\x1b", "-x", "y"])
+        )
+    return [name, *("set.toml" if word == "SET" else word for word in words)]
+
+
+@dataclass(frozen=True)
+class Case:
+    words: list[str]
+    data: bytes
+
+
+def cases(count: int, seed: int) -> Iterator[Case]:
+    options = option_lists()
+    for number in range(count):
+        r = random.Random(f"{seed} {number}")
+        tables = gear_set(r)
+        if r.random() < 0.2:
+            tables = broken(r, tables)
+        yield Case(command(r, options), text(r, tables))
+
+
+def complaint(code: int, out: str, err: str) -> str | None:
+    """What is wrong with the end of a command, if anything."""
+    lines = err.splitlines()
+    if code not in ALLOWED:
+        return f"exit code {code}"
+    if "--debug for a traceback" in err or "Traceback" in err + out:
+        return "a raw error"
+    if code == 1 and DIVERGED not in err:
+        return "exit code 1 without a reason"
+    if code == 2 and len(lines) != 1:
+        return f"{len(lines)} lines for wrong input"
+    if any(not line.startswith("fegear: ") for line in lines):
+        return "an error line that is not ours"
+    harmful = {c for c in out + err if unicodedata.category(c) in HARMFUL} - {"\n"}
+    if harmful:
+        return f"letters that steer a terminal: {harmful!r}"
+    return None
+
+
+def tried(case: Case, folder: Path) -> tuple[int, str | None, str]:
+    """Exit code, complaint and error line of a case, run in a folder."""
+    (folder / "set.toml").write_bytes(case.data)
+    rows = [f"100,{i / 8},{3e8 + 4e7 * (i < 4)}" for i in range(8)]
+    (folder / "table.csv").write_text(
+        "torque_Nm,position,stiffness_N_per_m\n" + "\n".join(rows)
+    )
+    before, out, err = Path.cwd(), io.StringIO(), io.StringIO()
+    os.chdir(folder)
+    faulthandler.dump_traceback_later(HANG, exit=True)
+    try:
+        with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+            code = run(case.words)
+    finally:
+        faulthandler.cancel_dump_traceback_later()
+        os.chdir(before)
+    return code, complaint(code, out.getvalue(), err.getvalue()), err.getvalue()
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("count", type=int)
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--only", type=int, help="number of the one case to run")
+    given = parser.parse_args()
+    codes: Counter[tuple[str, int]] = Counter()
+    slowest, failed = (0.0, ""), 0
+    for number, case in enumerate(cases(given.count, given.seed)):
+        if given.only not in (None, number):
+            continue
+        sys.stderr.write(f"\r{number} {shlex.join(case.words)[:70]!a:<74}")
+        begin = time.perf_counter()
+        with tempfile.TemporaryDirectory() as folder:
+            code, wrong, line = tried(case, Path(folder))
+        seconds = time.perf_counter() - begin
+        slowest = max(slowest, (seconds, f"{number} {shlex.join(case.words)!a}"))
+        codes[case.words[0], code] += 1
+        if wrong:
+            failed += 1
+            sys.stdout.write(
+                f"\n{number}: {wrong}\n{shlex.join(case.words)!a}\n{line}\n"
+                f"{case.data.decode('utf-8', 'replace')!a}\n"
+            )
+    for (name, code), times in sorted(codes.items()):
+        sys.stdout.write(f"{name:10} exit code {code}: {times}\n")
+    sys.stdout.write(f"slowest {slowest[0]:.1f} s: {slowest[1]}\n{failed} failed\n")
+    sys.exit(failed > 0)
+
+
+if __name__ == "__main__":
+    main()
