@@ -31,6 +31,7 @@ ALLOWED = {
         "lumped.waves",
         "lumped.excitation",
         "lumped.analytic",
+        "lumped.figures",
     },
     # the same motions by other means: responses and their files are the lumped ones
     "fegear.dynamics": {"fegear", "meshes", "lumped"},
