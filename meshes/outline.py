@@ -21,6 +21,7 @@ from meshes.profile import (
     roll_length_at_arc,
 )
 
+FLOOR_DEPTH = 6.0  # below the root circle, in modules
 Curve = Callable[[NDArray[np.float64]], Points]
 
 
@@ -31,7 +32,8 @@ class MeshSize:
     flank_edges : from the tip corner to the form circle
     flank_grading : edges grow like cosh from the corner; 0 is uniform
     fillet_edges : along the trochoid
-    tooth_size, hub_size : edge lengths inside the tooth and on the hub, in modules
+    tooth_size, hub_size : edge lengths inside the tooth and below it, in modules
+    body_growth : of a layer's thickness deep in the body, over its depth
     """
 
     flank_edges: int = 32
@@ -39,6 +41,7 @@ class MeshSize:
     fillet_edges: int = 10
     tooth_size: float = 0.30
     hub_size: float = 1.2
+    body_growth: float = 0.15
 
     def refined(self, factor: float) -> MeshSize:
         """All edges shorter by `factor` (longer where it is below 1)."""
@@ -48,6 +51,7 @@ class MeshSize:
             fillet_edges=max(3, round(self.fillet_edges * factor)),
             tooth_size=self.tooth_size / factor,
             hub_size=self.hub_size / factor,
+            body_growth=self.body_growth / factor,
         )
 
 
@@ -127,10 +131,16 @@ def half_sector_outline(gear: SpurGear, size: MeshSize) -> list[Edges]:
     return outline
 
 
-def hub_edges(gear: SpurGear, size: MeshSize) -> Edges:
-    """Hub arc from the cut back to the tooth axis."""
-    cut = math.pi / gear.teeth
-    edge = size.hub_size * gear.module
-    count = max(1, math.ceil(gear.hub_radius * cut / edge))
+def floor_radius(gear: SpurGear, size: MeshSize) -> float:
+    """Radius down to which triangles of any shape reach; below are layers, if any."""
+    floor = gear.root_radius - FLOOR_DEPTH * gear.module
+    layer = size.hub_size * gear.module
+    return floor if floor > gear.hub_radius + layer else gear.hub_radius
+
+
+def floor_edges(gear: SpurGear, size: MeshSize) -> Edges:
+    """Arc at the floor radius from the cut back to the tooth axis."""
+    radius, cut = floor_radius(gear, size), math.pi / gear.teeth
+    count = max(1, math.ceil(radius * cut / (size.hub_size * gear.module)))
     angles = np.linspace(cut, 0.0, count + 1)
-    return Edges("hub", lambda angle: polar(gear.hub_radius, angle), angles)
+    return Edges("floor", lambda angle: polar(radius, angle), angles)

@@ -16,12 +16,13 @@ from numpy.typing import NDArray
 
 from meshes.gear import SpurGear
 from meshes.gmsh_session import gmsh_model
-from meshes.outline import Edges, MeshSize, half_sector_outline, hub_edges
+from meshes.layers import body_layers, layer_radii
+from meshes.outline import Edges, MeshSize, floor_edges, half_sector_outline
 from meshes.profile import Points, polar
 
 __all__ = ["MeshSize", "SectorMesh", "sector_mesh"]
 
-BOUNDARIES = ("tip", "flank", "fillet", "root", "hub", "cut")
+Half = tuple[Points, NDArray, dict[str, NDArray]]  # points, triangles, named edges
 
 
 @dataclass(frozen=True)
@@ -46,10 +47,11 @@ class SectorMesh:
 def sector_mesh(gear: SpurGear, size: MeshSize | None = None) -> SectorMesh:
     """Mesh one sector of `gear`."""
     size = size or MeshSize()
-    outline = [*half_sector_outline(gear, size), hub_edges(gear, size)]
+    outline = [*half_sector_outline(gear, size), floor_edges(gear, size)]
     with gmsh_model("sector") as gmsh:
-        points, triangles, edges = _half_mesh(gmsh, gear, size, outline)
-    points, triangles, edges = _mirrored(points, triangles, edges)
+        half = _half_mesh(gmsh, gear, size, outline)
+    half = _down_to_hub(gear, size, half)
+    points, triangles, edges = _mirrored(*half)
     flank = edges["flank"]
     order = np.concatenate([flank[:, 0], flank[-1:, 1]])
     arcs = next(piece for piece in outline if piece.name == "flank").parameters
@@ -58,7 +60,7 @@ def sector_mesh(gear: SpurGear, size: MeshSize | None = None) -> SectorMesh:
 
 def _half_mesh(
     gmsh: ModuleType, gear: SpurGear, size: MeshSize, outline: list[Edges]
-) -> tuple[Points, NDArray, dict[str, NDArray]]:
+) -> Half:
     lines = _draw_half_sector(gmsh, gear, size, outline)
     gmsh.option.setNumber("Mesh.MeshSizeExtendFromBoundary", 1)
     gmsh.option.setNumber("Mesh.MeshSizeFromPoints", 1)
@@ -90,7 +92,7 @@ def _draw_half_sector(
 ) -> dict[str, list[int]]:
     """Closed chain of straight lines; returns the line tags of each piece."""
     geo, module = gmsh.model.geo, gear.module
-    *profile, hub = outline
+    *profile, floor = outline
     lines: dict[str, list[int]] = {}
 
     def add_point(xy: NDArray, edge: float) -> int:
@@ -114,21 +116,37 @@ def _draw_half_sector(
         if start is None:
             start = add_point(piece.vertices[0], size.tooth_size * module)
         end = add_chain(piece, end or start)
-    hub_start = add_point(hub.vertices[0], size.hub_size * module)
-    lines["cut"] = [geo.addLine(end, hub_start)]
-    hub_end = add_chain(hub, hub_start)
+    floor_start = add_point(floor.vertices[0], size.hub_size * module)
+    lines["cut"] = [geo.addLine(end, floor_start)]
+    floor_end = add_chain(floor, floor_start)
     foot = polar(gear.root_radius - 0.2 * module, 0.0)
     middle = add_point(foot, 1.5 * size.tooth_size * module)
-    lines["axis"] = [geo.addLine(hub_end, middle), geo.addLine(middle, start)]
+    lines["axis"] = [geo.addLine(floor_end, middle), geo.addLine(middle, start)]
     loop = geo.addCurveLoop([line for piece in lines.values() for line in piece])
     geo.addPlaneSurface([loop])
     geo.synchronize()
     return lines
 
 
-def _mirrored(
-    points: Points, triangles: NDArray, edges: dict[str, NDArray]
-) -> tuple[Points, NDArray, dict[str, NDArray]]:
+def _down_to_hub(gear: SpurGear, size: MeshSize, half: Half) -> Half:
+    """The layers below the floor joined to it."""
+    points, triangles, edges = half
+    floor = edges.pop("floor")
+    radii = layer_radii(gear, size, float(np.hypot(*points[floor[0, 0]])))
+    if len(radii) == 1:
+        return points, triangles, edges | {"hub": floor}
+    row = np.append(floor[:, [0, 2]].ravel(), floor[-1, 1])
+    below, cells, lines = body_layers(len(floor), math.pi / gear.teeth, radii)
+    place = np.arange(len(below)) + len(points) - len(row)
+    place[: len(row)] = row
+    for name, nodes in lines.items():
+        both = [edges[name]] if name in edges else []
+        edges[name] = np.concatenate([*both, place[nodes]])
+    points = np.vstack([points, below[len(row) :]])
+    return points, np.vstack([triangles, place[cells]]), edges
+
+
+def _mirrored(points: Points, triangles: NDArray, edges: dict[str, NDArray]) -> Half:
     """The half sector joined to its mirror image along the tooth axis."""
     on_axis = np.zeros(len(points), bool)
     on_axis[edges["axis"]] = True

@@ -21,7 +21,7 @@ from fegear.errors import InputError
 from fegear.output import make_directory, write_whole
 from meshes import MeshSize, SpurGear
 
-FORMAT = 1  # raise when geometry, mesh, elasticity or the file layout change
+FORMAT = 2  # raise when geometry, mesh, elasticity or the file layout change
 
 
 def cache_directory() -> Path:

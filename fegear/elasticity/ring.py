@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+BATCH = 2**22  # bytes of harmonics that are held at a time
 
 
 def ring_response(
@@ -18,15 +22,30 @@ def ring_response(
     cuts : which cuts to return; cut c lies between sectors c and c + 1
 
     Returns cut -> (m, loads). Each Fourier component over the sectors is an
-    independent (m, m) Hermitian system.
+    independent (m, m) Hermitian system; that of n and of teeth - n are conjugate.
     """
-    m = len(left)
+    found = {c: np.zeros(left.shape) for c in cuts}
+    for waves, phase, system in harmonics(superelement, teeth):
+        phase = phase[:, None, None]
+        spectrum = np.linalg.solve(system, right + left * phase)
+        weight = np.where((waves == 0) | (2 * waves == teeth), 1.0, 2.0) / teeth
+        spectrum *= weight[:, None, None]
+        for c in cuts:
+            found[c] += np.real(np.sum(spectrum * phase**c, axis=0))
+    return found
+
+
+def harmonics(
+    superelement: Array, teeth: int
+) -> Iterator[tuple[NDArray[np.int64], Complex, Complex]]:
+    """A few at a time: wave numbers n (k,) from 0 to teeth // 2, their phase from
+    sector to sector (k,), and systems (k, m, m) of the left cut."""
+    m = len(superelement) // 2
     LL, LR = superelement[:m, :m], superelement[:m, m:]
     RL, RR = superelement[m:, :m], superelement[m:, m:]
-    waves = np.arange(teeth // 2 + 1)
-    phase = np.exp(2j * np.pi * waves / teeth)[:, None, None]
-    system = (LL + RR) + RL / phase + LR * phase
-    spectrum = np.linalg.solve(system, right + left * phase)
-    weight = np.where((waves == 0) | (2 * waves == teeth), 1.0, 2.0) / teeth
-    spectrum *= weight[:, None, None]
-    return {c: np.real(np.sum(spectrum * phase**c, axis=0)) for c in cuts}
+    count = max(1, BATCH // (16 * m * m))
+    for first in range(0, teeth // 2 + 1, count):
+        waves = np.arange(first, min(first + count, teeth // 2 + 1))
+        phase = np.exp(2j * np.pi * waves / teeth)
+        turn = phase[:, None, None]
+        yield waves, phase, (LL + RR) + RL / turn + LR * turn

@@ -23,6 +23,7 @@ from fegear.contact.compliance import STENCIL, set_stencil
 from fegear.elasticity.flank import FlankPoints
 from fegear.elasticity.material import PlaneMaterial
 from fegear.elasticity.modes import both_flanks, rigid_fields, tie
+from fegear.elasticity.ring import harmonics
 from fegear.elasticity.sector import assemble_mass, assemble_sector, condense, factorise
 from fegear.timing import stage
 from lumped.compiled import compiled
@@ -240,9 +241,10 @@ def _rows(matrix: Any, freedoms: Indices, scale: Array, step: int = 1) -> Rows:
 def _ring_inverse(superelement: Any, teeth: int) -> NDArray[np.complex128]:
     """Inverses (teeth // 2 + 1, m, m) of the cuts' systems, as in `ring_response`."""
     m = len(superelement) // 2
-    phase = np.exp(2j * np.pi * np.arange(teeth // 2 + 1) / teeth)[:, None, None]
-    ahead, standing = superelement[:m, m:], superelement[:m, :m] + superelement[m:, m:]
-    return np.linalg.inv(standing + phase * ahead + ahead.T / phase)
+    inverse = np.empty((teeth // 2 + 1, m, m), complex)
+    for waves, _, system in harmonics(superelement, teeth):
+        inverse[waves] = np.linalg.inv(system)
+    return inverse
 
 
 def _require_shape(name: str, array: Array, shape: tuple[int, int]) -> None:
