@@ -23,7 +23,9 @@ def layer_radii(gear: SpurGear, size: MeshSize, top: float) -> NDArray[np.float6
     while radii[-1] > gear.hub_radius:
         r = radii[-1]
         growth = size.body_growth * (gear.root_radius - r)
-        step = min(max(size.hub_size * gear.module, growth), size.body_growth * r)
+        step = max(size.hub_size * gear.module, growth)
+        # twist of a body falls as 1 / r
+        step = min(step, size.body_growth * r, size.largest_layer * gear.module)
         radii.append(r - step)
     if len(radii) == 1:
         return np.array(radii)

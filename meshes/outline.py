@@ -34,6 +34,7 @@ class MeshSize:
     fillet_edges : along the trochoid
     tooth_size, hub_size : edge lengths inside the tooth and below it, in modules
     body_growth : of a layer's thickness deep in the body, over its depth
+    largest_layer : its thickness at most, in modules
     """
 
     flank_edges: int = 32
@@ -42,6 +43,7 @@ class MeshSize:
     tooth_size: float = 0.30
     hub_size: float = 1.2
     body_growth: float = 0.15
+    largest_layer: float = math.inf
 
     def refined(self, factor: float) -> MeshSize:
         """All edges shorter by `factor` (longer where it is below 1)."""
@@ -52,6 +54,7 @@ class MeshSize:
             tooth_size=self.tooth_size / factor,
             hub_size=self.hub_size / factor,
             body_growth=self.body_growth / factor,
+            largest_layer=self.largest_layer / factor,
         )
 
 

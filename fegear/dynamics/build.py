@@ -20,11 +20,12 @@ from fegear.dynamics.choice import (
 )
 from fegear.dynamics.elastic import ElasticGear, Rayleigh, mass_damping
 from fegear.dynamics.far import far_coupling
+from fegear.dynamics.memory import full_bytes, require_memory
 from fegear.dynamics.model import DynamicModel, dynamic_model
 from fegear.dynamics.respond import DynamicSettings, ReducedStepper, Stepper
 from fegear.dynamics.sides import MeshLaws
 from fegear.elasticity.material import PlaneMaterial
-from fegear.elasticity.modes import GearModes, gear_modes
+from fegear.elasticity.modes import GearModes, gear_modes, resolving
 from fegear.errors import InputError
 from fegear.excitation import Excitations
 from fegear.gearset.inertia import require_inertia_of_bodies
@@ -38,6 +39,7 @@ from meshes import SpurGear
 
 if TYPE_CHECKING:
     from fegear.dynamics.full import FullModel
+    from fegear.elasticity.whole import WholeGear
 
 Array = NDArray[np.float64]
 Fidelity = Literal["full", "reduced", "quasistatic", "auto"]
@@ -115,8 +117,15 @@ def prepare(
     ]
     far = far_coupling(gear_set, laws, statics)
     if elements.fidelity == "full":
-        full = _full_model(gear_set, reference, laws, far, elements, statics)
-        return _full(full, settings)
+        from fegear.dynamics.full import full_model
+
+        wholes = _whole_gears(gear_set, statics, elements.mesh, max(speeds))
+        require_memory(gear_set, full_bytes(gear_set, laws, wholes))
+        ratio = elements.elastic_damping
+        damping = [elastic_damping(gear, ratio) for gear in gear_set.gears]
+        return _full(
+            full_model(gear_set, reference, laws, wholes, damping, far), settings
+        )
     beside = None if far is None else (far, np.zeros_like(far))
     nobody: list[ElasticGear | None] = [None] * len(gear_set.gears)
     rigid = dynamic_model(gear_set, reference, laws, nobody, beside)
@@ -149,22 +158,17 @@ def _prepared(
     return Prepared(ReducedStepper(model, settings.scheme), fidelity, reason, counts)
 
 
-def _full_model(
-    gear_set: GearSet,
-    reference: LumpedSystem,
-    laws: list[MeshLaws],
-    far: Array | None,
-    elements: FiniteElements,
-    statics: StaticsSettings,
-) -> FullModel:
-    from fegear.dynamics.full import full_model
+def _whole_gears(
+    gear_set: GearSet, statics: StaticsSettings, refinement: float, highest: float
+) -> list[WholeGear]:
+    """For mesh frequencies up to `highest` [Hz]."""
     from fegear.elasticity.whole import whole_gear
 
-    size, wholes, damping = statics.size.refined(elements.mesh), [], []
+    size, wholes = statics.size.refined(refinement), []
     for gear in gear_set.gears:
-        wholes.append(whole_gear(*_body(gear, statics), size))
-        damping.append(elastic_damping(gear, elements.elastic_damping))
-    return full_model(gear_set, reference, laws, wholes, damping, far)
+        body, cutoff = _body(gear, statics), usual_cutoff(gear, highest)
+        wholes.append(whole_gear(*body, resolving(size, *body, cutoff)))
+    return wholes
 
 
 def _full(full: FullModel, settings: DynamicSettings) -> Prepared:

@@ -13,6 +13,7 @@ Everything is per unit width.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -39,6 +40,7 @@ Complex = NDArray[np.complex128]
 Field = NDArray[Any]  # real where a wave stands, else complex
 Counts = NDArray[np.int64]
 RIGHT, LEFT = 0, 1  # flanks of a tooth
+LAYERS_PER_WAVE = 6.0  # at least; frequencies are then exact to some 1e-4
 
 
 @dataclass(frozen=True)
@@ -118,28 +120,39 @@ def gear_modes(
     for name, value in (("density", density), ("cutoff_Hz", cutoff_Hz)):
         if not (value > 0.0 and math.isfinite(value)):
             raise ValueError(f"{name} must be positive and finite, got {value}")
+    size = resolving(size or MeshSize(), gear, material, density, cutoff_Hz)
     with stage("meshing"):
-        mesh = sector_mesh(gear, size or MeshSize())
+        mesh = sector_mesh(gear, size)
     with stage("assembling"):
         model = assemble_sector(mesh, material)
         mass = assemble_mass(model, density)
+    flanks = both_flanks(gear, mesh, model)
     with stage("modes"):
         waves = sector_waves(model, mass, gear.teeth, cutoff_Hz)
-    return _gathered(
-        gear, cutoff_Hz, model, mass, both_flanks(gear, mesh, model), waves
-    )
+        return _gathered(gear, cutoff_Hz, model, mass, flanks, waves)
+
+
+def resolving(
+    size: MeshSize,
+    gear: SpurGear,
+    material: PlaneMaterial,
+    density: float,
+    highest_Hz: float,
+) -> MeshSize:
+    """With layers of the body that resolve shear waves up to a frequency."""
+    wave = math.sqrt(material.lame[1] / density) / highest_Hz
+    largest = wave / (LAYERS_PER_WAVE * gear.module)
+    return replace(size, largest_layer=min(size.largest_layer, largest))
 
 
 def sector_waves(
     model: SectorModel, mass: csr_array, teeth: int, cutoff_Hz: float
-) -> list[Waves]:
+) -> Iterator[Waves]:
     """Modes below the cut-off for every n = 0 .. teeth // 2, some of them empty."""
     counts = mode_counts(model, mass, teeth, cutoff_Hz)
     sector = condense(model, teeth)
-    return [
-        _solved(model, mass, sector, teeth, n, int(count))
-        for n, count in enumerate(counts)
-    ]
+    for n, count in enumerate(counts):
+        yield _solved(model, mass, sector, teeth, n, int(count))
 
 
 def mode_counts(
@@ -279,32 +292,46 @@ def _gathered(
     model: SectorModel,
     mass: csr_array,
     flanks: tuple[FlankPoints, FlankPoints],
-    waves: list[Waves],
+    waves: Iterable[Waves],
 ) -> GearModes:
-    """The waves of all n as real modes, sorted, seen from flanks and hub."""
-    fields = [_as_modes(wave, flanks) for wave in waves]
-    frequency = np.concatenate(
-        [np.repeat(w.omega, 1 if w.single else 2) / (2.0 * np.pi) for w in waves]
-    )
-    n = np.repeat([w.nodal_diameter for w in waves], [f.shape[1] for f in fields])
-    order = np.argsort(frequency, kind="stable")
-    field, n = np.concatenate(fields, axis=1)[:, order], n[order]
+    """The waves of all n as real modes, sorted, seen from flanks and hub.
+
+    They come one by one: the fields of all together are the largest arrays here.
+    """
     rigid = rigid_fields(model)
     momentum = mass @ rigid
-    rotation, translation = _couplings(field, momentum, n, gear.teeth)
     inertia, along_x, along_y = np.einsum("ic,ic->c", rigid, momentum) * gear.teeth
+    parts = [_of_wave(wave, flanks, momentum, gear.teeth) for wave in waves]
+    joined = [np.concatenate(each) for each in zip(*parts, strict=True)]
+    order = np.argsort(joined[0], kind="stable")
+    frequency, n, normal, tangential, rotation, translation = (x[order] for x in joined)
     return GearModes(
         teeth=gear.teeth,
         cutoff_Hz=cutoff_Hz,
-        frequencies_Hz=frequency[order],
+        frequencies_Hz=frequency,
         nodal_diameters=n,
-        normal=_seen(field, flanks, "inward"),
-        tangential=_seen(field, flanks, "rootward"),
+        normal=normal,
+        tangential=tangential,
         arcs=flanks[RIGHT].arcs,
         rotation_coupling=rotation,
         translation_coupling=translation,
         inertia=float(inertia),
         mass=float(0.5 * (along_x + along_y)),
+    )
+
+
+def _of_wave(
+    wave: Waves, flanks: tuple[FlankPoints, FlankPoints], momentum: Array, teeth: int
+) -> tuple[Array, Counts, Complex, Complex, Array, Array]:
+    """Frequencies, nodal diameters, flanks and couplings of a wave's modes."""
+    field = _as_modes(wave, flanks)
+    n = np.full(field.shape[1], wave.nodal_diameter)
+    return (
+        np.repeat(wave.omega, 1 if wave.single else 2) / (2.0 * np.pi),
+        n,
+        _seen(field, flanks, "inward"),
+        _seen(field, flanks, "rootward"),
+        *_couplings(field, momentum, n, teeth),
     )
 
 

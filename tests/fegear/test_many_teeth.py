@@ -11,6 +11,7 @@ from conftest import MODULE, make_gear
 from fegear.elasticity import ring
 from fegear.elasticity.flank import flank_compliance
 from fegear.elasticity.material import PlaneMaterial
+from fegear.elasticity.modes import gear_modes
 from meshes import MeshSize, outline
 
 STEEL = PlaneMaterial(206e9, 0.3)
@@ -50,6 +51,17 @@ def test_a_finer_mesh_changes_a_large_gear_no_more_than_a_usual_one():
 def test_compliance_is_as_reciprocal_with_a_thousand_teeth():
     few, many = (flank_compliance(gear_of(z), STEEL) for z in (100, 1000))
     assert many.reciprocity_error < 1.5 * few.reciprocity_error < 3e-4
+
+
+def test_modes_are_resolved_however_thick_layers_may_be():
+    """By layers that follow from the cut-off; without them errors are 2e-2."""
+    gear, cutoff = gear_of(100, 0.3), 60e3
+    fine, coarse = (
+        gear_modes(gear, STEEL, 7850.0, cutoff, MeshSize(body_growth=growth))
+        for growth in (0.15, 0.6)
+    )
+    found, expected = coarse.frequencies_Hz, fine.frequencies_Hz
+    np.testing.assert_allclose(found, expected, rtol=1e-3)
 
 
 def peak_of(teeth):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -22,6 +23,7 @@ from fegear.statics import RESOLUTIONS
 from meshes import sector as meshing
 
 TORQUE, SPEED, CUTOFF = 100.0, 1500.0, 15e3
+SET = "liu-idler-small-hubs"  # whose idler twists below the cut-off
 STRAIN = Source(resolution="coarse", positions=64, plane="strain")
 STRESS = replace(STRAIN, plane="stress")
 
@@ -41,7 +43,7 @@ def with_gears(gear_set, change):
 
 @pytest.fixture(scope="module")
 def idler():
-    return load_gear_set("liu-idler-small-hubs")
+    return load_gear_set(SET)
 
 
 def arrays(stepper):
@@ -78,8 +80,8 @@ def test_plane_strain_is_plane_stress_of_another_material(idler, fidelity):
     stress = arrays(prepared(idler, STRESS, fidelity))
     for name, values in strain.items():
         assert largest_change(same[name], values) < 1e-7, name
-        if values.size:
-            assert largest_change(stress[name], values) > 1e-3, name
+        if values.size:  # elastic frequencies of whole gears are none
+            assert not np.allclose(stress[name], values, rtol=1e-3, atol=0.0), name
 
 
 def marched(gear_set, fidelity, torque):
@@ -149,7 +151,8 @@ def solved(monkeypatch, tmp_path):
     outline, form = meshing.half_sector_outline, sector.linear_elasticity
 
     def noted_outline(gear, size):
-        sizes.append(size)
+        # layers of modes and whole gears follow from frequencies besides
+        sizes.append(replace(size, largest_layer=math.inf))
         return outline(gear, size)
 
     def noted_form(*lame):

@@ -1,0 +1,57 @@
+"""Whether the machine's memory holds all freedoms of the gears."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from fegear.dynamics.sides import MeshLaws, contact_sides
+from fegear.elasticity.whole import WholeGear
+from fegear.errors import InputError
+from fegear.gearset.model import GearSet
+
+STEP_SIZES = 5  # whose operators are held at a time: kept, in use and in the making
+FIELDS = 24  # of all freedoms: states, their copies, and what a step makes of them
+NUMBER = 8  # bytes
+
+
+def full_bytes(
+    gear_set: GearSet, laws: Sequence[MeshLaws], wholes: Sequence[WholeGear]
+) -> float:
+    """Most that fidelity full needs, fields under unit loads above all."""
+    sides = contact_sides(gear_set, laws)
+    kinds = 2 if laws[0].friction > 0.0 else 1
+    total = 0.0
+    for number, whole in enumerate(wholes):
+        flanks = len({side.flank for side in sides if number in side.gears})
+        field = NUMBER * whole.own * whole.teeth
+        loads = flanks * kinds * len(whole.flanks[0].arcs)
+        cut = whole.own - whole.inner
+        ring = 2 * NUMBER * (whole.teeth // 2 + 1) * cut**2
+        total += STEP_SIZES * (loads * field + ring) + FIELDS * field
+    return total
+
+
+def available_bytes() -> float:
+    """What this process can still get."""
+    import psutil
+
+    available = float(psutil.virtual_memory().available)
+    if hasattr(psutil, "RLIMIT_AS"):  # systems that limit the addresses of a process
+        process = psutil.Process()
+        limit, _ = process.rlimit(psutil.RLIMIT_AS)
+        if limit != psutil.RLIM_INFINITY:
+            available = min(available, float(limit - process.memory_info().vms))
+    return available
+
+
+def require_memory(gear_set: GearSet, needed: float) -> None:
+    """Raise InputError where fidelity full needs more bytes than there are."""
+    available = available_bytes()
+    if not needed <= available:
+        raise InputError(
+            f"{gear_set.name}: fidelity full needs {math.ceil(needed / 1e7) / 100:g} "
+            "GB of memory for all freedoms of the gears, "
+            f"{max(0, math.floor(available / 1e7)) / 100:g} GB are available; fidelity "
+            "reduced or a coarser resolution needs less"
+        )

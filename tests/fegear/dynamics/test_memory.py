@@ -1,0 +1,72 @@
+"""What all freedoms of the gears need is known before memory runs out."""
+
+from __future__ import annotations
+
+import tracemalloc
+
+import numpy as np
+import pytest
+
+from fegear.cli.lumped_options import build_system
+from fegear.dynamics import memory
+from fegear.dynamics.build import FiniteElements, prepare
+from fegear.dynamics.memory import available_bytes, full_bytes, require_memory
+from fegear.dynamics.respond import DynamicSettings
+from fegear.errors import InputError
+from fegear.excitation import Excitations, Source
+from fegear.gearset import load_gear_set
+
+FULL = FiniteElements(fidelity="full", mesh=0.35)
+
+
+@pytest.fixture(scope="module")
+def made(private_cache):
+    """Prepares a gear set at 100 N m."""
+    tables = Excitations(Source(resolution="coarse", positions=64))
+
+    def make(name):
+        gear_set = load_gear_set(name)
+        system = build_system(gear_set, 100.0, 1, False, None, tables)
+        given = system, [1000.0], FULL, DynamicSettings(), tables
+        return prepare(gear_set, 100.0, *given)
+
+    return make
+
+
+@pytest.mark.parametrize("name", ["liu-pair", "liu-idler"])
+def test_estimate_is_above_what_is_used_and_near_it(made, monkeypatch, name):
+    noted = []
+    monkeypatch.setattr(
+        "fegear.dynamics.build.full_bytes",
+        lambda *given: noted.append(full_bytes(*given)) or noted[-1],
+    )
+    stepper = made(name).stepper
+    tracemalloc.start()
+    stepper = made(name).stepper
+    state = stepper.start()
+    for size in 1e-5 * np.array([1.0, 1.1, 1.2]):
+        state, _ = stepper.march(state, 1000.0, size, 3, 100)
+    used = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert 0.3 * noted[-1] < used < noted[-1]
+
+
+def test_too_little_memory_is_one_line_with_both_figures(made, monkeypatch):
+    monkeypatch.setattr(memory, "available_bytes", lambda: 12.34e6)
+    with pytest.raises(InputError) as caught:
+        made("liu-pair")
+    (line,) = str(caught.value).splitlines()
+    assert line.startswith("liu-pair: fidelity full needs 0.0")
+    assert "0.01 GB are available; fidelity reduced" in line
+
+
+def test_what_is_there_is_enough(monkeypatch):
+    gear_set = load_gear_set("liu-pair")
+    monkeypatch.setattr(memory, "available_bytes", lambda: 1e9)
+    require_memory(gear_set, 1e9)
+    with pytest.raises(InputError, match=r"needs 1.01 GB .* 1 GB are available"):
+        require_memory(gear_set, 1.0001e9)
+
+
+def test_this_machine_tells_its_memory():
+    assert 1e7 < available_bytes() < 1e15
