@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from fegear.dynamics.sides import MeshLaws, contact_sides
 from fegear.elasticity.whole import WholeGear
 from fegear.errors import InputError
+from fegear.free_memory import available_bytes
 from fegear.gearset.model import GearSet
 
 STEP_SIZES = 5  # whose operators are held at a time: kept, in use and in the making
@@ -30,19 +31,6 @@ def full_bytes(
         ring = 2 * NUMBER * (whole.teeth // 2 + 1) * cut**2
         total += STEP_SIZES * (loads * field + ring) + FIELDS * field
     return total
-
-
-def available_bytes() -> float:
-    """What this process can still get."""
-    import psutil
-
-    available = float(psutil.virtual_memory().available)
-    if hasattr(psutil, "RLIMIT_AS"):  # systems that limit the addresses of a process
-        process = psutil.Process()
-        limit, _ = process.rlimit(psutil.RLIMIT_AS)
-        if limit != psutil.RLIM_INFINITY:
-            available = min(available, float(limit - process.memory_info().vms))
-    return available
 
 
 def require_memory(gear_set: GearSet, needed: float) -> None:

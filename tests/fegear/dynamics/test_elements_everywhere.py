@@ -10,7 +10,7 @@ import pytest
 from typer.testing import CliRunner
 
 from fegear.cli import app
-from fegear.cli.lumped_options import build_system
+from fegear.cli.systems import build_system
 from fegear.dynamics.build import FiniteElements, modes_once, prepare
 from fegear.dynamics.contact_history import ContactHistory
 from fegear.dynamics.far import far_flanks
@@ -182,7 +182,7 @@ SETTLE = ["--direction", "up", "--tolerance", "0.1", "--max-periods", "1"]
         (["sweep", "liu-idler", "--torque", "100", "--speeds", "1500"], 3),
         (["wave", "liu-pair", "--torque", "100", "--speed", "1500"], 2),
         (["map", "liu-pair", "--over", "torque_Nm=100", "--at", "1500"], 2),
-        (["modes", "liu-idler", "--excitation", "fe"], 3),
+        (["modes", "liu-idler", "--stiffness", "fe"], 3),
         (["render", "liu-pair"], 2 + 2),
     ],
     ids=lambda value: value[0] if isinstance(value, list) else "",
@@ -210,11 +210,12 @@ def test_whole_gears_follow_the_resolution(solved, idler):
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (["--excitation", "rectangular"], "--plane strain; changes nothing"),
-        (["--table", "a.csv", "--table", "b.csv"], "--table and --plane strain"),
+        (["--excitation", "rectangular"], "the gear set gives all stiffness figures"),
+        (["--table", "a.csv", "--table", "b.csv"], "--table replaces it"),
     ],
 )
 def test_elements_that_are_not_solved_take_no_options(words, message):
     given = ["sweep", "liu-idler", "--speeds", "1500", "--plane", "strain", *words]
     result = CliRunner().invoke(app, given)
+    assert str(result.exception).startswith("--plane = strain; ")
     assert message in str(result.exception)

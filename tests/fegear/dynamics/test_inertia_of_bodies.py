@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fegear.cli.lumped_options import build_system
+from fegear.cli.systems import build_system
 from fegear.dynamics.build import FiniteElements, prepare
 from fegear.dynamics.respond import DynamicSettings, respond
 from fegear.errors import InputError
