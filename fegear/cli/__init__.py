@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import os
 import sys
 from collections.abc import Callable
@@ -112,7 +113,17 @@ def main() -> None:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, TextIOWrapper):  # names may not fit the screen's letters
             stream.reconfigure(errors="backslashreplace")
+    log = logging.getLogger("lumped")  # such as that kernels are compiled
+    log.addHandler(Announcer())
+    log.setLevel(logging.INFO)
     sys.exit(run(sys.argv[1:]))
+
+
+class Announcer(logging.Handler):
+    """Lines of a log on the error stream."""
+
+    def emit(self, record: logging.LogRecord) -> None:
+        complain(record.getMessage())
 
 
 def run(words: list[str]) -> int:

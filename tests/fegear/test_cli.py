@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import logging
 import os
 import subprocess
 import sys
@@ -11,6 +12,7 @@ import sys
 import numpy as np
 import pytest
 
+from fegear.cli import Announcer
 from lumped import read_table
 
 
@@ -191,3 +193,18 @@ def test_missing_system_library_is_a_message(tmp_path):
     assert "libGLU.so.1" in done.stderr
     assert "apt-get install" in done.stderr
     assert "Traceback" not in done.stderr
+
+
+def test_compiling_for_the_first_use_is_said(tmp_path):
+    """Once, and not when the kernels are found in the cache."""
+    words = ("modes", "liu-pair", "--stiffness", "fe")
+    kept = {"NUMBA_CACHE_DIR": str(tmp_path / "kernels")}
+    said = [fegear(*words, **kept).stderr for _ in range(2)]
+    assert said[0].count("compiling numerical kernels for the first use") == 1
+    assert "compiling" not in said[1]
+
+
+def test_what_kernels_log_is_a_line_on_the_error_stream(capsys):
+    record = logging.makeLogRecord({"msg": "set NUMBA_CACHE_DIR", "args": ()})
+    Announcer().emit(record)
+    assert capsys.readouterr().err == "fegear: set NUMBA_CACHE_DIR\n"
