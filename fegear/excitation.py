@@ -6,16 +6,23 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fegear.errors import InputError
 from fegear.gearset.model import GearSet, Mesh, Relief
+from fegear.gearset.pitch_errors import (
+    mesh_errors,
+    tooth_pair_errors,
+    without_pitch_errors,
+)
 from lumped.analytic import Points, StiffnessFigures, analytic_excitation
 from lumped.excitation import MeshExcitation, excitation_from_table
-from lumped.table import MeshTable
+from lumped.table import MeshTable, pair_names, pair_teeth
 
 if TYPE_CHECKING:
     from fegear.statics import StaticsSettings
 
+Array = NDArray[np.float64]
 Kind = Literal["fe", "rectangular", "trapezoid", "fourier"]
 KINDS: tuple[Kind, ...] = ("fe", "rectangular", "trapezoid", "fourier")
 RELIEFS = (
@@ -25,6 +32,8 @@ RELIEFS = (
     "driven_root_relief",
 )
 CURVE_POINTS = 16  # along a parabolic relief
+STIFFNESS = "stiffness_N_per_m"
+LONG_POSITIONS = 64  # of a base pitch, at most, where tooth pairs differ
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -64,6 +73,12 @@ class Source:
             estimate_error=False,
         )
 
+    def statics_of(self, gear_set: GearSet, mesh: int) -> StaticsSettings:
+        """The same for a mesh; fewer positions where its tooth pairs differ."""
+        fewer = min(self.positions, LONG_POSITIONS)
+        long = tooth_pair_errors(gear_set, mesh).size > 1
+        return replace(self.statics, positions=fewer) if long else self.statics
+
 
 @dataclass(frozen=True)
 class Excitations:
@@ -94,11 +109,15 @@ class Excitations:
         return float(table["stiffness_N_per_m"].mean())
 
     def table(self, gear_set: GearSet, mesh: int, torque: float) -> MeshTable:
-        """The mesh table at one torque on the driver [N m]."""
+        """The mesh table at one torque on the driver [N m].
+
+        With pitch errors it goes on until the tooth pairs repeat.
+        """
         spec = gear_set.meshes[mesh]
+        errors = mesh_errors(gear_set, mesh)
         gears = tuple(gear_set.gears[i] for i in (spec.driver, spec.driven))
         flanks = tuple(getattr(spec, name) for name in RELIEFS)
-        key = (spec.pair, gears, flanks, torque)
+        key = (spec.pair, gears, flanks, errors, torque)
         if key not in self._tables:
             self._tables[key] = self._solved(gear_set, mesh, torque)
         return self._tables[key]
@@ -111,14 +130,36 @@ class Excitations:
                 f"torque = {torque:g} N m on mesh {mesh + 1}; finite-element tables "
                 "need a load; of the commands, sweep --excitation rectangular does not"
             )
-        return solve_mesh(gear_set, mesh, [torque], self.source.statics).table
+        settings = self.source.statics_of(gear_set, mesh)
+        return solve_mesh(gear_set, mesh, [torque], settings).table
 
     def _from_tables(
         self, gear_set: GearSet, mesh: int, torque: float, model: int
     ) -> MeshExcitation:
+        errors = tooth_pair_errors(gear_set, mesh)
+        if model == 1 and errors.size:
+            return self._of_unequal_pairs(gear_set, mesh, torque, errors)
         table = self.table(gear_set, mesh, torque)
-        plain = self.table(unmodified(gear_set, mesh), mesh, torque)
-        return excitation_from_table(table, torque, model, plain)
+        # pairs that differ share less of the load: the stiffness of Model-3 varies
+        plain = (without_relief if model == 3 else unmodified)(gear_set, mesh)
+        stiffness = self.table(plain, mesh, torque)
+        return excitation_from_table(table, torque, model, stiffness)
+
+    def _of_unequal_pairs(
+        self, gear_set: GearSet, mesh: int, torque: float, errors: Array
+    ) -> MeshExcitation:
+        """Model-1 from tables of equal teeth.
+
+        A pair that stands out touches earlier and later than equal teeth would, as
+        they do at a torque that presses them on by as much.
+        """
+        equal, plain = without_pitch_errors(gear_set), unmodified(gear_set, mesh)
+        nominal = self.table(plain, mesh, torque)
+        arm = gear_set.meshes[mesh].pair.driver.base_radius
+        press = 0.5 * arm * float(nominal[STIFFNESS].mean() * np.ptp(errors))
+        gaps, wide = (self.table(each, mesh, torque + press) for each in (equal, plain))
+        stiffness = _widened(nominal, wide)
+        return excitation_from_table(gaps, torque, 1, stiffness, errors)
 
     def _from_figures(
         self, gear_set: GearSet, mesh: int, torque: float, model: int
@@ -127,13 +168,14 @@ class Excitations:
         figures = self.figures(gear_set, mesh, torque)
         force = torque / spec.pair.driver.base_radius
         harmonics = self.source.harmonics if self.source.kind == "fourier" else None
-        gap = gap_points(spec)
-        if harmonics and gap:
-            raise InputError(
-                f"mesh {mesh + 1} has a profile modification; excitation fourier "
-                "stands for the whole mesh and knows none"
-            )
-        return analytic_excitation(figures, model, gap, force, harmonics)
+        gap, errors = gap_points(spec), tooth_pair_errors(gear_set, mesh)
+        for what, there in (("a profile modification", gap), ("pitch errors", errors)):
+            if harmonics and len(there):
+                raise InputError(
+                    f"mesh {mesh + 1} has {what}; excitation fourier "
+                    "stands for the whole mesh and knows none"
+                )
+        return analytic_excitation(figures, model, gap, force, harmonics, errors)
 
     def figures(self, gear_set: GearSet, mesh: int, torque: float) -> StiffnessFigures:
         """Key figures of a mesh, given or from the table of the unmodified teeth."""
@@ -159,7 +201,29 @@ class Excitations:
             raise InputError(f"mesh {mesh + 1}: {error}") from None
 
 
+def _widened(nominal: MeshTable, wide: MeshTable) -> MeshTable:
+    """A table whose pairs carry as far as those of another at a higher torque.
+
+    The load makes contact stiffer; that is taken out, peak over peak.
+    """
+    tables = [
+        dict(zip(pair_teeth(t), (t[n] for n in pair_names(t, STIFFNESS)), strict=True))
+        for t in (nominal, wide)
+    ]
+    peaks = [max(float(each.max()) for each in table.values()) for table in tables]
+    columns = dict(wide.columns) | {STIFFNESS: nominal[STIFFNESS]}
+    for k, name in zip(pair_teeth(wide), pair_names(wide, STIFFNESS), strict=True):
+        own = tables[0].get(k, np.zeros_like(wide[name]))
+        columns[name] = np.maximum(own, peaks[0] / peaks[1] * wide[name])
+    return MeshTable(nominal.torque_Nm, nominal.position, columns, wide.header)
+
+
 def unmodified(gear_set: GearSet, mesh: int) -> GearSet:
+    """The gear set with one mesh's teeth left without relief and pitch errors."""
+    return without_relief(without_pitch_errors(gear_set), mesh)
+
+
+def without_relief(gear_set: GearSet, mesh: int) -> GearSet:
     """The gear set with one mesh's teeth left without relief."""
     meshes = list(gear_set.meshes)
     meshes[mesh] = replace(

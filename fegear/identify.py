@@ -184,9 +184,15 @@ def stiffness_model(
     """Compute every gear's compliance over its hub radii.
 
     torque : on each mesh's driver [N m]
-    Raises InputError for a gear that leaves no room for a hub.
+    Raises InputError for a gear that leaves no room for a hub or has pitch errors.
     """
     settings = settings or StaticsSettings()
+    for gear in gear_set.gears:
+        if any(gear.pitch_errors):
+            raise InputError(
+                f'{gear_set.name}: gear "{gear.name}" has pitch_errors_um; hubs are '
+                "identified from the stiffness of equal teeth, leave them out"
+            )
     resolution = RESOLUTIONS[settings.resolution]
     limits = [hub_limits(gear) for gear in gear_set.gears]
     families = []

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import itertools
+import math
 import warnings
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -19,6 +21,7 @@ if TYPE_CHECKING:
     from fegear.statics import StaticsResult
     from lumped.table import MeshTable
 
+SHOWN_PITCHES = 8
 PAIR_COLORS = ("tab:blue", "tab:orange", "tab:green", "tab:purple", "tab:brown")
 
 
@@ -48,12 +51,16 @@ def draw_words_as_they_are(figure: Figure) -> None:
 
 
 def draw_table(result: StaticsResult) -> Figure:
-    """Stiffness, transmission error and load sharing over one base pitch."""
+    """Stiffness, transmission error and load sharing over one base pitch.
+
+    Over SHOWN_PITCHES at most where tooth pairs differ by their pitch errors.
+    """
     from matplotlib.figure import Figure
 
     from lumped.figures import draw_title
 
-    table = result.table
+    shown = min(result.pitches, SHOWN_PITCHES)
+    table = _first_pitches(result.table, shown, result.pitches)
     figure = Figure(figsize=(9.0, 9.6), layout="constrained")
     stiffness, error, share = figure.subplots(
         3, 1, sharex=True, height_ratios=(1.35, 1.0, 0.8)
@@ -65,8 +72,9 @@ def draw_table(result: StaticsResult) -> Figure:
     for axes in (stiffness, error, share):
         _shade_contact(axes, table, middle, named=axes is stiffness)
         axes.grid(alpha=0.25)
-    share.set_xlabel("mesh position [base pitches from the pitch point]")
-    share.set_xlim(0.0, 1.0)
+    left = f", first {shown} of {result.pitches}" if shown < result.pitches else ""
+    share.set_xlabel(f"mesh position [base pitches from the pitch point{left}]")
+    share.set_xlim(0.0, shown)
     header = table.header
     title = (
         f"{header['gear set']}, mesh {header['mesh']}, teeth {header['teeth']}, "
@@ -79,8 +87,17 @@ def draw_table(result: StaticsResult) -> Figure:
     return figure
 
 
+def _first_pitches(table: MeshTable, shown: int, pitches: int) -> MeshTable:
+    """As many base pitches of a table as are shown."""
+    kept = slice(0, table.position.size * shown // pitches)
+    columns = {name: values[:, kept] for name, values in table.columns.items()}
+    return replace(table, position=table.position[kept], columns=columns)
+
+
 def _closed(table: MeshTable, values: NDArray) -> tuple[NDArray, NDArray]:
-    """A periodic column with its first value repeated at position 1."""
+    """A column over one base pitch with its first value repeated at position 1."""
+    if table.position[-1] >= 1.0:
+        return table.position, values
     return np.append(table.position, table.position[0] + 1.0), np.append(
         values, values[0]
     )
@@ -142,7 +159,7 @@ def _shade_contact(axes: Axes, table: MeshTable, middle: int, named: bool) -> No
     """Shade where two and more pairs are loaded; name the stretches."""
     count = table["n_pairs"][middle].astype(int)
     edges = np.flatnonzero(np.diff(count)) + 1
-    position = np.append(table.position, 1.0)
+    position = np.append(table.position, math.floor(table.position[-1]) + 1.0)
     bounds = [0, *edges, len(count)]
     names = {1: "single", 2: "double", 3: "triple"}
     for low, high in itertools.pairwise(bounds):

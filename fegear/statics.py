@@ -13,7 +13,9 @@ from fegear.contact.problem import ContactCycle, ContactProblem, solve_cycle
 from fegear.elasticity.cache import cached_flank_compliance
 from fegear.elasticity.flank import FlankCompliance
 from fegear.elasticity.material import Plane, PlaneMaterial
+from fegear.errors import InputError
 from fegear.gearset.model import Gear, GearSet
+from fegear.gearset.pitch_errors import error_periods, mesh_errors
 from fegear.timing import recorded_stages, stage
 from fegear.version import package_version
 from lumped.table import MeshTable
@@ -22,6 +24,7 @@ from meshes import MeshSize
 Array = NDArray[np.float64]
 Progress = Callable[[str, int, int], None]  # (what, done, of how many)
 CHUNK = 2048  # positions solved between two reports of progress
+MOST_ROWS = 1_000_000  # of a table
 
 
 @dataclass(frozen=True)
@@ -86,13 +89,17 @@ class ErrorEstimate:
 
 @dataclass(frozen=True)
 class StaticsResult:
-    """A mesh table with its evidence; seconds by stage."""
+    """A mesh table with its evidence; seconds by stage.
+
+    pitches : base pitches that it covers, until the tooth pairs repeat
+    """
 
     table: MeshTable
     cycle: ContactCycle
     problem: ContactProblem
     error: ErrorEstimate | None
     seconds: dict[str, float]
+    pitches: int = 1
 
     @property
     def torque_balance(self) -> float:
@@ -111,8 +118,9 @@ def solve_mesh(
 ) -> StaticsResult:
     """Mesh table of one mesh (index from 0) at torques on its driver [N m].
 
-    Without torques the gear set's own load cases are used. Raises ValueError for
-    a mesh that is not there and where no torque is known.
+    Without torques the gear set's own load cases are used. With pitch errors the
+    table goes on until the tooth pairs repeat. Raises ValueError for a mesh that is
+    not there and where no torque is known, InputError where the table is too long.
     """
     settings = settings or StaticsSettings()
     report = progress or (lambda what, done, total: None)
@@ -123,15 +131,38 @@ def solve_mesh(
     if torque.size == 0:
         raise ValueError("torques must be given: the gear set has no load")
     resolution = RESOLUTIONS[settings.resolution]
+    pitches = error_periods(gear_set)[mesh]
+    _require_rows(gear_set, mesh, pitches, settings.positions * torque.size)
     with recorded_stages() as seconds:
         problem = contact_problem(gear_set, mesh, settings, resolution, report)
-        cycle = _solve_in_chunks(problem, torque, settings.positions, report)
+        places = _places(settings.positions, pitches)
+        cycle = _solve_in_chunks(problem, torque, places, report)
         error = None
         if settings.estimate_error:
             error = _estimate(gear_set, mesh, settings, resolution, cycle, report)
     header = table_header(gear_set, mesh, settings, cycle, error)
+    if pitches > 1:
+        header["pitch errors"] = (
+            f"tooth pairs repeat after {pitches} base pitches; pairs count anew in each"
+        )
     table = mesh_table(cycle, header)
-    return StaticsResult(table, cycle, problem, error, dict(seconds))
+    return StaticsResult(table, cycle, problem, error, dict(seconds), pitches)
+
+
+def _require_rows(gear_set: GearSet, mesh: int, pitches: int, each: int) -> None:
+    if pitches > 1 and pitches * each > MOST_ROWS:
+        raise InputError(
+            f"{gear_set.name}: tooth pairs of mesh {mesh + 1} repeat after {pitches} "
+            f"base pitches for their pitch errors: {pitches * each} rows of a table, "
+            f"allowed are {MOST_ROWS}; fewer positions or torques, or errors that "
+            "repeat sooner"
+        )
+
+
+def _places(positions: int, pitches: int) -> tuple[Array, NDArray[np.int64]]:
+    """Positions in their base pitch, and the base pitch of each."""
+    position = np.tile(np.arange(positions) / positions, pitches)
+    return position, np.repeat(np.arange(pitches), positions)
 
 
 def contact_problem(
@@ -150,6 +181,7 @@ def contact_problem(
         material = settings.material(gear)
         flanks.append(cached_flank_compliance(gear.geometry, material, resolution.size))
     report("compliance", 2, 2)
+    errors = mesh_errors(gear_set, mesh)
     return ContactProblem(
         pair=spec.pair,
         driver=flanks[0],
@@ -162,22 +194,26 @@ def contact_problem(
         friction=settings.friction,
         corner_contact=settings.corner_contact,
         nodes=resolution.nodes,
-        driver_pitch_errors=gears[0].pitch_errors,
-        driven_pitch_errors=gears[1].pitch_errors,
+        driver_pitch_errors=errors[0],
+        driven_pitch_errors=errors[1],
     )
 
 
 def _solve_in_chunks(
-    problem: ContactProblem, torque: Array, positions: int, report: Progress
+    problem: ContactProblem,
+    torque: Array,
+    places: tuple[Array, NDArray[np.int64]],
+    report: Progress,
 ) -> ContactCycle:
     """Solve in pieces short enough for Ctrl-C and a progress bar."""
-    position = np.arange(positions) / positions
-    chunks = [position[i : i + CHUNK] for i in range(0, positions, CHUNK)]
+    count = places[0].size
+    chunks = [slice(i, i + CHUNK) for i in range(0, count, CHUNK)]
     cycles = []
     for i, chunk in enumerate(chunks):
         report("contact", i, len(chunks))
         with stage("solving"):
-            cycles.append(solve_cycle(problem, torque, chunk))
+            position, pitch = (each[chunk] for each in places)
+            cycles.append(solve_cycle(problem, torque, position, pitch))
     report("contact", len(chunks), len(chunks))
     return cycles[0] if len(cycles) == 1 else _joined(cycles)
 
@@ -214,8 +250,10 @@ def _estimate(
     """Compare the middle torque with the coarsened resolution."""
     middle = len(cycle.torque) // 2
     coarse = contact_problem(gear_set, mesh, settings, resolution.coarsened(), report)
+    pitch = np.floor(cycle.position[:CHUNK]).astype(np.int64)
     with stage("solving"):
-        other = solve_cycle(coarse, cycle.torque[middle], cycle.position[:CHUNK])
+        position = cycle.position[:CHUNK] - pitch
+        other = solve_cycle(coarse, cycle.torque[middle], position, pitch)
     same = slice(0, other.position.size)
     change = np.abs(other.approach[0] / cycle.approach[middle, same] - 1.0)
     off_path = corner_positions(coarse, cycle, middle)[same]
@@ -233,9 +271,9 @@ def corner_positions(
     """Where a loaded pair's nominal contact is off the path, or a Hertz width from
     its end, at one torque; shape (n,)."""
     pair = problem.pair
-    s1 = pair.pitch_point + pair.base_pitch * (
-        cycle.position[:, None] + cycle.teeth[None, :]
-    )
+    # pairs count anew in each base pitch
+    position = cycle.position - np.floor(cycle.position)
+    s1 = pair.pitch_point + pair.base_pitch * (position[:, None] + cycle.teeth[None, :])
     margin = 0.01 * pair.base_pitch
     inside = (s1 > pair.path_start + margin) & (s1 < pair.path_end - margin)
     return ((cycle.load[torque] != 0.0) & ~inside).any(axis=1)

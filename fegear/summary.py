@@ -26,6 +26,7 @@ def summary(result: StaticsResult) -> dict[str, Any]:
         "face_width_mm": 1e3 * result.problem.face_width,
         "contact_ratio": pair.contact_ratio,
         "positions": int(table.position.size),
+        "base_pitches": result.pitches,
         "torques": [torque_summary(result, t) for t in range(table.torque_Nm.size)],
         "evidence": evidence(result),
         "warnings": warnings(result),

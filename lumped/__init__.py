@@ -3,6 +3,7 @@
 from lumped.analytic import StiffnessFigures, analytic_excitation
 from lumped.excitation import MeshExcitation, PairExcitation, excitation_from_table
 from lumped.modes import Modes, natural_modes
+from lumped.pitch_errors import pair_errors
 from lumped.response import History, Response, Status, respond, respond_with_history
 from lumped.settings import Settings
 from lumped.sweep import Branch, sweep, sweep_all
@@ -32,6 +33,7 @@ __all__ = [
     "analytic_excitation",
     "excitation_from_table",
     "natural_modes",
+    "pair_errors",
     "read_table",
     "respond",
     "respond_with_history",

@@ -7,9 +7,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from lumped.excitation import MODELS, MeshExcitation, PairExcitation
+from lumped.excitation import MODELS, MeshExcitation, PairExcitation, with_errors
 from lumped.waves import (
     SAME,
     Wave,
@@ -24,6 +24,7 @@ from lumped.waves import (
 Array = NDArray[np.float64]
 Points = Sequence[tuple[float, float]]  # (base pitches from the pitch point, value)
 STE_POINTS = 512  # per base pitch, of a static transmission error
+PITCHES = 64  # solved at once where base pitches differ
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -98,6 +99,7 @@ def analytic_excitation(
     gap: Points = (),
     force: float = 0.0,
     harmonics: int | None = None,
+    pitch_errors: ArrayLike = (),
 ) -> MeshExcitation:
     """The excitation of one mesh from key figures.
 
@@ -105,12 +107,18 @@ def analytic_excitation(
     force : nominal mesh force [N], for the loaded transmission error of Model-2
     harmonics : how many of the mesh frequency to keep, all by default; the mesh is
         then one spring without a gap
+    pitch_errors : gaps of the tooth pairs, one after another; see `pair_errors`
     """
     if model not in MODELS:
         raise ValueError(f"model must be 1, 2 or 3, got {model}")
+    errors = np.asarray(pitch_errors, float)
     if harmonics is not None:
+        if errors.size:
+            raise ValueError(
+                "harmonics stand for the whole mesh; pitch_errors are of tooth pairs"
+            )
         return _by_harmonics(figures, model, gap, force, harmonics)
-    springs = pair_springs(figures, gap)
+    springs = pair_springs(figures, gap, errors)
     if model == 1:
         return MeshExcitation(springs, figures.mean)
     if model == 2:
@@ -118,18 +126,23 @@ def analytic_excitation(
         spring = PairExcitation(constant(figures.mean), error.scaled(1.0, -error.mean))
         return MeshExcitation((spring,), figures.mean)
     stiffness = total([spring.stiffness for spring in springs])
+    if errors.size and force > 0.0:
+        stiffness = loaded_stiffness(springs, force)
     spring = PairExcitation(stiffness, static_error(springs, 0.0))
     return MeshExcitation((spring,), figures.mean)
 
 
 def pair_springs(
-    figures: StiffnessFigures, gap: Points = ()
+    figures: StiffnessFigures, gap: Points = (), pitch_errors: ArrayLike = ()
 ) -> tuple[PairExcitation, ...]:
     """Stiffness and gap of every tooth pair that touches within a base pitch."""
     stiffness = _cut(pair_profile(figures))
     gaps = _cut([(x, y) for x, y in gap]) if gap else {}
-    none = constant(0.0)
-    return tuple(PairExcitation(stiffness[k], gaps.get(k, none)) for k in stiffness)
+    none, errors = constant(0.0), np.asarray(pitch_errors, float)
+    return tuple(
+        PairExcitation(stiffness[k], with_errors(gaps.get(k, none), k, errors))
+        for k in stiffness
+    )
 
 
 def _cut(points: Points) -> dict[int, Wave]:
@@ -172,27 +185,65 @@ def static_error(springs: Sequence[PairExcitation], force: float) -> Wave:
 
     Exact at the corners of all waves and at STE_POINTS positions between them.
     """
+    corners, x = _nodes(springs)
+    after, before = _at_nodes(springs, force, x)
+    return _polygon(x, after, before, corners)
+
+
+def loaded_stiffness(springs: Sequence[PairExcitation], force: float) -> Wave:
+    """Force over what it adds to the transmission error [N/m], where pairs differ."""
+    corners, x = _nodes(springs)
+    loaded, free = (_at_nodes(springs, f, x) for f in (force, 0.0))
+    after, before = (force / (one - two) for one, two in zip(loaded, free, strict=True))
+    return _polygon(x, after, before, corners)
+
+
+def _nodes(springs: Sequence[PairExcitation]) -> tuple[list[float], Array]:
+    """Corners of all waves; positions from 0 to 1, the corners among them."""
     waves = [wave for spring in springs for wave in (spring.stiffness, spring.gap)]
     corners = sorted({corner for wave in waves for corner in wave.corners})
     grid = np.arange(STE_POINTS + 1) / STE_POINTS
     x = np.unique(np.concatenate([grid, np.array(corners)]))
-    x = np.append(x[:-1][np.diff(x) > SAME], 1.0)
-    after, before = (_static_errors(springs, x[s], force, side) for s, side in _ENDS)
-    h = np.diff(x)
-    zero = np.zeros_like(h)
-    rows = np.stack([after, (before - after) / h, zero, zero], axis=1)
-    return Wave(x, rows, tuple(corners))
+    return corners, np.append(x[:-1][np.diff(x) > SAME], 1.0)
+
+
+def _at_nodes(
+    springs: Sequence[PairExcitation], force: float, x: Array
+) -> tuple[Array, Array]:
+    """Transmission errors (c, n) at the starts and ends of n pieces."""
+    period = math.lcm(*(spring.period for spring in springs))
+    blocks = np.array_split(np.arange(period), math.ceil(period / PITCHES))
+    after, before = (
+        np.concatenate([_static_errors(springs, x[s], force, side, b) for b in blocks])
+        for s, side in _ENDS
+    )
+    return after, before
+
+
+def _polygon(x: Array, after: Array, before: Array, corners: list[float]) -> Wave:
+    zero = np.zeros_like(after)
+    rows = np.stack([after, (before - after) / np.diff(x), zero, zero], axis=-1)
+    return Wave(x, rows if len(rows) > 1 else rows[0], tuple(corners))
 
 
 _ENDS = ((slice(None, -1), 1), (slice(1, None), -1))
 
 
 def _static_errors(
-    springs: Sequence[PairExcitation], x: Array, force: float, side: int
+    springs: Sequence[PairExcitation],
+    x: Array,
+    force: float,
+    side: int,
+    pitches: NDArray[np.int64],
 ) -> Array:
-    """Smallest deflection at which the touching pairs carry the force, (n,)."""
-    stiffness = np.array([spring.stiffness(x, side) for spring in springs])
-    gap = np.array([spring.gap(x, side) for spring in springs])
+    """Smallest deflection at which the touching pairs carry the force.
+
+    (c, n) at positions x (n,) of each of the base pitches (c,)
+    """
+    stiffness, gap = np.empty((2, len(springs), pitches.size, x.size))
+    for p, spring in enumerate(springs):
+        stiffness[p] = spring.stiffness(x, side, pitches[:, None])
+        gap[p] = spring.gap(x, side, pitches[:, None])
     gap = np.where(stiffness > 0.0, gap, np.inf)
     order = np.argsort(gap, axis=0)
     k, g = (np.take_along_axis(v, order, axis=0) for v in (stiffness, gap))

@@ -2,7 +2,8 @@
 
 Fixed steps move a fold by a tenth of a per cent and may turn a motion that repeats into
 one that does not. Where the period multiple is not 1, or the response is far from that
-at the speed before, the same start is integrated with half the step until two agree.
+at the speed before, the same start is integrated with half the step until two agree, or
+until memory would not hold the steps.
 """
 
 from __future__ import annotations
@@ -12,7 +13,13 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.response import History, Response, Status, respond_with_history
+from lumped.response import (
+    History,
+    Response,
+    Status,
+    respond_with_history,
+    steps_per_period,
+)
 from lumped.settings import Settings
 from lumped.system import LumpedSystem
 
@@ -42,7 +49,10 @@ def respond_confirmed(
             break
         # what does not repeat may do so on the finest steps alone
         finer = 2 * settings.steps if coarse.multiple else FINEST
-        settings = replace(settings, steps=min(finer, FINEST))
+        fine = replace(settings, steps=min(finer, FINEST))
+        if not system.holds(steps_per_period(system, frequency, fine)):
+            break
+        settings = fine
         found = respond_with_history(system, frequency, settings, state)
         if alike(coarse, found[0]):
             break

@@ -18,6 +18,7 @@ PERIODS = (2_000, 200_000)  # least and most, where the settings leave it open
 MATTERS = 1e-3  # part of a mode's strain energy in the meshes
 FEWEST_WINDOWS = 4  # that a long common period leaves of those asked for
 WINDOW_PERIODS = 2_000  # of the first mesh that more of them together may take
+ROWS = 65_536  # of a motion whose largest values are looked for at once
 CROSSING_PARTS = 16  # of a step in which a contact changes
 FIGURES = (
     "dte_rms",
@@ -111,7 +112,8 @@ def respond_with_history(
     """As `respond`, with the motion over the period that was measured.
 
     A motion that does not repeat is measured over several windows of as many common
-    periods as multiples were looked for; the history is that of the last.
+    periods of all meshes as multiples were looked for, and of one at least; the history
+    is that of the last.
     """
     settings = settings or Settings()
     if not 0.0 < frequency < math.inf:
@@ -122,15 +124,13 @@ def respond_with_history(
         raise ValueError(f"state must have shape {wanted}, got {start.shape}")
     now = np.array(start, float)
     status, multiple, periods = _settle(system, frequency, settings, now)
-    length = system.train.common_period[0] / frequency
+    length = system.common_period[0] / frequency
     if status != 0:
         return _diverged(system, frequency, periods * length, start), _no_motion(system)
-    spans = multiple or max(1, settings.multiples)
+    spans = multiple or max(1, settings.multiples // system.rounds)
     parts = []
     for _ in range(
-        1
-        if multiple
-        else windows(settings.windows, spans * system.train.common_period[0])
+        1 if multiple else windows(settings.windows, spans * system.common_period[0])
     ):
         failed, history = _record(system, frequency, settings, now, spans)
         if failed:
@@ -140,7 +140,7 @@ def respond_with_history(
         frequency=frequency,
         status=Status.PERIODIC if multiple else Status.APERIODIC,
         multiple=multiple,
-        period_multiple=multiple * np.array(system.train.common_period),
+        period_multiple=multiple * np.array(system.common_period),
         settling_time=periods * length,
         state=now,
         **pooled(parts),
@@ -183,7 +183,7 @@ def _settle(
     system: LumpedSystem, frequency: float, settings: Settings, state: Array
 ) -> tuple[int, int, float]:
     """(kernel status, multiple, common periods); the state is advanced in place."""
-    length = system.train.common_period[0]
+    length = system.common_period[0]
     allowed = settings.max_periods or periods_to_settle(system, frequency, settings)
     most = max(math.ceil(allowed / length), 4 * settings.multiples)
     if settings.method == "dopri5":
@@ -195,7 +195,7 @@ def _settle(
             system.pieces,
             _rules(system, frequency, settings),
             stopping,
-            float(length),
+            (float(system.train.common_period[0]), system.rounds, system.turns),
             state,
         )
     from lumped.kernels import rk4
@@ -229,14 +229,14 @@ def _record(
 
         rules = _rules(system, frequency, settings)
         length = float(system.train.common_period[0])
-        status = 0
-        grid = np.concatenate([[0.0], np.cumsum(h)])
+        status, steps = 0, h.size // system.rounds
+        grid = np.concatenate([[0.0], np.cumsum(h[:steps])])
         grid[-1] = length
-        for start in range(0, time.size - 1, h.size):
-            rows = slice(start, start + h.size + 1)
+        for number, start in enumerate(range(0, time.size - 1, steps)):
+            rows = slice(start, start + steps + 1)
             status, _ = dopri5.record_dopri5(
                 system.arrays,
-                system.pieces,
+                system.pieces_in(number % system.rounds),
                 rules,
                 (0.0, length),
                 state,
@@ -311,9 +311,14 @@ def _integral(value: Array, slope: Array, h: Array) -> Array:
 def _largest(value: Array, slope: Array, h: Array) -> Array:
     """Largest value of the cubic pieces through values and slopes (t, m)."""
     x = np.linspace(0.0, 1.0, 9)[1:-1, None, None]
-    p = value[:-1] * (1.0 + 2.0 * x) * (1.0 - x) ** 2 + value[1:] * x**2 * (3.0 - 2 * x)
-    p = p + h * (slope[:-1] * x * (1.0 - x) ** 2 - slope[1:] * x**2 * (1.0 - x))
-    return np.maximum(value.max(axis=0), p.max(axis=(0, 1)))
+    largest = value.max(axis=0)
+    for start in range(0, len(h), ROWS):
+        ends = slice(start, start + ROWS + 1)
+        v, s, step = value[ends], slope[ends], h[start : start + ROWS]
+        p = v[:-1] * (1.0 + 2.0 * x) * (1.0 - x) ** 2 + v[1:] * x**2 * (3.0 - 2 * x)
+        p = p + step * (s[:-1] * x * (1.0 - x) ** 2 - s[1:] * x**2 * (1.0 - x))
+        largest = np.maximum(largest, p.max(axis=(0, 1)))
+    return largest
 
 
 def _top(force: Array, before: Array) -> Array:

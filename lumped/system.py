@@ -18,6 +18,7 @@ Array = NDArray[np.float64]
 UNTOUCHED = 1e-20  # part of strain energy in the meshes below which a mode is left out
 BALANCED = 1e-3  # of the torques on a motion that nothing holds; less is rounding
 MOST_BYTES = 1e9  # of the excitation on the steps of a common period
+MOTION_BYTES = 150  # of a step and mesh, while a motion is recorded and measured
 GAP_POINTS = 256  # per base pitch
 RUNAWAY = 1e6  # times the largest velocity that statics and gaps suggest
 
@@ -91,21 +92,38 @@ class LumpedSystem:
     @cached_property
     def pieces(self) -> tuple[Array, ...]:
         """The tuple of arrays that `lumped.kernels.dopri5` describes."""
-        waves, places, mesh_of = [], [], []
+        waves, mesh_of = [], []
         for m, excitation in enumerate(self.excitations):
             for pair in excitation.pairs:
                 waves += [pair.stiffness, pair.gap]
-                places.append(self._places[m])
                 mesh_of.append(m)
-        sizes = [wave.coefficients.shape[0] for wave in waves]
+        sizes = [wave.breaks.size - 1 for wave in waves]
+        shapes = [len(wave.shapes) for wave in waves]
+        rows = np.cumsum([0] + [n * c for n, c in zip(sizes, shapes, strict=True)])[:-1]
+        offsets = np.cumsum([0] + [wave.offsets.size for wave in waves])
+        whole = np.repeat([self._whole[m] for m in mesh_of], 2)
+        turns = (rows, shapes, offsets[:-1], np.diff(offsets), whole, rows)
         return (
-            np.array(places),
+            np.array([(*self._places[m], 0.0) for m in mesh_of]),
             np.concatenate([[0], np.cumsum(sizes)]),
             np.concatenate([wave.breaks for wave in waves]),
-            np.concatenate([wave.coefficients for wave in waves]),
+            np.concatenate([wave.coefficients.reshape(-1, 4) for wave in waves]),
             np.unique(np.concatenate([self.corners(), self._handovers()])),
             np.array(mesh_of),
+            np.stack(turns, axis=1),
+            np.concatenate([wave.offsets for wave in waves]),
         )
+
+    @cached_property
+    def turns(self) -> NDArray[np.int64]:
+        """Base pitches by which each wave (2 p,) is further on after a round."""
+        return np.repeat(np.array(self.train.common_period)[self.pieces[5]], 2)
+
+    def pieces_in(self, number: int) -> tuple[Array, ...]:
+        """`pieces` in a round of the common period, by its number."""
+        turns = self.pieces[6].copy()
+        turns[:, 4] += number * self.turns
+        return (*self.pieces[:6], turns, self.pieces[7])
 
     def _handovers(self) -> Array:
         """Times at which a mesh starts a cycle and pairs pass their waves on."""
@@ -116,6 +134,22 @@ class LumpedSystem:
                 for phase, rate in self._places
             ]
         )
+
+    @cached_property
+    def common_period(self) -> tuple[int, ...]:
+        """Shortest time after which all repeats, in periods of each mesh.
+
+        That of the meshes, and where teeth differ of the pairs that they form.
+        """
+        rates = self.train.mesh_rates
+        each = (e.period / r for e, r in zip(self.excitations, rates, strict=True))
+        first = math.lcm(*(period.numerator for period in each))
+        return tuple(int(first * rate) for rate in rates)
+
+    @property
+    def rounds(self) -> int:
+        """How many times all meshes repeat until their teeth do."""
+        return self.common_period[0] // self.train.common_period[0]
 
     @cached_property
     def energy_norm(self) -> float:
@@ -132,7 +166,6 @@ class LumpedSystem:
         """Sum of modal velocities beyond which a run has diverged."""
         return RUNAWAY * self.energy_norm
 
-    @lru_cache(maxsize=16)  # noqa: B019  the system is immutable and short-lived
     def samples(self, steps: int) -> tuple[Array, Array, Array]:
         """Steps of one common period and the excitation on them.
 
@@ -141,40 +174,58 @@ class LumpedSystem:
         the start, middle and end of each step. Raises TrainError where that is more
         than memory should hold.
         """
+        # long ones are not kept: to make them takes a part of the time of a period
+        return self._samples(steps) if self.rounds > 1 else self._kept_samples(steps)
+
+    @lru_cache(maxsize=16)  # noqa: B019  the system is immutable and short-lived
+    def _kept_samples(self, steps: int) -> tuple[Array, Array, Array]:
+        return self._samples(steps)
+
+    def _samples(self, steps: int) -> tuple[Array, Array, Array]:
         self._require_memory(steps)
         times = self._grid(steps)
         middle = 0.5 * (times[:-1] + times[1:])
         points = ((times[:-1], 1), (middle, 1), (times[1:], -1))
-        waves = [
-            (pair, *place)
-            for excitation, place in zip(self.excitations, self._places, strict=True)
-            for pair in excitation.pairs
-        ]
-        stiffness, gap = (
-            np.array(
-                [
-                    [getattr(pair, name)(phase + rate * t, side) for t, side in points]
-                    for pair, phase, rate in waves
-                ]
-            )
-            for name in ("stiffness", "gap")
-        )
-        axes = (2, 1, 0)
-        return (
-            np.diff(times),
-            np.ascontiguousarray(stiffness.transpose(axes)),
-            np.ascontiguousarray(gap.transpose(axes)),
-        )
+        rounds = np.arange(self.rounds)[:, None]
+        pairs = [(m, p) for m, e in enumerate(self.excitations) for p in e.pairs]
+        shape = self.rounds, middle.size, 3, len(pairs)
+        stiffness, gap = np.empty(shape), np.empty(shape)
+        for p, (m, pair) in enumerate(pairs):
+            phase, rate = self._places[m]
+            pitch = self._whole[m] + rounds * self.train.common_period[m]
+            for i, (t, side) in enumerate(points):
+                at = phase + rate * t
+                stiffness[..., i, p] = pair.stiffness(at, side, pitch)
+                gap[..., i, p] = pair.gap(at, side, pitch)
+        flat = -1, 3, len(pairs)
+        steps_in_all = np.tile(np.diff(times), self.rounds)
+        return steps_in_all, stiffness.reshape(flat), gap.reshape(flat)
+
+    def holds(self, steps: int) -> bool:
+        """Whether memory should hold a common period of so many steps a period."""
+        return self._bytes(steps) <= MOST_BYTES
+
+    def _bytes(self, steps: int) -> int:
+        """Of the excitation on steps, and of the motion where the period is long."""
+        pairs = sum(len(excitation.pairs) for excitation in self.excitations)
+        each = 48 * pairs
+        if self.rounds > 1:
+            each += MOTION_BYTES * len(self.excitations)
+        return each * self.common_period[0] * steps
 
     def _require_memory(self, steps: int) -> None:
-        periods = self.train.common_period[0]
-        pairs = sum(len(excitation.pairs) for excitation in self.excitations)
-        if 48 * periods * steps * pairs > MOST_BYTES:
-            raise TrainError(
-                f"{periods} periods of the first mesh, after which all meshes repeat, "
-                f"of {steps:.3g} steps each: more than a run should hold in memory; "
-                "allowed are higher speeds or simpler tooth ratios"
-            )
+        if self.holds(steps):
+            return
+        what, teeth, ways = "excitation", "", "higher speeds or simpler tooth ratios"
+        if self.rounds > 1:
+            what, teeth = "motion", " and tooth pairs with pitch errors"
+            ways = "pitch errors of fewer gears or that repeat sooner, fewer steps"
+        raise TrainError(
+            f"{self.common_period[0]} periods of the first mesh, after which all "
+            f"meshes{teeth} repeat, of {steps:.3g} steps each: "
+            f"{self._bytes(steps) / 1e9:.3g} GB of {what}, more than a run should hold "
+            f"in memory; allowed are {ways}"
+        )
 
     @cached_property
     def _places(self) -> list[tuple[float, float]]:
@@ -185,8 +236,13 @@ class LumpedSystem:
             for mesh, rate in zip(meshes, rates, strict=True)
         ]
 
+    @cached_property
+    def _whole(self) -> list[int]:
+        """Base pitches by which each mesh is ahead of its place."""
+        return [int(mesh.phase) for mesh in self.train.meshes]
+
     def _grid(self, steps: int) -> Array:
-        """Times from 0 to the common period, on all corners and even between."""
+        """Times until all meshes repeat, on all corners and even between."""
         length = self.train.common_period[0]
         ends = np.concatenate([self.corners(), [float(length)]])
         starts = np.concatenate([[0.0], self.corners()])
@@ -197,7 +253,7 @@ class LumpedSystem:
         return np.concatenate([*parts, [float(length)]])
 
     def corners(self) -> Array:
-        """Times within a common period at which some excitation has a corner."""
+        """Times until all meshes repeat at which some excitation has a corner."""
         length = self.train.common_period[0]
         found: set[float] = set()
         for excitation, (phase, rate) in zip(
@@ -214,4 +270,6 @@ class LumpedSystem:
 def largest_gap(pair: PairExcitation) -> float:
     """Largest gap where the pair has a stiffness [m]."""
     x = np.arange(GAP_POINTS) / GAP_POINTS
-    return float(np.abs(pair.gap(x) * (pair.stiffness(x) > 0.0)).max())
+    pitch = np.arange(pair.period)[:, None]
+    stiff = pair.stiffness(x, pitch=pitch) > 0.0
+    return float(np.abs(pair.gap(x, pitch=pitch) * stiff).max())

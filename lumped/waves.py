@@ -1,14 +1,15 @@
 """Periodic functions of the mesh position, piecewise cubic.
 
-Position counts base pitches; the period is 1. A wave may jump between its pieces
-and is exact there: no sample straddles a jump.
+Position counts base pitches; the period is 1 where all teeth are equal, else a whole
+number. A wave may jump between its pieces and is exact there: no sample straddles a
+jump.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -20,20 +21,26 @@ SAME = 1e-12  # base pitches within which two positions are one
 
 @dataclass(frozen=True, eq=False)
 class Wave:
-    """Cubic pieces over one period.
+    """Cubic pieces over a base pitch.
 
     breaks : (n + 1,) from 0 to 1, increasing
-    coefficients : (n, 4); c0 + c1 x + c2 x^2 + c3 x^3 with x from the piece's start
+    coefficients : (n, 4); c0 + c1 x + c2 x^2 + c3 x^3 with x from the piece's start;
+        (c, n, 4) where c base pitches differ, one after another
     corners : positions where value or slope jumps; integrators step onto them
+    offsets : constants (o,) that come to the base pitches, one after another
     """
 
     breaks: Array
     coefficients: Array
     corners: tuple[float, ...] = ()
+    offsets: Array = field(default_factory=lambda: np.zeros(0))
 
     def __post_init__(self) -> None:
         pieces = self.breaks.size - 1
-        if self.coefficients.shape != (pieces, 4):
+        if self.coefficients.ndim not in (2, 3) or self.coefficients.shape[-2:] != (
+            pieces,
+            4,
+        ):
             raise ValueError(
                 f"coefficients must have shape {(pieces, 4)}, "
                 f"got {self.coefficients.shape}"
@@ -42,35 +49,59 @@ class Wave:
             raise ValueError("breaks must begin at 0 and end at 1")
         if not (np.diff(self.breaks) > 0.0).all():
             raise ValueError("breaks must increase")
-        if not np.isfinite(self.coefficients).all():
-            raise ValueError("coefficients must be finite")
+        for name in ("coefficients", "offsets"):
+            if not np.isfinite(getattr(self, name)).all():
+                raise ValueError(f"{name} must be finite")
 
-    def __call__(self, position: ArrayLike, side: int = 1) -> Array:
-        """Values at positions of any shape; side -1 takes the limit from below."""
+    @property
+    def shapes(self) -> Array:
+        """Coefficients (c, n, 4) of the base pitches that differ."""
+        return self.coefficients.reshape(-1, self.breaks.size - 1, 4)
+
+    @property
+    def period(self) -> int:
+        """Base pitches after which the wave repeats."""
+        return math.lcm(len(self.shapes), max(1, self.offsets.size))
+
+    def __call__(
+        self, position: ArrayLike, side: int = 1, pitch: ArrayLike = 0
+    ) -> Array:
+        """Values at positions of any shape; side -1 takes the limit from below.
+
+        pitch : whole base pitches that come to the positions
+        """
         x = np.asarray(position, float)
         x = np.where(np.abs(x - np.round(x)) < SAME, np.round(x), x)
-        x = x - np.floor(x)
+        whole = np.floor(x)
+        x = x - whole
         if side < 0:
-            x = np.where(x == 0.0, 1.0, x)
+            at_start = x == 0.0
+            x, whole = np.where(at_start, 1.0, x), whole - at_start
         nudge = SAME if side > 0 else -SAME
         piece = np.searchsorted(self.breaks, x + nudge, "right")
         piece = np.clip(piece - 1, 0, self.breaks.size - 2)
-        c = self.coefficients[piece]
+        turn = whole.astype(np.int64) + np.asarray(pitch)
+        shapes = self.shapes
+        c = shapes[0, piece] if len(shapes) == 1 else shapes[turn % len(shapes), piece]
         t = x - self.breaks[piece]
-        return c[..., 0] + t * (c[..., 1] + t * (c[..., 2] + t * c[..., 3]))
+        value = c[..., 0] + t * (c[..., 1] + t * (c[..., 2] + t * c[..., 3]))
+        if self.offsets.size:
+            value = value + self.offsets[turn % self.offsets.size]
+        return value
 
     @cached_property
     def mean(self) -> float:
         """Exact mean over the period."""
         h = np.diff(self.breaks)
         powers = h[:, None] ** np.arange(1, 5) / np.arange(1, 5)
-        return float((self.coefficients * powers).sum())
+        mean = float((self.coefficients * powers).sum()) / len(self.shapes)
+        return mean + float(self.offsets.mean()) if self.offsets.size else mean
 
     def scaled(self, factor: float, offset: float = 0.0) -> Wave:
         """factor times the wave, plus offset."""
         c = factor * self.coefficients
-        c[:, 0] += offset
-        return Wave(self.breaks, c, self.corners)
+        c[..., 0] += offset
+        return Wave(self.breaks, c, self.corners, factor * self.offsets)
 
 
 def constant(value: float) -> Wave:
@@ -91,20 +122,23 @@ def total(waves: Sequence[Wave]) -> Wave:
     return Wave(breaks, rows, tuple(corners))
 
 
-def from_samples(samples: ArrayLike) -> Wave:
-    """Monotone cubic interpolation (PCHIP) of n >= 4 equally spaced samples.
+def from_samples(samples: ArrayLike, pitches: int = 1) -> Wave:
+    """Monotone cubic interpolation (PCHIP) of equally spaced samples.
 
-    The first sample is at position 0. Raises ValueError where one is not finite.
+    The first sample is at position 0; as many stand in each of the base pitches, 4 or
+    more. Raises ValueError where one is not finite.
     """
     values = np.asarray(samples, float)
-    if values.ndim != 1 or values.size < 4:
+    n, margin = values.size // pitches, 3
+    if values.ndim != 1 or n < 4 or n * pitches != values.size:
         raise ValueError(f"samples must have shape (n,), n >= 4, got {values.shape}")
     if not np.isfinite(values).all():
         raise ValueError("samples must be finite")
-    n, margin = values.size, 3
-    index = np.arange(-margin, n + margin + 1)
-    pieces = monotone_cubics(index / n, values[index % n])[margin : margin + n]
-    return Wave(np.arange(n + 1) / n, pieces)
+    index = np.arange(-margin, values.size + margin + 1)
+    pieces = monotone_cubics(index / n, values[index % values.size])
+    pieces = pieces[margin : margin + values.size]
+    shapes = pieces if pitches == 1 else pieces.reshape(pitches, n, 4)
+    return Wave(np.arange(n + 1) / n, shapes)
 
 
 def monotone_cubics(x: Array, y: Array) -> Array:

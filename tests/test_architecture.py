@@ -32,6 +32,7 @@ ALLOWED = {
         "lumped.excitation",
         "lumped.analytic",
         "lumped.figures",
+        "lumped.pitch_errors",
     },
     # the same motions by other means: responses and their files are the lumped ones
     "fegear.dynamics": {"fegear", "meshes", "lumped"},

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fegear.excitation import Excitations
+from fegear.gearset.pitch_errors import error_periods
 from fegear.statics import solve_mesh
 from fegear.train import mesh_torques_at
 from lumped.excitation import MeshExcitation
@@ -21,14 +22,17 @@ BISECTIONS = 80  # of a static deflection: to the last bit
 def mesh_statics(
     task: Task, excitations: Excitations, mesh: int, excitation: MeshExcitation
 ) -> Statics:
-    """Static deflection of a mesh (from 0) under the task's torque."""
+    """Static deflection of a mesh (from 0) under the task's torque.
+
+    Over all base pitches until its tooth pairs repeat.
+    """
     gear_set = task.gear_set
     torque = mesh_torques_at(gear_set, task.torque)[mesh]
     force = torque / gear_set.meshes[mesh].pair.driver.base_radius
     if task.model is None:
         table = free = excitations.table(gear_set, mesh, torque)
         if task.case.friction > 0.0:
-            statics = excitations.source.statics
+            statics = excitations.source.statics_of(gear_set, mesh)
             settings = replace(statics, friction=task.case.friction)
             table = solve_mesh(gear_set, mesh, [torque], settings).table
         return Statics(
@@ -39,7 +43,10 @@ def mesh_statics(
             table["ste_m"][0] - free["ste_m"][0],
             free["n_pairs"][0] == 1,
         )
-    position = np.arange(WAVE_POINTS) / WAVE_POINTS
+    pitches, each = error_periods(gear_set)[mesh], WAVE_POINTS
+    if pitches > 1:
+        each = excitations.source.statics_of(gear_set, mesh).positions
+    position = np.arange(pitches * each) / each
     deflection = static_deflection(excitation, force, position)
     still, none = np.zeros_like(position), np.zeros(position.size, bool)
     return Statics(mesh + 1, force, position, deflection, still, none)

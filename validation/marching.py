@@ -328,7 +328,7 @@ def _steps_per_cycle(
     system: LumpedSystem, frequency: float, settings: Settings
 ) -> float:
     grid = system.samples(steps_per_period(system, frequency, settings))[0]
-    return grid.size / system.train.common_period[0]
+    return grid.size / system.common_period[0]
 
 
 def _lumped_wave(system: LumpedSystem, wave: Wave) -> list[ForceWave]:

@@ -71,8 +71,8 @@ def render_command(
         float | None,
         typer.Option(
             "--position",
-            help="Mesh position [base pitches] from the pitch point, 0 to 1. "
-            "[default: 0]",
+            help="Mesh position [base pitches] from the pitch point, 0 to 1, or until "
+            "the tooth pairs repeat where they have pitch errors. [default: 0]",
         ),
     ] = None,
     torque: DriverTorque = None,
@@ -140,8 +140,6 @@ def render_command(
     if output.suffix not in FILMS:
         refuse_idle("only films have frames, .gif and .mp4", frames=frames)
     motion_scale = _scale(scale or "auto")
-    if position is not None:
-        require(0.0 <= position <= 1.0, "--position", position, "allowed 0 to 1")
     if friction is not None:
         require_friction(friction)
     frames = FRAMES if frames is None else frames
@@ -149,7 +147,8 @@ def render_command(
     if width is not None:
         even = width % 2 == 0 and 480 <= width <= 7680
         require(even, "--width", width, "allowed even numbers from 480 to 7680")
-    given = Given(mesh, position, torque, friction, plane, time_history)
+    film = output.suffix in FILMS
+    given = Given(mesh, position, torque, friction, plane, time_history, film)
     case = _moving_case(set_name, given) if time_history else _case(set_name, given)
     from fegear.statics import StaticsSettings
 
@@ -195,6 +194,7 @@ class Given:
     friction: float | None
     plane: PlaneChoice | None
     time_history: Path | None
+    film: bool
 
 
 @dataclass(frozen=True)
@@ -210,11 +210,15 @@ class Case:
 
 def _case(set_name: str, given: Given) -> Case:
     from fegear.gearset import load_gear_set
+    from fegear.gearset.pitch_errors import error_periods
 
     gear_set = load_gear_set(set_name)
     require_mesh(gear_set, given.mesh)
     torque = driver_torque(gear_set, given.mesh, given.torque)
     friction, position = given.friction or 0.0, given.position or 0.0
+    period = error_periods(gear_set)[given.mesh - 1]
+    ok = 0.0 <= position <= period
+    require(ok, "--position", position, f"allowed 0 to {period}")
 
     def states(scene: MeshScene) -> States:
         from fegear.rendering.states import AtRest
@@ -223,6 +227,8 @@ def _case(set_name: str, given: Given) -> Case:
 
     plane: Plane = (given.plane or PlaneChoice.stress).value
     title = _title(gear_set, given.mesh, friction, plane)
+    if period > 1 and given.film:
+        title += f", the first of {period} base pitches with pitch errors"
     return Case(gear_set, friction, plane, title, states)
 
 
@@ -249,6 +255,9 @@ def _moving_case(set_name: str, given: Given) -> Case:
 
     changes = "".join(f", {key} = {value}" for key, value in file.edits.items())
     title = _title(gear_set, given.mesh, motion.friction, motion.plane)
+    first, count = motion.filmed
+    if given.film and count < motion.cycles:
+        title += f", cycle {first + 1} of {motion.cycles}"
     return Case(
         gear_set,
         motion.friction,

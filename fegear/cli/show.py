@@ -57,6 +57,7 @@ MESH_ROWS = {
     "Phase by geometry [base pitches]": "geometric_phase_pitches",
     "Centre line [deg]": "center_line_deg",
     "Driver torques [N m]": "driver_torques_Nm",
+    "Pitch errors repeat after [base pitches]": "pitch_errors_repeat_pitches",
     "Mean stiffness, given [N/m]": "mean_stiffness_N_per_m",
     "Stiffness variation, peak to peak over mean": "stiffness_variation",
     "Load share at the start of double contact": "load_share",

@@ -120,6 +120,11 @@ def print_summary(values: dict[str, Any]) -> None:
         f"{values['corner_contact']}"
     )
     console.print(f"contact ratio {values['contact_ratio']:.4f}")
+    if values["base_pitches"] > 1:
+        console.print(
+            f"with pitch errors, tooth pairs repeat after {values['base_pitches']} "
+            "base pitches: all of them are in the table"
+        )
     console.print(_torque_table(values["torques"]))
     for line in _evidence_lines(values["evidence"]):
         console.print(line)

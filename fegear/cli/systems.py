@@ -51,6 +51,7 @@ class TableExcitations:
 
         name, table = self.tables[mesh]
         try:
+            _require_all_pairs(gear_set, mesh, table)
             return excitation_from_table(table, torque, model)
         except ValueError as error:
             raise InputError(f"{name}: {error}") from None
@@ -118,6 +119,20 @@ def _require_own_table(
         raise InputError(
             f"--table {name}: of teeth {table.header['teeth']}, but mesh {mesh + 1} of "
             f"{gear_set.name} has {own}"
+        )
+
+
+def _require_all_pairs(gear_set: GearSet, mesh: int, table: MeshTable) -> None:
+    """A table stands for the teeth as they are, with their pitch errors."""
+    from fegear.gearset.pitch_errors import tooth_pair_errors
+    from lumped.excitation import table_pitches
+
+    pairs, covered = tooth_pair_errors(gear_set, mesh).size, table_pitches(table)
+    if pairs and covered != pairs:
+        raise ValueError(
+            f"base pitches = {covered}; tooth pairs of mesh {mesh + 1} repeat after "
+            f"{pairs} for their pitch errors, a table over all of them is needed, or a "
+            "gear set without pitch_errors_um"
         )
 
 
@@ -208,7 +223,19 @@ def file_header(
         "damping ratio": f"{damping:g}",
         "translations": "yes" if physics.translations else "no",
         "integration": integration,
+        **_pitch_errors(gear_set),
     }
+
+
+def _pitch_errors(gear_set: GearSet) -> dict[str, str]:
+    """After how long tooth pairs repeat, where they differ."""
+    from fegear.gearset.pitch_errors import error_periods
+
+    periods = error_periods(gear_set)
+    if max(periods) == 1:
+        return {}
+    words = ", ".join(f"{n} of mesh {m}" for m, n in enumerate(periods, start=1))
+    return {"pitch errors": f"tooth pairs repeat after base pitches: {words}"}
 
 
 def integration_in_words(settings: Settings) -> str:

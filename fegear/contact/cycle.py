@@ -75,7 +75,7 @@ def solve_cycle(
 
     mesh, flanks, tables, grid : the contact problem's constants
     teeth : (pairs,) base pitches by which a pair is ahead of the reference pair
-    pair_gaps : (pairs,) extra gap of each pair, from pitch errors [m]
+    pair_gaps : (positions, pairs) extra gap of each pair, from pitch errors [m]
     positions : base pitches from the pitch point; torques : on the driver [N]
     patches, nodes : (pairs,) and (pairs, n, 3), left as at the last position
     """
@@ -91,9 +91,9 @@ def solve_cycle(
             for k in range(pairs):
                 s1 = mesh.pitch + (positions[n] + teeth[k]) * mesh.base_pitch
                 width[k] = MARGIN * hertz_half_width(mesh, flanks, s1, load)
-                place_patch(mesh, flanks, patches[k], s1, pair_gaps[k])
+                place_patch(mesh, flanks, patches[k], s1, pair_gaps[n, k])
             solve_position(
-                mesh, flanks, tables, grid, teeth, pair_gaps, TORQUE, torques[t],
+                mesh, flanks, tables, grid, teeth, pair_gaps[n], TORQUE, torques[t],
                 patches, nodes, width, C, memory, row, cells[t, n],
             )  # fmt: skip
 

@@ -64,18 +64,23 @@ def contact_at(
     back = approach < -0.5 * problem.pair.backlash
     mirrored = np.where(back, back_side_position(problem.pair, position), position)
     depth = np.where(back, -(problem.pair.backlash + approach), approach)
-    sides = [_one_side(problem, mirrored[s], depth[s]) for s in (~back, back)]
+    sides = [
+        _one_side(problem, mirrored[here], depth[here], on_back)
+        for on_back, here in enumerate((~back, back))
+    ]
     return _together(back, *sides)
 
 
-def _one_side(problem: ContactProblem, position: Array, approach: Array) -> Instants:
-    """All instants as if on the drive side."""
+def _one_side(
+    problem: ContactProblem, position: Array, approach: Array, back: int
+) -> Instants:
+    """All instants as if on the drive side; back : 1 for those of the back flanks."""
     if not position.size:
         return Instants(np.empty(0, np.int64), *_nothing())
     whole = np.floor(position)
     teeth = candidate_pairs(problem.pair, position - whole)
     passed = teeth - whole.astype(np.int64)[:, None]
-    gaps = pair_gaps(problem, passed.ravel()).reshape(passed.shape)
+    gaps = pair_gaps(problem, passed, back == 1)
     rows, cells = solve_drive_side(problem, teeth, gaps, position - whole, approach)
     width = problem.face_width
     drag = problem.friction * cells.approach

@@ -11,9 +11,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from fegear.elasticity.flank import FlankCompliance
 from fegear.gearset.model import Relief
+from lumped.pitch_errors import pair_gaps as tooth_pair_gaps
 from meshes import GearPair
 
 Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
 NO_RELIEF = (0.0, 0.0, 1.0, 1.0)
 POWERS = {"linear": 1.0, "parabolic": 2.0}
 
@@ -31,9 +33,10 @@ class ContactProblem:
     friction : Coulomb coefficient
     corner_contact : whether tip corners touch outside the nominal path
     nodes : of the contact patch of each tooth pair
-    driver_pitch_errors, driven_pitch_errors : material missing per tooth, or
-        empty; tooth 0 of both gears forms the reference pair and teeth count in
-        the order in which they come into contact
+    driver_pitch_errors, driven_pitch_errors : material missing on the drive flank
+        of each tooth, and too much on its back flank, or empty; tooth 0 of both gears
+        forms the reference pair and teeth count in the order in which they come into
+        contact
     """
 
     pair: GearPair
@@ -69,7 +72,8 @@ class ContactCycle:
     """Contact over positions (n,) of a mesh cycle at torques (t,) on the driver.
 
     position : base pitches from the pitch point of the reference pair
-    teeth : (k,) base pitches by which each pair is ahead of the reference pair
+    teeth : (k,) base pitches by which each pair is ahead of the reference pair, of the
+        one in the same base pitch where pairs count anew in each
     approach : (t, n) static transmission error, the driver's rotation times its
         base radius with the driven gear held [m]; negative on the back side
     no_load : (t, n) the same without load [m]
@@ -87,7 +91,7 @@ class ContactCycle:
 
     torque: Array
     position: Array
-    teeth: NDArray[np.int64]
+    teeth: Indices
     base_radius: float
     approach: Array
     no_load: Array
@@ -123,24 +127,31 @@ class ContactCycle:
 
 
 def solve_cycle(
-    problem: ContactProblem, torques: ArrayLike, positions: ArrayLike
+    problem: ContactProblem,
+    torques: ArrayLike,
+    positions: ArrayLike,
+    pitches: ArrayLike = 0,
 ) -> ContactCycle:
     """Solve the contact at every torque [N m] on the driver and every position.
 
-    A negative torque turns the driver back through the backlash and loads the
-    other flanks. Raises ContactFailure where no solution was found and ValueError
+    pitches : whole base pitches (n,) that come to the positions; pairs count anew in
+        each
+
+    A negative torque turns the driver back through the backlash and loads the other
+    flanks. Raises ContactFailure where no solution was found and ValueError
     for torques that are zero or not finite.
     """
     torque = np.atleast_1d(np.asarray(torques, float))
     position = np.atleast_1d(np.asarray(positions, float))
+    pitch = np.broadcast_to(np.asarray(pitches, np.int64), position.shape)
     if not (np.isfinite(torque).all() and (torque != 0.0).all()):
         raise ValueError(f"torques must be finite and not zero, got {torque.tolist()}")
     if not np.isfinite(position).all():
         raise ValueError(f"positions must be finite, got {position.tolist()}")
     if (torque > 0.0).all():
-        return _solve_drive_side(problem, torque, position)
+        return _solve_drive_side(problem, torque, position, pitch)
     if (torque < 0.0).all():
-        return _solve_back_side(problem, torque, position)
+        return _solve_back_side(problem, torque, position, pitch)
     raise ValueError(f"torques must have one sign, got {torque.tolist()}")
 
 
@@ -157,16 +168,24 @@ def back_side_position(pair: GearPair, position: ArrayLike) -> Array:
     return -(np.asarray(position, float) + thickness)
 
 
+def _solve_drive_side(
+    problem: ContactProblem, torque: Array, position: Array, pitch: Indices
+) -> ContactCycle:
+    solved = run_kernel(problem, torque, position, pitch)
+    return _collect(problem, torque, position + pitch, solved)
+
+
 def _solve_back_side(
-    problem: ContactProblem, torque: Array, position: Array
+    problem: ContactProblem, torque: Array, position: Array, pitch: Indices
 ) -> ContactCycle:
     mirrored = back_side_position(problem.pair, position)
-    cycle = _solve_drive_side(problem, -torque, mirrored)
+    solved = run_kernel(problem, -torque, mirrored, -pitch, back=True)
+    cycle = _collect(problem, -torque, mirrored, solved)
     backlash = problem.pair.backlash
     return replace(
         cycle,
         torque=torque,
-        position=position,
+        position=position + pitch,
         teeth=-cycle.teeth,
         approach=-(backlash + cycle.approach),
         no_load=-(backlash + cycle.no_load),
@@ -179,15 +198,25 @@ def _solve_back_side(
 class KernelResult(NamedTuple):
     """What the kernel leaves behind; nodes are those of the last position."""
 
-    teeth: NDArray[np.int64]
+    teeth: Indices
     rows: np.recarray
     cells: np.recarray
     patches: np.recarray
     nodes: Array
 
 
-def run_kernel(problem: ContactProblem, torque: Array, position: Array) -> KernelResult:
-    """Solve at positive torques (t,) [N m] and positions (n,)."""
+def run_kernel(
+    problem: ContactProblem,
+    torque: Array,
+    position: Array,
+    pitch: Indices | None = None,
+    back: bool = False,
+) -> KernelResult:
+    """Solve at positive torques (t,) [N m] and positions (n,).
+
+    pitch : (n,) whole base pitches that come to the positions; none by default
+    back : whether the flanks are the back flanks, seen in a mirror
+    """
     from fegear.contact import cycle
     from fegear.contact.compliance import PATCH
     from fegear.contact.grid import contact_grid
@@ -198,13 +227,14 @@ def run_kernel(problem: ContactProblem, torque: Array, position: Array) -> Kerne
     patches = np.zeros(teeth.size, PATCH).view(np.recarray)
     nodes = np.zeros((teeth.size, problem.nodes, 3))
     mesh, flanks, tables = kernel_inputs(problem)
+    passed = np.zeros(position.size, np.int64) if pitch is None else pitch
     cycle.solve_cycle(
         mesh,
         flanks,
         tables,
         contact_grid(problem.nodes),
         teeth,
-        pair_gaps(problem, teeth),
+        pair_gaps(problem, teeth - passed[:, None], back),
         position,
         torque / problem.face_width,
         patches,
@@ -216,14 +246,7 @@ def run_kernel(problem: ContactProblem, torque: Array, position: Array) -> Kerne
     return KernelResult(teeth, rows, cells, patches, nodes)
 
 
-def _solve_drive_side(
-    problem: ContactProblem, torque: Array, position: Array
-) -> ContactCycle:
-    solved = run_kernel(problem, torque, position)
-    return _collect(problem, torque, position, solved)
-
-
-def candidate_pairs(pair: GearPair, position: Array) -> NDArray[np.int64]:
+def candidate_pairs(pair: GearPair, position: Array) -> Indices:
     """Pairs that may touch at some position, the reference pair first."""
     start = (pair.path_start - pair.pitch_point) / pair.base_pitch - 0.5
     end = (pair.path_end - pair.pitch_point) / pair.base_pitch + 0.5
@@ -232,14 +255,15 @@ def candidate_pairs(pair: GearPair, position: Array) -> NDArray[np.int64]:
     return np.array(sorted(range(low, high + 1), key=lambda k: (abs(k), k)), np.int64)
 
 
-def pair_gaps(problem: ContactProblem, teeth: NDArray[np.int64]) -> Array:
-    """Extra gap of each pair from the pitch errors of its two teeth (k,) [m]."""
-    gaps = np.zeros(teeth.size)
-    for errors in (problem.driver_pitch_errors, problem.driven_pitch_errors):
-        if errors:
-            # the pair ahead (k > 0) came into contact earlier
-            gaps += np.asarray(errors)[(-teeth) % len(errors)]
-    return gaps
+def pair_gaps(problem: ContactProblem, teeth: Indices, back: bool = False) -> Array:
+    """Extra gaps of pairs (of any shape) from the pitch errors of their teeth [m].
+
+    back : of back flanks, where a pair that is ahead is behind in the mirror
+    """
+    # a pair ahead (k > 0) came into contact earlier
+    number = teeth if back else -teeth
+    errors = problem.driver_pitch_errors, problem.driven_pitch_errors
+    return tooth_pair_gaps(*errors, number, back)
 
 
 def kernel_inputs(problem: ContactProblem) -> tuple[np.record, np.recarray, Array]:

@@ -88,6 +88,8 @@ class Contacts(NamedTuple):
     knots (m, j + 1), law (c, p + 1, 2, j, 4) cubics of the load [N] in the squeeze
         beyond each knot; nominal friction and turned
     normal, tangential (p + 1, c, c) static compliance beside the coordinates' [m/N]
+    errors (c, n) gap that comes to each contact in the cycles of its mesh, one after
+        another, from pitch errors [m]; (c, 0) where there are none
     """
 
     first: Array
@@ -99,3 +101,4 @@ class Contacts(NamedTuple):
     law: Array
     normal: Array
     tangential: Array
+    errors: Array

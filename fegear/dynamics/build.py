@@ -26,11 +26,11 @@ from fegear.dynamics.respond import DynamicSettings, ReducedStepper, Stepper
 from fegear.dynamics.sides import MeshLaws
 from fegear.elasticity.material import PlaneMaterial
 from fegear.elasticity.modes import GearModes, gear_modes, resolving
-from fegear.errors import InputError
 from fegear.excitation import Excitations
 from fegear.gearset.inertia import require_inertia_of_bodies
 from fegear.gearset.model import Gear, GearSet
 from fegear.gearset.phases import mesh_phases
+from fegear.gearset.pitch_errors import tooth_pair_errors, without_pitch_errors
 from fegear.statics import RESOLUTIONS, StaticsSettings, contact_problem
 from fegear.train import mesh_torques_at
 from lumped.system import LumpedSystem
@@ -98,16 +98,11 @@ def prepare(
     excitations : of that system, whose tables are used again; plane state, resolution
         and corner contact of its source hold for all finite elements
     """
-    for gear in gear_set.gears:
-        if any(gear.pitch_errors):
-            raise InputError(
-                f'{gear_set.name}: gear "{gear.name}" has pitch_errors_um; dynamics '
-                "takes teeth that are all equal, leave them out"
-            )
     if elements.fidelity != "quasistatic":
         require_inertia_of_bodies(gear_set)
+    equal = without_pitch_errors(gear_set)  # errors are offsets of the laws
     tables = [
-        excitations.table(gear_set, mesh, on_mesh)
+        excitations.table(equal, mesh, on_mesh)
         for mesh, on_mesh in enumerate(mesh_torques_at(gear_set, torque))
     ]
     statics = replace(excitations.source.statics, friction=elements.friction)
@@ -192,12 +187,16 @@ def _asked_for(choice: Choice, modes: Sequence[GearModes]) -> str:
 def mesh_laws(
     gear_set: GearSet, mesh: int, static: float, settings: StaticsSettings
 ) -> MeshLaws:
-    """Laws of a mesh (index from 0) whose largest static deflection is `static` [m]."""
+    """Laws of a mesh (index from 0) whose largest static deflection is `static` [m].
+
+    static : of equal teeth; pitch errors press some pairs on by as much again
+    """
     problem = contact_problem(
         gear_set, mesh, settings, RESOLUTIONS[settings.resolution]
     )
     phase = mesh_phases(gear_set)[mesh].value
     position = phase + np.arange(POSITIONS + 1) / POSITIONS
+    static += float(np.ptp([0.0, *tooth_pair_errors(gear_set, mesh)]))
     reach, backlash = REACH * static, gear_set.meshes[mesh].backlash
     near = backlash < BACK * static
     return MeshLaws(
@@ -282,7 +281,10 @@ def _choice(
     speeds: Sequence[float],
     elements: FiniteElements,
 ) -> Choice:
-    """Whether elastic inertia matters, judged at each mesh's pitch point."""
+    """Whether elastic inertia matters, judged at each mesh's pitch point.
+
+    By the excitation of equal teeth: pitch errors add what is slower.
+    """
     count, columns, closing = model.rows.widths, model.rows.columns, model.rows.closing
     hubs, rigidity = model.body.damping.size, model.body.rigidity
     stiffness = model.reference.modes.mean_stiffness

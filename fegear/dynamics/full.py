@@ -154,15 +154,26 @@ class ElasticField:
 
 @dataclass(frozen=True, eq=False)
 class Place:
-    """Where the meshes stand in their tables: a grid point and the part beyond it."""
+    """Where the meshes stand in their tables: a grid point and the part beyond it.
+
+    cycle : of each mesh
+    """
 
     mesh_of: Indices
+    cycle: Indices
     place: Indices
     part: Array
 
     def of(self, contact: int) -> tuple[int, float]:
         mesh = self.mesh_of[contact]
         return int(self.place[mesh]), float(self.part[mesh])
+
+    def errors(self, table: Array) -> Array:
+        """Entries (c,) of a table (c, n) that goes over the cycles."""
+        if not table.shape[1]:
+            return np.zeros(len(table))
+        cycle = self.cycle[self.mesh_of] % table.shape[1]
+        return table[np.arange(len(table)), cycle]
 
     def at(self, table: Array, contacts: Indices) -> Array:
         """Entries (k, ...) of a table (p, k, ...), one for each contact."""
@@ -325,7 +336,13 @@ class FullStepper:
         return at_rest(replace(self, scheme=generalized_alpha(0.0)), empty)
 
     def march(
-        self, state: MotionState, frequency: float, step: float, steps: int, cycle: int
+        self,
+        state: MotionState,
+        frequency: float,
+        step: float,
+        steps: int,
+        cycle: int,
+        start: int = 0,
     ) -> tuple[MotionState, Motion]:
         """As `ReducedStepper.march`."""
         model, sizes = self.model, self._step(step)
@@ -336,8 +353,8 @@ class FullStepper:
         self._note(now, out[0], loads[0], hub[0])
         for n in range(steps):
             if frequency > 0.0:
-                self._pass_teeth(now, n, cycle)
-            where = self._place(n + 1 if frequency > 0.0 else 0, cycle)
+                self._pass_teeth(now, start + n, cycle)
+            where = self._place(start + n + 1 if frequency > 0.0 else 0, cycle)
             self._advance(now, sizes, 2.0 * math.pi * frequency, where)
             if not np.abs(now.motion[1]).sum() < model.limit:
                 raise FloatingPointError(f"motion diverged after {n * step:g} s")
@@ -370,7 +387,8 @@ class FullStepper:
         positions = self.model.contacts.gap.shape[1] - 1
         place, part = np.zeros(rate.size, np.int64), np.zeros(rate.size)
         kernel.find_places(rate, cycle, number, positions, place, part)
-        return Place(mesh_of, place, part)
+        cycles = np.floor(rate * number / cycle + 1e-9).astype(np.int64)
+        return Place(mesh_of, cycles, place, part)
 
     def _advance(
         self, now: MotionState, step: Step, speed: float, where: Place
@@ -441,7 +459,7 @@ class FullStepper:
             drag = np.where(turned == 1, -1.0, 1.0) * rows_of.friction * sliding
             now.touch[2] = turned
         free = rows[0] @ (ahead + s.beta * h * h * free_hub)
-        free -= where.at(contacts.gap.T, every)
+        free -= where.at(contacts.gap.T, every) + where.errors(contacts.errors)
         onto = rows.copy()
         Q = where.at(contacts.normal, every)
         Q += where.at(contacts.tangential, every) * drag

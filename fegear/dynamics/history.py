@@ -28,6 +28,7 @@ from fegear.dynamics.respond import Motion
 from fegear.dynamics.root_stress import RootInfluence
 from fegear.dynamics.sides import DRIVE
 from fegear.gearset.model import GearSet
+from fegear.gearset.pitch_errors import error_periods, tooth_in_cycles
 from lumped.sweep import Direction
 
 Column = NDArray[Any]
@@ -41,6 +42,9 @@ LEGEND = {
     "pressure_Pa": "largest of the pair; at a sharp tip corner it has no limit and is "
     "that of the contact nodes",
     "rotation_rad": "counter-clockwise, besides the nominal turning",
+}
+TOOTH_LEGEND = {
+    "tooth": "of the reference pair, counted from 1 as in pitch_errors_um",
 }
 ROOT_LEGEND = {
     "root_stress_Pa": "largest tension along the fillets of the pair's tooth, static "
@@ -69,18 +73,22 @@ def history_table(
     roots : of the gears whose root stress is wanted, by index
     """
     contacts = contact_histories(model, motion, steps)
-    names = gear_words(model.sides[0].gear_set)
+    gear_set = model.sides[0].gear_set
+    names = gear_words(gear_set)
     columns: dict[str, Column] = {"time_s": motion.history.time}
     for mesh, rate in enumerate(model.train.rate):
         own = [each for each in contacts if each.side.mesh == mesh]
         position = cycle_position(float(rate), motion.history.time.size, steps)
         columns |= _mesh_columns(motion, mesh, position, own)
+        if error_periods(gear_set)[mesh] > 1:
+            columns |= _tooth_columns(gear_set, mesh, position)
     for gear, name in enumerate(names):
         columns |= _movements(model, motion, gear, name)
     for gear, influence in (roots or {}).items():
         own = [each for each in contacts if gear in each.side.gears]
         columns |= _root_stresses(gear, names[gear], influence, own)
-    legend = LEGEND | (ROOT_LEGEND if roots else {})
+    differ = max(error_periods(gear_set)) > 1
+    legend = LEGEND | (TOOTH_LEGEND if differ else {}) | (ROOT_LEGEND if roots else {})
     return HistoryTable(columns, dict(header or {}) | legend)
 
 
@@ -98,6 +106,19 @@ def _mesh_columns(
         columns[f"{each.name}_load_N"] = each.load
         columns[f"{each.name}_pressure_Pa"] = each.pressure
     return columns
+
+
+def _tooth_columns(gear_set: GearSet, mesh: int, position: Column) -> dict[str, Column]:
+    """Teeth of the reference pair where they are not all equal."""
+    begins = np.diff(position, prepend=position[0]) < 0.0
+    cycle = np.cumsum(begins, dtype=np.int64)
+    return {
+        f"mesh{mesh + 1}_{role}_tooth": tooth_in_cycles(gear_set, mesh, gear, cycle) + 1
+        for role, gear in (
+            ("driver", gear_set.meshes[mesh].driver),
+            ("driven", gear_set.meshes[mesh].driven),
+        )
+    }
 
 
 def _movements(

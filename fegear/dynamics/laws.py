@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -10,6 +11,7 @@ from scipy.interpolate import PchipInterpolator
 
 from fegear.dynamics.arrays import Body, Contacts, Rows
 from fegear.dynamics.sides import DRIVE, ContactSide
+from fegear.gearset.pitch_errors import error_periods
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -43,7 +45,15 @@ def contact_laws(
         law=np.concatenate([_cubics(s.laws.squeeze, _loads(s)) for s in sides]),
         normal=normal,
         tangential=tangential,
+        errors=_errors(sides),
     )
+
+
+def _errors(sides: Sequence[ContactSide]) -> Array:
+    """Gaps (c, n) of all contacts in the cycles of their meshes [m]."""
+    cycles = np.arange(math.lcm(*error_periods(sides[0].gear_set)))
+    found = np.concatenate([side.errors(cycles) for side in sides])
+    return found if found.any() else found[:, :0]
 
 
 def _loads(side: ContactSide) -> Array:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Protocol
 
 import numpy as np
@@ -13,6 +14,7 @@ from numpy.typing import NDArray
 from fegear.dynamics.model import DynamicModel
 from fegear.dynamics.scheme import Scheme, generalized_alpha
 from fegear.dynamics.settling import Settling
+from fegear.errors import InputError
 from lumped.response import (
     FIGURES,
     History,
@@ -27,6 +29,8 @@ Array = NDArray[np.float64]
 REST_STEPS = 100  # to the deflection at rest
 MATTERS = 1e-3  # part of a mode's strain energy in the meshes
 PERIODS = (400, 200_000)  # least and most that a motion may take to settle
+PIECE = 64  # periods of the first mesh, at most, between two looks at the clock
+MOST_BYTES = 1e9  # of a recorded motion
 
 
 Watch = Callable[[float, int], None]
@@ -130,7 +134,13 @@ class Stepper(Protocol):
     def start(self) -> MotionState: ...
 
     def march(
-        self, state: MotionState, frequency: float, step: float, steps: int, cycle: int
+        self,
+        state: MotionState,
+        frequency: float,
+        step: float,
+        steps: int,
+        cycle: int,
+        start: int = 0,
     ) -> tuple[MotionState, Motion]: ...
 
 
@@ -149,9 +159,15 @@ class ReducedStepper:
         return at_rest(replace(self, scheme=generalized_alpha(0.0)), empty)
 
     def march(
-        self, state: MotionState, frequency: float, step: float, steps: int, cycle: int
+        self,
+        state: MotionState,
+        frequency: float,
+        step: float,
+        steps: int,
+        cycle: int,
+        start: int = 0,
     ) -> tuple[MotionState, Motion]:
-        """March `steps` steps [s] from the start of a common period.
+        """March `steps` steps [s] from step `start` of a common period.
 
         cycle : steps of a cycle of the first mesh; frequency : of that [Hz], 0 for
         gears that stand still. Raises DynamicsError where contact is not solved and
@@ -175,7 +191,7 @@ class ReducedStepper:
             2.0 * math.pi * frequency,
             model.limit,
             cycle,
-            0,
+            start,
             now.motion,
             now.touch,
             out,
@@ -241,47 +257,93 @@ def respond(
 
     state, before : where a motion at another frequency stood; the speed changes
         smoothly from there
-    watch : called after every common period with the frequency and their number; what
-        it raises ends the run
+    watch : called after every common period with the frequency and their number, and
+        within long ones; what it raises ends the run
+    Raises InputError where a common period is too long to be recorded.
     """
     model = stepper.model
-    length = model.reference.train.common_period[0]
+    length = model.reference.common_period[0]
     now = stepper.start() if state is None else state
     if state is not None and before is not None:
         now = _ramp(stepper, before, frequency, settings, now)
     cycle = steps_per_cycle(model, frequency, settings)
-    step, steps = 1.0 / (frequency * cycle), cycle * length
+    _require_memory(model, cycle)
     settling = _settling(model, settings)
     hubs = model.body.damping.size
     settling.begin(*now.motion[:2, :hubs])
     most = _allowed(model, frequency, settings) // length
     while not settling.done and settling.period < max(most, 4 * settings.multiples):
-        now, motion = stepper.march(now, frequency, step, steps, cycle)
+        look = partial(watch, frequency, settling.period)
+        now, motion = _common_period(stepper, now, frequency, cycle, look)
         place, velocity = now.motion[:2, :hubs]
         settling.add(place, velocity, motion.history.deflection)
         watch(frequency, settling.period)
     multiple = settling.multiple if settling.done else 0
     settled_after = settling.period * length / frequency
-    spans = multiple or settings.multiples
+    spans = multiple or max(1, settings.multiples // model.reference.rounds)
     figures: list[dict[str, Array]] = []
     for _ in range(1 if multiple else windows(settings.windows, spans * length)):
-        parts = []
+        parts: list[Motion] = []
         for _ in range(spans):
-            now, motion = stepper.march(now, frequency, step, steps, cycle)
+            done = settling.period + len(figures) * spans + len(parts)
+            look = partial(watch, frequency, done)
+            now, motion = _common_period(stepper, now, frequency, cycle, look)
             parts.append(motion)
-            watch(frequency, settling.period + len(figures) * spans + len(parts))
-        whole = _joined(parts, step)
+            watch(frequency, done + 1)
+        whole = _joined(parts, 1.0 / (frequency * cycle))
         figures.append(measures(whole.history))
     response = Response(
         frequency=frequency,
         status=Status.PERIODIC if multiple else Status.APERIODIC,
         multiple=multiple,
-        period_multiple=multiple * np.array(model.reference.train.common_period),
+        period_multiple=multiple * np.array(model.reference.common_period),
         settling_time=settled_after,
         state=now.motion,
         **pooled(figures),
     )
     return response, whole, now
+
+
+def _require_memory(model: DynamicModel, cycle: int) -> None:
+    """A common period with pitch errors must not be too long to be recorded.
+
+    cycle : steps of a cycle of the first mesh
+    """
+    length = model.reference.common_period[0]
+    columns = 5 * model.train.rate.size + model.touching + 2 * model.body.damping.size
+    needed = 8 * length * cycle * columns
+    if model.reference.rounds > 1 and needed > MOST_BYTES:
+        raise InputError(
+            f"{length} cycles of the first mesh, after which all meshes and tooth "
+            f"pairs with pitch errors repeat, of {cycle} steps each: "
+            f"{needed / 1e9:.3g} GB of motion, more than a run should hold in memory; "
+            "allowed are pitch errors of fewer gears or that repeat sooner, fewer steps"
+        )
+
+
+def _common_period(
+    stepper: Stepper,
+    state: MotionState,
+    frequency: float,
+    cycle: int,
+    look: Callable[[], None] = lambda: None,
+) -> tuple[MotionState, Motion]:
+    """March through a common period.
+
+    look : called between the pieces of a long one
+    """
+    length = stepper.model.reference.common_period[0]
+    step, piece = 1.0 / (frequency * cycle), PIECE * cycle
+    if stepper.model.reference.rounds == 1:
+        piece = length * cycle
+    parts = []
+    for start in range(0, length * cycle, piece):
+        if start:
+            look()
+        steps = min(piece, length * cycle - start)
+        state, motion = stepper.march(state, frequency, step, steps, cycle, start)
+        parts.append(motion)
+    return state, _joined(parts, step)
 
 
 def lost(model: DynamicModel, frequency: float, state: MotionState) -> Response:
@@ -327,15 +389,20 @@ def _ramp(
     settings: DynamicSettings,
     state: MotionState,
 ) -> MotionState:
-    """A common period at each of several frequencies on a smooth way between two."""
-    length = stepper.model.reference.train.common_period[0]
+    """A period of all meshes at each of several frequencies on a smooth way.
+
+    It ends after whole common periods, when the tooth pairs stand as they did.
+    """
+    reference = stepper.model.reference
+    length, rounds = reference.train.common_period[0], reference.rounds
     stops = math.ceil(settings.ramp_periods / length)
-    for part in (np.arange(stops) + 1.0) / (stops + 1.0):
+    for number in range(math.ceil(stops / rounds) * rounds):
+        part = (number + 1.0) / (stops + 1.0)
         smooth = part * part * (3.0 - 2.0 * part)
-        frequency = before + (after - before) * smooth
+        frequency = before + (after - before) * smooth if part < 1.0 else after
         cycle = steps_per_cycle(stepper.model, frequency, settings)
-        step = 1.0 / (frequency * cycle)
-        state, _ = stepper.march(state, frequency, step, cycle * length, cycle)
+        step, start = 1.0 / (frequency * cycle), number % rounds * length * cycle
+        state, _ = stepper.march(state, frequency, step, cycle * length, cycle, start)
     return state
 
 

@@ -13,6 +13,8 @@ from fegear.contact.pair_laws import PairLaws
 from fegear.elasticity.modes import LEFT, RIGHT
 from fegear.gearset.model import GearSet
 from fegear.gearset.phases import first_teeth
+from fegear.gearset.pitch_errors import mesh_errors
+from lumped.pitch_errors import pair_gaps
 
 Array = NDArray[np.float64]
 DRIVE, BACK = 1, -1
@@ -70,6 +72,15 @@ class ContactSide:
         ahead = 1 if self.side == BACK and gear == self.gears[0] else 0
         turn = self.gear_set.senses[gear]
         return self._first[self.mesh, gear] - turn * (self.laws.teeth + ahead)
+
+    def errors(self, cycles: NDArray[np.int64]) -> Array:
+        """Gaps (k, n) of the contacts in cycles (n,) of the mesh, by pitch errors [m].
+
+        The contacts count anew in each cycle.
+        """
+        pair = cycles - self.laws.teeth[:, None]
+        errors = mesh_errors(self.gear_set, self.mesh)
+        return pair_gaps(*errors, pair, self.side == BACK)
 
     def arcs(self, gear: int) -> Array:
         """Places of the contacts on a gear's flanks from the tip corner (p, k) [m]."""

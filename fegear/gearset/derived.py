@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from fegear.gearset.inertia import inertia_of, mass_of
 from fegear.gearset.model import Gear, GearSet, Mesh, Relief
 from fegear.gearset.phases import geometric_phase, mesh_phases
+from fegear.gearset.pitch_errors import tooth_pair_errors
 from fegear.gearset.zones import Zones, zones
 from meshes.gear import SpurGear
 
@@ -109,6 +110,7 @@ class MeshFigures:
     stiffness_variation: float | None
     load_share: float | None
     driver_torques_Nm: tuple[float, ...]
+    pitch_errors_repeat_pitches: int | None
     flanks: tuple[FlankFigures, FlankFigures]
 
 
@@ -215,6 +217,7 @@ def mesh_figures(gear_set: GearSet, number: int) -> MeshFigures:
         stiffness_variation=mesh.stiffness_variation,
         load_share=mesh.load_share,
         driver_torques_Nm=mesh.torques,
+        pitch_errors_repeat_pitches=tooth_pair_errors(gear_set, number).size or None,
         flanks=(
             _flank_figures(gear_set, mesh, "driver"),
             _flank_figures(gear_set, mesh, "driven"),

@@ -14,8 +14,8 @@ from meshes import GearPair, SpurGear
 class Gear:
     """A spur gear with its width, material and, optionally, inertia.
 
-    pitch_errors : material missing on each tooth's flank [m], or empty; positive
-        opens a gap
+    pitch_errors : how far each tooth stands back from contact on the flank that
+        carries load in the gear's first mesh [m], or empty; positive opens a gap
     inertia, mass : as given [kg m2], [kg]; see `inertia_of` and `mass_of`
     bearing_stiffness : kx, ky [N/m], or None for a centre that does not move
     coupling_stiffness : torsional, to ground [N m/rad]

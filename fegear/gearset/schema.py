@@ -91,7 +91,9 @@ class GearDefaults(Keys):
     addendum_mm : height of the tip above the reference circle
     rack_tip_radius_mm : by default 0.3 module or, if less, what fits the space
     tooth_thinning_um : reduction of the arc thickness on the reference circle
-    pitch_errors_um : material missing on each tooth's flank
+    pitch_errors_um : how far each tooth stands back from contact on the flank that
+        carries load in the gear's first mesh, in the order in which teeth come into
+        contact, that of the reference pair first
     inertia_kg_m2, mass_kg : by default of the body between bore and tooth outline
     bearing_kx_N_per_m, bearing_ky_N_per_m : without them the centre does not move
     coupling_stiffness_Nm_per_rad : torsional spring to ground
@@ -146,6 +148,13 @@ class GearEntry(GearDefaults):
                 f"pitch_errors_um has {len(errors)} entries; "
                 f"one for each of the {self.teeth} teeth is needed"
             )
+        most = 500.0 * self.module_mm
+        for number, error in enumerate(errors or (), start=1):
+            if abs(error) > most:
+                raise ValueError(
+                    f"pitch_errors_um entry {number} = {error:g}; must be from "
+                    f"{-most:g} to {most:g}, half the module"
+                )
         return self
 
 

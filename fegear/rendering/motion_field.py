@@ -83,7 +83,7 @@ def _solved(
         tables,
         contact_grid(problem.nodes),
         np.array([tooth]),
-        np.zeros(1),
+        np.zeros((1, 1)),
         np.array([position]),
         np.array([torque / problem.face_width]),
         patches,

@@ -19,6 +19,7 @@ from fegear.output import read_text
 Array = NDArray[np.float64]
 Pair = tuple[int, bool]  # base pitches ahead of the reference pair, back flanks
 REPEATS = 1e-2  # of a column's range within which a cycle is the same as another
+FILMED = 16  # mesh cycles, at most, of a film
 WHAT = "allowed are files of fegear dynamics --history"
 
 
@@ -125,14 +126,26 @@ class RecordedMotion:
             for values in (self.approach, self.force)
         )
 
+    @property
+    def filmed(self) -> tuple[int, int]:
+        """First mesh cycle of a film and their number.
+
+        Of a motion that takes longer to repeat, the cycle of the largest force.
+        """
+        if self.cycles <= FILMED:
+            return 0, self.cycles
+        return int(np.abs(self.force[:-1]).argmax() * self.pitch), 1
+
     def largest(self) -> Instant:
         """The row with the largest mesh force on either side."""
         return self.at(int(np.abs(self.force).argmax()))
 
     def frames(self, count: int) -> list[Instant]:
-        """Equally spaced over a period of the mesh's own motion."""
-        rows = self.cycles / self.pitch
-        return [self.at(rows * i / count) for i in range(count)]
+        """Equally spaced over the cycles of a film, all of a period if it is short."""
+        first, cycles = self.filmed
+        return [
+            self.at((first + cycles * i / count) / self.pitch) for i in range(count)
+        ]
 
     def extremes(self) -> list[Instant]:
         """Where forces, pair loads and the transmission error are largest."""

@@ -8,11 +8,17 @@ Dormand and Prince, J. Comput. Appl. Math. 6 (1980) 19; dense output of order 4 
 Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I, section II.6.
 
 The excitation is a tuple, p pairs with two waves each:
-  place (p, 2) phase and rate of the pair's mesh
+  place (p, 3) phase and rate of the pair's mesh, offset of its gap
   first_piece (2 p + 1,) where the pieces of each wave begin: stiffness, then gap
   breaks (pieces + 2 p,), coefficients (pieces, 4) of all waves
-  stops (k,) times within a common period that no step crosses
+  stops (k,) times until all meshes repeat that no step crosses
   mesh_of (p,)
+  turns (2 p, 6) of each wave where its coefficients begin and how many base pitches of
+    it differ, the same of its offsets; whole base pitches that come to the position,
+    and where the coefficients of the present one begin
+  offsets (o,) of all waves
+No step crosses from one base pitch to the next: offset and coefficients of the present
+one hold for all of a step.
 """
 
 from __future__ import annotations
@@ -93,8 +99,34 @@ def wave_at(excitation, wave, x, side):
     while piece < count - 1 and breaks[at + piece + 1] <= nudged:
         piece += 1
     t = x - breaks[at + piece]
-    c = coefficients[first + piece]
+    c = coefficients[excitation[6][wave, 5] + piece]
     return c[0] + t * (c[1] + t * (c[2] + t * c[3]))
+
+
+@compiled_part
+def turn_to(excitation, time, side):
+    """Tell the base pitch of every pair at a time: its offset and coefficients."""
+    place, first_piece, turns, offsets = (
+        excitation[0],
+        excitation[1],
+        excitation[6],
+        excitation[7],
+    )
+    for wave in range(turns.shape[0]):
+        p = wave // 2
+        x = place[p, 0] + place[p, 1] * time
+        pitch = turns[wave, 4] + math.floor(x + 1e-9 * side)
+        count = first_piece[wave + 1] - first_piece[wave]
+        turns[wave, 5] = turns[wave, 0] + count * (pitch % turns[wave, 1])
+        if wave % 2 == 1 and turns[wave, 3] > 0:
+            place[p, 2] = offsets[turns[wave, 2] + pitch % turns[wave, 3]]
+
+
+@inlined
+def own_pitch(excitation):
+    """The excitation with its own record of the present base pitch."""
+    place, turns = excitation[0].copy(), excitation[6].copy()
+    return (place, *excitation[1:6], turns, excitation[7])
 
 
 @compiled_part
@@ -104,7 +136,7 @@ def set_excitation(excitation, time, side, stiffness, gap):
     for p in range(stiffness.size):
         x = place[p, 0] + place[p, 1] * time
         stiffness[p] = wave_at(excitation, 2 * p, x, side)
-        gap[p] = wave_at(excitation, 2 * p + 1, x, side)
+        gap[p] = wave_at(excitation, 2 * p + 1, x, side) + place[p, 2]
 
 
 @compiled_part
@@ -190,7 +222,8 @@ def elastic(system, excitation, p, y, time, side):
     for i in range(y.shape[1]):
         s += shapes[m, i] * y[0, i]
     place = excitation[0]
-    return s - wave_at(excitation, 2 * p + 1, place[p, 0] + place[p, 1] * time, side)
+    x = place[p, 0] + place[p, 1] * time
+    return s - wave_at(excitation, 2 * p + 1, x, side) - place[p, 2]
 
 
 @inlined
@@ -277,6 +310,7 @@ def advance(system, excitation, rules, span, y, contact, buffers, grid, out, ran
             stop += 1
         until = min(end, stops[stop]) if stop < stops.size else end
         if fresh:
+            turn_to(excitation, time, 1)
             set_contacts(system, excitation, y, time, contact)
             fresh = False
         set_excitation(excitation, time, 1, stiffness, gap)
@@ -313,6 +347,7 @@ def advance(system, excitation, rules, span, y, contact, buffers, grid, out, ran
             theta = (grid[row] - time) / h_now
             set_between(y, k, h_now / frequency, theta, trial)
             record_row(system, excitation, trial, grid[row], stiffness, gap, out[row])
+            turn_to(excitation, time, 1)
             row += 1
         y[:] = new
         total += error
@@ -328,8 +363,10 @@ def advance(system, excitation, rules, span, y, contact, buffers, grid, out, ran
 
 @compiled_part
 def record_row(system, excitation, y, time, stiffness, gap, out):
+    turn_to(excitation, time, 1)
     set_excitation(excitation, time, 1, stiffness, gap)
     note(system, stiffness, gap, y[0], y[1], out)
+    turn_to(excitation, time, -1)
     set_excitation(excitation, time, -1, stiffness, gap)
     note_before(system, stiffness, gap, y[0], out)
 
@@ -384,46 +421,55 @@ def record_dopri5(system, excitation, rules, span, state, grid, out):
     buffers = make_buffers(system, excitation)
     contact = np.zeros(excitation[5].size, np.int64)
     range_ = np.zeros((2, system[3].shape[0]))
+    here = own_pitch(excitation)
     status, time, _ = advance(
-        system, excitation, rules, span, state, contact, buffers, grid, out, range_
+        system, here, rules, span, state, contact, buffers, grid, out, range_
     )
     return status, time
 
 
 @compiled
-def settle_dopri5(system, excitation, rules, settings, length, state):
+def settle_dopri5(system, excitation, rules, settings, span, state):
     """March period by period until the response repeats itself.
 
     settings : (tolerance, max_periods, multiples)
-    length : of a common period
+    span : (periods until all meshes repeat, rounds of them in a common period, base
+        pitches (2 p,) by which each wave is further on after a round)
     Returns (status, period multiple or 0, common periods done).
     """
     tolerance, max_periods, multiples = settings
+    length, rounds, turns = span
     buffers = make_buffers(system, excitation)
     contact = np.zeros(excitation[5].size, np.int64)
     meshes = system[3].shape[0]
     range_, noise, scale = np.empty((2, meshes)), np.empty(meshes), np.empty(meshes)
     sections = np.empty((2 * multiples + 2, 2, system[0].size))
+    here = own_pitch(excitation)
     none, no_rows = np.empty(0), np.empty((0, 6, meshes))
     multiple, calm = 0, 0
     set_section(system, state[0], state[1], sections[0])
     for period in range(1, max_periods + 1):
         range_[0] = math.inf
         range_[1] = -math.inf
-        status, time, error = advance(
-            system,
-            excitation,
-            rules,
-            (0.0, length),
-            state,
-            contact,
-            buffers,
-            none,
-            no_rows,
-            range_,
-        )
-        if status != FINISHED:
-            return NOT_FINITE, 0, period - 1 + time / length
+        error = 0.0
+        for number in range(rounds):
+            here[6][:, 4] = excitation[6][:, 4] + number * turns
+            status, time, part = advance(
+                system,
+                here,
+                rules,
+                (0.0, length),
+                state,
+                contact,
+                buffers,
+                none,
+                no_rows,
+                range_,
+            )
+            error += part
+            if status != FINISHED:
+                done = (number + time / length) / rounds
+                return NOT_FINITE, 0, period - 1 + done
         set_section(system, state[0], state[1], sections[period % sections.shape[0]])
         set_noise(system, error, noise)
         multiple, calm = close_period(

@@ -25,7 +25,7 @@ from lumped.motion import DivergedError
 from lumped.waves import Wave as PeriodicWave
 from validation import marching, runs
 from validation.cases import Wave, load_case, read_case
-from validation.deflection import static_deflection
+from validation.deflection import mesh_statics, static_deflection
 from validation.marching import approach
 from validation.run_files import NAMES
 from validation.tasks import tasks_of
@@ -449,3 +449,27 @@ def test_approach_ends_at_the_speed():
     assert approach(Wave(torque_Nm=1.0, speed_Hz=900.0)) == [900.0]
     way = approach(Wave(torque_Nm=1.0, speed_Hz=900.0, from_speed_Hz=950.0))
     assert (way[0], way[-1], len(way)) == (950.0, 900.0, 4)
+
+
+@pytest.mark.parametrize("number", [1, 2, 3])
+def test_statics_go_on_until_pitch_errors_repeat(number):
+    """Model and finite elements at the same positions, pair after pair."""
+    errors = {"gear.1.pitch_errors_um": [0, 3] * 19}
+    text = TEXT.replace("number = 1", f"number = {number}")
+    case = read_case(text)
+    task = next(iter(tasks_of(case)))
+    task = replace(task, gear_set=load_gear_set("liu-pair", errors))
+    excitations = Excitations()
+    fe, found = (
+        mesh_statics(
+            replace(task, model=model),
+            excitations,
+            0,
+            excitations.of(task.gear_set, 0, 100.0, number),
+        )
+        for model in (None, case.model[0])
+    )
+    assert fe.position.max() > 1.0
+    np.testing.assert_array_equal(fe.position, found.position)
+    one, other = (s.deflection - s.deflection.mean() for s in (fe, found))
+    assert np.sqrt(((one - other) ** 2).mean()) < 0.15 * one.std()

@@ -49,6 +49,7 @@ class Equations:
     closing, push : (p + 1, c, n) squeeze per coordinate, generalised force per load
     gap : (p + 1, c) [m]; compliance : (p + 1, c, c) [m/N]
     knots : (j + 1,) [m]; law : (c, p + 1, j, 4) cubics by rising power
+    errors : (n, c) what comes to the gap in n successive cycles [m]
     """
 
     inverse_mass: Array
@@ -62,6 +63,7 @@ class Equations:
     compliance: Array
     knots: Array
     law: Array
+    errors: Array
 
 
 def equations(model: Model) -> Equations:
@@ -100,6 +102,7 @@ def equations(model: Model) -> Equations:
         compliance=contacts.normal + tangential,
         knots=contacts.knots[0],
         law=contacts.law[:, :, 0],
+        errors=contacts.errors.T if contacts.errors.size else np.zeros((1, len(drag))),
     )
 
 
@@ -119,13 +122,15 @@ def pair_loads(
     return np.where(touching, load, 0.0), np.where(touching, slope, 0.0)
 
 
-def contact_loads(e: Equations, place: int, part: float, q: Array) -> Array:
+def contact_loads(
+    e: Equations, place: int, part: float, q: Array, cycle: int = 0
+) -> Array:
     """Loads (c,) that go with the displacement q; ArithmeticError if not found."""
 
     def between(table: Array) -> Array:
         return np.asarray((1.0 - part) * table[place] + part * table[place + 1])
 
-    free = between(e.closing) @ q - between(e.gap)
+    free = between(e.closing) @ q - between(e.gap) - e.errors[cycle % len(e.errors)]
     if (free < 0.0).all():
         return np.zeros(free.size)
     R = between(e.compliance)
@@ -163,12 +168,12 @@ def march(
     scale = np.repeat([place_scale, max(speed_scale, swing)], n)
     now, states = state.copy(), [state.copy()]
 
-    def derivative(time: float, y: Array, place: int) -> Array:
+    def derivative(time: float, y: Array, place: int, cycle: int) -> Array:
         q, v = y.reshape(2, n)
         part = min(max(time / length, 0.0), 1.0)
         push = (1.0 - part) * e.push[place] + part * e.push[place + 1]
         force = e.load - e.damping @ v - e.stiffness @ q
-        force = force - contact_loads(e, place, part, q) @ push
+        force = force - contact_loads(e, place, part, q, cycle) @ push
         return np.concatenate([v, e.inverse_mass @ force])
 
     for number in range(periods * pieces):
@@ -182,7 +187,7 @@ def march(
             now.ravel(),
             method="DOP853",
             t_eval=length * np.arange(1, checks + 1) / checks,
-            args=(place,),
+            args=(place, number // pieces),
             rtol=tolerance,
             atol=tolerance * scale,
         )

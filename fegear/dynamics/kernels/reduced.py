@@ -165,6 +165,24 @@ def set_places(rate, steps, number, positions, place, part):
 
 
 @compiled_part
+def set_gaps(contacts, rate, steps, number, cycle, gap):
+    """Gaps (c, p + 1) with the pitch errors of the cycle in which each mesh is.
+
+    cycle : (m,) of which the gaps are, and will be
+    """
+    first, errors = contacts[0], contacts[9]
+    for m in range(rate.size):
+        now = math.floor(rate[m] * number / steps + 1e-9)
+        if now == cycle[m]:
+            continue
+        cycle[m] = now
+        for c in range(first[m], first[m + 1]):
+            error = errors[c, now % errors.shape[1]]
+            for p in range(gap.shape[1]):
+                gap[c, p] = contacts[2][c, p] + error
+
+
+@compiled_part
 def set_rotation(train, body, speed, ahead, rotation):
     """Speeds (m, 2) of the gears of each mesh in their nominal sense [rad/s]."""
     gears, nominal, turning = train[1], train[3], body[5]
@@ -367,21 +385,28 @@ def march(
     positions = contacts[2].shape[1] - 1
     place, part = np.zeros(meshes, np.int64), np.zeros(meshes)
     set_places(rate, steps, start, positions, place, part)
+    differ, cycle = contacts[9].shape[1] > 0, np.full(meshes, -1)
+    gap = contacts[2].copy() if differ else contacts[2]
+    present = (contacts[0], contacts[1], gap, *contacts[3:9])
+    if differ:
+        set_gaps(contacts, rate, steps, start, cycle, gap)
     ahead = np.empty((2, state.shape[1]))
     right, acceleration = np.empty(state.shape[1]), np.empty(state.shape[1])
     moving = speed != 0.0
-    note(train, contacts, state, touch, out[0])
+    note(train, present, state, touch, out[0])
     loads[0] = touch[LOAD]
     hub[0] = state[:2, :hubs]
     for n in range(out.shape[0] - 1):
         if moving:
             pass_teeth(body, train, steps, start + n, state)
             set_places(rate, steps, start + n + 1, positions, place, part)
+            if differ:
+                set_gaps(contacts, rate, steps, start + n + 1, cycle, gap)
         predict(newmark, state, ahead)
         set_balance(body, newmark, state, ahead, right)
         solve_step(body, weights[0], factors, right, acceleration)
         status = touch_anew(
-            body, rows, train, contacts, newmark, weights[0], factors, speed,
+            body, rows, train, present, newmark, weights[0], factors, speed,
             place, part, ahead, acceleration, state, touch,
         )  # fmt: skip
         if status != CONVERGED:
@@ -393,7 +418,7 @@ def march(
         accelerate(newmark, ahead, acceleration, state)
         if not np.abs(state[V]).sum() + 0.0 * state[Q].sum() < limit:
             return DIVERGED, n
-        note(train, contacts, state, touch, out[n + 1])
+        note(train, present, state, touch, out[n + 1])
         loads[n + 1] = touch[LOAD]
         hub[n + 1] = state[:2, :hubs]
     return FINISHED, out.shape[0] - 1

@@ -84,3 +84,9 @@ def test_along_chooses_the_gear_of_the_valley():
 def test_wrong_input_names_the_option(words, message):
     with pytest.raises(InputError, match=message):
         CliRunner().invoke(app, (*FAST, *words), catch_exceptions=False)
+
+
+def test_teeth_must_be_equal():
+    errors = "gear.1.pitch_errors_um=[" + ", ".join(["0", "3"] * 19) + "]"
+    with pytest.raises(InputError, match=r"pinion.* has pitch_errors_um"):
+        run(*FAST, "--set", errors)

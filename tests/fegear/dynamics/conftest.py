@@ -22,6 +22,7 @@ from fegear.elasticity.modes import gear_modes
 from fegear.excitation import Excitations, Source
 from fegear.gearset import load_gear_set
 from fegear.gearset.model import Gear, GearSet
+from fegear.gearset.pitch_errors import without_pitch_errors
 from fegear.statics import StaticsSettings
 from fegear.train import mesh_torques_at, train_of
 from lumped import LumpedSystem
@@ -74,8 +75,17 @@ class Case:
         return ReducedStepper(self.model(cutoff, damping), generalized_alpha(remaining))
 
 
-def edited(gear_set: GearSet, held: float | None, backlash: float | None) -> GearSet:
-    """With the last gear held [N m/rad] and other backlash [m]."""
+Errors = tuple[tuple[float, ...], ...]
+
+
+def edited(
+    gear_set: GearSet, held: float | None, backlash: float | None, errors: Errors = ()
+) -> GearSet:
+    """With the last gear held [N m/rad], other backlash and pitch errors [m]."""
+    if errors:
+        pairs = zip(gear_set.gears, errors, strict=True)
+        gears = tuple(replace(gear, pitch_errors=each) for gear, each in pairs)
+        gear_set = replace(gear_set, gears=gears)
     if held is not None:
         last = replace(gear_set.gears[-1], coupling_stiffness=held)
         gear_set = replace(gear_set, gears=(*gear_set.gears[:-1], last))
@@ -91,6 +101,7 @@ def case_of(private_cache) -> Callable[..., Case]:
 
     edits : pairs of names and values; relief : [um] at all tips
     held : stiffness that holds the last gear [N m/rad]; backlash : [m]
+    errors : pitch errors of every gear [m]
     """
     tables = cache(lambda level: Excitations(Source(resolution=level, positions=64)))
 
@@ -106,11 +117,12 @@ def case_of(private_cache) -> Callable[..., Case]:
         damping: float | None = None,
         friction: float = 0.0,
         resolution: str = "default",
+        errors: Errors = (),
     ) -> Case:
         names = (SMALL_HUBS if name == "liu-pair" else {}) | dict(edits)
         if relief:
             names |= {"mesh.1.tip_relief.magnitude_um": relief}
-        gear_set = edited(load_gear_set(name, names), held, backlash)
+        gear_set = edited(load_gear_set(name, names), held, backlash, errors)
         excitations = tables(resolution)
         on_meshes = mesh_torques_at(gear_set, LAW_TORQUE)
         numbers = range(len(on_meshes))
@@ -118,7 +130,8 @@ def case_of(private_cache) -> Callable[..., Case]:
         statics = StaticsSettings(friction=friction, resolution=resolution)
         laws = []
         for m in numbers:
-            ste = excitations.table(gear_set, m, on_meshes[m])["ste_m"]
+            equal = without_pitch_errors(gear_set)
+            ste = excitations.table(equal, m, on_meshes[m])["ste_m"]
             laws.append(mesh_laws(gear_set, m, float(ste.max()), statics))
         train = train_of(gear_set, torque, damping_ratio=damping)
         return Case(gear_set, LumpedSystem(train, tuple(found)), laws, statics)

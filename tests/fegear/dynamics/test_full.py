@@ -91,6 +91,17 @@ def test_modes_tend_to_all_freedoms(case_of, full_of, friction):
     assert errors[2] < 4e-3
 
 
+def test_pitch_errors_move_all_freedoms_and_modes_alike(case_of, full_of):
+    """From rest over three cycles, in which other pairs of teeth carry."""
+    errors = ((3e-6, -2e-6) * 19, (1e-6, 0.0, -1e-6, 2e-6, -2e-6) * 11)
+    motion, _ = passed(full_of(errors=errors), periods=3)
+    expected = motion.history.deflection[:, 0]
+    modal, _ = passed(case_of(errors=errors).stepper(40e3), 3)
+    equal, _ = passed(case_of().stepper(40e3), 3)
+    assert apart(modal.history.deflection[:, 0], expected) < 0.02
+    assert apart(equal.history.deflection[:, 0], expected) > 0.5
+
+
 def test_marching_on_is_marching_at_once(full_of):
     stepper = full_of()
     whole, end = passed(stepper, periods=2)

@@ -79,6 +79,7 @@ def test_oracle_is_exact_without_contact():
         compliance=np.zeros((POSITIONS + 1, 2, 2)),
         knots=np.linspace(0.0, 1.0, 4),
         law=np.zeros((2, POSITIONS + 1, 3, 4)),
+        errors=np.zeros((1, 2)),
     )
     start = np.stack([np.ones(n), np.zeros(n)])
     time, states = reduced_motion.march(free, start, FREQUENCY, 1)

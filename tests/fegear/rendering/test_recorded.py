@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from history_files import CYCLES, HEADER, ROWS, columns, share, written
@@ -133,3 +135,25 @@ def test_a_file_cut_short_of_a_cycle_is_refused(tmp_path):
     path.write_text("\n".join(lines[: len(HEADER) + 1 + ROWS // CYCLES // 2]) + "\n")
     with pytest.raises(InputError, match=r"ends after 0\.50 of a mesh cycle"):
         mesh_motion(read_history(path), PAIR, 0)
+
+
+def test_a_film_of_a_long_motion_shows_the_cycle_of_the_largest_force(tmp_path):
+    """Tooth pairs with pitch errors may take thousands of cycles to repeat."""
+    found = motion(tmp_path / "h.csv")
+    assert found.filmed == (0, 2)
+    each = ROWS // CYCLES
+    cycles = 40
+    rows = np.arange(cycles * each + 1)
+    uneven = 1e-5 + 1e-7 * (rows // each)
+    load = np.where(rows == 23 * each + 3, 9e3, 1e3 + rows)
+    long = replace(
+        found,
+        time=rows * found.time[1],
+        approach=uneven,
+        loads={(0, False): load, (-1, False): 0.0 * load},
+    )
+    assert long.cycles == cycles
+    assert long.filmed == (23, 1)
+    frames = long.frames(4)
+    assert [f.position for f in frames] == pytest.approx([0.0, 0.25, 0.5, 0.75])
+    assert frames[0].time == pytest.approx(23 * each * found.time[1])

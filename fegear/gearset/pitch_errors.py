@@ -1,0 +1,78 @@
+"""Pitch errors of the gears as the meshes meet them.
+
+An error is material missing on the flank that carries load in the first mesh of its
+gear: the tooth stands back and opens a gap. It stands out of place as a whole, so that
+its other flank is as much too far ahead: an idler's teeth, driven on one flank and
+driving with the other, have an error of the other sign in the mesh they drive.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fegear.gearset.model import GearSet, Mesh
+from fegear.gearset.phases import first_teeth
+from lumped.pitch_errors import pair_errors
+
+Array = NDArray[np.float64]
+Errors = tuple[float, ...]
+
+
+def mesh_errors(gear_set: GearSet, number: int) -> tuple[Errors, Errors]:
+    """Errors of driver and driven gear [m], empty for a gear without any.
+
+    Of the flanks that carry load in the mesh, the tooth of the reference pair first,
+    then those that come into contact after it.
+    """
+    mesh = gear_set.meshes[number]
+    driver, driven = (
+        _seen_errors(gear_set, number, gear) for gear in (mesh.driver, mesh.driven)
+    )
+    return driver, driven
+
+
+def _seen_errors(gear_set: GearSet, number: int, gear: int) -> Errors:
+    errors = gear_set.gears[gear].pitch_errors
+    if not any(errors):
+        return ()
+    first_mesh = next(mesh for mesh in gear_set.meshes if gear in _gears(mesh))
+    drives = gear_set.meshes[number].driver == gear
+    sign = 1.0 if drives == (first_mesh.driver == gear) else -1.0
+    teeth = tooth_in_cycles(gear_set, number, gear, np.arange(len(errors)))
+    return tuple(sign * errors[tooth] for tooth in teeth)
+
+
+def tooth_in_cycles(
+    gear_set: GearSet, number: int, gear: int, cycles: NDArray[np.int64]
+) -> NDArray[np.int64]:
+    """A gear's tooth, from 0, in a mesh's reference pair in the cycles of that mesh.
+
+    Teeth count as in the list of errors: the tooth in the reference pair of the gear's
+    first mesh at the start, then those that follow it into contact.
+    """
+    begin = gear_set.senses[gear] * first_teeth(gear_set)[number, gear]
+    return np.asarray((begin + cycles) % gear_set.gears[gear].geometry.teeth)
+
+
+def tooth_pair_errors(gear_set: GearSet, number: int) -> Array:
+    """Gaps of a mesh's tooth pairs (n,) [m] until they repeat; empty without errors."""
+    return pair_errors(*mesh_errors(gear_set, number))
+
+
+def error_periods(gear_set: GearSet) -> tuple[int, ...]:
+    """Base pitches of each mesh after which its tooth pairs repeat."""
+    numbers = range(len(gear_set.meshes))
+    return tuple(max(1, tooth_pair_errors(gear_set, n).size) for n in numbers)
+
+
+def without_pitch_errors(gear_set: GearSet) -> GearSet:
+    """The gear set with teeth that are all equal."""
+    gears = (replace(gear, pitch_errors=()) for gear in gear_set.gears)
+    return replace(gear_set, gears=tuple(gears))
+
+
+def _gears(mesh: Mesh) -> tuple[int, int]:
+    return mesh.driver, mesh.driven

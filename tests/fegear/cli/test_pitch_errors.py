@@ -1,0 +1,198 @@
+"""What the commands do with pitch errors: none of them leaves them out unsaid."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+import typer
+from typer.testing import CliRunner
+
+from fegear.cli.compare import compare_command
+from fegear.cli.dynamics import dynamics_command
+from fegear.cli.map import map_command
+from fegear.cli.render import render_command
+from fegear.cli.show import show_command
+from fegear.cli.stiffness import stiffness_command
+from fegear.cli.sweep import sweep_command
+from fegear.cli.wave import wave_command
+from fegear.errors import InputError
+from lumped.maps import FIGURES
+from lumped.sweep_table import read_sweep
+from lumped.table import read_table
+
+app = typer.Typer()
+for name, command in {
+    "compare": compare_command,
+    "dynamics": dynamics_command,
+    "map": map_command,
+    "render": render_command,
+    "show": show_command,
+    "stiffness": stiffness_command,
+    "sweep": sweep_command,
+    "wave": wave_command,
+}.items():
+    app.command(name)(command)
+
+PINION, WHEEL = (0, 3), (1, -2, 0.5, 2, -1)  # um, repeated around
+TEXT = f"""
+name = "uneven"
+[defaults]
+module_mm = 2.54
+face_width_mm = 25
+[[gear]]
+name = "pinion"
+teeth = 28
+hub_radius_mm = 12
+pitch_errors_um = {list(PINION * 14)}
+[[gear]]
+name = "wheel"
+teeth = 35
+hub_radius_mm = 15
+pitch_errors_um = {list(WHEEL * 7)}
+[[mesh]]
+driver = "pinion"
+driven = "wheel"
+operating_pressure_angle_deg = 21
+[load]
+gear = "pinion"
+torques_Nm = [80]
+"""
+CYCLES = 10
+
+
+@pytest.fixture(scope="module")
+def uneven(tmp_path_factory):
+    path = tmp_path_factory.mktemp("sets") / "uneven.toml"
+    path.write_text(TEXT)
+    return path
+
+
+@pytest.fixture(scope="module")
+def equal(tmp_path_factory):
+    lines = [line for line in TEXT.splitlines() if "pitch_errors" not in line]
+    path = tmp_path_factory.mktemp("sets") / "equal.toml"
+    path.write_text("\n".join(lines))
+    return path
+
+
+def run(*words: object, code: int = 0) -> str:
+    result = CliRunner().invoke(app, list(map(str, words)), catch_exceptions=False)
+    assert result.exit_code == code, result.output
+    return result.stdout
+
+
+def swept(path, gear_set, *words):
+    run("sweep", gear_set, "--speeds", 1500, "--direction", "up", "-o", path, *words)
+    (row,) = read_sweep(str(path)).rows
+    return row
+
+
+@pytest.mark.parametrize("model", [1, 2, 3])
+@pytest.mark.parametrize("excitation", ["fe", "rectangular", "trapezoid"])
+def test_sweeps_run_over_all_pairs(uneven, equal, tmp_path, model, excitation):
+    words = "--model", model, "--excitation", excitation
+    row = swept(tmp_path / "s.csv", uneven, *words)
+    plain = swept(tmp_path / "p.csv", equal, *words)
+    assert (row.period_multiple, plain.period_multiple) == (CYCLES, 1)
+    assert row.dte_rms_m > 1.1 * plain.dte_rms_m
+    header = read_sweep(str(tmp_path / "s.csv")).header
+    assert header["pitch errors"].endswith(f"{CYCLES} of mesh 1")
+    assert "pitch errors" not in read_sweep(str(tmp_path / "p.csv")).header
+
+
+def test_models_agree_about_them(uneven, tmp_path):
+    rows = [swept(tmp_path / f"{m}.csv", uneven, "--model", m) for m in (1, 2, 3)]
+    for row in rows[1:]:
+        assert row.dte_rms_m == pytest.approx(rows[0].dte_rms_m, rel=0.25)
+
+
+def test_a_wave_lasts_for_all_pairs(uneven, tmp_path):
+    path = tmp_path / "w.csv"
+    words = "wave", uneven, "--speed", 1500, "--json", "-o", path
+    values = json.loads(run(*words, "--plot", tmp_path / "w.png"))
+    assert values["section_points"] == values["meshes"][0]["period_multiple"] == CYCLES
+    assert values["shown_time_s"] == pytest.approx(CYCLES / 1500.0)
+    assert "tooth pairs repeat after base pitches: 10 of mesh 1" in path.read_text()
+
+
+def test_harmonics_know_no_pairs(uneven):
+    with pytest.raises(InputError, match="mesh 1 has pitch errors; excitation fourier"):
+        run("sweep", uneven, "--speeds", 1500, "--excitation", "fourier")
+
+
+def test_a_table_holds_all_pairs_and_serves_every_model(uneven, tmp_path):
+    path = tmp_path / "t.csv"
+    words = "stiffness", uneven, "--positions", 64, "-o", path
+    values = json.loads(run(*words, "--plot", tmp_path / "t.png", "--json"))
+    assert values["base_pitches"] == CYCLES
+    assert read_table(str(path)).position.size == values["positions"] == 64 * CYCLES
+    assert f"repeat after {CYCLES} base pitches" in run("stiffness", uneven)
+    for model in (1, 2, 3):
+        own = swept(tmp_path / "o.csv", uneven, "--model", model)
+        read = swept(tmp_path / "r.csv", uneven, "--model", model, "--table", path)
+        assert read.period_multiple == CYCLES
+        # whose stiffness is that of pairs that share the load unequally
+        assert read.dte_rms_m == pytest.approx(own.dte_rms_m, rel=0.15)
+
+
+def test_a_table_of_one_base_pitch_is_refused(uneven, equal, tmp_path):
+    path = tmp_path / "t.csv"
+    run("stiffness", equal, "--positions", 16, "-o", path)
+    expected = f"base pitches = 1; tooth pairs of mesh 1 repeat after {CYCLES}"
+    with pytest.raises(InputError, match=expected):
+        run("sweep", uneven, "--speeds", 1500, "--table", path)
+
+
+def test_a_map_runs_over_all_pairs(uneven, tmp_path):
+    path = tmp_path / "m.csv"
+    over = "--over", "torque_Nm=60,80"
+    run("map", uneven, *over, "--at", 1500, "-o", path, "--steps", 64)
+    rows = [line.split(",") for line in path.read_text().splitlines()[-2:]]
+    assert [row[2 + len(FIGURES)] for row in rows] == [str(CYCLES)] * 2
+
+
+def test_closed_forms_are_said_to_know_none(uneven, equal):
+    """Finite elements beside them are those of equal teeth."""
+    found, plain = (json.loads(run("compare", g, "--json")) for g in (uneven, equal))
+    for gear, line in zip(("pinion", "wheel"), found["warnings"], strict=True):
+        assert gear in line
+        assert "pitch_errors_um, which are left out" in line
+    assert plain["warnings"] == []
+    assert found["comparisons"] == plain["comparisons"]
+
+
+def test_the_period_is_shown(uneven, equal):
+    assert (
+        json.loads(run("show", uneven, "--json"))["meshes"][0][
+            "pitch_errors_repeat_pitches"
+        ]
+        == CYCLES
+    )
+    found = json.loads(run("show", equal, "--json"))["meshes"][0]
+    assert found["pitch_errors_repeat_pitches"] is None
+
+
+def test_gears_in_motion_run_over_all_pairs(uneven, tmp_path):
+    path, history = tmp_path / "d.csv", tmp_path / "h"
+    words = "--fidelity", "quasistatic", "--resolution", "coarse", "--speeds", 1500
+    words = *words, "--direction", "up", "--history", history, "-o", path
+    run("dynamics", uneven, *words)
+    (row,) = read_sweep(str(path)).rows
+    assert row.period_multiple == CYCLES
+    beside = swept(tmp_path / "1.csv", uneven)
+    assert row.dte_rms_m == pytest.approx(beside.dte_rms_m, rel=0.05)
+    (file,) = history.iterdir()
+    names = next(x for x in file.read_text().splitlines() if not x.startswith("#"))
+    assert "mesh1_driver_tooth" in names
+
+
+def test_every_base_pitch_can_be_drawn(uneven, equal, tmp_path):
+    words = "--resolution", "coarse", "-o", tmp_path / "c.vtu"
+    run("render", uneven, "--position", 7.4, *words)
+    one = (tmp_path / "c.vtu").read_bytes()
+    run("render", uneven, "--position", 0.4, *words)
+    assert one != (tmp_path / "c.vtu").read_bytes()
+    for gear_set, most in ((uneven, CYCLES), (equal, 1)):
+        with pytest.raises(InputError, match=f"--position = 10.5; allowed 0 to {most}"):
+            run("render", gear_set, "--position", 10.5, *words)

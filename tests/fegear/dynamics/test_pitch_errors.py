@@ -1,0 +1,192 @@
+"""Gears in motion whose teeth are not all equal."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from fegear.contact.problem import solve_cycle
+from fegear.dynamics import respond as responding
+from fegear.dynamics.build import FiniteElements, prepare
+from fegear.dynamics.history import history_table
+from fegear.dynamics.respond import DynamicSettings, respond, steps_per_cycle
+from fegear.dynamics.sides import BACK, DRIVE
+from fegear.errors import InputError
+from fegear.excitation import Excitations, Source
+from fegear.gearset.phases import mesh_phases
+from fegear.statics import RESOLUTIONS, StaticsSettings, contact_problem
+from validation.oracles import reduced_motion
+
+PINION, WHEEL = (0.0, 3e-6), (1e-6, -2e-6, 0.5e-6, 2e-6, -1e-6)  # repeated around
+ERRORS = (PINION * 19, WHEEL * 11)
+CYCLES = 10
+
+
+@pytest.fixture(scope="module")
+def uneven(case_of):
+    return case_of(errors=ERRORS)
+
+
+def idler_errors():
+    rng = np.random.default_rng(2)
+    return tuple(tuple(rng.uniform(-1e-6, 1e-6, z).tolist()) for z in (38, 55, 94))
+
+
+def test_contacts_have_the_errors_of_their_own_teeth(case_of):
+    """By the teeth that elastic modes and root stresses count, in another way."""
+    errors = idler_errors()
+    case = case_of("liu-idler", errors=errors, backlash=20e-6)
+    senses, row = case.gear_set.senses, 0
+    model = case.model()
+    assert {side.side for side in model.sides} == {DRIVE, BACK}
+    for side in model.sides:
+        for place in range(side.laws.teeth.size):
+            for cycle in (0, 1, 17, 60, 98229):
+                expected = 0.0
+                for g in side.gears:
+                    clockwise = side.teeth(g)[place]
+                    tooth = senses[g] * clockwise + cycle
+                    # the idler is driven in its first mesh and drives in the second
+                    sign = -1.0 if (g == 1 and side.mesh == 1) else 1.0
+                    expected += side.side * sign * errors[g][tooth % len(errors[g])]
+                found = model.contacts.errors[row]
+                assert found[cycle % found.size] == pytest.approx(expected, abs=1e-15)
+            row += 1
+    assert row == model.touching
+
+
+def test_equal_teeth_have_no_errors(case_of):
+    assert case_of().model().contacts.errors.shape[1] == 0
+    zero = case_of(errors=((0.0,) * 38, (0.0,) * 55)).model()
+    assert zero.contacts.errors.shape[1] == 0
+
+
+def test_slow_motion_has_the_statics_of_every_pair(uneven):
+    """Ten mesh cycles, in each of which other teeth carry."""
+    stepper, slow = uneven.stepper(None), 40.0
+    response, motion, _ = respond(stepper, slow, DynamicSettings(steps=512))
+    assert response.period_multiple.tolist() == [CYCLES]
+    gear_set = uneven.gear_set
+    settings = StaticsSettings()
+    problem = contact_problem(gear_set, 0, settings, RESOLUTIONS["default"])
+    position = np.arange(CYCLES * 16) / 16
+    at = mesh_phases(gear_set)[0].value + position % 1.0
+    expected = solve_cycle(problem, [100.0], at, np.floor(position).astype(int))
+    time = position / slow
+    found = np.interp(time, motion.history.time, motion.history.deflection[:, 0])
+    off = found - expected.approach[0]
+    assert off.std() < 0.02 * expected.approach[0].std()
+    assert abs(off.mean()) < 0.02 * expected.approach[0].mean()
+
+
+def test_steps_are_those_of_the_equations(uneven):
+    """Against a general solver, over cycles with different pairs, contact lost."""
+    stepper, frequency, cycles = uneven.stepper(20e3), 1600.0, 3
+    shape = stepper.model.train.deflection[0]
+    state = stepper.start()
+    state.motion[1, : shape.size] += 0.15 * shape / (shape @ shape)
+    _, states = reduced_motion.march(
+        *(reduced_motion.equations(stepper.model), state.motion[:2]),
+        *(frequency, cycles),
+        tolerance=1e-8,
+    )
+    steps = 128 * 8
+    _, motion = stepper.march(
+        state, frequency, 1.0 / (frequency * steps), cycles * steps, steps
+    )
+    found = motion.history.deflection[::8, 0]
+    exact = states[:, 0, : shape.size] @ shape
+    assert (motion.history.force == 0.0).any()
+    assert np.sqrt(np.mean((found - exact) ** 2)) < 2e-3 * exact.std()
+
+
+def test_a_later_start_is_another_pair(uneven):
+    """Marching on from a step is marching through it; from the start it is not."""
+    stepper, cycle = uneven.stepper(None), 128
+    size = 1.0 / (1600.0 * cycle)
+    first = stepper.start()
+    _, whole = stepper.march(first, 1600.0, size, 4 * cycle, cycle)
+    half, _ = stepper.march(first, 1600.0, size, 2 * cycle, cycle)
+    _, later = stepper.march(half, 1600.0, size, 2 * cycle, cycle, 2 * cycle)
+    np.testing.assert_array_equal(
+        later.history.deflection, whole.history.deflection[2 * cycle :]
+    )
+    _, again = stepper.march(half, 1600.0, size, 2 * cycle, cycle)
+    assert np.abs(again.pair_load - later.pair_load).max() > 10.0
+
+
+def test_long_periods_are_run_in_pieces(uneven, monkeypatch):
+    """With the same result, and a look at the clock between them."""
+    stepper, settings = uneven.stepper(None), DynamicSettings(tolerance=1e-3)
+    looks: list[int] = []
+    one, _, end = respond(stepper, 1600.0, settings)
+    monkeypatch.setattr(responding, "PIECE", 3)
+    watch = lambda frequency, period: looks.append(period)  # noqa: E731
+    other, motion, later = respond(stepper, 1600.0, settings, watch=watch)
+    np.testing.assert_array_equal(one.dte_rms, other.dte_rms)
+    np.testing.assert_array_equal(end.motion, later.motion)
+    assert looks.count(0) == 3  # pieces of 3, 3, 3 and 1 cycles
+    assert (
+        len(motion.history.time)
+        == CYCLES * steps_per_cycle(stepper.model, 1600.0, settings) + 1
+    )
+
+
+def test_the_speed_changes_within_whole_periods(uneven):
+    """After a change of speed the same pairs are in mesh at the same time."""
+    stepper, settings = uneven.stepper(None), DynamicSettings(tolerance=1e-4)
+    _, _, state = respond(stepper, 1500.0, settings)
+    moved, _, _ = respond(stepper, 1600.0, settings, state, 1500.0)
+    rested, _, _ = respond(stepper, 1600.0, settings)
+    np.testing.assert_allclose(moved.dte_rms, rested.dte_rms, rtol=1e-3)
+    np.testing.assert_allclose(moved.state[0], rested.state[0], rtol=1e-2)
+
+
+def test_history_names_the_teeth_of_the_reference_pair(uneven, case_of):
+    stepper, settings = uneven.stepper(None), DynamicSettings(tolerance=1e-2)
+    _, motion, _ = respond(stepper, 1600.0, settings)
+    steps = steps_per_cycle(stepper.model, 1600.0, settings)
+    columns = history_table(stepper.model, motion, steps).columns
+    for role, teeth in (("driver", 38), ("driven", 55)):
+        found = columns[f"mesh1_{role}_tooth"]
+        assert found[::steps].tolist() == [1 + n % teeth for n in range(CYCLES + 1)]
+        assert found[steps - 1] == 1
+    stepper = case_of().stepper(None)
+    _, motion, _ = respond(stepper, 1600.0, settings)
+    plain = history_table(stepper.model, motion, steps)
+    assert not any("tooth" in name for name in (*plain.columns, *plain.header))
+
+
+@pytest.mark.parametrize("fidelity", ["quasistatic", "reduced"])
+def test_every_fidelity_moves_as_the_pairs_of_teeth(fidelity, case_of):
+    """Two mesh cycles; beside Model-1, whose pairs stiffen less with load."""
+    errors = ((2e-6, -2e-6) * 19, (0.0,) * 55)
+    case = case_of(errors=errors, resolution="coarse")
+    elements = FiniteElements(fidelity=fidelity)
+    settings = DynamicSettings(tolerance=1e-2, multiples=1)
+    source = Excitations(Source(resolution="coarse"))
+    given = case.reference, [1000.0], elements, settings, source
+    found = prepare(case.gear_set, 100.0, *given)
+    response, _, _ = respond(found.stepper, 1000.0, settings)
+    assert response.period_multiple.tolist() == [2]
+    from lumped.response import respond as lumped_respond
+
+    one = lumped_respond(case.reference, 1000.0)
+    assert one.period_multiple.tolist() == [2]
+    assert response.dte_rms[0] == pytest.approx(one.dte_rms[0], rel=0.1)
+
+
+def test_motion_that_memory_cannot_hold_is_refused_with_its_length(case_of):
+    case = case_of("liu-idler", errors=idler_errors())
+    with pytest.raises(InputError, match=r"98230 cycles .* GB of motion"):
+        respond(case.stepper(None), 1600.0, DynamicSettings())
+
+
+def test_a_motion_that_does_not_repeat_is_recorded_over_a_common_period(uneven):
+    """And not over as many as multiples are looked for: one is long."""
+    stepper = uneven.stepper(None)
+    settings = DynamicSettings(tolerance=1e-12, max_periods=1, multiples=2, windows=1)
+    steps = steps_per_cycle(stepper.model, 1600.0, settings)
+    response, motion, _ = respond(stepper, 1600.0, settings)
+    assert response.multiple == 0
+    assert len(motion.history.time) == CYCLES * steps + 1
