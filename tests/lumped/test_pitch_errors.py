@@ -336,3 +336,29 @@ def test_tables_that_end_within_a_base_pitch_are_refused(size):
     short = MeshTable(table.torque_Nm, table.position[:size], columns, table.header)
     with pytest.raises(ValueError, match="as many in each further base pitch"):
         excitation_from_table(short, 100.0)
+
+
+@pytest.mark.parametrize("cell", [3, 11, 20])
+def test_holes_on_the_way_of_any_pair_are_refused(cell):
+    """A pair's way goes on in the next column after each base pitch."""
+    table = table_of(3, [0.0, 3e-6, -1e-6])
+    for name in ("stiffness_N_per_m", "gap_m"):
+        columns = {key: values.copy() for key, values in table.columns.items()}
+        columns[f"pair2_{name}"][0, cell] = np.nan
+        holed = MeshTable(table.torque_Nm, table.position, columns, table.header)
+        place = f"pair2_{name} is empty .* position {cell / 8:g};"
+        with pytest.raises(ValueError, match=place):
+            excitation_from_table(holed, 100.0)
+
+
+def test_a_pair_may_carry_nothing_before_and_after_its_way():
+    """In some base pitches more than in others: no hole, but a stiffness of zero."""
+    table = table_of(3)
+    columns = {key: values.copy() for key, values in table.columns.items()}
+    for name in ("stiffness_N_per_m", "load_share", "gap_m"):
+        # the pair that is reference pair in base pitch 1 comes late, in base pitch 2
+        columns[f"pair2_{name}"][0, 16:19] = np.nan if name == "gap_m" else 0.0
+    late = MeshTable(table.torque_Nm, table.position, columns, table.header)
+    found = excitation_from_table(late, 100.0).pairs[0].stiffness([2.05, 1.05, 0.05])
+    assert found[0] == 0.0
+    assert (found[1:] > 0.0).all()
