@@ -4,12 +4,16 @@ numba keeps a compiled function while its own file is unchanged, even where a
 function that it calls in another file has changed. The cache directory is
 therefore named after a digest of all kernels of the folder and of the folders whose
 kernels they call. Compiled code releases the interpreter's lock.
+
+The first compilation of a process is logged, since it takes seconds: as information,
+or as a warning where its result cannot be kept.
 """
 
 from __future__ import annotations
 
 import hashlib
 import inspect
+import logging
 import os
 import re
 from collections.abc import Callable, Iterator
@@ -19,9 +23,11 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from numba import config, njit
+from numba.core import event
 
 IMPORTED = re.compile(r"^from ((?:fegear|lumped)\.[\w.]+) import", re.MULTILINE)
 F = TypeVar("F", bound=Callable[..., Any])
+LOG = logging.getLogger(__name__)
 
 
 @cache
@@ -85,6 +91,32 @@ def _compile(function: F, **options: Any) -> F:
         return njit(**options)(function)
     with _cache_in(directory):
         return njit(cache=True, **options)(function)
+
+
+class _FirstUse(event.Listener):
+    """Says once that something is compiled and not found in the cache."""
+
+    def __init__(self) -> None:
+        self.silent = False
+
+    def on_start(self, event: event.Event) -> None:
+        if self.silent:
+            return
+        self.silent = True
+        source = Path(inspect.getfile(event.data["dispatcher"].py_func))
+        if kernel_cache(source.parent) is None:
+            LOG.warning(
+                "compiling numerical kernels, some 10 s at every start: no cache "
+                "directory can be written, set NUMBA_CACHE_DIR to one that can"
+            )
+        else:
+            LOG.info("compiling numerical kernels for the first use, some 10 s")
+
+    def on_end(self, event: event.Event) -> None:
+        """Nothing is said."""
+
+
+event.register("numba:compile", _FirstUse())
 
 
 def compiled(function: F) -> F:

@@ -17,7 +17,8 @@ from lumped.compiled import compiled_part
 
 ALL_AT_ONCE = 40  # sweeps that exchange every violated node together
 CONVERGED, NOT_CONVERGED, NOT_FINITE = 0, 1, 2
-TORQUE, APPROACH = 0, 1  # which of the two is given
+# which of the two is given; numba would compile everything once for each plain int
+TORQUE, APPROACH = np.int64(0), np.int64(1)
 
 
 @compiled_part

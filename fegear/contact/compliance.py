@@ -15,7 +15,7 @@ from fegear.contact.grid import SUPPORT
 from lumped.compiled import compiled_part
 
 STENCIL = 4
-NORMAL, TANGENTIAL = 0, 1
+NORMAL, TANGENTIAL = np.int64(0), np.int64(1)
 
 # Contact patch of one pair.
 #   present : whether its flanks face each other

@@ -68,7 +68,7 @@ CELL = np.dtype(
 
 @compiled
 def solve_cycle(
-    mesh, flanks, tables, grid, teeth, pair_gaps, positions, torques,
+    mesh, flanks, tables, grid, teeth, pair_gaps, positions, kind, given,
     patches, nodes, rows, cells,
 ):  # fmt: skip
     """Fill rows and cells; the last contact state starts the next position.
@@ -76,54 +76,31 @@ def solve_cycle(
     mesh, flanks, tables, grid : the contact problem's constants
     teeth : (pairs,) base pitches by which a pair is ahead of the reference pair
     pair_gaps : (positions, pairs) extra gap of each pair, from pitch errors [m]
-    positions : base pitches from the pitch point; torques : on the driver [N]
+    positions : base pitches from the pitch point
+    kind, given : TORQUE on the driver [N], or APPROACH [m], at each of some load
+        cases and positions (cases, positions)
     patches, nodes : (pairs,) and (pairs, n, 3), left as at the last position
     """
     pairs, size = nodes.shape[0], nodes.shape[1]
     width = np.empty(pairs)
     C = np.empty((pairs * size, pairs * size))
     memory = np.zeros((pairs, size), np.bool_)
-    for t in range(torques.size):
+    softness = 1.0 / flanks[0].modulus + 1.0 / flanks[1].modulus
+    for t in range(given.shape[0]):
         memory[:, :] = False
         for n in range(positions.size):
-            row = rows[t, n]
-            load = torques[t] / flanks[0].base_radius
             for k in range(pairs):
                 s1 = mesh.pitch + (positions[n] + teeth[k]) * mesh.base_pitch
-                width[k] = MARGIN * hertz_half_width(mesh, flanks, s1, load)
                 place_patch(mesh, flanks, patches[k], s1, pair_gaps[n, k])
+                load = given[t, n] / flanks[0].base_radius
+                if kind == APPROACH:
+                    depth = max(given[t, n] - patches[k].least_gap, 0.0)
+                    load = depth / (SOFT_TEETH * softness)
+                width[k] = MARGIN * hertz_half_width(mesh, flanks, s1, load)
             solve_position(
-                mesh, flanks, tables, grid, teeth, pair_gaps[n], TORQUE, torques[t],
-                patches, nodes, width, C, memory, row, cells[t, n],
+                mesh, flanks, tables, grid, teeth, pair_gaps[n], kind, given[t, n],
+                patches, nodes, width, C, memory, rows[t, n], cells[t, n],
             )  # fmt: skip
-
-
-@compiled
-def solve_instants(
-    mesh, flanks, tables, grid, teeth, pair_gaps, positions, approaches,
-    patches, nodes, rows, cells,
-):  # fmt: skip
-    """As `solve_cycle`, with the approach given at every instant.
-
-    pair_gaps : (instants, pairs) [m]; positions, approaches : (instants,)
-    rows : (instants,); cells : (instants, pairs)
-    """
-    pairs, size = nodes.shape[0], nodes.shape[1]
-    width = np.empty(pairs)
-    C = np.empty((pairs * size, pairs * size))
-    memory = np.zeros((pairs, size), np.bool_)
-    softness = 1.0 / flanks[0].modulus + 1.0 / flanks[1].modulus
-    for n in range(positions.size):
-        for k in range(pairs):
-            s1 = mesh.pitch + (positions[n] + teeth[k]) * mesh.base_pitch
-            place_patch(mesh, flanks, patches[k], s1, pair_gaps[n, k])
-            depth = max(approaches[n] - patches[k].least_gap, 0.0)
-            load = depth / (SOFT_TEETH * softness)
-            width[k] = MARGIN * hertz_half_width(mesh, flanks, s1, load)
-        solve_position(
-            mesh, flanks, tables, grid, teeth, pair_gaps[n], APPROACH, approaches[n],
-            patches, nodes, width, C, memory, rows[n], cells[n],
-        )  # fmt: skip
 
 
 @compiled_part

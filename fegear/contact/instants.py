@@ -16,8 +16,8 @@ from fegear.contact.problem import (
     ContactProblem,
     back_side_position,
     candidate_pairs,
-    kernel_inputs,
     pair_gaps,
+    solve_pairs,
 )
 
 Array = NDArray[np.float64]
@@ -103,31 +103,11 @@ def solve_drive_side(
     gaps : (n, k) extra gap of each pair [m]
     turned : friction acts against the nominal sliding direction
     """
-    from fegear.contact import cycle
-    from fegear.contact.compliance import PATCH
-    from fegear.contact.grid import contact_grid
+    from fegear.contact.cycle import APPROACH
 
-    rows = np.zeros(position.size, cycle.ROW).view(np.recarray)
-    cells = np.zeros((position.size, teeth.size), cycle.CELL).view(np.recarray)
-    patches = np.zeros(teeth.size, PATCH).view(np.recarray)
-    nodes = np.zeros((teeth.size, problem.nodes, 3))
-    mesh, flanks, tables = kernel_inputs(problem)
-    if turned:
-        mesh.friction = -mesh.friction
-    cycle.solve_instants(
-        mesh,
-        flanks,
-        tables,
-        contact_grid(problem.nodes),
-        teeth,
-        gaps,
-        position,
-        approach,
-        patches,
-        nodes,
-        rows,
-        cells,
-    )
+    given = np.ascontiguousarray(approach[None, :])
+    solved = solve_pairs(problem, teeth, gaps, position, APPROACH, given, turned)
+    rows, cells = solved.rows[0], solved.cells[0]
     failed = np.flatnonzero(rows.status != 0)
     if failed.size:
         n = failed[0]

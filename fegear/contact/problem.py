@@ -217,32 +217,58 @@ def run_kernel(
     pitch : (n,) whole base pitches that come to the positions; none by default
     back : whether the flanks are the back flanks, seen in a mirror
     """
+    from fegear.contact.cycle import TORQUE
+
+    teeth = candidate_pairs(problem.pair, position)
+    passed = np.zeros(position.size, np.int64) if pitch is None else pitch
+    gaps = pair_gaps(problem, teeth - passed[:, None], back)
+    given = np.repeat(torque[:, None] / problem.face_width, position.size, axis=1)
+    solved = solve_pairs(problem, teeth, gaps, position, TORQUE, given)
+    _require_solved(solved.rows, torque, position)
+    return solved
+
+
+def solve_pairs(
+    problem: ContactProblem,
+    teeth: Indices,
+    gaps: Array,
+    position: Array,
+    kind: np.int64,
+    given: Array,
+    turned: bool = False,
+) -> KernelResult:
+    """Run the kernel for chosen tooth pairs (k,), whatever its status.
+
+    gaps : (n, k) extra gap of each pair [m]
+    kind, given : cycle.TORQUE per width [N] or cycle.APPROACH [m], (t, n)
+    turned : friction acts against the nominal sliding direction
+    """
     from fegear.contact import cycle
     from fegear.contact.compliance import PATCH
     from fegear.contact.grid import contact_grid
 
-    teeth = candidate_pairs(problem.pair, position)
-    rows = np.zeros((torque.size, position.size), cycle.ROW).view(np.recarray)
-    cells = np.zeros((*rows.shape, teeth.size), cycle.CELL).view(np.recarray)
+    rows = np.zeros(given.shape, cycle.ROW).view(np.recarray)
+    cells = np.zeros((*given.shape, teeth.size), cycle.CELL).view(np.recarray)
     patches = np.zeros(teeth.size, PATCH).view(np.recarray)
     nodes = np.zeros((teeth.size, problem.nodes, 3))
     mesh, flanks, tables = kernel_inputs(problem)
-    passed = np.zeros(position.size, np.int64) if pitch is None else pitch
+    if turned:
+        mesh.friction = -mesh.friction
     cycle.solve_cycle(
         mesh,
         flanks,
         tables,
         contact_grid(problem.nodes),
         teeth,
-        pair_gaps(problem, teeth - passed[:, None], back),
+        gaps,
         position,
-        torque / problem.face_width,
+        kind,
+        given,
         patches,
         nodes,
         rows,
         cells,
     )
-    _require_solved(rows, torque, position)
     return KernelResult(teeth, rows, cells, patches, nodes)
 
 

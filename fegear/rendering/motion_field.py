@@ -15,7 +15,7 @@ from fegear.contact.problem import (
     ContactFailure,
     ContactProblem,
     back_side_position,
-    kernel_inputs,
+    solve_pairs,
 )
 from fegear.rendering.fields import ContactField, MeshScene, Stand, loaded_gears
 from fegear.rendering.frames import View
@@ -68,34 +68,18 @@ def _solved(
     problem: ContactProblem, tooth: int, position: float, torque: float
 ) -> tuple[float, np.record, np.ndarray]:
     """Arm of the force [m], patch and nodes of a pair at a torque [N m]."""
-    from fegear.contact import cycle
-    from fegear.contact.compliance import PATCH
-    from fegear.contact.grid import contact_grid
+    from fegear.contact.cycle import TORQUE
 
-    rows = np.zeros((1, 1), cycle.ROW).view(np.recarray)
-    cells = np.zeros((1, 1, 1), cycle.CELL).view(np.recarray)
-    patches = np.zeros(1, PATCH).view(np.recarray)
-    nodes = np.zeros((1, problem.nodes, 3))
-    mesh, flanks, tables = kernel_inputs(problem)
-    cycle.solve_cycle(
-        mesh,
-        flanks,
-        tables,
-        contact_grid(problem.nodes),
-        np.array([tooth]),
-        np.zeros((1, 1)),
-        np.array([position]),
-        np.array([torque / problem.face_width]),
-        patches,
-        nodes,
-        rows,
-        cells,
+    given = np.array([[torque / problem.face_width]])
+    place = np.array([position])
+    solved = solve_pairs(
+        problem, np.array([tooth]), np.zeros((1, 1)), place, TORQUE, given
     )
-    if rows.status[0, 0] != 0:
+    if solved.rows.status[0, 0] != 0:
         raise ContactFailure(
             f"no contact of pair {tooth} at position {position:g}, where the motion "
             "has a load"
         )
-    patch = patches[0]
+    patch = solved.patches[0]
     drag = problem.friction * patch.approach
-    return float(patch.lever[0] - drag * patch.lever[2]), patch, nodes[0]
+    return float(patch.lever[0] - drag * patch.lever[2]), patch, solved.nodes[0]

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 from numba import config
+from numba.core import event
 
 from lumped import compiled as module
 
@@ -53,3 +54,34 @@ def test_other_users_of_numba_keep_their_cache_directory():
     with module._cache_in(Path("/elsewhere")):
         assert config.CACHE_DIR == "/elsewhere"
     assert before == config.CACHE_DIR
+
+
+@pytest.mark.parametrize(("kept", "level"), [(True, "INFO"), (False, "WARNING")])
+def test_the_first_compilation_is_said_once(monkeypatch, caplog, kept, level):
+    if not kept:
+        monkeypatch.setattr(module, "kernel_cache", lambda folder: None)
+    watch = module._FirstUse()
+    event.register("numba:compile", watch)
+    caplog.set_level("INFO", "lumped")
+    try:
+        for factor in (2.0, 3.0):
+            module.njit(lambda x, factor=factor: factor * x)(1.0)
+    finally:
+        event.unregister("numba:compile", watch)
+    said = [r for r in caplog.records if "compiling numerical kernels" in r.message]
+    assert [r.levelname for r in said][:1] == [level]
+    assert len(said) <= 2  # the process's own watch may speak as well
+
+
+def test_a_mode_of_contact_is_compiled_once():
+    """A plain int as an argument would compile the whole chain for each value."""
+    from fegear.contact.active_set import APPROACH, TORQUE
+
+    @module.njit
+    def kind_of(kind):
+        return kind
+
+    for kind in (TORQUE, APPROACH):
+        kind_of(kind)
+    assert len(kind_of.signatures) == 1
+    assert not isinstance(TORQUE, int)

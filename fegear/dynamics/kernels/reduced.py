@@ -18,6 +18,7 @@ from fegear.dynamics.kernels.contact import (
     solve_squeezes,
 )
 from lumped.compiled import compiled, compiled_part, inlined
+from lumped.kernels.settling import bounded
 
 FINISHED, DIVERGED, UNSOLVED = 0, 1, 2
 Q, V, A, PUSH = 0, 1, 2, 3  # rows of a state: motion and generalised contact force
@@ -26,24 +27,20 @@ DEFLECTION, RATE, FORCE, DRIVE, BACK = 0, 1, 2, 3, 4  # recorded of every mesh
 ON_GRID = 1e-6  # of a cell within which a position is on the grid
 
 
-@compiled
 def step_factors(body, weights):
     """(inverse elastic diagonal (e,), inverse hub matrix (h, h)) of the step's matrix.
 
     weights : of mass, damping and stiffness
+    Not compiled: it is called once a speed.
     """
     stiffness, damping, _, rigidity, elastic_damping, turning, coupling, owner = body[
         :8
     ]
     wm, wc, wk = weights
     inverse = 1.0 / (wm + wc * elastic_damping + wk * rigidity)
-    matrix = wk * stiffness
-    for i in range(damping.size):
-        matrix[i, i] += wm + wc * damping[i]
-    for i in range(coupling.size):
-        if coupling[i] != 0.0:
-            turn = turning[owner[i]]
-            matrix -= (wm * coupling[i]) ** 2 * inverse[i] * np.outer(turn, turn)
+    carried, turns = (wm * coupling) ** 2 * inverse, turning[owner]
+    matrix = wk * stiffness + np.diag(wm + wc * damping)
+    matrix -= turns.T @ (carried[:, None] * turns)
     return inverse, np.linalg.inv(matrix)
 
 
@@ -196,10 +193,9 @@ def set_rotation(train, body, speed, ahead, rotation):
 
 
 @inlined
-def set_row(rows, kind, c, m, place, part, out):
-    """Entries (w,) of a contact's closing (2) or rootward (3) row at a position."""
-    values = rows[kind]
-    for k in range(rows[0][m]):
+def set_row(values, width, c, place, part, out):
+    """Entries (width,) of a contact's closing or rootward row at a position."""
+    for k in range(width):
         out[k] = values[c, place, k]
         if part > 0.0:
             out[k] += part * (values[c, place + 1, k] - out[k])
@@ -293,7 +289,7 @@ def touch_anew(
     for c in range(contacts_all):
         m = mesh_of[c]
         free[c] = -between(gap, c, place[m], part[m])
-        set_row(rows, 2, c, m, place[m], part[m], closing[c])
+        set_row(rows[2], count[m], c, place[m], part[m], closing[c])
         for k in range(count[m]):
             i = columns[m, k]
             free[c] += closing[c, k] * (ahead[0, i] + beta * acceleration[i])
@@ -317,7 +313,7 @@ def touch_anew(
             drag[c] = friction * between(sliding, c, place[m], part[m])
             if turned[c] == 1:
                 drag[c] = -drag[c]
-            set_row(rows, 3, c, m, place[m], part[m], pushing[c])
+            set_row(rows[3], count[m], c, place[m], part[m], pushing[c])
         for k in range(count[m]):
             if drag[c] != 0.0:
                 pushing[c, k] = closing[c, k] + drag[c] * pushing[c, k]
@@ -366,6 +362,17 @@ def note(train, contacts, state, touch, out):
             out[kind, m] = max(out[kind, m], touch[SQUEEZE, c])
 
 
+@compiled_part
+def record(train, contacts, state, touch, out, loads, hub):
+    """What is kept of a step: meshes (5, m), loads (c,), hub coordinates (2, h)."""
+    note(train, contacts, state, touch, out)
+    for c in range(loads.size):
+        loads[c] = touch[LOAD, c]
+    for k in range(2):
+        for a in range(hub.shape[1]):
+            hub[k, a] = state[k, a]
+
+
 @compiled
 def march(
     body, rows, train, contacts, newmark, weights, factors, speed, limit, steps, start,
@@ -381,7 +388,7 @@ def march(
     state, touch : advanced in place
     out : (k + 1, 5, m), loads : (k + 1, c), hub : (k + 1, 2, h)
     """
-    rate, meshes, hubs = train[0], train[0].size, hub.shape[2]
+    rate, meshes = train[0], train[0].size
     positions = contacts[2].shape[1] - 1
     place, part = np.zeros(meshes, np.int64), np.zeros(meshes)
     set_places(rate, steps, start, positions, place, part)
@@ -393,9 +400,7 @@ def march(
     ahead = np.empty((2, state.shape[1]))
     right, acceleration = np.empty(state.shape[1]), np.empty(state.shape[1])
     moving = speed != 0.0
-    note(train, present, state, touch, out[0])
-    loads[0] = touch[LOAD]
-    hub[0] = state[:2, :hubs]
+    record(train, present, state, touch, out[0], loads[0], hub[0])
     for n in range(out.shape[0] - 1):
         if moving:
             pass_teeth(body, train, steps, start + n, state)
@@ -411,14 +416,13 @@ def march(
         )  # fmt: skip
         if status != CONVERGED:
             return UNSOLVED, n
-        right[:] = (1.0 - newmark[2]) * state[PUSH]
+        for i in range(right.size):
+            right[i] = (1.0 - newmark[2]) * state[PUSH, i]
         solve_step(body, weights[0], factors, right, state[A])
         for i in range(right.size):
             acceleration[i] += state[A, i]
         accelerate(newmark, ahead, acceleration, state)
-        if not np.abs(state[V]).sum() + 0.0 * state[Q].sum() < limit:
+        if not bounded(state[Q], state[V], limit):
             return DIVERGED, n
-        note(train, present, state, touch, out[n + 1])
-        loads[n + 1] = touch[LOAD]
-        hub[n + 1] = state[:2, :hubs]
+        record(train, present, state, touch, out[n + 1], loads[n + 1], hub[n + 1])
     return FINISHED, out.shape[0] - 1
