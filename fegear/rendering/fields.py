@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from fegear.contact.loads import PatchLoad, patch_loads
 from fegear.contact.problem import ContactProblem, run_kernel
+from fegear.errors import InputError
 from fegear.gearset.model import GearSet, Mesh
 from fegear.gearset.phases import drive_flank, driven_flank
 from fegear.gearset.placing import layout
@@ -31,6 +32,7 @@ from fegear.statics import (
     contact_problem,
 )
 from fegear.stress import tooth_loads
+from fegear.unphysical import Extremes, doubts
 from meshes import SpurGear
 from meshes.profile import flank_points, flank_tangents, roll_length_at_arc
 
@@ -238,12 +240,23 @@ def mesh_scene(
     )
 
 
+def require_drawable(scene: MeshScene, approach: float) -> None:
+    """Refuse a transmission error [m] beyond which teeth are not in mesh."""
+    where = f"{scene.name}, {' and '.join(scene.gear_names)}"
+    module = scene.mesh.pair.driver.module
+    for doubt in doubts(
+        Extremes(where=where, module=module, transmission_error=approach)
+    ):
+        raise InputError(doubt)
+
+
 def contact_field(
     scene: MeshScene, torque: float, position: float, view: View
 ) -> ContactField:
     """Fields of the teeth in view at a torque on the driver [N m] and a position."""
     solved = run_kernel(scene.problem, np.array([torque]), np.array([position]))
     approach = float(solved.rows.approach[0, 0])
+    require_drawable(scene, approach)
     loads = patch_loads(scene.problem, torque, position)
     gears, pairs = loaded_gears(scene, Stand(position, approach), loads, view)
     return ContactField(torque, position, approach, gears, pairs)

@@ -6,9 +6,7 @@ import pytest
 from fuzz_gear_sets import BASE, WORDS, cases, option_lists, tried
 
 
-@pytest.mark.parametrize(
-    "case", tuple(cases(100, seed=0)), ids=lambda case: case.words[0]
-)
+@pytest.mark.parametrize("case", [*cases(100, seed=0)], ids=lambda case: case.words[0])
 def test_a_random_case_ends_as_it_should(tmp_path, case):
     _, wrong, line = tried(case, tmp_path)
     assert wrong is None, f"{wrong}: {case.words!a} {line}\n{case.data!a}"

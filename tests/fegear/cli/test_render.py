@@ -163,7 +163,7 @@ def test_film_has_all_frames_and_ends_where_it_began(tmp_path):
         (("--position", "1.5", "-o", "a.png"), "--position = 1.5; allowed 0 to 1"),
         (("--position", "nan", "-o", "a.png"), "--position = nan"),
         (("--position", "0.5", "-o", "a.gif"), "a film shows all positions"),
-        (("--torque", "0", "-o", "a.png"), "--torque = 0; must be positive"),
+        (("--torque", "0", "-o", "a.png"), "--torque = 0; must be above 0"),
         (("--friction", "0.5", "-o", "a.png"), "--friction = 0.5; allowed"),
         (("--scale", "big", "-o", "a.png"), "--scale = big; allowed auto"),
         (("--scale", "-1", "-o", "a.png"), "--scale = -1; allowed auto"),
@@ -377,3 +377,9 @@ def test_without_any_window_one_line_says_what_to_install(tmp_path):
     assert done.returncode == 1
     assert "InputError: cannot draw" in done.stderr
     assert "libegl1" in done.stderr
+
+
+def test_teeth_that_no_load_leaves_in_mesh_are_not_drawn(tmp_path):
+    with pytest.raises(InputError, match="exceeds a tenth of the module"):
+        run("--torque", "1e8", "-o", str(tmp_path / "p.png"))
+    assert not list(tmp_path.iterdir())
