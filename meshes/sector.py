@@ -17,7 +17,13 @@ from numpy.typing import NDArray
 from meshes.gear import SpurGear
 from meshes.gmsh_session import gmsh_model
 from meshes.layers import body_layers, layer_radii
-from meshes.outline import Edges, MeshSize, floor_edges, half_sector_outline
+from meshes.outline import (
+    Edges,
+    MeshSize,
+    floor_edges,
+    floor_radius,
+    half_sector_outline,
+)
 from meshes.profile import Points, polar
 
 __all__ = ["MeshSize", "SectorMesh", "sector_mesh"]
@@ -132,7 +138,7 @@ def _down_to_hub(gear: SpurGear, size: MeshSize, half: Half) -> Half:
     """The layers below the floor joined to it."""
     points, triangles, edges = half
     floor = edges.pop("floor")
-    radii = layer_radii(gear, size, float(np.hypot(*points[floor[0, 0]])))
+    radii = layer_radii(gear, size, floor_radius(gear, size))  # not by rounded points
     if len(radii) == 1:
         return points, triangles, edges | {"hub": floor}
     row = np.append(floor[:, [0, 2]].ravel(), floor[-1, 1])

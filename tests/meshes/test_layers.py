@@ -69,3 +69,14 @@ def test_shallow_bodies_have_no_layers():
     assert floor_radius(gear, MeshSize()) == gear.hub_radius
     deep = replace(gear, hub_radius=3e-3)
     assert floor_radius(deep, MeshSize()) > deep.hub_radius
+
+
+@pytest.mark.parametrize("hub", np.linspace(0.5, 0.8, 16))
+def test_round_off_makes_no_layer(hub):
+    """Where triangles reach the hub the mesh ends there, whatever its last digit."""
+    gear = make_gear(28, hub * 0.5 * MODULE * 28)
+    assert floor_radius(gear, MeshSize()) == gear.hub_radius
+    mesh = sector_mesh(gear, MeshSize())
+    a, b, c = (mesh.points[mesh.triangles[:, i]] for i in range(3))
+    (ux, uy), (vx, vy) = (b - a).T, (c - a).T
+    assert (0.5 * (ux * vy - uy * vx)).min() > 1e-8 * gear.module**2
