@@ -1,4 +1,7 @@
-"""A command that takes no option twice, where the first would change nothing."""
+"""A command whose wrong words are told as option, value and what is allowed.
+
+It takes no option twice where the first would change nothing.
+"""
 
 from __future__ import annotations
 
@@ -7,18 +10,40 @@ from typing import Any
 
 from typer.core import TyperCommand
 
+from fegear.errors import InputError
+
 
 class Command(TyperCommand):
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        from fegear.errors import InputError
+        if ctx.resilient_parsing:  # completing a line that is half written
+            return super().parse_args(ctx, args)
+        given, _, order = self.make_parser(ctx).parse_args(args=list(args))
+        counts = Counter(param.name for param in order)
+        for param in order:
+            if counts[param.name] > 1 and not getattr(param, "multiple", True):
+                times = counts[param.name]
+                raise InputError(f"{_option(param)} is given {times} times")
+        try:
+            return super().parse_args(ctx, args)
+        except Exception as error:
+            param = getattr(error, "param", None)
+            if param is None or param.name not in given:
+                raise
+            reason = _reason(str(getattr(error, "message", error)))
+            value = given[param.name]
+            shown = ", ".join(value) if isinstance(value, list) else value
+            raise InputError(f"{_option(param)} = {shown}; {reason}") from None
 
-        if not ctx.resilient_parsing:  # completing a line that is half written
-            _, _, order = self.make_parser(ctx).parse_args(args=list(args))
-            counts = Counter(param.name for param in order)
-            for param in order:
-                if counts[param.name] > 1 and not getattr(param, "multiple", True):
-                    times = counts[param.name]
-                    raise InputError(
-                        f"{param.opts[-1]} is given {times} times; once is allowed"
-                    )
-        return super().parse_args(ctx, args)
+
+def _option(param: Any) -> str:
+    return str(max(param.opts, key=len))
+
+
+def _reason(message: str) -> str:
+    """The parser's words in ours."""
+    if "integer" in message:
+        return "must be a whole number"
+    if "number" in message or "float" in message:
+        return "must be a number"
+    _, choices, allowed = message.partition(" is not one of ")
+    return f"allowed are {allowed.rstrip('.')}" if choices else message

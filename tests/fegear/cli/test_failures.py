@@ -198,6 +198,19 @@ def test_nothing_is_given_twice_or_left_out(capsys, words, message):
     assert message in refused(capsys, *words)
 
 
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--mesh", "2.5"], "--mesh = 2.5; must be a whole number"),
+        (["--friction", "abc"], "--friction = abc; must be a number"),
+        (["--torque", "5", "--torque", "5,0"], "--torque = 5, 5,0; must be a number"),
+        (["--plane", "both"], "--plane = both; allowed are 'stress', 'strain'"),
+    ],
+)
+def test_a_wrong_value_is_quoted(capsys, words, message):
+    assert refused(capsys, "stiffness", *words) == f"fegear: {message}\n"
+
+
 @pytest.mark.parametrize("letter", ["\\u001b", "\\u009b", "\\u202e", "\\u200b", "\\n"])
 def test_names_are_without_control_characters(capsys, tmp_path, letter):
     path = tmp_path / "own.toml"
