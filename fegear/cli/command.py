@@ -26,13 +26,13 @@ class Command(TyperCommand):
         try:
             return super().parse_args(ctx, args)
         except Exception as error:
-            param = getattr(error, "param", None)
-            if param is None or param.name not in given:
+            wrong: Any = getattr(error, "param", None)
+            if wrong is None or wrong.name not in given:
                 raise
             reason = _reason(str(getattr(error, "message", error)))
-            value = given[param.name]
+            value = given[wrong.name]
             shown = ", ".join(value) if isinstance(value, list) else value
-            raise InputError(f"{_option(param)} = {shown}; {reason}") from None
+            raise InputError(f"{_option(wrong)} = {shown}; {reason}") from None
 
 
 def _option(param: Any) -> str:
