@@ -93,7 +93,8 @@ def strict_json(values: Mapping[str, Any]) -> str:
     """JSON without NaN: what is not finite becomes null."""
     import json
 
-    return json.dumps(_finite(values), indent=2, allow_nan=False) + "\n"
+    text = json.dumps(_finite(values), indent=2, allow_nan=False) + "\n"
+    return text.replace("\x7f", "\\u007f")  # the one control character it leaves
 
 
 def _finite(value: Any) -> Any:

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import itertools
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -32,18 +31,19 @@ from fegear.cli.lumped_options import (
     middle_torque,
     speeds_of,
 )
+from fegear.cli.map_axes import parsed_axes
+from fegear.cli.map_report import map_summary, map_warnings, print_map
 from fegear.cli.options import (
     AsJson,
     Edits,
     Plot,
     SetName,
-    counted,
     progress_bar,
     refuse_idle,
     require,
     require_outputs,
 )
-from fegear.cli.screen import complain, number, print_json, screen, warn
+from fegear.cli.screen import complain, print_json, warn
 from fegear.cli.systems import (
     excitations_of,
     file_header,
@@ -57,14 +57,13 @@ if TYPE_CHECKING:
     import threading
 
     from fegear.gearset.model import GearSet
-    from lumped.maps import Axis, Cell, ParameterMap, Point
+    from lumped.maps import Cell, ParameterMap, Point
     from lumped.settings import Settings
     from lumped.system import LumpedSystem
 
 EXAMPLE = "fegear map liu-idler --over mesh.2.phase=0:1:41 --at 1605 --plot map.png"
 TORQUE, DAMPING = "torque_Nm", "damping_ratio"  # axes that are no keys of a gear set
 SHORT = {DAMPING: "dynamics.damping_ratio"}
-POINTS_LIMIT = 1_000_000
 
 
 def map_command(
@@ -190,7 +189,7 @@ def map_command(
     if all(reason.startswith("impossible") for reason in reasons):
         raise InputError(f"no point of the map is possible: {min(reasons)[12:]}")
     values = map_summary(found, where)
-    values["warnings"] = list(_warnings(found, gear_set))
+    values["warnings"] = list(map_warnings(found, gear_set))
     values["wall_time_s"] = round(time.perf_counter() - begin, 3)
     _draw(found, plot)
     if as_json:
@@ -215,74 +214,11 @@ def _refuse_overruled(
         raise InputError(f"--set {name}; --over varies it, leave it out")
 
 
-def _warnings(found: ParameterMap, gear_set: GearSet) -> Iterator[str]:
-    """Where the largest values of the map cannot be physical."""
-    import numpy as np
-
-    from fegear.unphysical import Extremes, doubts
-
-    for m, mesh in enumerate(gear_set.meshes):
-        peak, back = (
-            float(np.fmax.reduce(found.figure(name, m), axis=None))
-            for name in ("dte_peak_m", "back_side_fraction")
-        )
-        yield from doubts(
-            Extremes(
-                where=f"mesh {m + 1}, at its worst point",
-                module=mesh.pair.driver.module,
-                transmission_error=peak,
-                backlash=mesh.backlash,
-                back_side=back,
-            )
-        )
-
-
 def digest(gear_set: GearSet) -> str:
     """Tells gear sets apart that have one name, such as a file that was edited."""
     import hashlib
 
     return hashlib.sha256(repr(gear_set).encode()).hexdigest()[:16]
-
-
-def parsed_axes(over: Sequence[str]) -> tuple[Axis, ...]:
-    """One or two axes of `KEY=A:B:N` or `KEY=v,v,...`."""
-    from lumped.maps import Axis, MapError
-
-    require(1 <= len(over) <= 2, "--over", len(over), "one or two are allowed")
-    axes = []
-    for text in over:
-        name, separator, values = text.partition("=")
-        if not (separator and name.strip()):
-            raise InputError(f"--over {text}; KEY=A:B:N is needed")
-        try:
-            axes.append(Axis(name.strip(), _axis_values(values, text)))
-        except MapError as error:
-            raise InputError(f"--over {error}") from None
-    if len({axis.name for axis in axes}) < len(axes):
-        raise InputError(f"--over {axes[0].name}; is given twice")
-    count = 1
-    for axis in axes:
-        count *= len(axis.values)
-    require(count <= POINTS_LIMIT, "--over", count, f"at most {POINTS_LIMIT} points")
-    return tuple(axes)
-
-
-def _axis_values(values: str, text: str) -> tuple[float, ...]:
-    import numpy as np
-
-    try:
-        if ":" not in values:
-            return tuple(float(value) for value in values.split(","))
-        start, end, count = values.split(":")
-        if not 1 <= int(count) <= POINTS_LIMIT:
-            raise ValueError
-        points = np.linspace(float(start), float(end), int(count))
-        return tuple(float(f"{point:.12g}") for point in points)
-    except ValueError:
-        raise InputError(
-            f"--over {text}; allowed KEY=A:B:N with N values from A to B, or values "
-            "with commas"
-        ) from None
 
 
 def _evaluation(
@@ -377,57 +313,3 @@ def _draw(found: ParameterMap, plot: Path | None) -> None:
     from lumped.map_figure import draw_map
 
     write_whole(plot, lambda path: save_figure(draw_map(found), path))
-
-
-def map_summary(found: ParameterMap, where: str) -> dict[str, Any]:
-    """Smallest and largest vibration of every mesh, and where."""
-    import numpy as np
-
-    statuses = [cell.status.partition(":")[0] for cell in found.cells.values()]
-    names = [axis.name for axis in found.axes]
-    extremes = []
-    for mesh in range(found.meshes):
-        rms = found.figure("dte_rms_m", mesh).ravel()
-        for kind, pick in (("smallest", np.nanargmin), ("largest", np.nanargmax)):
-            if np.isnan(rms).all():
-                continue
-            place = int(pick(rms))
-            extremes.append(
-                {
-                    "mesh": mesh + 1,
-                    "extreme": kind,
-                    "dte_rms_m": float(rms[place]),
-                    "at": dict(zip(names, found.points[place], strict=True)),
-                }
-            )
-    return {
-        "gear_set": found.header["gear set"],
-        "excitation": found.header["excitation"],
-        "response": where,
-        "points": len(found.points),
-        "statuses": {
-            status: statuses.count(status) for status in sorted(set(statuses))
-        },
-        "reasons": sorted(
-            {c.status for c in found.cells.values() if c.status.startswith("imp")}
-        ),
-        "extremes": extremes,
-    }
-
-
-def print_map(values: dict[str, Any]) -> None:
-    console = screen()
-    counts = ", ".join(f"{n} {status}" for status, n in values["statuses"].items())
-    console.print(
-        f"{values['gear_set']}, {values['excitation']}, {values['response']}\n"
-        f"{counted(values['points'], 'point', 'points')}: {counts}"
-    )
-    for reason in itertools.islice(values["reasons"], 3):
-        console.print(reason)
-    for extreme in values["extremes"]:
-        place = ", ".join(f"{name} = {v:g}" for name, v in extreme["at"].items())
-        console.print(
-            f"mesh {extreme['mesh']}: {extreme['extreme']} RMS of DTE "
-            f"{number(1e6 * extreme['dte_rms_m'], 4)} um at {place}"
-        )
-    console.print(f"wall time {values['wall_time_s']:.2f} s")

@@ -15,7 +15,8 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
-from fegear.cli.map import map_command, parsed_axes
+from fegear.cli.map import map_command
+from fegear.cli.map_axes import parsed_axes
 from fegear.errors import InputError
 
 app = typer.Typer()

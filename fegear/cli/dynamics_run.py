@@ -1,0 +1,190 @@
+"""Sweeps of the finite-element gears: threads, journal and files of single motions."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from functools import partial
+from hashlib import sha256
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from fegear.dynamics.build import Prepared
+    from fegear.dynamics.journal import Journal
+    from fegear.dynamics.respond import DynamicSettings, Motion
+    from fegear.dynamics.root_stress import RootInfluence
+    from fegear.gearset.model import GearSet
+    from fegear.statics import StaticsSettings
+    from lumped.sweep import Branch, Direction
+    from lumped.system import LumpedSystem
+
+    # (number of the torque, direction, frequency [Hz], motion there)
+    Keeper = Callable[[int, Direction, float, Motion], None]
+
+REFRESH = 0.2  # s between two words on a running speed
+WORKERS = 2  # sweeps at a time; each holds its own models
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """What is to be run: torques on the input gear [N m], speeds [Hz], directions."""
+
+    gear_set: GearSet
+    torques: Sequence[float]
+    systems: Sequence[LumpedSystem]
+    frequencies: list[float]
+    directions: tuple[Direction, ...]
+
+
+def run_sweeps(
+    run: Run,
+    prepared: Sequence[Prepared],
+    settings: DynamicSettings,
+    header: dict[str, str],
+    output: Path | None,
+    records: str,
+    resume: bool,
+    keep: Keeper,
+    report: Callable[[str, int, int], None],
+) -> list[Branch]:
+    """All branches; finished speeds stay in the journal after Ctrl-C or a failure."""
+    journal = _open_journal(run, header, output, records, resume)
+    try:
+        branches = _run_branches(run, prepared, settings, journal, keep, report)
+    except BaseException:
+        if journal is not None:
+            journal.close(keep=True)
+        raise
+    if journal is not None:
+        journal.close(keep=not all(branch.complete for branch in branches))
+    return branches
+
+
+def _open_journal(
+    run: Run,
+    header: dict[str, str],
+    output: Path | None,
+    records: str,
+    resume: bool,
+) -> Journal | None:
+    from fegear.dynamics.journal import open_journal
+
+    if output is None:
+        return None
+    inputs = header | {
+        "figures of the gear set": sha256(repr(run.gear_set).encode()).hexdigest(),
+        "histories": records,
+        "torques_Nm": ", ".join(map(repr, run.torques)),
+        "speeds_Hz": ", ".join(map(repr, run.frequencies)),
+        "directions": ", ".join(run.directions),
+    }
+    return open_journal(Path(f"{output}.partial"), inputs, resume)
+
+
+def _run_branches(
+    run: Run,
+    prepared: Sequence[Prepared],
+    settings: DynamicSettings,
+    journal: Journal | None,
+    keep: Keeper,
+    report: Callable[[str, int, int], None],
+) -> list[Branch]:
+    from fegear.dynamics.sweep import sweep_branch
+
+    tasks = [
+        (number, torque, each, direction)
+        for number, (torque, each) in enumerate(zip(run.torques, prepared, strict=True))
+        for direction in run.directions
+    ]
+    total, done = len(tasks) * len(run.frequencies), 0
+    stop, lock, shown = threading.Event(), threading.Lock(), 0.0
+
+    def passed() -> None:
+        nonlocal done
+        with lock:
+            done += 1
+            report("sweep", done, total)
+
+    def watch(frequency: float, period: int) -> None:
+        nonlocal shown
+        now = time.perf_counter()
+        if now - shown > REFRESH:
+            shown = now
+            report(f"{frequency:g} Hz, period {period}", done, total)
+
+    with ThreadPoolExecutor(WORKERS) as pool:
+        futures = [
+            pool.submit(
+                sweep_branch,
+                *(each.stepper, run.frequencies, direction, settings),
+                journal=journal,
+                name=f"{torque!r}-{direction}",
+                keep=partial(keep, number, direction),
+                passed=passed,
+                watch=watch,
+                stop=stop,
+            )
+            for number, torque, each, direction in tasks
+        ]
+        try:
+            return [future.result() for future in futures]
+        except KeyboardInterrupt:
+            stop.set()
+            return [future.result() for future in futures]
+        except BaseException:
+            stop.set()
+            raise
+
+
+def history_keeper(
+    run: Run,
+    prepared: Sequence[Prepared],
+    settings: DynamicSettings,
+    header: dict[str, str],
+    directory: Path | None,
+    roots: dict[int, RootInfluence],
+) -> Keeper:
+    """Writes the motion of a speed as a file of the directory, if there is one."""
+    if directory is None:
+        return lambda number, direction, frequency, motion: None
+    from fegear.dynamics.history import format_history, history_name, history_table
+    from fegear.dynamics.respond import steps_per_cycle
+    from fegear.output import make_directory, write_text
+
+    make_directory(directory)
+
+    def keep(
+        number: int, direction: Direction, frequency: float, motion: Motion
+    ) -> None:
+        model, torque = prepared[number].stepper.model, run.torques[number]
+        entries = header | {
+            "torque_Nm": f"{torque:g}",
+            "direction": direction,
+            "mesh_frequency_Hz": f"{frequency:g}",
+        }
+        steps = steps_per_cycle(model, frequency, settings)
+        text = format_history(history_table(model, motion, steps, entries, roots))
+        path = directory / history_name(torque, direction, frequency)
+        write_text(path, text)
+
+    return keep
+
+
+def root_influences(
+    gear_set: GearSet, name: str | None, statics: StaticsSettings
+) -> dict[int, RootInfluence]:
+    from fegear.dynamics.root_stress import root_influence
+    from fegear.errors import InputError
+
+    if name is None:
+        return {}
+    names = [gear.name for gear in gear_set.gears]
+    if name not in names:
+        raise InputError(f"--root-stress {name}; allowed are {', '.join(names)}")
+    gear = gear_set.gears[names.index(name)]
+    given = gear.geometry, statics.material(gear), statics.size
+    return {names.index(name): root_influence(*given)}

@@ -1,0 +1,90 @@
+"""What a map prints: its smallest and largest vibrations, and doubts about them."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+from fegear.cli.options import counted
+from fegear.cli.screen import number, screen
+
+if TYPE_CHECKING:
+    from fegear.gearset.model import GearSet
+    from lumped.maps import ParameterMap
+
+
+def map_summary(found: ParameterMap, where: str) -> dict[str, Any]:
+    """Smallest and largest vibration of every mesh, and where."""
+    import numpy as np
+
+    statuses = [cell.status.partition(":")[0] for cell in found.cells.values()]
+    names = [axis.name for axis in found.axes]
+    extremes = []
+    for mesh in range(found.meshes):
+        rms = found.figure("dte_rms_m", mesh).ravel()
+        for kind, pick in (("smallest", np.nanargmin), ("largest", np.nanargmax)):
+            if np.isnan(rms).all():
+                continue
+            place = int(pick(rms))
+            extremes.append(
+                {
+                    "mesh": mesh + 1,
+                    "extreme": kind,
+                    "dte_rms_m": float(rms[place]),
+                    "at": dict(zip(names, found.points[place], strict=True)),
+                }
+            )
+    return {
+        "gear_set": found.header["gear set"],
+        "excitation": found.header["excitation"],
+        "response": where,
+        "points": len(found.points),
+        "statuses": {
+            status: statuses.count(status) for status in sorted(set(statuses))
+        },
+        "reasons": sorted(
+            {c.status for c in found.cells.values() if c.status.startswith("imp")}
+        ),
+        "extremes": extremes,
+    }
+
+
+def print_map(values: dict[str, Any]) -> None:
+    console = screen()
+    counts = ", ".join(f"{n} {status}" for status, n in values["statuses"].items())
+    console.print(
+        f"{values['gear_set']}, {values['excitation']}, {values['response']}\n"
+        f"{counted(values['points'], 'point', 'points')}: {counts}"
+    )
+    for reason in itertools.islice(values["reasons"], 3):
+        console.print(reason)
+    for extreme in values["extremes"]:
+        place = ", ".join(f"{name} = {v:g}" for name, v in extreme["at"].items())
+        console.print(
+            f"mesh {extreme['mesh']}: {extreme['extreme']} RMS of DTE "
+            f"{number(1e6 * extreme['dte_rms_m'], 4)} um at {place}"
+        )
+    console.print(f"wall time {values['wall_time_s']:.2f} s")
+
+
+def map_warnings(found: ParameterMap, gear_set: GearSet) -> Iterator[str]:
+    """Where the largest values of the map cannot be physical."""
+    import numpy as np
+
+    from fegear.unphysical import Extremes, doubts
+
+    for m, mesh in enumerate(gear_set.meshes):
+        peak, back = (
+            float(np.fmax.reduce(found.figure(name, m), axis=None))
+            for name in ("dte_peak_m", "back_side_fraction")
+        )
+        yield from doubts(
+            Extremes(
+                where=f"mesh {m + 1}, at its worst point",
+                module=mesh.pair.driver.module,
+                transmission_error=peak,
+                backlash=mesh.backlash,
+                back_side=back,
+            )
+        )
