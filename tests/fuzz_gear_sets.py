@@ -33,7 +33,7 @@ from fegear.printable import HARMFUL
 
 HANG = 120.0  # s of a case, on a busy machine
 ALLOWED = {0, 1, 2}
-DIVERGED = "diverged at"  # the one reason for code 1 here
+FAILED = ("diverged at", "contact not solved")  # what code 1 may say here
 NASTY = [0, -1, 1e-300, 5e-324, 1e300, math.nan, math.inf, -math.inf, 10**30, 2.5]
 WRONG = ["text", "", True, [], [1, "a"], {"a": 1}, "\x1b[31m", "\u202e", "a\nb", "$x$"]
 Value = Callable[[random.Random], Any]
@@ -321,7 +321,7 @@ def complaint(code: int, out: str, err: str) -> str | None:
         return f"exit code {code}"
     if "--debug for a traceback" in err or "Traceback" in err + out:
         return "a raw error"
-    if code == 1 and DIVERGED not in err and "Outside" not in out:
+    if code == 1 and not any(why in err for why in FAILED) and "Outside" not in out:
         return "exit code 1 without a reason"
     if code == 2 and len(lines) != 1:
         return f"{len(lines)} lines for wrong input"

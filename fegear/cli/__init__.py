@@ -30,6 +30,8 @@ from fegear.cli import (
 from fegear.cli.command import Command
 from fegear.cli.screen import complain, say
 
+# the others are the solvers' own: they say what was not solved, and where
+BUILTIN_FAILURES = (ZeroDivisionError, OverflowError, FloatingPointError)
 INTERRUPTED = "interrupted; finished rows and compliances are kept"
 ABOUT = (
     "Spur gears: mesh stiffness and transmission error by finite elements, and the "
@@ -161,7 +163,8 @@ def _explained(error: BaseException) -> tuple[int, str]:
         return 2, str(error)
     if hasattr(error, "format_message"):  # wrong words, such as an unknown option
         return 2, str(error.format_message())
-    if isinstance(error, MissingSystemLibrary):
+    failed = isinstance(error, ArithmeticError) and type(error) not in BUILTIN_FAILURES
+    if failed or isinstance(error, MissingSystemLibrary):
         return 1, str(error)
     if isinstance(error, OSError):
         _close_full_output()

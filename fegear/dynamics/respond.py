@@ -202,7 +202,8 @@ class ReducedStepper:
             raise FloatingPointError(f"motion diverged after {done * step:g} s")
         if status != kernel.FINISHED:
             raise DynamicsError(
-                f"contact not solved at {frequency:g} Hz after {done} steps"
+                f"contact not solved at {frequency:g} Hz after {done} steps: the load "
+                "may be more than these teeth can carry, or more --steps may help"
             )
         return now, recorded(step, out, loads, hub)
 

@@ -208,3 +208,15 @@ def test_what_kernels_log_is_a_line_on_the_error_stream(capsys):
     record = logging.makeLogRecord({"msg": "set NUMBA_CACHE_DIR", "args": ()})
     Announcer().emit(record)
     assert capsys.readouterr().err == "fegear: set NUMBA_CACHE_DIR\n"
+
+
+def test_a_contact_that_is_not_solved_ends_with_one_line(monkeypatch, capsys):
+    import fegear.cli as cli
+    from fegear.contact.problem import ContactFailure
+
+    def fail(*_, **__):
+        raise ContactFailure("contact not solved at torque 1e9 N m")
+
+    monkeypatch.setattr(cli, "app", fail)
+    assert cli.run(["stiffness"]) == 1
+    assert capsys.readouterr().err == "fegear: contact not solved at torque 1e9 N m\n"
