@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from fegear.contact.instants import contact_at
 from fegear.contact.problem import solve_cycle
 from fegear.dynamics import respond as responding
 from fegear.dynamics.build import FiniteElements, prepare
@@ -77,6 +78,40 @@ def test_slow_motion_has_the_statics_of_every_pair(uneven):
     off = found - expected.approach[0]
     assert off.std() < 0.02 * expected.approach[0].std()
     assert abs(off.mean()) < 0.02 * expected.approach[0].mean()
+
+
+def test_motion_is_that_of_rigid_gears_on_the_contact_of_every_instant(uneven):
+    """Classical steps over all pairs, contact solved anew at each; no pair laws."""
+    frequency, each, settle = 1500.0, 64, 20
+    train, modes = uneven.reference.train, uneven.reference.modes
+    mass = 1.0 / sum(g.base_radius**2 / g.inertia for g in train.gears)
+    damping = 2.0 * train.damping_ratio * np.sqrt(modes.mean_stiffness[0] * mass)
+    radius = train.gears[0].base_radius
+    settings, resolution = StaticsSettings(), RESOLUTIONS["default"]
+    problem = contact_problem(uneven.gear_set, 0, settings, resolution)
+
+    def slope(x, state):
+        force = contact_at(problem, [x], [state[0]]).torque[0] / radius
+        push = 100.0 / radius - damping * state[1] - force
+        return np.array([state[1], push / mass])
+
+    state, h = np.array([8e-6, 0.0]), 1.0 / (frequency * each)
+    expected = []
+    for step in range(-settle * each, CYCLES * each):
+        x, half = step / each, 0.5 / each
+        if step >= 0:
+            expected.append(state[0])
+        one = slope(x, state)
+        two = slope(x + half, state + 0.5 * h * one)
+        three = slope(x + half, state + 0.5 * h * two)
+        four = slope(x + 2.0 * half, state + h * three)
+        state = state + h / 6.0 * (one + 2.0 * two + 2.0 * three + four)
+    _, motion, _ = respond(uneven.stepper(None), frequency, DynamicSettings(steps=256))
+    time = np.arange(CYCLES * each) * h
+    found = np.interp(time, motion.history.time, motion.history.deflection[:, 0])
+    off = found - expected
+    assert off.std() < 0.02 * np.std(expected)
+    assert abs(off.mean()) < 0.01 * np.mean(expected)
 
 
 def test_steps_are_those_of_the_equations(uneven):
