@@ -25,6 +25,8 @@ class ScipyTrain:
     """Equations of motion M a + C v + K x + G^T F(G x, t) = T."""
 
     def __init__(self, system: LumpedSystem) -> None:
+        if system.rounds > 1:
+            raise ValueError("teeth must be equal: a base pitch is read for all others")
         space, modes = system.modes.coordinates, system.modes
         self.mass, self.load, self.rows = space.mass, space.load, space.mesh_rows
         springs = space.spring_rows * space.spring_stiffness[:, None]
