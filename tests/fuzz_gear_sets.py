@@ -1,7 +1,7 @@
 """Random gear sets and option lists: no traceback, no hang, no wrong exit code.
 
-As a script: `python tests/fuzz_gear_sets.py 3000 --seed 1`; it prints what failed with
-the words and the file that did it. Tests run a few of the same cases.
+As a script: `PYTHONPATH=. python tests/fuzz_gear_sets.py 3000 --seed 1`; it prints what
+failed with the words and the file that did it. Tests run a few of the same cases.
 """
 
 from __future__ import annotations
