@@ -4,12 +4,22 @@ from __future__ import annotations
 
 import csv
 import io
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from fegear.gearset.model import GearSet
-from fegear.identify import Candidate, Identification, MeasuredStiffness
+from fegear.identify import (
+    WIDTH_FACTORS,
+    Candidate,
+    Identification,
+    MeasuredStiffness,
+    hub_limits,
+)
+
+FAR_OFF = 3.0  # spreads of a figure, beyond which it is not met
+AT_BOUND = 1e-3  # relative distance
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -28,11 +38,31 @@ def identification_values(
         "mean_spread": measured.mean_spread,
         "variation_spread": measured.variation_spread,
         "best": candidate_values(gear_set, found.best),
+        "warnings": list(doubts_of_fit(gear_set, measured, found)),
         "interpolation_error": found.interpolation_error,
         "equally_good_from": gear_set.gears[found.along].name,
         "equally_good": [candidate_values(gear_set, c) for c in found.equally_good],
         "valley": [candidate_values(gear_set, c) for c in found.valley],
     }
+
+
+def doubts_of_fit(
+    gear_set: GearSet, measured: MeasuredStiffness, found: Identification
+) -> Iterator[str]:
+    """Why the set chosen does not stand for what was measured, if so."""
+    best = found.best
+    worst = float(np.abs(measured.misfits(best.mean, best.variation)).max())
+    if worst > FAR_OFF:
+        yield (
+            f"no set meets the figures: the best one is {worst:.3g} spreads off; the "
+            "figures, the material or the number of teeth may be others"
+        )
+    for gear, hub in zip(gear_set.gears, best.hub_radius, strict=True):
+        for limit in hub_limits(gear):
+            if abs(hub / limit - 1.0) < AT_BOUND:
+                yield f'hub radius of gear "{gear.name}" is at its limit'
+    if min(abs(best.width_factor / limit - 1.0) for limit in WIDTH_FACTORS) < AT_BOUND:
+        yield f"face widths are at their limit, {best.width_factor:.3g} of those given"
 
 
 def candidate_values(gear_set: GearSet, candidate: Candidate) -> dict[str, float]:

@@ -24,7 +24,7 @@ from fegear.cli.options import (
     require,
     require_outputs,
 )
-from fegear.cli.screen import print_json, ruled_table, screen
+from fegear.cli.screen import print_json, ruled_table, screen, warn
 from fegear.errors import InputError
 
 if TYPE_CHECKING:
@@ -126,6 +126,7 @@ def identify_command(
         print_json(values)
     else:
         print_identification(values, names)
+    warn(values["warnings"])
 
 
 def _measured(
@@ -159,6 +160,11 @@ def _measured(
                 f"{name} is given {len(given_values)} times; {gear_set.name} has "
                 f"{len(own_mean)} meshes, one for each is needed"
             )
+    if not any(mean or own_mean) and not any(variation or own_variation):
+        raise InputError(
+            f"--mean or --variation is missing; {gear_set.name} has no "
+            "mean_stiffness_N_per_m and no stiffness_variation"
+        )
     return MeasuredStiffness(
         torque=np.array(mesh_torques_at(gear_set, torque)),
         mean=np.array(mean or own_mean, float),

@@ -7,6 +7,9 @@ import json
 import pytest
 
 from fegear.cli import run
+from fegear.gearset import load_gear_set
+from fegear.statics import StaticsSettings, solve_mesh
+from fegear.summary import warnings
 from fegear.unphysical import PRESSURE, Extremes, doubts
 
 USUAL = Extremes(
@@ -122,3 +125,11 @@ def test_what_closed_forms_leave_out_is_said(capsys, tmp_path):
         f"{start}pitch_errors_um, which are left out: the closed forms know none",
     ]
     assert told(capsys, "compare")[1] == []
+
+
+def test_pressure_at_sharp_tips_is_no_reason():
+    """It follows the contact grid: an ordinary load would count as impossible."""
+    settings = StaticsSettings(resolution="fine", estimate_error=False)
+    result = solve_mesh(load_gear_set("liu-pair"), 0, [400.0], settings)
+    assert result.table["max_pressure_Pa"].max() > PRESSURE
+    assert warnings(result) == []

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from functools import cache
+from importlib import resources
 
 import pytest
 import typer
@@ -90,3 +91,27 @@ def test_teeth_must_be_equal():
     errors = "gear.1.pitch_errors_um=[" + ", ".join(["0", "3"] * 19) + "]"
     with pytest.raises(InputError, match=r"pinion.* has pitch_errors_um"):
         run(*FAST, "--set", errors)
+
+
+def test_figures_that_no_set_meets_are_named():
+    result = CliRunner().invoke(
+        app, [*FAST, "--mean", "3e7", "--variation", "0.33"], catch_exceptions=False
+    )
+    assert result.exit_code == 0
+    assert "warning: no set meets the figures: the best one is" in result.stderr
+    assert "at their limit, 0.25 of those given" in result.stderr
+    fitting = CliRunner().invoke(app, [*FAST], catch_exceptions=False)
+    assert "warning" not in fitting.stderr
+
+
+def test_nothing_measured_names_the_options(tmp_path):
+    text = (resources.files("fegear.gearset") / "sets" / "liu-pair.toml").read_text()
+    own = tmp_path / "own.toml"
+    kept = [
+        line
+        for line in text.splitlines()
+        if not line.startswith(("mean_stiffness", "stiffness_variation"))
+    ]
+    own.write_text("\n".join(kept))
+    with pytest.raises(InputError, match="--mean or --variation is missing; liu-pair"):
+        CliRunner().invoke(app, [str(own)], catch_exceptions=False)
