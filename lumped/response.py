@@ -176,6 +176,8 @@ def periods_to_settle(
     if not slowest > 0.0:
         return least
     needed = 2.0 * math.log(1.0 / settings.tolerance) * frequency / slowest
+    if needed > 10.0 * most:  # decay too slow to wait for is none
+        return least
     return int(min(max(needed, least), most))
 
 

@@ -380,6 +380,8 @@ def _allowed(model: DynamicModel, frequency: float, settings: DynamicSettings) -
     if not slowest > 0.0:
         return least
     needed = 2.0 * math.log(1.0 / settings.tolerance) * frequency / slowest
+    if needed > 10.0 * most:  # decay too slow to wait for is none
+        return least
     return int(min(max(needed, least), most))
 
 

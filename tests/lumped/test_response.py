@@ -24,7 +24,7 @@ from lumped import (
     sweep,
     sweep_all,
 )
-from lumped.response import FIGURES, steps_per_period
+from lumped.response import FIGURES, periods_to_settle, steps_per_period
 from lumped.train import TrainError
 from lumped.waves import constant, from_harmonics
 from validation.oracles import linear_train, piecewise
@@ -763,3 +763,11 @@ def test_error_of_adaptive_steps_follows_the_tolerance():
     assert Settings(tolerance=1e-7).step_error == pytest.approx(1e-10)
     assert Settings(tolerance=1e-12).step_error == 1e-13
     assert Settings(tolerance=1e-7, accuracy=1e-6).step_error == 1e-6
+
+
+@pytest.mark.parametrize("damping", [1e-300, 1e-7, 0.0])
+def test_decay_that_is_too_slow_is_not_waited_for(system, idler, damping):
+    slow = system(idler(damping=damping))
+    assert periods_to_settle(slow, 1500.0, Settings()) == 2000
+    usual = system(idler(damping=1e-3))
+    assert 2000 < periods_to_settle(usual, 1500.0, Settings()) < 200_000
