@@ -81,13 +81,19 @@ def candidate_values(gear_set: GearSet, candidate: Candidate) -> dict[str, float
 
 
 def valley_csv(values: dict[str, Any]) -> str:
-    """The valley as CSV text, a row for each set, the smallest hub first."""
+    """The set chosen and the valley as CSV text, there the smallest hub first.
+
+    `set` says which: chosen, equally good, or worse.
+    """
     out = io.StringIO()
     out.write(f"# gear set: {values['gear_set']}\n")
     out.write("# misfit: sum of squares of (figure - measured) over its spread\n")
-    writer = csv.DictWriter(out, list(values["best"]), lineterminator="\n")
+    writer = csv.DictWriter(out, ["set", *values["best"]], lineterminator="\n")
     writer.writeheader()
-    writer.writerows(values["valley"])
+    writer.writerow({"set": "chosen"} | values["best"])
+    for row in values["valley"]:
+        kind = "equally good" if row in values["equally_good"] else "worse"
+        writer.writerow({"set": kind} | row)
     return out.getvalue()
 
 

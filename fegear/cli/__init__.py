@@ -32,7 +32,7 @@ from fegear.cli.screen import complain, say
 
 # the others are the solvers' own: they say what was not solved, and where
 BUILTIN_FAILURES = (ZeroDivisionError, OverflowError, FloatingPointError)
-INTERRUPTED = "interrupted; finished rows and compliances are kept"
+INTERRUPTED = "interrupted"
 ABOUT = (
     "Spur gears: mesh stiffness and transmission error by finite elements, and the "
     "vibration of gear trains that they excite."

@@ -12,6 +12,9 @@ from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from fegear.cli.options import counted
+from fegear.cli.screen import complain
+
 if TYPE_CHECKING:
     from fegear.dynamics.build import Prepared
     from fegear.dynamics.journal import Journal
@@ -53,6 +56,8 @@ def run_sweeps(
 ) -> list[Branch]:
     """All branches; finished speeds stay in the journal after Ctrl-C or a failure."""
     journal = _open_journal(run, header, output, records, resume)
+    if journal is not None and resume:
+        _tell_resumed(run, journal)
     try:
         branches = _run_branches(run, prepared, settings, journal, keep, report)
     except BaseException:
@@ -82,7 +87,33 @@ def _open_journal(
         "speeds_Hz": ", ".join(map(repr, run.frequencies)),
         "directions": ", ".join(run.directions),
     }
-    return open_journal(Path(f"{output}.partial"), inputs, resume)
+    directory = Path(f"{output}.partial")
+    if resume and not directory.exists():
+        done = f"{output} is finished and" if output.exists() else "it"
+        complain(
+            f"--resume: there is no {directory}, {done} is computed from the start"
+        )
+    return open_journal(directory, inputs, resume)
+
+
+def _tell_resumed(run: Run, journal: Journal) -> None:
+    """How much was found, so that nothing is computed again without a word."""
+    names = [
+        _branch_name(torque, direction)
+        for torque in run.torques
+        for direction in run.directions
+    ]
+    finished = sum(len(journal.finished(name)) for name in names)
+    lost = sum(journal.entry_files(name) for name in names) - finished
+    total = len(names) * len(run.frequencies)
+    complain(f"{journal.directory}: {finished} of {total} speeds are finished")
+    if lost:
+        damaged = counted(lost, "speed is", "speeds are")
+        complain(f"{journal.directory}: {damaged} damaged and computed again")
+
+
+def _branch_name(torque: float, direction: Direction) -> str:
+    return f"{torque!r}-{direction}"
 
 
 def _run_branches(
@@ -122,7 +153,7 @@ def _run_branches(
                 sweep_branch,
                 *(each.stepper, run.frequencies, direction, settings),
                 journal=journal,
-                name=f"{torque!r}-{direction}",
+                name=_branch_name(torque, direction),
                 keep=partial(keep, number, direction),
                 passed=passed,
                 watch=watch,

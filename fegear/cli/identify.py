@@ -24,7 +24,7 @@ from fegear.cli.options import (
     require,
     require_outputs,
 )
-from fegear.cli.screen import print_json, ruled_table, screen, warn
+from fegear.cli.screen import number, print_json, ruled_table, screen, warn
 from fegear.errors import InputError
 
 if TYPE_CHECKING:
@@ -222,8 +222,8 @@ def _figures_table(values: dict[str, Any]) -> Table:
         row = values["best"]
         table.add_row(
             str(m),
-            f"{1e-8 * row[f'mesh{m}_mean_stiffness_N_per_m']:.4f}",
-            "-" if math.isnan(mean) else f"{1e-8 * mean:.4f}",
+            number(1e-8 * row[f"mesh{m}_mean_stiffness_N_per_m"]),
+            "-" if math.isnan(mean) else number(1e-8 * mean),
             f"{row[f'mesh{m}_stiffness_variation']:.4f}",
             "-" if math.isnan(variation) else f"{variation:.4f}",
         )

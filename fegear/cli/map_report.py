@@ -69,11 +69,14 @@ def print_map(values: dict[str, Any]) -> None:
 
 
 def map_warnings(found: ParameterMap, gear_set: GearSet) -> Iterator[str]:
-    """Where the largest values of the map cannot be physical."""
+    """What changes nothing, and where the largest values cannot be physical."""
     import numpy as np
 
     from fegear.unphysical import Extremes, doubts
 
+    for place, axis in enumerate(found.axes):
+        if len(axis.values) > 1 and _changes_nothing(found, place):
+            yield f"{axis.name} does not change the response"
     for m, mesh in enumerate(gear_set.meshes):
         peak, back = (
             float(np.fmax.reduce(found.figure(name, m), axis=None))
@@ -88,3 +91,16 @@ def map_warnings(found: ParameterMap, gear_set: GearSet) -> Iterator[str]:
                 back_side=back,
             )
         )
+
+
+def _changes_nothing(found: ParameterMap, place: int) -> bool:
+    """Whether all vibrations along an axis are the same, to the bit."""
+    import numpy as np
+
+    if len(found.cells) < len(found.points):
+        return False
+    sizes = [found.figure("dte_rms_m", m) for m in range(found.meshes)]
+    return all(
+        np.array_equal(rms, np.take(rms, [0], place).repeat(rms.shape[place], place))
+        for rms in sizes
+    )

@@ -74,17 +74,18 @@ def tell_sweep(result: SweepResult, outputs: SweepOutputs, begin: float) -> None
     else:
         print_sweep(values)
     warn(values["warnings"])
-    _end(result.found)
+    _end(result.found, outputs.csv)
 
 
 def _write(result: SweepResult, outputs: SweepOutputs) -> None:
     from fegear.output import write_text, write_whole
     from lumped.sweep_table import format_sweep, sweep_table
 
-    if outputs.csv is not None:
+    some = any(branch.responses for _, branch in result.found)
+    if outputs.csv is not None and some:
         table = sweep_table(result.found, result.model, result.header)
         write_text(outputs.csv, format_sweep(table))
-    if outputs.plot is not None and any(b.responses for _, b in result.found):
+    if outputs.plot is not None and some:
         from fegear.plots import save_figure
         from lumped.figures import Curve, draw_sweep
 
@@ -203,7 +204,7 @@ def _print_branches(
         console.print(_response_table(title, _entries(branches, "largest")))
     if any(branch["jumps"] for branch in branches):
         console.print(_jump_table(_entries(branches, "jumps")))
-    elif speeds > 1:
+    elif speeds > 1 and any(branch["finished_speeds"] > 1 for branch in branches):
         console.print("no jumps")
     for branch in branches:
         name = f"{branch['torque_Nm']:g} N m {branch['direction']}"
@@ -264,7 +265,7 @@ def _place(branch: dict[str, Any], entry: dict[str, Any]) -> tuple[str, str, str
     return f"{branch['torque_Nm']:g}", branch["direction"], str(entry["mesh"])
 
 
-def _end(found: Branches) -> None:
+def _end(found: Branches, csv: Path | None) -> None:
     """Exit code 1 after a divergence, 130 after Ctrl-C; rows are written by then."""
     from lumped.motion import DivergedError
 
@@ -272,7 +273,9 @@ def _end(found: Branches) -> None:
     diverged = [response for response in last if response.status == "diverged"]
     if diverged:
         error = DivergedError(diverged[0].frequency, diverged[0].settling_time)
-        complain(f"{error}; finished rows are kept")
+        complain(f"{error}; finished speeds are in {csv}" if csv else str(error))
         raise typer.Exit(1)
     if not all(branch.complete for _, branch in found):
+        if csv is not None and last:
+            complain(f"finished speeds are in {csv}")
         raise KeyboardInterrupt

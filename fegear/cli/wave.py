@@ -48,6 +48,7 @@ from fegear.cli.systems import (
     require_elements_used,
     system_at,
 )
+from fegear.errors import InputError
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -105,6 +106,8 @@ def wave_command(
     for name, value in (("--speed", speed), ("--from-speed", from_speed)):
         ok = value is None or 0.0 < value < 1e9
         require(ok, name, value or 0.0, "must be above 0 and below 1e9 Hz")
+    if from_speed == speed:
+        raise InputError(f"--from-speed {from_speed:g}; must differ from --speed")
     physics = Physics(
         model=model,
         translations=translations,

@@ -78,6 +78,13 @@ class Journal:
         """Entries 0, 1, ... up to the last one that is whole and has its state."""
         return self._whole(branch)[0]
 
+    def entry_files(self, branch: str) -> int:
+        """Number of entries that lie in the directory, whole or not."""
+        return sum(
+            (name, kind, path.suffix) == (branch, "json", ".json")
+            for path, (name, _, kind) in _own_files(self.directory)
+        )
+
     def state(self, branch: str) -> dict[str, Array] | None:
         """State of the last finished entry, None where there is none."""
         entries, data = self._whole(branch)

@@ -133,14 +133,26 @@ def test_killed_and_resumed_gives_the_same_file(tmp_path):
         assert not partial.exists()
 
 
+def test_resuming_tells_what_is_left_and_what_is_computed_again(tmp_path):
+    path = tmp_path / "d.csv"
+    partial = tmp_path / "d.csv.partial"
+    words = [*PAIR, "--speeds", "1000:1400:10", "--direction", "up", "-o", str(path)]
+    started_and_killed(words, partial, speeds=3)
+    damaged = sorted(partial.glob("*-up.*.json"))[1]
+    damaged.write_bytes(damaged.read_bytes()[:-5])
+    command = [*MAIN, *words, "--resume"]
+    resumed = subprocess.run(command, capture_output=True, text=True)
+    assert "d.csv.partial: 0 of 41 speeds are finished" in resumed.stderr
+    assert "damaged and computed again" in resumed.stderr
+    again = subprocess.run(command, capture_output=True, text=True)
+    assert again.returncode == 0
+    assert f"there is no {partial}, {path} is finished and is computed" in again.stderr
+
+
 def test_a_journal_of_other_settings_is_refused(tmp_path):
     path = tmp_path / "d.csv"
     words = [*PAIR, "--speeds", "1000:1400:10", "--direction", "up", "-o", str(path)]
-    process = subprocess.Popen([*MAIN, *words], stdout=subprocess.DEVNULL)
-    while not list((tmp_path / "d.csv.partial").glob("*-up.*.json")):
-        time.sleep(0.01)
-    process.kill()
-    process.wait()
+    started_and_killed(words, tmp_path / "d.csv.partial")
     done = subprocess.run(
         [*MAIN, *words, "--steps", "64", "--resume"],
         capture_output=True,
@@ -150,10 +162,10 @@ def test_a_journal_of_other_settings_is_refused(tmp_path):
     assert "64 steps" in done.stderr
 
 
-def started_and_killed(words, partial):
-    """A run that was killed after its first speed."""
+def started_and_killed(words, partial, speeds=1):
+    """A run that was killed after so many speeds."""
     process = subprocess.Popen([*MAIN, *words], stdout=subprocess.DEVNULL)
-    while not list(partial.glob("*-up.*.json")):
+    while len(list(partial.glob("*-up.*.json"))) < speeds:
         time.sleep(0.01)
     process.kill()
     process.wait()

@@ -33,7 +33,11 @@ def test_figures_of_the_gear_set_by_default(tmp_path):
     text = run(*FAST, "-o", str(tmp_path / "v.csv"), "--plot", str(tmp_path / "v.png"))
     for word in ("hub radius", "of idler", "face width", "* the set chosen", "2.9800"):
         assert word in text
-    assert (tmp_path / "v.csv").read_text().startswith("# gear set: liu-pair")
+    header, *rows = (tmp_path / "v.csv").read_text().splitlines()[2:]
+    assert header.startswith("set,pinion_face_width_mm")
+    kinds = [row.partition(",")[0] for row in rows]
+    assert kinds[0] == "chosen"
+    assert set(kinds[1:]) == {"equally good", "worse"}
     assert (tmp_path / "v.png").read_bytes().startswith(b"\x89PNG")
 
 

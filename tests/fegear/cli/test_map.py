@@ -139,6 +139,14 @@ def test_band_finds_the_peak(tmp_path):
     assert 1500.0 <= mesh2[0, 2] <= 1700.0
 
 
+def test_an_axis_that_changes_nothing_is_named():
+    """Rectangular stiffness is printed, so that it does not hang on the hub."""
+    words = (*BASE, "--over", "gear.1.hub_radius_mm=20,21", "--at", 1500)
+    both = (*words, "--over", "mesh.2.phase=0,0.3", "--json")
+    warnings = json.loads(run(*both))["warnings"]
+    assert warnings == ["gear.1.hub_radius_mm does not change the response"]
+
+
 def test_torque_is_an_axis():
     axis = ("--over", "torque_Nm=50,100", "--at", 1700)
     text = run(*BASE[:-2], *axis, "--json")

@@ -78,6 +78,7 @@ def test_finite_elements():
         (["--speed", "0"], "--speed = 0; must be above 0"),
         (["--speed", "nan"], "--speed = nan"),
         (["--speed", "900", "--from-speed", "-1"], "--from-speed = -1"),
+        (["--speed", "900", "--from-speed", "900"], "must differ from --speed"),
         (["--speed", "900", "--torque", "-1"], "--torque = -1"),
         (["--speed", "900", "--model", "0"], "--model = 0"),
         (["--speed", "900", "--plot", "missing/w.png"], "missing/w.png"),
