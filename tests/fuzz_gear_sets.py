@@ -1,11 +1,15 @@
 """Random gear sets and option lists: no traceback, no hang, no wrong exit code.
 
+All degrees of freedom take minutes by their nature: such a case is interrupted after a
+while, as a user would, and must then end by itself.
+
 As a script: `PYTHONPATH=. python tests/fuzz_gear_sets.py 3000 --seed 1`; it prints what
 failed with the words and the file that did it. Tests run a few of the same cases.
 """
 
 from __future__ import annotations
 
+import _thread
 import argparse
 import contextlib
 import faulthandler
@@ -17,6 +21,7 @@ import random
 import shlex
 import sys
 import tempfile
+import threading
 import time
 import unicodedata
 from collections import Counter
@@ -32,7 +37,9 @@ from fegear.gearset.problems import known_keys
 from fegear.printable import HARMFUL
 
 HANG = 120.0  # s of a case, on a busy machine
+PATIENCE = 20.0  # s, with the full degrees of freedom
 ALLOWED = {0, 1, 2}
+INTERRUPTED = 130
 FAILED = ("diverged at", "contact not solved")  # what code 1 may say here
 NASTY = [0, -1, 1e-300, 5e-324, 1e300, math.nan, math.inf, -math.inf, 10**30, 2.5]
 WRONG = ["text", "", True, [], [1, "a"], {"a": 1}, "\x1b[31m", "\u202e", "a\nb", "$x$"]
@@ -314,6 +321,18 @@ def cases(count: int, seed: int) -> Iterator[Case]:
         yield Case(command(r, options), text(r, tables), text(r, comparison))
 
 
+@contextlib.contextmanager
+def patience(words: list[str]) -> Iterator[None]:
+    """Ctrl-C after a while where all degrees of freedom may be asked for."""
+    timer = threading.Timer(PATIENCE, _thread.interrupt_main)
+    if "full" in words:
+        timer.start()
+    try:
+        yield
+    finally:
+        timer.cancel()
+
+
 def complaint(code: int, out: str, err: str) -> str | None:
     """What is wrong with the end of a command, if anything."""
     lines = err.splitlines()
@@ -345,11 +364,17 @@ def tried(case: Case, folder: Path) -> tuple[int, str | None, str]:
     os.chdir(folder)
     faulthandler.dump_traceback_later(HANG, exit=True)
     try:
-        with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+        with (
+            contextlib.redirect_stdout(out),
+            contextlib.redirect_stderr(err),
+            patience(case.words),
+        ):
             code = run(case.words)
     finally:
         faulthandler.cancel_dump_traceback_later()
         os.chdir(before)
+    if code == INTERRUPTED and "full" in case.words:
+        return code, None, err.getvalue()
     return code, complaint(code, out.getvalue(), err.getvalue()), err.getvalue()
 
 
