@@ -19,6 +19,7 @@ import math
 import os
 import random
 import shlex
+import signal
 import sys
 import tempfile
 import threading
@@ -384,6 +385,8 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--only", type=int, help="number of the one case to run")
     given = parser.parse_args()
+    # a shell starts what runs in the background with Ctrl-C switched off
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     codes: Counter[tuple[str, int]] = Counter()
     slowest, failed = (0.0, ""), 0
     for number, case in enumerate(cases(given.count, given.seed)):

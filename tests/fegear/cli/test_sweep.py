@@ -56,6 +56,16 @@ def test_rows_come_by_torque_direction_speed_and_mesh(tmp_path):
     assert {row.period_multiple for row in rows} == {1}
 
 
+def test_one_speed_shows_amplitude_and_force():
+    words = (*FAST, "--speeds", "2000", "--direction", "up")
+    (branch,) = strict(run(*words, "--json"))["branches"]
+    printed = run(*words)
+    assert len(branch["largest"]) == 2
+    for mesh in branch["largest"]:
+        assert f"{1e6 * mesh['dte_rms_m']:.3f}" in printed
+        assert f"{mesh['force_peak_N']:.0f}" in printed
+
+
 def test_output_is_deterministic(tmp_path):
     files = [tmp_path / name for name in ("a.csv", "b.csv", "a.png", "b.png")]
     for table, plot in (files[::2], files[1::2]):
