@@ -341,7 +341,8 @@ def complaint(code: int, out: str, err: str) -> str | None:
         return f"exit code {code}"
     if "--debug for a traceback" in err or "Traceback" in err + out:
         return "a raw error"
-    if code == 1 and not any(why in err for why in FAILED) and "Outside" not in out:
+    outside = "Outside" in out or '"within": false' in out
+    if code == 1 and not any(why in err for why in FAILED) and not outside:
         return "exit code 1 without a reason"
     if code == 2 and len(lines) != 1:
         return f"{len(lines)} lines for wrong input"

@@ -36,7 +36,7 @@ Signed = Annotated[float, Field(ge=-1e5, le=1e5)]
 Stiffness = Annotated[float, Field(ge=1e-3, le=1e15)]  # N/m or N m/rad
 Inertia = Annotated[float, Field(ge=1e-15, le=1e9)]  # kg m2
 Mass = Annotated[float, Field(ge=1e-12, le=1e9)]  # kg
-Length = Annotated[float, Field(gt=0.0, le=1e5)]  # mm, far beyond any gear
+Length = Annotated[float, Field(ge=1e-3, le=1e5)]  # mm, far beyond any gear
 Height = Annotated[float, Field(ge=-1e5, le=1e5)]
 Teeth = Annotated[int, Field(ge=5, le=10000)]
 Module = Annotated[float, Field(ge=0.01, le=1000.0)]

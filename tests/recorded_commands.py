@@ -1,0 +1,396 @@
+"""What every command writes, recorded before a change and compared after it.
+
+    python tests/recorded_commands.py record BEFORE
+    python tests/recorded_commands.py record AFTER --only 12,13
+    python tests/recorded_commands.py compare BEFORE AFTER
+
+A folder for each command holds its files, screen and exit code. Numbers agree within
+1e-10 of the largest of their column or key, words and pictures to the letter and
+pixel; run times, memory and what names the sources of a run are left out.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import json
+import math
+import os
+import re
+import shlex
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+AGREEMENT = 1e-10
+# run time, memory, and digests of the sources: of this run, not of its answer
+OWN = re.compile(
+    r"(wall[_ ]time|_time_s$|march_s|solving|solve_s|peak_memory|memory|cost|elapsed"
+    r"|version|made_with|sources|sha256|digest|timed)"
+)
+OWN_LINES = re.compile(
+    r"wall time|^time:|peak memory|memory|compiling|took| s per | s a speed|fegear 0"
+)
+NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
+
+PAIR = """name = "own"
+[defaults]
+module_mm = 2.0
+face_width_mm = 12.0
+hub_radius_mm = 8.0
+[[gear]]
+name = "driver"
+teeth = 23
+profile_shift = 0.1
+bearing_kx_N_per_m = 2e8
+bearing_ky_N_per_m = 1e8
+[[gear]]
+name = "wheel"
+teeth = 31
+{errors}
+[[mesh]]
+driver = "driver"
+driven = "wheel"
+operating_pressure_angle_deg = 21.0
+backlash_um = 60.0
+[mesh.tip_relief]
+magnitude_um = 8.0
+length_pitches = 0.3
+shape = "parabolic"
+[load]
+gear = "driver"
+torques_Nm = [40.0]
+"""
+ERRORS = "pitch_errors_um = [" + ", ".join(["3.0", "0.0"] * 15 + ["-2.0"]) + "]"
+CASE = """name = "own-case"
+title = "Own case"
+gear_set = "liu-pair"
+torques_Nm = [100.0]
+speeds_Hz = "1400:3000:200"
+fidelity = "reduced"
+[[model]]
+number = 1
+excitation = "fe"
+[[model]]
+number = 2
+excitation = "fe"
+[[metric]]
+name = "rms_distance"
+allowed = 0.2
+reason = "for a comparison of two states of the program"
+"""
+FAST = "--excitation rectangular"
+SPEEDS = "--speeds 1200:2000:100"
+COMMANDS = f"""
+sets --json
+show liu-idler --plot idler.png
+show liu-countershaft --json
+show own.toml
+mesh liu-pair --gear 2 -o wheel.vtu
+mesh own.toml --whole -o whole.vtu --resolution coarse
+stiffness
+stiffness liu-idler --mesh 2 -o t.csv --plot t.png
+stiffness own.toml --friction 0.1 --positions 24 -o t.csv --json
+stiffness liu-pair --torque 60 --plane strain --resolution fine -o t.csv --json
+stiffness liu-countershaft --mesh 2 --no-corner-contact -o t.csv
+compare liu-pair --json
+compare own.toml
+identify liu-pair -o v.csv --plot v.png --json
+modes liu-idler --translations --json
+modes own.toml --translations
+modes liu-countershaft --stiffness fe
+sweep liu-idler --torque 100 {SPEEDS} -o s.csv --plot s.png
+sweep liu-idler {FAST} --torque 100 --speeds 2500:3300:100 --json -o s.csv
+sweep liu-countershaft {SPEEDS} --model 2 --direction up -o s.csv
+sweep own.toml {SPEEDS} --model 3 --translations -o s.csv --json
+sweep own.toml --speeds 3000,3500 --method dopri5 --tolerance 1e-6 -o s.csv
+sweep errors.toml --speeds 2000,2600 -o s.csv
+sweep liu-idler-small-hubs --excitation fourier --harmonics 5 {SPEEDS} -o s.csv
+sweep liu-pair --excitation trapezoid --ramp 0.1 --rpm 3000:5000:500 -o s.csv
+sweep liu-pair --torque 60 --table ../09/t.csv --speeds 2000,2500 -o s.csv
+wave liu-idler {FAST} --speed 1440 --from-speed 1800 -o w.csv --plot w.png --json
+wave liu-pair --speed 2900 -o w.csv
+map liu-idler {FAST} --over mesh.2.phase=0:1:6 --at 1605 -o m.csv --plot m.png
+map liu-pair {FAST} --over torque_Nm=50,100 --over damping_ratio=0.02:0.06:3 --band 2600:3200:100 --json -o m.csv
+dynamics liu-idler --torque 100 {SPEEDS} --model-1 -o d.csv --plot d.png
+dynamics liu-pair --torque 100 --speeds 2700,2900 --friction 0.05 --history h --root-stress idler -o d.csv
+dynamics own.toml --translations --fidelity quasistatic --speeds 2000,4000 -o d.csv --json
+dynamics own.toml --translations --fidelity reduced --speeds 3000 --history h
+dynamics errors.toml --fidelity reduced --speeds 2600 -o d.csv
+dynamics liu-pair --fidelity full --resolution coarse --damping 0.1 --torque 100 --speeds 3000 --steps 32 --tolerance 1e-2 --direction up --history h -o d.csv
+dynamics liu-countershaft --speeds 1000,1500 --direction down -o d.csv
+render liu-pair --position 0.9 -o contact.png
+render liu-idler --mesh 2 --field principal --zoom tooth -o contact.html
+render own.toml -o contact.vtu
+render liu-pair --frames 4 --width 480 -o cycle.gif
+render liu-pair --time-history ../31/h/100Nm_up_2700Hz.csv --frames 3 --width 480 -o m.gif
+validate own-case.toml -o report
+validate own-case.toml --fidelity quasistatic -o report --json
+bench --help
+dynamics --help
+sweep own.toml --speeds 0
+stiffness own.toml --set gear.1.teeth=4
+""".strip().splitlines()
+RESUMED = ("dynamics liu-pair --speeds 1000:2000:20 --torque 100 -o d.csv", "--resume")
+
+
+def record(folder: Path, only: set[int], workers: int) -> None:
+    """Run the commands, each in a folder of its own named after its number."""
+    chosen = [n for n in range(len(COMMANDS) + 1) if not only or n in only]
+    with ThreadPoolExecutor(workers) as pool:
+        list(pool.map(lambda number: _record(folder, number), chosen))
+
+
+def _record(folder: Path, number: int) -> None:
+    place = folder / f"{number:02d}"
+    shutil.rmtree(place, ignore_errors=True)
+    place.mkdir(parents=True)
+    for name, errors in (("own", ""), ("errors", ERRORS)):
+        (place / f"{name}.toml").write_text(PAIR.format(errors=errors))
+    (place / "own-case.toml").write_text(CASE)
+    begin = time.perf_counter()
+    words = COMMANDS[number] if number < len(COMMANDS) else RESUMED[0]
+    if number == len(COMMANDS):
+        _killed(place, words)
+        words = " ".join(RESUMED)
+    done = _run(words, place)
+    for name in ("own.toml", "errors.toml", "own-case.toml"):
+        (place / name).unlink()
+    (place / "command.txt").write_text(f"fegear {words}\n")
+    (place / "screen.txt").write_text(done.stdout)
+    (place / "errors.txt").write_text(done.stderr)
+    (place / "code.txt").write_text(f"{done.returncode}\n")
+    seconds = time.perf_counter() - begin
+    sys.stderr.write(
+        f"{number:02d} {seconds:6.1f} s, code {done.returncode}: {words}\n"
+    )
+
+
+def _command(words: str) -> list[str]:
+    main = "from fegear.cli import main; main()"
+    return [sys.executable, "-c", main, *shlex.split(words)]
+
+
+def _environment() -> dict[str, str]:
+    return os.environ | {"OPENBLAS_NUM_THREADS": "1", "COLUMNS": "100"}
+
+
+def _run(words: str, place: Path) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        _command(words),
+        cwd=place,
+        env=_environment(),
+        stdin=subprocess.DEVNULL,
+        capture_output=True,
+        text=True,
+    )
+
+
+def _killed(place: Path, words: str) -> None:
+    """The same run, killed after its first few speeds."""
+    process = subprocess.Popen(
+        _command(words), cwd=place, env=_environment(), stdout=subprocess.DEVNULL
+    )
+    while process.poll() is None and len(list(place.glob("d.csv.*/*.json"))) < 8:
+        time.sleep(0.01)
+    process.send_signal(signal.SIGKILL)
+    process.wait()
+
+
+def compare(before: Path, after: Path) -> list[str]:
+    """A line for each file that differs, and by how much."""
+    found = []
+    for place in sorted(after.iterdir()):
+        names = {
+            path.relative_to(folder)
+            for folder in (before / place.name, place)
+            for path in folder.rglob("*")
+            if path.is_file()
+        }
+        command = (place / "command.txt").read_text().strip()
+        for name in sorted(names):
+            one, other = before / place.name / name, place / name
+            if not one.exists() or not other.exists():
+                missing = before if not one.exists() else after
+                found.append(f"{place.name}/{name}: not in {missing}; {command}")
+            elif difference := _difference(one, other):
+                found.append(f"{place.name}/{name}: {difference}; {command}")
+    return found
+
+
+def _difference(one: Path, other: Path) -> str:
+    if one.read_bytes() == other.read_bytes():
+        return ""
+    kind: Callable[[Path, Path], str] = {
+        ".csv": _of_tables,
+        ".json": _of_json,
+        ".png": _of_pictures,
+        ".gif": _of_pictures,
+        ".vtu": _of_fields,
+    }.get(one.suffix, _of_texts)
+    if one.name == "screen.txt" and one.read_text().startswith("{"):
+        kind = _of_json
+    return kind(one, other)
+
+
+def _of_tables(one: Path, other: Path) -> str:
+    (comments, head, columns), (comments2, head2, columns2) = map(_table, (one, other))
+    if head != head2:
+        return f"columns {head} and {head2}"
+    if wrong := _of_lines(comments, comments2):
+        return wrong
+    return _farthest(dict(zip(head, zip(columns, columns2, strict=True), strict=True)))
+
+
+def _table(path: Path) -> tuple[list[str], list[str], list[list[str]]]:
+    lines = path.read_text(encoding="utf-8").splitlines()
+    comments = [line for line in lines if line.startswith("#")]
+    head, *rows = csv.reader([line for line in lines if not line.startswith("#")])
+    return comments, head, [list(column) for column in zip(*rows, strict=True)]
+
+
+def _farthest(columns: dict[str, tuple[list[Any], list[Any]]]) -> str:
+    """The column that differs most, relative to its largest value."""
+    worst = (0.0, "")
+    for name, (values, others) in columns.items():
+        if OWN.search(name):
+            continue
+        if len(values) != len(others):
+            return f"{name}: {len(values)} and {len(others)} values"
+        pairs = [
+            (_as_number(a), _as_number(b))
+            for a, b in zip(values, others, strict=True)
+            if a != b
+        ]
+        if any(math.isnan(a) != math.isnan(b) for a, b in pairs):
+            return f"{name}: words or empty cells differ"
+        scale = max((abs(_as_number(a)) for a in values if _is_number(a)), default=0.0)
+        for a, b in pairs:
+            if not math.isnan(a):
+                worst = max(worst, (abs(a - b) / (scale or 1.0), name))
+            else:
+                return f"{name}: words differ"
+    return f"{worst[1]} by {worst[0]:.1e}" if worst[0] > AGREEMENT else ""
+
+
+def _is_number(value: Any) -> bool:
+    return not math.isnan(_as_number(value))
+
+
+def _as_number(value: Any) -> float:
+    try:
+        return float(value)
+    except (TypeError, ValueError):
+        return math.nan
+
+
+def _of_json(one: Path, other: Path) -> str:
+    leaves: dict[str, tuple[list[Any], list[Any]]] = {}
+    for place, path in enumerate((one, other)):
+        for name, value in _leaves("", json.loads(path.read_text(encoding="utf-8"))):
+            leaves.setdefault(name, ([], []))[place].append(value)
+    return _farthest(leaves)
+
+
+def _leaves(name: str, value: Any) -> Iterator[tuple[str, Any]]:
+    if isinstance(value, dict):
+        for key, inner in value.items():
+            yield from _leaves(f"{name}.{key}", inner)
+    elif isinstance(value, list):
+        for inner in value:
+            yield from _leaves(name, inner)
+    else:
+        yield name, value
+
+
+def _of_texts(one: Path, other: Path) -> str:
+    return _of_lines(
+        *(p.read_text(encoding="utf-8").splitlines() for p in (one, other))
+    )
+
+
+def _of_lines(one: list[str], other: list[str]) -> str:
+    kept = [[line for line in t if not OWN_LINES.search(line)] for t in (one, other)]
+    if len(kept[0]) != len(kept[1]):
+        return f"{len(kept[0])} and {len(kept[1])} lines"
+    for a, b in zip(*kept, strict=True):
+        if a != b and not _same_words(a, b):
+            return f"{a[:80]!r} and {b[:80]!r}"
+    return ""
+
+
+def _same_words(a: str, b: str) -> bool:
+    if OWN.search(a):
+        return NUMBER.sub("0", a) == NUMBER.sub("0", b) or "sha256" in a
+    one, other = ([float(x) for x in NUMBER.findall(line)] for line in (a, b))
+    return NUMBER.sub("", a) == NUMBER.sub("", b) and np.allclose(
+        one, other, rtol=AGREEMENT, atol=0.0
+    )
+
+
+def _of_pictures(one: Path, other: Path) -> str:
+    from PIL import Image
+
+    with Image.open(one) as a, Image.open(other) as b:
+        frames = getattr(a, "n_frames", 1), getattr(b, "n_frames", 1)
+        if a.size != b.size or frames[0] != frames[1]:
+            return f"{a.size} x {frames[0]} and {b.size} x {frames[1]} pixels"
+        worst = 0
+        for frame in range(frames[0]):
+            a.seek(frame), b.seek(frame)
+            apart = np.array(a.convert("RGB"), int) - np.array(b.convert("RGB"), int)
+            worst = max(worst, int(np.abs(apart).max()))
+    return f"pixels by {worst} of 255" if worst else ""
+
+
+def _of_fields(one: Path, other: Path) -> str:
+    import meshio
+
+    a, b = meshio.read(one), meshio.read(other)
+    pairs = {"points": (a.points, b.points)}
+    for kind in ("point_data", "cell_data", "field_data"):
+        fields, others = getattr(a, kind), getattr(b, kind)
+        if fields.keys() != others.keys():
+            return f"{kind} {sorted(fields)} and {sorted(others)}"
+        pairs |= {name: (fields[name], others[name]) for name in fields}
+    pairs |= {"cells": tuple([c.data for c in mesh.cells] for mesh in (a, b))}  # type: ignore[dict-item]
+    for name, (x, y) in pairs.items():
+        flat, flat2 = (np.concatenate([np.ravel(part) for part in v]) for v in (x, y))
+        if flat.size != flat2.size:
+            return f"{name}: {flat.size} and {flat2.size} values"
+        apart = np.nanmax(np.abs(flat - flat2)) / (np.nanmax(np.abs(flat)) or 1.0)
+        if not apart <= AGREEMENT:
+            return f"{name} by {apart:.1e}"
+    return ""
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    verbs = parser.add_subparsers(dest="verb", required=True)
+    recorder = verbs.add_parser("record")
+    recorder.add_argument("folder", type=Path)
+    recorder.add_argument("--only", default="", help="numbers with commas")
+    recorder.add_argument("--workers", type=int, default=1)
+    comparer = verbs.add_parser("compare")
+    comparer.add_argument("before", type=Path)
+    comparer.add_argument("after", type=Path)
+    given = parser.parse_args()
+    if given.verb == "record":
+        only = {int(word) for word in given.only.split(",") if word}
+        record(given.folder.absolute(), only, given.workers)
+        return
+    lines = compare(given.before, given.after)
+    sys.stdout.write("".join(f"{line}\n" for line in lines) or "all agree\n")
+    sys.exit(bool(lines))
+
+
+if __name__ == "__main__":
+    main()
