@@ -87,58 +87,7 @@ name = "rms_distance"
 allowed = 0.2
 reason = "for a comparison of two states of the program"
 """
-FAST = "--excitation rectangular"
-SPEEDS = "--speeds 1200:2000:100"
-COMMANDS = f"""
-sets --json
-show liu-idler --plot idler.png
-show liu-countershaft --json
-show own.toml
-mesh liu-pair --gear 2 -o wheel.vtu
-mesh own.toml --whole -o whole.vtu --resolution coarse
-stiffness
-stiffness liu-idler --mesh 2 -o t.csv --plot t.png
-stiffness own.toml --friction 0.1 --positions 24 -o t.csv --json
-stiffness liu-pair --torque 60 --plane strain --resolution fine -o t.csv --json
-stiffness liu-countershaft --mesh 2 --no-corner-contact -o t.csv
-compare liu-pair --json
-compare own.toml
-identify liu-pair -o v.csv --plot v.png --json
-modes liu-idler --translations --json
-modes own.toml --translations
-modes liu-countershaft --stiffness fe
-sweep liu-idler --torque 100 {SPEEDS} -o s.csv --plot s.png
-sweep liu-idler {FAST} --torque 100 --speeds 2500:3300:100 --json -o s.csv
-sweep liu-countershaft {SPEEDS} --model 2 --direction up -o s.csv
-sweep own.toml {SPEEDS} --model 3 --translations -o s.csv --json
-sweep own.toml --speeds 3000,3500 --method dopri5 --tolerance 1e-6 -o s.csv
-sweep errors.toml --speeds 2000,2600 -o s.csv
-sweep liu-idler-small-hubs --excitation fourier --harmonics 5 {SPEEDS} -o s.csv
-sweep liu-pair --excitation trapezoid --ramp 0.1 --rpm 3000:5000:500 -o s.csv
-sweep liu-pair --torque 60 --table ../09/t.csv --speeds 2000,2500 -o s.csv
-wave liu-idler {FAST} --speed 1440 --from-speed 1800 -o w.csv --plot w.png --json
-wave liu-pair --speed 2900 -o w.csv
-map liu-idler {FAST} --over mesh.2.phase=0:1:6 --at 1605 -o m.csv --plot m.png
-map liu-pair {FAST} --over torque_Nm=50,100 --over damping_ratio=0.02:0.06:3 --band 2600:3200:100 --json -o m.csv
-dynamics liu-idler --torque 100 {SPEEDS} --model-1 -o d.csv --plot d.png
-dynamics liu-pair --torque 100 --speeds 2700,2900 --friction 0.05 --history h --root-stress idler -o d.csv
-dynamics own.toml --translations --fidelity quasistatic --speeds 2000,4000 -o d.csv --json
-dynamics own.toml --translations --fidelity reduced --speeds 3000 --history h
-dynamics errors.toml --fidelity reduced --speeds 2600 -o d.csv
-dynamics liu-pair --fidelity full --resolution coarse --damping 0.1 --torque 100 --speeds 3000 --steps 32 --tolerance 1e-2 --direction up --history h -o d.csv
-dynamics liu-countershaft --speeds 1000,1500 --direction down -o d.csv
-render liu-pair --position 0.9 -o contact.png
-render liu-idler --mesh 2 --field principal --zoom tooth -o contact.html
-render own.toml -o contact.vtu
-render liu-pair --frames 4 --width 480 -o cycle.gif
-render liu-pair --time-history ../31/h/100Nm_up_2700Hz.csv --frames 3 --width 480 -o m.gif
-validate own-case.toml -o report
-validate own-case.toml --fidelity quasistatic -o report --json
-bench --help
-dynamics --help
-sweep own.toml --speeds 0
-stiffness own.toml --set gear.1.teeth=4
-""".strip().splitlines()
+COMMANDS = Path(__file__).with_suffix(".txt").read_text().splitlines()
 RESUMED = ("dynamics liu-pair --speeds 1000:2000:20 --torque 100 -o d.csv", "--resume")
 
 
