@@ -34,10 +34,13 @@ AGREEMENT = 1e-10
 # run time, memory, and digests of the sources: of this run, not of its answer
 OWN = re.compile(
     r"(wall[_ ]time|_time_s$|march_s|solving|solve_s|peak_memory|memory|cost|elapsed"
-    r"|version|made_with|sources|sha256|digest|timed)"
+    r"|version|made_with|sources|sha256|digest|timed|prepare_s|per_speed|seconds|about)"
 )
+OWN_FILES = re.compile(r"figures/cost\.|report/(index\.html|report\.md)$")
+DIGEST = re.compile(r"-[0-9a-f]{16}\b")
 OWN_LINES = re.compile(
-    r"wall time|^time:|peak memory|memory|compiling|took| s per | s a speed|fegear 0"
+    r"wall time|^time:|own-case  model|memory|compiling|took| s per | s a speed"
+    r"|fegear 0"
 )
 NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
 
@@ -158,21 +161,25 @@ def compare(before: Path, after: Path) -> list[str]:
     """A line for each file that differs, and by how much."""
     found = []
     for place in sorted(after.iterdir()):
-        names = {
-            path.relative_to(folder)
-            for folder in (before / place.name, place)
-            for path in folder.rglob("*")
-            if path.is_file()
-        }
+        ones, others = _files(before / place.name), _files(place)
         command = (place / "command.txt").read_text().strip()
-        for name in sorted(names):
-            one, other = before / place.name / name, place / name
-            if not one.exists() or not other.exists():
-                missing = before if not one.exists() else after
+        for name in sorted(ones.keys() | others.keys()):
+            if name not in ones or name not in others:
+                missing = before if name not in ones else after
                 found.append(f"{place.name}/{name}: not in {missing}; {command}")
-            elif difference := _difference(one, other):
+            elif difference := _difference(ones[name], others[name]):
                 found.append(f"{place.name}/{name}: {difference}; {command}")
     return found
+
+
+def _files(folder: Path) -> dict[str, Path]:
+    """Paths by their names in the folder, without digests of the sources."""
+    names = {
+        DIGEST.sub("", path.relative_to(folder).as_posix()): path
+        for path in folder.rglob("*")
+        if path.is_file()
+    }
+    return {name: path for name, path in names.items() if not OWN_FILES.search(name)}
 
 
 def _difference(one: Path, other: Path) -> str:
@@ -217,7 +224,7 @@ def _farthest(columns: dict[str, tuple[list[Any], list[Any]]]) -> str:
         pairs = [
             (_as_number(a), _as_number(b))
             for a, b in zip(values, others, strict=True)
-            if a != b
+            if a != b and _plain(a) != _plain(b)
         ]
         if any(math.isnan(a) != math.isnan(b) for a, b in pairs):
             return f"{name}: words or empty cells differ"
@@ -228,6 +235,10 @@ def _farthest(columns: dict[str, tuple[list[Any], list[Any]]]) -> str:
             else:
                 return f"{name}: words differ"
     return f"{worst[1]} by {worst[0]:.1e}" if worst[0] > AGREEMENT else ""
+
+
+def _plain(value: Any) -> Any:
+    return DIGEST.sub("", value) if isinstance(value, str) else value
 
 
 def _is_number(value: Any) -> bool:
@@ -267,7 +278,10 @@ def _of_texts(one: Path, other: Path) -> str:
 
 
 def _of_lines(one: list[str], other: list[str]) -> str:
-    kept = [[line for line in t if not OWN_LINES.search(line)] for t in (one, other)]
+    kept = [
+        [DIGEST.sub("", line) for line in lines if not OWN_LINES.search(line)]
+        for lines in (one, other)
+    ]
     if len(kept[0]) != len(kept[1]):
         return f"{len(kept[0])} and {len(kept[1])} lines"
     for a, b in zip(*kept, strict=True):
