@@ -35,6 +35,7 @@ WIDTH_FACTORS = 0.25, 4.0  # smallest and largest
 RADII = 12  # hub radii at which a gear's compliance is computed; between them it
 # is interpolated, which is 1e-3 of it off at most
 ALIKE = 1.0  # spread of ln(hub / root radius), far wider than that of any figure
+CONVERGED = 1e-12  # relative; more than is shown, so that results repeat
 STEP = 1e-3  # of the logarithms, for derivatives
 FLAT = 1.0  # misfit above the smallest one up to which a set is equally good
 VALLEY_POINTS = 25
@@ -314,6 +315,8 @@ class _Fit:
             np.clip(x[free], low + inside, high - inside),
             bounds=(low, high),
             diff_step=[STEP],
+            xtol=CONVERGED,
+            ftol=CONVERGED,
         ).x
         return x
 

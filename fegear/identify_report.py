@@ -66,7 +66,7 @@ def doubts_of_fit(
 
 
 def candidate_values(gear_set: GearSet, candidate: Candidate) -> dict[str, float]:
-    """One set by column name."""
+    """One set by column name, to the digits that a search finds again."""
     values = {}
     for gear, hub in zip(gear_set.gears, candidate.hub_radius, strict=True):
         width = 1e3 * candidate.width_factor * gear.face_width
@@ -77,7 +77,8 @@ def candidate_values(gear_set: GearSet, candidate: Candidate) -> dict[str, float
     ):
         values[f"mesh{m}_mean_stiffness_N_per_m"] = float(mean)
         values[f"mesh{m}_stiffness_variation"] = float(variation)
-    return values | {"misfit": candidate.misfit}
+    rounded = {name: float(f"{value:.5g}") for name, value in values.items()}
+    return rounded | {"misfit": round(candidate.misfit, 4)}
 
 
 def valley_csv(values: dict[str, Any]) -> str:
