@@ -11,7 +11,7 @@ import math
 import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,13 +20,23 @@ from fegear.dynamics.build import FiniteElements, prepare
 from fegear.dynamics.respond import DynamicSettings, Stepper
 from fegear.excitation import Excitations
 from fegear.gearset.model import GearSet
+from fegear.memory import memory_level
 from lumped.system import LumpedSystem
+from validation.bench import (
+    POINTS,
+    Benchmark,
+    Report,
+    collect,
+    draw_study,
+    plain,
+    study_figure,
+)
+from validation.bench_lumped import leading_frequency
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 Array = NDArray[np.float64]
-Report = Callable[[str, int, int], None]
 PERIODS = 8  # of the first mesh, that every run passes
 SPEEDS = (0.5, 0.9, 1.5)  # over the leading natural frequency
 STEPS = (32, 64, 128, 256, 512)
@@ -37,6 +47,11 @@ FINEST_MESH = 0.7
 COMMON = 128  # steps of a period in all studies but that of the steps
 REPEATS = 3
 ROWS = (2, 4, 8)  # of gears
+STUDIES = {  # by name: what is drawn, a marker, and the unit of the setting
+    "steps": ("reduced: steps per period", "o", 1.0),
+    "modes": ("reduced: cut-off [kHz], 0 is quasistatic", "s", 1e3),
+    "mesh": ("full: refinement of the mesh", "D", 1.0),
+}
 
 
 @dataclass(frozen=True)
@@ -70,10 +85,7 @@ class Bench:
     @property
     def speeds(self) -> list[float]:
         """Frequencies of the first mesh [Hz]."""
-        modes = self.reference.modes
-        energy = modes.mesh_energy.sum(axis=0)
-        leading = float(modes.frequency_Hz[np.flatnonzero(energy > 0.5)[0]])
-        return [part * leading for part in SPEEDS]
+        return [part * leading_frequency(self.reference) for part in SPEEDS]
 
     def stepper(self, elements: FiniteElements) -> tuple[Stepper, int, float]:
         """A stepper, its elastic freedoms, and the seconds that it took."""
@@ -90,45 +102,76 @@ class Bench:
         return prepared.stepper, sum(prepared.elastic), time.perf_counter() - start
 
 
-def run_benchmark(
-    bench: Bench, report: Report = lambda what, done, total: None
-) -> Iterator[Point]:
-    """Points one by one, so that those finished are kept."""
-    total = len(STEPS) + len(CUTOFFS) + 1 + len(MESHES) + 1
-    done = 0
+def measure(
+    gear_set: GearSet,
+    torque: float,
+    bench_of: Callable[[GearSet], Bench],
+    report: Report,
+) -> Benchmark:
+    """At a torque on the input gear [N m]; bench_of : of this and longer sets."""
+    level = memory_level()
+    report("stiffness", 0, 1)
+    bench = bench_of(gear_set)
+    rows, interrupted = collect(_measured(bench, bench_of, report), POINTS, "growth")
+    points = rows[POINTS]
+    title = f"Finite-element dynamics of {gear_set.name}, {torque:g} N m"
+    findings = []
+    if sum(p.study == "steps" for p in points) > 1:
+        findings.append(f"observed order over the steps: {observed_order(points):.2f}")
+    if math.isfinite(peak := level.peak_MB):
+        findings.append(f"largest memory: {peak:.0f} MB")
+    return Benchmark(
+        name="dynamics",
+        title=title,
+        about="Finite-element dynamics from rest over steps, elastic modes and mesh, "
+        "against finer steps or all freedoms on a finer mesh.",
+        tables=plain(rows),
+        draw=lambda: draw_points(points, title),
+        facts={"peak_memory_MB": peak},
+        findings=findings,
+        interrupted=interrupted,
+    )
 
-    def tell(what: str) -> None:
-        nonlocal done
-        report(what, done, total)
-        done += 1
 
-    tell("steps")
-    fine, freedoms, seconds = bench.stepper(FiniteElements(fidelity="reduced"))
-    expected = [run(fine, f, FINEST_STEPS)[0] for f in bench.speeds]
-    for steps in STEPS:
-        yield _point("steps", steps, freedoms, seconds, bench, fine, steps, expected)
-        tell("steps")
-    tell("whole gears")
-    elements = FiniteElements(fidelity="full", mesh=FINEST_MESH)
-    whole, freedoms, seconds = bench.stepper(elements)
-    found = [run(whole, f, COMMON) for f in bench.speeds]
-    expected = [waveform for waveform, _ in found]
-    slowest = max(us for _, us in found)
-    yield Point("mesh", FINEST_MESH, freedoms, seconds, slowest, math.nan, math.nan)
-    for mesh in MESHES:
-        tell(f"mesh {mesh:g}")
-        elements = FiniteElements(fidelity="full", mesh=mesh)
+def _measured(
+    bench: Bench, bench_of: Callable[[GearSet], Bench], report: Report
+) -> Iterator[tuple[str, Any]]:
+    """Rows one by one, so that those finished are kept."""
+    yield from ((POINTS, point) for point in measure_points(bench, report))
+    report("growth", 0, 1)
+    for gears in ROWS:
+        yield "growth", growth(bench_of(row_of_gears(bench.gear_set, gears)))
+
+
+def measure_points(bench: Bench, report: Report) -> Iterator[Point]:
+    """Over the steps against finer ones; all else against whole gears."""
+    others = list(_elements())
+    total = len(STEPS) + len(others) + 2
+    report("steps", 0, total)
+    reduced = bench.stepper(FiniteElements(fidelity="reduced"))
+    expected = [run(reduced[0], f, FINEST_STEPS)[0] for f in bench.speeds]
+    for done, steps in enumerate(STEPS, start=1):
+        yield _point(bench, ("steps", steps), reduced, steps, expected)
+        report("steps", done, total)
+    report("whole gears", len(STEPS), total)
+    whole = bench.stepper(FiniteElements(fidelity="full", mesh=FINEST_MESH))
+    found = [run(whole[0], f, COMMON) for f in bench.speeds]
+    expected = [deflection for deflection, _ in found]
+    slowest, unknown = max(us for _, us in found), (math.nan, math.nan)
+    yield Point("mesh", FINEST_MESH, whole[1], whole[2], slowest, *unknown)
+    for done, (study, setting, elements) in enumerate(others, start=len(STEPS) + 1):
+        report(f"{study} {setting:g}", done, total)
         made = bench.stepper(elements)
-        yield _point("mesh", mesh, made[1], made[2], bench, made[0], COMMON, expected)
-    tell("quasistatic")
-    made = bench.stepper(FiniteElements(fidelity="quasistatic"))
-    yield _point("modes", 0.0, made[1], made[2], bench, made[0], COMMON, expected)
+        yield _point(bench, (study, setting), made, COMMON, expected)
+
+
+def _elements() -> Iterator[tuple[str, float, FiniteElements]]:
+    """Finite elements by study and setting."""
+    for mesh in MESHES:
+        yield "mesh", mesh, FiniteElements(fidelity="full", mesh=mesh)
+    yield "modes", 0.0, FiniteElements(fidelity="quasistatic")
     for cutoff in CUTOFFS:
-        tell(f"modes below {cutoff / 1e3:g} kHz")
-        made = bench.stepper(FiniteElements(fidelity="reduced", cutoff_Hz=cutoff))
-        yield _point(
-            "modes", cutoff, made[1], made[2], bench, made[0], COMMON, expected
-        )
+        yield "modes", cutoff, FiniteElements(fidelity="reduced", cutoff_Hz=cutoff)
 
 
 def run(stepper: Stepper, frequency: float, steps: int) -> tuple[Array, float]:
@@ -147,29 +190,24 @@ def run(stepper: Stepper, frequency: float, steps: int) -> tuple[Array, float]:
 
 
 def _point(
-    study: str,
-    setting: float,
-    freedoms: int,
-    prepare_s: float,
     bench: Bench,
-    stepper: Stepper,
+    study: tuple[str, float],
+    made: tuple[Stepper, int, float],
     steps: int,
     expected: Sequence[Array],
 ) -> Point:
-    errors, slowest = [], 0.0
-    for frequency, reference in zip(bench.speeds, expected, strict=True):
-        found, us = run(stepper, frequency, steps)
-        slowest = max(slowest, us)
-        errors.append(waveform_error(found, reference))
-    every = np.concatenate(errors)
+    """study : name and setting; made : by `Bench.stepper`."""
+    stepper, freedoms, seconds = made
+    found = [run(stepper, frequency, steps) for frequency in bench.speeds]
+    pairs = zip(found, expected, strict=True)
+    errors = np.concatenate([waveform_error(own, wanted) for (own, _), wanted in pairs])
     return Point(
-        study=study,
-        setting=setting,
+        *study,
         freedoms=freedoms,
-        prepare_s=prepare_s,
-        us_per_step=slowest,
-        error_median=float(np.median(every)),
-        error_largest=float(every.max()),
+        prepare_s=seconds,
+        us_per_step=max(us for _, us in found),
+        error_median=float(np.median(errors)),
+        error_largest=float(errors.max()),
     )
 
 
@@ -219,33 +257,15 @@ def observed_order(points: Sequence[Point]) -> float:
 
 def draw_points(points: Sequence[Point], title: str) -> Figure:
     """Time per mesh period over the median error, a line for each study."""
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(6.4, 5.0), layout="constrained")
-    axes = figure.subplots()
-    names = {
-        "steps": "reduced: steps per period",
-        "modes": "reduced: cut-off [kHz], 0 is quasistatic",
-        "mesh": "full: refinement of the mesh",
-    }
-    for (study, name), marker in zip(names.items(), "osD", strict=True):
+    error = "relative error of the dynamic transmission error, median"
+    figure, (axes,) = study_figure(title, error, "time per mesh period [ms]")
+    for study, (label, marker, unit) in STUDIES.items():
         own = [p for p in points if p.study == study and p.error_median > 0.0]
         steps = [p.setting if study == "steps" else COMMON for p in own]
-        y = [1e-3 * p.us_per_step * n for p, n in zip(own, steps, strict=True)]
-        x = [p.error_median for p in own]
-        axes.loglog(x, y, f"{marker}-", label=name)
-        for point, error, ms in zip(own, x, y, strict=True):
-            value = point.setting / (1e3 if study == "modes" else 1.0)
-            axes.annotate(
-                f"{value:g}",
-                (error, ms),
-                textcoords="offset points",
-                xytext=(4, 4),
-                fontsize=7,
-            )
-    axes.set_xlabel("relative error of the dynamic transmission error, median")
-    axes.set_ylabel("time per mesh period [ms]")
-    axes.grid(alpha=0.25, which="both")
+        known = [
+            (p.setting / unit, p.error_median, 1e-3 * p.us_per_step * n)
+            for p, n in zip(own, steps, strict=True)
+        ]
+        draw_study(axes, label, marker, known)
     axes.legend()
-    axes.set_title(title, fontsize=11)
     return figure

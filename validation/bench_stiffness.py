@@ -7,8 +7,9 @@ reference of its own; the compiled kernel is warm.
 
 from __future__ import annotations
 
+import math
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -20,6 +21,15 @@ from fegear.elasticity.material import PlaneMaterial
 from fegear.gearset.model import GearSet
 from fegear.statics import corner_positions
 from meshes import MeshSize
+from validation.bench import (
+    POINTS,
+    Benchmark,
+    Report,
+    collect,
+    draw_study,
+    plain,
+    study_figure,
+)
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -37,6 +47,7 @@ FACTORS = (0.35, 0.5, 0.7, 1.0, 1.4, 2.0)
 UNSPLIT_EDGES = (32, 64, 128, 256)
 UNSPLIT_NODES = 5  # more make the unsplit compliance indefinite
 NODES = (9, 13, 17, 25, 33, 49, 73)
+GRID = "contact grid"  # the study in which the mesh is one
 
 
 @dataclass(frozen=True)
@@ -86,15 +97,40 @@ def variants() -> Iterator[Variant]:
         )
         yield Variant("order 2, no split", size, 2, UNSPLIT_NODES, False)
     for nodes in NODES:
-        yield Variant("contact grid", base, 2, nodes)
+        yield Variant(GRID, base, 2, nodes)
 
 
-def run_benchmark(
-    gear_set: GearSet,
-    torque: float,
-    report: Callable[[str, int, int], None] = lambda what, done, total: None,
+def measure(gear_set: GearSet, torque: float, report: Report) -> Benchmark:
+    """Over mesh size, element order, grid and split, at a torque [N m].
+
+    torque : on the driver of the first mesh
+    """
+    studies = measure_variants(gear_set, torque, report)
+    rows, interrupted = collect(((POINTS, point) for point in studies), POINTS)
+    points, title = rows[POINTS], f"Statics of {gear_set.name}, {torque:g} N m"
+    orders = {
+        f"observed order of the mean STE, {study}": observed_order(points, study)
+        for study in dict.fromkeys(p.study for p in points)
+        if study != GRID
+    }
+    return Benchmark(
+        name="stiffness",
+        title=title,
+        about="Static transmission error over mesh size, element order, contact grid "
+        "and split, against a reference of much finer meshes.",
+        tables=plain(rows),
+        draw=lambda: draw_points(points, title),
+        facts=orders,
+        left_out=("element_order", "half_plane_split", "edge_at_pitch_mm", "total_s"),
+        findings=[f"{name}: {order:.2f}" for name, order in orders.items()],
+        interrupted=interrupted,
+    )
+
+
+def measure_variants(
+    gear_set: GearSet, torque: float, report: Report
 ) -> Iterator[Point]:
-    """Points one by one, at one torque on the first mesh's driver [N m]."""
+    """Points one by one, so that those finished are kept."""
     todo = list(variants())
     report("reference", 0, len(todo) + 1)
     reference_problem = _problem(gear_set, Variant("", OVERKILL, 2, OVERKILL_NODES))
@@ -157,7 +193,7 @@ def _measure(
         total_s=end - start,
         error_mean=abs(float(means) - 1.0),
         error_path=float(error[~corner].max()),
-        error_corner=float(error[corner].max()) if corner.any() else float("nan"),
+        error_corner=float(error[corner].max()) if corner.any() else math.nan,
     )
 
 
@@ -172,40 +208,33 @@ def _edge_at_pitch(gear_set: GearSet, size: MeshSize) -> float:
     return float(arcs[at] - arcs[at - 1])
 
 
-def observed_order(points: list[Point], study: str) -> float:
+def observed_order(points: Sequence[Point], study: str) -> float:
     """Slope of log(mean error) over log(flank edges), of one study."""
     chosen = [p for p in points if p.study == study]
     if len(chosen) < 2:
-        return float("nan")
+        return math.nan
     edges = np.log([p.flank_edges for p in chosen])
     errors = np.log([p.error_mean for p in chosen])
     return -float(np.polyfit(edges, errors, 1)[0])
 
 
-def draw_points(points: list[Point], title: str) -> Figure:
+def draw_points(points: Sequence[Point], title: str) -> Figure:
     """Run time against error, and error against mesh size, log-log."""
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(6.4, 8.8), layout="constrained")
-    cost, size = figure.subplots(2, 1)
-    markers = dict(zip(dict.fromkeys(p.study for p in points), "osv^D", strict=False))
-    for study, marker in markers.items():
+    error = "largest relative error of STE on the nominal path"
+    seconds = "run time of compliances and 64 positions [s]"
+    figure, (cost, size) = study_figure(title, error, seconds, panels=2)
+    studies = dict.fromkeys(p.study for p in points)
+    for study, marker in zip(studies, "osv^D", strict=False):
         chosen = [p for p in points if p.study == study]
-        errors = [p.error_path for p in chosen]
-        cost.loglog(errors, [p.total_s for p in chosen], marker + "-", label=study)
-        if study != "contact grid":
-            edges = [p.edge_at_pitch_mm for p in chosen]
+        times = [(math.nan, p.error_path, p.total_s) for p in chosen]
+        draw_study(cost, study, marker, times)
+        if study != GRID:
             label = f"{study}: order {observed_order(points, study):.1f}"
-            size.loglog(
-                edges, [p.error_mean for p in chosen], marker + "-", label=label
-            )
-    cost.set_xlabel("largest relative error of STE on the nominal path")
-    cost.set_ylabel("run time of compliances and 64 positions [s]")
+            edges = [(math.nan, p.edge_at_pitch_mm, p.error_mean) for p in chosen]
+            draw_study(size, label, marker, edges)
     cost.axvline(2e-3, color="0.6", ls=":", label="0.2 %")
     size.set_xlabel("flank edge at the pitch point [mm]")
     size.set_ylabel("relative error of mean STE")
     for axes in (cost, size):
-        axes.grid(alpha=0.3, which="both")
         axes.legend(fontsize=8)
-    figure.suptitle(title, fontsize=11)
     return figure

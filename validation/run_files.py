@@ -27,7 +27,6 @@ from lumped.jumps import Jump, Peak, opposites
 from lumped.sweep import Branch
 from lumped.sweep_table import SweepTable, format_sweep, parse_sweep, sweep_table
 from validation.csv_text import csv_text
-from validation.made_with import machine
 from validation.marching import Cost, Marched
 from validation.metrics import (
     WAVE_POINTS,
@@ -36,6 +35,7 @@ from validation.metrics import (
     Statics,
     branch_curves,
 )
+from validation.provenance import machine
 from validation.tasks import Task
 
 INPUTS, SWEEP, STATICS, WAVES = "inputs.json", "sweep.csv", "statics.csv", "waves.csv"

@@ -2,13 +2,30 @@
 
 from __future__ import annotations
 
+import shlex
+from collections.abc import Callable, Iterator
+from dataclasses import asdict
 from functools import partial
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from fegear.cli.options import SET_HELP, AsJson, PairName
+from fegear.cli.options import (
+    SET_HELP,
+    AsJson,
+    PairName,
+    driver_torque,
+    progress_bar,
+    refuse_idle,
+    require_outputs,
+)
+from fegear.cli.screen import print_json, ruled_table, say, screen
+
+if TYPE_CHECKING:
+    from fegear.gearset.model import GearSet
+    from fegear.statics import Progress
+    from validation.bench import Benchmark
 
 EXAMPLES = {
     "stiffness": "fegear bench stiffness liu-pair -o bench",
@@ -16,6 +33,7 @@ EXAMPLES = {
     "lumped": "fegear bench lumped liu-idler -o bench",
     "all": "fegear bench all -o bench",
 }
+PAIR, TRAIN, TORQUE = "liu-pair", "liu-idler", 100.0  # N m, of `bench all`
 Directory = Annotated[
     Path,
     typer.Option(
@@ -33,49 +51,43 @@ InputTorque = Annotated[
 
 
 def stiffness_benchmark(
-    set_name: PairName = "liu-pair",
+    set_name: PairName = PAIR,
     torque: Annotated[
         float,
         typer.Option(
             "--torque", help="Torque on the driving gear of mesh 1 [N\u00a0m]."
         ),
-    ] = 100.0,
+    ] = TORQUE,
     output: Directory = Path("bench-stiffness"),
     as_json: AsJson = False,
 ) -> None:
     """Statics over mesh size, element order and contact grid."""
-    from fegear.cli.bench_outcome import run_bench
-    from fegear.cli.bench_stiffness import measure_stiffness, show_stiffness
-    from fegear.cli.options import driver_torque
     from fegear.gearset import load_gear_set
 
     gear_set = load_gear_set(set_name)
     load = driver_torque(gear_set, 1, torque)
-    measure = partial(measure_stiffness, gear_set, load)
-    run_bench("stiffness", measure, show_stiffness, output, as_json)
+    _run("stiffness", partial(measure_stiffness, gear_set, load), output, as_json)
 
 
 def dynamics_benchmark(
-    set_name: PairName = "liu-pair",
+    set_name: PairName = PAIR,
     torque: InputTorque = None,
     output: Directory = Path("bench-dynamics"),
     as_json: AsJson = False,
 ) -> None:
     """Finite-element dynamics over time steps and modes."""
-    from fegear.cli.bench_dynamics import measure_dynamics, show_dynamics
-    from fegear.cli.bench_outcome import run_bench
     from fegear.cli.lumped_options import middle_torque
     from fegear.gearset import load_gear_set
 
     gear_set = load_gear_set(set_name)
-    measure = partial(measure_dynamics, gear_set, middle_torque(gear_set, torque))
-    run_bench("dynamics", measure, show_dynamics, output, as_json)
+    load = middle_torque(gear_set, torque)
+    _run("dynamics", partial(measure_dynamics, gear_set, load), output, as_json)
 
 
 def lumped_benchmark(
     set_name: Annotated[
         str | None,
-        typer.Argument(metavar="SET", help=f"{SET_HELP} [default: liu-idler]"),
+        typer.Argument(metavar="SET", help=f"{SET_HELP} [default: {TRAIN}]"),
     ] = None,
     stress: Annotated[
         bool,
@@ -105,27 +117,20 @@ def lumped_benchmark(
     as_json: AsJson = False,
 ) -> None:
     """Time integrators of the lumped models beside SciPy's."""
-    from fegear.cli.options import refuse_idle
-
     if stress:
-        from fegear.cli.bench_lumped import run_stress
-
         if set_name is not None:
             refuse_idle(f"it runs on a train of its own, not {set_name}", stress=True)
         refuse_idle("--stress has its own", torque=torque, damping=damping)
-        run_stress(output, as_json)
+        _run_stress(output, as_json)
         return
-    from fegear.cli.bench_lumped import measure_lumped, show_lumped
-    from fegear.cli.bench_outcome import run_bench
     from fegear.cli.lumped_options import Physics, middle_torque
     from fegear.gearset import load_gear_set
 
     Physics(damping=damping)  # checks it
-    gear_set = load_gear_set(set_name or "liu-idler")
+    gear_set = load_gear_set(set_name or TRAIN)
     load = middle_torque(gear_set, torque)
     measure = partial(measure_lumped, gear_set, load, damping)
-    place = output or Path("bench-lumped")
-    run_bench("lumped", measure, show_lumped, place, as_json)
+    _run("lumped", measure, output or Path("bench-lumped"), as_json)
 
 
 def all_benchmarks(
@@ -138,6 +143,152 @@ def all_benchmarks(
     as_json: AsJson = False,
 ) -> None:
     """All benchmarks on one page, index.html."""
-    from fegear.cli.bench_all import run_all
+    from fegear.output import make_directory, strict_json, write_text
+    from validation.bench import files_of, write_benchmark, write_page
 
-    run_all(output, as_json)
+    make_directory(output)
+    names = ("stiffness", "lumped", "dynamics")
+    outputs = [path for name in names for path in files_of(name, output)]
+    require_outputs([*outputs, output / "index.html", output / "bench.json"])
+    with progress_bar(enabled=not as_json) as report:
+        measured = list(_measured(report))
+    if not measured:
+        raise KeyboardInterrupt
+    for each in measured:
+        write_benchmark(each, output)
+    values = {each.name: each.values for each in measured}
+    write_text(output / "bench.json", strict_json(values))
+    command = shlex.join(["fegear", "bench", "all", "-o", str(output)])
+    page = write_page(measured, output, command)
+    if as_json:
+        print_json(values)
+    else:
+        say(f"wrote {page}")
+    if measured[-1].interrupted or len(measured) < len(names):
+        raise KeyboardInterrupt
+
+
+def _measured(report: Progress) -> Iterator[Benchmark]:
+    """One after the other; after Ctrl-C those that have points."""
+    from fegear.gearset import load_gear_set
+
+    pair, train = load_gear_set(PAIR), load_gear_set(TRAIN)
+    for name, measure in (
+        ("stiffness", partial(measure_stiffness, pair, TORQUE)),
+        ("lumped", partial(measure_lumped, train, TORQUE, None)),
+        ("dynamics", partial(measure_dynamics, pair, TORQUE)),
+    ):
+        found = measure(partial(_report_named, name, report))
+        if found.tables["points"]:
+            yield found
+        if found.interrupted:
+            return
+
+
+def _report_named(
+    name: str, report: Progress, what: str, done: int, total: int
+) -> None:
+    report(f"{name}: {what}", done, total)
+
+
+def measure_stiffness(gear_set: GearSet, torque: float, report: Progress) -> Benchmark:
+    from validation.bench_stiffness import measure
+
+    return measure(gear_set, torque, report)
+
+
+def measure_lumped(
+    gear_set: GearSet, torque: float, damping: float | None, report: Progress
+) -> Benchmark:
+    from fegear.cli.systems import build_system
+    from fegear.excitation import Excitations
+    from validation.bench_lumped import measure
+
+    report("stiffness", 0, 1)
+    system = build_system(gear_set, torque, 1, False, damping, Excitations())
+    return measure(system, gear_set.name, torque, report)
+
+
+def measure_dynamics(gear_set: GearSet, torque: float, report: Progress) -> Benchmark:
+    from fegear.cli.systems import build_system
+    from fegear.excitation import Excitations
+    from validation.bench_dynamics import Bench, measure
+
+    def bench_of(gear_set: GearSet) -> Bench:
+        excitations = Excitations()
+        reference = build_system(gear_set, torque, 1, False, None, excitations)
+        return Bench(gear_set, torque, reference, excitations)
+
+    return measure(gear_set, torque, bench_of, report)
+
+
+def _run(
+    name: str,
+    measure: Callable[[Progress], Benchmark],
+    output: Path,
+    as_json: bool,
+) -> None:
+    """Measure, write and print; after Ctrl-C what was finished."""
+    from fegear.output import make_directory
+    from validation.bench import files_of, write_benchmark
+
+    make_directory(output)
+    table, picture = files_of(name, output)
+    require_outputs([table, picture])
+    with progress_bar(enabled=not as_json) as report:
+        measured = measure(report)
+    if not measured.tables["points"]:
+        raise KeyboardInterrupt
+    write_benchmark(measured, output)
+    if as_json:
+        print_json(measured.values)
+    else:
+        _show(measured)
+        say(f"wrote {table} and {picture}")
+    if measured.interrupted:
+        raise KeyboardInterrupt
+
+
+def _show(measured: Benchmark) -> None:
+    console = screen()
+    for rows in filter(None, measured.tables.values()):
+        names = [name for name in rows[0] if name not in measured.left_out]
+        table = ruled_table(*(name.replace("_", "\n") for name in names))
+        for row in rows:
+            table.add_row(*(_cell(row[name]) for name in names))
+        console.print(table)
+    for finding in measured.findings:
+        console.print(finding)
+
+
+def _cell(value: str | float) -> str:
+    return value if isinstance(value, str) else f"{value:.3g}"
+
+
+def _run_stress(output: Path | None, as_json: bool) -> None:
+    """The table of promises and measurements; exit code 1 if one is not kept."""
+    from fegear.output import make_directory, write_text
+    from validation.stress_lumped import run_trials, trials_csv
+
+    path = None if output is None else make_directory(output) / "stress.csv"
+    require_outputs([path])
+    with progress_bar(enabled=not as_json) as report:
+        trials = list(run_trials(report))
+    if path is not None:
+        write_text(path, trials_csv(trials))
+    kept = sum(trial.kept for trial in trials)
+    if as_json:
+        rows = [asdict(trial) | {"kept": trial.kept} for trial in trials]
+        print_json({"trials": rows})
+    else:
+        names = ("attempt", "promise", "measured", "allowed", "kept")
+        table = ruled_table(*names, words=names[:2])
+        for trial in trials:
+            figures = f"{trial.measured:.2g}", f"{trial.bound:.2g}"
+            word = "yes" if trial.kept else "NO"
+            table.add_row(trial.name, trial.promise, *figures, word)
+        console = screen()
+        console.print(table)
+        console.print(f"{kept} of {len(trials)} promises kept")
+    if kept < len(trials):
+        raise typer.Exit(1)

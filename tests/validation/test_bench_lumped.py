@@ -8,7 +8,7 @@ import pytest
 from lumped.response import respond
 from lumped.settings import Settings
 from validation.bench_lumped import Point, growth, races, with_disks
-from validation.scipy_train import ScipyTrain, scipy_rms
+from validation.oracles.scipy_train import ScipyTrain, scipy_rms
 from validation.stress_lumped import TRIALS, Idler
 
 

@@ -4,40 +4,41 @@ from __future__ import annotations
 
 import csv
 import math
-from dataclasses import dataclass, field
 from typing import Any
 
 from matplotlib.figure import Figure
 
-from validation.bench_page import write_page
-from validation.points import points_csv
+from validation.bench import Benchmark, write_benchmark, write_page
+
+TABLES: dict[str, Any] = {
+    "points": [
+        {"study": "split", "flank_edges": 12, "on": True, "error": 1.25e-3},
+        {"study": "plain", "flank_edges": 24, "on": False, "error": math.nan},
+    ],
+    "growth": [{"gears": 2, "us_per_step": 2.4}],
+    "races": [],
+}
 
 
-@dataclass(frozen=True)
-class Measured:
-    name: str = "stiffness"
-    title: str = "a <pair>: run time against error"
-    about: str = "what is shown"
-    values: dict[str, Any] = field(
-        default_factory=lambda: {
-            "points": [
-                {"study": "split", "flank_edges": 12, "on": True, "error": 1.25e-3},
-                {"study": "plain", "flank_edges": 24, "on": False, "error": math.nan},
-            ],
-            "growth": [{"gears": 2, "us_per_step": 2.4}],
-            "races": [],
-            "peak_memory_MB": 290,
-        }
+def figure() -> Figure:
+    made = Figure(figsize=(4.0, 3.0), layout="constrained")
+    made.subplots().loglog([1e-3, 1e-2], [1.0, 2.0], "ko-")
+    return made
+
+
+def measured(name: str = "stiffness", tables: dict[str, Any] = TABLES) -> Benchmark:
+    return Benchmark(
+        name=name,
+        title="a <pair>: run time against error",
+        about="what is shown",
+        tables=tables,
+        draw=figure,
+        facts={"peak_memory_MB": 290},
     )
-
-    def draw(self):
-        figure = Figure(figsize=(4.0, 3.0), layout="constrained")
-        figure.subplots().loglog([1e-3, 1e-2], [1.0, 2.0], "ko-")
-        return figure
 
 
 def test_page_shows_figures_points_and_what_else_was_measured(tmp_path):
-    page = write_page([Measured(), Measured(name="lumped")], tmp_path, "fegear bench")
+    page = write_page([measured(), measured("lumped")], tmp_path, "fegear bench")
     text = page.read_text(encoding="utf-8")
     assert "a &lt;pair&gt;: run time against error" in text
     assert text.count("<svg ") == 2
@@ -50,14 +51,10 @@ def test_page_shows_figures_points_and_what_else_was_measured(tmp_path):
 
 
 def test_points_stand_in_one_file_whoever_writes_them(tmp_path):
-    @dataclass(frozen=True)
-    class Point:
-        study: str
-        error: float
-
-    point = Point("split", 0.1)
-    own = Measured(values={"points": [{"study": "split", "error": 0.1}]})
+    own = measured(tables={"points": [{"study": "split", "error": 0.1}]})
     write_page([own], tmp_path, "fegear bench all")
     beside = tmp_path / "stiffness.csv"
-    assert beside.read_text() == points_csv([point])
+    text = beside.read_text()
+    write_benchmark(own, tmp_path)
+    assert beside.read_text() == text
     assert list(csv.DictReader(beside.open())) == [{"study": "split", "error": "0.1"}]

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from validation.cases import Printed
-from validation.made_with import made_with
 from validation.metrics import METRICS, Verdict
+from validation.provenance import provenance
 from validation.run_files import Run
 from validation.runs import CaseResult, printed_figure
 from validation.tasks import FE
@@ -27,7 +27,7 @@ def report_values(
     """
     return {
         "command": commands[""],
-        "about": {**dict(made_with()), "runs made on": _machines(results)},
+        "about": {**dict(provenance()), "runs made on": _machines(results)},
         "cases": [
             case_values(result, output) | {"command": commands[result.case.name]}
             for result in results

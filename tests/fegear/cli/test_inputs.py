@@ -12,7 +12,6 @@ import io
 import json
 import os
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass
 from importlib import import_module
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -465,35 +464,22 @@ def answers(tmp_path_factory, files):
     return answer
 
 
-@dataclass(frozen=True)
-class Asked:
-    """A point of a benchmark that only says what it was asked for."""
-
-    asked: str
-
-
 @pytest.fixture
 def quick_benchmarks(monkeypatch):
     """Benchmarks that answer with what reaches them."""
 
     def instead(name: str) -> Any:
         def measure(*given: Any) -> Any:
-            asked = Asked(repr(given[:-1]))  # without the report of progress
-            return import_module("fegear.cli.bench_outcome").Outcome(
-                name=name,
-                title=name,
-                about=name,
-                points=[asked],
-                draw=Figure,
-                values={"points": [asdict(asked)]},
+            asked = {"asked": repr(given[:-1])}  # without the report of progress
+            return import_module("validation.bench").Benchmark(
+                name, name, name, tables={"points": [asked]}, draw=Figure
             )
 
         return measure
 
+    module = import_module("fegear.cli.bench")
     for name in ("stiffness", "dynamics", "lumped"):
-        module = import_module(f"fegear.cli.bench_{name}")
         monkeypatch.setattr(module, f"measure_{name}", instead(name))
-        monkeypatch.setattr(module, f"show_{name}", lambda found: None)
 
 
 @pytest.mark.parametrize(

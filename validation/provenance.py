@@ -1,4 +1,4 @@
-"""Versions and machine that stand under results."""
+"""Provenance of results: versions of the program and its libraries, and the machine."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from fegear.version import package_version
 LIBRARIES = ("numpy", "scipy", "numba", "scikit-fem", "gmsh", "matplotlib")
 
 
-def made_with() -> Iterator[tuple[str, str]]:
+def provenance() -> Iterator[tuple[str, str]]:
     """Names and values in the order in which they are shown."""
     from validation.tasks import source_digest
 

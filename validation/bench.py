@@ -1,0 +1,162 @@
+"""Run time against error: what every benchmark measures, draws and leaves."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from fegear.output import write_text, write_whole
+from fegear.plots import save_figure
+from validation import pages
+from validation.csv_text import csv_of
+from validation.provenance import machine, provenance
+
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+Report = Callable[[str, int, int], None]  # (what, done, of how many)
+POINTS = "points"  # the table that is drawn
+REPEATS = 3
+
+
+@dataclass(frozen=True, eq=False)
+class Benchmark:
+    """What was measured.
+
+    name : of its files; about : what its figure shows, one sentence
+    tables : rows with equal keys by the table's name, POINTS first
+    facts : single figures beside them
+    left_out : columns that no screen has room for; findings : sentences below them
+    interrupted : whether Ctrl-C ended it
+    """
+
+    name: str
+    title: str
+    about: str
+    tables: Mapping[str, Sequence[Mapping[str, Any]]]
+    draw: Callable[[], Figure]
+    facts: Mapping[str, float] = field(default_factory=dict)
+    left_out: Sequence[str] = ()
+    findings: Sequence[str] = ()
+    interrupted: bool = False
+
+    @property
+    def values(self) -> dict[str, Any]:
+        """All of it, ready for JSON."""
+        return {**self.tables, **self.facts}
+
+
+def collect(
+    found: Iterable[tuple[str, DataclassInstance]], *tables: str
+) -> tuple[dict[str, list[Any]], bool]:
+    """Rows by the name of their table, and whether Ctrl-C ended them early."""
+    rows: dict[str, list[Any]] = {name: [] for name in tables}
+    try:
+        for table, row in found:
+            rows[table].append(row)
+    except KeyboardInterrupt:
+        return rows, True
+    return rows, False
+
+
+def plain(rows: Mapping[str, Sequence[DataclassInstance]]) -> dict[str, list[Any]]:
+    """Tables of dataclasses as tables of dictionaries."""
+    return {name: [asdict(row) for row in own] for name, own in rows.items()}
+
+
+def fastest(work: Callable[[], object], repeats: int = REPEATS) -> float:
+    """Seconds of the fastest of several runs, after one that compiles."""
+    work()
+    seconds = []
+    for _ in range(repeats):
+        start = time.perf_counter()
+        work()
+        seconds.append(time.perf_counter() - start)
+    return min(seconds)
+
+
+def draw_study(
+    axes: Axes,
+    label: str,
+    marker: str,
+    points: Iterable[tuple[float, float, float]],
+) -> None:
+    """A line of (setting, error, time), each named by its setting; doubly logarithmic.
+
+    Without settings (NaN) the points have no names.
+    """
+    known = list(points)
+    errors, times = ([point[i] for point in known] for i in (1, 2))
+    axes.loglog(errors, times, f"{marker}-", label=label)
+    for setting, error, seconds in known:
+        if setting == setting:
+            axes.annotate(
+                f"{setting:g}",
+                (error, seconds),
+                textcoords="offset points",
+                xytext=(4, 4),
+                fontsize=7,
+            )
+
+
+def study_figure(
+    title: str, error: str, seconds: str, panels: int = 1
+) -> tuple[Figure, list[Axes]]:
+    """Empty panels below each other, the first with time over error."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(6.4, 1.2 + 3.8 * panels), layout="constrained")
+    every = list(figure.subplots(panels, 1, squeeze=False)[:, 0])
+    every[0].set_xlabel(error)
+    every[0].set_ylabel(seconds)
+    for axes in every:
+        axes.grid(alpha=0.25, which="both")
+    figure.suptitle(title, fontsize=11)
+    return figure, every
+
+
+def files_of(name: str, output: Path) -> tuple[Path, Path]:
+    """Table of the points and figure of a benchmark."""
+    return output / f"{name}.csv", output / f"{name}.png"
+
+
+def write_benchmark(measured: Benchmark, output: Path) -> None:
+    """The points as CSV and the figure as PNG."""
+    table, picture = files_of(measured.name, output)
+    write_text(table, csv_of(measured.tables[POINTS]))
+    write_whole(picture, lambda path: save_figure(measured.draw(), path))
+
+
+def write_page(measured: Sequence[Benchmark], output: Path, command: str) -> Path:
+    """Write index.html with figures and tables beside it; the path of the page."""
+    page = output / "index.html"
+    studies = [_study(each, output) for each in measured]
+    about = {**dict(provenance()), "machine": machine()}
+    text = pages.filled("bench.html", studies=studies, command=command, about=about)
+    write_text(page, text)
+    return page
+
+
+def _study(measured: Benchmark, output: Path) -> dict[str, Any]:
+    name, about = measured.name, measured.about
+    tables = {table: rows for table, rows in measured.tables.items() if rows}
+    files = {
+        table: f"{name}{'' if table == POINTS else f'-{table}'}.csv" for table in tables
+    }
+    for table, rows in tables.items():
+        write_text(output / files[table], csv_of(rows))
+    figure, command = measured.draw(), f"fegear bench {name} -o bench"
+    data = tuple(files.items())
+    return {
+        "title": measured.title,
+        "about": about,
+        "figure": pages.save_figure(figure, output, name, about, command, data),
+        "tables": tables,
+        "files": files,
+        "facts": measured.facts,
+    }
