@@ -102,7 +102,7 @@ class Identification:
 
     @property
     def equally_good(self) -> tuple[Candidate, ...]:
-        limit = self.best.misfit + FLAT
+        limit = min(c.misfit for c in (self.best, *self.valley)) + FLAT
         return tuple(c for c in self.valley if c.misfit <= limit)
 
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from fegear.cli.dynamics_run import Run, history_keeper, root_influences, run_sweeps
-from fegear.cli.edits import edit_entries, parsed_edits
+from fegear.cli.edits import edit_entries, parsed_edits, refuse_idle_edits
 from fegear.cli.lumped_options import (
     Damping,
     LoadCases,
@@ -166,6 +166,7 @@ def dynamics_command(
     physics = Physics(
         translations=translations, damping=damping, plane=plane, resolution=resolution
     )
+    refuse_idle_edits(changes, physics)
     elements = _checked_elements(fidelity, friction, elastic_damping, cutoff)
     settings = _checked_settings(steps, tolerance, max_periods)
     frequencies = None if speeds is None else speeds_of(speeds)

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 
 from fegear.cli.options import counted
 from fegear.cli.screen import complain
+from fegear.errors import InputError
 
 if TYPE_CHECKING:
     from fegear.dynamics.build import Prepared
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
     # (number of the torque, direction, frequency [Hz], motion there)
     Keeper = Callable[[int, Direction, float, Motion], None]
 
+DERIVED = "elastic freedoms"  # of a header, from the gear set and the speeds
 REFRESH = 0.2  # s between two words on a running speed
 WORKERS = 2  # sweeps at a time; each holds its own models
 
@@ -80,12 +82,15 @@ def _open_journal(
 
     if output is None:
         return None
-    inputs = header | {
-        "figures of the gear set": sha256(repr(run.gear_set).encode()).hexdigest(),
-        "histories": records,
+    # what is derived comes last, so that a message names what was asked for
+    inputs = {
         "torques_Nm": ", ".join(map(repr, run.torques)),
         "speeds_Hz": ", ".join(map(repr, run.frequencies)),
         "directions": ", ".join(run.directions),
+        "histories": records,
+        **{name: text for name, text in header.items() if name != DERIVED},
+        "figures of the gear set": sha256(repr(run.gear_set).encode()).hexdigest(),
+        DERIVED: header[DERIVED],
     }
     directory = Path(f"{output}.partial")
     if resume and not directory.exists():
@@ -93,7 +98,18 @@ def _open_journal(
         complain(
             f"--resume: there is no {directory}, {done} is computed from the start"
         )
+    if not resume and directory.is_dir() and _has_speeds(directory):
+        raise InputError(
+            f"{directory}: holds finished speeds of a run that was interrupted; "
+            "--resume goes on with them, else remove it or name another --output"
+        )
     return open_journal(directory, inputs, resume)
+
+
+def _has_speeds(directory: Path) -> bool:
+    from fegear.dynamics.journal import FILE
+
+    return any(FILE.fullmatch(path.name) for path in directory.iterdir())
 
 
 def _tell_resumed(run: Run, journal: Journal) -> None:
@@ -209,7 +225,6 @@ def root_influences(
     gear_set: GearSet, name: str | None, statics: StaticsSettings
 ) -> dict[int, RootInfluence]:
     from fegear.dynamics.root_stress import root_influence
-    from fegear.errors import InputError
 
     if name is None:
         return {}

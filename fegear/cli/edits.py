@@ -3,8 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+if TYPE_CHECKING:
+    from fegear.cli.lumped_options import Physics
+
+FIGURES = ("mean_stiffness_N_per_m", "stiffness_variation", "load_share")
+OF_TRANSLATIONS = ("mass_kg", "bearing_kx_N_per_m", "bearing_ky_N_per_m")
 OPTIONS = {"load.torques_Nm": "torque", "dynamics.damping_ratio": "damping"}
 
 
@@ -38,3 +43,19 @@ def edits_in_words(header: Mapping[str, str]) -> str:
     """`KEY = VALUE, ...` of the entries in a header, for a title."""
     changes = (item for item in header.items() if item[0].startswith("set "))
     return ", ".join(f"{key[4:]} = {value}" for key, value in changes)
+
+
+def refuse_idle_edits(edits: Mapping[str, Any], physics: Physics) -> None:
+    """Refuse --set of a key that nothing of the run reads."""
+    from fegear.cli.lumped_options import ExcitationChoice
+    from fegear.errors import InputError
+
+    for key in edits:
+        name = key.rpartition(".")[2]
+        if physics.kind is ExcitationChoice.fe and name in FIGURES:
+            raise InputError(
+                f"--set {key}; finite elements or a table take its place, leave it out "
+                "or choose another --excitation"
+            )
+        if not physics.translations and name in OF_TRANSLATIONS:
+            raise InputError(f"--set {key}; changes nothing without --translations")

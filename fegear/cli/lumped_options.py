@@ -280,8 +280,8 @@ def chosen_torques(gear_set: GearSet, given: Sequence[float]) -> tuple[float, ..
     from fegear.train import input_torques
 
     for value in given:
-        ok = 0.0 <= value < 1e9
-        allowed = "must be 0 or more and below 1e9 N m, on the input gear"
+        ok = value == 0.0 or 1e-6 <= value < 1e9
+        allowed = "must be 0, or at least 1e-6 and below 1e9 N m, on the input gear"
         require(ok, "--torque", value, allowed)
     require_once("--torque", given)
     torques = tuple(given) or input_torques(gear_set)

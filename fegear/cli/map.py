@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from fegear.cli.edits import edit_entries, parsed_edits
+from fegear.cli.edits import edit_entries, parsed_edits, refuse_idle_edits
 from fegear.cli.lumped_options import (
     Damping,
     Excitation,
@@ -152,6 +152,7 @@ def map_command(
         plane=plane,
         resolution=resolution,
     )
+    refuse_idle_edits(fixed, physics)
     settings = checked_settings(method, steps, tolerance, max_periods)
     for axis in axes:
         if axis.name != TORQUE:

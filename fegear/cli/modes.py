@@ -113,7 +113,7 @@ def mean_stiffnesses(
     source, found = solved_excitations(physics), []
     for mesh, driving in enumerate(mesh_torques_at(gear_set, torque)):
         given = gear_set.meshes[mesh].mean_stiffness
-        origin = f"finite elements at {driving:g} N m on the driver"
+        origin = f"finite elements at {driving:g} N m on the driver, without relief"
         if given is not None and chosen == StiffnessChoice.given:
             value, origin = given, "given by the gear set"
         else:

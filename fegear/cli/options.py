@@ -119,8 +119,8 @@ def driver_torques(
     mesh : counted from 1
     """
     for value in given:
-        ok = 0.0 < value < 1e9
-        allowed = "must be above 0 and below 1e9 N m, on the driving gear"
+        ok = 1e-6 <= value < 1e9  # less is lost in round-off of the no-load error
+        allowed = "must be at least 1e-6 and below 1e9 N m, on the driving gear"
         require(ok, "--torque", value, allowed)
     require_once("--torque", given)
     torques = tuple(given) or gear_set.meshes[mesh - 1].torques

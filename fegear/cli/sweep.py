@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from fegear.cli.edits import edit_entries, parsed_edits
+from fegear.cli.edits import edit_entries, parsed_edits, refuse_idle_edits
 from fegear.cli.lumped_options import (
     Damping,
     Excitation,
@@ -129,6 +129,7 @@ def sweep_command(
         plane=plane,
         resolution=resolution,
     )
+    refuse_idle_edits(changes, physics)
     settings = checked_settings(method, steps, tolerance, max_periods)
     frequencies = asked_frequencies(gear_set, speeds, rpm)
     torques = chosen_torques(gear_set, torque or [])

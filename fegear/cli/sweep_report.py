@@ -83,7 +83,7 @@ def _write(result: SweepResult, outputs: SweepOutputs) -> None:
 
     some = any(branch.responses for _, branch in result.found)
     if outputs.csv is not None and some:
-        table = sweep_table(result.found, result.model, result.header)
+        table = sweep_table(result.found, result.model, result.header | _gaps(result))
         write_text(outputs.csv, format_sweep(table))
     if outputs.plot is not None and some:
         from fegear.plots import save_figure
@@ -99,6 +99,13 @@ def _write(result: SweepResult, outputs: SweepOutputs) -> None:
         write_whole(
             outputs.plot, lambda path: save_figure(draw_sweep(curves, title), path)
         )
+
+
+def _gaps(result: SweepResult) -> dict[str, str]:
+    """An entry of the header where an end before the end left speeds out."""
+    total = len(result.found) * len(result.frequencies)
+    done = sum(len(branch.responses) for _, branch in result.found)
+    return {"incomplete": f"{done} of {total} speeds"} if done < total else {}
 
 
 def sweep_summary(result: SweepResult) -> dict[str, Any]:

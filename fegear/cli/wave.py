@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from fegear.cli.edits import edit_entries, parsed_edits
+from fegear.cli.edits import edit_entries, parsed_edits, refuse_idle_edits
 from fegear.cli.lumped_options import (
     Damping,
     Excitation,
@@ -119,6 +119,7 @@ def wave_command(
         plane=plane,
         resolution=resolution,
     )
+    refuse_idle_edits(changes, physics)
     settings = checked_settings(method, steps, tolerance, max_periods)
     at = middle_torque(gear_set, torque)
     from lumped.motion import arrive, time_history

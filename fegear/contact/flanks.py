@@ -102,11 +102,24 @@ def separation(master, slave, line, s_nominal, s):
 
 @compiled_part
 def closest_arc(master, slave, line, s_nominal, arc, reach):
-    """Arc of the master, within reach of `arc`, where the gap is least.
+    """Arc of the master where the gap is least, sought within reach of `arc` first.
 
-    Gaps are convex in the arc for reliefs that grow toward the flank's ends.
+    Gaps are convex in the arc for reliefs that grow toward the flank's ends, so the
+    search goes on with twice the reach where it ends at the reach.
     """
-    low, high = max(0.0, arc - reach), arc + reach
+    while True:
+        low, high = max(0.0, arc - reach), arc + reach
+        found = least_gap_arc(master, slave, line, s_nominal, low, high)
+        margin = 1e-6 * reach
+        is_inside = low == 0.0 or found > low + margin
+        if (is_inside and found < high - margin) or reach >= master.length:
+            return found
+        reach *= 2.0
+
+
+@compiled_part
+def least_gap_arc(master, slave, line, s_nominal, low, high):
+    """Arc between two arcs where a convex gap is least."""
     for _ in range(60):
         one = low + (high - low) / 3.0
         two = high - (high - low) / 3.0

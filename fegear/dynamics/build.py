@@ -26,6 +26,7 @@ from fegear.dynamics.respond import DynamicSettings, ReducedStepper, Stepper
 from fegear.dynamics.sides import MeshLaws
 from fegear.elasticity.material import PlaneMaterial
 from fegear.elasticity.modes import GearModes, gear_modes, resolving
+from fegear.errors import InputError
 from fegear.excitation import Excitations
 from fegear.gearset.inertia import require_inertia_of_bodies
 from fegear.gearset.model import Gear, GearSet
@@ -129,17 +130,26 @@ def prepare(
             rigid, settings, "quasistatic", "quasistatic: as asked for", []
         )
     modes = modes_of(gear_set, speeds, statics, elements.cutoff_Hz)
+    if not any(each.frequencies_Hz.size for each in modes):
+        raise InputError(
+            f"--cutoff = {elements.cutoff_Hz or 0.0:g}; no elastic mode of the gears "
+            "lies below it, allowed are more or --fidelity quasistatic"
+        )
     elastic = _elastic(gear_set, modes, elements.elastic_damping)
     model = dynamic_model(gear_set, reference, laws, elastic, beside)
     choice = _choice(model, tables, speeds, elements)
+    unseen = ""
+    if elements.cutoff_Hz is not None:
+        unseen = f"; modes above {elements.cutoff_Hz:g} Hz are left out of this"
     if elements.fidelity == "reduced":
-        return _prepared(model, settings, "reduced", _asked_for(choice, modes), modes)
+        reason = _asked_for(choice, modes) + unseen
+        return _prepared(model, settings, "reduced", reason, modes)
     if choice.fidelity == "quasistatic":
-        return _prepared(rigid, settings, "quasistatic", choice.sentence, [])
+        return _prepared(rigid, settings, "quasistatic", choice.sentence + unseen, [])
     kept = [below(each, choice.cutoff_Hz) for each in modes]
     elastic = _elastic(gear_set, kept, elements.elastic_damping)
     model = dynamic_model(gear_set, reference, laws, elastic, beside)
-    return _prepared(model, settings, "reduced", choice.sentence, kept)
+    return _prepared(model, settings, "reduced", choice.sentence + unseen, kept)
 
 
 def _prepared(

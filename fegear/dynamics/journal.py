@@ -245,7 +245,7 @@ def _locked(directory: Path) -> FileLock:
 
 
 def _require_inputs(directory: Path, inputs: Mapping[str, str]) -> None:
-    advice = "or start without resuming, which discards its finished speeds"
+    advice = "or remove the directory, which discards its finished speeds"
     stored = _stored_inputs((directory / INPUTS).read_bytes())
     if stored is None:
         raise InputError(

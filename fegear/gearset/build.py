@@ -6,6 +6,7 @@ import math
 
 from fegear.errors import InputError
 from fegear.gearset.model import Gear, GearSet, Mesh, Relief, Shaft
+from fegear.gearset.pitch_errors import require_room
 from fegear.gearset.problems import nearest, shown
 from fegear.gearset.schema import Document, GearEntry, MeshEntry
 from fegear.gearset.teeth import MM, UM, Blank, Tip
@@ -31,7 +32,7 @@ def build_gear_set(document: Document) -> GearSet:
         _mesh(document, number, place, tips, teeth, torques[number])
         for number, place in enumerate(spacings)
     ]
-    return GearSet(
+    gear_set = GearSet(
         name=document.name,
         description=document.description,
         gears=tuple(map(_gear, document.gear, teeth)),
@@ -46,6 +47,8 @@ def build_gear_set(document: Document) -> GearSet:
         damping_ratio=document.dynamics.damping_ratio,
         inferences=document.inferences,
     )
+    require_room(gear_set)
+    return gear_set
 
 
 def require_known_gears(document: Document) -> None:

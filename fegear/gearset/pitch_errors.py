@@ -13,6 +13,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from fegear.errors import InputError
 from fegear.gearset.model import GearSet, Mesh
 from fegear.gearset.phases import first_teeth
 from lumped.pitch_errors import pair_errors
@@ -60,6 +61,25 @@ def tooth_in_cycles(
 def tooth_pair_errors(gear_set: GearSet, number: int) -> Array:
     """Gaps of a mesh's tooth pairs (n,) [m] until they repeat; empty without errors."""
     return pair_errors(*mesh_errors(gear_set, number))
+
+
+def require_room(gear_set: GearSet) -> None:
+    """Raise InputError where one tooth's error jams the pairs beside it.
+
+    A tooth ahead of its place lifts the flanks of its neighbours apart, until their
+    back flanks touch.
+    """
+    for number, mesh in enumerate(gear_set.meshes):
+        errors = tooth_pair_errors(gear_set, number)
+        step = float(np.abs(errors - np.roll(errors, 1)).max(initial=0.0))
+        if step > mesh.backlash:
+            names = [gear_set.gears[gear].name for gear in _gears(mesh)]
+            raise InputError(
+                f'mesh "{names[0]}"-"{names[1]}": pitch_errors_um of tooth pairs in a '
+                f"row differ by {1e6 * step:.5g} um; backlash {1e6 * mesh.backlash:.5g}"
+                " um, teeth would jam, it must not be less; set backlash_um or "
+                "tooth_thinning_um"
+            )
 
 
 def error_periods(gear_set: GearSet) -> tuple[int, ...]:

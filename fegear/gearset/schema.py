@@ -251,6 +251,8 @@ def _driving(torque: float) -> float:
         raise ValueError(
             "torque of the wrong sign; must be positive, in the sense of rotation"
         )
+    if torque < 1e-6:  # less is lost in round-off of the no-load transmission error
+        raise ValueError("must be at least 1e-6 N m")
     return torque
 
 

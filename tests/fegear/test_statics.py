@@ -14,6 +14,7 @@ from fegear.elasticity import flank
 from fegear.elasticity.flank import flank_compliance
 from fegear.elasticity.material import PlaneMaterial
 from fegear.gearset import load_gear_set
+from fegear.gearset.read import read_gear_set
 from fegear.statics import RESOLUTIONS, StaticsSettings, solve_mesh
 from lumped.table import format_table, parse_table
 from meshes import MeshSize
@@ -135,3 +136,21 @@ def test_levels_grow(pair_set):
 def test_a_mesh_that_is_not_there(pair_set, mesh):
     with pytest.raises(ValueError, match="mesh must be from 1 to 1"):
         solve_mesh(pair_set, mesh)
+
+
+def test_deep_relief_moves_the_closest_point_of_a_pair_far():
+    """Load closes the pair farther than no load does, and contact stiffens."""
+    gears = "".join(
+        f'[[gear]]\nname = "{name}"\nteeth = {teeth}\nhub_radius_mm = {hub}\n'
+        for name, teeth, hub in (("one", 23, 12), ("two", 61, 25))
+    )
+    text = (
+        'name = "deep"\n[defaults]\nmodule_mm = 2.5\nface_width_mm = 20\n'
+        f'{gears}[[mesh]]\ndriver = "one"\ndriven = "two"\ncenter_distance_mm = 105.7\n'
+        'tip_relief = { magnitude_um = 200, start = "HPSTC" }\n'
+    )
+    settings = StaticsSettings(positions=64, estimate_error=False)
+    table = solve_mesh(read_gear_set(text), 0, [60.0], settings).table
+    stiffness, local = table["stiffness_N_per_m"], table["local_stiffness_N_per_m"]
+    assert (stiffness > 0.0).all()
+    assert (stiffness < local).all()

@@ -149,6 +149,24 @@ def test_resuming_tells_what_is_left_and_what_is_computed_again(tmp_path):
     assert f"there is no {partial}, {path} is finished and is computed" in again.stderr
 
 
+def test_finished_speeds_are_not_thrown_away(tmp_path):
+    path = tmp_path / "d.csv"
+    words = [*PAIR, "--speeds", "1000:1400:10", "--direction", "up", "-o", str(path)]
+    started_and_killed(words, tmp_path / "d.csv.partial")
+    kept = sorted((tmp_path / "d.csv.partial").iterdir())
+    done = subprocess.run([*MAIN, *words], capture_output=True, text=True)
+    assert done.returncode == 2
+    assert "holds finished speeds" in done.stderr
+    assert sorted((tmp_path / "d.csv.partial").iterdir()) == kept
+
+
+def test_a_cut_off_below_all_modes_is_refused():
+    words = ["--fidelity", "reduced", "--speeds", "2000", "--cutoff", "10"]
+    done = subprocess.run([*MAIN, *PAIR[:2], *words], capture_output=True, text=True)
+    assert done.returncode == 2
+    assert "--cutoff = 10; no elastic mode" in done.stderr
+
+
 def test_a_journal_of_other_settings_is_refused(tmp_path):
     path = tmp_path / "d.csv"
     words = [*PAIR, "--speeds", "1000:1400:10", "--direction", "up", "-o", str(path)]

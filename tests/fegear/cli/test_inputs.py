@@ -652,3 +652,18 @@ def test_a_default_is_the_same_as_the_key_in_every_gear(name):
     by_gear = own | {"gear": [g | extra for g in bare], "defaults": shared}
     assert read_gear_set(toml(by_default)) == read_gear_set(toml(by_gear))
     assert read_gear_set(toml(by_default)) != read_gear_set(toml(own))
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--set", "mesh.1.load_share=0.1"], "finite elements or a table take its"),
+        (["--set", "mesh.1.mean_stiffness_N_per_m=1e5"], "take its place"),
+        (["--set", "gear.1.mass_kg=5"], "changes nothing without --translations"),
+        (["--torque", "1e-9"], "--torque = 1e-09; must be 0, or at least 1e-6"),
+    ],
+)
+@pytest.mark.parametrize("command", ["sweep", "dynamics"])
+def test_what_a_run_does_not_read_is_refused(capsys, command, words, message):
+    assert run([command, "liu-pair", "--speeds", "2000", *words]) == 2
+    assert message in capsys.readouterr().err

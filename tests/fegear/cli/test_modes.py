@@ -51,7 +51,7 @@ def test_a_free_train_turns_at_no_frequency():
 def test_stiffness_by_finite_elements():
     figures = json.loads(run("liu-pair", "--stiffness", "fe", "--json"))
     entry = figures["mean_stiffness"][0]
-    assert entry["origin"] == "finite elements at 100 N m on the driver"
+    assert entry["origin"] == "finite elements at 100 N m on the driver, without relief"
     assert entry["stiffness_N_per_m"] == pytest.approx(2.98e8, rel=0.015)
 
 

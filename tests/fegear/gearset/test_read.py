@@ -159,7 +159,10 @@ def test_closed_train_has_no_input():
 def test_pitch_errors_are_metres():
     errors = ", ".join(str(n) for n in range(30))
     text = PAIR.replace("teeth = 30\n", f"teeth = 30\npitch_errors_um = [{errors}]\n")
-    assert read_gear_set(text).gears[0].pitch_errors[3] == pytest.approx(3e-6)
+    with pytest.raises(InputError, match="29 um; backlash 0 um, teeth would jam"):
+        read_gear_set(text)
+    gear_set = read_gear_set(text + "backlash_um = 50\n")
+    assert gear_set.gears[0].pitch_errors[3] == pytest.approx(3e-6)
 
 
 DYNAMIC = (
