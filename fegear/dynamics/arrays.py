@@ -1,9 +1,9 @@
-"""What the compiled steps know of a gear set in motion, as arrays.
+"""A gear set's finite-element dynamics as arrays for the compiled steps.
 
 Coordinates are h hub coordinates, modes of the rigid train, then e elastic modes of
 the gears with their hubs held, all of unit mass. Tables go over the p positions of a
 mesh cycle and its end; c contacts, tooth pairs of all meshes and sides, are ordered by
-mesh; m meshes. Kernels take plain tuples of these: they compile faster.
+mesh; m meshes.
 """
 
 from __future__ import annotations
@@ -15,15 +15,15 @@ from numpy.typing import NDArray
 Array = NDArray[Any]
 
 
-class Body(NamedTuple):
+class ModalMatrices(NamedTuple):
     """Inertia, elasticity and loads.
 
-    The turn of a gear carries its elastic modes along: of the mass M =
-    [[1, G], [G^T, 1]] only their coupling G to the turn is stored.
+    The rotation of a gear carries its elastic modes along: of the mass M =
+    [[1, G], [G^T, 1]] only their coupling G to the rotation is stored.
 
     stiffness (h, h), damping (h,), load (h,) of the hubs
     rigidity (e,) squared angular frequencies, elastic_damping (e,)
-    turning (gears, h) counter-clockwise rotation of each gear per hub coordinate
+    rotation (gears, h) counter-clockwise, of each gear per hub coordinate
     coupling (e,) to the rotation of its gear, owner (e,) that gear
     partner (e,), cosine (e,), sine (e,) : what becomes of a mode when teeth are
         counted anew: cosine times itself plus sine times its partner
@@ -34,7 +34,7 @@ class Body(NamedTuple):
     load: Array
     rigidity: Array
     elastic_damping: Array
-    turning: Array
+    rotation: Array
     coupling: Array
     owner: Array
     partner: Array
@@ -42,26 +42,26 @@ class Body(NamedTuple):
     sine: Array
 
 
-class Rows(NamedTuple):
-    """How contacts act on the coordinates.
+class ContactJacobian(NamedTuple):
+    """Penetration and sliding of the contacts per coordinate.
 
     widths (m,), columns (m, w) coordinates in which a mesh's contacts have entries
-    closing (c, p + 1, w) squeeze per coordinate
-    rootward (c, p + 1, w) the same for friction toward the roots
+    normal (c, p + 1, w) penetration per coordinate
+    tangential (c, p + 1, w) the same for friction toward the roots
     mesh_of (c,); friction () coefficient
     linked (m, m) whether two meshes have a gear in common
     """
 
     widths: Array
     columns: Array
-    closing: Array
-    rootward: Array
+    normal: Array
+    tangential: Array
     mesh_of: Array
     friction: Array
     linked: Array
 
 
-class Turning(NamedTuple):
+class Kinematics(NamedTuple):
     """The nominal motion.
 
     rate (m,) cycles of each mesh per cycle of the first
@@ -82,12 +82,13 @@ class Contacts(NamedTuple):
 
     first (m + 1,) where each mesh's contacts begin
     side (c,) 1 on the drive side, -1 on the back
-    gap (c, p + 1) squeeze that is missing where the deflection is 0 [m]
+    gap (c, p + 1) penetration that is missing where the deflection is 0 [m]
     sliding (c, p + 1) direction of friction at nominal speeds
     arms (2, c, p + 1) of friction about driver and driven centre [m]
-    knots (m, j + 1), law (c, p + 1, 2, j, 4) cubics of the load [N] in the squeeze
-        beyond each knot; nominal friction and turned
-    normal, tangential (p + 1, c, c) static compliance beside the coordinates' [m/N]
+    knots (m, j + 1), law (c, p + 1, 2, j, 4) cubics of the load [N] in the penetration
+        beyond each knot; friction as it is nominally, and reversed
+    normal_compliance, tangential_compliance (p + 1, c, c) static, besides that of the
+        coordinates [m/N]
     errors (c, n) gap that comes to each contact in the cycles of its mesh, one after
         another, from pitch errors [m]; (c, 0) where there are none
     """
@@ -99,6 +100,104 @@ class Contacts(NamedTuple):
     arms: Array
     knots: Array
     law: Array
-    normal: Array
-    tangential: Array
+    normal_compliance: Array
+    tangential_compliance: Array
     errors: Array
+
+
+class ModelArrays(NamedTuple):
+    """All that the kernels know of a gear set."""
+
+    modal: ModalMatrices
+    jacobian: ContactJacobian
+    kinematics: Kinematics
+    contacts: Contacts
+
+
+class Newmark(NamedTuple):
+    """A step size [s] and the parameters of the generalised-alpha scheme."""
+
+    h: float
+    alpha_m: float
+    alpha_f: float
+    gamma: float
+    beta: float
+
+
+class Position(NamedTuple):
+    """Where the meshes (m,) stand in their tables.
+
+    place, part : grid point and the part of a cell beyond it
+    cycle : number of the mesh cycle
+    gap : (c, p + 1) gaps of the contacts with the pitch errors of these cycles [m]
+    """
+
+    place: Array
+    part: Array
+    cycle: Array
+    gap: Array
+
+
+class ContactProblem(NamedTuple):
+    """The equations for the penetrations of n chosen contacts.
+
+    chosen : (n,) among all c contacts; mesh_of : (c,)
+    Q : (n, n) [m/N]; free : (c,) penetrations without contact forces [m]
+    reversed : (c,) whether a contact slides against its nominal direction
+    """
+
+    contacts: Contacts
+    mesh_of: Array
+    chosen: Array
+    Q: Array
+    free: Array
+    where: Position
+    reversed: Array
+
+
+class Step(NamedTuple):
+    """A step size and what it makes of the model.
+
+    mass_weight : of the mass in the step's matrix
+    elastic_inverse (e,), hub_inverse (h, h) : of that matrix, its elastic diagonal
+        and what is left on the hubs
+    """
+
+    newmark: Newmark
+    mass_weight: float
+    elastic_inverse: Array
+    hub_inverse: Array
+
+
+class Clock(NamedTuple):
+    """What a run of steps goes through.
+
+    speed : 2 pi times the first mesh's frequency, or 0 for gears that stand still
+    cycle : steps of a cycle of the first mesh; start : of them since the clock began
+    limit : sum of velocities beyond which a motion has diverged
+    """
+
+    speed: float
+    cycle: int
+    start: int
+    limit: float
+
+
+class Record(NamedTuple):
+    """What is recorded at t times: mesh (t, 5, m), load (t, c), hub (t, 2, h)."""
+
+    mesh: Array
+    load: Array
+    hub: Array
+
+
+class Row(NamedTuple):
+    """A row of the Jacobian for each contact, and what it leaves of the elastic modes.
+
+    row (c, w); onto_hubs (c, h) after elimination of the modes, whose solution times
+    the row is elastic (c, w)
+    """
+
+    row: Array
+    onto_hubs: Array
+    elastic: Array

@@ -295,8 +295,9 @@ def _choice(
 
     By the excitation of equal teeth: pitch errors add what is slower.
     """
-    count, columns, closing = model.rows.widths, model.rows.columns, model.rows.closing
-    hubs, rigidity = model.body.damping.size, model.body.rigidity
+    jacobian = model.jacobian
+    count, columns, normal = jacobian.widths, jacobian.columns, jacobian.normal
+    hubs, rigidity = model.modal.damping.size, model.modal.rigidity
     stiffness = model.reference.modes.mean_stiffness
     meshes = []
     for m, table in enumerate(tables):
@@ -304,10 +305,10 @@ def _choice(
             c for c, label in enumerate(model.contact_labels) if label == (m, 0, 1)
         )
         own = columns[m, hubs : count[m]] - hubs
-        row = closing[contact, 0, hubs : count[m]]
+        row = normal[contact, 0, hubs : count[m]]
         share = stiffness[m] * row**2 / rigidity[own]
         frequencies = np.sqrt(rigidity[own]) / (2.0 * math.pi)
         modes = ElasticModes(frequencies, share, elements.elastic_damping)
         amplitudes = harmonic_amplitudes(table["ste_m"][0])
-        meshes.append((modes, amplitudes, float(model.train.rate[m])))
+        meshes.append((modes, amplitudes, float(model.kinematics.rate[m])))
     return choose(meshes, speeds, elements.tolerance)

@@ -101,7 +101,7 @@ def contact_histories(
     histories: list[ContactHistory] = []
     for side in model.sides:
         position = cycle_position(
-            model.train.rate[side.mesh], len(motion.pair_load), steps
+            model.kinematics.rate[side.mesh], len(motion.pair_load), steps
         )
         cells = len(side.laws.gap) - 1
         low = np.minimum((position * cells + ON_GRID).astype(np.int64), cells - 1)
@@ -123,10 +123,10 @@ def contact_histories(
 
 def _rotation(model: DynamicModel, motion: Motion, steps: int) -> Array:
     """Speed of every gear in its nominal sense (t, gears) [rad/s]."""
-    nominal = model.train.speed
+    nominal = model.kinematics.speed
     time = motion.history.time
     angular = 2.0 * math.pi * (time.size - 1) / (steps * time[-1])
-    turning = motion.hub[:, 1] @ model.body.turning.T
+    turning = motion.hub[:, 1] @ model.modal.rotation.T
     return (angular * nominal + turning) * np.sign(nominal)
 
 
@@ -134,7 +134,7 @@ def _drag(
     model: DynamicModel, index: int, rotation: Array, ends: Indices, weights: Array
 ) -> Array:
     """Friction (t,) over load as `kernels.contact.set_turned` directs it."""
-    friction = float(model.rows.friction)
+    friction = float(model.jacobian.friction)
     if friction == 0.0:
         return np.zeros(len(rotation))
     contacts = model.contacts

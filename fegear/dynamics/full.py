@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fegear.contact.pair_laws import flank_stencils
+from fegear.dynamics.arrays import Newmark, Position
 from fegear.dynamics.elastic import Rayleigh
 from fegear.dynamics.kernels import full as kernel
 from fegear.dynamics.model import DynamicModel, dynamic_model
@@ -27,6 +28,7 @@ from fegear.dynamics.respond import (
     Motion,
     MotionState,
     at_rest,
+    empty_record,
     recorded,
 )
 from fegear.dynamics.scheme import Scheme, generalized_alpha
@@ -37,7 +39,6 @@ from lumped.system import LumpedSystem
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
-Newmark = tuple[float, float, float, float, float]
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,11 +116,11 @@ class ElasticField:
                     )
         return out
 
-    def stencils(self, where: Place) -> list[tuple[int, slice, Array]]:
+    def stencils(self, tables: ContactTables) -> list[tuple[int, slice, Array]]:
         """(contact's place in `contacts`, flank points, weights) at an instant."""
         found = []
         for c, contact in enumerate(self.contacts):
-            place, part = where.of(int(contact))
+            place, part = tables.of(int(contact))
             for grid, share in ((place, 1.0 - part), (place + 1, part)):
                 if share != 0.0:
                     first = int(self.first[grid, c])
@@ -134,7 +135,7 @@ class ElasticField:
         state: Array,
         acceleration: Array,
         swing: Array,
-        where: Place,
+        tables: ContactTables,
     ) -> Array:
         """Inward displacement (k,) at the contacts after a step.
 
@@ -142,43 +143,35 @@ class ElasticField:
             sectors comes
         """
         out = np.zeros(self.contacts.size)
-        for c, near, weights in self.stencils(where):
+        for c, near, weights in self.stencils(tables):
             points = self.whole.flanks[self.flanks[c]]
             at = points.freedoms[near], self.teeth[c] % self.whole.teeth
-            ahead, _ = scheme.predicted(step, state[:, at[0], at[1]])
+            u_pred, _ = scheme.predicted(step, state[:, at[0], at[1]])
             pull = acceleration[at] + swing[at[0]]
-            shown = ahead + scheme.beta * step**2 * pull
+            shown = u_pred + scheme.beta * step**2 * pull
             out[c] += weights @ (shown * points.inward[near]).sum(axis=1)
         return out
 
 
 @dataclass(frozen=True, eq=False)
-class Place:
-    """Where the meshes stand in their tables: a grid point and the part beyond it.
+class ContactTables:
+    """Reads tables over the mesh cycle where the meshes of the contacts stand.
 
-    cycle : of each mesh
+    mesh_of : (c,)
     """
 
     mesh_of: Indices
-    cycle: Indices
-    place: Indices
-    part: Array
+    where: Position
 
     def of(self, contact: int) -> tuple[int, float]:
+        """The grid point and the part beyond it."""
         mesh = self.mesh_of[contact]
-        return int(self.place[mesh]), float(self.part[mesh])
-
-    def errors(self, table: Array) -> Array:
-        """Entries (c,) of a table (c, n) that goes over the cycles."""
-        if not table.shape[1]:
-            return np.zeros(len(table))
-        cycle = self.cycle[self.mesh_of] % table.shape[1]
-        return table[np.arange(len(table)), cycle]
+        return int(self.where.place[mesh]), float(self.where.part[mesh])
 
     def at(self, table: Array, contacts: Indices) -> Array:
         """Entries (k, ...) of a table (p, k, ...), one for each contact."""
         mesh, each = self.mesh_of[contacts], np.arange(contacts.size)
-        place, part = self.place[mesh], self.part[mesh]
+        place, part = self.where.place[mesh], self.where.part[mesh]
         low = table[place, each]
         if not part.any():
             return low
@@ -330,7 +323,7 @@ class FullStepper:
         model = self.model
         empty = MotionState(
             np.zeros((4, model.size)),
-            np.zeros((3, model.touching)),
+            np.zeros((3, model.contact_count)),
             tuple(np.zeros((4, f.whole.own, f.whole.teeth)) for f in self.full.fields),
         )
         return at_rest(replace(self, scheme=generalized_alpha(0.0)), empty)
@@ -347,169 +340,174 @@ class FullStepper:
         """As `ReducedStepper.march`."""
         model, sizes = self.model, self._step(step)
         now = state.copy()
-        out = np.empty((steps + 1, 5, model.train.rate.size))
-        loads = np.empty((steps + 1, model.touching))
-        hub = np.empty((steps + 1, 2, model.size))
-        self._note(now, out[0], loads[0], hub[0])
+        record = empty_record(model, steps)
+        kernel.record(model.arrays, now.motion, now.contact, record, 0)
         for n in range(steps):
             if frequency > 0.0:
                 self._pass_teeth(now, start + n, cycle)
-            where = self._place(start + n + 1 if frequency > 0.0 else 0, cycle)
-            self._advance(now, sizes, 2.0 * math.pi * frequency, where)
+            tables = self._tables(start + n + 1 if frequency > 0.0 else 0, cycle)
+            self._advance(now, sizes, 2.0 * math.pi * frequency, tables)
             if not np.abs(now.motion[1]).sum() < model.limit:
                 raise FloatingPointError(f"motion diverged after {n * step:g} s")
-            self._note(now, out[n + 1], loads[n + 1], hub[n + 1])
-        return now, recorded(step, out, loads, hub)
+            kernel.record(model.arrays, now.motion, now.contact, record, n + 1)
+        return now, recorded(step, *record)
 
     @lru_cache(maxsize=2)  # noqa: B019  a stepper lives as long as its run
     def _step(self, size: float) -> Step:
         wm, wc, wk = weights = self.scheme.weights(size)
-        body = self.model.body
-        matrix = wk * body.stiffness + np.diag(wm + wc * body.damping)
+        modal = self.model.modal
+        matrix = wk * modal.stiffness + np.diag(wm + wc * modal.damping)
         fields = tuple(field_step(f, weights) for f in self.full.fields)
         for f, s in zip(self.full.fields, fields, strict=True):
-            turn = body.turning[f.number]
+            turn = modal.rotation[f.number]
             matrix -= wm**2 * f.width * s.swing * np.outer(turn, turn)
         inverse = np.asarray(np.linalg.inv(matrix), float)
         return Step(size, wm, inverse, fields)
 
     def _pass_teeth(self, now: MotionState, before: int, cycle: int) -> None:
         """Count the teeth of those gears anew that pass one in the coming step."""
-        train = self.model.train
+        kinematics = self.model.kinematics
         for f, field in zip(self.full.fields, now.fields, strict=True):
-            rate = train.rate[train.first_mesh[f.number]]
+            rate = kinematics.rate[kinematics.first_mesh[f.number]]
             then, later = np.floor(rate * np.array([before, before + 1]) / cycle + 1e-9)
             if later > then:
-                field[:] = np.roll(field, -int(np.sign(train.speed[f.number])), axis=2)
+                field[:] = np.roll(
+                    field, -int(np.sign(kinematics.speed[f.number])), axis=2
+                )
 
-    def _place(self, number: int, cycle: int) -> Place:
-        rate, mesh_of = self.model.train.rate, self.model.rows.mesh_of
-        positions = self.model.contacts.gap.shape[1] - 1
-        place, part = np.zeros(rate.size, np.int64), np.zeros(rate.size)
-        kernel.find_places(rate, cycle, number, positions, place, part)
-        cycles = np.floor(rate * number / cycle + 1e-9).astype(np.int64)
-        return Place(mesh_of, cycles, place, part)
+    def _tables(self, number: int, cycle: int) -> ContactTables:
+        """At step `number`, with `cycle` steps of a cycle of the first mesh."""
+        model = self.model
+        rate, contacts = model.kinematics.rate, model.contacts
+        where = kernel.find_position(rate, contacts, cycle, number)
+        return ContactTables(model.jacobian.mesh_of, where)
 
     def _advance(
-        self, now: MotionState, step: Step, speed: float, where: Place
+        self, now: MotionState, step: Step, speed: float, tables: ContactTables
     ) -> None:
-        """One step; `where` the meshes stand at its end."""
-        s, h, late = self.scheme, step.size, 1.0 - self.scheme.alpha_f
-        body, turning = self.model.body, self.model.body.turning
+        """One step; `tables` at its end."""
+        s, h, new = self.scheme, step.size, 1.0 - self.scheme.alpha_f
+        modal, rotation = self.model.modal, self.model.modal.rotation
         q, v, a, push = now.motion
-        ahead, faster = s.predicted(h, now.motion)
-        right = body.load - s.alpha_m * a + s.alpha_f * push
-        right -= body.damping * (late * faster + s.alpha_f * v)
-        right -= body.stiffness @ (late * ahead + s.alpha_f * q)
+        u_pred, v_pred = s.predicted(h, now.motion)
+        right = modal.load - s.alpha_m * a + s.alpha_f * push
+        right -= modal.damping * (new * v_pred + s.alpha_f * v)
+        right -= modal.stiffness @ (new * u_pred + s.alpha_f * q)
         pairs = list(zip(self.full.fields, step.fields, now.fields, strict=True))
         parts = []
         for f, z, field in pairs:
-            turn = turning[f.number]
+            turn = rotation[f.number]
             free = free_acceleration(f, z, field, s.newmark(h))
             free += (s.alpha_m * (turn @ a)) * z.turned[:, None]
             carried = s.alpha_m * momentum(f, field[2]) + step.mass * momentum(f, free)
             right += f.width * carried * turn
             parts.append(free)
         free_hub = step.hub_inverse @ right
-        forces = self._touch(now, step, speed, where, (ahead, faster, free_hub), parts)
-        right = late * now.motion[3]
+        friction = self._signed_friction(now, tables, speed, v_pred)
+        motion = u_pred, free_hub
+        forces = self._contact_forces(now, step, tables, friction, motion, parts)
+        right = new * now.motion[3]
         for (f, z, _), force in zip(pairs, forces, strict=True):
             for kind, turned in enumerate(z.turning):
-                moment = force[kind] @ where.at(turned, f.contacts)
-                right += late * step.mass * moment * turning[f.number]
+                moment = force[kind] @ tables.at(turned, f.contacts)
+                right += new * step.mass * moment * rotation[f.number]
         acceleration = free_hub + step.hub_inverse @ right
         now.motion[:3] = s.corrected(h, now.motion, acceleration)
         for (f, z, field), free, force in zip(pairs, parts, forces, strict=True):
-            turn = step.mass * (turning[f.number] @ acceleration)
+            turn = step.mass * (rotation[f.number] @ acceleration)
             free += turn * z.turned[:, None]
-            add_responses(f, z, late / f.width * force, where, free)
+            add_responses(f, z, new / f.width * force, tables, free)
             kernel.correct(s.newmark(h), free, field)
-            set_push(f, force / f.width, where, field[3])
+            set_push(f, force / f.width, tables, field[3])
 
-    def _touch(
+    def _contact_forces(
         self,
         now: MotionState,
         step: Step,
-        speed: float,
-        where: Place,
-        hub: tuple[Array, Array, Array],
+        tables: ContactTables,
+        friction: Array,
+        motion: tuple[Array, Array],
         parts: list[Array],
     ) -> list[Array]:
-        """New contact forces (2, k) on each gear, inward and rootward [N].
+        """New contact forces (2, k) on each gear, inward and toward the root [N].
 
-        hub : displacement and velocity ahead, acceleration without the new forces
+        friction : (c,) signed coefficient
+        motion : u_pred and accelerations of the hubs without the new forces
         parts : accelerations of the fields without them and without the hub's turn
         """
         s, h, model = self.scheme, step.size, self.model
-        ahead, faster, free_hub = hub
-        soft = s.beta * h * h * (1.0 - s.alpha_f)
-        turning, contacts, rows_of = model.body.turning, model.contacts, model.rows
-        mesh_of = rows_of.mesh_of
+        jacobian, contacts, mesh_of = model.jacobian, model.contacts, tables.mesh_of
         every = np.arange(mesh_of.size)
         rows = np.stack(
             [
-                where.at(r.swapaxes(0, 1), every)
-                for r in (rows_of.closing, rows_of.rootward)
+                tables.at(row.swapaxes(0, 1), every)
+                for row in (jacobian.normal, jacobian.tangential)
             ]
         )
-        drag = np.zeros(mesh_of.size)
-        if rows_of.friction > 0.0:
-            turned = self._turned(where, speed, faster)
-            sliding = where.at(contacts.sliding.T, every)
-            drag = np.where(turned == 1, -1.0, 1.0) * rows_of.friction * sliding
-            now.touch[2] = turned
-        free = rows[0] @ (ahead + s.beta * h * h * free_hub)
-        free -= where.at(contacts.gap.T, every) + where.errors(contacts.errors)
-        onto = rows.copy()
-        Q = where.at(contacts.normal, every)
-        Q += where.at(contacts.tangential, every) * drag
+        u_pred, free_hub = motion
+        free = rows[0] @ (u_pred + s.beta * h * h * free_hub)
+        free -= tables.at(tables.where.gap.T, every)
         for f, z, field, part in zip(
             self.full.fields, step.fields, now.fields, parts, strict=True
         ):
-            turn, own = turning[f.number], f.contacts
-            swing = (step.mass * (turn @ free_hub)) * z.turned
-            free[own] -= f.inward_at(s, h, field, part, swing, where)
-            square = np.ix_(own, own)
-            for kind, factor in enumerate((1.0, drag[own])[: f.kinds]):
-                seen = where.at(z.turning[kind], own)
-                onto[kind, own] -= step.mass * seen[:, None] * turn
-                Q[square] += soft / f.width * where.at(z.compliance[kind], own) * factor
-        pushing = onto[0] + drag[:, None] * onto[1]
-        Q += soft * (onto[0] @ step.hub_inverse @ pushing.T)
+            swing = step.mass * (model.modal.rotation[f.number] @ free_hub) * z.turned
+            free[f.contacts] -= f.inward_at(s, h, field, part, swing, tables)
+        Q = self._compliance(step, tables, friction, rows)
         status = kernel.find_loads(
-            contacts,
-            mesh_of,
-            Q,
-            free,
-            where.place,
-            where.part,
-            now.touch,
+            contacts, mesh_of, Q, free, tables.where, now.contact
         )
         if status != kernel.CONVERGED:
             raise DynamicsError(f"contact not solved in a step of {h:g} s")
-        load = now.touch[1]
-        now.motion[3] = -(rows[0] + drag[:, None] * rows[1]).T @ load
-        both = np.stack([load, drag * load])
+        load = now.contact[1]
+        now.motion[3] = -(rows[0] + friction[:, None] * rows[1]).T @ load
+        both = np.stack([load, friction * load])
         return [both[:, f.contacts] for f in self.full.fields]
 
-    def _turned(self, where: Place, speed: float, faster: Array) -> Indices:
-        nominal, gears = self.model.train.speed, self.model.train.gears
-        turn = speed * nominal + self.model.body.turning @ faster
-        turned = np.zeros(self.model.touching, np.int64)
-        kernel.turn_friction(
-            tuple(self.model.contacts),
-            (turn * np.sign(nominal))[gears],
-            where.place,
-            where.part,
-            turned,
-        )
-        return turned
+    def _compliance(
+        self, step: Step, tables: ContactTables, friction: Array, rows: Array
+    ) -> Array:
+        """Penetration (c, c) of a contact at the step's end per load on another [m/N].
 
-    def _note(self, now: MotionState, out: Array, loads: Array, hub: Array) -> None:
-        _, _, train, contacts = self.model.arrays
-        kernel.record(train, contacts, now.motion, now.touch, out)
-        loads[:] = now.touch[1]
-        hub[:] = now.motion[:2]
+        rows : (2, c, h) normal and tangential rows of the hubs
+        """
+        contacts, s = self.model.contacts, self.scheme
+        every = np.arange(friction.size)
+        soft = s.beta * step.size**2 * (1.0 - s.alpha_f)
+        onto = rows.copy()
+        Q = tables.at(contacts.normal_compliance, every)
+        Q += tables.at(contacts.tangential_compliance, every) * friction
+        for f, z in zip(self.full.fields, step.fields, strict=True):
+            turn, own = self.model.modal.rotation[f.number], f.contacts
+            square = np.ix_(own, own)
+            for kind, factor in enumerate((1.0, friction[own])[: f.kinds]):
+                seen = tables.at(z.turning[kind], own)
+                onto[kind, own] -= step.mass * seen[:, None] * turn
+                Q[square] += (
+                    soft / f.width * tables.at(z.compliance[kind], own) * factor
+                )
+        pushing = onto[0] + friction[:, None] * onto[1]
+        return np.asarray(Q + soft * (onto[0] @ step.hub_inverse @ pushing.T))
+
+    def _signed_friction(
+        self, now: MotionState, tables: ContactTables, speed: float, v_pred: Array
+    ) -> Array:
+        """Coefficient of friction toward the roots of each contact (c,)."""
+        friction, contacts = self.model.jacobian.friction, self.model.contacts
+        if not friction > 0.0:
+            return np.zeros(self.model.contact_count)
+        now.contact[2] = self._reversed(tables, speed, v_pred)
+        sliding = tables.at(contacts.sliding.T, np.arange(len(contacts.sliding)))
+        return np.where(now.contact[2] == 1, -1.0, 1.0) * friction * sliding
+
+    def _reversed(self, tables: ContactTables, speed: float, v_pred: Array) -> Indices:
+        """Whether each contact (c,) slides against its nominal direction."""
+        kinematics = self.model.kinematics
+        rotation = speed * kinematics.speed + self.model.modal.rotation @ v_pred
+        rotation *= np.sign(kinematics.speed)
+        contacts = self.model.contacts
+        return np.asarray(
+            kernel.find_reversed(contacts, rotation[kinematics.gears], tables.where)
+        )
 
 
 def momentum(field: ElasticField, velocity: Array) -> float:
@@ -527,16 +525,20 @@ def free_acceleration(
     damping = field.damping.mass, field.damping.stiffness
     x, y = np.empty_like(state[0]), np.empty_like(state[0])
     kernel.set_balance(newmark, damping, step.mass / step.stiffness, state, x, y)
-    right = field.whole.mass_times(x) + newmark[2] * state[3]
+    right = field.whole.mass_times(x) + newmark.alpha_f * state[3]
     return step.factors.solve(right) + y / step.stiffness
 
 
 def add_responses(
-    field: ElasticField, step: FieldStep, force: Array, where: Place, out: Array
+    field: ElasticField,
+    step: FieldStep,
+    force: Array,
+    tables: ContactTables,
+    out: Array,
 ) -> None:
     """Add the accelerations that forces (2, k) per unit width make."""
     teeth = field.whole.teeth
-    for c, near, weights in field.stencils(where):
+    for c, near, weights in field.stencils(tables):
         fields = step.responses[int(field.flanks[c])]
         tooth = int(field.teeth[c]) % teeth
         for kind in range(field.kinds):
@@ -547,10 +549,12 @@ def add_responses(
             out[:, :tooth] += made[:, teeth - tooth :]
 
 
-def set_push(field: ElasticField, force: Array, where: Place, push: Array) -> None:
+def set_push(
+    field: ElasticField, force: Array, tables: ContactTables, push: Array
+) -> None:
     """The forces (2, k) per unit width as loads (own, teeth) on the field."""
     push[:] = 0.0
-    for c, near, weights in field.stencils(where):
+    for c, near, weights in field.stencils(tables):
         freedoms = field.whole.flanks[field.flanks[c]].freedoms[near]
         for kind, direction in enumerate(field.directions(field.flanks[c])):
             share = force[kind, c] * weights[:, None] * direction[near]

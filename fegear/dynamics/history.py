@@ -76,7 +76,7 @@ def history_table(
     gear_set = model.sides[0].gear_set
     names = gear_words(gear_set)
     columns: dict[str, Column] = {"time_s": motion.history.time}
-    for mesh, rate in enumerate(model.train.rate):
+    for mesh, rate in enumerate(model.kinematics.rate):
         own = [each for each in contacts if each.side.mesh == mesh]
         position = cycle_position(float(rate), motion.history.time.size, steps)
         columns |= _mesh_columns(motion, mesh, position, own)
@@ -126,7 +126,7 @@ def _movements(
 ) -> dict[str, Column]:
     """Rotation, and translation where the gear has bearings."""
     hub, modes = motion.hub[:, 0], model.reference.modes
-    columns = {f"{name}_rotation_rad": hub @ model.body.turning[gear]}
+    columns = {f"{name}_rotation_rad": hub @ model.modal.rotation[gear]}
     for axis in "xy":
         place = modes.coordinates.places.get((gear, axis))
         if place is not None:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
-from fegear.dynamics.arrays import Body, Contacts, Rows
+from fegear.dynamics.arrays import ContactJacobian, Contacts, ModalMatrices
 from fegear.dynamics.sides import DRIVE, ContactSide
 from fegear.gearset.pitch_errors import error_periods
 
@@ -19,8 +19,8 @@ Indices = NDArray[np.int64]
 
 def contact_laws(
     sides: Sequence[ContactSide],
-    rows: Rows,
-    body: Body,
+    rows: ContactJacobian,
+    body: ModalMatrices,
     beside: tuple[Array, Array] | None,
 ) -> Contacts:
     """Laws of all contacts.
@@ -43,8 +43,8 @@ def contact_laws(
         arms=np.ascontiguousarray(arms),
         knots=np.array(list(squeezes.values())),
         law=np.concatenate([_cubics(s.laws.squeeze, _loads(s)) for s in sides]),
-        normal=normal,
-        tangential=tangential,
+        normal_compliance=normal,
+        tangential_compliance=tangential,
         errors=_errors(sides),
     )
 
@@ -68,10 +68,10 @@ def _cubics(squeeze: Array, load: Array) -> Array:
 
 
 def _remaining(
-    sides: Sequence[ContactSide], rows: Rows, body: Body
+    sides: Sequence[ContactSide], rows: ContactJacobian, body: ModalMatrices
 ) -> tuple[Array, Array]:
     """Static compliance (p, c, c) between contacts less that of the coordinates."""
-    closing, rootward, mesh_of = rows.closing, rows.rootward, rows.mesh_of
+    closing, rootward, mesh_of = rows.normal, rows.tangential, rows.mesh_of
     hubs, rigidity = body.damping.size, body.rigidity
     contacts, positions = closing.shape[:2]
     normal, tangential = (np.zeros((positions, contacts, contacts)) for _ in range(2))
@@ -91,7 +91,9 @@ def _remaining(
     return normal, tangential
 
 
-def _common(rows: Rows, hubs: int, one: int, two: int) -> tuple[Indices, Indices]:
+def _common(
+    rows: ContactJacobian, hubs: int, one: int, two: int
+) -> tuple[Indices, Indices]:
     """Places of the elastic coordinates that two meshes share, in the row of each."""
     count, columns = rows.widths, rows.columns
     _, here, there = np.intersect1d(

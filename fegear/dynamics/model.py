@@ -13,12 +13,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fegear.dynamics.arrays import Body, Contacts, Rows, Turning
+from fegear.dynamics.arrays import (
+    ContactJacobian,
+    Contacts,
+    Kinematics,
+    ModalMatrices,
+    ModelArrays,
+)
 from fegear.dynamics.elastic import ElasticGear, elastic_body
 from fegear.dynamics.laws import contact_laws
 from fegear.dynamics.rows import contact_rows, held
@@ -27,7 +32,6 @@ from fegear.gearset.model import GearSet
 from lumped.system import LumpedSystem
 
 Array = NDArray[np.float64]
-Arrays = tuple[NDArray[Any], ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,22 +40,20 @@ class DynamicModel:
 
     reference: LumpedSystem
     sides: tuple[ContactSide, ...]
-    body: Body
-    rows: Rows
-    train: Turning
+    modal: ModalMatrices
+    jacobian: ContactJacobian
+    kinematics: Kinematics
     contacts: Contacts
 
     @property
-    def arrays(self) -> tuple[Arrays, Arrays, Arrays, Arrays]:
+    def arrays(self) -> ModelArrays:
         """As the kernels take them."""
-        own = self.body, self.rows, self.train, self.contacts
-        body, rows, train, contacts = (tuple(each) for each in own)
-        return body, rows, train, contacts
+        return ModelArrays(self.modal, self.jacobian, self.kinematics, self.contacts)
 
     @property
     def size(self) -> int:
         """Number of coordinates."""
-        return self.body.damping.size + self.body.rigidity.size
+        return self.modal.damping.size + self.modal.rigidity.size
 
     @property
     def limit(self) -> float:
@@ -59,7 +61,7 @@ class DynamicModel:
         return self.reference.limit * max(1.0, self.size)
 
     @property
-    def touching(self) -> int:
+    def contact_count(self) -> int:
         """Number of contacts, tooth pairs of all meshes and sides."""
         return self.contacts.side.size
 
@@ -84,27 +86,27 @@ def dynamic_model(
 
     reference : the lumped system at the same torque, whose mean stiffnesses give
         the modes that damping stands on
-    beside : (p, c, c) squeeze of a contact per normal, and per rootward, load on
+    beside : (p, c, c) penetration of a contact per normal, and per tangential, load on
         another that the laws and these freedoms do not have [m/N]
     """
     sides = contact_sides(gear_set, laws)
-    body = _body(gear_set, reference, elastic)
-    rows = contact_rows(gear_set, reference, sides, elastic, laws[0].friction)
+    modal = _modal_matrices(gear_set, reference, elastic)
+    jacobian = contact_rows(gear_set, reference, sides, elastic, laws[0].friction)
     return DynamicModel(
         reference=reference,
         sides=tuple(sides),
-        body=body,
-        rows=rows,
-        train=_train(gear_set, reference),
-        contacts=contact_laws(sides, rows, body, beside),
+        modal=modal,
+        jacobian=jacobian,
+        kinematics=_kinematics(gear_set, reference),
+        contacts=contact_laws(sides, jacobian, modal, beside),
     )
 
 
-def _body(
+def _modal_matrices(
     gear_set: GearSet,
     reference: LumpedSystem,
     elastic: Sequence[ElasticGear | None],
-) -> Body:
+) -> ModalMatrices:
     modes, ratio = reference.modes, reference.train.damping_ratio
     space, angular = modes.coordinates, modes.angular
     mean = modes.mean_stiffness[:, None, None]
@@ -119,23 +121,23 @@ def _body(
     joined = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
     senses = np.array(gear_set.senses, float)
     joined["sine"] = joined["sine"] * senses[joined["owner"]]
-    return Body(
+    return ModalMatrices(
         stiffness=stiffness,
         damping=2.0 * ratio * angular,
         load=held(reference) * (modes.shapes.T @ space.load),
-        turning=modes.shapes[places],
+        rotation=modes.shapes[places],
         **joined,
     )
 
 
-def _train(gear_set: GearSet, reference: LumpedSystem) -> Turning:
+def _kinematics(gear_set: GearSet, reference: LumpedSystem) -> Kinematics:
     train = reference.train
     gears = np.array([(mesh.driver, mesh.driven) for mesh in gear_set.meshes])
     members = range(len(gear_set.gears))
     first_mesh = [int(np.flatnonzero((gears == g).any(axis=1))[0]) for g in members]
     teeth = gear_set.gears[gear_set.meshes[0].driver].geometry.teeth
     deflection = held(reference) * reference.modes.mesh_shapes
-    return Turning(
+    return Kinematics(
         rate=np.array([float(rate) for rate in train.mesh_rates]),
         gears=gears,
         first_mesh=np.array(first_mesh),

@@ -11,6 +11,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from fegear.dynamics.arrays import Clock, Record, Step
 from fegear.dynamics.model import DynamicModel
 from fegear.dynamics.scheme import Scheme, generalized_alpha
 from fegear.dynamics.settling import Settling
@@ -97,18 +98,18 @@ class MotionState:
     """Where a motion stands at the start of a common period.
 
     motion : (4, n) displacement, velocity, acceleration, generalised contact force
-    touch : (3, c) squeeze [m], load [N] and whether friction is turned
+    contact : (3, c) penetration [m], load [N] and whether friction is reversed
     fields : (4, own, teeth) the same as motion of each gear's finite elements, per
         unit width, where they are marched
     """
 
     motion: Array
-    touch: Array
+    contact: Array
     fields: tuple[Array, ...] = ()
 
     def copy(self) -> MotionState:
         fields = tuple(field.copy() for field in self.fields)
-        return MotionState(self.motion.copy(), self.touch.copy(), fields)
+        return MotionState(self.motion.copy(), self.contact.copy(), fields)
 
 
 @dataclass(frozen=True, eq=False)
@@ -154,7 +155,7 @@ class ReducedStepper:
     def start(self) -> MotionState:
         """At rest under the external torques, at the start of the mesh cycle."""
         empty = MotionState(
-            np.zeros((4, self.model.size)), np.zeros((3, self.model.touching))
+            np.zeros((4, self.model.size)), np.zeros((3, self.model.contact_count))
         )
         return at_rest(replace(self, scheme=generalized_alpha(0.0)), empty)
 
@@ -175,28 +176,11 @@ class ReducedStepper:
         """
         from fegear.dynamics.kernels import reduced as kernel
 
-        model, s = self.model, self.scheme
-        weights = s.weights(step)
-        factors = kernel.step_factors(tuple(model.body), weights)
-        now = state.copy()
-        meshes = model.train.rate.size
-        out = np.empty((steps + 1, 5, meshes))
-        loads = np.empty((steps + 1, model.touching))
-        hub = np.empty((steps + 1, 2, model.body.damping.size))
-        status, done = kernel.march(
-            *model.arrays,
-            s.newmark(step),
-            weights,
-            factors,
-            2.0 * math.pi * frequency,
-            model.limit,
-            cycle,
-            start,
-            now.motion,
-            now.touch,
-            out,
-            loads,
-            hub,
+        model, now = self.model, state.copy()
+        record = empty_record(model, steps)
+        clock = Clock(2.0 * math.pi * frequency, cycle, start, model.limit)
+        status, done = kernel.integrate(
+            model.arrays, self.step(step), clock, now.motion, now.contact, record
         )
         if status == kernel.DIVERGED:
             raise FloatingPointError(f"motion diverged after {done * step:g} s")
@@ -205,11 +189,44 @@ class ReducedStepper:
                 f"contact not solved at {frequency:g} Hz after {done} steps: the load "
                 "may be more than these teeth can carry, or more --steps may help"
             )
-        return now, recorded(step, out, loads, hub)
+        return now, recorded(step, *record)
+
+    def step(self, size: float) -> Step:
+        """What a step size [s] makes of the model, for the kernels.
+
+        The mass, damping and stiffness of the step are weighed by the scheme; the
+        elastic modes, diagonal but for their coupling to the rotation of their gear,
+        are eliminated from the hubs' matrix.
+        """
+        modal = self.model.modal
+        mass, damping, stiffness = self.scheme.weights(size)
+        inverse = 1.0 / (
+            mass + damping * modal.elastic_damping + stiffness * modal.rigidity
+        )
+        carried = (mass * modal.coupling) ** 2 * inverse
+        turns = modal.rotation[modal.owner]
+        matrix = stiffness * modal.stiffness + np.diag(mass + damping * modal.damping)
+        matrix -= turns.T @ (carried[:, None] * turns)
+        hub_inverse = np.asarray(np.linalg.inv(matrix), float)
+        return Step(self.scheme.newmark(size), mass, inverse, hub_inverse)
+
+
+def empty_record(model: DynamicModel, steps: int) -> Record:
+    """Room for what is recorded of the meshes, pair loads and hubs over steps."""
+    meshes, hubs = model.kinematics.rate.size, model.modal.damping.size
+    return Record(
+        np.empty((steps + 1, 5, meshes)),
+        np.empty((steps + 1, model.contact_count)),
+        np.empty((steps + 1, 2, hubs)),
+    )
 
 
 def at_rest(damped: Stepper, state: MotionState) -> MotionState:
-    """Where long steps of a scheme that leaves no vibration lead, without speed."""
+    """Static equilibrium by damped time stepping, with the gears standing still.
+
+    damped : with rho_inf = 0, which leaves nothing of a vibration that long steps do
+        not resolve
+    """
     angular = damped.model.reference.modes.angular
     slow = 10.0 / angular[angular > 0.0].min()
     found, _ = damped.march(state, 0.0, slow, REST_STEPS, 1)
@@ -232,8 +249,8 @@ def steps_per_cycle(
     fastest = max(model.reference.train.mesh_rates)
     base = math.ceil(settings.steps * fastest)
     needed = model.reference.modes.angular[straining(model)].max() / settings.hub_angle
-    if model.body.rigidity.size:
-        highest = math.sqrt(model.body.rigidity.max())
+    if model.modal.rigidity.size:
+        highest = math.sqrt(model.modal.rigidity.max())
         needed = max(needed, highest / settings.step_angle)
     return base * max(1, math.ceil(needed / (frequency * base)))
 
@@ -270,7 +287,7 @@ def respond(
     cycle = steps_per_cycle(model, frequency, settings)
     _require_memory(model, cycle)
     settling = _settling(model, settings)
-    hubs = model.body.damping.size
+    hubs = model.modal.damping.size
     settling.begin(*now.motion[:2, :hubs])
     most = _allowed(model, frequency, settings) // length
     while not settling.done and settling.period < max(most, 4 * settings.multiples):
@@ -311,7 +328,11 @@ def _require_memory(model: DynamicModel, cycle: int) -> None:
     cycle : steps of a cycle of the first mesh
     """
     length = model.reference.common_period[0]
-    columns = 5 * model.train.rate.size + model.touching + 2 * model.body.damping.size
+    columns = (
+        5 * model.kinematics.rate.size
+        + model.contact_count
+        + 2 * model.modal.damping.size
+    )
     needed = 8 * length * cycle * columns
     if model.reference.rounds > 1 and needed > MOST_BYTES:
         raise InputError(
@@ -349,7 +370,7 @@ def _common_period(
 
 def lost(model: DynamicModel, frequency: float, state: MotionState) -> Response:
     """The response of a motion that diverged."""
-    meshes = model.train.rate.size
+    meshes = model.kinematics.rate.size
     return Response(
         frequency=frequency,
         status=Status.DIVERGED,
@@ -364,7 +385,7 @@ def lost(model: DynamicModel, frequency: float, state: MotionState) -> Response:
 def _settling(model: DynamicModel, settings: DynamicSettings) -> Settling:
     angular = model.reference.modes.angular
     return Settling(
-        model.train.deflection,
+        model.kinematics.deflection,
         np.where(angular > 0.0, angular, 1.0),
         settings.tolerance,
         settings.multiples,
@@ -375,7 +396,7 @@ def _allowed(model: DynamicModel, frequency: float, settings: DynamicSettings) -
     """Periods of the first mesh in which modes that matter decay, within limits."""
     if settings.max_periods is not None:
         return settings.max_periods
-    slowest = model.body.damping[straining(model)].min() / 2.0
+    slowest = model.modal.damping[straining(model)].min() / 2.0
     least, most = PERIODS
     if not slowest > 0.0:
         return least

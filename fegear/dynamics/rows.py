@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
-from fegear.dynamics.arrays import Rows
+from fegear.dynamics.arrays import ContactJacobian
 from fegear.dynamics.elastic import ElasticGear
 from fegear.dynamics.sides import ContactSide
 from fegear.gearset.model import GearSet
@@ -32,7 +32,7 @@ def contact_rows(
     sides: Sequence[ContactSide],
     elastic: Sequence[ElasticGear | None],
     friction: float,
-) -> Rows:
+) -> ContactJacobian:
     hubs = reference.modes.shapes.shape[1]
     counts = [0 if gear is None else gear.count for gear in elastic]
     starts = hubs + np.concatenate([[0], np.cumsum(counts)])
@@ -48,11 +48,11 @@ def contact_rows(
     blocks = [_side_rows(reference, side, elastic, wide) for side in sides]
     closing, rootward = (np.concatenate(each) for each in zip(*blocks, strict=True))
     owner = [np.full(side.laws.teeth.size, side.mesh) for side in sides]
-    return Rows(
+    return ContactJacobian(
         widths=np.array([len(c) for c in columns]),
         columns=table,
-        closing=np.ascontiguousarray(closing),
-        rootward=np.ascontiguousarray(rootward),
+        normal=np.ascontiguousarray(closing),
+        tangential=np.ascontiguousarray(rootward),
         mesh_of=np.concatenate(owner),
         friction=np.array(friction),
         linked=_linked(gear_set),

@@ -13,6 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from fegear.dynamics.arrays import Newmark
+from fegear.dynamics.kernels import newmark
+
 Array = NDArray[np.float64]
 
 
@@ -30,42 +33,38 @@ class Scheme:
 
     def weights(self, step: float) -> tuple[float, float, float]:
         """Of mass, damping and stiffness in the matrix that a step [s] inverts."""
-        late = 1.0 - self.alpha_f
-        return (
-            1.0 - self.alpha_m,
-            late * self.gamma * step,
-            late * self.beta * step**2,
-        )
+        new = 1.0 - self.alpha_f
+        return 1.0 - self.alpha_m, new * self.gamma * step, new * self.beta * step**2
 
-    def newmark(self, step: float) -> tuple[float, float, float, float, float]:
-        """What the compiled steps need to know of a step [s]."""
-        return step, self.alpha_m, self.alpha_f, self.gamma, self.beta
+    def newmark(self, step: float) -> Newmark:
+        """As the compiled steps take it, with a step [s]."""
+        return Newmark(step, self.alpha_m, self.alpha_f, self.gamma, self.beta)
 
     def predicted(self, step: float, state: Array) -> tuple[Array, Array]:
         """Displacement and velocity after a step without acceleration at its end.
 
         state : displacement, velocity and acceleration, and what else follows
         """
-        q, v, a = state[:3]
-        ahead = q + step * v + (step * step * (0.5 - self.beta)) * a
-        return ahead, v + (step * (1.0 - self.gamma)) * a
+        u_pred, v_pred = newmark.predict(self.newmark(step), *state[:3])
+        return u_pred, v_pred
 
     def corrected(self, step: float, state: Array, acceleration: Array) -> Array:
         """Displacement, velocity and acceleration with it (3, ...)."""
-        ahead, faster = self.predicted(step, state)
-        ahead += (step * step * self.beta) * acceleration
-        faster += (step * self.gamma) * acceleration
-        return np.stack([ahead, faster, acceleration])
+        u_pred, v_pred = self.predicted(step, state)
+        u, v = newmark.correct(self.newmark(step), u_pred, v_pred, acceleration)
+        return np.stack([u, v, acceleration])
 
 
-def generalized_alpha(remaining: float) -> Scheme:
-    """The scheme that leaves `remaining` (0 to 1) of an unresolved vibration a step.
+def generalized_alpha(rho_inf: float) -> Scheme:
+    """The scheme with spectral radius rho_inf (0 to 1) at infinite frequency.
+
+    It leaves that part of an unresolved vibration a step; Chung and Hulbert, eq. 25.
 
     Raises ValueError outside of that.
     """
-    if not 0.0 <= remaining <= 1.0:
-        raise ValueError(f"remaining must be from 0 to 1, got {remaining}")
-    alpha_m = (2.0 * remaining - 1.0) / (remaining + 1.0)
-    alpha_f = remaining / (remaining + 1.0)
+    if not 0.0 <= rho_inf <= 1.0:
+        raise ValueError(f"rho_inf must be from 0 to 1, got {rho_inf}")
+    alpha_m = (2.0 * rho_inf - 1.0) / (rho_inf + 1.0)
+    alpha_f = rho_inf / (rho_inf + 1.0)
     lag = alpha_f - alpha_m
     return Scheme(alpha_m, alpha_f, 0.5 + lag, 0.25 * (1.0 + lag) ** 2)

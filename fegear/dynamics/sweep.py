@@ -102,7 +102,7 @@ def kept_state(journal: Journal, name: str) -> MotionState | None:
 
 def _arrays(state: MotionState) -> dict[str, Array]:
     fields = {f"field{i}": field for i, field in enumerate(state.fields)}
-    return {"motion": state.motion, "touch": state.touch} | fields
+    return {"motion": state.motion, "touch": state.contact} | fields
 
 
 def _state(arrays: dict[str, Array]) -> MotionState:

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 from scipy.optimize import root
 
-from fegear.dynamics.arrays import Body, Contacts, Rows
+from fegear.dynamics.arrays import ContactJacobian, Contacts, ModalMatrices
 
 Array = NDArray[np.float64]
 
@@ -31,10 +31,10 @@ class Model(Protocol):
     """Arrays as in `fegear.dynamics.model.DynamicModel`, of a single mesh."""
 
     @property
-    def body(self) -> Body: ...
+    def modal(self) -> ModalMatrices: ...
 
     @property
-    def rows(self) -> Rows: ...
+    def jacobian(self) -> ContactJacobian: ...
 
     @property
     def contacts(self) -> Contacts: ...
@@ -68,13 +68,13 @@ class Equations:
 
 def equations(model: Model) -> Equations:
     """Written out from the packed arrays of a model with one mesh."""
-    body, rows, contacts = model.body, model.rows, model.contacts
+    body, rows, contacts = model.modal, model.jacobian, model.contacts
     h, e = body.damping.size, body.rigidity.size
     n = h + e
     mass, K = np.eye(n), np.zeros((n, n))
     for i in range(e):
         mass[:h, h + i] = mass[h + i, :h] = (
-            body.coupling[i] * body.turning[body.owner[i]]
+            body.coupling[i] * body.rotation[body.owner[i]]
         )
     K[:h, :h] = body.stiffness
     K[h:, h:] = np.diag(body.rigidity)
@@ -83,13 +83,13 @@ def equations(model: Model) -> Equations:
         turnover[h + i, h + i] = body.cosine[i]
         if body.partner[i] != i:
             turnover[h + i, h + body.partner[i]] = body.sine[i]
-    (width,), closing, rootward = rows.widths, rows.closing, rows.rootward
+    (width,), closing, rootward = rows.widths, rows.normal, rows.tangential
     closed, drawn = (np.zeros((*closing.shape[:2], n)) for _ in range(2))
     closed[..., rows.columns[0, :width]] = closing[..., :width]
     drawn[..., rows.columns[0, :width]] = rootward[..., :width]
     drag = float(rows.friction) * contacts.sliding  # (c, p + 1)
     push = closed + drag[..., None] * drawn
-    tangential = drag.T[:, None, :] * contacts.tangential
+    tangential = drag.T[:, None, :] * contacts.tangential_compliance
     return Equations(
         inverse_mass=np.asarray(np.linalg.inv(mass), float),
         damping=np.diag(np.concatenate([body.damping, body.elastic_damping])),
@@ -99,7 +99,7 @@ def equations(model: Model) -> Equations:
         closing=closed.transpose(1, 0, 2),
         push=push.transpose(1, 0, 2),
         gap=contacts.gap.T,
-        compliance=contacts.normal + tangential,
+        compliance=contacts.normal_compliance + tangential,
         knots=contacts.knots[0],
         law=contacts.law[:, :, 0],
         errors=contacts.errors.T if contacts.errors.size else np.zeros((1, len(drag))),

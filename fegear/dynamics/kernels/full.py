@@ -4,86 +4,99 @@ from __future__ import annotations
 
 import numpy as np
 
+from fegear.dynamics.arrays import ContactProblem
+from fegear.dynamics.kernels import reduced
 from fegear.dynamics.kernels.contact import (
     CONVERGED,
-    NEAR,
-    set_turned,
-    solve_squeezes,
+    set_reversed,
+    solve_penetrations,
 )
-from fegear.dynamics.kernels.reduced import LOAD, SQUEEZE, note, set_places
+from fegear.dynamics.kernels.newmark import newmark_correct, newmark_predict
+from fegear.dynamics.kernels.reduced import (
+    LOAD,
+    PENETRATION,
+    REVERSED,
+    find_near,
+    record_step,
+    start_position,
+)
 from lumped.compiled import compiled
 
 __all__ = [
     "CONVERGED",
     "correct",
     "find_loads",
-    "find_places",
+    "find_position",
+    "find_reversed",
     "record",
     "set_balance",
-    "turn_friction",
 ]
 
 
 @compiled
-def find_places(rate, steps, number, positions, place, part):
-    """Where each mesh stands in its tables: a grid point and the part beyond it."""
-    set_places(rate, steps, number, positions, place, part)
+def find_position(rate, contacts, cycle, number):
+    """Where each mesh stands in its tables at step `number`; see `set_position`."""
+    where = start_position(contacts)
+    reduced.set_position(rate, contacts, cycle, number, where)
+    return where
 
 
 @compiled
-def turn_friction(contacts, rotation, place, part, turned):
-    """Whether each contact slides against its nominal direction."""
-    set_turned(contacts, rotation, place, part, turned)
+def find_reversed(contacts, rotation, where):
+    """Whether each contact (c,) slides against its nominal direction."""
+    reversed_ = np.zeros(contacts.side.size, np.int64)
+    set_reversed(contacts, rotation, where, reversed_)
+    return reversed_
 
 
 @compiled
-def record(train, contacts, state, touch, out):
-    """What is recorded of every mesh (5, m)."""
-    note(train, contacts, state, touch, out)
+def record(model, state, contact, out, n):
+    """Record a step, see `record_step`."""
+    record_step(model, state, contact, out, n)
 
 
 @compiled
 def set_balance(newmark, damping, ratio, state, x, y):
     """What the new accelerations of a field balance: M x + (M ratio + K) y, (n, k).
 
-    newmark : (step [s], am, af, gamma, beta)
     damping : of mass and stiffness, Rayleigh's
     """
-    h, am, af, gamma, beta = newmark
+    alpha_f, new = newmark.alpha_f, 1.0 - newmark.alpha_f
     for i in range(x.shape[0]):
         for k in range(x.shape[1]):
-            q, v, a = state[0, i, k], state[1, i, k], state[2, i, k]
-            ahead = q + h * v + h * h * (0.5 - beta) * a
-            rate = v + (1.0 - af) * h * (1.0 - gamma) * a
-            push = -((1.0 - af) * ahead + af * q + damping[1] * rate)
+            u, v, a = state[0, i, k], state[1, i, k], state[2, i, k]
+            u_pred, v_pred = newmark_predict(newmark, u, v, a)
+            velocity = new * v_pred + alpha_f * v
+            push = -(new * u_pred + alpha_f * u + damping[1] * velocity)
             y[i, k] = push
-            x[i, k] = -(am * a + damping[0] * rate) - ratio * push
+            x[i, k] = -(newmark.alpha_m * a + damping[0] * velocity) - ratio * push
 
 
 @compiled
 def correct(newmark, acceleration, state):
     """Bring a field (4, n, k) to the end of the step with that acceleration."""
-    h, _, _, gamma, beta = newmark
     for i in range(acceleration.shape[0]):
         for k in range(acceleration.shape[1]):
-            old, new = state[2, i, k], acceleration[i, k]
-            v = state[1, i, k]
-            state[0, i, k] += h * v + h * h * ((0.5 - beta) * old + beta * new)
-            state[1, i, k] = v + h * ((1.0 - gamma) * old + gamma * new)
+            u_pred, v_pred = newmark_predict(
+                newmark, state[0, i, k], state[1, i, k], state[2, i, k]
+            )
+            new = acceleration[i, k]
+            state[0, i, k], state[1, i, k] = newmark_correct(
+                newmark, u_pred, v_pred, new
+            )
             state[2, i, k] = new
 
 
 @compiled
-def find_loads(contacts, mesh_of, Q, free, place, part, touch):
-    """New squeezes and loads of the touch (3, c); the status.
+def find_loads(contacts, mesh_of, Q, free, where, contact):
+    """New penetrations and loads of the contact state (3, c); the status.
 
-    Q : (c, c) squeeze of the first contact per load on the second [m/N]
-    free : (c,) squeezes without loads [m]
+    Q : (c, c) penetration of the first contact per load on the second [m/N]
+    free : (c,) penetrations without loads [m]
     """
-    reach = contacts[5][0, -1]
-    touch[SQUEEZE] = free
-    touch[LOAD] = 0.0
-    chosen = np.flatnonzero(~(free < -NEAR * reach))
+    contact[PENETRATION] = free
+    contact[LOAD] = 0.0
+    chosen = find_near(contacts, mesh_of, free)
     if chosen.size == 0:
         return CONVERGED
     x, work = free[chosen].copy(), np.empty((3, chosen.size))
@@ -91,20 +104,9 @@ def find_loads(contacts, mesh_of, Q, free, place, part, touch):
     for p in range(chosen.size):
         for s in range(chosen.size):
             matrix[p, s] = Q[chosen[p], chosen[s]]
-    turned = touch[2].astype(np.int64)
-    status, _ = solve_squeezes(
-        contacts,
-        mesh_of,
-        chosen,
-        matrix,
-        free,
-        place,
-        part,
-        turned,
-        reach,
-        x,
-        work,
-    )
+    reversed_ = contact[REVERSED].astype(np.int64)
+    problem = ContactProblem(contacts, mesh_of, chosen, matrix, free, where, reversed_)
+    status = solve_penetrations(problem, x, work)
     for p in range(chosen.size):
-        touch[SQUEEZE, chosen[p]], touch[LOAD, chosen[p]] = x[p], work[0, p]
+        contact[PENETRATION, chosen[p]], contact[LOAD, chosen[p]] = x[p], work[0, p]
     return status

@@ -1,7 +1,10 @@
 """Implicit steps of hubs and elastic modes, compiled.
 
-body, rows, train and contacts are plain tuples of what `fegear.dynamics.arrays`
-describes as Body, Rows, Turning and Contacts.
+A state (4, n) holds displacement, velocity, acceleration and the generalised contact
+force of the n coordinates; a contact state (3, c) penetration, load and whether
+friction is reversed. The step is generalised-alpha, `fegear.dynamics.scheme`:
+
+    M a(n+1-am) + C v(n+1-af) + K u(n+1-af) = f(n+1-af)
 """
 
 from __future__ import annotations
@@ -10,191 +13,177 @@ import math
 
 import numpy as np
 
+from fegear.dynamics.arrays import ContactProblem, Position, Row
 from fegear.dynamics.kernels.contact import (
     CONVERGED,
     NEAR,
     between,
-    set_turned,
-    solve_squeezes,
+    set_reversed,
+    solve_penetrations,
 )
+from fegear.dynamics.kernels.newmark import newmark_correct, newmark_predict
 from lumped.compiled import compiled, compiled_part, inlined
 from lumped.kernels.settling import bounded
 
 FINISHED, DIVERGED, UNSOLVED = 0, 1, 2
-Q, V, A, PUSH = 0, 1, 2, 3  # rows of a state: motion and generalised contact force
-SQUEEZE, LOAD, TURNED = 0, 1, 2  # rows of a touch
+Q, V, A, PUSH = 0, 1, 2, 3  # rows of a state
+PENETRATION, LOAD, REVERSED = 0, 1, 2  # rows of a contact state
 DEFLECTION, RATE, FORCE, DRIVE, BACK = 0, 1, 2, 3, 4  # recorded of every mesh
 ON_GRID = 1e-6  # of a cell within which a position is on the grid
 
 
-def step_factors(body, weights):
-    """(inverse elastic diagonal (e,), inverse hub matrix (h, h)) of the step's matrix.
-
-    weights : of mass, damping and stiffness
-    Not compiled: it is called once a speed.
-    """
-    stiffness, damping, _, rigidity, elastic_damping, turning, coupling, owner = body[
-        :8
-    ]
-    wm, wc, wk = weights
-    inverse = 1.0 / (wm + wc * elastic_damping + wk * rigidity)
-    carried, turns = (wm * coupling) ** 2 * inverse, turning[owner]
-    matrix = wk * stiffness + np.diag(wm + wc * damping)
-    matrix -= turns.T @ (carried[:, None] * turns)
-    return inverse, np.linalg.inv(matrix)
-
-
 @inlined
-def mass_times(body, x, out):
-    turning, coupling, owner = body[5], body[6], body[7]
-    hubs = turning.shape[1]
+def mass_times(modal, x, out):
+    rotation, coupling, owner = modal.rotation, modal.coupling, modal.owner
+    hubs = rotation.shape[1]
     for i in range(x.size):
         out[i] = x[i]
     for i in range(coupling.size):
         if coupling[i] != 0.0:
             for a in range(hubs):
-                both = coupling[i] * turning[owner[i], a]
+                both = coupling[i] * rotation[owner[i], a]
                 out[a] += both * x[hubs + i]
                 out[hubs + i] += both * x[a]
 
 
 @inlined
-def solve_step(body, mass_weight, factors, right, out):
+def solve_step(modal, step, right, out):
     """Solve with the step's matrix by elimination of the elastic modes."""
-    turning, coupling, owner = body[5], body[6], body[7]
-    inverse, hub_inverse = factors
-    hubs = turning.shape[1]
+    rotation, coupling, owner = modal.rotation, modal.coupling, modal.owner
+    inverse, hubs = step.elastic_inverse, rotation.shape[1]
     reduced = right[:hubs].copy()
     for i in range(coupling.size):
         out[hubs + i] = inverse[i] * right[hubs + i]
         if coupling[i] != 0.0:
-            carried = mass_weight * coupling[i] * out[hubs + i]
+            carried = step.mass_weight * coupling[i] * out[hubs + i]
             for a in range(hubs):
-                reduced[a] -= carried * turning[owner[i], a]
+                reduced[a] -= carried * rotation[owner[i], a]
     for a in range(hubs):
         out[a] = 0.0
         for b in range(hubs):
-            out[a] += hub_inverse[a, b] * reduced[b]
+            out[a] += step.hub_inverse[a, b] * reduced[b]
     for i in range(coupling.size):
         if coupling[i] != 0.0:
             turn = 0.0
             for a in range(hubs):
-                turn += turning[owner[i], a] * out[a]
-            out[hubs + i] -= inverse[i] * mass_weight * coupling[i] * turn
+                turn += rotation[owner[i], a] * out[a]
+            out[hubs + i] -= inverse[i] * step.mass_weight * coupling[i] * turn
 
 
 @inlined
-def predict(newmark, state, ahead):
+def predict(newmark, state, predicted):
     """Displacement and velocity (2, n) at the end of a step without acceleration."""
-    h, _, _, gamma, beta = newmark
     for i in range(state.shape[1]):
-        ahead[0, i] = state[Q, i] + h * state[V, i]
-        ahead[0, i] += h * h * (0.5 - beta) * state[A, i]
-        ahead[1, i] = state[V, i] + h * (1.0 - gamma) * state[A, i]
+        predicted[0, i], predicted[1, i] = newmark_predict(
+            newmark, state[Q, i], state[V, i], state[A, i]
+        )
 
 
 @inlined
-def set_balance(body, newmark, state, ahead, right):
+def set_balance(modal, newmark, state, predicted, right):
     """What the new accelerations have to balance besides new contact forces (n,)."""
-    stiffness, damping, load, rigidity, elastic_damping = body[:5]
-    _, am, af, _, _ = newmark
-    hubs = damping.size
-    mass_times(body, state[A], right)
+    alpha_f, new = newmark.alpha_f, 1.0 - newmark.alpha_f
+    hubs = modal.damping.size
+    mass_times(modal, state[A], right)
     for i in range(right.size):
-        right[i] = af * state[PUSH, i] - am * right[i]
-        speed = (1.0 - af) * ahead[1, i] + af * state[V, i]
+        right[i] = alpha_f * state[PUSH, i] - newmark.alpha_m * right[i]
+        velocity = new * predicted[1, i] + alpha_f * state[V, i]
         if i < hubs:
-            right[i] += load[i] - damping[i] * speed
+            right[i] += modal.load[i] - modal.damping[i] * velocity
             for j in range(hubs):
-                place = (1.0 - af) * ahead[0, j] + af * state[Q, j]
-                right[i] -= stiffness[i, j] * place
+                place = new * predicted[0, j] + alpha_f * state[Q, j]
+                right[i] -= modal.stiffness[i, j] * place
         else:
-            place = (1.0 - af) * ahead[0, i] + af * state[Q, i]
-            right[i] -= elastic_damping[i - hubs] * speed + rigidity[i - hubs] * place
+            place = new * predicted[0, i] + alpha_f * state[Q, i]
+            damping, rigidity = (
+                modal.elastic_damping[i - hubs],
+                modal.rigidity[i - hubs],
+            )
+            right[i] -= damping * velocity + rigidity * place
 
 
 @inlined
-def accelerate(newmark, ahead, acceleration, state):
-    h, _, _, gamma, beta = newmark
+def correct(newmark, predicted, acceleration, state):
     for i in range(acceleration.size):
         state[A, i] = acceleration[i]
-        state[Q, i] = ahead[0, i] + beta * h * h * acceleration[i]
-        state[V, i] = ahead[1, i] + gamma * h * acceleration[i]
+        state[Q, i], state[V, i] = newmark_correct(
+            newmark, predicted[0, i], predicted[1, i], acceleration[i]
+        )
 
 
 @compiled_part
-def pass_teeth(body, train, steps, before, state):
+def pass_teeth(modal, kinematics, clock, before, state):
     """Count the teeth of those gears anew that pass one in the coming step."""
-    rate, first_mesh = train[0], train[2]
+    rate, first_mesh = kinematics.rate, kinematics.first_mesh
     for g in range(first_mesh.size):
         m = first_mesh[g]
-        cycles = math.floor(rate[m] * (before + 1) / steps + 1e-9)
-        if cycles > math.floor(rate[m] * before / steps + 1e-9):
-            count_anew(body, g, state)
+        cycles = math.floor(rate[m] * (before + 1) / clock.cycle + 1e-9)
+        if cycles > math.floor(rate[m] * before / clock.cycle + 1e-9):
+            count_anew(modal, g, state)
 
 
 @compiled_part
-def count_anew(body, gear, state):
+def count_anew(modal, gear, state):
     """The elastic coordinates of a gear when its next tooth becomes the first."""
-    hubs = body[5].shape[1]
-    owner, partner, cosine, sine = body[7], body[8], body[9], body[10]
+    hubs, owner, partner = modal.rotation.shape[1], modal.owner, modal.partner
     for i in range(owner.size):
         j = partner[i]
         if owner[i] != gear or j < i:
             continue
         for k in range(state.shape[0]):
             one, two = state[k, hubs + i], state[k, hubs + j]
-            state[k, hubs + i] = cosine[i] * one + sine[i] * two
+            state[k, hubs + i] = modal.cosine[i] * one + modal.sine[i] * two
             if j != i:
-                state[k, hubs + j] = cosine[j] * two + sine[j] * one
+                state[k, hubs + j] = modal.cosine[j] * two + modal.sine[j] * one
 
 
 @compiled_part
-def set_places(rate, steps, number, positions, place, part):
-    """Where each mesh stands in its tables: a grid point and the part beyond it."""
+def set_position(rate, contacts, cycle, number, where):
+    """Bring the meshes to step `number`, with `cycle` steps of the first mesh's."""
+    positions, errors = contacts.gap.shape[1] - 1, contacts.errors
     for m in range(rate.size):
-        cycles = rate[m] * number / steps
-        at = max(cycles - math.floor(cycles + 1e-9), 0.0) * positions
-        place[m] = min(int(at + ON_GRID), positions - 1)
-        part[m] = at - place[m]
-        if abs(part[m]) < ON_GRID:
-            part[m] = 0.0
-
-
-@compiled_part
-def set_gaps(contacts, rate, steps, number, cycle, gap):
-    """Gaps (c, p + 1) with the pitch errors of the cycle in which each mesh is.
-
-    cycle : (m,) of which the gaps are, and will be
-    """
-    first, errors = contacts[0], contacts[9]
-    for m in range(rate.size):
-        now = math.floor(rate[m] * number / steps + 1e-9)
-        if now == cycle[m]:
+        cycles = rate[m] * number / cycle
+        now = math.floor(cycles + 1e-9)
+        at = max(cycles - now, 0.0) * positions
+        where.place[m] = min(int(at + ON_GRID), positions - 1)
+        where.part[m] = at - where.place[m]
+        if abs(where.part[m]) < ON_GRID:
+            where.part[m] = 0.0
+        if errors.shape[1] == 0 or now == where.cycle[m]:
             continue
-        cycle[m] = now
-        for c in range(first[m], first[m + 1]):
+        where.cycle[m] = now
+        for c in range(contacts.first[m], contacts.first[m + 1]):
             error = errors[c, now % errors.shape[1]]
-            for p in range(gap.shape[1]):
-                gap[c, p] = contacts[2][c, p] + error
+            for p in range(positions + 1):
+                where.gap[c, p] = contacts.gap[c, p] + error
+
+
+@inlined
+def start_position(contacts):
+    """Room for the position of the meshes; gaps change with pitch errors only."""
+    meshes = contacts.first.size - 1
+    gap = contacts.gap.copy() if contacts.errors.shape[1] > 0 else contacts.gap
+    return Position(
+        np.zeros(meshes, np.int64), np.zeros(meshes), np.full(meshes, -1), gap
+    )
 
 
 @compiled_part
-def set_rotation(train, body, speed, ahead, rotation):
+def set_rotation(kinematics, modal, speed, predicted, rotation):
     """Speeds (m, 2) of the gears of each mesh in their nominal sense [rad/s]."""
-    gears, nominal, turning = train[1], train[3], body[5]
+    gears, nominal = kinematics.gears, kinematics.speed
     for m in range(gears.shape[0]):
         for k in range(2):
             g = gears[m, k]
             turn = speed * nominal[g]
-            for i in range(turning.shape[1]):
-                turn += turning[g, i] * ahead[1, i]
+            for i in range(modal.rotation.shape[1]):
+                turn += modal.rotation[g, i] * predicted[1, i]
             rotation[m, k] = turn * np.sign(nominal[g])
 
 
 @inlined
 def set_row(values, width, c, place, part, out):
-    """Entries (width,) of a contact's closing or rootward row at a position."""
+    """Entries (width,) of a contact's row of the Jacobian at a position."""
     for k in range(width):
         out[k] = values[c, place, k]
         if part > 0.0:
@@ -202,44 +191,44 @@ def set_row(values, width, c, place, part, out):
 
 
 @inlined
-def lift(body, mass_weight, inverse, columns, row, onto_hubs, elastic):
-    """A row's elastic entries times their inverse, and what is left on the hubs."""
-    turning, coupling, owner = body[5], body[6], body[7]
-    hubs = turning.shape[1]
+def eliminate_modes(modal, step, columns, rows, c):
+    """Elastic solution of contact c's row, and what it leaves on the hubs."""
+    hubs = modal.rotation.shape[1]
     for a in range(hubs):
-        onto_hubs[a] = row[a]
+        rows.onto_hubs[c, a] = rows.row[c, a]
     for k in range(hubs, columns.size):
         i = columns[k] - hubs
-        elastic[k] = inverse[i] * row[k]
-        if coupling[i] != 0.0:
-            carried = mass_weight * coupling[i] * elastic[k]
+        rows.elastic[c, k] = step.elastic_inverse[i] * rows.row[c, k]
+        if modal.coupling[i] != 0.0:
+            carried = step.mass_weight * modal.coupling[i] * rows.elastic[c, k]
             for a in range(hubs):
-                onto_hubs[a] -= carried * turning[owner[i], a]
+                rows.onto_hubs[c, a] -= carried * modal.rotation[modal.owner[i], a]
 
 
 @inlined
-def step_compliance(rows, mesh_of, hubs, closing, onto, moved, elastic, c, d):
-    """Closing of contact c under minus the inverse step's matrix times force on d.
+def step_compliance(jacobian, hubs, normal, pushing, moved, c, d):
+    """Penetration of contact c under minus the inverse step's matrix times force on d.
 
-    onto : what row c leaves on the hubs; moved : what force d moves of them
+    normal, pushing : rows of penetration and of force; moved : hubs under force d
     """
     total = 0.0
     for a in range(hubs):
-        total += onto[c, a] * moved[d, a]
-    one, two = mesh_of[c], mesh_of[d]
+        total += normal.onto_hubs[c, a] * moved[d, a]
+    one, two = jacobian.mesh_of[c], jacobian.mesh_of[d]
+    widths, columns = jacobian.widths, jacobian.columns
     if one == two:
-        for k in range(hubs, rows[0][one]):
-            total += closing[c, k] * elastic[d, k]
+        for k in range(hubs, widths[one]):
+            total += normal.row[c, k] * pushing.elastic[d, k]
         return total
-    if not rows[6][one, two]:
+    if not jacobian.linked[one, two]:
         return total
     i, j = hubs, hubs  # columns increase, those of a common gear stand in both
-    while i < rows[0][one] and j < rows[0][two]:
-        if rows[1][one, i] == rows[1][two, j]:
-            total += closing[c, i] * elastic[d, j]
+    while i < widths[one] and j < widths[two]:
+        if columns[one, i] == columns[two, j]:
+            total += normal.row[c, i] * pushing.elastic[d, j]
             i += 1
             j += 1
-        elif rows[1][one, i] < rows[1][two, j]:
+        elif columns[one, i] < columns[two, j]:
             i += 1
         else:
             j += 1
@@ -247,109 +236,159 @@ def step_compliance(rows, mesh_of, hubs, closing, onto, moved, elastic, c, d):
 
 
 @inlined
-def remaining(contacts, linked, mesh_of, drag, place, part, c, d):
-    """Static compliance between contacts that the coordinates do not have [m/N]."""
-    m = mesh_of[c]  # meshes of a common gear are in step
-    if not linked[m, mesh_of[d]]:
+def residual_compliance(contacts, jacobian, friction, where, c, d):
+    """Static compliance between contacts that the coordinates do not have [m/N].
+
+    friction : (c,) signed coefficient
+    """
+    m = jacobian.mesh_of[c]  # meshes of a common gear are in step
+    if not jacobian.linked[m, jacobian.mesh_of[d]]:
         return 0.0
-    at, share, normal, tangential = place[m], part[m], contacts[7], contacts[8]
-    value = normal[at, c, d]
-    if share > 0.0:
-        value += share * (normal[at + 1, c, d] - value)
-    if drag[d] != 0.0:
-        aside = tangential[at, c, d]
-        if share > 0.0:
-            aside += share * (tangential[at + 1, c, d] - aside)
-        value += drag[d] * aside
+    place, part = where.place[m], where.part[m]
+    normal, tangential = contacts.normal_compliance, contacts.tangential_compliance
+    value = normal[place, c, d]
+    if part > 0.0:
+        value += part * (normal[place + 1, c, d] - value)
+    if friction[d] != 0.0:
+        aside = tangential[place, c, d]
+        if part > 0.0:
+            aside += part * (tangential[place + 1, c, d] - aside)
+        value += friction[d] * aside
     return value
 
 
-@compiled_part
-def touch_anew(
-    body, rows, train, contacts, newmark, mass_weight, factors, speed,
-    place, part, ahead, acceleration, state, touch,
-):  # fmt: skip
-    """New contact forces: touch (3, c) and the generalised force of the state.
-
-    acceleration : (n,) at the end of the step without them
-    """
-    count, columns, mesh_of, friction = rows[0], rows[1], rows[4], rows[5][()]
-    side, gap, sliding, knots = contacts[1], contacts[2], contacts[3], contacts[5]
-    contacts_all, wide, hubs = side.size, columns.shape[1], body[5].shape[1]
-    beta, late = newmark[4] * newmark[0] ** 2, 1.0 - newmark[2]
-    turned, drag = np.zeros(contacts_all, np.int64), np.zeros(contacts_all)
+@inlined
+def signed_friction(model, speed, predicted, where, reversed_):
+    """Coefficient of friction toward the roots of each contact (c,)."""
+    jacobian, contacts = model.jacobian, model.contacts
+    friction, signed = jacobian.friction[()], np.zeros(reversed_.size)
     if friction > 0.0:
-        rotation = np.empty((count.size, 2))
-        set_rotation(train, body, speed, ahead, rotation)
-        set_turned(contacts, rotation, place, part, turned)
-    chosen = np.empty(contacts_all, np.int64)
-    closing = np.empty((contacts_all, wide))
-    free = np.empty(contacts_all)
-    near = 0
-    for c in range(contacts_all):
-        m = mesh_of[c]
-        free[c] = -between(gap, c, place[m], part[m])
-        set_row(rows[2], count[m], c, place[m], part[m], closing[c])
-        for k in range(count[m]):
-            i = columns[m, k]
-            free[c] += closing[c, k] * (ahead[0, i] + beta * acceleration[i])
-        touch[SQUEEZE, c], touch[LOAD, c], touch[TURNED, c] = free[c], 0.0, turned[c]
-        if not free[c] < -NEAR * knots[m, -1]:
+        rotation = np.empty((jacobian.widths.size, 2))
+        set_rotation(model.kinematics, model.modal, speed, predicted, rotation)
+        set_reversed(contacts, rotation, where, reversed_)
+        for c in range(signed.size):
+            m = jacobian.mesh_of[c]
+            sliding = between(contacts.sliding, c, where.place[m], where.part[m])
+            signed[c] = friction * sliding
+            if reversed_[c] == 1:
+                signed[c] = -signed[c]
+    return signed
+
+
+@compiled_part
+def set_free(model, newmark, where, predicted, acceleration, rows, free):
+    """Penetrations (c,) without new contact forces, and the rows that give them."""
+    jacobian, late = model.jacobian, newmark.beta * newmark.h**2
+    for c in range(free.size):
+        m = jacobian.mesh_of[c]
+        width, place, part = jacobian.widths[m], where.place[m], where.part[m]
+        free[c] = -between(where.gap, c, place, part)
+        set_row(jacobian.normal, width, c, place, part, rows[c])
+        for k in range(width):
+            i = jacobian.columns[m, k]
+            free[c] += rows[c, k] * (predicted[0, i] + late * acceleration[i])
+
+
+@inlined
+def find_near(contacts, mesh_of, free):
+    """Contacts (n,) that touch or are so little apart that they may."""
+    chosen, near = np.empty(free.size, np.int64), 0
+    for c in range(free.size):
+        if not free[c] < -NEAR * contacts.knots[mesh_of[c], -1]:
             chosen[near] = c
             near += 1
-    for i in range(state.shape[1]):
-        state[PUSH, i] = 0.0
-    if near == 0:
-        return CONVERGED
-    chosen = chosen[:near]
-    pushing = np.empty((contacts_all, wide))
-    onto, moved = np.empty((2, contacts_all, hubs)), np.empty((contacts_all, hubs))
-    elastic = np.empty((contacts_all, wide))
+    return chosen[:near]
+
+
+@inlined
+def empty_rows(contacts, wide, hubs):
+    return Row(
+        np.empty((contacts, wide)),
+        np.empty((contacts, hubs)),
+        np.empty((contacts, wide)),
+    )
+
+
+@compiled_part
+def set_forces(model, step, where, chosen, friction, normal, pushing):
+    """Rows of penetration and of contact force, and how a unit force moves the hubs.
+
+    Returns the latter (c, h); a force acts along its normal and, times the signed
+    coefficient of friction (c,), toward the root.
+    """
+    modal, jacobian = model.modal, model.jacobian
+    hubs = modal.rotation.shape[1]
+    moved = np.empty((friction.size, hubs))
     for c in chosen:
-        m = mesh_of[c]
-        width = columns[m, : count[m]]
-        lift(body, mass_weight, factors[0], width, closing[c], onto[0, c], elastic[c])
-        if friction > 0.0:
-            drag[c] = friction * between(sliding, c, place[m], part[m])
-            if turned[c] == 1:
-                drag[c] = -drag[c]
-            set_row(rows[3], count[m], c, place[m], part[m], pushing[c])
-        for k in range(count[m]):
-            if drag[c] != 0.0:
-                pushing[c, k] = closing[c, k] + drag[c] * pushing[c, k]
-            else:
-                pushing[c, k] = closing[c, k]
-        lift(body, mass_weight, factors[0], width, pushing[c], onto[1, c], elastic[c])
+        m = jacobian.mesh_of[c]
+        width, place, part = jacobian.widths[m], where.place[m], where.part[m]
+        columns = jacobian.columns[m, :width]
+        eliminate_modes(modal, step, columns, normal, c)
+        if friction[c] != 0.0:
+            set_row(jacobian.tangential, width, c, place, part, pushing.row[c])
+        for k in range(width):
+            along = friction[c] * pushing.row[c, k] if friction[c] != 0.0 else 0.0
+            pushing.row[c, k] = normal.row[c, k] + along
+        eliminate_modes(modal, step, columns, pushing, c)
         for a in range(hubs):
             moved[c, a] = 0.0
             for b in range(hubs):
-                moved[c, a] += factors[1][a, b] * onto[1, c, b]
-    Q = np.empty((near, near))
-    x, newton = np.empty(near), np.empty((3, near))
-    for p in range(near):
-        x[p] = free[chosen[p]]
-        for s in range(near):
-            c, d = chosen[p], chosen[s]
-            Q[p, s] = beta * late * step_compliance(
-                rows, mesh_of, hubs, closing, onto[0], moved, elastic, c, d
-            ) + remaining(contacts, rows[6], mesh_of, drag, place, part, c, d)
-    status, _ = solve_squeezes(
-        contacts, mesh_of, chosen, Q, free, place, part, turned, knots[0, -1],
-        x, newton,
-    )  # fmt: skip
-    for p in range(near):
+                moved[c, a] += step.hub_inverse[a, b] * pushing.onto_hubs[c, b]
+    return moved
+
+
+@compiled_part
+def find_contact(model, step, speed, where, predicted, acceleration, state, contact):
+    """New contact state (3, c) and generalised contact force of the state; the status.
+
+    acceleration : (n,) at the end of the step without them
+    """
+    jacobian, contacts, newmark = model.jacobian, model.contacts, step.newmark
+    count, hubs = contact.shape[1], model.modal.rotation.shape[1]
+    wide = jacobian.columns.shape[1]
+    reversed_, free = np.zeros(count, np.int64), np.empty(count)
+    friction = signed_friction(model, speed, predicted, where, reversed_)
+    normal = empty_rows(count, wide, hubs)
+    set_free(model, newmark, where, predicted, acceleration, normal.row, free)
+    for c in range(count):
+        contact[PENETRATION, c], contact[LOAD, c] = free[c], 0.0
+        contact[REVERSED, c] = reversed_[c]
+    for i in range(state.shape[1]):
+        state[PUSH, i] = 0.0
+    chosen = find_near(contacts, jacobian.mesh_of, free)
+    if chosen.size == 0:
+        return CONVERGED
+    pushing = empty_rows(count, wide, hubs)
+    moved = set_forces(model, step, where, chosen, friction, normal, pushing)
+    soft = newmark.beta * newmark.h**2 * (1.0 - newmark.alpha_f)
+    compliance = np.empty((chosen.size, chosen.size))
+    x, newton = np.empty(chosen.size), np.empty((3, chosen.size))
+    for p in range(chosen.size):
         c = chosen[p]
-        touch[SQUEEZE, c], touch[LOAD, c] = x[p], newton[0, p]
-        for k in range(count[mesh_of[c]]):
-            i = columns[mesh_of[c], k]
-            state[PUSH, i] -= pushing[c, k] * newton[0, p]
+        x[p] = free[c]
+        for s in range(chosen.size):
+            d = chosen[s]
+            compliance[p, s] = soft * step_compliance(
+                jacobian, hubs, normal, pushing, moved, c, d
+            ) + residual_compliance(contacts, jacobian, friction, where, c, d)
+    problem = ContactProblem(
+        contacts, jacobian.mesh_of, chosen, compliance, free, where, reversed_
+    )
+    status = solve_penetrations(problem, x, newton)
+    for p in range(chosen.size):
+        c = chosen[p]
+        m = jacobian.mesh_of[c]
+        contact[PENETRATION, c], contact[LOAD, c] = x[p], newton[0, p]
+        for k in range(jacobian.widths[m]):
+            i = jacobian.columns[m, k]
+            state[PUSH, i] -= pushing.row[c, k] * newton[0, p]
     return status
 
 
 @compiled_part
-def note(train, contacts, state, touch, out):
+def record_meshes(kinematics, contacts, state, contact, out):
     """What is recorded of every mesh (5, m)."""
-    deflection, first, side = train[4], contacts[0], contacts[1]
+    deflection, first, side = kinematics.deflection, contacts.first, contacts.side
     for m in range(first.size - 1):
         out[DEFLECTION, m], out[RATE, m], out[FORCE, m] = 0.0, 0.0, 0.0
         out[DRIVE, m], out[BACK, m] = -math.inf, -math.inf
@@ -357,72 +396,54 @@ def note(train, contacts, state, touch, out):
             out[DEFLECTION, m] += deflection[m, i] * state[Q, i]
             out[RATE, m] += deflection[m, i] * state[V, i]
         for c in range(first[m], first[m + 1]):
-            out[FORCE, m] += side[c] * touch[LOAD, c]
+            out[FORCE, m] += side[c] * contact[LOAD, c]
             kind = DRIVE if side[c] > 0.0 else BACK
-            out[kind, m] = max(out[kind, m], touch[SQUEEZE, c])
+            out[kind, m] = max(out[kind, m], contact[PENETRATION, c])
 
 
 @compiled_part
-def record(train, contacts, state, touch, out, loads, hub):
-    """What is kept of a step: meshes (5, m), loads (c,), hub coordinates (2, h)."""
-    note(train, contacts, state, touch, out)
-    for c in range(loads.size):
-        loads[c] = touch[LOAD, c]
+def record_step(model, state, contact, record, n):
+    record_meshes(model.kinematics, model.contacts, state, contact, record.mesh[n])
+    for c in range(contact.shape[1]):
+        record.load[n, c] = contact[LOAD, c]
     for k in range(2):
-        for a in range(hub.shape[1]):
-            hub[k, a] = state[k, a]
+        for a in range(record.hub.shape[2]):
+            record.hub[n, k, a] = state[k, a]
 
 
 @compiled
-def march(
-    body, rows, train, contacts, newmark, weights, factors, speed, limit, steps, start,
-    state, touch, out, loads, hub,
-):  # fmt: skip
+def integrate(model, step, clock, state, contact, record):
     """Advance by as many steps as there is room to record; (status, steps done).
 
-    newmark : (step [s], am, af, gamma, beta); weights : of mass, damping, stiffness
-    factors : from `step_factors`
-    speed : 2 pi times the first mesh's frequency, or 0 for gears that stand still
-    limit : sum of velocities beyond which a run has diverged
-    steps : of a cycle of the first mesh; start : of them since the clock began
-    state, touch : advanced in place
-    out : (k + 1, 5, m), loads : (k + 1, c), hub : (k + 1, 2, h)
+    model : ModelArrays; state (4, n) and contact (3, c) are advanced in place
     """
-    rate, meshes = train[0], train[0].size
-    positions = contacts[2].shape[1] - 1
-    place, part = np.zeros(meshes, np.int64), np.zeros(meshes)
-    set_places(rate, steps, start, positions, place, part)
-    differ, cycle = contacts[9].shape[1] > 0, np.full(meshes, -1)
-    gap = contacts[2].copy() if differ else contacts[2]
-    present = (contacts[0], contacts[1], gap, *contacts[3:9])
-    if differ:
-        set_gaps(contacts, rate, steps, start, cycle, gap)
-    ahead = np.empty((2, state.shape[1]))
+    modal, kinematics, newmark = model.modal, model.kinematics, step.newmark
+    where = start_position(model.contacts)
+    set_position(kinematics.rate, model.contacts, clock.cycle, clock.start, where)
+    predicted = np.empty((2, state.shape[1]))
     right, acceleration = np.empty(state.shape[1]), np.empty(state.shape[1])
-    moving = speed != 0.0
-    record(train, present, state, touch, out[0], loads[0], hub[0])
-    for n in range(out.shape[0] - 1):
-        if moving:
-            pass_teeth(body, train, steps, start + n, state)
-            set_places(rate, steps, start + n + 1, positions, place, part)
-            if differ:
-                set_gaps(contacts, rate, steps, start + n + 1, cycle, gap)
-        predict(newmark, state, ahead)
-        set_balance(body, newmark, state, ahead, right)
-        solve_step(body, weights[0], factors, right, acceleration)
-        status = touch_anew(
-            body, rows, train, present, newmark, weights[0], factors, speed,
-            place, part, ahead, acceleration, state, touch,
-        )  # fmt: skip
+    steps = record.mesh.shape[0] - 1
+    for n in range(steps):
+        record_step(model, state, contact, record, n)
+        now = clock.start + n
+        if clock.speed != 0.0:
+            pass_teeth(modal, kinematics, clock, now, state)
+            set_position(kinematics.rate, model.contacts, clock.cycle, now + 1, where)
+        predict(newmark, state, predicted)
+        set_balance(modal, newmark, state, predicted, right)
+        solve_step(modal, step, right, acceleration)
+        status = find_contact(
+            model, step, clock.speed, where, predicted, acceleration, state, contact
+        )
         if status != CONVERGED:
             return UNSOLVED, n
         for i in range(right.size):
-            right[i] = (1.0 - newmark[2]) * state[PUSH, i]
-        solve_step(body, weights[0], factors, right, state[A])
+            right[i] = (1.0 - newmark.alpha_f) * state[PUSH, i]
+        solve_step(modal, step, right, state[A])
         for i in range(right.size):
             acceleration[i] += state[A, i]
-        accelerate(newmark, ahead, acceleration, state)
-        if not bounded(state[Q], state[V], limit):
+        correct(newmark, predicted, acceleration, state)
+        if not bounded(state[Q], state[V], clock.limit):
             return DIVERGED, n
-        record(train, present, state, touch, out[n + 1], loads[n + 1], hub[n + 1])
-    return FINISHED, out.shape[0] - 1
+    record_step(model, state, contact, record, steps)
+    return FINISHED, steps

@@ -12,10 +12,11 @@ import numpy as np
 import pytest
 from conftest import SMALL_HUBS
 
+from fegear.dynamics.arrays import Clock
 from fegear.dynamics.build import elastic_damping, mesh_laws
 from fegear.dynamics.far import far_coupling
 from fegear.dynamics.model import DynamicModel, ElasticGear, dynamic_model
-from fegear.dynamics.respond import MotionState, ReducedStepper
+from fegear.dynamics.respond import MotionState, ReducedStepper, empty_record
 from fegear.dynamics.scheme import generalized_alpha
 from fegear.dynamics.sides import MeshLaws
 from fegear.elasticity.modes import gear_modes
@@ -141,15 +142,15 @@ def case_of(private_cache) -> Callable[..., Case]:
 
 @dataclass(frozen=True, eq=False)
 class Track:
-    """Whole states over t points: motion (t, 4, n) and touch (t, 3, c)."""
+    """Whole states over t points: motion (t, 4, n) and contact (t, 3, c)."""
 
     motion: np.ndarray
-    touch: np.ndarray
+    contact: np.ndarray
     deflection: np.ndarray
 
     @property
     def end(self) -> MotionState:
-        return MotionState(self.motion[-1].copy(), self.touch[-1].copy())
+        return MotionState(self.motion[-1].copy(), self.contact[-1].copy())
 
 
 @pytest.fixture(scope="session")
@@ -171,38 +172,22 @@ def track() -> Callable[..., Track]:
     ) -> Track:
         from fegear.dynamics.kernels import reduced as kernel
 
-        model, s = stepper.model, stepper.scheme
-        weights = s.weights(step)
-        factors = kernel.step_factors(tuple(model.body), weights)
-        motion, touch = state.motion.copy(), state.touch.copy()
-        out = np.empty((2, 5, model.train.rate.size))
-        loads, hub = (
-            np.empty((2, model.touching)),
-            np.empty((2, 2, model.body.damping.size)),
-        )
-        motions, touches, deflections = [motion.copy()], [touch.copy()], []
+        model, made = stepper.model, stepper.step(step)
+        motion, contact = state.motion.copy(), state.contact.copy()
+        record = empty_record(model, 1)
+        motions, contactes, deflections = [motion.copy()], [contact.copy()], []
         for n in range(steps):
-            status, _ = kernel.march(
-                *model.arrays,
-                s.newmark(step),
-                weights,
-                factors,
-                2.0 * np.pi * frequency,
-                np.inf,
-                cycle,
-                start + n if frequency else start,
-                motion,
-                touch,
-                out,
-                loads,
-                hub,
+            number = start + n if frequency else start
+            clock = Clock(2.0 * np.pi * frequency, cycle, number, np.inf)
+            status, _ = kernel.integrate(
+                model.arrays, made, clock, motion, contact, record
             )
             assert status == kernel.FINISHED
             motions.append(motion.copy())
-            touches.append(touch.copy())
-            deflections.append(out[:, 0].copy())
+            contactes.append(contact.copy())
+            deflections.append(record.mesh[:, 0].copy())
         deflection = np.array([deflections[0][0], *(d[1] for d in deflections)])
-        return Track(np.array(motions), np.array(touches), deflection)
+        return Track(np.array(motions), np.array(contactes), deflection)
 
     return march
 
@@ -211,5 +196,5 @@ def track() -> Callable[..., Track]:
 def rest() -> Callable[[DynamicModel], MotionState]:
     """Nothing moves, nothing is loaded."""
     return lambda model: MotionState(
-        np.zeros((4, model.size)), np.zeros((3, model.touching))
+        np.zeros((4, model.size)), np.zeros((3, model.contact_count))
     )

@@ -36,11 +36,11 @@ def thrown(model, speed, gap):
 
     Frozen at the pitch point, where the pair on the path touches first.
     """
-    shape = model.train.deflection[0]
+    shape = model.kinematics.deflection[0]
     motion = np.zeros((4, model.size))
     motion[kernel.Q, : shape.size] = -gap * shape / (shape @ shape)
     motion[kernel.V, : shape.size] = speed * shape / (shape @ shape)
-    return MotionState(motion, np.zeros((3, model.touching)))
+    return MotionState(motion, np.zeros((3, model.contact_count)))
 
 
 def collide(stepper, step, speed=SPEED, gap=3e-6):
@@ -55,24 +55,24 @@ def collide(stepper, step, speed=SPEED, gap=3e-6):
 
 def momentum(model, motion):
     out = np.empty(model.size)
-    uncompiled(kernel.mass_times)(model.body, motion[kernel.V], out)
+    uncompiled(kernel.mass_times)(model.modal, motion[kernel.V], out)
     return out
 
 
 def free_energy(model, motion):
     """Kinetic and elastic energy but for the contacts' [J]."""
-    hubs = model.body.damping.size
+    hubs = model.modal.damping.size
     kinetic = 0.5 * motion[kernel.V] @ momentum(model, motion)
     place = motion[kernel.Q]
-    hub = 0.5 * place[:hubs] @ model.body.stiffness @ place[:hubs]
-    return kinetic + hub + 0.5 * (model.body.rigidity * place[hubs:] ** 2).sum()
+    hub = 0.5 * place[:hubs] @ model.modal.stiffness @ place[:hubs]
+    return kinetic + hub + 0.5 * (model.modal.rigidity * place[hubs:] ** 2).sum()
 
 
 def contact_energy(model, touch):
     """Of the pairs' laws and of the compliance between pairs [J]."""
     knots, law = model.contacts.knots[0], model.contacts.law
-    squeeze, load = touch[kernel.SQUEEZE], touch[kernel.LOAD]
-    total = 0.5 * load @ model.contacts.normal[0] @ load
+    squeeze, load = touch[kernel.PENETRATION], touch[kernel.LOAD]
+    total = 0.5 * load @ model.contacts.normal_compliance[0] @ load
     for c, depth in enumerate(squeeze):
         for cell, begin in enumerate(knots[:-1]):
             x = min(depth, knots[cell + 1]) - begin
@@ -114,7 +114,7 @@ def test_energy_is_kept_throughout(colliding, track, kind):
     parts = np.array(
         [
             (free_energy(model, motion), contact_energy(model, touch))
-            for motion, touch in zip(run.motion, run.touch, strict=True)
+            for motion, touch in zip(run.motion, run.contact, strict=True)
         ]
     )
     total = parts.sum(axis=1)
@@ -125,7 +125,7 @@ def test_energy_is_kept_throughout(colliding, track, kind):
 def test_rigid_gears_rebound_with_the_speed_of_approach(colliding):
     stepper = colliding.stepper(None, 0.0, 0.9)
     before, after, _ = collide(stepper, STEPS[-1])
-    shape = stepper.model.train.deflection[0]
+    shape = stepper.model.kinematics.deflection[0]
     speeds = [shape @ state.motion[kernel.V, : shape.size] for state in (before, after)]
     assert -speeds[1] / speeds[0] == pytest.approx(1.0, abs=1e-4)
 
@@ -135,7 +135,7 @@ def test_vibration_takes_speed_from_the_rebound(colliding):
     stepper = colliding.stepper(CUTOFF, 0.0, 1.0)
     model = stepper.model
     before, after, _ = collide(stepper, STEPS[-1], speed=0.2)
-    shape = model.train.deflection[0]
+    shape = model.kinematics.deflection[0]
     hub = [momentum(model, s.motion)[: shape.size] for s in (before, after)]
     restitution = -(shape @ hub[1]) / (shape @ hub[0])
     assert 0.98 < restitution < 0.998
@@ -151,9 +151,9 @@ def test_impulse_changes_momentum_exactly(colliding, kind, step, remaining):
     stepper = colliding.stepper(KINDS[kind], 0.0, remaining)
     model = stepper.model
     before, after, motion = collide(stepper, step)
-    hubs = model.body.damping.size
+    hubs = model.modal.damping.size
     impulse = step * motion.pair_load.sum(axis=0)  # of each contact [N s]
-    given = -impulse @ model.rows.closing[:, 0, :hubs]
+    given = -impulse @ model.jacobian.normal[:, 0, :hubs]
     found = momentum(model, after.motion)[:hubs] - momentum(model, before.motion)[:hubs]
     np.testing.assert_allclose(found, given, atol=1e-9 * np.abs(given).max())
 
@@ -162,7 +162,7 @@ def test_both_gears_get_the_same_impulse(colliding):
     """In newton seconds along the line of action, from their inertias."""
     case, stepper = colliding, colliding.stepper(None, 0.0, 0.9)
     before, after, motion = collide(stepper, 5e-6)
-    turning = stepper.model.body.turning
+    turning = stepper.model.modal.rotation
     gained = turning @ (after.motion - before.motion)[kernel.V, : turning.shape[1]]
     impulse = 5e-6 * motion.pair_load.sum()
     for gear, turn in zip(case.gear_set.gears, gained, strict=True):

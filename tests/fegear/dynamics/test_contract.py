@@ -24,7 +24,7 @@ def stepper(request, case_of):
 def test_start_is_at_rest(stepper):
     state = stepper.start()
     assert state.motion.shape == (4, stepper.model.size)
-    assert state.touch.shape == (3, stepper.model.touching)
+    assert state.contact.shape == (3, stepper.model.contact_count)
     assert (state.motion[1:3] == 0.0).all()
     _, motion = stepper.march(state, 0.0, 1e-5, 64, 256)
     scale = np.abs(motion.history.deflection[0])
@@ -35,9 +35,11 @@ def test_statics_do_not_depend_on_the_fidelity(case_of):
     case = case_of("liu-idler-small-hubs")
     one, other = (case.stepper(cutoff).start() for cutoff in CUTOFFS.values())
     # squeezes count where contacts are near
-    near = one.touch[kernel.SQUEEZE] > -1e-6
-    for row in (kernel.SQUEEZE, kernel.LOAD):
-        np.testing.assert_allclose(other.touch[row, near], one.touch[row, near], 1e-8)
+    near = one.contact[kernel.PENETRATION] > -1e-6
+    for row in (kernel.PENETRATION, kernel.LOAD):
+        np.testing.assert_allclose(
+            other.contact[row, near], one.contact[row, near], 1e-8
+        )
     hubs = one.motion.shape[1]
     np.testing.assert_allclose(
         other.motion[0, :hubs], one.motion[0], rtol=1e-8, atol=1e-15
@@ -46,7 +48,7 @@ def test_statics_do_not_depend_on_the_fidelity(case_of):
 
 def test_response_is_complete_and_finite(stepper):
     response, motion, state = respond(stepper, FREQUENCY, SETTINGS)
-    meshes, contacts = 2, stepper.model.touching
+    meshes, contacts = 2, stepper.model.contact_count
     points = motion.history.time.size
     assert response.status is Status.PERIODIC
     for name in FIGURES:
@@ -58,7 +60,7 @@ def test_response_is_complete_and_finite(stepper):
         assert np.isfinite(values).all()
     assert motion.pair_load.shape == (points, contacts)
     assert (motion.pair_load >= 0.0).all()
-    assert motion.hub.shape == (points, 2, stepper.model.body.damping.size)
+    assert motion.hub.shape == (points, 2, stepper.model.modal.damping.size)
     assert state.motion.shape == (4, stepper.model.size)
     assert motion.history.time[-1] == pytest.approx(response.multiple / FREQUENCY)
 
@@ -102,8 +104,8 @@ def test_stiff_gears_are_quasistatic(case_of, frequency):
     steppers = (case.stepper(None), light.stepper(3e6), case.stepper(30e3))
     assert steppers[1].model.size == steppers[2].model.size
     assert (
-        steppers[1].model.body.rigidity.min()
-        > 0.999e4 * steppers[2].model.body.rigidity.min()
+        steppers[1].model.modal.rigidity.min()
+        > 0.999e4 * steppers[2].model.modal.rigidity.min()
     )
     rigid, stiff, elastic = (respond(s, frequency, settings)[0] for s in steppers)
     assert stiff.dte_rms[0] == pytest.approx(rigid.dte_rms[0], rel=1e-3)

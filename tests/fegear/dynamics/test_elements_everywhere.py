@@ -52,8 +52,8 @@ def arrays(stepper):
     found = {
         "mean stiffness": model.reference.modes.mean_stiffness,
         "laws": model.contacts.law[..., 1:],
-        "compliance": model.contacts.normal,
-        "elastic frequencies": np.sqrt(model.body.rigidity),
+        "compliance": model.contacts.normal_compliance,
+        "elastic frequencies": np.sqrt(model.modal.rigidity),
     }
     if hasattr(stepper, "full"):
         for field in stepper.full.fields:
@@ -114,7 +114,7 @@ def test_a_wider_idler_moves_more_mass_on_the_same_statics(idler):
     one, two = (prepared(g, STRESS, "quasistatic").model for g in (idler, wide))
     for name in ("law", "normal"):
         np.testing.assert_array_equal(*(getattr(m.contacts, name) for m in (one, two)))
-    before, after = (prepared(g, STRESS).model.body for g in (idler, wide))
+    before, after = (prepared(g, STRESS).model.modal for g in (idler, wide))
     scale = np.where(before.owner == 1, np.sqrt(2.0), 1.0)
     np.testing.assert_allclose(after.coupling, scale * before.coupling, rtol=1e-12)
     assert before.coupling[before.owner == 1].any()
@@ -129,7 +129,7 @@ def test_twist_of_an_idlers_body_cancels(idler):
         gear_set = replace(idler, gears=(idler.gears[0], gear, idler.gears[2]))
         stepper = prepared(gear_set, STRESS, "quasistatic")
         state = stepper.start()
-        deflections.append(stepper.model.train.deflection @ state.motion[0])
+        deflections.append(stepper.model.kinematics.deflection @ state.motion[0])
     np.testing.assert_allclose(deflections[1], deflections[0], rtol=1e-6)
 
 

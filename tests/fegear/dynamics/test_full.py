@@ -57,15 +57,17 @@ def apart(one, other):
 def test_statics_are_those_of_hubs_alone(case_of, full_of, friction):
     rigid = case_of(friction=friction).stepper(None).start()
     state = full_of(friction=friction).start()
-    near = rigid.touch[kernel.SQUEEZE] > 0.0
-    for row in (kernel.SQUEEZE, kernel.LOAD):
-        np.testing.assert_allclose(state.touch[row, near], rigid.touch[row, near], 1e-8)
+    near = rigid.contact[kernel.PENETRATION] > 0.0
+    for row in (kernel.PENETRATION, kernel.LOAD):
+        np.testing.assert_allclose(
+            state.contact[row, near], rigid.contact[row, near], 1e-8
+        )
     same_deflection(state, rigid, full_of(friction=friction))
 
 
 def same_deflection(one, other, stepper):
     """A free rotation takes part in the motion to rest and strains nothing."""
-    shapes = stepper.model.train.deflection
+    shapes = stepper.model.kinematics.deflection
     np.testing.assert_allclose(
         shapes @ one.motion[0], shapes @ other.motion[0], rtol=1e-8
     )

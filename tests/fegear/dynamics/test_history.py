@@ -59,7 +59,7 @@ def parsed(text: str) -> tuple[dict[str, str], list[str], list[list[str]]]:
 
 def test_columns_are_complete_and_name_their_units(case_of, pair):
     model, columns = case_of().model(), pair(FAST).columns
-    assert len(columns) == 1 + 4 + 2 * model.touching + 2
+    assert len(columns) == 1 + 4 + 2 * model.contact_count + 2
     assert list(columns)[:7] == [
         "time_s",
         "mesh1_position",
@@ -154,7 +154,7 @@ def test_text_reads_back_to_the_same_bits(pair):
 def test_back_side_contacts_have_columns_of_their_own(case_of):
     stepper = case_of(backlash=1e-6).stepper()
     state = stepper.start()
-    apart = stepper.model.train.deflection[0]
+    apart = stepper.model.kinematics.deflection[0]
     state.motion[1] = -0.5 / (apart @ apart) * apart  # thrown apart at 0.5 m/s
     _, motion = stepper.march(state, FAST, 1.0 / (FAST * 128), 128, 128)
     columns = history_table(stepper.model, motion, 128).columns

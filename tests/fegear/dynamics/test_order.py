@@ -22,7 +22,7 @@ def kicked(stepper, speed):
     costs an order.
     """
     state = stepper.start()
-    shape = stepper.model.train.deflection[0]
+    shape = stepper.model.kinematics.deflection[0]
     state.motion[kernel.V, : shape.size] += speed * shape / (shape @ shape)
     return state
 

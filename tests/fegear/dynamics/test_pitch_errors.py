@@ -53,7 +53,7 @@ def test_contacts_have_the_errors_of_their_own_teeth(case_of):
                 found = model.contacts.errors[row]
                 assert found[cycle % found.size] == pytest.approx(expected, abs=1e-15)
             row += 1
-    assert row == model.touching
+    assert row == model.contact_count
 
 
 def test_equal_teeth_have_no_errors(case_of):
@@ -117,7 +117,7 @@ def test_motion_is_that_of_rigid_gears_on_the_contact_of_every_instant(uneven):
 def test_steps_are_those_of_the_equations(uneven):
     """Against a general solver, over cycles with different pairs, contact lost."""
     stepper, frequency, cycles = uneven.stepper(20e3), 1600.0, 3
-    shape = stepper.model.train.deflection[0]
+    shape = stepper.model.kinematics.deflection[0]
     state = stepper.start()
     state.motion[1, : shape.size] += 0.15 * shape / (shape @ shape)
     _, states = reduced_motion.march(

@@ -29,15 +29,16 @@ def on_steps(table, fine):
 def contact_force(model, touch, fine):
     """Generalised force (t, n) of contacts over a cycle, from rows and loads."""
     closing, rootward, sliding = (
-        on_steps(table, fine) for table in (*model.rows[2:4], model.contacts.sliding)
+        on_steps(table, fine)
+        for table in (*model.jacobian[2:4], model.contacts.sliding)
     )
-    load, turned = touch[:, kernel.LOAD], touch[:, kernel.TURNED]
-    drag = model.rows.friction * sliding.T * (1.0 - 2.0 * turned)
-    count = model.rows.widths[0]
+    load, turned = touch[:, kernel.LOAD], touch[:, kernel.REVERSED]
+    drag = model.jacobian.friction * sliding.T * (1.0 - 2.0 * turned)
+    count = model.jacobian.widths[0]
     force = np.zeros((len(load), model.size))
     pushed = np.einsum("tc,ctw->tw", load, closing[..., :count])
     drawn = np.einsum("tc,ctw->tw", load * drag, rootward[..., :count])
-    force[:, model.rows.columns[0, :count]] = -pushed - drawn
+    force[:, model.jacobian.columns[0, :count]] = -pushed - drawn
     return force
 
 
@@ -49,9 +50,9 @@ def imbalance(stepper, track, frequency, steps):
     assert response.multiple == 1
     run = track(stepper, state, frequency, 1.0 / (frequency * steps), steps, steps)
     # periodic: the trapezoid rule is the mean of all points but the last
-    velocity, touch = run.motion[:-1, kernel.V], run.touch[:-1]
-    damping = np.concatenate([model.body.damping, model.body.elastic_damping])
-    load = np.concatenate([model.body.load, np.zeros(model.body.rigidity.size)])
+    velocity, touch = run.motion[:-1, kernel.V], run.contact[:-1]
+    damping = np.concatenate([model.modal.damping, model.modal.elastic_damping])
+    load = np.concatenate([model.modal.load, np.zeros(model.modal.rigidity.size)])
     force = contact_force(model, touch, steps // CYCLE)
     given = ((force + load) * velocity).sum(axis=1).mean()
     taken = (damping * velocity**2).sum(axis=1).mean()

@@ -48,9 +48,9 @@ def at_rest(stepper, track):
         run = track(stepper, state, 0.0, 1e-2, 6, CYCLE, place)
         motion = run.motion[-1]
         motion[1:3] = 0.0
-        state = MotionState(motion, run.touch[-1])
+        state = MotionState(motion, run.contact[-1])
         found.append(run.deflection[-1, 0])
-        moment.append(run.touch[-1, kernel.LOAD] @ lever[place])
+        moment.append(run.contact[-1, kernel.LOAD] @ lever[place])
     return np.array(found), np.array(moment)
 
 
@@ -118,11 +118,11 @@ def test_slow_motion_with_friction_is_static(case_of, track, relief):
 def test_start_balances_the_torques(case_of, cutoff):
     case = case_of("liu-idler-small-hubs")
     model = case.model(cutoff)
-    touch = case.stepper(cutoff).start().touch
+    touch = case.stepper(cutoff).start().contact
     radius = case.gear_set.meshes[0].pair.driver.base_radius
-    forces = [touch[kernel.LOAD, model.rows.mesh_of == m].sum() for m in range(2)]
+    forces = [touch[kernel.LOAD, model.jacobian.mesh_of == m].sum() for m in range(2)]
     # the couplings take a part of what the input gear gives
-    rotation = model.body.turning @ case.stepper(cutoff).start().motion[0, :3]
+    rotation = model.modal.rotation @ case.stepper(cutoff).start().motion[0, :3]
     held = [gear.coupling_stiffness for gear in case.gear_set.gears]
     assert forces[0] * radius == pytest.approx(100.0 - held[0] * rotation[0], rel=1e-8)
     assert forces[0] == pytest.approx(forces[1], rel=1e-8)  # the idler is free
@@ -158,20 +158,24 @@ def test_teeth_counted_anew_stand_where_they_stood(both_sides, kind):
     state = np.random.default_rng(1).standard_normal((4, model.size))
     after = state.copy()
     for gear in range(3):
-        uncompiled(kernel.count_anew)(model.body, gear, after)
+        uncompiled(kernel.count_anew)(model.modal, gear, after)
     assert not np.allclose(after, state)
-    count, columns, mesh_of = model.rows.widths, model.rows.columns, model.rows.mesh_of
+    count, columns, mesh_of = (
+        model.jacobian.widths,
+        model.jacobian.columns,
+        model.jacobian.mesh_of,
+    )
     compared = 0
-    for c in range(model.touching):
+    for c in range(model.contact_count):
         d = next_contact(model, c)
         m = mesh_of[c]
         width = columns[m, : count[m]]
         # a contact whose flanks do not face each other has no place on them
         if d is None or model.contacts.gap[c, -1] > 1e-3:
             continue
-        before = model.rows[kind][c, -1, : count[m]] @ state[0, width]
-        behind = model.rows[kind][d, 0, : count[m]] @ after[0, width]
-        scale = np.abs(model.rows[kind][c, -1]).sum()
+        before = model.jacobian[kind][c, -1, : count[m]] @ state[0, width]
+        behind = model.jacobian[kind][d, 0, : count[m]] @ after[0, width]
+        scale = np.abs(model.jacobian[kind][c, -1]).sum()
         assert behind == pytest.approx(before, abs=1e-5 * scale)
         compared += 1
     assert compared >= 8
@@ -180,8 +184,8 @@ def test_teeth_counted_anew_stand_where_they_stood(both_sides, kind):
 def test_laws_go_on_over_the_end_of_a_cycle(both_sides):
     gap, law = both_sides.contacts.gap, both_sides.contacts.law
     arms = np.concatenate([side.laws.lever.swapaxes(0, 1) for side in both_sides.sides])
-    normal = both_sides.contacts.normal
-    follow = {c: next_contact(both_sides, c) for c in range(both_sides.touching)}
+    normal = both_sides.contacts.normal_compliance
+    follow = {c: next_contact(both_sides, c) for c in range(both_sides.contact_count)}
     pairs = [(c, d) for c, d in follow.items() if d is not None and gap[c, -1] < 1e-3]
     for c, d in pairs:
         assert gap[d, 0] == pytest.approx(gap[c, -1], abs=1e-12)
@@ -205,7 +209,7 @@ def test_a_march_is_continuous_where_teeth_are_counted_anew(case_of, track):
     )
     force = np.stack(
         [
-            run.touch[:, kernel.LOAD, stepper.model.rows.mesh_of == m].sum(1)
+            run.contact[:, kernel.LOAD, stepper.model.jacobian.mesh_of == m].sum(1)
             for m in (0, 1)
         ]
     )
@@ -252,11 +256,11 @@ def both_ways(case_of):
 def test_a_mirrored_train_moves_alike(both_ways, cutoff):
     """With contact on both sides, friction and bearings."""
     one, other = (case.stepper(cutoff) for case in both_ways)
-    assert (one.model.train.speed == -other.model.train.speed).all()
+    assert (one.model.kinematics.speed == -other.model.kinematics.speed).all()
     runs = []
     for stepper in (one, other):
         state = stepper.start()
-        deflection = stepper.model.train.deflection
+        deflection = stepper.model.kinematics.deflection
         kick = np.linalg.pinv(deflection) @ [0.2, -0.2]  # m/s
         state.motion[kernel.V, : kick.size] += kick
         step = 1.0 / (1500.0 * 256)

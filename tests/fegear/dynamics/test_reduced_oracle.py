@@ -19,7 +19,7 @@ KICK = 0.15  # m/s, enough to lose contact
 def run(request, case_of):
     """(stepper, start, exact deflection at every position, equations)."""
     stepper = case_of(friction=request.param).stepper(CUTOFF)
-    shape = stepper.model.train.deflection[0]
+    shape = stepper.model.kinematics.deflection[0]
     state = stepper.start()
     state.motion[kernel.V, : shape.size] += KICK * shape / (shape @ shape)
     equations = reduced_motion.equations(stepper.model)
@@ -56,7 +56,7 @@ def test_loads_at_rest_are_those_of_the_equations(run):
     at_rest = stepper.start()
     loads = reduced_motion.contact_loads(equations, 0, 0.0, at_rest.motion[kernel.Q])
     np.testing.assert_allclose(
-        loads, at_rest.touch[kernel.LOAD], atol=1e-7 * loads.max()
+        loads, at_rest.contact[kernel.LOAD], atol=1e-7 * loads.max()
     )
     balance = equations.load - equations.stiffness @ at_rest.motion[kernel.Q]
     np.testing.assert_allclose(

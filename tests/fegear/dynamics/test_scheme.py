@@ -92,5 +92,5 @@ def test_predicted_and_corrected_are_the_same_step(remaining, damping):
 
 @pytest.mark.parametrize("remaining", [-0.1, 1.1, float("nan")])
 def test_refuses_what_cannot_remain(remaining):
-    with pytest.raises(ValueError, match="remaining"):
+    with pytest.raises(ValueError, match="rho_inf"):
         generalized_alpha(remaining)
