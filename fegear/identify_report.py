@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
@@ -17,6 +15,7 @@ from fegear.identify import (
     MeasuredStiffness,
     hub_limits,
 )
+from lumped.csv_text import format_csv
 
 FAR_OFF = 3.0  # spreads of a figure, beyond which it is not met
 AT_BOUND = 1e-3  # relative distance
@@ -86,16 +85,15 @@ def valley_csv(values: dict[str, Any]) -> str:
 
     `set` says which: chosen, equally good, or worse.
     """
-    out = io.StringIO()
-    out.write(f"# gear set: {values['gear_set']}\n")
-    out.write("# misfit: sum of squares of (figure - measured) over its spread\n")
-    writer = csv.DictWriter(out, ["set", *values["best"]], lineterminator="\n")
-    writer.writeheader()
-    writer.writerow({"set": "chosen"} | values["best"])
+    rows = [{"set": "chosen"} | values["best"]]
     for row in values["valley"]:
         kind = "equally good" if row in values["equally_good"] else "worse"
-        writer.writerow({"set": kind} | row)
-    return out.getvalue()
+        rows.append({"set": kind} | row)
+    header = {
+        "gear set": values["gear_set"],
+        "misfit": "sum of squares of (figure - measured) over its spread",
+    }
+    return format_csv(rows[0], (row.values() for row in rows), header)
 
 
 def draw_valley(

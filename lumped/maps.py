@@ -8,8 +8,6 @@ within a line, is taken up again at the points that are missing.
 
 from __future__ import annotations
 
-import csv
-import io
 import itertools
 import os
 import threading
@@ -21,6 +19,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from lumped.csv_text import format_csv, format_rows, parse_csv
 from lumped.response import FIGURES as MEASURED
 from lumped.response import Response
 from lumped.system import LumpedSystem
@@ -195,39 +194,21 @@ def run_map(
 
 def format_header(parameter_map: ParameterMap) -> str:
     """The comment lines and the line of column names."""
-    lines = [f"# format: {FORMAT}\n"]
-    lines += [f"# {key}: {value}\n" for key, value in parameter_map.header.items()]
+    header = {"format": FORMAT} | dict(parameter_map.header)
     for axis in parameter_map.axes:
-        values = " ".join(repr(float(value)) for value in axis.values)
-        lines.append(f"# axis {axis.name}: {values}\n")
+        header[f"axis {axis.name}"] = " ".join(repr(float(v)) for v in axis.values)
     names = [axis.name for axis in parameter_map.axes]
     columns = [*names, "mesh", *FIGURES, "period_multiple", "status"]
-    return "".join(lines) + _line(columns)
+    return format_csv(columns, [], header)
 
 
 def format_cell(point: Point, cell: Cell) -> str:
     """The rows of one point, a line for each mesh."""
-    start = [repr(float(value)) for value in point]
-    return "".join(
-        _line(
-            [
-                *start,
-                mesh,
-                *("" if np.isnan(value) else repr(value) for value in figures),
-                multiple,
-                cell.status,
-            ]
-        )
-        for mesh, (figures, multiple) in enumerate(
-            zip(cell.figures, cell.multiples, strict=True), start=1
-        )
+    each = zip(cell.figures, cell.multiples, strict=True)
+    return format_rows(
+        [*map(float, point), mesh, *figures, multiple, cell.status]
+        for mesh, (figures, multiple) in enumerate(each, start=1)
     )
-
-
-def _line(cells: Sequence[object]) -> str:
-    out = io.StringIO()
-    csv.writer(out, lineterminator="\n").writerow(cells)
-    return out.getvalue()
 
 
 def format_map(parameter_map: ParameterMap) -> str:
@@ -251,9 +232,9 @@ def read_cells(path: str | os.PathLike[str], empty: ParameterMap) -> dict[Point,
         if expected.startswith(text):
             return {}  # cut off within the header
         raise MapError(f"{path}: {_difference(text, expected)}")
-    whole = text[len(expected) :].rpartition("\n")[0]
+    whole = text[: text.rindex("\n") + 1]
     try:
-        return dict(_cells(whole.splitlines(), empty))
+        return dict(_cells(list(parse_csv(whole, str(path)).rows.values()), empty))
     except (ValueError, IndexError) as error:
         raise MapError(f"{path}: a damaged row, {error}") from None
 
@@ -265,10 +246,11 @@ def _difference(text: str, expected: str) -> str:
     return "holds another map"
 
 
-def _cells(lines: list[str], empty: ParameterMap) -> Iterator[tuple[Point, Cell]]:
+def _cells(
+    rows: list[Sequence[str]], empty: ParameterMap
+) -> Iterator[tuple[Point, Cell]]:
     """Points of which the rows of all meshes are there."""
     width, known = len(empty.axes), set(empty.points)
-    rows = list(csv.reader(lines))
     for i in range(0, len(rows) - empty.meshes + 1, empty.meshes):
         group = rows[i : i + empty.meshes]
         point = tuple(float(value) for value in group[0][:width])

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lumped.confirmed import respond_confirmed
+from lumped.csv_text import format_csv
 from lumped.response import (
     History,
     Response,
@@ -274,14 +274,9 @@ def wave_csv(motion: TimeHistory, header: Mapping[str, str] | None = None) -> st
 
     A pair that is not engaged has no state: its cell is empty.
     """
-    out = io.StringIO()
-    for key, value in (dict(header or {}) | WAVE_LEGEND).items():
-        out.write(f"# {key}: {value}\n")
-    writer = csv.writer(out, lineterminator="\n")
     columns = _wave_columns(motion)
-    writer.writerow(columns)
-    writer.writerows(zip(*columns.values(), strict=True))
-    return out.getvalue()
+    rows = zip(*columns.values(), strict=True)
+    return format_csv(columns, rows, dict(header or {}) | WAVE_LEGEND)
 
 
 WAVE_LEGEND = {
@@ -292,24 +287,17 @@ WAVE_LEGEND = {
 }
 
 
-def _wave_columns(motion: TimeHistory) -> dict[str, list[str]]:
+def _wave_columns(motion: TimeHistory) -> dict[str, list[Any]]:
     """Cells by column name."""
     history = motion.history
-    columns = {"time_s": _cells(history.time)}
+    columns = {"time_s": history.time.tolist()}
     for m, pairs in enumerate(motion.pairs):
-        columns[f"mesh{m + 1}_dte_m"] = _cells(history.deflection[:, m])
-        columns[f"mesh{m + 1}_force_N"] = _cells(history.force[:, m])
+        columns[f"mesh{m + 1}_dte_m"] = history.deflection[:, m].tolist()
+        columns[f"mesh{m + 1}_force_N"] = history.force[:, m].tolist()
         for p in range(pairs.force.shape[1]):
             name = f"mesh{m + 1}_pair{p + 1}"
-            columns[f"{name}_force_N"] = _cells(pairs.force[:, p])
-            columns[f"{name}_state"] = [
-                str(int(state)) if engaged else ""
-                for state, engaged in zip(
-                    pairs.state[:, p], pairs.engaged[:, p], strict=True
-                )
-            ]
+            columns[f"{name}_force_N"] = pairs.force[:, p].tolist()
+            each = zip(pairs.state[:, p], pairs.engaged[:, p], strict=True)
+            states = [int(state) if engaged else None for state, engaged in each]
+            columns[f"{name}_state"] = states
     return columns
-
-
-def _cells(values: Array) -> list[str]:
-    return [repr(float(value)) for value in values]

@@ -1,21 +1,18 @@
 """Sweep tables: one row per speed and mesh of a frequency response, as CSV.
 
-The file has a header of comment lines, `# key: value`, one line of column names with
-units and the rows in the order in which the speeds were passed, mesh by mesh. Numbers
-are written in the shortest form that reads back to the same bits; an empty cell is
-NaN.
+The rows stand in the order in which the speeds were passed, mesh by mesh; for the file
+see `lumped.csv_text`.
 """
 
 from __future__ import annotations
 
-import csv
-import io
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from types import MappingProxyType
 from typing import Any, get_args
 
+from lumped.csv_text import TableError, format_csv, parse_csv
 from lumped.response import Status
 from lumped.sweep import Branch, Direction
 
@@ -31,10 +28,6 @@ LEGEND = {
     "period_multiple": "in periods of the row's own mesh, 0 where the motion did not "
     "repeat within the cap",
 }
-
-
-class SweepTableError(ValueError):
-    """A sweep table that is not one; the message names line and column."""
 
 
 @dataclass(frozen=True)
@@ -111,67 +104,30 @@ def sweep_table(
 
 def format_sweep(table: SweepTable) -> str:
     """The table as CSV text."""
-    out = io.StringIO()
-    for key, value in table.header.items():
-        out.write(f"# {key}: {value}\n")
-    writer = csv.writer(out, lineterminator="\n")
-    writer.writerow(COLUMNS)
-    for row in table.rows:
-        writer.writerow([_cell(getattr(row, name)) for name in COLUMNS])
-    return out.getvalue()
-
-
-def _cell(value: str | int | float) -> str:
-    if isinstance(value, float):
-        return "" if math.isnan(value) else repr(value)
-    return str(value)
+    rows = ([getattr(row, name) for name in COLUMNS] for row in table.rows)
+    return format_csv(COLUMNS, rows, table.header)
 
 
 def parse_sweep(text: str, source: str = "sweep") -> SweepTable:
-    """Read CSV text; raises SweepTableError naming `source`, line and column."""
-    header: dict[str, str] = {}
-    names: list[str] | None = None
-    rows: list[SweepRow] = []
-    for number, line in enumerate(text.lstrip("\ufeff").splitlines(), start=1):
-        if line.startswith("#"):
-            key, _, value = line[1:].partition(":")
-            header[key.strip()] = value.strip()
-        elif line.strip():
-            cells = next(csv.reader([line]))
-            where = f"{source}, line {number}"
-            if names is None:
-                names = _checked_names(cells, where)
-            else:
-                rows.append(_row(cells, names, where))
-    if names is None:
-        raise SweepTableError(f"{source}: no column names")
-    return SweepTable(tuple(rows), header)
+    """Read CSV text; raises TableError naming `source`, line and column."""
+    found = parse_csv(text, source)
+    for name in COLUMNS:
+        if name not in found.names:
+            raise TableError(f"{source}: column {name} is missing")
+    for name in found.names:
+        if name not in COLUMNS:
+            raise TableError(f"{source}: unknown column {name}")
+    rows = tuple(_row(cells, found.names, at) for at, cells in found.rows.items())
+    return SweepTable(rows, found.header)
 
 
-def _checked_names(names: list[str], where: str) -> list[str]:
-    for wanted in COLUMNS:
-        if names.count(wanted) != 1:
-            times = names.count(wanted)
-            raise SweepTableError(
-                f"{where}: column {wanted} stands there {times} times, needed once"
-            )
-    unknown = [name for name in names if name not in COLUMNS]
-    if unknown:
-        raise SweepTableError(f"{where}: unknown column {unknown[0]}")
-    return names
-
-
-def _row(cells: list[str], names: list[str], where: str) -> SweepRow:
-    if len(cells) != len(names):
-        raise SweepTableError(
-            f"{where}: {len(cells)} cells where {len(names)} are named"
-        )
+def _row(cells: Sequence[str], names: Sequence[str], place: str) -> SweepRow:
     values: dict[str, Any] = {}
     for name, cell in zip(names, cells, strict=True):
         try:
             values[name] = _value(name, cell.strip())
         except ValueError as error:
-            raise SweepTableError(f"{where}, column {name}: {error}") from None
+            raise TableError(f"{place}, column {name}: {error}") from None
     return SweepRow(**values)
 
 
@@ -190,12 +146,6 @@ def _value(name: str, cell: str) -> str | int | float:
 
 
 def read_sweep(path: str) -> SweepTable:
-    """Read a sweep table; OSError or SweepTableError where that is not possible."""
+    """Read a sweep table; OSError or TableError where that is not possible."""
     with open(path, encoding="utf-8", newline="") as file:
         return parse_sweep(file.read(), str(path))
-
-
-def write_sweep(table: SweepTable, path: str) -> None:
-    """Write a sweep table as it stands; see `format_sweep`."""
-    with open(path, "w", encoding="utf-8", newline="") as file:
-        file.write(format_sweep(table))

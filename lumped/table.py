@@ -8,23 +8,19 @@ beyond the required ones may be missing or extra.
 
 from __future__ import annotations
 
-import csv
-import io
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
 
+from lumped.csv_text import TableError, format_csv, parse_csv
+
 Array = NDArray[np.float64]
 REQUIRED = ("torque_Nm", "position", "stiffness_N_per_m")
 COUNTS = ("n_pairs",)
-
-
-class TableError(ValueError):
-    """A mesh table that is not one; the message names line or column."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,57 +72,36 @@ class MeshTable:
 
 def format_table(table: MeshTable) -> str:
     """The table as CSV text."""
-    out = io.StringIO()
-    for key, value in table.header.items():
-        out.write(f"# {key}: {value}\n")
-    writer = csv.writer(out, lineterminator="\n")
-    writer.writerow(["torque_Nm", "position", *table.columns])
-    for t, torque in enumerate(table.torque_Nm):
-        for n, position in enumerate(table.position):
-            cells = [_cell(name, v[t, n]) for name, v in table.columns.items()]
-            writer.writerow([repr(float(torque)), repr(float(position)), *cells])
-    return out.getvalue()
-
-
-def _cell(name: str, value: float) -> str:
-    if math.isnan(value):
-        return ""
-    return str(int(value)) if name in COUNTS else repr(float(value))
+    columns = {
+        name: values.astype(int) if name in COUNTS else values
+        for name, values in table.columns.items()
+    }
+    rows = (
+        [float(torque), float(position), *(v[t, n].item() for v in columns.values())]
+        for t, torque in enumerate(table.torque_Nm)
+        for n, position in enumerate(table.position)
+    )
+    return format_csv(["torque_Nm", "position", *columns], rows, table.header)
 
 
 def parse_table(text: str, source: str = "table") -> MeshTable:
     """Read CSV text; raises TableError naming `source` and the line."""
-    lines = list(enumerate(text.lstrip("\ufeff").splitlines(), start=1))
-    header = dict(_header_entry(line) for _, line in lines if line.startswith("#"))
-    body = {n: line for n, line in lines if line.strip() and not line.startswith("#")}
-    if not body:
-        raise TableError(f"{source}: no column names")
-    names, *rows = list(csv.reader(body.values()))
-    missing = [name for name in REQUIRED if name not in names]
-    if missing:
-        raise TableError(f"{source}: column {missing[0]} is missing")
-    if len(set(names)) < len(names):
-        twice = next(name for name in names if names.count(name) > 1)
-        raise TableError(f"{source}: column {twice} is there more than once")
-    places = [f"{source}, line {number}" for number in body][1:]
-    data = np.array([_numbers(*each, names) for each in zip(rows, places, strict=True)])
+    found = parse_csv(text, source)
+    for name in REQUIRED:
+        if name not in found.names:
+            raise TableError(f"{source}: column {name} is missing")
+    data = np.array(
+        [
+            [
+                _number(cell, f"{place}, column {name}", name in REQUIRED[:2])
+                for cell, name in zip(row, found.names, strict=True)
+            ]
+            for place, row in found.rows.items()
+        ]
+    )
     if not len(data):
         raise TableError(f"{source}: no rows")
-    return _table_from(names, data, header, source)
-
-
-def _header_entry(line: str) -> tuple[str, str]:
-    key, _, value = line[1:].partition(":")
-    return key.strip(), value.strip()
-
-
-def _numbers(row: list[str], place: str, names: list[str]) -> list[float]:
-    if len(row) != len(names):
-        raise TableError(f"{place}: {len(row)} cells where {len(names)} are named")
-    return [
-        _number(cell, f"{place}, column {name}", name in REQUIRED[:2])
-        for cell, name in zip(row, names, strict=True)
-    ]
+    return _table_from(found.names, data, found.header, source)
 
 
 def _number(cell: str, place: str, needed: bool) -> float:
@@ -140,7 +115,7 @@ def _number(cell: str, place: str, needed: bool) -> float:
 
 
 def _table_from(
-    names: list[str], data: Array, header: dict[str, str], source: str
+    names: Sequence[str], data: Array, header: Mapping[str, str], source: str
 ) -> MeshTable:
     torque, position = (data[:, names.index(name)] for name in REQUIRED[:2])
     torques = np.array(list(dict.fromkeys(torque)))

@@ -26,6 +26,7 @@ ALLOWED = {
         "fegear",
         "meshes",
         "lumped.compiled",
+        "lumped.csv_text",
         "lumped.table",
         "lumped.train",
         "lumped.waves",

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 from fegear.output import write_text, write_whole
 from fegear.plots import save_figure
+from lumped.csv_text import format_records
 from validation import pages
-from validation.csv_text import csv_of
 from validation.provenance import machine, provenance
 
 if TYPE_CHECKING:
@@ -128,7 +128,7 @@ def files_of(name: str, output: Path) -> tuple[Path, Path]:
 def write_benchmark(measured: Benchmark, output: Path) -> None:
     """The points as CSV and the figure as PNG."""
     table, picture = files_of(measured.name, output)
-    write_text(table, csv_of(measured.tables[POINTS]))
+    write_text(table, format_records(measured.tables[POINTS]))
     write_whole(picture, lambda path: save_figure(measured.draw(), path))
 
 
@@ -149,7 +149,7 @@ def _study(measured: Benchmark, output: Path) -> dict[str, Any]:
         table: f"{name}{'' if table == POINTS else f'-{table}'}.csv" for table in tables
     }
     for table, rows in tables.items():
-        write_text(output / files[table], csv_of(rows))
+        write_text(output / files[table], format_records(rows))
     figure, command = measured.draw(), f"fegear bench {name} -o bench"
     data = tuple(files.items())
     return {

@@ -158,9 +158,10 @@ def _solve(
     system: LumpedSystem, frequency: float, study: str, setting: float
 ) -> tuple[Array, float, float]:
     """RMS of the DTE (m,) [m], seconds, and periods passed."""
-    settings = Settings(method="dopri5", accuracy=setting)
     if study == "rk4":
         settings = Settings(steps=int(setting), step_angle=2.0)
+    else:
+        settings = Settings(method="dopri5", accuracy=setting)
     response = respond(system, frequency, settings)
     seconds = fastest(lambda: respond(system, frequency, settings))
     periods = response.settling_time * frequency + max(response.multiple, 1)

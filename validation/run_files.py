@@ -11,9 +11,7 @@ Files are read once, and what does not fit the digests is not looked into.
 
 from __future__ import annotations
 
-import csv
 import hashlib
-import io
 import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
@@ -23,10 +21,10 @@ from typing import Any
 import numpy as np
 
 from fegear.errors import file_error
+from lumped.csv_text import format_csv, parse_csv
 from lumped.jumps import Jump, Peak, opposites
 from lumped.sweep import Branch
 from lumped.sweep_table import SweepTable, format_sweep, parse_sweep, sweep_table
-from validation.csv_text import csv_text
 from validation.marching import Cost, Marched
 from validation.metrics import (
     WAVE_POINTS,
@@ -148,16 +146,16 @@ def _statics_csv(statics: Sequence[Statics]) -> str:
             *(s.position, s.deflection, s.friction, s.single), strict=True
         )
     ]
-    return csv_text(STATICS_COLUMNS, rows)
+    return format_csv(STATICS_COLUMNS, rows)
 
 
 def _waves_csv(waves: Sequence[ForceWave]) -> str:
-    rows = [
-        [w.label, w.mesh, repr(i / w.force.size), repr(float(value))]
+    rows = (
+        [w.label, w.mesh, i / w.force.size, repr(float(value))]
         for w in waves
         for i, value in enumerate(w.force)
-    ]
-    return csv_text(("wave", "mesh", "cycle", "force_N"), rows)
+    )
+    return format_csv(("wave", "mesh", "cycle", "force_N"), rows)
 
 
 def read_run(task: Task, directory: Path, reused: bool) -> Run | None:
@@ -248,4 +246,4 @@ def _read_waves(entries: Sequence[Any], rows: Rows) -> Iterator[ForceWave]:
 
 
 def _rows(text: str) -> Rows:
-    return list(csv.reader(io.StringIO(text)))[1:]
+    return list(parse_csv(text, "a run's file").rows.values())

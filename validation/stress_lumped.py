@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lumped.analytic import StiffnessFigures, analytic_excitation
+from lumped.csv_text import format_csv
 from lumped.excitation import MeshExcitation, PairExcitation
 from lumped.response import History, respond, respond_with_history
 from lumped.settings import Settings
@@ -20,7 +21,6 @@ from lumped.sweep import sweep, sweep_all
 from lumped.system import LumpedSystem
 from lumped.train import Gear, Mesh, Train
 from lumped.waves import Wave, constant
-from validation.csv_text import csv_text
 
 Array = NDArray[np.float64]
 ADAPTIVE = Settings(method="dopri5", accuracy=1e-8)
@@ -446,4 +446,4 @@ def _no_gap() -> Wave:
 def trials_csv(trials: Sequence[Trial]) -> str:
     names = ("attempt", "promise", "measured", "bound", "kept")
     rows = ([*astuple(trial), "yes" if trial.kept else "no"] for trial in trials)
-    return csv_text(names, rows)
+    return format_csv(names, rows)

@@ -7,8 +7,6 @@ the same bits.
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
@@ -29,6 +27,7 @@ from fegear.dynamics.root_stress import RootInfluence
 from fegear.dynamics.sides import DRIVE
 from fegear.gearset.model import GearSet
 from fegear.gearset.pitch_errors import error_periods, tooth_in_cycles
+from lumped.csv_text import format_csv
 from lumped.sweep import Direction
 
 Column = NDArray[Any]
@@ -167,14 +166,8 @@ def gear_words(gear_set: GearSet) -> list[str]:
 
 def format_history(table: HistoryTable) -> str:
     """The table as CSV text."""
-    out = io.StringIO()
-    for key, value in table.header.items():
-        out.write(f"# {key}: {value}\n")
-    writer = csv.writer(out, lineterminator="\n")
-    writer.writerow(table.columns)
-    cells = [map(repr, values.tolist()) for values in table.columns.values()]
-    writer.writerows(zip(*cells, strict=True))
-    return out.getvalue()
+    rows = zip(*(column.tolist() for column in table.columns.values()), strict=True)
+    return format_csv(table.columns, rows, table.header)
 
 
 def history_name(torque: float, direction: Direction, frequency: float) -> str:

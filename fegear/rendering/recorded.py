@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import csv
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,6 +14,7 @@ from fegear.elasticity.material import Plane
 from fegear.errors import InputError
 from fegear.gearset.model import GearSet
 from fegear.output import read_text
+from lumped.csv_text import parse_csv
 
 Array = NDArray[np.float64]
 Pair = tuple[int, bool]  # base pitches ahead of the reference pair, back flanks
@@ -184,37 +184,19 @@ class RecordedMotion:
 
 def read_history(path: Path) -> HistoryFile:
     """Header and columns; raises InputError, in one line, on any other file."""
-    lines = read_text(path).splitlines()
-    header = dict(_entries(lines))
-    rows = list(csv.reader(line for line in lines if not line.startswith("#")))
-    if "gear set" not in header or len(rows) < 3 or rows[0][:1] != ["time_s"]:
-        raise InputError(f"{path}: is no history of a motion; {WHAT}")
-    return HistoryFile(path, header, _columns(path, rows[0], rows[1:]))
-
-
-def _entries(lines: Sequence[str]) -> Iterator[tuple[str, str]]:
-    for line in lines:
-        key, separator, value = line.removeprefix("# ").partition(": ")
-        if line.startswith("# ") and separator:
-            yield key, value
-
-
-def _columns(
-    path: Path, names: Sequence[str], rows: Sequence[Sequence[str]]
-) -> dict[str, Array]:
-    for number, row in enumerate(rows, start=1):
-        if len(row) != len(names):
-            raise InputError(
-                f"{path}: row {number} has {len(row)} of {len(names)} values; {WHAT}"
-            )
+    text = read_text(path)
     try:
-        table = np.array(rows, float)
+        found = parse_csv(text, str(path))
+        table = np.array([list(map(float, row)) for row in found.rows.values()])
     except ValueError as error:
-        raise InputError(f"{path}: {error}; {WHAT}") from None
+        message = f"{path}: is no history of a motion, {error}; {WHAT}"
+        raise InputError(message) from None
+    if "gear set" not in found.header or len(table) < 2 or found.names[0] != "time_s":
+        raise InputError(f"{path}: is no history of a motion; {WHAT}")
     if not np.isfinite(table).all():
-        column = names[int(np.argwhere(~np.isfinite(table))[0, 1])]
+        column = found.names[int(np.argwhere(~np.isfinite(table))[0, 1])]
         raise InputError(f"{path}: {column} has values that are not finite; {WHAT}")
-    return dict(zip(names, table.T, strict=True))
+    return HistoryFile(path, found.header, dict(zip(found.names, table.T, strict=True)))
 
 
 def mesh_motion(file: HistoryFile, gear_set: GearSet, mesh: int) -> RecordedMotion:

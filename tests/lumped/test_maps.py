@@ -30,7 +30,9 @@ GRID = ParameterMap(
 
 
 def cell(value: float) -> Cell:
-    figures = tuple((1.0, value * mesh, 0.1, 0.2, 0.3, 0.4, 0.5) for mesh in (1, 2))
+    figures = tuple(
+        (1.0, value * mesh, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6) for mesh in (1, 2)
+    )
     return Cell(figures, (1, 2), "periodic")
 
 

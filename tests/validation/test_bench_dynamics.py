@@ -10,9 +10,9 @@ from fegear.excitation import Excitations
 from fegear.gearset import load_gear_set
 from fegear.train import train_of
 from lumped import LumpedSystem
+from lumped.csv_text import format_records
 from validation import bench_dynamics as study
 from validation.bench import plain
-from validation.csv_text import csv_of
 
 
 @pytest.fixture(scope="module")
@@ -72,7 +72,7 @@ def test_picture_and_table(tmp_path):
         study.Point("modes", 0.0, 0, 1.0, 3.0, 1.0, 1.2),
     ]
     assert study.observed_order(points) == pytest.approx(2.0)
-    lines = csv_of(plain({"points": points})["points"]).splitlines()
+    lines = format_records(plain({"points": points})["points"]).splitlines()
     assert lines[0].startswith("study,setting,freedoms,prepare_s,us_per_step")
     assert len(lines) == 5
     axes = study.draw_points(points, "title").axes[0]

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from fegear.output import make_directory, strict_json, write_text
-from validation.csv_text import csv_of
+from lumped.csv_text import format_records
 from validation.pages import SavedFigure, filled, save_figure
 from validation.report import figures
 from validation.report.tables import report_tables
@@ -43,7 +43,7 @@ def write_report(
     cost = list(_cost_figure(results, output, values["command"]))
     tables = make_directory(output / "tables")
     for name, rows in report_tables(values).items():
-        write_text(tables / f"{name}.csv", csv_of(rows))
+        write_text(tables / f"{name}.csv", format_records(rows))
     shown = {**values, "figures": drawn, "cost_figure": cost, "fe": FE}
     write_text(output / "report.md", filled("report.md", **shown))
     write_text(output / "index.html", filled("report.html", **shown))

@@ -107,7 +107,7 @@ def test_files_that_cannot_be_used(tmp_path, header, changed, message):
 @pytest.mark.parametrize(
     ("damage", "message"),
     [
-        (lambda data: data[: len(data) - 30], "values; allowed"),
+        (lambda data: data[: len(data) - 30], "are named; allowed"),
         (lambda data: data.replace(b"0.0625", b"zero", 1), "could not convert"),
         (lambda data: b"", "is no history"),
         (lambda data: b"\xff\xfe\x00" + data, "not UTF-8 text"),

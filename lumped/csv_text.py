@@ -1,0 +1,74 @@
+"""Commented CSV: header lines `# key: value`, column names with units, rows.
+
+Numbers are written in the shortest form that reads back to the same bits; an empty
+cell is NaN.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+
+class TableError(ValueError):
+    """A table that is not one; the message names source, line or column."""
+
+
+@dataclass(frozen=True)
+class CsvText:
+    """Header, column names, and rows of cells by their place for messages."""
+
+    header: Mapping[str, str]
+    names: Sequence[str]
+    rows: Mapping[str, Sequence[str]]
+
+
+def format_csv(
+    names: Iterable[str],
+    rows: Iterable[Iterable[object]],
+    header: Mapping[str, str] | None = None,
+) -> str:
+    lines = [f"# {key}: {value}\n" for key, value in (header or {}).items()]
+    return "".join(lines) + format_rows([names]) + format_rows(rows)
+
+
+def format_rows(rows: Iterable[Iterable[object]]) -> str:
+    """Lines without names and header; NaN becomes an empty cell."""
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerows(["" if v != v else v for v in row] for row in rows)
+    return out.getvalue()
+
+
+def format_records(records: Sequence[Mapping[str, Any]]) -> str:
+    """Rows with equal keys, which name the columns, NaN written as `nan`.
+
+    Nothing where there are none.
+    """
+    rows = ([str(v) for v in record.values()] for record in records)
+    return format_csv(records[0], rows) if records else ""
+
+
+def parse_csv(text: str, source: str) -> CsvText:
+    """The table of a text; TableError without names or with rows of other lengths."""
+    header: dict[str, str] = {}
+    body: dict[str, list[str]] = {}
+    for number, line in enumerate(text.lstrip("\ufeff").splitlines(), start=1):
+        if line.startswith("#"):
+            key, _, value = line[1:].partition(":")
+            header[key.strip()] = value.strip()
+        elif line.strip():
+            body[f"{source}, line {number}"] = next(csv.reader([line]))
+    if not body:
+        raise TableError(f"{source}: no column names")
+    names = body.pop(next(iter(body)))
+    for name in names:
+        if names.count(name) > 1:
+            raise TableError(f"{source}: column {name} is there more than once")
+    for place, row in body.items():
+        if len(row) != len(names):
+            raise TableError(f"{place}: {len(row)} cells where {len(names)} are named")
+    return CsvText(header, names, body)
