@@ -76,3 +76,11 @@ def roll_length_at_arc(gear: SpurGear, arc: ArrayLike) -> NDArray[np.float64]:
     """Inverse of `arc_from_tip`, shape (n,)."""
     squared = gear.tip_roll_length**2 - 2.0 * gear.base_radius * np.asarray(arc, float)
     return np.sqrt(squared)
+
+
+def flank_frame(gear: SpurGear, arc: ArrayLike) -> tuple[Points, Points]:
+    """Points (n, 2) of the right flank at arcs (n,) from the tip, inward normals."""
+    roll_length = roll_length_at_arc(gear, arc)
+    tangent = flank_tangents(gear, roll_length)
+    inward = np.stack([-tangent[..., 1], tangent[..., 0]], axis=-1)
+    return flank_points(gear, roll_length), inward

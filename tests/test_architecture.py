@@ -17,6 +17,7 @@ KERNELS = [
     ROOT / "fegear" / "contact" / f"{name}.py"
     for name in ("active_set", "compliance", "cycle", "flanks", "patches")
 ]
+KERNELS += [ROOT / "fegear" / "elasticity" / "flank_grid.py"]
 KERNELS += sorted((ROOT / "fegear" / "dynamics" / "kernels").glob("*.py"))
 KERNELS += sorted((ROOT / "lumped" / "kernels").glob("*.py"))
 ALLOWED = {
@@ -75,7 +76,13 @@ def test_modules_that_every_system_has(path):
 
 @pytest.mark.parametrize("path", KERNELS, ids=lambda path: path.stem)
 def test_kernels_import_only_numerics(path):
-    own = ("fegear.contact", "fegear.dynamics", "lumped.kernels", "lumped.compiled")
+    own = (
+        "fegear.contact",
+        "fegear.dynamics",
+        "fegear.elasticity.flank_grid",
+        "lumped.kernels",
+        "lumped.compiled",
+    )
     outside = {m for m in imported_modules(path) if not m.startswith(own)}
     assert outside <= {"__future__", "math", "typing", "numpy", "numba"}
     inside = imported_modules(path) - outside

@@ -18,6 +18,7 @@ import numpy as np
 from fegear.contact.problem import ContactCycle, ContactProblem, solve_cycle
 from fegear.elasticity.flank import flank_compliance
 from fegear.elasticity.material import PlaneMaterial
+from fegear.elasticity.sector import CyclicSector
 from fegear.gearset.model import GearSet
 from fegear.statics import corner_positions
 from meshes import MeshSize
@@ -149,10 +150,12 @@ def _problem(gear_set: GearSet, variant: Variant) -> ContactProblem:
     gears = [gear_set.gears[spec.driver], gear_set.gears[spec.driven]]
     flanks = [
         flank_compliance(
-            gear.geometry,
-            PlaneMaterial(gear.young_modulus, gear.poisson_ratio),
-            variant.size,
-            variant.order,
+            CyclicSector(
+                gear.geometry,
+                PlaneMaterial(gear.young_modulus, gear.poisson_ratio),
+                variant.size,
+                variant.order,
+            ),
             variant.split,
         )
         for gear in gears

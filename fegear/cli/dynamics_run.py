@@ -225,6 +225,7 @@ def root_influences(
     gear_set: GearSet, name: str | None, statics: StaticsSettings
 ) -> dict[int, RootInfluence]:
     from fegear.dynamics.root_stress import root_influence
+    from fegear.elasticity.sector import cyclic_sector
 
     if name is None:
         return {}
@@ -232,5 +233,5 @@ def root_influences(
     if name not in names:
         raise InputError(f"--root-stress {name}; allowed are {', '.join(names)}")
     gear = gear_set.gears[names.index(name)]
-    given = gear.geometry, statics.material(gear), statics.size
-    return {names.index(name): root_influence(*given)}
+    sector = cyclic_sector(gear.geometry, statics.material(gear), statics.size)
+    return {names.index(name): root_influence(sector)}

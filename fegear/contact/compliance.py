@@ -12,9 +12,9 @@ import math
 import numpy as np
 
 from fegear.contact.grid import SUPPORT
+from fegear.elasticity.flank_grid import STENCIL
 from lumped.compiled import compiled_part
 
-STENCIL = 4
 NORMAL, TANGENTIAL = np.int64(0), np.int64(1)
 
 # Contact patch of one pair.
@@ -45,22 +45,6 @@ PATCH = np.dtype(
     ],
     align=True,
 )
-
-
-@compiled_part
-def set_stencil(patch, gear, a, arc, flank, count):
-    """Place of an arc in a flank table: first index and cubic Lagrange weights."""
-    ratio = min(max(arc / flank.length, 0.0), 1.0)
-    if flank.grading > 0.0:
-        ratio = math.asinh(ratio * math.sinh(flank.grading)) / flank.grading
-    place = min(max(ratio * count - 1.0, 0.0), count - 1.0)
-    first = min(max(int(place) - 1, 0), count - STENCIL)
-    u = place - first
-    patch.first[gear, a] = first
-    patch.weights[gear, a, 0] = -(u - 1.0) * (u - 2.0) * (u - 3.0) / 6.0
-    patch.weights[gear, a, 1] = u * (u - 2.0) * (u - 3.0) / 2.0
-    patch.weights[gear, a, 2] = -u * (u - 1.0) * (u - 3.0) / 2.0
-    patch.weights[gear, a, 3] = u * (u - 1.0) * (u - 2.0) / 6.0
 
 
 @compiled_part

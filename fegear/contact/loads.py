@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fegear.contact.problem import ContactProblem, run_kernel
+from fegear.elasticity.body_stress import ToothLoad
 
 Array = NDArray[np.float64]
 
@@ -54,3 +57,18 @@ def patch_loads(
         tooth, step = int(solved.teeth[k]), float(patch.step)
         loads.append(PatchLoad(tooth, driver, driven, step, force, drag * force))
     return loads
+
+
+def tooth_loads(
+    loads: Sequence[PatchLoad], gear: Literal["driver", "driven"], tooth: int = 0
+) -> list[ToothLoad]:
+    """Contact loads as one gear feels them, seen from its tooth of pair `tooth`.
+
+    The pair ahead is to the right on the driver and to the left on the driven gear.
+    """
+    sign = 1 if gear == "driver" else -1
+    arcs = [p.driver_arcs if gear == "driver" else p.driven_arcs for p in loads]
+    return [
+        ToothLoad(sign * (p.tooth - tooth), where, p.step, p.normal, p.rootward)
+        for p, where in zip(loads, arcs, strict=True)
+    ]

@@ -9,7 +9,6 @@ laws leave out and `coupling` holds.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +20,7 @@ from fegear.contact.problem import (
     candidate_pairs,
     kernel_inputs,
 )
+from fegear.elasticity.flank_grid import flank_stencils
 
 Array = NDArray[np.float64]
 CELLS = 32  # squeezes of a law, denser toward zero
@@ -125,8 +125,10 @@ def _coupling(
     """Smooth compliance between the points of contact of different pairs."""
     _, flanks, tables = kernel_inputs(problem)
     positions, pairs = arc.shape[:2]
+    count = tables.shape[3]
     stencils = [
-        flank_stencils(arc[..., g], flanks[g], tables.shape[3]) for g in range(2)
+        flank_stencils(arc[..., g], flank.length, flank.grading, count)
+        for g, flank in enumerate(flanks)
     ]
     normal, tangential = (np.zeros((positions, pairs, pairs)) for _ in range(2))
     reach = tables.shape[2] // 2
@@ -155,23 +157,3 @@ def _between(
     """(n,) entries of a table at stencils (n, 4) of rows and columns."""
     (i, u), (j, v) = row, column
     return np.einsum("na,nab,nb->n", u, table[i[:, :, None], j[:, None, :]], v)
-
-
-def flank_stencils(
-    arcs: Array, flank: Any, count: int
-) -> tuple[NDArray[np.int64], Array]:
-    """Indices and weights (..., 4) of flank points that interpolate at arcs (...).
-
-    flank : has length and grading as in FlankCompliance; count : of its points
-    """
-    from fegear.contact.compliance import PATCH, STENCIL, set_stencil
-
-    place = cast(Any, set_stencil).py_func  # the kernel's own, uncompiled
-    patch = np.zeros(1, PATCH).view(np.recarray)[0]
-    first = np.zeros(arcs.shape, np.int64)
-    weights = np.zeros((*arcs.shape, STENCIL))
-    for index, arc in np.ndenumerate(arcs):
-        place(patch, 0, 0, arc, flank, count)
-        first[index] = patch.first[0, 0]
-        weights[index] = patch.weights[0, 0]
-    return first[..., None] + np.arange(STENCIL), weights

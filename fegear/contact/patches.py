@@ -10,7 +10,6 @@ import math
 
 import numpy as np
 
-from fegear.contact.compliance import set_stencil
 from fegear.contact.flanks import (
     FAR,
     arc_of_roll,
@@ -19,6 +18,7 @@ from fegear.contact.flanks import (
     separation,
 )
 from fegear.contact.grid import SUPPORT
+from fegear.elasticity.flank_grid import place_stencil
 from lumped.compiled import compiled_part
 
 REACH = 0.5  # base pitches off the path within which a corner may touch
@@ -109,3 +109,12 @@ def lay_nodes(mesh, flanks, patch, nodes, extra_gap, half_width, points, count):
         s_slave = separation(master, slave, mesh.line, patch.nominal, s)[1]
         set_stencil(patch, m, a, arc, master, count)
         set_stencil(patch, 1 - m, a, arc_of_roll(slave, s_slave), slave, count)
+
+
+@compiled_part
+def set_stencil(patch, gear, a, arc, flank, count):
+    """Where the flank's table is read at support point a."""
+    weights = patch.weights[gear, a]
+    patch.first[gear, a] = place_stencil(
+        arc, flank.length, flank.grading, count, weights
+    )

@@ -24,8 +24,8 @@ from fegear.dynamics.memory import full_bytes, require_memory
 from fegear.dynamics.model import DynamicModel, dynamic_model
 from fegear.dynamics.respond import DynamicSettings, ReducedStepper, Stepper
 from fegear.dynamics.sides import MeshLaws
-from fegear.elasticity.material import PlaneMaterial
-from fegear.elasticity.modes import GearModes, gear_modes, resolving
+from fegear.elasticity.modes import GearModes, gear_modes, resolving_sector
+from fegear.elasticity.sector import cyclic_sector
 from fegear.errors import InputError
 from fegear.excitation import Excitations
 from fegear.gearset.inertia import require_inertia_of_bodies
@@ -36,11 +36,10 @@ from fegear.statics import RESOLUTIONS, StaticsSettings, contact_problem
 from fegear.train import mesh_torques_at
 from lumped.system import LumpedSystem
 from lumped.table import MeshTable
-from meshes import SpurGear
 
 if TYPE_CHECKING:
     from fegear.dynamics.full import FullModel
-    from fegear.elasticity.whole import WholeGear
+    from fegear.elasticity.cyclic_gear import CyclicGear
 
 Array = NDArray[np.float64]
 Fidelity = Literal["full", "reduced", "quasistatic", "auto"]
@@ -165,14 +164,16 @@ def _prepared(
 
 def _whole_gears(
     gear_set: GearSet, statics: StaticsSettings, refinement: float, highest: float
-) -> list[WholeGear]:
+) -> list[CyclicGear]:
     """For mesh frequencies up to `highest` [Hz]."""
-    from fegear.elasticity.whole import whole_gear
+    from fegear.elasticity.cyclic_gear import cyclic_gear
 
     size, wholes = statics.size.refined(refinement), []
     for gear in gear_set.gears:
-        body, cutoff = _body(gear, statics), usual_cutoff(gear, highest)
-        wholes.append(whole_gear(*body, resolving(size, *body, cutoff)))
+        cutoff = usual_cutoff(gear, highest)
+        sector = cyclic_sector(gear.geometry, statics.material(gear), size)
+        sector = resolving_sector(sector, gear.density, cutoff)
+        wholes.append(cyclic_gear(sector, gear.density))
     return wholes
 
 
@@ -230,19 +231,12 @@ def modes_of(
     highest = max(speeds)
     return [
         modes_once(
-            *_body(gear, settings),
+            cyclic_sector(gear.geometry, settings.material(gear), settings.size),
+            gear.density,
             cutoff_Hz or usual_cutoff(gear, highest),
-            settings.size,
         )
         for gear in gear_set.gears
     ]
-
-
-def _body(
-    gear: Gear, settings: StaticsSettings
-) -> tuple[SpurGear, PlaneMaterial, float]:
-    """What the elasticity and inertia of a gear depend on."""
-    return gear.geometry, settings.material(gear), gear.density
 
 
 def usual_cutoff(gear: Gear, highest: float) -> float:

@@ -13,12 +13,10 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from types import SimpleNamespace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fegear.contact.pair_laws import flank_stencils
 from fegear.dynamics.arrays import Newmark, Position
 from fegear.dynamics.elastic import Rayleigh
 from fegear.dynamics.kernels import full as kernel
@@ -33,7 +31,8 @@ from fegear.dynamics.respond import (
 )
 from fegear.dynamics.scheme import Scheme, generalized_alpha
 from fegear.dynamics.sides import ContactSide, MeshLaws, contact_sides
-from fegear.elasticity.whole import Factors, WholeGear
+from fegear.elasticity.cyclic_gear import CyclicGear, Factors
+from fegear.elasticity.flank_grid import flank_stencils
 from fegear.gearset.model import GearSet
 from lumped.system import LumpedSystem
 
@@ -52,7 +51,7 @@ class ElasticField:
     """
 
     number: int
-    whole: WholeGear
+    whole: CyclicGear
     width: float
     damping: Rayleigh
     contacts: Indices
@@ -191,7 +190,7 @@ def full_model(
     gear_set: GearSet,
     reference: LumpedSystem,
     laws: Sequence[MeshLaws],
-    wholes: Sequence[WholeGear],
+    wholes: Sequence[CyclicGear],
     damping: Sequence[Rayleigh],
     far: Array | None = None,
 ) -> FullModel:
@@ -222,7 +221,7 @@ def full_model(
 def _field(
     number: int,
     sides: Sequence[ContactSide],
-    whole: WholeGear,
+    whole: CyclicGear,
     width: float,
     damping: Rayleigh,
     kinds: int,
@@ -241,8 +240,8 @@ def _field(
             arcs.append(side.arcs(number))
         begin = end
     points = whole.flanks[0].arcs
-    grid = SimpleNamespace(length=points[-1], grading=whole.flank_grading)
-    index, weights = flank_stencils(np.concatenate(arcs, axis=1), grid, len(points))
+    grid = points[-1], whole.flank_grading, len(points)
+    index, weights = flank_stencils(np.concatenate(arcs, axis=1), *grid)
     return ElasticField(
         number=number,
         whole=whole,

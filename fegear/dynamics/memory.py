@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 
 from fegear.dynamics.sides import MeshLaws, contact_sides
-from fegear.elasticity.whole import WholeGear
+from fegear.elasticity.cyclic_gear import CyclicGear
 from fegear.errors import InputError
 from fegear.free_memory import available_bytes
 from fegear.gearset.model import GearSet
@@ -17,7 +17,7 @@ NUMBER = 8  # bytes
 
 
 def full_bytes(
-    gear_set: GearSet, laws: Sequence[MeshLaws], wholes: Sequence[WholeGear]
+    gear_set: GearSet, laws: Sequence[MeshLaws], wholes: Sequence[CyclicGear]
 ) -> float:
     """Most that fidelity full needs, fields under unit loads above all."""
     sides = contact_sides(gear_set, laws)
@@ -27,7 +27,7 @@ def full_bytes(
         flanks = len({side.flank for side in sides if number in side.gears})
         field = NUMBER * whole.own * whole.teeth
         loads = flanks * kinds * len(whole.flanks[0].arcs)
-        cut = whole.own - whole.inner
+        cut = whole.own - whole.interior
         ring = 2 * NUMBER * (whole.teeth // 2 + 1) * cut**2
         total += STEP_SIZES * (loads * field + ring) + FIELDS * field
     return total

@@ -17,13 +17,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.interpolate import CubicSpline
 
-from fegear.elasticity.flank import flank_points_of, ring_fields, split_excitation
-from fegear.elasticity.material import PlaneMaterial
-from fegear.elasticity.modes import LEFT, RIGHT
-from fegear.elasticity.sector import assemble_sector, condense
-from fegear.stress import ROOTWARD, nodal_stress
-from meshes import MeshSize, SectorMesh, SpurGear, sector_mesh
-from meshes.profile import flank_points, flank_tangents, roll_length_at_arc
+from fegear.elasticity.body_stress import ROOTWARD, nodal_stress
+from fegear.elasticity.flank import flamant_loads, ring_fields
+from fegear.elasticity.sector import LEFT, RIGHT, CyclicSector
+from meshes import SectorMesh, SpurGear
+from meshes.profile import flank_frame
 
 Array = NDArray[np.float64]
 REACH = 2  # teeth on either side of the stressed one whose loads count
@@ -101,27 +99,20 @@ class RootInfluence:
         return np.einsum("td,tdsf->tsf", forces, influence)
 
 
-def root_influence(
-    gear: SpurGear, material: PlaneMaterial, size: MeshSize | None = None
-) -> RootInfluence:
+def root_influence(sector: CyclicSector) -> RootInfluence:
     """Solve once for all places of load on a gear whose hub is held."""
-    mesh = sector_mesh(gear, size)
-    model = assemble_sector(mesh, material)
-    sector = condense(model, gear.teeth)
-    points = flank_points_of(gear, mesh, model)
-    rows = _fillet_nodes(mesh)
-    stress = nodal_stress(mesh, model, material)
+    rows, mesh = _fillet_nodes(sector.mesh), sector.mesh
+    stress = nodal_stress(sector)
     trace = stress[rows.ravel()] + stress[len(mesh.points) + rows.ravel()]
-    teeth = range(-REACH, REACH + 1)
+    teeth, arcs = range(-REACH, REACH + 1), sector.flanks[RIGHT].arcs
     remainder = []
     for angle in (0.0, ROOTWARD):
-        excitation = split_excitation(mesh, model, sector, points, material, angle)
         # what a load on tooth j does to tooth 0, tooth 0 does to tooth -j
-        fields = ring_fields(gear, model, sector, excitation, teeth)
+        fields = ring_fields(sector, flamant_loads(sector, angle), teeth)
         remainder.append(np.stack([(trace @ fields[-tooth]).T for tooth in teeth]))
-    shape = (len(teeth), len(points.arcs), 2, *rows.shape)
+    shape = (len(teeth), len(arcs), 2, *rows.shape)
     together = np.stack(remainder, axis=2).reshape(shape)
-    return RootInfluence(gear, mesh.points[rows], points.arcs, together)
+    return RootInfluence(sector.gear, mesh.points[rows], arcs, together)
 
 
 def _fillet_nodes(mesh: SectorMesh) -> NDArray[np.int64]:
@@ -136,11 +127,10 @@ def _half_plane(gear: SpurGear, arc: Array, points: Array) -> Array:
     Under unit normal and rootward point loads at arcs (t,) of a right flank;
     -2 cos(theta) / (pi r) is radial, Timoshenko & Goodier, article 36.
     """
-    roll = roll_length_at_arc(gear, arc)
-    tangent = flank_tangents(gear, roll)
-    inward = np.stack([-tangent[:, 1], tangent[:, 0]], axis=1)
-    offset = points - flank_points(gear, roll)[:, None, None]
-    along = np.einsum("dtc,tsfc->tdsf", np.stack([inward, -tangent]), offset)
+    origin, inward = flank_frame(gear, arc)
+    rootward = np.stack([-inward[:, 1], inward[:, 0]], axis=1)
+    offset = points - origin[:, None, None]
+    along = np.einsum("dtc,tsfc->tdsf", np.stack([inward, rootward]), offset)
     squared = (offset**2).sum(axis=-1)[:, None]
     at_load = squared == 0.0  # the fillet begins where the flank ends
     return -2.0 / math.pi * along / np.where(at_load, np.inf, squared)

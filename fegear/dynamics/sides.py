@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fegear.contact.pair_laws import PairLaws
-from fegear.elasticity.modes import LEFT, RIGHT
+from fegear.elasticity.sector import LEFT, RIGHT
 from fegear.gearset.model import GearSet
 from fegear.gearset.phases import first_teeth
 from fegear.gearset.pitch_errors import mesh_errors

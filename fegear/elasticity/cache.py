@@ -17,6 +17,7 @@ import numpy as np
 
 from fegear.elasticity.flank import FlankCompliance, flank_compliance
 from fegear.elasticity.material import PlaneMaterial
+from fegear.elasticity.sector import cyclic_sector
 from fegear.errors import InputError
 from fegear.output import make_directory, write_whole
 from meshes import MeshSize, SpurGear
@@ -66,7 +67,7 @@ def cached_flank_compliance(
     path = cache_directory() / f"flank-{key[:32]}.npz"
     found = read_compliance(path, key)
     if found is None:
-        found = flank_compliance(gear, material, size, order, split)
+        found = flank_compliance(cyclic_sector(gear, material, size, order), split)
         store_compliance(found, path, key)
     return found
 

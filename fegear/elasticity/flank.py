@@ -16,18 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fegear.elasticity import halfplane
-from fegear.elasticity.material import PlaneMaterial
+from fegear.elasticity.boundary import boundary_quadrature
 from fegear.elasticity.ring import ring_response
-from fegear.elasticity.sector import (
-    CondensedSector,
-    SectorModel,
-    assemble_sector,
-    boundary_quadrature,
-    condense,
-)
+from fegear.elasticity.sector import RIGHT, CyclicSector
 from fegear.timing import stage
-from meshes import MeshSize, SectorMesh, SpurGear, sector_mesh
-from meshes.profile import flank_tangents, roll_length_at_arc
 
 Array = NDArray[np.float64]
 REACH = 3  # teeth on either side of the loaded one whose deflection is kept
@@ -65,177 +57,126 @@ class FlankCompliance:
 
 
 @dataclass(frozen=True)
-class FlankPoints:
-    """Points of the right flank, unit directions and freedoms (x, y) there."""
+class SectorLoads:
+    """Sets of loads on sector 0, one in each column.
 
-    points: Array  # (n, 2)
-    inward: Array  # (n, 2)
-    rootward: Array  # (n, 2)
-    arcs: Array  # (n,)
-    freedoms: NDArray[np.int64]  # (n, 2)
-
-
-@dataclass(frozen=True)
-class Excitation:
-    """What one set of loads does to sector 0.
-
-    force : (freedoms, loads) nodal loads
-    held : (hub, loads) prescribed displacement of the hub freedoms
+    force : (freedoms, loads) nodal forces
+    hub : (hub, loads) prescribed displacement of the hub freedoms
     jump : (cut, loads) polar displacement by which the continuous field exceeds
         sector 0's own on its cuts
     """
 
     force: Array
-    held: Array
+    hub: Array
     jump: Array
 
 
-def flank_compliance(
-    gear: SpurGear,
-    material: PlaneMaterial,
-    size: MeshSize | None = None,
-    order: int = 2,
-    split: bool = True,
-) -> FlankCompliance:
+def flank_compliance(sector: CyclicSector, split: bool = True) -> FlankCompliance:
     """Compute the compliance of one flank, hub held.
 
     split=False leaves the half-plane part to the finite elements; it is there to
     be compared with, and its diagonal depends on the mesh.
     """
-    size = size or MeshSize()
-    with stage("meshing"):
-        mesh = sector_mesh(gear, size)
-    with stage("assembling"):
-        model = assemble_sector(mesh, material, order)
-    with stage("condensing"):
-        sector = condense(model, gear.teeth)
-        loads = flank_points_of(gear, mesh, model)
-        excite = split_excitation if split else nodal_excitation
-        excitation = excite(mesh, model, sector, loads, material)
-        rows = loads.freedoms.ravel()
-        teeth = range(-REACH, REACH + 1)
-        fields = ring_fields(gear, model, sector, excitation, teeth)
-        u = np.stack([fields[tooth][rows] for tooth in teeth])
-        if split:
-            u[REACH] += flamant_displacement(model, loads, material, rows)
-    u = u.reshape(len(teeth), len(loads.arcs), 2, -1)
-    normal = np.einsum("micj,ic->mij", u, loads.inward)
-    tangential = np.einsum("micj,ic->mij", u, loads.rootward)
+    flank, material = sector.flanks[RIGHT], sector.material
+    rows, teeth = flank.freedoms.ravel(), range(-REACH, REACH + 1)
+    loads = flamant_loads(sector) if split else nodal_loads(sector)
+    fields = ring_fields(sector, loads, teeth)
+    u = np.stack([fields[tooth][rows] for tooth in teeth])
     if split:
-        distance = loads.arcs[:, None] - loads.arcs[None, :]
+        u[REACH] += flamant_displacement(sector, rows)
+    u = u.reshape(len(teeth), len(flank.arcs), 2, -1)
+    normal = np.einsum("micj,ic->mij", u, flank.inward)
+    tangential = np.einsum("micj,ic->mij", u, flank.rootward)
+    if split:
+        distance = flank.arcs[:, None] - flank.arcs[None, :]
         E, nu = material.modulus, material.poisson
         normal[REACH] -= halfplane.normal_kernel(distance, E)
         tangential[REACH] -= halfplane.tangential_kernel(distance, E, nu)
     return FlankCompliance(
         normal,
         tangential,
-        gear.flank_length,
-        size.flank_grading,
+        sector.gear.flank_length,
+        sector.size.flank_grading,
         material.modulus,
         material.poisson,
         split,
     )
 
 
-def flank_points_of(
-    gear: SpurGear, mesh: SectorMesh, model: SectorModel
-) -> FlankPoints:
-    """The flank vertices where loads act, all but the tip corner itself."""
-    arcs = mesh.flank_arcs[1:]
-    tangent = flank_tangents(gear, roll_length_at_arc(gear, arcs))
-    inward = np.stack([-tangent[:, 1], tangent[:, 0]], axis=1)
-    nodes = mesh.flank_nodes[1:]
-    return FlankPoints(
-        mesh.points[nodes], inward, -tangent, arcs, model.node_freedoms[nodes]
-    )
-
-
 def flamant_displacement(
-    model: SectorModel,
-    loads: FlankPoints,
-    material: PlaneMaterial,
-    dofs: NDArray[np.int64],
-    load_angle: float = 0.0,
+    sector: CyclicSector, freedoms: NDArray[np.int64], load_angle: float = 0.0
 ) -> Array:
-    """Flamant's displacement at freedoms given as (x, y) pairs, (dofs, n)."""
-    places = model.locations[dofs[::2]]
-    E, nu = material.modulus, material.poisson
+    """Flamant's displacement at freedoms given as (x, y) pairs, (freedoms, n)."""
+    places, flank = sector.locations[freedoms[::2]], sector.flanks[RIGHT]
+    E, nu = sector.material.modulus, sector.material.poisson
     fields = [
         halfplane.displacement(places, x, n, E, nu, load_angle)
-        for x, n in zip(loads.points, loads.inward, strict=True)
+        for x, n in zip(flank.points, flank.inward, strict=True)
     ]
     return np.stack([u.ravel() for u in fields], axis=1)
 
 
-def split_excitation(
-    mesh: SectorMesh,
-    model: SectorModel,
-    sector: CondensedSector,
-    loads: FlankPoints,
-    material: PlaneMaterial,
-    load_angle: float = 0.0,
-) -> Excitation:
-    """What drives the remainder w; load_angle as in `halfplane.displacement`."""
+def flamant_loads(sector: CyclicSector, load_angle: float = 0.0) -> SectorLoads:
+    """What drives the remainder w under a unit load at each right flank point.
+
+    load_angle : as in `halfplane.displacement`
+    """
     names = [side + name for name in FREE_BOUNDARIES for side in ("", "left_")]
-    names = [name for name in names if name in mesh.edges]
-    boundary = boundary_quadrature(model, mesh, names)
+    boundary = boundary_quadrature(sector, [n for n in names if n in sector.mesh.edges])
+    flank = sector.flanks[RIGHT]
     tractions = [
         halfplane.traction(boundary.points, boundary.normals, x, n, load_angle)
-        for x, n in zip(loads.points, loads.inward, strict=True)
+        for x, n in zip(flank.points, flank.inward, strict=True)
     ]
     force = -(boundary.operator @ np.stack([t.T.ravel() for t in tractions], axis=1))
-    cut = flamant_displacement(model, loads, material, model.cut, load_angle)
-    hub = flamant_displacement(model, loads, material, model.hub, load_angle)
-    return Excitation(force, -hub, sector.polar.T @ cut)
+    cut = flamant_displacement(sector, sector.cut, load_angle)
+    hub = flamant_displacement(sector, sector.hub, load_angle)
+    return SectorLoads(force, -hub, sector.polar.T @ cut)
 
 
-def nodal_excitation(
-    mesh: SectorMesh,
-    model: SectorModel,
-    sector: CondensedSector,
-    loads: FlankPoints,
-    material: PlaneMaterial,
-) -> Excitation:
-    """Point loads straight on the flank vertices, without a singular part."""
-    count = len(loads.points)
-    force = np.zeros((model.basis.N, count))
+def nodal_loads(sector: CyclicSector) -> SectorLoads:
+    """Unit point loads straight on the right flank's points, no singular part."""
+    flank = sector.flanks[RIGHT]
+    count = len(flank.points)
+    force = np.zeros((sector.basis.N, count))
     for component in range(2):
-        dofs = loads.freedoms[:, component]
-        force[dofs, np.arange(count)] = loads.inward[:, component]
-    held = np.zeros((len(model.hub), count))
-    return Excitation(force, held, np.zeros((len(model.cut), count)))
+        dofs = flank.freedoms[:, component]
+        force[dofs, np.arange(count)] = flank.inward[:, component]
+    hub, cut = np.zeros((len(sector.hub), count)), np.zeros((len(sector.cut), count))
+    return SectorLoads(force, hub, cut)
 
 
 def ring_fields(
-    gear: SpurGear,
-    model: SectorModel,
-    sector: CondensedSector,
-    excitation: Excitation,
-    teeth: Iterable[int],
+    sector: CyclicSector, loads: SectorLoads, teeth: Iterable[int]
 ) -> dict[int, Array]:
     """Displacement (freedoms, loads) of the sectors `teeth` to the right of the
-    excited one; of the excited sector the remainder only."""
-    inner, cut, half = model.inner, model.cut, len(model.cut) // 2
-    load = excitation.force - model.stiffness[:, model.hub] @ excitation.held
-    settled = sector.factor.solve(np.ascontiguousarray(load[inner]))
-    coupling = model.stiffness[cut][:, inner]
-    cut_load = sector.polar.T @ (load[cut] - coupling @ settled)
-    cut_load += sector.superelement @ excitation.jump
+    loaded one; of the loaded sector the remainder only."""
+    interior, cut, half = sector.interior, sector.cut, len(sector.cut) // 2
+    condensed, K = sector.condensation, sector.stiffness
     wanted = list(teeth)
-    cuts = range(min(wanted) - 1, max(wanted) + 1)
-    edges = ring_response(
-        sector.superelement, cut_load[:half], cut_load[half:], gear.teeth, cuts
-    )
-    fields = {}
-    for tooth in wanted:
-        ends = np.vstack([edges[tooth - 1], edges[tooth]])
-        if tooth == 0:
-            ends -= excitation.jump
-        field = np.zeros_like(excitation.force)
-        field[inner] = -sector.response @ ends
-        field[cut] = sector.polar @ ends
-        if tooth == 0:
-            field[inner] += settled
-            field[model.hub] = excitation.held
-        fields[tooth] = field
+    with stage("ring"):
+        load = loads.force - K[:, sector.hub] @ loads.hub
+        particular = condensed.solve(load[interior])  # with the cuts held
+        cut_load = sector.polar.T @ (load[cut] - K[cut][:, interior] @ particular)
+        cut_load += condensed.superelement @ loads.jump
+        cuts = range(min(wanted) - 1, max(wanted) + 1)
+        edges = ring_response(
+            condensed.superelement,
+            cut_load[:half],
+            cut_load[half:],
+            sector.gear.teeth,
+            cuts,
+        )
+        fields = {}
+        for tooth in wanted:
+            ends = np.vstack([edges[tooth - 1], edges[tooth]])
+            if tooth == 0:
+                ends -= loads.jump
+            field = np.zeros_like(loads.force)
+            field[interior] = -condensed.response @ ends
+            field[cut] = sector.polar @ ends
+            if tooth == 0:
+                field[interior] += particular
+                field[sector.hub] = loads.hub
+            fields[tooth] = field
     return fields

@@ -5,6 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
+import numpy as np
+from numpy.typing import NDArray
+
 Plane = Literal["stress", "strain"]
 
 
@@ -27,6 +30,11 @@ class PlaneMaterial:
         """nu': nu in plane stress, nu / (1 - nu) in plane strain."""
         nu = self.poisson_ratio
         return nu if self.plane == "stress" else nu / (1.0 - nu)
+
+    def out_of_plane(self, stress: NDArray[np.float64]) -> NDArray[np.float64]:
+        """zz (n,) that belongs to xx, yy, xy (n, 3) [Pa]; zero in plane stress."""
+        nu = self.poisson_ratio if self.plane == "strain" else 0.0
+        return nu * stress[:, :2].sum(axis=1)
 
     @property
     def lame(self) -> tuple[float, float]:

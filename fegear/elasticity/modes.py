@@ -1,13 +1,11 @@
 """Elastic modes of a whole toothed gear with its hub held, from one sector.
 
-The sectors of a gear are equal, so its modes are waves: with n nodal diameters,
+The sectors of a gear are equal, so its modes are cyclic: with n nodal diameters,
 sector k moves like sector 0 times exp(2 pi i n k / z), in components that turn with
-the sector (Thomas, Int. J. Numer. Meth. Eng. 14 (1979) 81). The right cut is then tied
-to the left one, and every n is a Hermitian eigenproblem of one sector's size. How many
+the sector (Thomas, Int. J. Numer. Meth. Eng. 14 (1979) 81). The right cut then follows
+the left one, and every n is a Hermitian eigenproblem of one sector's size. How many
 modes it has below the cut-off is counted first (Wittrick & Williams, Q. J. Mech. Appl.
 Math. 24 (1971) 263), so that only those n are solved that have any.
-
-Everything is per unit width.
 """
 
 from __future__ import annotations
@@ -23,24 +21,25 @@ from scipy.linalg import cho_factor, cho_solve, eigvalsh
 from scipy.sparse import csr_array
 from scipy.sparse.linalg import LinearOperator, eigsh
 
-from fegear.elasticity.flank import FlankPoints, flank_points_of
-from fegear.elasticity.material import PlaneMaterial
+from fegear.elasticity.ring import close_ring, nodal_diameter_phase
 from fegear.elasticity.sector import (
-    CondensedSector,
-    SectorModel,
-    assemble_mass,
-    assemble_sector,
+    RIGHT,
+    Condensation,
+    CyclicSector,
+    FlankPoints,
     condense,
+    cyclic_sector,
 )
 from fegear.timing import stage
-from meshes import MeshSize, SectorMesh, SpurGear, sector_mesh
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
-Field = NDArray[Any]  # real where a wave stands, else complex
+Field = NDArray[Any]  # real where a mode stands, else complex
 Counts = NDArray[np.int64]
-RIGHT, LEFT = 0, 1  # flanks of a tooth
-LAYERS_PER_WAVE = 6.0  # at least; frequencies are then exact to some 1e-4
+Flanks = tuple[FlankPoints, FlankPoints]
+LAYERS_PER_WAVE = (
+    6.0  # at least, of shear waves; frequencies are then exact to some 1e-4
+)
 
 
 @dataclass(frozen=True)
@@ -91,7 +90,7 @@ class GearModes:
 
 
 @dataclass(frozen=True)
-class Waves:
+class CyclicModes:
     """Modes with n nodal diameters as complex fields of sector 0.
 
     omega : (m,) rising [rad/s]
@@ -99,266 +98,185 @@ class Waves:
         carried around the gear, are modes of unit mass. Real where n is single.
     """
 
-    nodal_diameter: int
+    nodal_diameters: int
     omega: Array
     fields: Field
 
     @property
     def single(self) -> bool:
-        """Whether the wave stands: n = 0, or half the number of teeth."""
+        """Whether they are standing: n = 0, or half the number of teeth."""
         return not np.iscomplexobj(self.fields)
 
 
-def gear_modes(
-    gear: SpurGear,
-    material: PlaneMaterial,
-    density: float,
-    cutoff_Hz: float,
-    size: MeshSize | None = None,
-) -> GearModes:
-    """All modes of the gear below `cutoff_Hz`, hub held; density in kg/m3."""
+def gear_modes(sector: CyclicSector, density: float, cutoff_Hz: float) -> GearModes:
+    """All modes of the gear below `cutoff_Hz`, hub held; density in kg/m3.
+
+    Raises ValueError where either is not positive and finite.
+    """
     for name, value in (("density", density), ("cutoff_Hz", cutoff_Hz)):
         if not (value > 0.0 and math.isfinite(value)):
             raise ValueError(f"{name} must be positive and finite, got {value}")
-    size = resolving(size or MeshSize(), gear, material, density, cutoff_Hz)
-    with stage("meshing"):
-        mesh = sector_mesh(gear, size)
-    with stage("assembling"):
-        model = assemble_sector(mesh, material)
-        mass = assemble_mass(model, density)
-    flanks = both_flanks(gear, mesh, model)
-    with stage("modes"):
-        waves = sector_waves(model, mass, gear.teeth, cutoff_Hz)
-        return _gathered(gear, cutoff_Hz, model, mass, flanks, waves)
+    sector = resolving_sector(sector, density, cutoff_Hz)
+    mass = sector.mass(density)
+    modes = cyclic_modes(sector, mass, cutoff_Hz)
+    return _collect_modes(sector, cutoff_Hz, mass, modes)
 
 
-def resolving(
-    size: MeshSize,
-    gear: SpurGear,
-    material: PlaneMaterial,
-    density: float,
-    highest_Hz: float,
-) -> MeshSize:
-    """With layers of the body that resolve shear waves up to a frequency."""
-    wave = math.sqrt(material.lame[1] / density) / highest_Hz
-    largest = wave / (LAYERS_PER_WAVE * gear.module)
-    return replace(size, largest_layer=min(size.largest_layer, largest))
+def resolving_sector(
+    sector: CyclicSector, density: float, highest_Hz: float
+) -> CyclicSector:
+    """The sector with layers that resolve shear waves up to a frequency."""
+    speed = math.sqrt(sector.material.lame[1] / density)
+    largest = speed / highest_Hz / (LAYERS_PER_WAVE * sector.gear.module)
+    largest = min(sector.size.largest_layer, largest)
+    size = replace(sector.size, largest_layer=largest)
+    return cyclic_sector(sector.gear, sector.material, size, sector.order)
 
 
-def sector_waves(
-    model: SectorModel, mass: csr_array, teeth: int, cutoff_Hz: float
-) -> Iterator[Waves]:
+def cyclic_modes(
+    sector: CyclicSector, mass: csr_array, cutoff_Hz: float
+) -> Iterator[CyclicModes]:
     """Modes below the cut-off for every n = 0 .. teeth // 2, some of them empty."""
-    counts = mode_counts(model, mass, teeth, cutoff_Hz)
-    sector = condense(model, teeth)
-    for n, count in enumerate(counts):
-        yield _solved(model, mass, sector, teeth, n, int(count))
+    for n, count in enumerate(mode_counts(sector, mass, cutoff_Hz)):
+        with stage("modes"):
+            modes = _solve_modes(sector, mass, n, int(count))
+        yield modes
 
 
-def mode_counts(
-    model: SectorModel, mass: csr_array, teeth: int, cutoff_Hz: float
-) -> Counts:
-    """Number of waves below the cut-off for each n = 0 .. teeth // 2.
+def mode_counts(sector: CyclicSector, mass: csr_array, cutoff_Hz: float) -> Counts:
+    """Number of cyclic modes below the cut-off for each n = 0 .. teeth // 2.
 
     Negative eigenvalues of K - omega^2 M by Sylvester's law of inertia: those of
-    the inner freedoms, one factorisation for all n, and those of what remains on
-    the tied cut.
+    the interior, one factorisation for all n, and those of what remains on the
+    constrained cut.
     """
-    omega = 2.0 * math.pi * cutoff_Hz
-    dynamic = csr_array(model.stiffness - omega**2 * mass)
-    sector = condense(replace(model, stiffness=dynamic), teeth)
-    inner = np.count_nonzero(sector.factor.U.diagonal() < 0.0)
-    phases = [wave_phase(n, teeth) for n in range(teeth // 2 + 1)]
-    tied = [eigvalsh(_tied(sector.superelement, phase)) for phase in phases]
-    return np.array([inner + np.count_nonzero(values < 0.0) for values in tied])
+    omega, teeth = 2.0 * math.pi * cutoff_Hz, sector.gear.teeth
+    dynamic = condense(sector, csr_array(sector.stiffness - omega**2 * mass))
+    interior = np.count_nonzero(dynamic.factor.U.diagonal() < 0.0)
+    phases = [nodal_diameter_phase(n, teeth) for n in range(teeth // 2 + 1)]
+    cuts = [eigvalsh(close_ring(dynamic.superelement, phase)) for phase in phases]
+    return np.array([interior + np.count_nonzero(values < 0.0) for values in cuts])
 
 
-def wave_phase(nodal_diameter: int, teeth: int) -> complex:
-    """exp(2 pi i n / z), a real number where the wave stands."""
-    if nodal_diameter == 0:
-        return 1.0
-    if 2 * nodal_diameter == teeth:
-        return -1.0
-    return complex(np.exp(2j * np.pi * nodal_diameter / teeth))
-
-
-def _tied(superelement: Array, phase: complex) -> Field:
-    """Super-element over both cuts with the right one `phase` times the left one."""
-    m = len(superelement) // 2
-    ahead = phase * superelement[:m, m:]
-    return superelement[:m, :m] + superelement[m:, m:] + ahead + ahead.conj().T
-
-
-def tie(model: SectorModel, polar: Array, phase: complex) -> csr_array:
-    """(freedoms, inner + m) from inner and polar left-cut displacement to all."""
-    half, free = len(model.cut) // 2, len(model.inner)
-    cut = polar[:, :half] + phase * polar[:, half:]
-    rows, columns = np.nonzero(cut)
-    entries = np.concatenate([np.ones(free), cut[rows, columns]])
-    places = (
-        np.concatenate([model.inner, model.cut[rows]]),
-        np.concatenate([np.arange(free), free + columns]),
-    )
-    return csr_array((entries, places), shape=(model.basis.N, free + half))
-
-
-def _solved(
-    model: SectorModel,
-    mass: csr_array,
-    sector: CondensedSector,
-    teeth: int,
-    nodal_diameter: int,
-    count: int,
-) -> Waves:
-    """The `count` lowest waves by shift-invert Lanczos about zero."""
+def _solve_modes(
+    sector: CyclicSector, mass: csr_array, nodal_diameters: int, count: int
+) -> CyclicModes:
+    """The `count` lowest modes by shift-invert Lanczos about zero."""
     if count == 0:
-        return Waves(nodal_diameter, np.empty(0), np.empty((model.basis.N, 0)))
-    phase = wave_phase(nodal_diameter, teeth)
-    ties = tie(model, sector.polar, phase)
+        none = np.empty((sector.basis.N, 0))
+        return CyclicModes(nodal_diameters, np.empty(0), none)
+    teeth = sector.gear.teeth
+    phase = nodal_diameter_phase(nodal_diameters, teeth)
+    constraint = sector.cyclic_constraint(phase)
     K, M = (
-        csr_array(ties.conj().T @ matrix @ ties) for matrix in (model.stiffness, mass)
+        csr_array(constraint.conj().T @ matrix @ constraint)
+        for matrix in (sector.stiffness, mass)
     )
     values, vectors = eigsh(
         K,
         count,
         M=M,
         sigma=0.0,
-        OPinv=_inverse(sector, K, phase),
+        OPinv=_inverse(sector.condensation, K, phase),
         v0=np.random.default_rng(0).standard_normal(K.shape[0]),
     )
     order = np.argsort(values)
     vectors = vectors[:, order]
     norm = np.einsum("im,im->m", vectors.conj(), M @ vectors).real
-    # a travelling wave shares its kinetic energy between its two modes
+    # a travelling mode shares its kinetic energy between the two that it stands for
     share = teeth if np.isrealobj(vectors) else 0.5 * teeth
-    fields = ties @ (vectors / np.sqrt(share * norm))
-    return Waves(nodal_diameter, np.sqrt(values[order]), fields)
+    fields = constraint @ (vectors / np.sqrt(share * norm))
+    return CyclicModes(nodal_diameters, np.sqrt(values[order]), fields)
 
 
 def _inverse(
-    sector: CondensedSector, stiffness: csr_array, phase: complex
+    condensed: Condensation, stiffness: csr_array, phase: complex
 ) -> LinearOperator:
-    """Inverse of the tied stiffness by elimination of the inner freedoms.
+    """Inverse of the constrained stiffness by elimination of the interior.
 
-    Their factors are real and shared by all n; what is left is small and dense.
+    Its factors are real and shared by all n; what is left is small and dense.
     """
-    free = len(sector.response)
+    free = len(condensed.response)
     coupling = stiffness[:free, free:]
     back = coupling.conj().T
-    ring = cho_factor(_tied(sector.superelement, phase))
+    ring = cho_factor(close_ring(condensed.superelement, phase))
 
     def solve(load: Field) -> Field:
-        settled = _solve_inner(sector, load[:free])
-        cut = cho_solve(ring, load[free:] - np.asarray(back @ settled))
-        return np.concatenate([settled - _solve_inner(sector, coupling @ cut), cut])
+        particular = condensed.solve(load[:free])
+        cut = cho_solve(ring, load[free:] - np.asarray(back @ particular))
+        return np.concatenate([particular - condensed.solve(coupling @ cut), cut])
 
     return LinearOperator(stiffness.shape, matvec=solve, dtype=stiffness.dtype)
 
 
-def _solve_inner(sector: CondensedSector, load: Field) -> Field:
-    if np.isrealobj(load):
-        return sector.factor.solve(load)
-    parts = sector.factor.solve(np.stack([load.real, load.imag], axis=1))
-    return np.asarray(parts[:, 0] + 1j * parts[:, 1])
-
-
-def both_flanks(
-    gear: SpurGear, mesh: SectorMesh, model: SectorModel
-) -> tuple[FlankPoints, FlankPoints]:
-    """The load points of the right flank, and their mirror images."""
-    right = flank_points_of(gear, mesh, model)
-    mirror = np.array([-1.0, 1.0])
-    left = FlankPoints(
-        right.points * mirror,
-        right.inward * mirror,
-        right.rootward * mirror,
-        right.arcs,
-        model.node_freedoms[mesh.edges["left_flank"][:, 1]],
-    )
-    return right, left
-
-
-def rigid_fields(model: SectorModel) -> Array:
-    """(freedoms, 3): unit clockwise turn about the centre, unit shifts in x and y."""
-    x, y = model.locations.T
-    along_x = np.ones(model.basis.N, bool)
-    along_x[model.basis.split_indices()[1]] = False
-    return np.stack([np.where(along_x, y, -x), along_x, ~along_x], axis=1)
-
-
-def _gathered(
-    gear: SpurGear,
+def _collect_modes(
+    sector: CyclicSector,
     cutoff_Hz: float,
-    model: SectorModel,
     mass: csr_array,
-    flanks: tuple[FlankPoints, FlankPoints],
-    waves: Iterable[Waves],
+    modes: Iterable[CyclicModes],
 ) -> GearModes:
-    """The waves of all n as real modes, sorted, seen from flanks and hub.
+    """The cyclic modes of all n as real modes, sorted, at flanks and hub.
 
     They come one by one: the fields of all together are the largest arrays here.
     """
-    rigid = rigid_fields(model)
-    momentum = mass @ rigid
-    inertia, along_x, along_y = np.einsum("ic,ic->c", rigid, momentum) * gear.teeth
-    parts = [_of_wave(wave, flanks, momentum, gear.teeth) for wave in waves]
+    teeth, momentum = sector.gear.teeth, mass @ sector.rigid_fields
+    inertia, *shifted = np.einsum("ic,ic->c", sector.rigid_fields, momentum) * teeth
+    parts = [_at_flanks_and_hub(each, sector.flanks, momentum, teeth) for each in modes]
     joined = [np.concatenate(each) for each in zip(*parts, strict=True)]
     order = np.argsort(joined[0], kind="stable")
     frequency, n, normal, tangential, rotation, translation = (x[order] for x in joined)
     return GearModes(
-        teeth=gear.teeth,
+        teeth=teeth,
         cutoff_Hz=cutoff_Hz,
         frequencies_Hz=frequency,
         nodal_diameters=n,
         normal=normal,
         tangential=tangential,
-        arcs=flanks[RIGHT].arcs,
+        arcs=sector.flanks[RIGHT].arcs,
         rotation_coupling=rotation,
         translation_coupling=translation,
         inertia=float(inertia),
-        mass=float(0.5 * (along_x + along_y)),
+        mass=float(0.5 * sum(shifted)),
     )
 
 
-def _of_wave(
-    wave: Waves, flanks: tuple[FlankPoints, FlankPoints], momentum: Array, teeth: int
+def _at_flanks_and_hub(
+    modes: CyclicModes, flanks: Flanks, momentum: Array, teeth: int
 ) -> tuple[Array, Counts, Complex, Complex, Array, Array]:
-    """Frequencies, nodal diameters, flanks and couplings of a wave's modes."""
-    field = _as_modes(wave, flanks)
-    n = np.full(field.shape[1], wave.nodal_diameter)
+    """Frequencies, nodal diameters, flanks and couplings of the real modes."""
+    field = _real_modes(modes, flanks)
+    n = np.full(field.shape[1], modes.nodal_diameters)
     return (
-        np.repeat(wave.omega, 1 if wave.single else 2) / (2.0 * np.pi),
+        np.repeat(modes.omega, 1 if modes.single else 2) / (2.0 * np.pi),
         n,
-        _seen(field, flanks, "inward"),
-        _seen(field, flanks, "rootward"),
+        _on_flanks(field, flanks, "inward"),
+        _on_flanks(field, flanks, "rootward"),
         *_couplings(field, momentum, n, teeth),
     )
 
 
-def _seen(
-    field: Field, flanks: tuple[FlankPoints, FlankPoints], direction: str
-) -> Complex:
+def _on_flanks(field: Field, flanks: Flanks, direction: str) -> Complex:
     """Components (modes, 2, points) of fields (freedoms, modes) on both flanks."""
-    sides = [
-        np.einsum("icm,ic->mi", field[side.freedoms], getattr(side, direction))
-        for side in flanks
+    both = [
+        np.einsum("icm,ic->mi", field[flank.freedoms], getattr(flank, direction))
+        for flank in flanks
     ]
-    return np.stack(sides, axis=1).astype(complex)
+    return np.stack(both, axis=1).astype(complex)
 
 
-def _as_modes(wave: Waves, flanks: tuple[FlankPoints, FlankPoints]) -> Complex:
-    """Amplitudes (freedoms, modes) whose real parts are the modes of a wave."""
-    right, left = np.moveaxis(_seen(wave.fields, flanks, "inward"), 1, 0)
-    if wave.single:
+def _real_modes(modes: CyclicModes, flanks: Flanks) -> Complex:
+    """Amplitudes (freedoms, modes) whose real parts are modes of the gear."""
+    right, left = np.moveaxis(_on_flanks(modes.fields, flanks, "inward"), 1, 0)
+    if modes.single:
         turn = np.ones(len(right))
     else:
-        # Conjugate and mirrored, a wave is itself up to a phase. Take out the
+        # Conjugate and mirrored, a mode is itself up to a phase. Take out the
         # phase, and its real part is symmetric, its imaginary one antisymmetric.
         turn = np.sqrt(np.einsum("mp,mp->m", right, left))
         turn = turn.conj() / np.abs(turn)
     turn = turn * np.where((turn * right[:, 0]).real < 0.0, -1.0, 1.0)
-    field = wave.fields * turn
-    if wave.single:
+    field = modes.fields * turn
+    if modes.single:
         return field.astype(complex)
     pair = np.stack([field, -1j * field], axis=2)  # Re(-i f) = Im f
     return pair.reshape(len(field), -1)

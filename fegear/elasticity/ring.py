@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,10 +26,11 @@ def ring_response(
     independent (m, m) Hermitian system; that of n and of teeth - n are conjugate.
     """
     found = {c: np.zeros(left.shape) for c in cuts}
-    for waves, phase, system in harmonics(superelement, teeth):
+    for diameters, phase, system in harmonics(superelement, teeth):
         phase = phase[:, None, None]
         spectrum = np.linalg.solve(system, right + left * phase)
-        weight = np.where((waves == 0) | (2 * waves == teeth), 1.0, 2.0) / teeth
+        standing = (diameters == 0) | (2 * diameters == teeth)
+        weight = np.where(standing, 1.0, 2.0) / teeth
         spectrum *= weight[:, None, None]
         for c in cuts:
             found[c] += np.real(np.sum(spectrum * phase**c, axis=0))
@@ -38,14 +40,31 @@ def ring_response(
 def harmonics(
     superelement: Array, teeth: int
 ) -> Iterator[tuple[NDArray[np.int64], Complex, Complex]]:
-    """A few at a time: wave numbers n (k,) from 0 to teeth // 2, their phase from
+    """A few at a time: nodal diameters n (k,) from 0 to teeth // 2, their phase from
     sector to sector (k,), and systems (k, m, m) of the left cut."""
+    m = len(superelement) // 2
+    count = max(1, BATCH // (16 * m * m))
+    for first in range(0, teeth // 2 + 1, count):
+        diameters = np.arange(first, min(first + count, teeth // 2 + 1))
+        phase = np.exp(2j * np.pi * diameters / teeth)
+        yield diameters, phase, close_ring(superelement, phase[:, None, None])
+
+
+def close_ring(superelement: Array, phase: Any) -> NDArray[Any]:
+    """System (..., m, m) of the left cut, the right one moving `phase` times as much.
+
+    phase : exp(2 pi i n / z), a number or (..., 1, 1); the system is real where it is
+    """
     m = len(superelement) // 2
     LL, LR = superelement[:m, :m], superelement[:m, m:]
     RL, RR = superelement[m:, :m], superelement[m:, m:]
-    count = max(1, BATCH // (16 * m * m))
-    for first in range(0, teeth // 2 + 1, count):
-        waves = np.arange(first, min(first + count, teeth // 2 + 1))
-        phase = np.exp(2j * np.pi * waves / teeth)
-        turn = phase[:, None, None]
-        yield waves, phase, (LL + RR) + RL / turn + LR * turn
+    return np.asarray((LL + RR) + RL * np.conj(phase) + LR * phase)
+
+
+def nodal_diameter_phase(nodal_diameters: int, teeth: int) -> complex:
+    """exp(2 pi i n / z) from sector to sector, a real number where the mode stands."""
+    if nodal_diameters == 0:
+        return 1.0
+    if 2 * nodal_diameters == teeth:
+        return -1.0
+    return complex(np.exp(2j * np.pi * nodal_diameters / teeth))

@@ -1,13 +1,22 @@
-"""Stiffness of one tooth sector, condensed onto its two cuts.
+"""The cyclic sector of a gear: one tooth with its share of the body, hub held.
 
-The hub nodes are held. Displacements on the cuts are radial and tangential, so
-that they mean the same to both neighbouring sectors.
+All teeth of a gear are equal, so one sector stands for the gear: flank compliance,
+modes, the cyclic gear, stress and pictures are functions of a `CyclicSector`.
+
+Everything in `fegear.elasticity` is per unit face width. The face width has one rule:
+a thing is as wide as what it acts on. A contact is as wide as the narrower gear of its
+mesh (`GearSet.common_width`), and so are its pressure, its compliance and the root
+stress that it causes; mass, modes and damping of a gear are as wide as that gear. Two
+contacts in different meshes of a gear deflect each other over the wider of the two,
+with which the compliance stays positive definite.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import cached_property, lru_cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,200 +35,235 @@ from skfem.helpers import dot
 from skfem.models.elasticity import linear_elasticity
 
 from fegear.elasticity.material import PlaneMaterial
-from meshes import SectorMesh
+from fegear.timing import stage
+from meshes import MeshSize, SectorMesh, SpurGear, sector_mesh
+from meshes.profile import flank_frame
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 ELEMENTS: dict[int, type[Element]] = {1: ElementTriP1, 2: ElementTriP2}
+RIGHT, LEFT = 0, 1  # flanks of a tooth
 
 
 @dataclass(frozen=True)
-class SectorModel:
-    """Assembled sector and the numbering of its freedoms.
+class FlankPoints:
+    """Vertices of a flank where loads act, all but the tip corner itself.
 
-    stiffness : (n, n) per unit width [Pa]
-    inner, cut, hub : freedoms; hub as (x, y) pairs; cut holds the left cut, then
-        the right one, each from root to hub as (x, y) pairs
-    node_freedoms : (nodes, 2) freedoms (x, y) of the mesh nodes, -1 where none
+    points : (n, 2) [m]; inward, rootward : (n, 2) unit vectors
+    arcs : (n,) from the tip corner [m]; freedoms : (n, 2) along x and y
     """
 
-    basis: Basis
-    order: int
-    stiffness: csr_array
-    inner: Indices
-    cut: Indices
-    hub: Indices
-    node_freedoms: Indices
+    points: Array
+    inward: Array
+    rootward: Array
+    arcs: Array
+    freedoms: Indices
+
+
+@dataclass(frozen=True)
+class CyclicSector:
+    """One tooth sector of a gear: mesh, stiffness, mass, condensation, flanks.
+
+    Each part is computed when it is first asked for. `cyclic_sector` returns the same
+    sector for the same arguments.
+
+    order : polynomial order of the elements, 1 or 2
+    """
+
+    gear: SpurGear
+    material: PlaneMaterial
+    size: MeshSize = field(default_factory=MeshSize)
+    order: int = 2
+
+    @cached_property
+    def mesh(self) -> SectorMesh:
+        with stage("meshing"):
+            return sector_mesh(self.gear, self.size)
+
+    @cached_property
+    def basis(self) -> Basis:
+        grid = MeshTri2(self.mesh.points.T.copy(), self.mesh.triangles.T.copy())
+        element = ElementVector(ELEMENTS[self.order]())
+        return Basis(grid, element, intorder=2 * self.order)
+
+    @cached_property
+    def stiffness(self) -> csr_array:
+        """(n, n) over all freedoms [Pa]."""
+        basis = self.basis
+        with stage("assembling"):
+            return csr_array(linear_elasticity(*self.material.lame).assemble(basis))
+
+    def mass(self, density: float) -> csr_array:
+        """Consistent mass (n, n) [kg/m], hub included; density in kg/m3."""
+        # two orders more than the product of displacements: the Jacobian of an
+        # element with a curved side is a polynomial of degree two itself
+        order = 2 * self.order + 2
+        basis = Basis(self.basis.mesh, self.basis.elem, intorder=order)
+        form = BilinearForm(lambda u, v, _: density * dot(u, v))
+        with stage("assembling"):
+            return csr_array(form.assemble(basis))
 
     @property
     def locations(self) -> Array:
-        """Position (n, 2) of every freedom."""
+        """Position (n, 2) of every freedom [m]."""
         return self.basis.doflocs.T
 
+    @cached_property
+    def hub(self) -> Indices:
+        """Freedoms held by the hub, as (x, y) pairs."""
+        dofs = self._on(["hub", "left_hub"])
+        x, y = np.round(self.basis.doflocs[:, dofs], 12)
+        return dofs[np.lexsort((dofs, x, y))]
 
-def scikit_mesh(mesh: SectorMesh) -> MeshTri2:
-    return MeshTri2(mesh.points.T.copy(), mesh.triangles.T.copy())
+    @cached_property
+    def cut(self) -> Indices:
+        """Freedoms of the left cut, then of the right one, off the hub.
 
+        Each from root to hub, as (x, y) pairs.
+        """
+        along_y = np.isin(np.arange(self.basis.N), self.basis.split_indices()[1])
+        sides = []
+        for name in ("left_cut", "cut"):
+            dofs = np.setdiff1d(self._on([name]), self.hub)
+            radius = np.hypot(*self.basis.doflocs[:, dofs])
+            place = np.round(radius / radius.max() * 1e9).astype(np.int64)
+            sides.append(dofs[np.lexsort((along_y[dofs], -place))])
+        return np.concatenate(sides)
 
-def boundary_facets(mesh: SectorMesh, grid: MeshTri2, names: list[str]) -> Indices:
-    """Facet indices of the named boundaries in scikit-fem's numbering."""
-    rank = np.unique(mesh.triangles[:, :3])
-    ends = np.vstack([mesh.edges[name][:, :2] for name in names])
-    ends = np.sort(np.searchsorted(rank, ends), axis=1)
-    known = np.sort(grid.facets, axis=0).astype(np.int64)
-    codes = known[0] * len(rank) + known[1]
-    order = np.argsort(codes)
-    wanted = ends[:, 0] * len(rank) + ends[:, 1]
-    return order[np.searchsorted(codes[order], wanted)]
+    @cached_property
+    def interior(self) -> Indices:
+        """Freedoms on neither cut nor hub."""
+        boundary = np.concatenate([self.cut, self.hub])
+        return np.setdiff1d(np.arange(self.basis.N), boundary)
 
+    @cached_property
+    def node_freedoms(self) -> Indices:
+        """(nodes, 2) freedoms (x, y) of the mesh nodes, -1 where there are none."""
+        mesh, basis = self.mesh, self.basis
+        freedoms = np.full((len(mesh.points), 2), -1)
+        # scikit-fem numbers the vertices by rank
+        freedoms[np.unique(mesh.triangles[:, :3])] = basis.nodal_dofs.T
+        if self.order == 2:
+            facets = basis.mesh.t2f.T  # sides 01, 12, 02 as in the mesh
+            freedoms[mesh.triangles[:, 3:]] = basis.facet_dofs.T[facets]
+        return freedoms
 
-def assemble_sector(
-    mesh: SectorMesh, material: PlaneMaterial, order: int = 2
-) -> SectorModel:
-    """Assemble the sector with elements of polynomial order 1 or 2."""
-    grid = scikit_mesh(mesh)
-    basis = Basis(grid, ElementVector(ELEMENTS[order]()), intorder=2 * order)
-    stiffness = csr_array(linear_elasticity(*material.lame).assemble(basis))
-    hub_facets = boundary_facets(mesh, grid, ["hub", "left_hub"])
-    hub = _paired(basis, basis.get_dofs(hub_facets).flatten())
-    cut = np.concatenate(
-        [
-            _cut_freedoms(basis, boundary_facets(mesh, grid, [name]), hub)
-            for name in ("left_cut", "cut")
-        ]
-    )
-    inner = np.setdiff1d(np.arange(basis.N), np.concatenate([cut, hub]))
-    return SectorModel(
-        basis, order, stiffness, inner, cut, hub, _node_freedoms(mesh, basis, order)
-    )
+    @cached_property
+    def flanks(self) -> tuple[FlankPoints, FlankPoints]:
+        """The right flank, and the left one as its mirror image."""
+        mesh, arcs, mirror = self.mesh, self.mesh.flank_arcs[1:], np.array([-1.0, 1.0])
+        _, inward = flank_frame(self.gear, arcs)
+        rootward = np.stack([-inward[:, 1], inward[:, 0]], axis=1)
+        nodes = mesh.flank_nodes[1:]
+        points, freedoms = mesh.points[nodes], self.node_freedoms
+        left = freedoms[mesh.edges["left_flank"][:, 1]]
+        return (
+            FlankPoints(points, inward, rootward, arcs, freedoms[nodes]),
+            FlankPoints(
+                points * mirror, inward * mirror, rootward * mirror, arcs, left
+            ),
+        )
 
+    @cached_property
+    def polar(self) -> Array:
+        """(cut, cut) from radial and clockwise components on the cuts to (x, y).
 
-def assemble_mass(model: SectorModel, density: float) -> csr_array:
-    """Consistent mass (n, n) of the sector per unit width [kg/m], hub included.
+        They mean the same to both sectors that meet in a cut.
+        """
+        turn, half = np.zeros((len(self.cut), len(self.cut))), len(self.cut) // 2
+        for start, angle in ((0, -math.pi), (half, math.pi)):
+            c, s = math.cos(angle / self.gear.teeth), math.sin(angle / self.gear.teeth)
+            block = np.array([[s, c], [c, -s]])  # radial = (s, c), clockwise = (c, -s)
+            for node in range(start, start + half, 2):
+                turn[node : node + 2, node : node + 2] = block
+        return turn
 
-    density : [kg/m3]
-    """
-    # two orders more than the product of displacements: the Jacobian of an element
-    # with a curved side is a polynomial of degree two itself
-    basis = Basis(model.basis.mesh, model.basis.elem, intorder=2 * model.order + 2)
-    form = BilinearForm(lambda u, v, _: density * dot(u, v))
-    return csr_array(form.assemble(basis))
+    @cached_property
+    def condensation(self) -> Condensation:
+        return condense(self, self.stiffness)
 
+    @cached_property
+    def rigid_fields(self) -> Array:
+        """(n, 3): unit clockwise turn about the centre, unit shifts in x and y."""
+        x, y = self.locations.T
+        along_x = np.ones(self.basis.N, bool)
+        along_x[self.basis.split_indices()[1]] = False
+        return np.stack([np.where(along_x, y, -x), along_x, ~along_x], axis=1)
 
-def _node_freedoms(mesh: SectorMesh, basis: Basis, order: int) -> Indices:
-    """Freedoms of the mesh nodes; scikit-fem numbers the vertices by rank."""
-    freedoms = np.full((len(mesh.points), 2), -1)
-    freedoms[np.unique(mesh.triangles[:, :3])] = basis.nodal_dofs.T
-    if order == 2:
-        facets = basis.mesh.t2f.T  # sides 01, 12, 02 as in the mesh
-        freedoms[mesh.triangles[:, 3:]] = basis.facet_dofs.T[facets]
-    return freedoms
+    def cyclic_constraint(self, phase: complex) -> csr_array:
+        """(n, interior + m) from interior and polar left-cut displacement to all.
 
+        The right cut moves `phase` times as much as the left one.
+        """
+        half, free = len(self.cut) // 2, len(self.interior)
+        cut = self.polar[:, :half] + phase * self.polar[:, half:]
+        rows, columns = np.nonzero(cut)
+        entries = np.concatenate([np.ones(free), cut[rows, columns]])
+        places = (
+            np.concatenate([self.interior, self.cut[rows]]),
+            np.concatenate([np.arange(free), free + columns]),
+        )
+        return csr_array((entries, places), shape=(self.basis.N, free + half))
 
-def _paired(basis: Basis, dofs: Indices) -> Indices:
-    """Freedoms sorted so that x and y of one place follow each other."""
-    x, y = np.round(basis.doflocs[:, dofs], 12)
-    return dofs[np.lexsort((dofs, x, y))]
-
-
-def _cut_freedoms(basis: Basis, facets: Indices, hub: Indices) -> Indices:
-    """Freedoms on a cut, off the hub, ordered from root to hub, x before y."""
-    dofs = np.setdiff1d(basis.get_dofs(facets).flatten(), hub)
-    radius = np.hypot(*basis.doflocs[:, dofs])
-    component = np.zeros(basis.N, np.int64)
-    component[basis.split_indices()[1]] = 1
-    place = np.round(radius / radius.max() * 1e9).astype(np.int64)
-    return dofs[np.lexsort((component[dofs], -place))]
-
-
-@dataclass(frozen=True)
-class BoundaryQuadrature:
-    """Gauss points on boundary edges.
-
-    operator : (n, 2 q) from tractions at the points, with the component running
-        slowest, to nodal loads
-    points, normals : (q, 2), outward unit normals
-    """
-
-    operator: csr_array
-    points: Array
-    normals: Array
-
-
-def boundary_quadrature(
-    model: SectorModel, mesh: SectorMesh, names: list[str], count: int = 8
-) -> BoundaryQuadrature:
-    """Quadrature with `count` points on every edge of the named boundaries."""
-    # Not scikit-fem's FacetBasis: its inverse mapping cannot reach its own
-    # tolerance on the smallest edges, 1e-4 of their distance from the origin.
-    edges = np.vstack([mesh.edges[name] for name in names])
-    xi, weight = np.polynomial.legendre.leggauss(count)
-    shape = np.stack([0.5 * xi * (xi - 1.0), 0.5 * xi * (xi + 1.0), 1.0 - xi**2])
-    slope = np.stack([xi - 0.5, xi + 0.5, -2.0 * xi])
-    nodes = mesh.points[edges]  # (edges, 3, 2)
-    points = np.einsum("eac,aq->eqc", nodes, shape).reshape(-1, 2)
-    along = np.einsum("eac,aq->eqc", nodes, slope)
-    normals, scale = _outward(along, names, mesh)
-    if model.order == 1:
-        shape = np.stack([0.5 * (1.0 - xi), 0.5 * (1.0 + xi)])
-        edges = edges[:, :2]
-    values = shape[None] * (scale * weight)[:, None, :]  # (edges, nodes, q)
-    total = len(points)
-    column = np.arange(total).reshape(len(edges), 1, count)
-    rows, columns, entries = [], [], []
-    for component in range(2):
-        dofs = model.node_freedoms[edges, component][:, :, None]
-        rows.append(np.broadcast_to(dofs, values.shape).ravel())
-        place = component * total + column
-        columns.append(np.broadcast_to(place, values.shape).ravel())
-        entries.append(values.ravel())
-    data = np.concatenate(entries)
-    where = (np.concatenate(rows), np.concatenate(columns))
-    operator = csr_array((data, where), shape=(model.basis.N, 2 * total))
-    return BoundaryQuadrature(operator, points, normals.reshape(-1, 2))
+    def _on(self, names: list[str]) -> Indices:
+        """Freedoms on the named boundaries."""
+        mesh, grid = self.mesh, self.basis.mesh
+        rank = np.unique(mesh.triangles[:, :3])
+        ends = np.vstack([mesh.edges[name][:, :2] for name in names])
+        ends = np.sort(np.searchsorted(rank, ends), axis=1)
+        known = np.sort(grid.facets, axis=0).astype(np.int64)
+        codes = known[0] * len(rank) + known[1]
+        order = np.argsort(codes)
+        wanted = ends[:, 0] * len(rank) + ends[:, 1]
+        facets = order[np.searchsorted(codes[order], wanted)]
+        return self.basis.get_dofs(facets).flatten()
 
 
-def _outward(along: Array, names: list[str], mesh: SectorMesh) -> tuple[Array, Array]:
-    """Outward unit normals (edges, q, 2) and line elements (edges, q).
-
-    The right half's outline runs clockwise, its mirror image the other way.
-    """
-    left = [np.full(len(mesh.edges[n]), n.startswith("left_")) for n in names]
-    sign = np.where(np.concatenate(left), -1.0, 1.0)[:, None]
-    scale = np.hypot(along[..., 0], along[..., 1])
-    normals = np.stack([-along[..., 1], along[..., 0]], axis=-1)
-    return normals * (sign / scale)[..., None], scale
+def cyclic_sector(
+    gear: SpurGear, material: PlaneMaterial, size: MeshSize, order: int = 2
+) -> CyclicSector:
+    """The sector of a gear, the same one for all that ask for it."""
+    return _first_of_equals(CyclicSector(gear, material, size, order))
 
 
-@dataclass(frozen=True)
-class CondensedSector:
-    """Inner freedoms eliminated.
+@lru_cache(maxsize=8)
+def _first_of_equals(sector: CyclicSector) -> CyclicSector:
+    return sector
 
-    factor : of the inner stiffness
-    polar : (cut, cut) block-diagonal turn from polar to Cartesian components
-    response : (inner, cut) displacement of inner freedoms per polar cut
+
+@dataclass(frozen=True, eq=False)
+class Condensation:
+    """A sector's matrix with the interior freedoms eliminated (Guyan 1965).
+
+    factor : of the interior's own block
+    response : (interior, cut) displacement of the interior per polar cut
         displacement, negated: K_II^-1 K_IB Q
-    superelement : (cut, cut) stiffness in polar components
+    superelement : (cut, cut) in polar components
     """
 
     factor: SuperLU
-    polar: Array
     response: Array
     superelement: Array
 
+    def solve(self, load: NDArray[Any]) -> NDArray[Any]:
+        """Displacement of the interior with the cuts held; loads may be complex."""
+        if np.isrealobj(load):
+            return self.factor.solve(np.ascontiguousarray(load))
+        parts = self.factor.solve(np.stack([load.real, load.imag], axis=1))
+        return np.asarray(parts[:, 0] + 1j * parts[:, 1])
 
-def condense(model: SectorModel, teeth: int) -> CondensedSector:
-    inner, cut = model.inner, model.cut
-    columns = model.stiffness[:, inner]
-    factor = factorise(columns[inner])
-    polar = _polar_turn(len(cut), math.pi / teeth)
-    coupling = model.stiffness[inner][:, cut] @ polar
-    response = factor.solve(np.ascontiguousarray(coupling))
-    direct = polar.T @ (model.stiffness[cut][:, cut] @ polar)
-    superelement = direct - coupling.T @ response
-    return CondensedSector(
-        factor, polar, response, 0.5 * (superelement + superelement.T)
-    )
+
+def condense(sector: CyclicSector, matrix: csr_array) -> Condensation:
+    """Eliminate the interior freedoms from a matrix over all freedoms."""
+    interior, cut, polar = sector.interior, sector.cut, sector.polar
+    with stage("condensing"):
+        columns = matrix[:, interior]
+        factor = factorise(columns[interior])
+        coupling = matrix[interior][:, cut] @ polar
+        response = factor.solve(np.ascontiguousarray(coupling))
+        direct = polar.T @ (matrix[cut][:, cut] @ polar)
+        superelement = direct - coupling.T @ response
+    return Condensation(factor, response, 0.5 * (superelement + superelement.T))
 
 
 def factorise(matrix: csr_array) -> SuperLU:
@@ -230,15 +274,3 @@ def factorise(matrix: csr_array) -> SuperLU:
         diag_pivot_thresh=0.0,
         options={"SymmetricMode": True},
     )
-
-
-def _polar_turn(count: int, cut_angle: float) -> Array:
-    """(x, y) of the left and right cut freedoms from (radial, clockwise) ones."""
-    turn = np.zeros((count, count))
-    half = count // 2
-    for start, angle in ((0, -cut_angle), (half, cut_angle)):
-        c, s = math.cos(angle), math.sin(angle)
-        block = np.array([[s, c], [c, -s]])  # radial = (s, c), clockwise = (c, -s)
-        for node in range(start, start + half, 2):
-            turn[node : node + 2, node : node + 2] = block
-    return turn

@@ -15,8 +15,10 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from fegear.contact.loads import PatchLoad, patch_loads
+from fegear.contact.loads import PatchLoad, patch_loads, tooth_loads
 from fegear.contact.problem import ContactProblem, run_kernel
+from fegear.elasticity.body_stress import von_mises
+from fegear.elasticity.sector import cyclic_sector
 from fegear.errors import InputError
 from fegear.gearset.model import GearSet, Mesh
 from fegear.gearset.phases import drive_flank, driven_flank
@@ -31,10 +33,8 @@ from fegear.statics import (
     StaticsSettings,
     contact_problem,
 )
-from fegear.stress import tooth_loads
 from fegear.unphysical import Extremes, doubts
-from meshes import SpurGear
-from meshes.profile import flank_points, flank_tangents, roll_length_at_arc
+from meshes.profile import flank_frame
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -76,9 +76,7 @@ class GearField:
     @property
     def von_mises(self) -> Array:
         """Equivalent stress (n,) [Pa]."""
-        (x, y, xy), z = self.stress.T, self.out_of_plane
-        squares = (x - y) ** 2 + (y - z) ** 2 + (z - x) ** 2
-        return np.sqrt(0.5 * squares + 3.0 * xy**2)
+        return von_mises(self.stress, self.out_of_plane)
 
     @property
     def principal_1(self) -> Array:
@@ -165,7 +163,7 @@ class MeshScene:
             other = self.frame(role, position, (role == "driver") - tooth)
             return Frame(other.center, other.turn @ np.diag([-1.0, 1.0]))
         index, sense = (0, self.sense) if role == "driver" else (1, -self.sense)
-        gear = self.bodies[index].gear
+        gear = self.bodies[index].sector.gear
         # where the reference tooth's axis is: see fegear.gearset.phases
         if role == "driver":
             axis = self.direction - sense * drive_flank(self.mesh)
@@ -190,7 +188,7 @@ class MeshScene:
         return View(x, y, half * (1.0 if zoom == "contact" else 2.0), aspect)
 
     def _whole_view(self, aspect: float) -> View:
-        radii = [body.gear.tip_radius for body in self.bodies]
+        radii = [body.sector.gear.tip_radius for body in self.bodies]
         low = np.min([c - r for c, r in zip(self.centers, radii, strict=True)], axis=0)
         high = np.max([c + r for c, r in zip(self.centers, radii, strict=True)], axis=0)
         x, y = 0.5 * (low + high)
@@ -200,7 +198,7 @@ class MeshScene:
     def _on_path(self, roll_length: float) -> Array:
         """A point of the line of action by the driver's roll length, (2,)."""
         angle = self.mesh.pair.operating_pressure_angle
-        base = self.bodies[0].gear.base_radius
+        base = self.bodies[0].sector.gear.base_radius
         out = turned(self.direction) @ turned(-self.sense * angle)
         return self.driver_center + out @ [base, self.sense * roll_length]
 
@@ -222,7 +220,8 @@ def mesh_scene(
         report(f"elements of {gear.name}", len(bodies), 2)
         material = settings.material(gear)
         friction = settings.friction > 0.0
-        bodies.append(loadable_gear(gear.geometry, material, resolution.size, friction))
+        sector = cyclic_sector(gear.geometry, material, resolution.size)
+        bodies.append(loadable_gear(sector, friction))
     placed = layout(gear_set)
     place = placed.places[spec.driver]
     return MeshScene(
@@ -312,11 +311,11 @@ def sector_fields(
     felt = tooth_loads(loads, role)
     teeth = {load.tooth for load in felt}
     if view is not None:
-        half = body.gear.teeth // 2
-        corners = body.mesh.points[np.unique(body.mesh.triangles[:, :3])]
+        half = body.sector.gear.teeth // 2
+        corners = body.sector.mesh.points[np.unique(body.sector.mesh.triangles[:, :3])]
         teeth |= {
             tooth
-            for tooth in range(-half, body.gear.teeth - half)
+            for tooth in range(-half, body.sector.gear.teeth - half)
             if view.contains(scene.frame(role, position, tooth, back).places(corners))
         }
     return body.sectors(felt, sorted(teeth))
@@ -333,7 +332,7 @@ def _gear_field(
     index = 0 if role == "driver" else 1
     body, center = scene.bodies[index], scene.centers[index]
     names = [side + name for name in OUTLINE for side in ("", "left_")]
-    edges = {n: body.mesh.edges[n] for n in names if n in body.mesh.edges}
+    edges = {n: body.sector.mesh.edges[n] for n in names if n in body.sector.mesh.edges}
     sides = np.vstack(list(edges.values()))[:, [0, 2, 1]]
     corners = np.unique([edges["fillet"], edges["left_fillet"]])
     points, triangles, displacement, stress = [], [], [], []
@@ -354,8 +353,6 @@ def _gear_field(
         count += len(places)
     where, components = np.vstack(points), np.vstack(stress)
     x, y = (where - center).T
-    material = body.material
-    nu = material.poisson_ratio if material.plane == "strain" else 0.0
     return GearField(
         name=scene.gear_names[index],
         center=center,
@@ -367,7 +364,7 @@ def _gear_field(
         displacement=np.vstack(displacement),
         hub_motion=turn * np.stack([-y, x], axis=1),
         stress=components,
-        out_of_plane=nu * components[:, :2].sum(axis=1),
+        out_of_plane=body.sector.material.out_of_plane(components),
     )
 
 
@@ -401,11 +398,3 @@ def _pair_field(
         pressure=pressure,
         load=float(load.normal.sum()) * scene.problem.face_width,
     )
-
-
-def flank_frame(gear: SpurGear, arcs: Array) -> tuple[Array, Array]:
-    """Points (n, 2) of the right flank at arcs from the tip and inward normals."""
-    rolls = roll_length_at_arc(gear, arcs)
-    tangent = flank_tangents(gear, rolls)
-    inward = np.stack([-tangent[:, 1], tangent[:, 0]], axis=1)
-    return flank_points(gear, rolls), inward

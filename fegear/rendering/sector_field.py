@@ -17,24 +17,17 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array
 from scipy.spatial import cKDTree
 
-from fegear.elasticity.flank import (
-    Excitation,
-    FlankPoints,
-    flank_points_of,
-    ring_fields,
-    split_excitation,
+from fegear.elasticity.body_stress import (
+    ROOTWARD,
+    ToothLoad,
+    hat_stresses,
+    nodal_stress,
+    point_loads,
 )
+from fegear.elasticity.flank import SectorLoads, flamant_loads, ring_fields
 from fegear.elasticity.hats import hat_displacement
-from fegear.elasticity.material import PlaneMaterial
-from fegear.elasticity.sector import (
-    CondensedSector,
-    SectorModel,
-    assemble_sector,
-    condense,
-)
-from fegear.stress import ROOTWARD, ToothLoad, hat_stresses, nodal_stress, vertex_loads
-from meshes import MeshSize, SectorMesh, SpurGear, sector_mesh
-from meshes.profile import flank_points, flank_tangents, roll_length_at_arc
+from fegear.elasticity.sector import CyclicSector
+from meshes.profile import flank_frame
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -62,30 +55,23 @@ def _children() -> Array:
 class LoadableGear:
     """One gear, hub held, ready for any loads on its right flanks.
 
-    excitations : by unit loads on the flank vertices, normal and, unless there is
-        no friction, rootward
+    stress : from displacement to stress at the nodes, as in `nodal_stress`
+    unit_loads : on the flank points, normal and, unless there is no friction, rootward
     """
 
-    gear: SpurGear
-    material: PlaneMaterial
-    mesh: SectorMesh
-    model: SectorModel
-    sector: CondensedSector
-    points: FlankPoints
+    sector: CyclicSector
     stress: csr_array
-    excitations: tuple[Excitation, ...]
+    unit_loads: tuple[SectorLoads, ...]
 
     def sectors(
         self, loads: Sequence[ToothLoad], teeth: Iterable[int]
     ) -> list[SectorField]:
         """Fields of the sectors `teeth`, counted to the right as the loads' teeth."""
         wanted = list(teeth)
-        total = np.zeros((len(wanted), self.model.basis.N))
+        total = np.zeros((len(wanted), self.sector.basis.N))
         for load in loads:
             apart = [self._apart(tooth, load.tooth) for tooth in wanted]
-            fields = ring_fields(
-                self.gear, self.model, self.sector, self._excitation(load), apart
-            )
+            fields = ring_fields(self.sector, self._smooth_loads(load), apart)
             for row, offset in zip(total, apart, strict=True):
                 row += fields[offset][:, 0]
         return [
@@ -94,52 +80,32 @@ class LoadableGear:
         ]
 
     def _apart(self, tooth: int, other: int) -> int:
-        half = self.gear.teeth // 2
-        return (tooth - other + half) % self.gear.teeth - half
+        teeth = self.sector.gear.teeth
+        return (tooth - other + teeth // 2) % teeth - teeth // 2
 
     def _own(self, loads: Sequence[ToothLoad], tooth: int) -> ToothLoad | None:
         on_it = (load for load in loads if self._apart(tooth, load.tooth) == 0)
         return next(on_it, None)
 
-    def _excitation(self, load: ToothLoad) -> Excitation:
+    def _smooth_loads(self, load: ToothLoad) -> SectorLoads:
         """What drives the remainder under one tooth's load, in a single column."""
         parts = []
-        for angle, unit in zip((0.0, ROOTWARD), self.excitations, strict=False):
-            weights = vertex_loads(load, self.points, self.mesh, angle)[:, None]
+        for angle, unit in zip((0.0, ROOTWARD), self.unit_loads, strict=False):
+            weights = point_loads(self.sector, load, angle)[:, None]
             parts.append(
-                (unit.force @ weights, unit.held @ weights, unit.jump @ weights)
+                (unit.force @ weights, unit.hub @ weights, unit.jump @ weights)
             )
-        return Excitation(*(sum(column) for column in zip(*parts, strict=True)))
+        return SectorLoads(*(sum(column) for column in zip(*parts, strict=True)))
 
     def _state(self, field: Array) -> Array:
         stress = (self.stress @ field).reshape(3, -1).T
-        return np.hstack([field[self.model.node_freedoms], stress])
+        return np.hstack([field[self.sector.node_freedoms], stress])
 
 
-def loadable_gear(
-    gear: SpurGear,
-    material: PlaneMaterial,
-    size: MeshSize | None = None,
-    friction: bool = True,
-) -> LoadableGear:
-    mesh = sector_mesh(gear, size)
-    model = assemble_sector(mesh, material)
-    sector = condense(model, gear.teeth)
-    points = flank_points_of(gear, mesh, model)
+def loadable_gear(sector: CyclicSector, friction: bool = True) -> LoadableGear:
     angles = (0.0, ROOTWARD) if friction else (0.0,)
-    return LoadableGear(
-        gear,
-        material,
-        mesh,
-        model,
-        sector,
-        points,
-        nodal_stress(mesh, model, material),
-        tuple(
-            split_excitation(mesh, model, sector, points, material, angle)
-            for angle in angles
-        ),
-    )
+    unit_loads = tuple(flamant_loads(sector, angle) for angle in angles)
+    return LoadableGear(sector, nodal_stress(sector), unit_loads)
 
 
 @dataclass(frozen=True, eq=False)
@@ -156,32 +122,22 @@ class SectorField:
     smooth: Array
     load: ToothLoad | None
 
-    @property
-    def nodal(self) -> Array:
-        """State (nodes, 5) at the nodes of the sector mesh."""
-        return self.smooth + self.local(self.body.mesh.points)
-
     def at(self, points: Array) -> Array:
         """State (n, 5) at points (n, 2) of the sector, exact near the contact."""
-        mesh = self.body.mesh
+        mesh = self.body.sector.mesh
         element, weights = _located(mesh.points[mesh.triangles], points)
         smooth = np.einsum("pi,pic->pc", weights, self.smooth[mesh.triangles[element]])
         return smooth + self.local(points)
 
     def local(self, points: Array) -> Array:
         """The half-plane state (n, 5) of the tooth's own load; zeros without one."""
-        state, load, gear = np.zeros((len(points), 5)), self.load, self.body.gear
+        state, load, gear = np.zeros((len(points), 5)), self.load, self.body.sector.gear
         if load is None:
             return state
         state[:, 2:] = hat_stresses(load, gear, points)
-        moduli = self.body.material.modulus, self.body.material.poisson
-        rolls = roll_length_at_arc(gear, load.arcs)
-        tangent = flank_tangents(gear, rolls)
-        inward = np.stack([-tangent[:, 1], tangent[:, 0]], axis=1)
-        origins = flank_points(gear, rolls)
-        for x, n, *forces in zip(
-            origins, inward, load.normal, load.rootward, strict=True
-        ):
+        moduli = self.body.sector.material.modulus, self.body.sector.material.poisson
+        frame = flank_frame(gear, load.arcs)
+        for x, n, *forces in zip(*frame, load.normal, load.rootward, strict=True):
             if any(forces):
                 pair = (forces[0], forces[1])
                 state[:, :2] += hat_displacement(points, x, n, load.step, pair, moduli)
@@ -193,7 +149,7 @@ class SectorField:
         Nodes of the sector mesh come first. Elements are cut into quarters that
         follow the same map until they are small beside their distance to the load.
         """
-        mesh = self.body.mesh
+        mesh = self.body.sector.mesh
         places, state = mesh.points, self.smooth
         triangles = mesh.triangles
         if self.load is not None:
@@ -206,8 +162,7 @@ class SectorField:
         """Points that carry load, and the size of the smallest triangles [m]."""
         assert self.load is not None
         arcs = self.load.arcs[self.load.normal != 0.0]
-        flank = flank_points(self.body.gear, roll_length_at_arc(self.body.gear, arcs))
-        return flank, 2.0 * self.load.step
+        return flank_frame(self.body.sector.gear, arcs)[0], 2.0 * self.load.step
 
 
 def _refined(

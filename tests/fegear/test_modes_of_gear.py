@@ -6,6 +6,9 @@ holds the hub and asks ARPACK; it shares only the mesh with the program.
 
 from __future__ import annotations
 
+from functools import cached_property
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from conftest import make_gear
@@ -19,16 +22,12 @@ from skfem.models.elasticity import linear_elasticity
 from fegear.elasticity.flank import REACH, flank_compliance
 from fegear.elasticity.material import PlaneMaterial
 from fegear.elasticity.modes import (
-    LEFT,
-    RIGHT,
+    cyclic_modes,
     gear_modes,
     mode_counts,
-    rigid_fields,
-    sector_waves,
-    tie,
-    wave_phase,
 )
-from fegear.elasticity.sector import assemble_mass, assemble_sector, condense
+from fegear.elasticity.ring import nodal_diameter_phase
+from fegear.elasticity.sector import LEFT, RIGHT, CyclicSector
 from meshes import MeshSize, SectorMesh, sector_mesh
 from meshes.profile import flank_tangents, polar, roll_length_at_arc, turn
 from validation.oracles.thick_ring_modes import ThickRing, frequencies
@@ -53,13 +52,12 @@ def gear():
 
 @pytest.fixture(scope="module")
 def sector(gear):
-    model = assemble_sector(sector_mesh(gear, COARSE), STEEL)
-    return model, assemble_mass(model, DENSITY)
+    return CyclicSector(gear, STEEL, COARSE)
 
 
 @pytest.fixture(scope="module")
 def modes(gear):
-    return gear_modes(gear, STEEL, DENSITY, CUTOFF, COARSE)
+    return gear_modes(CyclicSector(gear, STEEL, COARSE), DENSITY, CUTOFF)
 
 
 class WholeGear:
@@ -137,7 +135,7 @@ def test_frequencies_are_those_of_the_whole_gear(modes, whole):
 
 def test_odd_number_of_teeth():
     odd = small_gear(13)
-    found = gear_modes(odd, STEEL, DENSITY, CUTOFF, COARSE)
+    found = gear_modes(CyclicSector(odd, STEEL, COARSE), DENSITY, CUTOFF)
     direct = WholeGear(odd, COARSE, CUTOFF).frequencies
     np.testing.assert_allclose(found.frequencies_Hz, direct, rtol=1e-8)
 
@@ -195,40 +193,44 @@ def test_pairs_are_symmetric_and_antisymmetric(modes):
     assert abs(shift[0, 1]) == pytest.approx(abs(shift[1, 0]), rel=1e-9) != 0.0
 
 
-def tied_matrices(sector, teeth, n):
-    model, mass = sector
-    ties = tie(model, condense(model, teeth).polar, wave_phase(n, teeth))
-    return [(ties.conj().T @ A @ ties).toarray() for A in (model.stiffness, mass)]
+def constrained_matrices(sector, n):
+    constraint = sector.cyclic_constraint(nodal_diameter_phase(n, sector.gear.teeth))
+    matrices = sector.stiffness, sector.mass(DENSITY)
+    return [(constraint.conj().T @ A @ constraint).toarray() for A in matrices]
 
 
 @pytest.mark.parametrize("cutoff", [20e3, 60e3, 200e3, 700e3])
-def test_count_is_that_of_the_unskipped_problem(gear, sector, cutoff):
+def test_count_is_that_of_the_unskipped_problem(sector, cutoff):
     """At 700 kHz the inner freedoms alone have modes below the cut-off."""
-    counts = mode_counts(*sector, gear.teeth, cutoff)
+    counts = mode_counts(sector, sector.mass(DENSITY), cutoff)
     for n, count in enumerate(counts):
-        values = eigh(*tied_matrices(sector, gear.teeth, n), eigvals_only=True)
+        values = eigh(*constrained_matrices(sector, n), eigvals_only=True)
         assert count == np.count_nonzero(values < (2.0 * np.pi * cutoff) ** 2)
 
 
-def test_count_says_which_waves_are_skipped(gear, sector):
-    found = list(sector_waves(*sector, gear.teeth, 50e3))
-    assert [len(wave.omega) for wave in found] == list(mode_counts(*sector, 12, 50e3))
-    assert any(len(wave.omega) == 0 for wave in found)
-    everything = list(sector_waves(*sector, gear.teeth, CUTOFF))
-    for wave, more in zip(found, everything, strict=True):
+def test_count_says_which_nodal_diameters_are_skipped(sector):
+    mass = sector.mass(DENSITY)
+    found = list(cyclic_modes(sector, mass, 50e3))
+    counts = mode_counts(sector, mass, 50e3)
+    assert [len(modes.omega) for modes in found] == list(counts)
+    assert any(len(modes.omega) == 0 for modes in found)
+    everything = list(cyclic_modes(sector, mass, CUTOFF))
+    for modes, more in zip(found, everything, strict=True):
         below = more.omega[more.omega < 2.0 * np.pi * 50e3]
-        np.testing.assert_allclose(wave.omega, below, rtol=1e-10)
+        np.testing.assert_allclose(modes.omega, below, rtol=1e-10)
 
 
 def test_effective_inertia_grows_to_that_of_the_free_nodes(gear, sector):
     """Sum of couplings squared over all modes: what is not the held hub's own."""
-    model, mass = sector
-    K, M = tied_matrices(sector, gear.teeth, 0)
+    mass = sector.mass(DENSITY)
+    K, M = constrained_matrices(sector, 0)
     _, vectors = eigh(K, M)
-    ties = tie(model, condense(model, gear.teeth).polar, 1.0)
-    turned = ties.T @ (mass @ rigid_fields(model)[:, 0])
+    ties = sector.cyclic_constraint(1.0)
+    turned = ties.T @ (mass @ sector.rigid_fields[:, 0])
     every = gear.teeth * np.cumsum((vectors.T @ turned) ** 2)
-    limits = [gear_modes(gear, STEEL, DENSITY, f, COARSE) for f in (80e3, 300e3)]
+    limits = [
+        gear_modes(CyclicSector(gear, STEEL, COARSE), DENSITY, f) for f in (80e3, 300e3)
+    ]
     for found in limits:
         axial = found.rotation_coupling[found.nodal_diameters == 0]
         np.testing.assert_allclose(np.cumsum(axial**2), every[: len(axial)], rtol=1e-8)
@@ -239,7 +241,7 @@ def test_effective_inertia_grows_to_that_of_the_free_nodes(gear, sector):
 
 
 def test_effective_mass_is_nearly_all_and_alike_in_all_directions(gear):
-    found = gear_modes(gear, STEEL, DENSITY, 600e3, COARSE)
+    found = gear_modes(CyclicSector(gear, STEEL, COARSE), DENSITY, 600e3)
     share = np.sum(found.translation_coupling**2, axis=0) / found.mass
     assert share[0] == pytest.approx(share[1], rel=1e-9)
     assert 0.96 < share[0] < 1.0
@@ -251,7 +253,9 @@ def test_frequencies_converge_from_above_at_third_order(gear):
         flank_edges=6, flank_grading=0.0, fillet_edges=3, tooth_size=0.5, hub_size=0.4
     )
     coarse, middle, fine = (
-        gear_modes(gear, STEEL, DENSITY, 110e3, base.refined(f)).frequencies_Hz
+        gear_modes(
+            CyclicSector(gear, STEEL, base.refined(f)), DENSITY, 110e3
+        ).frequencies_Hz
         for f in (1.0, 2.0, 4.0)
     )
     assert len(coarse) == len(fine) == 16
@@ -264,7 +268,7 @@ def test_frequencies_converge_from_above_at_third_order(gear):
 
 @pytest.fixture(scope="module")
 def static(gear):
-    return flank_compliance(gear, STEEL, COARSE, split=False).normal
+    return flank_compliance(CyclicSector(gear, STEEL, COARSE), split=False).normal
 
 
 def test_sum_of_modes_tends_to_the_static_compliance(gear, static):
@@ -273,7 +277,7 @@ def test_sum_of_modes_tends_to_the_static_compliance(gear, static):
     load = np.diff(sector_mesh(gear, COARSE).flank_arcs)
     missing = []
     for cutoff in (100e3, 400e3, 1600e3):
-        found = gear_modes(gear, STEEL, DENSITY, cutoff, COARSE)
+        found = gear_modes(CyclicSector(gear, STEEL, COARSE), DENSITY, cutoff)
         force = found.normal_at(0) @ load / (2.0 * np.pi * found.frequencies_Hz) ** 2
         missing.append(
             [
@@ -293,21 +297,32 @@ def test_sum_of_modes_tends_to_the_static_compliance(gear, static):
 
 def test_static_twist_under_a_smooth_load_needs_few_modes(gear, sector):
     """Inertial load of a steady angular acceleration of the hub."""
-    model, mass = sector
-    stiffness, _ = tied_matrices(sector, gear.teeth, 0)
-    ties = tie(model, condense(model, gear.teeth).polar, 1.0)
-    load = ties.T @ (mass @ rigid_fields(model)[:, 0])
+    stiffness, _ = constrained_matrices(sector, 0)
+    ties = sector.cyclic_constraint(1.0)
+    load = ties.T @ (sector.mass(DENSITY) @ sector.rigid_fields[:, 0])
     exact = gear.teeth * load @ np.linalg.solve(stiffness, load)
     missing = []
     for cutoff in (40e3, 200e3, 800e3):
-        found = gear_modes(gear, STEEL, DENSITY, cutoff, COARSE)
+        found = gear_modes(CyclicSector(gear, STEEL, COARSE), DENSITY, cutoff)
         omega = 2.0 * np.pi * found.frequencies_Hz
         missing.append(1.0 - np.sum((found.rotation_coupling / omega) ** 2) / exact)
     assert 1e-2 > missing[0] > missing[1] > missing[2] > 0.0
     assert missing[2] < 1e-5
 
 
-def ring_sector(ring, teeth, radial, angular):
+class RingSector(CyclicSector):
+    """A sector without a tooth on a mesh of its own."""
+
+    @cached_property
+    def mesh(self):
+        return ring_mesh(RING, self.gear.teeth, *self.size)
+
+
+def ring_sector(radial, angular, teeth=12):
+    return RingSector(SimpleNamespace(teeth=teeth), STEEL, (radial, angular))
+
+
+def ring_mesh(ring, teeth, radial, angular):
     """Sector without a tooth, `radial` x `angular` x 2 triangles."""
     radius = np.linspace(ring.hub_radius, ring.outer_radius, 2 * radial + 1)
     angle = np.linspace(-np.pi / teeth, np.pi / teeth, 2 * angular + 1)
@@ -345,10 +360,8 @@ def test_ring_without_teeth_is_the_closed_form_at_fourth_order():
     highest, errors = 36e3, []
     exact = [frequencies(RING, n, highest) for n in range(7)]
     for refined in (1, 2, 4):
-        mesh = ring_sector(RING, 12, 4 * refined, 2 * refined)
-        model = assemble_sector(mesh, STEEL)
-        mass = assemble_mass(model, DENSITY)
-        found = list(sector_waves(model, mass, 12, highest))
+        sector = ring_sector(4 * refined, 2 * refined)
+        found = list(cyclic_modes(sector, sector.mass(DENSITY), highest))
         assert [len(w.omega) for w in found] == [len(f) for f in exact]
         both = np.concatenate([w.omega for w in found]), np.concatenate(exact)
         errors.append(both[0] / (2.0 * np.pi * both[1]) - 1.0)
@@ -364,9 +377,9 @@ def test_held_hub_keeps_less_inertia_on_a_finer_mesh():
     """What no mode carries is the mass of the hub nodes: one layer of elements."""
     kept = []
     for refined in (1, 2, 4):
-        model = assemble_sector(ring_sector(RING, 12, 4 * refined, 2), STEEL)
-        mass, turned = assemble_mass(model, DENSITY), rigid_fields(model)[:, 0]
-        ties = tie(model, condense(model, 12).polar, 1.0)
+        sector = ring_sector(4 * refined, 2)
+        mass, turned = sector.mass(DENSITY), sector.rigid_fields[:, 0]
+        ties = sector.cyclic_constraint(1.0)
         load = ties.T @ (mass @ turned)
         carried = load @ spsolve((ties.T @ mass @ ties).tocsc(), load)
         kept.append(1.0 - carried / (turned @ mass @ turned))
@@ -375,7 +388,7 @@ def test_held_hub_keeps_less_inertia_on_a_finer_mesh():
 
 
 def test_nothing_below_the_first_mode(gear):
-    found = gear_modes(gear, STEEL, DENSITY, 1e3, COARSE)
+    found = gear_modes(CyclicSector(gear, STEEL, COARSE), DENSITY, 1e3)
     assert found.normal.shape == (0, 2, 6)
     assert found.translation_coupling.shape == (0, 2)
     assert found.normal_at(3).shape == (0, 6)
@@ -384,4 +397,4 @@ def test_nothing_below_the_first_mode(gear):
 @pytest.mark.parametrize("cutoff", [0.0, -1.0, np.nan, np.inf])
 def test_cutoff_is_checked(gear, cutoff):
     with pytest.raises(ValueError, match="cutoff_Hz"):
-        gear_modes(gear, STEEL, DENSITY, cutoff)
+        gear_modes(CyclicSector(gear, STEEL), DENSITY, cutoff)

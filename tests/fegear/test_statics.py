@@ -13,6 +13,7 @@ from fegear.contact.problem import ContactProblem, solve_cycle
 from fegear.elasticity import flank
 from fegear.elasticity.flank import flank_compliance
 from fegear.elasticity.material import PlaneMaterial
+from fegear.elasticity.sector import CyclicSector
 from fegear.gearset import load_gear_set
 from fegear.gearset.read import read_gear_set
 from fegear.statics import RESOLUTIONS, StaticsSettings, solve_mesh
@@ -51,7 +52,8 @@ def test_mean_error_falls_with_at_least_the_square_of_the_size(pair):
     def mean(factor):
         size = MeshSize().refined(factor)
         one, two = (
-            flank_compliance(g, STEEL, size) for g in (pair.driver, pair.driven)
+            flank_compliance(CyclicSector(g, STEEL, size))
+            for g in (pair.driver, pair.driven)
         )
         problem = ContactProblem(
             pair=pair, driver=one, driven=two, face_width=25.4e-3, nodes=49
@@ -101,7 +103,10 @@ def test_body_twist_is_that_of_the_ring(monkeypatch):
     monkeypatch.setattr(flank, "REACH", 9)
     radii = (8e-3, 14e-3)
     gears = [make_gear(19, r) for r in radii]
-    sums = [flank_compliance(g, STEEL).normal.sum(axis=0)[12, 12] for g in gears]
+    sums = [
+        flank_compliance(CyclicSector(g, STEEL)).normal.sum(axis=0)[12, 12]
+        for g in gears
+    ]
     torque = 19 * gears[0].base_radius
     shear = ring.shear_modulus(206e9, 0.3)
     twists = [

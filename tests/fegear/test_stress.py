@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from sector_stress import sector_stress
 
-from fegear.contact.loads import patch_loads
+from fegear.contact.loads import patch_loads, tooth_loads
 from fegear.elasticity.material import PlaneMaterial
-from fegear.stress import sector_stress, tooth_loads
 from meshes.profile import roll_length_at_arc
 
 STEEL = PlaneMaterial(206e9, 0.3)

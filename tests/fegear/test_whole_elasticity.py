@@ -19,13 +19,12 @@ from skfem import Basis, BilinearForm, ElementTriP2, ElementVector, MeshTri2
 from skfem.helpers import dot
 from skfem.models.elasticity import linear_elasticity
 
-from fegear.contact.compliance import PATCH, set_stencil
-from fegear.contact.flanks import FLANK
+from fegear.elasticity.cyclic_gear import cyclic_gear, substitute
 from fegear.elasticity.flank import REACH, flank_compliance
+from fegear.elasticity.flank_grid import flank_stencils
 from fegear.elasticity.material import PlaneMaterial
-from fegear.elasticity.modes import LEFT, RIGHT, gear_modes
-from fegear.elasticity.sector import assemble_sector
-from fegear.elasticity.whole import substitute, whole_gear
+from fegear.elasticity.modes import gear_modes
+from fegear.elasticity.sector import LEFT, RIGHT, CyclicSector
 from meshes import MeshSize, sector_mesh
 from meshes.profile import flank_points, flank_tangents, roll_length_at_arc, turn
 
@@ -43,7 +42,7 @@ def small_gear(teeth):
 
 
 class Explicit:
-    """Matrices over the fields of `WholeGear`, flattened by rows."""
+    """Matrices over the fields of `CyclicGear`, flattened by rows."""
 
     def __init__(self, gear):
         self.gear, self.sector = gear, sector_mesh(gear, SIZE)
@@ -68,7 +67,7 @@ class Explicit:
 
     def _fields(self):
         """(freedoms of the whole gear, own * teeth), orthonormal columns."""
-        model, teeth = assemble_sector(self.sector, STEEL), self.gear.teeth
+        model, teeth = CyclicSector(self.gear, STEEL, SIZE), self.gear.teeth
         along_y = np.isin(
             np.arange(model.basis.N), model.basis.split_indices()[1]
         ).astype(int)
@@ -76,8 +75,8 @@ class Explicit:
         rows, columns, entries = [], [], []
         for k in range(teeth):
             angle = 2.0 * np.pi * k / teeth
-            directions = turn(np.eye(2), angle)[along_y[model.inner]]
-            places = turn(model.locations[model.inner], angle)
+            directions = turn(np.eye(2), angle)[along_y[model.interior]]
+            places = turn(model.locations[model.interior], angle)
             cut = turn(model.locations[left], angle)
             radial = cut / np.hypot(*cut.T)[:, None]
             clockwise = np.stack([radial[:, 1], -radial[:, 0]], axis=1)
@@ -110,7 +109,7 @@ def explicit(request):
 
 @pytest.fixture(scope="module")
 def gear(explicit):
-    return whole_gear(explicit.gear, STEEL, DENSITY, SIZE)
+    return cyclic_gear(CyclicSector(explicit.gear, STEEL, SIZE), DENSITY)
 
 
 @pytest.fixture(scope="module")
@@ -139,7 +138,7 @@ def test_fields_are_all_freedoms_off_the_hub_once(gear, explicit):
 
 @given(seed=st.integers(0, 2**32 - 1))
 @settings(max_examples=10, deadline=None)
-def test_products_are_those_of_the_whole_gear(gear, explicit, seed):
+def test_products_are_those_of_the_cyclic_gear(gear, explicit, seed):
     u = random_field(gear, seed)
     for times, matrix in (
         (gear.stiffness_times, explicit.stiffness),
@@ -149,7 +148,7 @@ def test_products_are_those_of_the_whole_gear(gear, explicit, seed):
 
 
 @pytest.mark.parametrize("weights", [STEP, (0.0, 1.0), (1.0, 0.0)])
-def test_solution_is_that_of_the_whole_gear(gear, explicit, weights):
+def test_solution_is_that_of_the_cyclic_gear(gear, explicit, weights):
     load = random_field(gear)
     matrix = csc_array(weights[0] * explicit.mass + weights[1] * explicit.stiffness)
     direct = splu(matrix).solve(load.ravel()).reshape(load.shape)
@@ -198,7 +197,7 @@ def as_operator(function, gear):
 
 
 def test_lowest_frequencies_and_couplings_are_those_of_the_modes(gear, explicit):
-    modes = gear_modes(explicit.gear, STEEL, DENSITY, 150e3, SIZE)
+    modes = gear_modes(CyclicSector(explicit.gear, STEEL, SIZE), DENSITY, 150e3)
     count = len(modes.frequencies_Hz)
     assert count > 5
     values, vectors = eigsh(
@@ -224,7 +223,7 @@ def test_lowest_frequencies_and_couplings_are_those_of_the_modes(gear, explicit)
     assert gear.mass == pytest.approx(modes.mass, rel=1e-12)
 
 
-def test_turn_and_its_momentum_are_those_of_the_whole_gear(gear, explicit):
+def test_turn_and_its_momentum_are_those_of_the_cyclic_gear(gear, explicit):
     turned = explicit.turned
     rotation = (explicit.fields.T @ turned).reshape(gear.own, gear.teeth)
     close(np.repeat(gear.rotation[:, None], gear.teeth, axis=1), rotation, 1e-10)
@@ -252,7 +251,7 @@ def test_momentum_differs_from_that_of_the_free_nodes_at_the_hub_only(gear):
 @pytest.mark.parametrize("side", [RIGHT, LEFT])
 def test_point_loads_give_the_compliance_of_the_flank(gear, explicit, side):
     static = gear.factorised(0.0, 1.0)
-    compliance = flank_compliance(explicit.gear, STEEL, SIZE, split=False)
+    compliance = flank_compliance(CyclicSector(explicit.gear, STEEL, SIZE), split=False)
     points = gear.flanks[side]
     for j in (1, 4):
         load = np.zeros((gear.own, gear.teeth))
@@ -267,51 +266,31 @@ def test_point_loads_give_the_compliance_of_the_flank(gear, explicit, side):
             close(root, compliance.tangential[REACH + offset][:, j], 1e-9)
 
 
-@pytest.mark.parametrize("side", [RIGHT, LEFT])
-def test_row_at_a_flank_point_reads_that_point(gear, side):
-    points = gear.flanks[side]
-    row = gear.contact_row(side, points.arcs)
-    u = random_field(gear)[:, 3]
-    for weights, direction in (
-        (row.normal, points.inward),
-        (row.rootward, points.rootward),
-    ):
-        read = np.einsum("ia,ia->i", weights, u[row.freedoms])
-        direct = np.einsum("ic,ic->i", u[points.freedoms], direction)
-        close(read, direct, 1e-10)
-
-
-def test_row_has_the_weights_of_the_contact(gear, explicit):
-    """The kernel with its own records, between points and beyond the ends."""
-    length, count = explicit.gear.flank_length, SIZE.flank_edges
-    flank = np.zeros(1, FLANK).view(np.recarray)[0]
-    flank.length, flank.grading = length, SIZE.flank_grading
-    patch = np.zeros(1, PATCH).view(np.recarray)[0]
-    arcs = np.concatenate([np.linspace(-0.1, 1.1, 25), [0.0, 1.0]]) * length
-    row = gear.contact_row(RIGHT, arcs)
-    points = gear.flanks[RIGHT]
-    for i, arc in enumerate(arcs):
-        set_stencil.py_func(patch, 0, 0, arc, flank, count)
-        near = patch.first[0, 0] + np.arange(4)
-        np.testing.assert_array_equal(row.freedoms[i], points.freedoms[near].ravel())
-        weights = patch.weights[0, 0][:, None]
-        for found, directions in (
-            (row.normal, points.inward),
-            (row.rootward, points.rootward),
-        ):
-            close(found[i], (weights * directions[near]).ravel(), 1e-12)
+def normal_at(points, length, grading, u, arcs):
+    """Inward displacement at arcs of a flank, from a column of the field."""
+    index, weights = flank_stencils(arcs, length, grading, len(points.arcs))
+    at_points = np.einsum("ic,ic->i", u[points.freedoms], points.inward)
+    return np.einsum("ia,ia->i", weights, at_points[index])
 
 
 @pytest.mark.parametrize("side", [RIGHT, LEFT])
-def test_row_reads_rigid_motion_between_points(explicit, side):
+def test_flank_points_read_themselves(gear, explicit, side):
+    points, u = gear.flanks[side], random_field(gear)[:, 3]
+    grid = explicit.gear.flank_length, SIZE.flank_grading
+    direct = np.einsum("ic,ic->i", u[points.freedoms], points.inward)
+    close(normal_at(points, *grid, u, points.arcs), direct, 1e-10)
+
+
+@pytest.mark.parametrize("side", [RIGHT, LEFT])
+def test_rigid_motion_is_read_between_points(explicit, side):
     """Lever arms of the normals: the base radius of a turn, also between points."""
     errors = []
     for factor in (2.0, 4.0):
         size = SIZE.refined(factor)
-        fine = whole_gear(explicit.gear, STEEL, DENSITY, size)
+        fine = cyclic_gear(CyclicSector(explicit.gear, STEEL, size), DENSITY)
         arcs = np.linspace(0.3, 0.95, 12) * explicit.gear.flank_length
-        row = fine.contact_row(side, arcs)
-        arm = np.einsum("ia,ia->i", row.normal, fine.rotation[row.freedoms])
+        grid = explicit.gear.flank_length, size.flank_grading
+        arm = normal_at(fine.flanks[side], *grid, fine.rotation, arcs)
         roll = roll_length_at_arc(explicit.gear, arcs)
         tangent = flank_tangents(explicit.gear, roll)
         x, y = flank_points(explicit.gear, roll).T
@@ -324,7 +303,7 @@ def test_row_reads_rigid_motion_between_points(explicit, side):
 
 
 def test_kernel_and_python_agree(gear, factors):
-    load = np.random.default_rng(0).standard_normal((2 * gear.own - gear.inner, 3))
+    load = np.random.default_rng(0).standard_normal((2 * gear.own - gear.interior, 3))
     for rows in (factors.forward, factors.backward):
         close(substitute(*rows, load), substitute.py_func(*rows, load), 1e-13)
 
@@ -338,10 +317,10 @@ def test_wrong_arguments_are_named(gear, factors, explicit):
         with pytest.raises(ValueError, match="mass_factor and stiffness_factor"):
             gear.factorised(*weights)
     with pytest.raises(ValueError, match="density must be positive"):
-        whole_gear(explicit.gear, STEEL, -1.0, SIZE)
+        cyclic_gear(CyclicSector(explicit.gear, STEEL, SIZE), -1.0)
 
 
-def test_free_gear_vibrates_as_the_whole_gear_does():
+def test_free_gear_vibrates_as_the_cyclic_gear_does():
     """Hub free to turn, which only concerns waves that are equal in all sectors."""
     explicit, hub = Explicit(small_gear(12)), 2e-6  # inertia of the hub itself [kg m]
     # independent: the nodes on the hub turn with it as one
@@ -352,7 +331,7 @@ def test_free_gear_vibrates_as_the_whole_gear_does():
     values = eigsh(stiffness, 60, mass.tocsc(), sigma=-1e6, return_eigenvectors=False)
     expected = np.sqrt(np.sort(values)[1:])
 
-    gear = whole_gear(explicit.gear, STEEL, DENSITY, SIZE)
+    gear = cyclic_gear(CyclicSector(explicit.gear, STEEL, SIZE), DENSITY)
     K, M = np.zeros((2, gear.own + 1, gear.own + 1))
     for i in range(gear.own):
         equal = np.zeros((gear.own, gear.teeth))
@@ -377,7 +356,7 @@ def test_free_gear_vibrates_as_the_whole_gear_does():
 
 def free_modes(gear, cutoff, hub):
     """Angular frequencies with the hub free, from the modes with the hub held."""
-    modes = gear_modes(gear, STEEL, DENSITY, cutoff / (2.0 * np.pi), SIZE)
+    modes = gear_modes(CyclicSector(gear, STEEL, SIZE), DENSITY, cutoff / (2.0 * np.pi))
     standing = modes.nodal_diameters == 0
     coupling = modes.rotation_coupling[standing]
     M = np.eye(coupling.size + 1)

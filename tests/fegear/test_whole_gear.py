@@ -10,17 +10,20 @@ import numpy as np
 import pytest
 from conftest import make_gear
 from scipy.spatial import cKDTree
+from sector_stress import sector_stress
 from skfem import Basis, ElementTriP2, ElementVector, MeshTri2, condense, solve
 from skfem.models.elasticity import linear_elasticity
 
+from fegear.elasticity.body_stress import ToothLoad, hat_stresses
 from fegear.elasticity.flank import REACH, flank_compliance
 from fegear.elasticity.material import PlaneMaterial
-from fegear.stress import ToothLoad, sector_stress
+from fegear.elasticity.sector import CyclicSector
 from meshes import MeshSize, sector_mesh
-from meshes.profile import flank_tangents, roll_length_at_arc, turn
+from meshes.profile import flank_points, flank_tangents, roll_length_at_arc, turn
 
 MATERIAL = PlaneMaterial(206e9, 0.3, "strain")
 SIZE = MeshSize(flank_edges=20, flank_grading=3.0)
+FINER = SIZE.refined(2.0)
 
 
 @pytest.fixture(scope="module")
@@ -73,7 +76,7 @@ def flank_frame(gear, mesh, tooth):
 
 @pytest.mark.parametrize("node", [3, 12, 17])
 def test_ring_without_split_is_the_whole_gear(gear, whole, node):
-    compliance = flank_compliance(gear, MATERIAL, SIZE, split=False)
+    compliance = flank_compliance(CyclicSector(gear, MATERIAL, SIZE), split=False)
     points, inward = flank_frame(gear, whole.sector, 0)
     force = np.zeros(whole.basis.N)
     force[whole.freedoms(points[node : node + 1])[0]] = inward[node]
@@ -87,8 +90,8 @@ def test_ring_without_split_is_the_whole_gear(gear, whole, node):
 
 def test_split_agrees_away_from_the_load(gear):
     """Where the load is not near, point loads and split give the same field."""
-    split = flank_compliance(gear, MATERIAL, SIZE)
-    direct = flank_compliance(gear, MATERIAL, SIZE.refined(2.0), split=False)
+    split = flank_compliance(CyclicSector(gear, MATERIAL, SIZE))
+    direct = flank_compliance(CyclicSector(gear, MATERIAL, FINER), split=False)
     for tooth in (-2, -1, 1, 2):
         one, two = split.normal[REACH + tooth], direct.normal[REACH + tooth]
         np.testing.assert_allclose(one[2:, 2:], two[1::2, 1::2][2:, 2:], rtol=2e-3)
@@ -98,7 +101,7 @@ def test_split_obeys_maxwell_at_second_order_or_better(gear):
     errors = []
     for factor in (0.5, 1.0, 2.0):
         size = MeshSize().refined(factor)
-        table = flank_compliance(gear, MATERIAL, size).normal[REACH]
+        table = flank_compliance(CyclicSector(gear, MATERIAL, size)).normal[REACH]
         # off the sharp corner and the jump of curvature at the form circle
         inner = table[len(table) // 3 : -2, len(table) // 3 : -2]
         errors.append(np.abs(inner - inner.T).max() / np.abs(table).max())
@@ -149,8 +152,6 @@ def test_stress_below_a_hertzian_contact(gear):
     step = arcs[1] - arcs[0]
     normal = hertz.pressure(arcs - 2e-3, b, peak) * step
     load = ToothLoad(0, arcs, step, normal, np.zeros_like(normal))
-    from fegear.stress import hat_stresses
-    from meshes.profile import flank_points
 
     roll = roll_length_at_arc(gear, np.array([2e-3]))
     tangent = flank_tangents(gear, roll)[0]

@@ -20,6 +20,7 @@ from fegear.dynamics.respond import MotionState, ReducedStepper, empty_record
 from fegear.dynamics.scheme import generalized_alpha
 from fegear.dynamics.sides import MeshLaws
 from fegear.elasticity.modes import gear_modes
+from fegear.elasticity.sector import CyclicSector
 from fegear.excitation import Excitations, Source
 from fegear.gearset import load_gear_set
 from fegear.gearset.model import Gear, GearSet
@@ -44,7 +45,7 @@ def elastic_gear(
     if cutoff is None:
         return None
     material = StaticsSettings().material(gear)
-    modes = gear_modes(gear.geometry, material, gear.density, cutoff)
+    modes = gear_modes(CyclicSector(gear.geometry, material), gear.density, cutoff)
     return ElasticGear(modes, gear.face_width, elastic_damping(gear, damping))
 
 

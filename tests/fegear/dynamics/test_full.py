@@ -9,8 +9,9 @@ from fegear.dynamics.build import elastic_damping
 from fegear.dynamics.full import FullStepper, full_model
 from fegear.dynamics.kernels import reduced as kernel
 from fegear.dynamics.scheme import generalized_alpha
+from fegear.elasticity.cyclic_gear import cyclic_gear
 from fegear.elasticity.material import PlaneMaterial
-from fegear.elasticity.whole import whole_gear
+from fegear.elasticity.sector import CyclicSector
 from meshes import MeshSize
 
 FREQUENCY, CYCLE = 1600.0, 128
@@ -18,20 +19,17 @@ COARSE = MeshSize().refined(0.25)
 LIGHT = 0.01  # damping ratio of elastic modes
 
 
+def sector_of(gear):
+    material = PlaneMaterial(gear.young_modulus, gear.poisson_ratio, "stress")
+    return CyclicSector(gear.geometry, material, COARSE)
+
+
 @pytest.fixture(scope="module")
 def full_of(case_of):
     def make(**case):
         given = case_of(**case)
         gears = given.gear_set.gears
-        wholes = [
-            whole_gear(
-                gear.geometry,
-                PlaneMaterial(gear.young_modulus, gear.poisson_ratio, "stress"),
-                gear.density,
-                COARSE,
-            )
-            for gear in gears
-        ]
+        wholes = [cyclic_gear(sector_of(gear), gear.density) for gear in gears]
         damping = [elastic_damping(gear, LIGHT) for gear in gears]
         far = None if given.beside is None else given.beside[0]
         model = full_model(

@@ -10,8 +10,9 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from sector_stress import sector_stress
 
-from fegear.contact.loads import patch_loads
+from fegear.contact.loads import patch_loads, tooth_loads
 from fegear.dynamics.history import (
     LEGEND,
     format_history,
@@ -22,8 +23,8 @@ from fegear.dynamics.history import (
 from fegear.dynamics.respond import DynamicSettings, respond, steps_per_cycle
 from fegear.dynamics.root_stress import root_influence
 from fegear.elasticity.material import PlaneMaterial
+from fegear.elasticity.sector import CyclicSector
 from fegear.statics import RESOLUTIONS, StaticsSettings, contact_problem
-from fegear.stress import sector_stress, tooth_loads
 from fegear.train import train_of
 from lumped import LumpedSystem
 
@@ -176,7 +177,10 @@ def test_back_side_contacts_have_columns_of_their_own(case_of):
 def test_slow_motion_has_the_root_stress_of_the_statics(case_of, friction):
     case = case_of(friction=friction)
     gear_set = case.gear_set
-    roots = {g: root_influence(gear_set.gears[g].geometry, STEEL) for g in (0, 1)}
+    roots = {
+        g: root_influence(CyclicSector(gear_set.gears[g].geometry, STEEL))
+        for g in (0, 1)
+    }
     columns = recorded(case.stepper(), SLOW, roots).columns
     settings = StaticsSettings(friction=friction)
     problem = contact_problem(gear_set, 0, settings, RESOLUTIONS["default"])
@@ -196,7 +200,7 @@ def test_gears_on_bearings_have_translations(case_of):
     train = train_of(gear_set, 100.0, translations=True)
     reference = LumpedSystem(train, case.reference.excitations)
     stepper = replace(case, reference=reference).stepper()
-    roots = {1: root_influence(gear_set.gears[1].geometry, STEEL)}
+    roots = {1: root_influence(CyclicSector(gear_set.gears[1].geometry, STEEL))}
     columns = recorded(stepper, FAST, roots).columns
     for row, mesh in zip(reference.modes.coordinates.mesh_rows, (1, 2), strict=True):
         places = reference.modes.coordinates.places

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from sector_stress import sector_stress
 
-from fegear.contact.loads import patch_loads
+from fegear.contact.loads import patch_loads, tooth_loads
 from fegear.dynamics.root_stress import REACH, FlankLoad, root_influence
 from fegear.elasticity.material import PlaneMaterial
-from fegear.elasticity.modes import LEFT, RIGHT
+from fegear.elasticity.sector import LEFT, RIGHT, CyclicSector
 from fegear.gearset import load_gear_set
 from fegear.statics import RESOLUTIONS, StaticsSettings, contact_problem
-from fegear.stress import sector_stress, tooth_loads
 
 STEEL = PlaneMaterial(206e9, 0.3, "stress")
 OTHER = {RIGHT: LEFT, LEFT: RIGHT}
@@ -29,7 +29,10 @@ def liu_pair(private_cache):
 
 @pytest.fixture(scope="module")
 def influences(liu_pair):
-    return {gear: root_influence(getattr(liu_pair.pair, gear), STEEL) for gear in GEARS}
+    return {
+        gear: root_influence(CyclicSector(getattr(liu_pair.pair, gear), STEEL))
+        for gear in GEARS
+    }
 
 
 @pytest.fixture(scope="module")
@@ -60,7 +63,9 @@ def test_static_loads_give_the_stress_of_the_field(
     field = sector_stress(getattr(liu_pair.pair, gear), STEEL, loads)
     found = influences[gear].stress(lumped_loads(loads))
     assert found == pytest.approx(field.root_stress, rel=1e-3)
-    right = field.components[np.unique(field.mesh.edges["fillet"]), :2].sum(axis=1)
+    right = field.components[np.unique(field.sector.mesh.edges["fillet"]), :2].sum(
+        axis=1
+    )
     along = influences[gear].along_fillets(lumped_loads(loads))[0]
     np.testing.assert_allclose(along, right, atol=2e-3 * right.max())
 

@@ -8,8 +8,9 @@ from dataclasses import asdict, replace
 
 import pytest
 
+from fegear.elasticity.cyclic_gear import cyclic_gear
 from fegear.elasticity.material import PlaneMaterial
-from fegear.elasticity.whole import whole_gear
+from fegear.elasticity.sector import CyclicSector
 from fegear.gearset import builtin_names, load_gear_set, read_gear_set
 from fegear.gearset.derived import gear_set_figures
 from fegear.gearset.phases import geometric_phase
@@ -139,7 +140,7 @@ def test_phase_adds_up_along_a_row_and_stops_at_a_shaft():
 def test_missing_inertia_and_mass_are_those_of_the_meshed_body():
     gear, *_ = read_gear_set(idler_train(37)).gears
     steel = PlaneMaterial(gear.young_modulus, gear.poisson_ratio)
-    body = whole_gear(gear.geometry, steel, gear.density)
+    body = cyclic_gear(CyclicSector(gear.geometry, steel), gear.density)
     figures, *_ = gear_set_figures(read_gear_set(idler_train(37))).gears
     width = gear.face_width
     assert figures.inertia_kg_m2 == pytest.approx(width * body.inertia, rel=1e-5)

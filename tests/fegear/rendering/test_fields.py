@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from conftest import make_gear
 from scipy.spatial import cKDTree
+from sector_stress import nodal_state
 from skfem import Basis, ElementTriP2, ElementVector, MeshTri2, condense, solve
 from skfem.models.elasticity import linear_elasticity
 
@@ -16,21 +17,21 @@ from fegear.contact.loads import PatchLoad, patch_loads
 from fegear.contact.patches import GAP
 from fegear.contact.problem import run_kernel
 from fegear.elasticity import halfplane
+from fegear.elasticity.body_stress import ToothLoad, nodal_stress
 from fegear.elasticity.hats import hat_displacement
 from fegear.elasticity.material import PlaneMaterial
+from fegear.elasticity.sector import CyclicSector
 from fegear.gearset import load_gear_set
 from fegear.rendering.fields import (
     MeshScene,
     contact_field,
-    flank_frame,
     mesh_scene,
     sector_fields,
 )
 from fegear.rendering.sector_field import loadable_gear
 from fegear.statics import StaticsSettings
-from fegear.stress import ToothLoad, nodal_stress, sector_stress, tooth_loads
 from meshes import MeshSize, sector_mesh
-from meshes.profile import turn
+from meshes.profile import flank_frame, turn
 from validation.oracles import hertz
 
 TORQUE = 100.0  # N m
@@ -144,12 +145,12 @@ def test_flanks_yield_by_what_closes_the_gap(name, position, request):
 @pytest.mark.parametrize("role", ROLES)
 def test_displacement_is_continuous_across_the_cuts(scene, role):
     _, sectors = loaded_sectors(scene, role, 0.5)
-    mesh = next(iter(sectors.values())).body.mesh
+    mesh = next(iter(sectors.values())).body.sector.mesh
     cut, left_cut = (
         nodes[np.argsort(np.hypot(*mesh.points[nodes].T))]
         for nodes in (np.unique(mesh.edges[name]) for name in ("cut", "left_cut"))
     )
-    largest = max(np.abs(s.nodal[:, :2]).max() for s in sectors.values())
+    largest = max(np.abs(nodal_state(s)[:, :2]).max() for s in sectors.values())
     assert len(sectors) > 5
     for tooth in sorted(sectors)[:-1]:
         here, next_one = (scene.frame(role, 0.5, t) for t in (tooth, tooth + 1))
@@ -158,25 +159,9 @@ def test_displacement_is_continuous_across_the_cuts(scene, role):
             next_one.places(mesh.points[left_cut]),
             atol=1e-12,
         )
-        one = here.vectors(sectors[tooth].nodal[cut, :2])
-        other = next_one.vectors(sectors[tooth + 1].nodal[left_cut, :2])
+        one = here.vectors(nodal_state(sectors[tooth])[cut, :2])
+        other = next_one.vectors(nodal_state(sectors[tooth + 1])[left_cut, :2])
         np.testing.assert_allclose(one, other, atol=1e-3 * largest)
-
-
-@pytest.mark.parametrize("name", ["scene", "mirrored"])
-def test_stress_is_that_of_the_single_sector(name, request):
-    """Root stress and the whole field, friction included."""
-    scene = request.getfixturevalue(name)
-    loads, sectors = loaded_sectors(scene, "driver", 0.5)
-    body = scene.bodies[0]
-    alone = sector_stress(body.gear, body.material, tooth_loads(loads, "driver"))
-    nodes = np.unique(body.mesh.edges["fillet"])
-    root = sectors[0].nodal[nodes, 2:4].sum(axis=1).max()
-    assert root == pytest.approx(alone.root_stress, rel=1e-6)
-    largest = np.abs(alone.components).max()
-    np.testing.assert_allclose(
-        sectors[0].nodal[:, 2:], alone.components, atol=1e-6 * largest
-    )
 
 
 def test_largest_shear_is_below_the_contact_where_hertz_has_it(scene):
@@ -212,9 +197,9 @@ def test_states_at_nodes_are_found_at_their_places(scene):
     _, sectors = loaded_sectors(scene, "driver", 0.5)
     for tooth in (0, 2):
         sector = sectors[tooth]
-        nodes = np.arange(0, len(sector.body.mesh.points), 7)
-        found = sector.at(sector.body.mesh.points[nodes])
-        expected = sector.nodal[nodes]
+        nodes = np.arange(0, len(sector.body.sector.mesh.points), 7)
+        found = sector.at(sector.body.sector.mesh.points[nodes])
+        expected = nodal_state(sector)[nodes]
         for part in (slice(0, 2), slice(2, 5)):
             scale = np.abs(expected[:, part]).max()
             np.testing.assert_allclose(
@@ -224,13 +209,13 @@ def test_states_at_nodes_are_found_at_their_places(scene):
 
 def test_refined_mesh_fills_the_same_area_with_the_same_state(scene):
     _, sectors = loaded_sectors(scene, "driver", 0.5)
-    mesh = sectors[0].body.mesh
+    mesh = sectors[0].body.sector.mesh
     points, triangles, state = sectors[0].refined()
     assert len(triangles) > len(mesh.triangles)
     assert area(points, triangles) == pytest.approx(
         area(mesh.points, mesh.triangles), rel=1e-12
     )
-    np.testing.assert_allclose(state[: len(mesh.points)], sectors[0].nodal)
+    np.testing.assert_allclose(state[: len(mesh.points)], nodal_state(sectors[0]))
     fresh = np.arange(len(mesh.points), len(points), 50)
     scale = np.abs(state).max(axis=0)
     np.testing.assert_allclose(
@@ -268,7 +253,7 @@ def test_von_mises_peaks_at_the_contact_and_in_the_loaded_fillets(scene):
         assert (from_center @ across) * (contact @ across) > 0.0
         angle = math.atan2(abs(from_center @ across), from_center @ axis)
         body = scene.bodies[0 if role == "driver" else 1]
-        assert angle < 0.5 * body.gear.pitch_angle
+        assert angle < 0.5 * body.sector.gear.pitch_angle
 
 
 def test_load_and_pressure_belong_together(scene):
@@ -304,13 +289,13 @@ def test_only_teeth_in_view_are_recovered(scene):
         for zoom in ("contact", "tooth", "gear")
     )
     assert len(np.unique(near)) < len(np.unique(far)) < len(np.unique(whole))
-    assert len(np.unique(whole)) == scene.bodies[0].gear.teeth
+    assert len(np.unique(whole)) == scene.bodies[0].sector.gear.teeth
 
 
 def test_turned_stress_keeps_its_invariants(mirrored):
     loads, sectors = loaded_sectors(mirrored, "driven", 0.2)
     frame = mirrored.frame("driven", 0.2, 1)
-    tooth_frame = sectors[0].nodal[:, 2:]
+    tooth_frame = nodal_state(sectors[0])[:, 2:]
     world = frame.stresses(tooth_frame)
     for stress in (tooth_frame, world):
         xx, yy, xy = stress.T
@@ -322,21 +307,15 @@ def test_turned_stress_keeps_its_invariants(mirrored):
     assert loads
 
 
-def test_out_of_plane_stress_in_plane_strain(pinion):
+def test_loads_are_taken_wherever_they_are(pinion):
     """A frictionless body takes no column of unit tangential loads."""
-    body = loadable_gear(pinion, PlaneMaterial(206e9, 0.3, "strain"), friction=False)
-    assert len(body.excitations) == 1
+    sector = CyclicSector(pinion, PlaneMaterial(206e9, 0.3, "strain"))
+    body = loadable_gear(sector, friction=False)
+    assert len(body.unit_loads) == 1
     load = ToothLoad(0, np.array([2e-3]), 5e-5, np.array([1e5]), np.array([0.0]))
-    (sector,) = body.sectors([load], [0])
-    found = sector_stress(pinion, body.material, [load])
-    np.testing.assert_allclose(
-        sector.nodal[:, 2:],
-        found.components,
-        atol=1e-6 * np.abs(found.components).max(),
-    )
-    shifted = replace(load, tooth=3)
-    (moved,) = body.sectors([shifted], [3])
-    np.testing.assert_allclose(moved.nodal, sector.nodal)
+    (field,) = body.sectors([load], [0])
+    (moved,) = body.sectors([replace(load, tooth=3)], [3])
+    np.testing.assert_allclose(nodal_state(moved), nodal_state(field))
 
 
 class DirectSolve:
@@ -379,26 +358,26 @@ def test_fields_are_those_of_a_direct_solve_of_the_whole_gear():
     lame = E * nu / (1.0 + nu) / (1.0 - 2.0 * nu), 0.5 * E / (1.0 + nu)
     u = direct.displacement(direct.freedoms(point)[0], 1e5 * inward[0], lame)
 
-    body = loadable_gear(gear, material, size, friction=False)
+    body = loadable_gear(CyclicSector(gear, material, size), friction=False)
     load = ToothLoad(0, arc, 2e-5, np.array([1e5]), np.array([0.0]))
     for sector in body.sectors([load], range(-2, 4)):
         angle = sector.tooth * gear.pitch_angle
         expected = turn(u[direct.freedoms(turn(mesh.points, angle))], -angle)
         apart = np.hypot(*(mesh.points - point[0]).T)
         far = (apart > 0.5 * gear.module) | (sector.tooth != 0)
-        found = sector.nodal[far, :2]
+        found = nodal_state(sector)[far, :2]
         largest = np.abs(found).max()
         np.testing.assert_allclose(found, expected[far], atol=1e-3 * largest)
         if sector.tooth == 0:
-            whole = nodal_stress(mesh, body.model, material) @ field_of(body, expected)
+            whole = nodal_stress(body.sector) @ field_of(body, expected)
             fillet = np.unique(mesh.edges["fillet"])
             trace = whole.reshape(3, -1)[:2, fillet].sum(axis=0).max()
-            root = sector.nodal[fillet, 2:4].sum(axis=1).max()
+            root = nodal_state(sector)[fillet, 2:4].sum(axis=1).max()
             assert root == pytest.approx(trace, rel=1e-2)
 
 
 def field_of(body, nodal):
     """Displacement at the nodes (n, 2) as a vector of freedoms."""
-    field = np.zeros(body.model.basis.N)
-    field[body.model.node_freedoms] = nodal
+    field = np.zeros(body.sector.basis.N)
+    field[body.sector.node_freedoms] = nodal
     return field

@@ -2,9 +2,9 @@
 
 The sectors are equal, so that mass and stiffness are block-circulant and one sector
 stands for all. A field is an array (own, teeth): column k belongs to sector k, counted
-clockwise from tooth 0, and holds its inner freedoms in the frame of its tooth, then
+clockwise from tooth 0, and holds its interior freedoms in the frame of its tooth, then
 those of its left cut in polar components. Its right cut is the next one's left cut.
-A system of equations loses its inner freedoms by one sparse elimination for all
+A system of equations loses its interior freedoms by one sparse elimination for all
 sectors; the ring of cuts falls apart under a Fourier transform. All per unit width.
 """
 
@@ -12,22 +12,15 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from types import SimpleNamespace
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 from scipy.sparse import csr_array, hstack, tril, vstack
 
-from fegear.contact.compliance import STENCIL, set_stencil
-from fegear.elasticity.flank import FlankPoints
-from fegear.elasticity.material import PlaneMaterial
-from fegear.elasticity.modes import both_flanks, rigid_fields, tie
 from fegear.elasticity.ring import harmonics
-from fegear.elasticity.sector import assemble_mass, assemble_sector, condense, factorise
-from fegear.timing import stage
+from fegear.elasticity.sector import CyclicSector, FlankPoints, factorise
 from lumped.compiled import compiled
-from meshes import MeshSize, SpurGear, sector_mesh
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -35,23 +28,10 @@ Rows = tuple[NDArray[np.int32], Array, NDArray[np.int32], NDArray[np.int32], Arr
 
 
 @dataclass(frozen=True)
-class ContactRow:
-    """How displacement at n places of a flank is read from its tooth's column.
-
-    freedoms : (n, 8) rows of the field; normal, rootward : (n, 8) their weights,
-        which also spread a line load there
-    """
-
-    freedoms: Indices
-    normal: Array
-    rootward: Array
-
-
-@dataclass(frozen=True)
-class WholeGear:
+class CyclicGear:
     """Mass and stiffness of the gear, hub held.
 
-    inner, own : number of a sector's inner freedoms, and with the m of its left cut
+    interior, own : number of a sector's interior freedoms, and with its left cut's m
     stiffness, mass_matrix : (own + m, own + m) of a sector, right cut last [Pa], [kg/m]
     flanks : right and left one, with freedoms as rows of a field
     rotation : (own,) displacement under a unit clockwise turn of the whole gear about
@@ -61,7 +41,7 @@ class WholeGear:
     """
 
     teeth: int
-    inner: int
+    interior: int
     own: int
     stiffness: csr_array
     mass_matrix: csr_array
@@ -82,8 +62,8 @@ class WholeGear:
 
     def _times(self, matrix: csr_array, u: Array) -> Array:
         _require_shape("u", u, (self.own, self.teeth))
-        force = matrix @ np.vstack([u, np.roll(u[self.inner :], -1, axis=1)])
-        return _folded(force, self.inner, self.own)
+        force = matrix @ np.vstack([u, np.roll(u[self.interior :], -1, axis=1)])
+        return _fold(force, self.interior, self.own)
 
     def factorised(self, mass_factor: float, stiffness_factor: float) -> Factors:
         """Factors of mass_factor M + stiffness_factor K."""
@@ -94,69 +74,40 @@ class WholeGear:
                 f"not both zero, got {given}"
             )
         system = mass_factor * self.mass_matrix + stiffness_factor * self.stiffness
-        return _eliminated(csr_array(system), self.inner, self.own, self.teeth)
-
-    def contact_row(self, flank: int, arcs: ArrayLike) -> ContactRow:
-        """Cubic rows at arc lengths (n,) from the tip corner [m], RIGHT or LEFT."""
-        place = cast(Any, set_stencil).py_func  # the kernel's own, uncompiled
-        points, places = self.flanks[flank], np.atleast_1d(np.asarray(arcs, float))
-        first = np.zeros((1, len(places)), np.int64)
-        patch = SimpleNamespace(first=first, weights=np.zeros((*first.shape, STENCIL)))
-        grid = SimpleNamespace(length=points.arcs[-1], grading=self.flank_grading)
-        for i, arc in enumerate(places.tolist()):
-            place(patch, 0, i, arc, grid, len(points.arcs))
-        near = first[0][:, None] + np.arange(STENCIL)
-        weights, shape = patch.weights[0][:, :, None], (len(near), 2 * STENCIL)
-        return ContactRow(
-            points.freedoms[near].reshape(shape),
-            (weights * points.inward[near]).reshape(shape),
-            (weights * points.rootward[near]).reshape(shape),
-        )
+        return _eliminate(csr_array(system), self.interior, self.own, self.teeth)
 
 
-def whole_gear(
-    gear: SpurGear,
-    material: PlaneMaterial,
-    density: float,
-    size: MeshSize | None = None,
-) -> WholeGear:
-    """Assemble one sector of the gear; density in kg/m3."""
+def cyclic_gear(sector: CyclicSector, density: float) -> CyclicGear:
+    """Mass and stiffness of the gear that a sector stands for; density in kg/m3."""
     if not 0.0 < density < math.inf:
         raise ValueError(f"density must be positive and finite, got {density}")
-    size = size or MeshSize()
-    with stage("meshing"):
-        mesh = sector_mesh(gear, size)
-    with stage("assembling"):
-        model = assemble_sector(mesh, material)
-        mass = assemble_mass(model, density)
-    polar = condense(model, gear.teeth).polar
-    left = tie(model, polar, 0.0)
-    inner, own = len(model.inner), left.shape[1]
-    ties = hstack([left, (tie(model, polar, 1.0) - left)[:, inner:]])
-    rigid = rigid_fields(model)
+    mass, rigid, interior = sector.mass(density), sector.rigid_fields, sector.interior
+    left = sector.cyclic_constraint(0.0)
+    count, own = len(interior), left.shape[1]
+    both = hstack([left, (sector.cyclic_constraint(1.0) - left)[:, count:]])
     momentum = mass @ rigid
-    inertia, *shifted = gear.teeth * np.einsum("ic,ic->c", rigid, momentum)
-    return WholeGear(
-        teeth=gear.teeth,
-        inner=inner,
+    inertia, *shifted = sector.gear.teeth * np.einsum("ic,ic->c", rigid, momentum)
+    return CyclicGear(
+        teeth=sector.gear.teeth,
+        interior=count,
         own=own,
-        stiffness=csr_array(ties.T @ model.stiffness @ ties),
-        mass_matrix=csr_array(ties.T @ mass @ ties),
+        stiffness=csr_array(both.T @ sector.stiffness @ both),
+        mass_matrix=csr_array(both.T @ mass @ both),
         flanks=tuple(
-            replace(flank, freedoms=np.searchsorted(model.inner, flank.freedoms))
-            for flank in both_flanks(gear, mesh, model)
+            replace(flank, freedoms=np.searchsorted(interior, flank.freedoms))
+            for flank in sector.flanks
         ),
-        flank_grading=size.flank_grading,
+        flank_grading=sector.size.flank_grading,
         rotation=left.T @ rigid[:, 0],
-        momentum=_folded(ties.T @ momentum[:, :1], inner, own)[:, 0],
+        momentum=_fold(both.T @ momentum[:, :1], count, own)[:, 0],
         inertia=float(inertia),
         mass=float(np.mean(shifted)),
     )
 
 
-def _folded(force: Array, inner: int, own: int) -> Array:
+def _fold(force: Array, interior: int, own: int) -> Array:
     """Forces (own + m, teeth) with those on a right cut added to the next left one."""
-    force[inner:own] += np.roll(force[own:], 1, axis=1)
+    force[interior:own] += np.roll(force[own:], 1, axis=1)
     return force[:own]
 
 
@@ -187,13 +138,13 @@ def substitute(sequence, scale, starts, columns, entries, load):
 
 @dataclass(frozen=True)
 class Factors:
-    """Cholesky factor of a sector as far as its inner freedoms, and the ring of cuts.
+    """Cholesky factor of a sector as far as its interior, and the ring of cuts.
 
-    forward : over the inner freedoms, then both cuts; backward : inner ones only
-    ring : (teeth // 2 + 1, m, m) inverse of the cuts' system by wave number
+    forward : over the interior freedoms, then both cuts; backward : only those
+    ring : (teeth // 2 + 1, m, m) inverse of the cuts' system by nodal diameters
     """
 
-    inner: int
+    interior: int
     own: int
     teeth: int
     forward: Rows
@@ -203,33 +154,37 @@ class Factors:
     def solve(self, load: Array) -> Array:
         """Displacement (own, teeth) under loads (own, teeth)."""
         _require_shape("load", load, (self.own, self.teeth))
-        right = np.zeros((self.own - self.inner, self.teeth))
+        right = np.zeros((self.own - self.interior, self.teeth))
         x = substitute(*self.forward, np.vstack([load, right]))
-        waves = np.fft.rfft(_folded(x, self.inner, self.own)[self.inner :]).T
-        waves = (self.ring @ waves[:, :, None])[:, :, 0]
-        x[self.inner : self.own] = np.fft.irfft(waves.T, self.teeth)
-        x[self.own :] = np.roll(x[self.inner : self.own], -1, axis=1)
+        spectrum = np.fft.rfft(_fold(x, self.interior, self.own)[self.interior :]).T
+        spectrum = (self.ring @ spectrum[:, :, None])[:, :, 0]
+        x[self.interior : self.own] = np.fft.irfft(spectrum.T, self.teeth)
+        x[self.own :] = np.roll(x[self.interior : self.own], -1, axis=1)
         return substitute(*self.backward, x)[: self.own]
 
 
-def _eliminated(system: csr_array, inner: int, own: int, teeth: int) -> Factors:
+def _eliminate(system: csr_array, interior: int, own: int, teeth: int) -> Factors:
     """Factors of a sector's (own + m, own + m) symmetric positive definite system."""
-    columns, cuts = system[:, :inner], np.arange(inner, system.shape[0])
-    factor = factorise(columns[:inner])
+    columns, cuts = system[:, :interior], np.arange(interior, system.shape[0])
+    factor = factorise(columns[:interior])
     order, pivots = np.argsort(factor.perm_c), np.sqrt(factor.U.diagonal())
     lower = csr_array(tril(factor.L, -1)).multiply(pivots)
-    reduced = columns[inner:].toarray()[:, order].T.copy()
-    reduced = substitute(*_rows(lower, np.arange(inner), 1.0 / pivots), reduced)
+    reduced = columns[interior:].toarray()[:, order].T.copy()
+    reduced = substitute(
+        *_gather_rows(lower, np.arange(interior), 1.0 / pivots), reduced
+    )
     # sparse too: a cut is reached from few places in the order of elimination
     lower = vstack([lower, csr_array(reduced.T)])
     freedoms = np.append(order, cuts)
     scale = np.append(1.0 / pivots, np.ones(len(cuts)))
-    ring = _ring_inverse(system[inner:][:, inner:] - reduced.T @ reduced, teeth)
-    backward = _rows(lower.T, freedoms, scale, step=-1)
-    return Factors(inner, own, teeth, _rows(lower, freedoms, scale), ring, backward)
+    ring = _invert_ring(system[interior:][:, interior:] - reduced.T @ reduced, teeth)
+    backward = _gather_rows(lower.T, freedoms, scale, step=-1)
+    return Factors(
+        interior, own, teeth, _gather_rows(lower, freedoms, scale), ring, backward
+    )
 
 
-def _rows(matrix: Any, freedoms: Indices, scale: Array, step: int = 1) -> Rows:
+def _gather_rows(matrix: Any, freedoms: Indices, scale: Array, step: int = 1) -> Rows:
     """Rows of a sparse triangle for `substitute`, from the last one if step = -1."""
     places = np.arange(matrix.shape[0])[::step]
     rows = csr_array(csr_array(matrix)[places])
@@ -238,12 +193,12 @@ def _rows(matrix: Any, freedoms: Indices, scale: Array, step: int = 1) -> Rows:
     return sequence, scale[places], starts, columns, rows.data
 
 
-def _ring_inverse(superelement: Any, teeth: int) -> NDArray[np.complex128]:
+def _invert_ring(superelement: Any, teeth: int) -> NDArray[np.complex128]:
     """Inverses (teeth // 2 + 1, m, m) of the cuts' systems, as in `ring_response`."""
     m = len(superelement) // 2
     inverse = np.empty((teeth // 2 + 1, m, m), complex)
-    for waves, _, system in harmonics(superelement, teeth):
-        inverse[waves] = np.linalg.inv(system)
+    for diameters, _, system in harmonics(superelement, teeth):
+        inverse[diameters] = np.linalg.inv(system)
     return inverse
 
 
