@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Literal
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,9 +17,11 @@ from fegear.gearset.pitch_errors import (
     tooth_pair_errors,
     without_pitch_errors,
 )
+from fegear.output import read_text
+from fegear.printable import printable
 from lumped.analytic import Points, StiffnessFigures, analytic_excitation
-from lumped.excitation import MeshExcitation, excitation_from_table
-from lumped.table import MeshTable, pair_names, pair_teeth
+from lumped.excitation import MeshExcitation, excitation_from_table, table_pitches
+from lumped.table import MeshTable, TableError, pair_names, pair_teeth, parse_table
 
 if TYPE_CHECKING:
     from fegear.statics import StaticsSettings
@@ -73,11 +77,106 @@ class Source:
             estimate_error=False,
         )
 
+    @property
+    def header(self) -> dict[str, str]:
+        """Entries of a file's header: what was solved, and how."""
+        shape = {
+            "fe": "finite elements",
+            "trapezoid": f"trapezoid, ramp {self.ramp:g} base pitches",
+            "fourier": f"fourier, {self.harmonics} harmonics",
+        }.get(self.kind, self.kind)
+        elements = {"plane": self.plane, "resolution": self.resolution}
+        return {"excitation": shape, **elements}
+
+    def solves_elements(self, gear_set: GearSet) -> bool:
+        """Whether finite elements are needed for what the gear set does not give."""
+        return self.kind == "fe" or any(
+            mesh.mean_stiffness is None or mesh.stiffness_variation is None
+            for mesh in gear_set.meshes
+        )
+
     def statics_of(self, gear_set: GearSet, mesh: int) -> StaticsSettings:
         """The same for a mesh; fewer positions where its tooth pairs differ."""
         fewer = min(self.positions, LONG_POSITIONS)
         long = tooth_pair_errors(gear_set, mesh).size > 1
         return replace(self.statics, positions=fewer) if long else self.statics
+
+
+class ExcitationSource(Protocol):
+    """Excitations of meshes by their index, at a torque on their drivers [N m]."""
+
+    def of(
+        self, gear_set: GearSet, mesh: int, torque: float, model: int
+    ) -> MeshExcitation: ...
+
+
+@dataclass(frozen=True)
+class GivenTables:
+    """Mesh tables read from files, one for each mesh, by the name of the file."""
+
+    tables: tuple[tuple[str, MeshTable], ...]
+
+    @property
+    def header(self) -> dict[str, str]:
+        """Entry of a file's header: the tables."""
+        names = ", ".join(Path(name).name for name, _ in self.tables)
+        return {"excitation": printable(f"tables {names}")}
+
+    def of(
+        self, gear_set: GearSet, mesh: int, torque: float, model: int
+    ) -> MeshExcitation:
+        """Of a mesh by its index, at a torque on its driver [N m]."""
+        name, table = self.tables[mesh]
+        try:
+            _require_all_pairs(gear_set, mesh, table)
+            return excitation_from_table(table, torque, model)
+        except ValueError as error:
+            raise InputError(f"{name}: {error}") from None
+
+
+def read_mesh_tables(paths: Sequence[Path], gear_set: GearSet) -> GivenTables:
+    """Mesh tables (CSV) of a gear set, one for each mesh in order.
+
+    Raises InputError where one is missing, cannot be read or is of other teeth.
+    """
+    if len(paths) != len(gear_set.meshes):
+        raise InputError(
+            f"mesh tables = {len(paths)}; {gear_set.name} has "
+            f"{len(gear_set.meshes)} meshes, one for each is needed"
+        )
+    found = []
+    for mesh, path in enumerate(paths):
+        try:
+            table = parse_table(read_text(path), str(path))
+        except TableError as error:
+            raise InputError(str(error)) from None
+        _require_own_table(str(path), table, gear_set, mesh)
+        found.append((str(path), table))
+    return GivenTables(tuple(found))
+
+
+def _require_own_table(
+    name: str, table: MeshTable, gear_set: GearSet, mesh: int
+) -> None:
+    """A table that names its teeth must be of this mesh."""
+    pair = gear_set.meshes[mesh].pair
+    own = f"{pair.driver.teeth} / {pair.driven.teeth}"
+    if table.header.get("teeth", own) != own:
+        raise InputError(
+            f"{name}: of teeth {table.header['teeth']}, but mesh {mesh + 1} of "
+            f"{gear_set.name} has {own}"
+        )
+
+
+def _require_all_pairs(gear_set: GearSet, mesh: int, table: MeshTable) -> None:
+    """A table stands for the teeth as they are, with their pitch errors."""
+    pairs, covered = tooth_pair_errors(gear_set, mesh).size, table_pitches(table)
+    if pairs and covered != pairs:
+        raise ValueError(
+            f"base pitches = {covered}; tooth pairs of mesh {mesh + 1} repeat after "
+            f"{pairs} for their pitch errors, a table over all of them is needed, or a "
+            "gear set without pitch_errors_um"
+        )
 
 
 @dataclass(frozen=True)
@@ -86,11 +185,6 @@ class Excitations:
 
     source: Source = field(default_factory=Source)
     _tables: dict[tuple[object, ...], MeshTable] = field(default_factory=dict)
-
-    @property
-    def solved(self) -> bool:
-        """Whether finite elements have been solved."""
-        return bool(self._tables)
 
     def of(
         self, gear_set: GearSet, mesh: int, torque: float, model: int

@@ -36,6 +36,8 @@ ALLOWED = {
         "lumped.figures",
         "lumped.pitch_errors",
     },
+    "fegear.lumped_system.py": {"fegear", "lumped"},
+    "fegear.sweeps.py": {"fegear", "lumped"},
     # the same motions by other means: responses and their files are the lumped ones
     "fegear.dynamics": {"fegear", "meshes", "lumped"},
     "validation": {"validation", "fegear", "meshes", "lumped"},

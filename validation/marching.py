@@ -16,10 +16,9 @@ from fegear.dynamics.journal import Journal
 from fegear.dynamics.respond import DynamicSettings, Stepper, steps_per_cycle
 from fegear.dynamics.respond import respond as fe_respond
 from fegear.dynamics.sweep import kept_state, sweep_branch
-from fegear.errors import InputError
 from fegear.excitation import Excitations
+from fegear.lumped_system import LumpedModel, lumped_system
 from fegear.memory import memory_level
-from fegear.train import mesh_torques_at, train_of
 from lumped.motion import APPROACH_STEP, DivergedError, arrive
 from lumped.response import (
     History,
@@ -31,7 +30,6 @@ from lumped.response import (
 from lumped.settings import Settings
 from lumped.sweep import Branch, Direction, sweep_all
 from lumped.system import LumpedSystem
-from lumped.train import TrainError
 from validation.cases import Wave
 from validation.deflection import mesh_statics
 from validation.metrics import WAVE_POINTS, ForceWave, Statics, force_cycle
@@ -131,8 +129,7 @@ def march(
     """
     level, begin = memory_level(), time.perf_counter()
     report(f"{_name(task)}: statics", 0, 1)
-    number = 1 if task.model is None else task.model.number
-    system = lumped_system(task, excitations, number)
+    system = lumped_system(task.gear_set, task.torque, _model(task), excitations)
     statics = [
         mesh_statics(task, excitations, m, each)
         for m, each in enumerate(system.excitations)
@@ -152,6 +149,15 @@ def march(
         memory_above_start_MB=peak - level.resident_MB,
     )
     return Marched(system, statics, moved.branches, moved.waves, cost)
+
+
+def _model(task: Task) -> LumpedModel:
+    """That of the task, or the one whose modes the finite elements are counted in."""
+    return LumpedModel(
+        number=1 if task.model is None else task.model.number,
+        translations=task.case.translations,
+        damping_ratio=task.case.damping_ratio,
+    )
 
 
 def _name(task: Task) -> str:
@@ -175,21 +181,6 @@ def _ready(
     hurried = Settings(max_periods=1, multiples=1, windows=1)
     respond_with_history(system, task.speeds[0], hurried)
     return partial(_lumped_moved, task, system)
-
-
-def lumped_system(task: Task, excitations: Excitations, number: int) -> LumpedSystem:
-    """The lumped model of that number at the task's torque."""
-    gear_set, case = task.gear_set, task.case
-    train = train_of(gear_set, task.torque, case.translations, case.damping_ratio)
-    on_meshes = mesh_torques_at(gear_set, task.torque)
-    driven = tuple(
-        excitations.of(gear_set, mesh, torque, number)
-        for mesh, torque in enumerate(on_meshes)
-    )
-    try:
-        return LumpedSystem(train, driven)
-    except TrainError as error:
-        raise InputError(f"{gear_set.name}: {error}") from None
 
 
 def _prepared(

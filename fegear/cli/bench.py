@@ -123,10 +123,10 @@ def lumped_benchmark(
         refuse_idle("--stress has its own", torque=torque, damping=damping)
         _run_stress(output, as_json)
         return
-    from fegear.cli.lumped_options import Physics, middle_torque
+    from fegear.cli.lumped_options import Train, middle_torque
     from fegear.gearset import load_gear_set
 
-    Physics(damping=damping)  # checks it
+    Train(damping=damping)  # checks it
     gear_set = load_gear_set(set_name or TRAIN)
     load = middle_torque(gear_set, torque)
     measure = partial(measure_lumped, gear_set, load, damping)
@@ -200,23 +200,22 @@ def measure_stiffness(gear_set: GearSet, torque: float, report: Progress) -> Ben
 def measure_lumped(
     gear_set: GearSet, torque: float, damping: float | None, report: Progress
 ) -> Benchmark:
-    from fegear.cli.systems import build_system
-    from fegear.excitation import Excitations
+    from fegear.lumped_system import LumpedModel, lumped_system
     from validation.bench_lumped import measure
 
     report("stiffness", 0, 1)
-    system = build_system(gear_set, torque, 1, False, damping, Excitations())
+    system = lumped_system(gear_set, torque, LumpedModel(damping_ratio=damping))
     return measure(system, gear_set.name, torque, report)
 
 
 def measure_dynamics(gear_set: GearSet, torque: float, report: Progress) -> Benchmark:
-    from fegear.cli.systems import build_system
     from fegear.excitation import Excitations
+    from fegear.lumped_system import lumped_system
     from validation.bench_dynamics import Bench, measure
 
     def bench_of(gear_set: GearSet) -> Bench:
         excitations = Excitations()
-        reference = build_system(gear_set, torque, 1, False, None, excitations)
+        reference = lumped_system(gear_set, torque, excitations=excitations)
         return Bench(gear_set, torque, reference, excitations)
 
     return measure(gear_set, torque, bench_of, report)

@@ -10,13 +10,14 @@ from fegear.cli.options import (
     AsJson,
     DriverTorque,
     Mesh,
-    PairName,
     Plane,
     PlaneChoice,
+    SetName,
     driver_torque,
     require_mesh,
+    show,
 )
-from fegear.cli.screen import print_json, ruled_table, screen, warn
+from fegear.cli.screen import ruled_table, screen
 
 if TYPE_CHECKING:
     from validation.compare import Comparison
@@ -25,7 +26,7 @@ EXAMPLE = "fegear compare liu-pair --torque 100"
 
 
 def compare_command(
-    set_name: PairName = "liu-pair",
+    set_name: SetName = "liu-pair",
     mesh: Mesh = 1,
     torque: DriverTorque = None,
     plane: Plane = PlaneChoice.stress,
@@ -46,14 +47,11 @@ def compare_command(
 
     settings = StaticsSettings(plane=plane.value, estimate_error=False)
     found = compare_mesh(gear_set, mesh - 1, at, settings)
-    if as_json:
-        rows = [asdict(row) | {"per_cent": row.per_cent} for row in found.rows]
-        values = {"gear_set": gear_set.name, "torque_Nm": at, "comparisons": rows}
-        print_json(values | {"warnings": found.warnings})
-    else:
-        title = f"{gear_set.name} mesh {mesh}, {at:g} N m, plane {plane.value}"
-        _print_rows(found.rows, title)
-    warn(found.warnings)
+    rows = [asdict(row) | {"per_cent": row.per_cent} for row in found.rows]
+    values = {"gear_set": gear_set.name, "torque_Nm": at, "comparisons": rows}
+    title = f"{gear_set.name} mesh {mesh}, {at:g} N m, plane {plane.value}"
+    values["warnings"] = found.warnings
+    show(values, as_json, lambda _: _print_rows(found.rows, title))
 
 
 def _print_rows(rows: Sequence[Comparison], title: str) -> None:

@@ -3,14 +3,42 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from fegear.cli.options import SetName
 
 if TYPE_CHECKING:
-    from fegear.cli.lumped_options import Physics
+    from fegear.gearset.model import GearSet
 
 FIGURES = ("mean_stiffness_N_per_m", "stiffness_variation", "load_share")
 OF_TRANSLATIONS = ("mass_kg", "bearing_kx_N_per_m", "bearing_ky_N_per_m")
 OPTIONS = {"load.torques_Nm": "torque", "dynamics.damping_ratio": "damping"}
+
+
+@dataclass(frozen=True, kw_only=True)
+class EditedSet:
+    """A gear set, and what is changed in it for one run."""
+
+    set_name: SetName
+    edits: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set",
+            metavar="KEY=VALUE",
+            help="Change a key of the gear set for this run, such as "
+            "mesh.1.tip_relief.magnitude_um=10; may be repeated.",
+        ),
+    ] = None
+
+    def load(self, **options: Any) -> tuple[GearSet, dict[str, Any]]:
+        """The gear set as changed, and the changes; see `parsed_edits`."""
+        from fegear.gearset import load_gear_set
+
+        changes = parsed_edits(self.edits, **options)
+        return load_gear_set(self.set_name, changes), changes
 
 
 def parsed_edits(given: Sequence[str] | None, **options: Any) -> dict[str, Any]:
@@ -39,23 +67,22 @@ def edit_entries(edits: Mapping[str, Any]) -> dict[str, str]:
     return {f"set {key}": str(value) for key, value in edits.items()}
 
 
-def edits_in_words(header: Mapping[str, str]) -> str:
-    """`KEY = VALUE, ...` of the entries in a header, for a title."""
-    changes = (item for item in header.items() if item[0].startswith("set "))
-    return ", ".join(f"{key[4:]} = {value}" for key, value in changes)
+def refuse_idle_edits(
+    edits: Mapping[str, Any], *, translations: bool, figures: bool = False
+) -> None:
+    """Refuse --set of a key that nothing of the run reads.
 
-
-def refuse_idle_edits(edits: Mapping[str, Any], physics: Physics) -> None:
-    """Refuse --set of a key that nothing of the run reads."""
-    from fegear.cli.lumped_options import ExcitationChoice
+    translations : whether gears move on their bearings
+    figures : whether key figures of the mesh stiffness are read
+    """
     from fegear.errors import InputError
 
     for key in edits:
         name = key.rpartition(".")[2]
-        if physics.kind is ExcitationChoice.fe and name in FIGURES:
+        if name in FIGURES and not figures:
             raise InputError(
                 f"--set {key}; finite elements or a table take its place, leave it out "
                 "or choose another --excitation"
             )
-        if not physics.translations and name in OF_TRANSLATIONS:
+        if name in OF_TRANSLATIONS and not translations:
             raise InputError(f"--set {key}; changes nothing without --translations")

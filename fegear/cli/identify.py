@@ -3,28 +3,24 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from fegear.cli.edits import parsed_edits
+from fegear.cli.edits import EditedSet
+from fegear.cli.groups import grouped
 from fegear.cli.lumped_options import LoadCase, middle_torque
 from fegear.cli.options import (
-    AsJson,
-    Edits,
-    Output,
+    Outputs,
     Plane,
     PlaneChoice,
-    Plot,
     Resolution,
     ResolutionChoice,
-    SetName,
     progress_bar,
     require,
-    require_outputs,
 )
-from fegear.cli.screen import number, print_json, ruled_table, screen, warn
+from fegear.cli.screen import number, ruled_table, screen
 from fegear.errors import InputError
 
 if TYPE_CHECKING:
@@ -36,8 +32,10 @@ if TYPE_CHECKING:
 EXAMPLE = "fegear identify liu-pair --mean 2.9e8 --variation 0.35"
 
 
-def identify_command(
-    set_name: SetName,
+@dataclass(frozen=True, kw_only=True)
+class Measured:
+    """Measured stiffnesses and how far they may be off."""
+
     mean: Annotated[
         list[float] | None,
         typer.Option(
@@ -45,7 +43,7 @@ def identify_command(
             help="Measured mean mesh stiffness [N/m], once for each mesh in order. "
             "[default: mean_stiffness_N_per_m of the gear set]",
         ),
-    ] = None,
+    ] = None
     variation: Annotated[
         list[float] | None,
         typer.Option(
@@ -53,25 +51,75 @@ def identify_command(
             help="Measured peak-to-peak mesh stiffness over its mean, once for each "
             "mesh in order. [default: stiffness_variation of the gear set]",
         ),
-    ] = None,
+    ] = None
     mean_spread: Annotated[
         float,
         typer.Option(
             "--mean-spread", help="Relative standard deviation of the mean stiffnesses."
         ),
-    ] = 0.02,
+    ] = 0.02
     variation_spread: Annotated[
         float,
         typer.Option(
             "--variation-spread", help="Standard deviation of the variations."
         ),
-    ] = 0.025,
+    ] = 0.025
+
+    def __post_init__(self) -> None:
+        for name, values, largest in (
+            ("--mean", self.mean or [], 1e12),
+            ("--variation", self.variation or [], 1.0),
+            ("--mean-spread", [self.mean_spread], 1.0),
+            ("--variation-spread", [self.variation_spread], 1.0),
+        ):
+            for value in values:
+                ok = 0.0 < value < largest
+                require(ok, name, value, f"must be above 0 and below {largest:g}")
+
+    def of(self, gear_set: GearSet, torque: float) -> MeasuredStiffness:
+        """What the options and the gear set know of the meshes.
+
+        torque : on the input gear [N m]
+        """
+        import numpy as np
+
+        from fegear.identify import MeasuredStiffness
+        from fegear.train import mesh_torques_at
+
+        meshes = gear_set.meshes
+        for name, given in (("--mean", self.mean), ("--variation", self.variation)):
+            if given and len(given) != len(meshes):
+                raise InputError(
+                    f"{name} is given {len(given)} times; {gear_set.name} has "
+                    f"{len(meshes)} meshes, one for each is needed"
+                )
+        own_mean = [mesh.mean_stiffness for mesh in meshes]
+        own_variation = [mesh.stiffness_variation for mesh in meshes]
+        mean, variation = self.mean or own_mean, self.variation or own_variation
+        if not any(mean) and not any(variation):
+            raise InputError(
+                f"--mean or --variation is missing; {gear_set.name} has no "
+                "mean_stiffness_N_per_m and no stiffness_variation"
+            )
+        return MeasuredStiffness(
+            torque=np.array(mesh_torques_at(gear_set, torque)),
+            mean=np.array(mean, float),
+            variation=np.array(variation, float),
+            mean_spread=self.mean_spread,
+            variation_spread=self.variation_spread,
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Unknowns:
+    """What is identified, and along what the sets are listed."""
+
     hold_width: Annotated[
         bool,
         typer.Option(
             "--hold-width", help="Keep the face widths and identify hub radii alone."
         ),
-    ] = False,
+    ] = False
     along: Annotated[
         str | None,
         typer.Option(
@@ -80,98 +128,53 @@ def identify_command(
             help="Gear whose hub radius runs through the valley of equally good sets. "
             "[default: the first gear]",
         ),
-    ] = None,
+    ] = None
+
+    def start(self, gear_set: GearSet) -> int:
+        """Index of the gear whose hub radius runs."""
+        names = [gear.name for gear in gear_set.gears]
+        if self.along is None:
+            return 0
+        if self.along not in names:
+            known = ", ".join(names)
+            raise InputError(f"--along {self.along}; {gear_set.name} has {known}")
+        return names.index(self.along)
+
+
+@grouped
+def identify_command(
+    *,
+    subject: EditedSet,
+    measured: Measured,
+    unknowns: Unknowns,
     torque: LoadCase = None,
-    edits: Edits = None,
     plane: Plane = PlaneChoice.stress,
     resolution: Resolution = ResolutionChoice.default,
-    output: Output = None,
-    plot: Plot = None,
-    as_json: AsJson = False,
+    outputs: Outputs,
 ) -> None:
     """Face width and hub radii that give measured stiffnesses.
 
     A weighted least-squares fit of one factor on all face widths and of every gear's
     hub radius. Figures that leave several sets equally good are shown with them.
     """
-    from fegear.gearset import load_gear_set
-
-    require_outputs([output], [set_name], plot)
-    gear_set = load_gear_set(set_name, parsed_edits(edits, torque=torque))
-    names = [gear.name for gear in gear_set.gears]
-    if along is not None and along not in names:
-        raise InputError(f"--along {along}; {gear_set.name} has {', '.join(names)}")
-    at = middle_torque(gear_set, torque)
+    outputs.require(subject.set_name)
+    gear_set, _ = subject.load(torque=torque)
+    start, at = unknowns.start(gear_set), middle_torque(gear_set, torque)
     require(at > 0.0, "--torque", at, "must be positive, on the input gear [N m]")
     from fegear.identify import identify, stiffness_model
     from fegear.identify_report import draw_valley, identification_values, valley_csv
-    from fegear.output import write_text, write_whole
     from fegear.statics import StaticsSettings
 
-    measured = _measured(gear_set, at, (mean, variation), mean_spread, variation_spread)
+    known = measured.of(gear_set, at)
     settings = StaticsSettings(plane=plane.value, resolution=resolution.value)
-    start = names.index(along) if along else 0
-    with progress_bar(enabled=not as_json) as report:
-        model = stiffness_model(gear_set, measured.torque, settings, report)
-        found = identify(model, measured, hold_width, start, report)
-    values = identification_values(gear_set, measured, found)
-    if output is not None:
-        write_text(output, valley_csv(values))
-    if plot is not None:
-        from fegear.plots import save_figure
-
-        figure = draw_valley(gear_set, measured, found)
-        write_whole(plot, lambda path: save_figure(figure, path))
-    if as_json:
-        print_json(values)
-    else:
-        print_identification(values, names)
-    warn(values["warnings"])
-
-
-def _measured(
-    gear_set: GearSet,
-    torque: float,
-    given: tuple[Sequence[float] | None, Sequence[float] | None],
-    mean_spread: float,
-    variation_spread: float,
-) -> MeasuredStiffness:
-    """What the options and the gear set know of the meshes; checks the options."""
-    import numpy as np
-
-    from fegear.identify import MeasuredStiffness
-    from fegear.train import mesh_torques_at
-
-    mean, variation = given
-    own_mean = [mesh.mean_stiffness for mesh in gear_set.meshes]
-    own_variation = [mesh.stiffness_variation for mesh in gear_set.meshes]
-    for name, values, largest in (
-        ("--mean", mean or [], 1e12),
-        ("--variation", variation or [], 1.0),
-        ("--mean-spread", [mean_spread], 1.0),
-        ("--variation-spread", [variation_spread], 1.0),
-    ):
-        for value in values:
-            ok = 0.0 < value < largest
-            require(ok, name, value, f"must be above 0 and below {largest:g}")
-    for name, given_values in (("--mean", mean), ("--variation", variation)):
-        if given_values and len(given_values) != len(own_mean):
-            raise InputError(
-                f"{name} is given {len(given_values)} times; {gear_set.name} has "
-                f"{len(own_mean)} meshes, one for each is needed"
-            )
-    if not any(mean or own_mean) and not any(variation or own_variation):
-        raise InputError(
-            f"--mean or --variation is missing; {gear_set.name} has no "
-            "mean_stiffness_N_per_m and no stiffness_variation"
-        )
-    return MeasuredStiffness(
-        torque=np.array(mesh_torques_at(gear_set, torque)),
-        mean=np.array(mean or own_mean, float),
-        variation=np.array(variation or own_variation, float),
-        mean_spread=mean_spread,
-        variation_spread=variation_spread,
-    )
+    with progress_bar(enabled=not outputs.as_json) as report:
+        model = stiffness_model(gear_set, known.torque, settings, report)
+        found = identify(model, known, unknowns.hold_width, start, report)
+    values = identification_values(gear_set, known, found)
+    outputs.write(lambda: valley_csv(values))
+    outputs.draw(lambda: draw_valley(gear_set, known, found))
+    names = [gear.name for gear in gear_set.gears]
+    outputs.show(values, lambda values: print_identification(values, names))
 
 
 def print_identification(values: dict[str, Any], names: list[str]) -> None:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from fegear.cli.edits import EditedSet, refuse_idle_edits
 from fegear.cli.options import (
     PlaneChoice,
     ResolutionChoice,
@@ -18,14 +19,15 @@ from fegear.cli.options import (
     require_once,
 )
 from fegear.errors import InputError
-from fegear.printable import printable
 
 if TYPE_CHECKING:
+    from fegear.excitation import GivenTables, Source
     from fegear.gearset.model import GearSet
+    from fegear.lumped_system import LumpedModel
     from lumped.settings import Settings
+    from lumped.sweep import Direction
 
 HARMONICS_LIMIT = 1000
-RAMP, HARMONICS, STEPS = 0.1, 5, 64  # where the options are not given
 
 
 class ExcitationChoice(StrEnum):
@@ -40,109 +42,21 @@ class MethodChoice(StrEnum):
     dopri5 = "dopri5"
 
 
-Model = Annotated[
-    int,
-    typer.Option(
-        "--model",
-        help="Lumped model. 1: every tooth pair with its own stiffness and gap; "
-        "2: mean mesh stiffness, excited by the loaded static transmission error; "
-        "3: total mesh stiffness and no-load transmission error.",
-    ),
-]
-Damping = Annotated[
-    float | None,
-    typer.Option(
-        "--damping",
-        help="Damping ratio of every vibration mode. [default: that of the gear set, "
-        "else 0.04]",
-    ),
-]
+class DirectionChoice(StrEnum):
+    up = "up"
+    down = "down"
+    both = "both"
+
+    @property
+    def directions(self) -> tuple[Direction, ...]:
+        return ("up", "down") if self.value == "both" else (self.value,)  # type: ignore[return-value]
+
+
 Translations = Annotated[
     bool,
     typer.Option(
         "--translations",
         help="Let gears with bearing stiffnesses move in the plane, not rotate only.",
-    ),
-]
-Excitation = Annotated[
-    ExcitationChoice | None,
-    typer.Option(
-        "--excitation",
-        help="Mesh stiffness over the mesh cycle. fe: tables solved by finite "
-        "elements; rectangular, trapezoid, fourier: built from "
-        "mean_stiffness_N_per_m, stiffness_variation and load_share of the gear "
-        "set, what is missing from finite elements. [default: fe]",
-    ),
-]
-Ramp = Annotated[
-    float | None,
-    typer.Option(
-        "--ramp",
-        help="Length over which the stiffness of --excitation trapezoid rises and "
-        f"falls [base pitches]. [default: {RAMP:g}]",
-    ),
-]
-Harmonics = Annotated[
-    int | None,
-    typer.Option(
-        "--harmonics",
-        help="Number of harmonics of the mesh frequency that --excitation fourier "
-        f"keeps. [default: {HARMONICS}]",
-    ),
-]
-Tables = Annotated[
-    list[Path] | None,
-    typer.Option(
-        "--table",
-        help="Mesh table (CSV) in place of finite elements; give one for each mesh, "
-        "in order.",
-    ),
-]
-SolvedPlane = Annotated[
-    PlaneChoice | None,
-    typer.Option(
-        "--plane",
-        help="Plane stress or plane strain of the finite elements. [default: stress]",
-    ),
-]
-SolvedResolution = Annotated[
-    ResolutionChoice | None,
-    typer.Option(
-        "--resolution",
-        help="Fineness of the finite-element mesh and of the contact grid. "
-        "[default: default]",
-    ),
-]
-Steps = Annotated[
-    int | None,
-    typer.Option(
-        "--steps",
-        help="Least number of time steps per period of the fastest mesh, with "
-        f"--method rk4. [default: {STEPS}]",
-    ),
-]
-Method = Annotated[
-    MethodChoice,
-    typer.Option(
-        "--method",
-        help="Time integration. rk4: fixed steps of fourth order; dopri5: adaptive "
-        "steps of fifth order that end on every change of contact.",
-    ),
-]
-Tolerance = Annotated[
-    float,
-    typer.Option(
-        "--tolerance",
-        help="Relative settling tolerance: distance to the periodic motion over the "
-        "range of the deflection.",
-    ),
-]
-MaxPeriods = Annotated[
-    int | None,
-    typer.Option(
-        "--max-periods",
-        help="Periods of the first mesh after which a motion that has not settled "
-        "counts as aperiodic. [default: what the damping needs, 2000 or more]",
     ),
 ]
 Speeds = Annotated[
@@ -170,30 +84,123 @@ LoadCase = Annotated[
         "gear set]",
     ),
 ]
+SolvedPlane = Annotated[
+    PlaneChoice | None,
+    typer.Option(
+        "--plane",
+        help="Plane stress or plane strain of the finite elements. [default: stress]",
+    ),
+]
+SweepDirection = Annotated[
+    DirectionChoice,
+    typer.Option(
+        "--direction",
+        help="Whether the speed rises, falls, or first rises and then falls.",
+    ),
+]
+Tolerance = Annotated[
+    float,
+    typer.Option(
+        "--tolerance",
+        help="Relative settling tolerance: distance to the periodic motion over the "
+        "range of the deflection.",
+    ),
+]
+MaxPeriods = Annotated[
+    int | None,
+    typer.Option(
+        "--max-periods",
+        help="Periods of the first mesh after which a motion that has not settled "
+        "counts as aperiodic. [default: what the damping needs, 2000 or more]",
+    ),
+]
 
 
 @dataclass(frozen=True, kw_only=True)
-class Physics:
-    """The model that a command was asked for, checked; None is the default."""
+class Elements:
+    """Plane state and resolution of whatever finite elements are solved."""
 
-    model: int = 1
-    translations: bool = False
-    damping: float | None = None
-    excitation: ExcitationChoice | None = None
-    ramp: float | None = None
-    harmonics: int | None = None
-    tables: tuple[Path, ...] = ()
-    plane: PlaneChoice | None = None
-    resolution: ResolutionChoice | None = None
+    plane: SolvedPlane = None
+    resolution: Annotated[
+        ResolutionChoice | None,
+        typer.Option(
+            "--resolution",
+            help="Fineness of the finite-element mesh and of the contact grid. "
+            "[default: default]",
+        ),
+    ] = None
+
+    @property
+    def given(self) -> dict[str, Any]:
+        """By field of a source of stiffness, what was asked for."""
+        asked = {"plane": self.plane, "resolution": self.resolution}
+        return {name: each.value for name, each in asked.items() if each is not None}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Train:
+    """How a gear train is damped and whether its gears move on their bearings."""
+
+    damping: Annotated[
+        float | None,
+        typer.Option(
+            "--damping",
+            help="Damping ratio of every vibration mode. [default: that of the gear "
+            "set, else 0.04]",
+        ),
+    ] = None
+    translations: Translations = False
 
     def __post_init__(self) -> None:
-        require(self.model in (1, 2, 3), "--model", self.model, "allowed 1, 2 and 3")
         if self.damping is not None:
             ok = 0.0 <= self.damping < 1.0
             require(ok, "--damping", self.damping, "allowed 0 to below 1")
-        if self.tables:
-            given = {"excitation": self.excitation, **self.elements}
-            refuse_idle("--table replaces it, leave it out", **given)
+
+
+@dataclass(frozen=True, kw_only=True)
+class LumpedOptions:
+    """A lumped model of a gear set, but for mesh tables that are given."""
+
+    model: Annotated[
+        int,
+        typer.Option(
+            "--model",
+            help="Lumped model. 1: every tooth pair with its own stiffness and gap; "
+            "2: mean mesh stiffness, excited by the loaded static transmission error; "
+            "3: total mesh stiffness and no-load transmission error.",
+        ),
+    ] = 1
+    train: Train
+    excitation: Annotated[
+        ExcitationChoice | None,
+        typer.Option(
+            "--excitation",
+            help="Mesh stiffness over the mesh cycle. fe: tables solved by finite "
+            "elements; rectangular, trapezoid, fourier: built from "
+            "mean_stiffness_N_per_m, stiffness_variation and load_share of the gear "
+            "set, what is missing from finite elements. [default: fe]",
+        ),
+    ] = None
+    ramp: Annotated[
+        float | None,
+        typer.Option(
+            "--ramp",
+            help="Length over which the stiffness of --excitation trapezoid rises and "
+            "falls [base pitches]. [default: 0.1]",
+        ),
+    ] = None
+    harmonics: Annotated[
+        int | None,
+        typer.Option(
+            "--harmonics",
+            help="Number of harmonics of the mesh frequency that --excitation fourier "
+            "keeps. [default: 5]",
+        ),
+    ] = None
+    elements: Elements
+
+    def __post_init__(self) -> None:
+        require(self.model in (1, 2, 3), "--model", self.model, "allowed 1, 2 and 3")
         if self.kind != ExcitationChoice.trapezoid:
             refuse_idle("needs --excitation trapezoid", ramp=self.ramp)
         if self.kind != ExcitationChoice.fourier:
@@ -207,50 +214,117 @@ class Physics:
             require(ok, "--harmonics", self.harmonics, limit)
 
     @property
-    def elements(self) -> dict[str, Any]:
-        """What was asked of the finite elements, by option."""
-        return {"plane": self.plane, "resolution": self.resolution}
-
-    @property
     def kind(self) -> ExcitationChoice:
         return self.excitation or ExcitationChoice.fe
 
-    @property
-    def shape(self) -> dict[str, Any]:
-        """Figures of an analytic stiffness: base pitches, number of harmonics."""
-        return {
-            "ramp": RAMP if self.ramp is None else self.ramp,
-            "harmonics": HARMONICS if self.harmonics is None else self.harmonics,
-        }
+    def stiffness(self, gear_set: GearSet) -> Source | GivenTables:
+        """Where the mesh stiffness comes from; refuses elements that nothing needs."""
+        from fegear.excitation import Source
+
+        shape: dict[str, Any] = {"ramp": self.ramp, "harmonics": self.harmonics}
+        given = {name: each for name, each in shape.items() if each is not None}
+        source = Source(kind=self.kind.value, **given, **self.elements.given)
+        refuse_unused(self.elements, source.solves_elements(gear_set))
+        return source
+
+    def load(self, subject: EditedSet, torque: Any) -> tuple[GearSet, dict[str, Any]]:
+        """The gear set as changed, and the changes, all of which the model reads.
+
+        torque : as the option gives it
+        """
+        gear_set, changes = subject.load(torque=torque, damping=self.train.damping)
+        figures = self.kind != ExcitationChoice.fe
+        refuse_idle_edits(
+            changes, translations=self.train.translations, figures=figures
+        )
+        return gear_set, changes
+
+    def lumped_model(self, gear_set: GearSet) -> LumpedModel:
+        from fegear.lumped_system import LumpedModel
+
+        return LumpedModel(
+            number=self.model,
+            translations=self.train.translations,
+            damping_ratio=self.train.damping,
+            stiffness=self.stiffness(gear_set),
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
+class TabledOptions(LumpedOptions):
+    """A lumped model of a gear set, or of mesh tables that are given."""
+
+    table: Annotated[
+        list[Path] | None,
+        typer.Option(
+            "--table",
+            help="Mesh table (CSV) in place of finite elements; give one for each "
+            "mesh, in order.",
+        ),
+    ] = None
+
+    def __post_init__(self) -> None:
+        if self.table:
+            given = {"excitation": self.excitation, **self.elements.given}
+            refuse_idle("--table replaces it, leave it out", **given)
+        super().__post_init__()
+
+    def stiffness(self, gear_set: GearSet) -> Source | GivenTables:
+        from fegear.excitation import read_mesh_tables
+
+        if not self.table:
+            return super().stiffness(gear_set)
+        try:
+            return read_mesh_tables(self.table, gear_set)
+        except InputError as error:
+            raise InputError(f"--table: {error}") from None
+
+
+def refuse_unused(elements: Elements, used: bool) -> None:
+    """Refuse options of finite elements where none are solved."""
+    if not used:
+        reason = "the gear set gives all stiffness figures, nothing is solved"
+        refuse_idle(reason, **elements.given)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Integration:
+    """Time integration of lumped models."""
+
+    steps: Annotated[
+        int | None,
+        typer.Option(
+            "--steps",
+            help="Least number of time steps per period of the fastest mesh, with "
+            "--method rk4. [default: 64]",
+        ),
+    ] = None
+    method: Annotated[
+        MethodChoice,
+        typer.Option(
+            "--method",
+            help="Time integration. rk4: fixed steps of fourth order; dopri5: adaptive "
+            "steps of fifth order that end on every change of contact.",
+        ),
+    ] = MethodChoice.rk4
+    tolerance: Tolerance = 1e-4
+    max_periods: MaxPeriods = None
 
     @property
-    def source(self) -> str:
-        """Where the stiffness comes from, in words."""
-        if self.tables:
-            return printable(f"tables {', '.join(path.name for path in self.tables)}")
-        return {
-            "fe": "finite elements",
-            "rectangular": "rectangular",
-            "trapezoid": f"trapezoid, ramp {self.shape['ramp']:g} base pitches",
-            "fourier": f"fourier, {self.shape['harmonics']} harmonics",
-        }[self.kind]
+    def settings(self) -> Settings:
+        """Numerical choices; InputError names the option."""
+        from lumped.settings import Settings
 
-
-def checked_settings(
-    method: MethodChoice, steps: int | None, tolerance: float, max_periods: int | None
-) -> Settings:
-    """Numerical choices; InputError names the option."""
-    from lumped.settings import Settings
-
-    if method != MethodChoice.rk4:
-        refuse_idle(f"{method} chooses its own steps", steps=steps)
-    return settings_of(
-        Settings,
-        method=method.value,
-        steps=STEPS if steps is None else steps,
-        tolerance=tolerance,
-        max_periods=max_periods,
-    )
+        if self.method != MethodChoice.rk4:
+            refuse_idle(f"{self.method} chooses its own steps", steps=self.steps)
+        given = {} if self.steps is None else {"steps": self.steps}
+        return settings_of(
+            Settings,
+            method=self.method.value,
+            tolerance=self.tolerance,
+            max_periods=self.max_periods,
+            **given,
+        )
 
 
 def settings_of(kind: Any, **values: Any) -> Any:

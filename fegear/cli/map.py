@@ -4,30 +4,19 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from fegear.cli.edits import edit_entries, parsed_edits, refuse_idle_edits
+from fegear.cli.edits import EditedSet, edit_entries
+from fegear.cli.groups import grouped
 from fegear.cli.lumped_options import (
-    Damping,
-    Excitation,
-    Harmonics,
+    Integration,
     LoadCase,
-    MaxPeriods,
-    Method,
-    MethodChoice,
-    Model,
-    Physics,
-    Ramp,
-    SolvedPlane,
-    SolvedResolution,
-    Steps,
-    Tolerance,
-    Translations,
-    checked_settings,
+    LumpedOptions,
     middle_torque,
     speeds_of,
 )
@@ -35,39 +24,126 @@ from fegear.cli.map_axes import parsed_axes
 from fegear.cli.map_report import map_summary, map_warnings, print_map
 from fegear.cli.options import (
     AsJson,
-    Edits,
     Plot,
-    SetName,
     progress_bar,
     refuse_idle,
     require,
     require_outputs,
+    save_plot,
+    show,
 )
-from fegear.cli.screen import complain, print_json, warn
-from fegear.cli.systems import (
-    excitations_of,
-    file_header,
-    integration_in_words,
-    require_elements_used,
-    system_at,
-)
+from fegear.cli.screen import complain
 from fegear.errors import InputError, file_error
 
 if TYPE_CHECKING:
     import threading
 
+    from matplotlib.figure import Figure
+
+    from fegear.excitation import ExcitationSource
     from fegear.gearset.model import GearSet
-    from lumped.maps import Cell, ParameterMap, Point
+    from fegear.lumped_system import LumpedModel
+    from lumped.maps import Axis, Cell, ParameterMap, Point
     from lumped.settings import Settings
     from lumped.system import LumpedSystem
+
+    Evaluate = Callable[[LumpedSystem, threading.Event], Cell | None]
 
 EXAMPLE = "fegear map liu-idler --over mesh.2.phase=0:1:41 --at 1605 --plot map.png"
 TORQUE, DAMPING = "torque_Nm", "damping_ratio"  # axes that are no keys of a gear set
 SHORT = {DAMPING: "dynamics.damping_ratio"}
 
 
+@dataclass(frozen=True, kw_only=True)
+class Response:
+    """What is asked of every point."""
+
+    at: Annotated[
+        float | None,
+        typer.Option(
+            "--at",
+            metavar="HZ",
+            help="Mesh frequency of the first mesh [Hz] at which each point is "
+            "settled from rest; this or --band.",
+        ),
+    ] = None
+    band: Annotated[
+        str | None,
+        typer.Option(
+            "--band",
+            metavar="A:B:STEP",
+            help="Mesh frequencies of the first mesh [Hz] that each point is swept "
+            "over, up and down, for its largest response; this or --at.",
+        ),
+    ] = None
+
+    def __post_init__(self) -> None:
+        if (self.at is None) == (self.band is None):
+            raise InputError("--at HZ or --band A:B:STEP is needed, not both")
+        if self.at is not None:
+            ok = 0.0 < self.at < 1e9
+            require(ok, "--at", self.at, "must be above 0 and below 1e9 Hz")
+
+    @property
+    def words(self) -> str:
+        if self.at is not None:
+            return f"at {self.at:g} Hz of the first mesh, from rest"
+        return f"largest over {self.band} Hz of the first mesh, up and down"
+
+    def evaluation(self, settings: Settings) -> Evaluate:
+        """The response of a system, None where it was stopped."""
+        from lumped.confirmed import respond_confirmed
+        from lumped.maps import cell_of
+        from lumped.sweep import sweep
+
+        if self.at is not None:
+            at = self.at
+            return lambda system, stop: cell_of(
+                [respond_confirmed(system, at, settings)[0]]
+            )
+        speeds = speeds_of(self.band or "", "--band")
+
+        def over_band(system: LumpedSystem, stop: threading.Event) -> Cell | None:
+            branches = [
+                sweep(system, speeds, direction, settings, stop=stop)
+                for direction in ("up", "down")
+            ]
+            if stop.is_set():
+                return None
+            return cell_of([r for branch in branches for r in branch.responses])
+
+        return over_band
+
+
+@dataclass(frozen=True, kw_only=True)
+class MapOutputs:
+    """Where the map goes; its points are kept as they are finished."""
+
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "-o",
+            "--output",
+            help="Write the points to this CSV file as they are finished; points that "
+            "it holds already are not computed again.",
+        ),
+    ] = None
+    overwrite: Annotated[
+        bool,
+        typer.Option("--overwrite", help="Compute the points in --output anew."),
+    ] = False
+    plot: Plot = None
+    as_json: AsJson = False
+
+    def __post_init__(self) -> None:
+        if self.output is None:
+            refuse_idle("needs --output", overwrite=self.overwrite)
+
+
+@grouped
 def map_command(
-    set_name: SetName,
+    *,
+    subject: EditedSet,
     over: Annotated[
         list[str],
         typer.Option(
@@ -78,141 +154,132 @@ def map_command(
             "axes.",
         ),
     ],
-    at: Annotated[
-        float | None,
-        typer.Option(
-            "--at",
-            metavar="HZ",
-            help="Mesh frequency of the first mesh [Hz] at which each point is "
-            "settled from rest; this or --band.",
-        ),
-    ] = None,
-    band: Annotated[
-        str | None,
-        typer.Option(
-            "--band",
-            metavar="A:B:STEP",
-            help="Mesh frequencies of the first mesh [Hz] that each point is swept "
-            "over, up and down, for its largest response; this or --at.",
-        ),
-    ] = None,
-    output: Annotated[
-        Path | None,
-        typer.Option(
-            "-o",
-            "--output",
-            help="Write the points to this CSV file as they are finished; points that "
-            "it holds already are not computed again.",
-        ),
-    ] = None,
-    overwrite: Annotated[
-        bool,
-        typer.Option("--overwrite", help="Compute the points in --output anew."),
-    ] = False,
-    plot: Plot = None,
-    edits: Edits = None,
-    model: Model = 1,
+    response: Response,
+    outputs: MapOutputs,
     torque: LoadCase = None,
-    damping: Damping = None,
-    translations: Translations = False,
-    excitation: Excitation = None,
-    ramp: Ramp = None,
-    harmonics: Harmonics = None,
-    plane: SolvedPlane = None,
-    resolution: SolvedResolution = None,
-    steps: Steps = None,
-    method: Method = MethodChoice.rk4,
-    tolerance: Tolerance = 1e-4,
-    max_periods: MaxPeriods = None,
-    as_json: AsJson = False,
+    model: LumpedOptions,
+    integration: Integration,
 ) -> None:
     """Vibration of a lumped train over a grid of parameters.
 
     The same command goes on with an interrupted map.
     """
-    from fegear.gearset import load_gear_set
-    from fegear.gearset.edit import require_known_key
-    from lumped.maps import ParameterMap
-
     begin = time.perf_counter()
-    require_outputs([output], [set_name], plot)
-    if output is None:
-        refuse_idle("needs --output", overwrite=overwrite)
-    fixed = parsed_edits(edits, torque=torque, damping=damping)
+    require_outputs([outputs.output], [subject.set_name], outputs.plot)
     axes = parsed_axes(over)
-    _refuse_overruled({axis.name for axis in axes}, torque, damping, fixed)
-    gear_set = load_gear_set(set_name, fixed)
-    physics = Physics(
-        model=model,
-        translations=translations,
-        damping=damping,
-        excitation=excitation,
-        ramp=ramp,
-        harmonics=harmonics,
-        plane=plane,
-        resolution=resolution,
-    )
-    refuse_idle_edits(fixed, physics)
-    settings = checked_settings(method, steps, tolerance, max_periods)
-    for axis in axes:
-        if axis.name != TORQUE:
-            require_known_key(SHORT.get(axis.name, axis.name))
-    on_axis = [axis.values for axis in axes if axis.name == TORQUE]
-    load = max(on_axis[0]) if on_axis else middle_torque(gear_set, torque)
-    excitations = excitations_of(physics, gear_set)
-    first = system_at(gear_set, load, physics, excitations)
-    require_elements_used(physics, excitations)
-    words = integration_in_words(settings)
-    header = file_header(gear_set, physics, words, first.train.damping_ratio)
-    header |= {"model": str(model)}
-    if {DAMPING, SHORT[DAMPING]} & {axis.name for axis in axes}:
-        del header["damping ratio"]
-    if not on_axis:
-        header |= {"torque on the input gear [N m]": f"{load:g}"}
-    header |= edit_entries(fixed) | {"digest of the gear set": digest(gear_set)}
-    where, evaluate = _evaluation(at, band, settings)
-    grid = ParameterMap(axes, len(gear_set.meshes), header | {"response": where})
-    found = grid if overwrite else _taken_up(grid, output)
-
-    def build(point: Point) -> LumpedSystem:
-        values = {
-            axis.name: int(v) if v.is_integer() else v
-            for axis, v in zip(axes, point, strict=True)
-        }
-        on_input = values.pop(TORQUE, load)
-        changed = fixed | {SHORT.get(name, name): v for name, v in values.items()}
-        varied = load_gear_set(set_name, changed)
-        return system_at(varied, on_input, physics, excitations)
-
-    with progress_bar(enabled=not as_json) as report:
-        found = _run(found, build, evaluate, output, report)
+    _refuse_overruled({axis.name for axis in axes}, torque, model.train.damping)
+    gear_set, fixed = model.load(subject, torque)
+    varied = _varied(subject.set_name, gear_set, axes, fixed, torque)
+    evaluate = response.evaluation(integration.settings)
+    description = model.lumped_model(gear_set)
+    excitations = description.excitations
+    grid = varied.grid(description, excitations, integration.settings, response.words)
+    found = grid if outputs.overwrite else _taken_up(grid, outputs.output)
+    build = partial(varied.system, description, excitations)
+    with progress_bar(enabled=not outputs.as_json) as report:
+        found = _run(found, build, evaluate, outputs.output, report)
     reasons = {cell.status for cell in found.cells.values()}
     if all(reason.startswith("impossible") for reason in reasons):
         raise InputError(f"no point of the map is possible: {min(reasons)[12:]}")
-    values = map_summary(found, where)
+    values = map_summary(found, response.words)
     values["warnings"] = list(map_warnings(found, gear_set))
     values["wall_time_s"] = round(time.perf_counter() - begin, 3)
-    _draw(found, plot)
-    if as_json:
-        print_json(values)
-    else:
-        print_map(values)
-    warn(values["warnings"])
+    save_plot(outputs.plot, partial(_figure, found))
+    show(values, outputs.as_json, print_map)
+
+
+@dataclass(frozen=True)
+class Varied:
+    """A gear set whose figures the axes of a map vary.
+
+    gear_set : with what is fixed, `fixed`; load : torque on the input gear where no
+        axis varies it [N m]
+    """
+
+    set_name: str
+    gear_set: GearSet
+    axes: tuple[Axis, ...]
+    fixed: Mapping[str, Any]
+    load: float
+
+    @property
+    def names(self) -> set[str]:
+        return {axis.name for axis in self.axes}
+
+    def system(
+        self, model: LumpedModel, excitations: ExcitationSource, point: Point
+    ) -> LumpedSystem:
+        """The lumped system of a point."""
+        from fegear.gearset import load_gear_set
+        from fegear.lumped_system import lumped_system
+
+        values = {
+            axis.name: int(v) if v.is_integer() else v
+            for axis, v in zip(self.axes, point, strict=True)
+        }
+        torque = values.pop(TORQUE, self.load)
+        changed = {SHORT.get(name, name): value for name, value in values.items()}
+        gear_set = load_gear_set(self.set_name, {**self.fixed, **changed})
+        return lumped_system(gear_set, torque, model, excitations)
+
+    def grid(
+        self,
+        model: LumpedModel,
+        excitations: ExcitationSource,
+        settings: Settings,
+        response: str,
+    ) -> ParameterMap:
+        """The map without its points; refuses a gear set that gives no system."""
+        from fegear.lumped_system import (
+            file_header,
+            integration_in_words,
+            lumped_system,
+        )
+        from lumped.maps import ParameterMap
+
+        first = lumped_system(self.gear_set, self.load, model, excitations)
+        ratio, words = first.train.damping_ratio, integration_in_words(settings)
+        header = file_header(self.gear_set, model, ratio, words)
+        header |= {"model": str(model.number)}
+        if {DAMPING, SHORT[DAMPING]} & self.names:
+            del header["damping ratio"]
+        if TORQUE not in self.names:
+            header |= {"torque on the input gear [N m]": f"{self.load:g}"}
+        header |= edit_entries(self.fixed)
+        header |= {"digest of the gear set": digest(self.gear_set)}
+        meshes = len(self.gear_set.meshes)
+        return ParameterMap(self.axes, meshes, header | {"response": response})
+
+
+def _varied(
+    set_name: str,
+    gear_set: GearSet,
+    axes: tuple[Axis, ...],
+    fixed: Mapping[str, Any],
+    torque: float | None,
+) -> Varied:
+    """Checks that every axis is known and none is fixed as well."""
+    from fegear.gearset.edit import require_known_key
+
+    for axis in axes:
+        key = SHORT.get(axis.name, axis.name)
+        if key in fixed:
+            raise InputError(f"--set {key}; --over varies it, leave it out")
+        if axis.name != TORQUE:
+            require_known_key(key)
+    on_axis = [axis.values for axis in axes if axis.name == TORQUE]
+    load = max(on_axis[0]) if on_axis else middle_torque(gear_set, torque)
+    return Varied(set_name, gear_set, axes, fixed, load)
 
 
 def _refuse_overruled(
-    names: set[str],
-    torque: float | None,
-    damping: float | None,
-    edits: Mapping[str, Any],
+    names: set[str], torque: float | None, damping: float | None
 ) -> None:
-    """What an axis varies cannot be fixed as well."""
+    """What an axis varies cannot be given by an option as well."""
     if TORQUE in names:
         refuse_idle(f"--over {TORQUE} replaces it, leave it out", torque=torque)
     if {DAMPING, SHORT[DAMPING]} & names:
         refuse_idle(f"--over {DAMPING} replaces it, leave it out", damping=damping)
-    for name in {SHORT.get(name, name) for name in names} & edits.keys():
-        raise InputError(f"--set {name}; --over varies it, leave it out")
 
 
 def digest(gear_set: GearSet) -> str:
@@ -220,37 +287,6 @@ def digest(gear_set: GearSet) -> str:
     import hashlib
 
     return hashlib.sha256(repr(gear_set).encode()).hexdigest()[:16]
-
-
-def _evaluation(
-    at: float | None, band: str | None, settings: Settings
-) -> tuple[str, Callable[[LumpedSystem, threading.Event], Cell | None]]:
-    """What is asked of every point, in words and as a function."""
-    from lumped.confirmed import respond_confirmed
-    from lumped.maps import cell_of
-    from lumped.sweep import sweep
-
-    if (at is None) == (band is None):
-        raise InputError("--at HZ or --band A:B:STEP is needed, not both")
-    if at is not None:
-        require(0.0 < at < 1e9, "--at", at, "must be above 0 and below 1e9 Hz")
-        return (
-            f"at {at:g} Hz of the first mesh, from rest",
-            lambda system, stop: cell_of([respond_confirmed(system, at, settings)[0]]),
-        )
-    assert band is not None
-    speeds = speeds_of(band, "--band")
-
-    def over_band(system: LumpedSystem, stop: threading.Event) -> Cell | None:
-        branches = [
-            sweep(system, speeds, direction, settings, stop=stop)
-            for direction in ("up", "down")
-        ]
-        if stop.is_set():
-            return None
-        return cell_of([r for branch in branches for r in branch.responses])
-
-    return f"largest over {band} Hz of the first mesh, up and down", over_band
 
 
 def _taken_up(grid: ParameterMap, output: Path | None) -> ParameterMap:
@@ -306,11 +342,7 @@ def _run(
     return found
 
 
-def _draw(found: ParameterMap, plot: Path | None) -> None:
-    if plot is None:
-        return
-    from fegear.output import write_whole
-    from fegear.plots import save_figure
+def _figure(found: ParameterMap) -> Figure:
     from lumped.map_figure import draw_map
 
-    write_whole(plot, lambda path: save_figure(draw_map(found), path))
+    return draw_map(found)

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from fegear.cli.options import PairName, Resolution, ResolutionChoice, require
+from fegear.cli.options import Resolution, ResolutionChoice, SetName, require
 from fegear.cli.screen import say
 
 EXAMPLE = "fegear mesh liu-idler --gear 2 --whole -o idler.vtu"
@@ -20,7 +20,7 @@ def mesh_command(
             "-o", "--output", help="File to write; its ending is .msh or .vtu."
         ),
     ],
-    set_name: PairName = "liu-pair",
+    set_name: SetName = "liu-pair",
     gear: Annotated[
         int, typer.Option("--gear", help="Number of the gear, counted from 1.")
     ] = 1,

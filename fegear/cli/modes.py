@@ -7,20 +7,20 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from fegear.cli.edits import parsed_edits
+from fegear.cli.edits import EditedSet
+from fegear.cli.groups import grouped
 from fegear.cli.lumped_options import (
+    Elements,
     LoadCase,
-    Physics,
-    SolvedPlane,
-    SolvedResolution,
     Translations,
     middle_torque,
+    refuse_unused,
 )
-from fegear.cli.options import AsJson, Edits, SetName, refuse_idle
-from fegear.cli.screen import print_columns, print_json, screen
-from fegear.cli.systems import require_elements_used, solved_excitations
+from fegear.cli.options import AsJson, refuse_idle, show
+from fegear.cli.screen import print_columns, screen
 
 if TYPE_CHECKING:
+    from fegear.excitation import Source
     from fegear.gearset.model import GearSet
     from lumped.modes import Modes
 
@@ -33,10 +33,11 @@ class StiffnessChoice(StrEnum):
     fe = "fe"
 
 
+@grouped
 def modes_command(
-    set_name: SetName,
+    *,
+    subject: EditedSet,
     torque: LoadCase = None,
-    edits: Edits = None,
     translations: Translations = False,
     stiffness: Annotated[
         StiffnessChoice,
@@ -47,34 +48,32 @@ def modes_command(
             "torque.",
         ),
     ] = StiffnessChoice.given,
-    plane: SolvedPlane = None,
-    resolution: SolvedResolution = None,
+    elements: Elements,
     as_json: AsJson = False,
 ) -> None:
     """Natural frequencies of a train, and what they strain."""
-    from fegear.gearset import load_gear_set
+    gear_set, _ = subject.load()
+    from fegear.excitation import Source
 
-    gear_set = load_gear_set(set_name, parsed_edits(edits))
-    given = [mesh.mean_stiffness is not None for mesh in gear_set.meshes]
+    use_given = stiffness == StiffnessChoice.given
     at = None  # N m, where something depends on it
-    if stiffness == StiffnessChoice.given and all(given):
+    if use_given and all(mesh.mean_stiffness for mesh in gear_set.meshes):
         reason = f"{gear_set.name} gives all mean stiffnesses, use --stiffness fe"
         refuse_idle(reason, torque=torque)
     else:
         at = middle_torque(gear_set, torque)
-    physics = Physics(translations=translations, plane=plane, resolution=resolution)
-    values = modes_summary(gear_set, at, physics, stiffness)
-    if as_json:
-        print_json(values)
-    else:
-        print_modes(values)
+    refuse_unused(elements, used=at is not None)
+    source = Source(**elements.given)
+    values = modes_summary(gear_set, at, translations, source, use_given)
+    show(values, as_json, print_modes)
 
 
 def modes_summary(
     gear_set: GearSet,
     torque: float | None,
-    physics: Physics,
-    chosen: StiffnessChoice = StiffnessChoice.given,
+    translations: bool,
+    source: Source,
+    use_given: bool = True,
 ) -> dict[str, Any]:
     """Plain values, ready for JSON.
 
@@ -83,13 +82,13 @@ def modes_summary(
     from fegear.train import train_of
     from lumped.modes import natural_modes
 
-    stiffness = mean_stiffnesses(gear_set, torque or 0.0, physics, chosen)
-    train = train_of(gear_set, torque or 0.0, physics.translations)
+    stiffness = mean_stiffnesses(gear_set, torque or 0.0, source, use_given)
+    train = train_of(gear_set, torque or 0.0, translations)
     modes = natural_modes(train, [entry["stiffness_N_per_m"] for entry in stiffness])
     return {
         "gear_set": gear_set.name,
         "torque_Nm": torque,
-        "translations": physics.translations,
+        "translations": translations,
         "damping_ratio": train.damping_ratio,
         "mean_stiffness": stiffness,
         "modes": [
@@ -104,23 +103,22 @@ def modes_summary(
 
 
 def mean_stiffnesses(
-    gear_set: GearSet, torque: float, physics: Physics, chosen: StiffnessChoice
+    gear_set: GearSet, torque: float, source: Source, use_given: bool
 ) -> list[dict[str, Any]]:
     """Mean stiffness of every mesh and where it comes from."""
-    from fegear.excitation import unmodified
+    from fegear.excitation import Excitations, unmodified
     from fegear.train import mesh_torques_at
 
-    source, found = solved_excitations(physics), []
+    excitations, found = Excitations(source), []
     for mesh, driving in enumerate(mesh_torques_at(gear_set, torque)):
         given = gear_set.meshes[mesh].mean_stiffness
         origin = f"finite elements at {driving:g} N m on the driver, without relief"
-        if given is not None and chosen == StiffnessChoice.given:
+        if given is not None and use_given:
             value, origin = given, "given by the gear set"
         else:
-            table = source.table(unmodified(gear_set, mesh), mesh, driving)
+            table = excitations.table(unmodified(gear_set, mesh), mesh, driving)
             value = float(table["stiffness_N_per_m"].mean())
         found.append({"mesh": mesh + 1, "stiffness_N_per_m": value, "origin": origin})
-    require_elements_used(physics, source)
     return found
 
 

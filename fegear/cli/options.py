@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -13,6 +14,8 @@ import typer
 from fegear.errors import InputError
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from fegear.gearset.model import GearSet
     from fegear.statics import Progress
 
@@ -33,7 +36,7 @@ class ResolutionChoice(StrEnum):
 
 SET_HELP = "Name of a built-in gear set, or path of a gear-set file (TOML)."
 SetName = Annotated[str, typer.Argument(metavar="SET", help=SET_HELP)]
-PairName = Annotated[str, typer.Argument(metavar="SET", help=SET_HELP)]
+PairName = SetName
 Mesh = Annotated[
     int, typer.Option("--mesh", help="Number of the mesh, counted from 1.")
 ]
@@ -56,19 +59,6 @@ Resolution = Annotated[
         help="Fineness of the finite-element mesh and of the contact grid.",
     ),
 ]
-Edits = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--set",
-        metavar="KEY=VALUE",
-        help="Change a key of the gear set for this run, such as "
-        "mesh.1.tip_relief.magnitude_um=10; may be repeated.",
-    ),
-]
-Output = Annotated[
-    Path | None,
-    typer.Option("-o", "--output", help="Write the results to this CSV file."),
-]
 Plot = Annotated[
     Path | None,
     typer.Option("--plot", help="Draw the results into this file, .png, .pdf or .svg."),
@@ -76,6 +66,63 @@ Plot = Annotated[
 AsJson = Annotated[
     bool, typer.Option("--json", help="Print the results as JSON instead of tables.")
 ]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Outputs:
+    """Where the results go: a table, a plot, and how they are printed."""
+
+    output: Annotated[
+        Path | None,
+        typer.Option("-o", "--output", help="Write the results to this CSV file."),
+    ] = None
+    plot: Plot = None
+    as_json: AsJson = False
+
+    def require(self, *inputs: Path | str) -> None:
+        """Files can be written and replace no input."""
+        require_outputs([self.output], inputs, self.plot)
+
+    def write(self, text: Callable[[], str]) -> None:
+        """The table, where one is asked for."""
+        from fegear.output import write_text
+
+        if self.output is not None:
+            write_text(self.output, text())
+
+    def draw(self, figure: Callable[[], Figure]) -> None:
+        """The plot, where one is asked for."""
+        save_plot(self.plot, figure)
+
+    def show(
+        self, values: dict[str, Any], print_values: Callable[[dict[str, Any]], None]
+    ) -> None:
+        """On the screen, as JSON or by the function; warnings follow."""
+        show(values, self.as_json, print_values)
+
+
+def show(
+    values: dict[str, Any],
+    as_json: bool,
+    print_values: Callable[[dict[str, Any]], None],
+) -> None:
+    """Values as JSON or by the function, then a line for each warning among them."""
+    from fegear.cli.screen import print_json, warn
+
+    if as_json:
+        print_json(values)
+    else:
+        print_values(values)
+    warn(values.get("warnings", ()))
+
+
+def save_plot(path: Path | None, figure: Callable[[], Figure]) -> None:
+    """Draw into a file, if there is one."""
+    if path is not None:
+        from fegear.output import write_whole
+        from fegear.plots import save_figure
+
+        write_whole(path, lambda place: save_figure(figure(), place))
 
 
 def require(ok: bool, option: str, value: float, allowed: str) -> None:

@@ -16,10 +16,10 @@ from fegear.cli.lumped_options import SolvedPlane
 from fegear.cli.options import (
     DriverTorque,
     Mesh,
-    PairName,
     PlaneChoice,
     Resolution,
     ResolutionChoice,
+    SetName,
     driver_torque,
     progress_bar,
     refuse_idle,
@@ -65,7 +65,7 @@ def render_command(
             "cycle; .html: a page for browsers; .vtu: all fields for ParaView.",
         ),
     ],
-    set_name: PairName = "liu-pair",
+    set_name: SetName = "liu-pair",
     mesh: Mesh = 1,
     position: Annotated[
         float | None,

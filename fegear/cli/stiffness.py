@@ -2,40 +2,80 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from math import isfinite
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from fegear.cli.groups import grouped
 from fegear.cli.options import (
-    AsJson,
     Mesh,
-    Output,
-    PairName,
+    Outputs,
     Plane,
     PlaneChoice,
-    Plot,
     Resolution,
     ResolutionChoice,
+    SetName,
     driver_torques,
     progress_bar,
     require,
     require_friction,
     require_mesh,
-    require_outputs,
 )
-from fegear.cli.screen import number, print_json, ruled_table, screen, warn
+from fegear.cli.screen import number, ruled_table, screen
 
 if TYPE_CHECKING:
-    from fegear.statics import StaticsResult
+    from fegear.statics import StaticsSettings
 
 EXAMPLE = "fegear stiffness liu-idler --mesh 2 -o mesh2.csv --plot mesh2.png"
 POSITIONS_LIMIT = 1_000_000
 
 
+@dataclass(frozen=True, kw_only=True)
+class StaticsOptions:
+    """How the finite elements solve a table."""
+
+    positions: Annotated[
+        int,
+        typer.Option("--positions", help="Number of mesh positions per base pitch."),
+    ] = 64
+    friction: Annotated[
+        float, typer.Option("--friction", help="Coulomb friction coefficient.")
+    ] = 0.0
+    plane: Plane = PlaneChoice.stress
+    resolution: Resolution = ResolutionChoice.default
+    corner_contact: Annotated[
+        bool,
+        typer.Option(
+            "--corner-contact/--no-corner-contact",
+            help="Contact of tip corners before and after the nominal path of contact.",
+        ),
+    ] = True
+
+    def __post_init__(self) -> None:
+        require_friction(self.friction)
+        limit = f"allowed 1 to {POSITIONS_LIMIT}"
+        ok = 1 <= self.positions <= POSITIONS_LIMIT
+        require(ok, "--positions", self.positions, limit)
+
+    @property
+    def settings(self) -> StaticsSettings:
+        from fegear.statics import StaticsSettings
+
+        return StaticsSettings(
+            positions=self.positions,
+            friction=self.friction,
+            plane=self.plane.value,
+            resolution=self.resolution.value,
+            corner_contact=self.corner_contact,
+        )
+
+
+@grouped
 def stiffness_command(
-    set_name: PairName = "liu-pair",
+    *,
+    set_name: SetName = "liu-pair",
     mesh: Mesh = 1,
     torque: Annotated[
         list[float] | None,
@@ -45,68 +85,26 @@ def stiffness_command(
             "[default: all load cases of the gear set]",
         ),
     ] = None,
-    positions: Annotated[
-        int,
-        typer.Option("--positions", help="Number of mesh positions per base pitch."),
-    ] = 64,
-    friction: Annotated[
-        float, typer.Option("--friction", help="Coulomb friction coefficient.")
-    ] = 0.0,
-    plane: Plane = PlaneChoice.stress,
-    resolution: Resolution = ResolutionChoice.default,
-    corner_contact: Annotated[
-        bool,
-        typer.Option(
-            "--corner-contact/--no-corner-contact",
-            help="Contact of tip corners before and after the nominal path of contact.",
-        ),
-    ] = True,
-    output: Output = None,
-    plot: Plot = None,
-    as_json: AsJson = False,
+    statics: StaticsOptions,
+    outputs: Outputs,
 ) -> None:
     """Mesh stiffness, transmission error and load sharing."""
     from fegear.gearset import load_gear_set
 
-    require_outputs([output], [set_name], plot)
+    outputs.require(set_name)
     gear_set = load_gear_set(set_name)
     require_mesh(gear_set, mesh)
     torques = driver_torques(gear_set, mesh, torque or [])
-    require_friction(friction)
-    limit = f"allowed 1 to {POSITIONS_LIMIT}"
-    require(1 <= positions <= POSITIONS_LIMIT, "--positions", positions, limit)
-    from fegear.statics import StaticsSettings, solve_mesh
-
-    settings = StaticsSettings(
-        positions=positions,
-        friction=friction,
-        plane=plane.value,
-        resolution=resolution.value,
-        corner_contact=corner_contact,
-    )
-    with progress_bar(enabled=not as_json) as report:
-        result = solve_mesh(gear_set, mesh - 1, torques, settings, report)
+    from fegear.plots import draw_table
+    from fegear.statics import solve_mesh
     from fegear.summary import summary
-
-    _write(result, output, plot)
-    values = summary(result)
-    if as_json:
-        print_json(values)
-    else:
-        print_summary(values)
-    warn(values["warnings"])
-
-
-def _write(result: StaticsResult, output: Path | None, plot: Path | None) -> None:
-    from fegear.output import write_text, write_whole
     from lumped.table import format_table
 
-    if output is not None:
-        write_text(output, format_table(result.table))
-    if plot is not None:
-        from fegear.plots import draw_table, save_figure
-
-        write_whole(plot, lambda path: save_figure(draw_table(result), path))
+    with progress_bar(enabled=not outputs.as_json) as report:
+        result = solve_mesh(gear_set, mesh - 1, torques, statics.settings, report)
+    outputs.write(lambda: format_table(result.table))
+    outputs.draw(lambda: draw_table(result))
+    outputs.show(summary(result), print_summary)
 
 
 def print_summary(values: dict[str, Any]) -> None:

@@ -3,184 +3,49 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import typer
 
-from fegear.cli.edits import edits_in_words
-from fegear.cli.options import counted
-from fegear.cli.screen import complain, number, print_json, ruled_table, screen, warn
-from fegear.cli.systems import natural_lines
+from fegear.cli.options import Outputs, counted
+from fegear.cli.screen import complain, number, ruled_table, screen
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
     from rich.console import Console
 
-    from fegear.gearset.model import GearSet
-    from lumped.sweep import Branch
-
-    Branches = Sequence[tuple[float, Branch]]  # torque on the input gear [N m], branch
-
-UNITS = {
-    "frequency": "frequency_Hz",
-    "frequency_from": "frequency_from_Hz",
-    "frequency_to": "frequency_to_Hz",
-    "dte_rms": "dte_rms_m",
-    "dte_rms_from": "dte_rms_from_m",
-    "dte_rms_to": "dte_rms_to_m",
-    "force_peak": "force_peak_N",
-    "contact_loss": "contact_loss_fraction",
-    "back_side": "back_side_fraction",
-}
+    from fegear.sweeps import Branches, SweepResult
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
-class SweepResult:
-    """What was run and found.
-
-    model : its name in files and on the screen; frequencies : asked for [Hz]
-    beside : branches of Model-1, to be shown with those found
-    """
-
-    gear_set: GearSet
-    model: str
-    header: dict[str, str]
-    frequencies: Sequence[float]
-    found: Branches
-    beside: Branches = ()
-
-
-@dataclass(frozen=True, kw_only=True)
-class SweepOutputs:
-    """Where the results go."""
-
-    csv: Path | None
-    plot: Path | None
-    as_json: bool
-
-
-def tell_sweep(result: SweepResult, outputs: SweepOutputs, begin: float) -> None:
+def tell_sweep(result: SweepResult, outputs: Outputs, begin: float) -> None:
     """Write, draw and print; exits after a divergence or Ctrl-C.
 
     begin : clock when the work began
     """
-    _write(result, outputs)
-    values = sweep_summary(result)
+    if any(branch.responses for _, branch in result.found):
+        if outputs.output is not None:
+            result.to_csv(outputs.output)
+        outputs.draw(lambda: _figure(result))
+    values = result.summary
     values["wall_time_s"] = round(time.perf_counter() - begin, 3)
-    if outputs.as_json:
-        print_json(values)
-    else:
-        print_sweep(values)
-    warn(values["warnings"])
-    _end(result.found, outputs.csv)
+    outputs.show(values, print_sweep)
+    _end(result.found, outputs.output)
 
 
-def _write(result: SweepResult, outputs: SweepOutputs) -> None:
-    from fegear.output import write_text, write_whole
-    from lumped.sweep_table import format_sweep, sweep_table
+def _figure(result: SweepResult) -> Figure:
+    from fegear.sweeps import edits_in_words
+    from lumped.figures import Curve, draw_sweep
 
-    some = any(branch.responses for _, branch in result.found)
-    if outputs.csv is not None and some:
-        table = sweep_table(result.found, result.model, result.header | _gaps(result))
-        write_text(outputs.csv, format_sweep(table))
-    if outputs.plot is not None and some:
-        from fegear.plots import save_figure
-        from lumped.figures import Curve, draw_sweep
-
-        header, name = result.header, result.model if result.beside else ""
-        title = (
-            f"{header['gear set']}, model {result.model}, {header['excitation']}, "
-            f"damping ratio {header['damping ratio']}\n{edits_in_words(header)}"
-        ).strip()
-        curves = [Curve(torque, branch, name) for torque, branch in result.found]
-        curves += [Curve(torque, branch, "Model-1") for torque, branch in result.beside]
-        write_whole(
-            outputs.plot, lambda path: save_figure(draw_sweep(curves, title), path)
-        )
-
-
-def _gaps(result: SweepResult) -> dict[str, str]:
-    """An entry of the header where an end before the end left speeds out."""
-    total = len(result.found) * len(result.frequencies)
-    done = sum(len(branch.responses) for _, branch in result.found)
-    return {"incomplete": f"{done} of {total} speeds"} if done < total else {}
-
-
-def sweep_summary(result: SweepResult) -> dict[str, Any]:
-    """Plain values, ready for JSON."""
-    header = result.header
-    values: dict[str, Any] = {
-        "gear_set": header["gear set"],
-        "model": result.model,
-        "excitation": header["excitation"],
-        "damping_ratio": float(header["damping ratio"]),
-        "translations": header["translations"] == "yes",
-        "speeds": len(result.frequencies),
-        "first_speed_Hz": min(result.frequencies),
-        "last_speed_Hz": max(result.frequencies),
-        "natural_frequencies_Hz": natural_lines(result.found[0][1].system),
-        "branches": _branch_summaries(result.found),
-    }
-    if result.beside:
-        values["model_1_branches"] = _branch_summaries(result.beside)
-    return values | {"warnings": list(_warnings(result))}
-
-
-def _branch_summaries(found: Branches) -> list[dict[str, Any]]:
-    from lumped.jumps import opposites
-
-    others = opposites([branch for _, branch in found])
-    return [
-        _branch_summary(torque, branch, other)
-        for (torque, branch), other in zip(found, others, strict=True)
-    ]
-
-
-def _branch_summary(
-    torque: float, branch: Branch, other: Branch | None
-) -> dict[str, Any]:
-    from lumped.jumps import find_jumps, find_peaks, largest_responses
-
-    statuses = [str(response.status) for response in branch.responses]
-
-    def named(thing: Any) -> dict[str, Any]:
-        return {UNITS.get(name, name): value for name, value in asdict(thing).items()}
-
-    return {
-        "torque_Nm": torque,
-        "direction": branch.direction,
-        "complete": branch.complete,
-        "finished_speeds": len(statuses) - statuses.count("diverged"),
-        "aperiodic_speeds": statuses.count("aperiodic"),
-        "largest": [named(each) for each in largest_responses(branch)],
-        "peaks": [named(peak) for peak in find_peaks(branch)],
-        "jumps": [named(jump) for jump in find_jumps(branch, other)],
-    }
-
-
-def _warnings(result: SweepResult) -> Iterator[str]:
-    """Where the largest values of a torque cannot be physical, mesh by mesh."""
-    from fegear.unphysical import Extremes, doubts
-
-    for torque in dict.fromkeys(torque for torque, _ in result.found):
-        responses = [
-            response
-            for at, branch in (*result.found, *result.beside)
-            for response in branch.responses
-            if at == torque and response.status != "diverged"
-        ]
-        for m, mesh in enumerate(result.gear_set.meshes if responses else ()):
-            yield from doubts(
-                Extremes(
-                    where=f"mesh {m + 1} at {torque:g} N m",
-                    module=mesh.pair.driver.module,
-                    transmission_error=max(float(r.dte_peak[m]) for r in responses),
-                    backlash=mesh.backlash,
-                    back_side=max(float(r.back_side[m]) for r in responses),
-                )
-            )
+    header, name = result.header, result.model if result.beside else ""
+    title = (
+        f"{header['gear set']}, model {result.model}, {header['excitation']}, "
+        f"damping ratio {header['damping ratio']}\n{edits_in_words(header)}"
+    ).strip()
+    curves = [Curve(torque, branch, name) for torque, branch in result.found]
+    curves += [Curve(torque, branch, "Model-1") for torque, branch in result.beside]
+    return draw_sweep(curves, title)
 
 
 def print_sweep(values: dict[str, Any]) -> None:

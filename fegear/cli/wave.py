@@ -3,54 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from pathlib import Path
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from fegear.cli.edits import edit_entries, parsed_edits, refuse_idle_edits
+from fegear.cli.edits import EditedSet, edit_entries
+from fegear.cli.groups import grouped
 from fegear.cli.lumped_options import (
-    Damping,
-    Excitation,
-    Harmonics,
+    Integration,
     LoadCase,
-    MaxPeriods,
-    Method,
-    MethodChoice,
-    Model,
-    Physics,
-    Ramp,
-    SolvedPlane,
-    SolvedResolution,
-    Steps,
-    Tables,
-    Tolerance,
-    Translations,
-    checked_settings,
+    TabledOptions,
     middle_torque,
 )
-from fegear.cli.options import (
-    AsJson,
-    Edits,
-    Output,
-    Plot,
-    SetName,
-    counted,
-    require,
-    require_outputs,
-)
-from fegear.cli.screen import number, print_columns, print_json, screen, warn
-from fegear.cli.systems import (
-    excitations_of,
-    file_header,
-    integration_in_words,
-    one_line_failure,
-    require_elements_used,
-    system_at,
-)
+from fegear.cli.options import Outputs, counted, require
+from fegear.cli.screen import complain, number, print_columns, screen
 from fegear.errors import InputError
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
     from rich.console import Console
 
     from fegear.gearset.model import GearSet
@@ -60,12 +31,14 @@ EXAMPLE = "fegear wave liu-idler --speed 2100 --from-speed 3000 --plot w.png"
 LINES = 5  # largest ones of a spectrum, in the summary
 
 
-def wave_command(
-    set_name: SetName,
+@dataclass(frozen=True, kw_only=True)
+class Approach:
+    """The speed, and where the motion comes from."""
+
     speed: Annotated[
         float,
         typer.Option("--speed", help="Mesh frequency of the first mesh [Hz]."),
-    ],
+    ]
     from_speed: Annotated[
         float | None,
         typer.Option(
@@ -74,76 +47,62 @@ def wave_command(
             "it is followed to --speed in steps of 20 Hz at most. Where two "
             "motions are possible, this chooses one. [default: start at rest]",
         ),
-    ] = None,
-    model: Model = 1,
+    ] = None
+
+    def __post_init__(self) -> None:
+        for name, value in (("--speed", self.speed), ("--from-speed", self.from_speed)):
+            ok = value is None or 0.0 < value < 1e9
+            require(ok, name, value or 0.0, "must be above 0 and below 1e9 Hz")
+        if self.from_speed == self.speed:
+            raise InputError(
+                f"--from-speed {self.from_speed:g}; must differ from --speed"
+            )
+
+    @property
+    def start(self) -> float:
+        """Speed at which the motion settles first [Hz]."""
+        return self.speed if self.from_speed is None else self.from_speed
+
+
+@grouped
+def wave_command(
+    *,
+    subject: EditedSet,
+    approach: Approach,
     torque: LoadCase = None,
-    edits: Edits = None,
-    damping: Damping = None,
-    translations: Translations = False,
-    excitation: Excitation = None,
-    ramp: Ramp = None,
-    harmonics: Harmonics = None,
-    plane: SolvedPlane = None,
-    resolution: SolvedResolution = None,
-    table: Tables = None,
-    steps: Steps = None,
-    method: Method = MethodChoice.rk4,
-    tolerance: Tolerance = 1e-4,
-    max_periods: MaxPeriods = None,
-    output: Output = None,
-    plot: Plot = None,
-    as_json: AsJson = False,
+    model: TabledOptions,
+    integration: Integration,
+    outputs: Outputs,
 ) -> None:
     """Settled motion of a lumped train at one speed.
 
     Forces and contact of every tooth pair, phase plane and spectrum.
     """
-    from fegear.gearset import load_gear_set
+    outputs.require(subject.set_name, *(model.table or ()))
+    gear_set, changes = model.load(subject, torque)
+    settings, at = integration.settings, middle_torque(gear_set, torque)
+    from fegear.lumped_system import file_header, integration_in_words, lumped_system
+    from lumped.motion import DivergedError, arrive, time_history, wave_csv
 
-    require_outputs([output], [set_name, *(table or ())], plot)
-    changes = parsed_edits(edits, torque=torque, damping=damping)
-    gear_set = load_gear_set(set_name, changes)
-    for name, value in (("--speed", speed), ("--from-speed", from_speed)):
-        ok = value is None or 0.0 < value < 1e9
-        require(ok, name, value or 0.0, "must be above 0 and below 1e9 Hz")
-    if from_speed == speed:
-        raise InputError(f"--from-speed {from_speed:g}; must differ from --speed")
-    physics = Physics(
-        model=model,
-        translations=translations,
-        damping=damping,
-        excitation=excitation,
-        ramp=ramp,
-        harmonics=harmonics,
-        tables=tuple(table or ()),
-        plane=plane,
-        resolution=resolution,
-    )
-    refuse_idle_edits(changes, physics)
-    settings = checked_settings(method, steps, tolerance, max_periods)
-    at = middle_torque(gear_set, torque)
-    from lumped.motion import arrive, time_history
-
-    excitations = excitations_of(physics, gear_set)
-    system = system_at(gear_set, at, physics, excitations)
-    require_elements_used(physics, excitations)
-    with one_line_failure():
-        state = arrive(
-            system, speed if from_speed is None else from_speed, speed, settings
-        )
-        motion = time_history(system, speed, settings, state)
-    words = integration_in_words(settings)
-    header = file_header(gear_set, physics, words, system.train.damping_ratio)
-    header |= edit_entries(changes)
-    header |= {"model": str(model), "torque_Nm": f"{at:g}", "speed_Hz": f"{speed!r}"}
-    _write(motion, header, output, plot)
-    values = wave_summary(motion, header)
-    values["warnings"] = list(_warnings(motion, gear_set, at))
-    if as_json:
-        print_json(values)
-    else:
-        print_wave(values)
-    warn(values["warnings"])
+    description = model.lumped_model(gear_set)
+    system = lumped_system(gear_set, at, description)
+    try:
+        state = arrive(system, approach.start, approach.speed, settings)
+        motion = time_history(system, approach.speed, settings, state)
+    except DivergedError as error:
+        complain(str(error))
+        raise typer.Exit(1) from None
+    words, ratio = integration_in_words(settings), system.train.damping_ratio
+    header = file_header(gear_set, description, ratio, words) | edit_entries(changes)
+    header |= {
+        "model": str(model.model),
+        "torque_Nm": f"{at:g}",
+        "speed_Hz": f"{approach.speed!r}",
+    }
+    outputs.write(lambda: wave_csv(motion, header))
+    outputs.draw(lambda: _figure(motion, header))
+    warnings = list(_warnings(motion, gear_set, at))
+    outputs.show(wave_summary(motion, header) | {"warnings": warnings}, print_wave)
 
 
 def _warnings(motion: TimeHistory, gear_set: GearSet, torque: float) -> Iterator[str]:
@@ -162,26 +121,15 @@ def _warnings(motion: TimeHistory, gear_set: GearSet, torque: float) -> Iterator
         )
 
 
-def _write(
-    motion: TimeHistory, header: dict[str, str], output: Path | None, plot: Path | None
-) -> None:
-    from fegear.output import write_text, write_whole
+def _figure(motion: TimeHistory, header: dict[str, str]) -> Figure:
+    from lumped.figures import draw_wave
 
-    if output is not None:
-        from lumped.motion import wave_csv
-
-        text = wave_csv(motion, header)
-        write_text(output, text)
-    if plot is not None:
-        from fegear.plots import save_figure
-        from lumped.figures import draw_wave
-
-        title = (
-            f"{header['gear set']} at {motion.response.frequency:g} Hz and "
-            f"{header['torque_Nm']} N m, model {header['model']}, "
-            f"{header['excitation']}, damping ratio {header['damping ratio']}"
-        )
-        write_whole(plot, lambda path: save_figure(draw_wave(motion, title), path))
+    title = (
+        f"{header['gear set']} at {motion.response.frequency:g} Hz and "
+        f"{header['torque_Nm']} N m, model {header['model']}, "
+        f"{header['excitation']}, damping ratio {header['damping ratio']}"
+    )
+    return draw_wave(motion, title)
 
 
 def wave_summary(motion: TimeHistory, header: dict[str, str]) -> dict[str, Any]:

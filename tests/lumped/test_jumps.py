@@ -7,9 +7,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from fegear.cli.systems import build_system
 from fegear.excitation import Excitations, Source
 from fegear.gearset import load_gear_set
+from fegear.lumped_system import lumped_system
 from lumped import sweep_all
 from lumped.jumps import find_jumps, find_peaks, prominent
 
@@ -111,7 +111,7 @@ def idler_system(torque=100.0):
     """The built-in train with rectangular waves of the printed figures."""
     excitations = Excitations(Source(kind="rectangular"))
     gear_set = load_gear_set("liu-idler")
-    return build_system(gear_set, torque, 1, False, None, excitations)
+    return lumped_system(gear_set, torque, excitations=excitations)
 
 
 def test_jumps_of_the_idler_train():

@@ -8,9 +8,9 @@ import math
 import numpy as np
 import pytest
 
-from fegear.cli.systems import build_system
 from fegear.excitation import Excitations, Source
 from fegear.gearset import load_gear_set
+from fegear.lumped_system import lumped_system
 from lumped import History, Settings, respond
 from lumped import motion as module
 from lumped.motion import (
@@ -28,7 +28,7 @@ def idler_system(torque=100.0):
     """The built-in train with rectangular waves of the printed figures."""
     excitations = Excitations(Source(kind="rectangular"))
     gear_set = load_gear_set("liu-idler")
-    return build_system(gear_set, torque, 1, False, None, excitations)
+    return lumped_system(gear_set, torque, excitations=excitations)
 
 
 @pytest.fixture(scope="module")

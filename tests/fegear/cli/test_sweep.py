@@ -18,9 +18,9 @@ from typer.testing import CliRunner
 
 from fegear.cli.lumped_options import speeds_of
 from fegear.cli.sweep import sweep_command
-from fegear.cli.systems import build_system, usual_speeds
 from fegear.errors import InputError
 from fegear.gearset import load_gear_set
+from fegear.lumped_system import lumped_system, usual_speeds
 from lumped.analytic import StiffnessFigures, analytic_excitation
 from lumped.response import Status
 from lumped.sweep_table import read_sweep
@@ -106,7 +106,7 @@ def test_tables_take_the_place_of_finite_elements(tmp_path):
     words = ("liu-pair", "--torque", 100, "--speeds", "1500", "--table", table)
     run(*words, "--model", 3, "-o", out)
     assert read_sweep(str(out)).header["excitation"] == "tables mesh.csv"
-    with pytest.raises(InputError, match="given 1 times; liu-idler has 2 meshes"):
+    with pytest.raises(InputError, match="mesh tables = 1; liu-idler has 2 meshes"):
         run("liu-idler", *words[1:])
     run("liu-pair", "--torque", 50, *words[3:], "--model", 3)  # one torque fits all
     both = (
@@ -209,7 +209,7 @@ def test_usual_speeds_span_the_resonances_of_both_meshes():
     spans = {}
     for name in ("liu-idler", "liu-countershaft"):
         gear_set = load_gear_set(name)
-        system = build_system(gear_set, 100.0, 1, False, None, GivenMean())
+        system = lumped_system(gear_set, 100.0, excitations=GivenMean())
         speeds = usual_speeds(system)
         assert 100 < len(speeds) <= 402
         spans[name] = speeds[0], speeds[-1]

@@ -10,7 +10,6 @@ import pytest
 from typer.testing import CliRunner
 
 from fegear.cli import app
-from fegear.cli.systems import build_system
 from fegear.dynamics.build import FiniteElements, modes_once, prepare
 from fegear.dynamics.contact_history import ContactHistory
 from fegear.dynamics.far import _flank_table
@@ -19,6 +18,7 @@ from fegear.elasticity import sector
 from fegear.elasticity.material import PlaneMaterial
 from fegear.excitation import Excitations, Source
 from fegear.gearset import load_gear_set
+from fegear.lumped_system import lumped_system
 from fegear.statics import RESOLUTIONS
 from meshes import sector as meshing
 
@@ -30,7 +30,7 @@ STRESS = replace(STRAIN, plane="stress")
 
 def prepared(gear_set, source, fidelity="reduced", torque=TORQUE):
     tables = Excitations(source)
-    system = build_system(gear_set, torque, 1, False, None, tables)
+    system = lumped_system(gear_set, torque, excitations=tables)
     elements = FiniteElements(fidelity=fidelity, cutoff_Hz=CUTOFF, mesh=0.25)
     given = system, [SPEED], elements, DynamicSettings(), tables
     return prepare(gear_set, torque, *given).stepper

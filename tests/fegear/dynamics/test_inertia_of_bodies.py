@@ -9,13 +9,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fegear.cli.systems import build_system
 from fegear.dynamics.build import FiniteElements, prepare
 from fegear.dynamics.respond import DynamicSettings, respond
 from fegear.errors import InputError
 from fegear.excitation import Excitations, Source
 from fegear.gearset import read_gear_set
 from fegear.gearset.inertia import body_inertia, inertia_of, require_inertia_of_bodies
+from fegear.lumped_system import lumped_system
 
 README = Path(__file__).parents[3] / "README.md"
 TORQUE, SPEEDS = 120.0, [200.0, 4000.0]
@@ -31,7 +31,7 @@ def example():
 @pytest.fixture(scope="module")
 def prepared(example, private_cache):
     tables = Excitations(Source(resolution="coarse", positions=64))
-    reference = build_system(example, TORQUE, 1, False, None, tables)
+    reference = lumped_system(example, TORQUE, excitations=tables)
 
     def make(fidelity):
         elements = FiniteElements(fidelity=fidelity, mesh=0.25)

@@ -7,7 +7,6 @@ import tracemalloc
 import numpy as np
 import pytest
 
-from fegear.cli.systems import build_system
 from fegear.dynamics import memory
 from fegear.dynamics.build import FiniteElements, prepare
 from fegear.dynamics.memory import full_bytes, require_memory
@@ -15,6 +14,7 @@ from fegear.dynamics.respond import DynamicSettings
 from fegear.errors import InputError
 from fegear.excitation import Excitations, Source
 from fegear.gearset import load_gear_set
+from fegear.lumped_system import lumped_system
 
 FULL = FiniteElements(fidelity="full", mesh=0.35)
 
@@ -26,7 +26,7 @@ def made(private_cache):
 
     def make(name):
         gear_set = load_gear_set(name)
-        system = build_system(gear_set, 100.0, 1, False, None, tables)
+        system = lumped_system(gear_set, 100.0, excitations=tables)
         given = system, [1000.0], FULL, DynamicSettings(), tables
         return prepare(gear_set, 100.0, *given)
 

@@ -1,0 +1,138 @@
+"""From a gear set to a lumped system: the one description that all solvers share."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from decimal import Decimal
+
+from fegear.errors import InputError
+from fegear.excitation import Excitations, ExcitationSource, GivenTables, Source
+from fegear.gearset.model import GearSet
+from fegear.gearset.pitch_errors import error_periods
+from fegear.train import mesh_torques_at, train_of
+from fegear.version import package_version
+from lumped.settings import Settings
+from lumped.system import LumpedSystem
+from lumped.train import TrainError
+
+COUPLED = 0.05  # of a mode's strain energy in meshes, to count for the usual speeds
+USUAL_SPEEDS = 400  # at most, where none are given
+
+
+@dataclass(frozen=True, kw_only=True)
+class LumpedModel:
+    """Which lumped model of a gear set's train.
+
+    number : 1, every tooth pair with its own stiffness and gap; 2, mean mesh stiffness
+        excited by the loaded static transmission error; 3, total mesh stiffness and
+        no-load transmission error
+    translations : gears with bearings move in the plane, else they rotate only
+    damping_ratio : of every mode, None for the gear set's
+    stiffness : where the mesh stiffness comes from, or mesh tables that give it
+    """
+
+    number: int = 1
+    translations: bool = False
+    damping_ratio: float | None = None
+    stiffness: Source | GivenTables = field(default_factory=Source)
+
+    @property
+    def excitations(self) -> ExcitationSource:
+        """Of the stiffness, nothing solved yet; one serves for many torques."""
+        given = self.stiffness
+        return given if isinstance(given, GivenTables) else Excitations(given)
+
+
+def lumped_system(
+    gear_set: GearSet,
+    torque: float,
+    model: LumpedModel | None = None,
+    excitations: ExcitationSource | None = None,
+) -> LumpedSystem:
+    """The lumped system at a torque on the input gear [N m].
+
+    excitations : in place of the model's own, so that solved tables are used again
+
+    Raises InputError where the gear set gives no train, or one that would accelerate.
+    """
+    model = model or LumpedModel()
+    source = excitations or model.excitations
+    train = train_of(gear_set, torque, model.translations, model.damping_ratio)
+    on_meshes = mesh_torques_at(gear_set, torque)
+    driven = tuple(
+        source.of(gear_set, mesh, on_mesh, model.number)
+        for mesh, on_mesh in enumerate(on_meshes)
+    )
+    try:
+        return LumpedSystem(train, driven)
+    except TrainError as error:
+        raise InputError(f"{gear_set.name}: {error}") from None
+
+
+def usual_speeds(system: LumpedSystem) -> list[float]:
+    """From 0.5 to 1.3 times the resonances that meshes excite, in round steps.
+
+    Those are natural frequencies of modes with a twentieth or more of their strain
+    energy in the meshes, for every mesh as frequencies of the first [Hz].
+    """
+    modes = system.modes
+    coupled = modes.frequency_Hz[modes.mesh_energy.sum(axis=0) >= COUPLED]
+    if not coupled.size:
+        raise InputError("speeds are missing; no mode strains the meshes enough")
+    rates = [float(rate) for rate in system.train.mesh_rates]
+    low = 0.5 * float(coupled.min()) / max(rates)
+    high = 1.3 * float(coupled.max()) / min(rates)
+    step = _round_up((high - low) / USUAL_SPEEDS)
+    first, last = max(1, math.floor(low / step)), math.ceil(high / step)
+    return [float(Decimal(repr(step)) * i) for i in range(first, last + 1)]
+
+
+def _round_up(value: float) -> float:
+    """The next number of 1, 2 or 5 times a power of ten."""
+    power = 10.0 ** math.floor(math.log10(value))
+    factor = next(f for f in (1.0, 2.0, 5.0, 10.0) if f * power >= value * (1 - 1e-9))
+    return float(f"{factor * power:.1g}")
+
+
+def natural_frequencies(system: LumpedSystem) -> list[float]:
+    """Of the modes that strain a mesh [Hz]."""
+    return [float(f) for f in system.modes.frequency_Hz[system.moving]]
+
+
+def file_header(
+    gear_set: GearSet, model: LumpedModel, damping_ratio: float, integration: str
+) -> dict[str, str]:
+    """Entries that say how a file came about; nothing that differs between runs.
+
+    damping_ratio : that of the train; integration : its scheme and limits, in words
+    """
+    return {
+        "gear set": gear_set.name,
+        "fegear version": package_version(),
+        **model.stiffness.header,
+        "damping ratio": f"{damping_ratio:g}",
+        "translations": "yes" if model.translations else "no",
+        "integration": integration,
+        **_pitch_errors(gear_set),
+    }
+
+
+def _pitch_errors(gear_set: GearSet) -> dict[str, str]:
+    """After how long tooth pairs repeat, where they differ."""
+    periods = error_periods(gear_set)
+    if max(periods) == 1:
+        return {}
+    words = ", ".join(f"{n} of mesh {m}" for m, n in enumerate(periods, start=1))
+    return {"pitch errors": f"tooth pairs repeat after base pitches: {words}"}
+
+
+def integration_in_words(settings: Settings) -> str:
+    scheme = f"{settings.method}, tolerance {settings.tolerance:g}"
+    if settings.method == "rk4":
+        scheme += f", {settings.steps} steps per period or more"
+    return f"{scheme}, up to {cap_in_words(settings.max_periods)}"
+
+
+def cap_in_words(max_periods: int | None) -> str:
+    return "what the damping needs" if max_periods is None else f"{max_periods} periods"
