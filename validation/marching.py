@@ -12,13 +12,13 @@ from functools import partial
 import numpy as np
 
 from fegear.dynamics.build import Prepared, prepare
-from fegear.dynamics.journal import Journal
 from fegear.dynamics.respond import DynamicSettings, Stepper, steps_per_cycle
 from fegear.dynamics.respond import respond as fe_respond
 from fegear.dynamics.sweep import kept_state, sweep_branch
 from fegear.excitation import Excitations
 from fegear.lumped_system import LumpedModel, lumped_system
 from fegear.memory import memory_level
+from fegear.store import Checkpoint
 from lumped.motion import APPROACH_STEP, DivergedError, arrive
 from lumped.response import (
     History,
@@ -81,7 +81,7 @@ class Marched:
 class Moved:
     """Sweeps and waves.
 
-    marched : speeds that no journal held
+    marched : speeds that no checkpoint held
     per_cycle : steps of a cycle of the first mesh, by its frequency [Hz]
     """
 
@@ -95,7 +95,7 @@ class Moved:
 class Progress:
     """Tells how many speeds are done, and at which one the motion settles.
 
-    found : speeds that a journal holds, which are passed without marching
+    found : speeds that a checkpoint holds, which are passed without marching
     """
 
     report: Report
@@ -120,11 +120,11 @@ class Progress:
 
 
 def march(
-    task: Task, journal: Journal | None, excitations: Excitations, report: Report
+    task: Task, checkpoint: Checkpoint | None, excitations: Excitations, report: Report
 ) -> Marched:
     """All that a task asks for.
 
-    journal : where the finite elements' finished speeds are found and kept; None for
+    checkpoint : where the finite elements' finished speeds are found and kept; None for
         a lumped model. Raises KeyboardInterrupt rather than leave speeds out.
     """
     level, begin = memory_level(), time.perf_counter()
@@ -134,7 +134,7 @@ def march(
         mesh_statics(task, excitations, m, each)
         for m, each in enumerate(system.excitations)
     ]
-    move = _ready(task, system, excitations, journal, report)
+    move = _ready(task, system, excitations, checkpoint, report)
     ready = time.perf_counter()
     moved = move(report)
     end = time.perf_counter()
@@ -168,16 +168,16 @@ def _ready(
     task: Task,
     system: LumpedSystem,
     excitations: Excitations,
-    journal: Journal | None,
+    checkpoint: Checkpoint | None,
     report: Report,
 ) -> Callable[[Report], Moved]:
     """What marches, with its kernels compiled, so that it is timed alone."""
     if not task.speeds:
         return lambda report: Moved()
     report(f"{_name(task)}: preparation", 0, 1)
-    if journal is not None:
+    if checkpoint is not None:
         prepared = _prepared(task, system, excitations)
-        return partial(_fe_moved, task, prepared.stepper, journal)
+        return partial(_fe_moved, task, prepared.stepper, checkpoint)
     hurried = Settings(max_periods=1, multiples=1, windows=1)
     respond_with_history(system, task.speeds[0], hurried)
     return partial(_lumped_moved, task, system)
@@ -206,15 +206,17 @@ def _steps(moved: Moved) -> int:
     return sum(round(n * moved.per_cycle(f)) for n, f in periods if math.isfinite(n))
 
 
-def _fe_moved(task: Task, stepper: Stepper, journal: Journal, report: Report) -> Moved:
+def _fe_moved(
+    task: Task, stepper: Stepper, checkpoint: Checkpoint, report: Report
+) -> Moved:
     case, settings = task.case, DynamicSettings()
-    found = sum(len(journal.finished(direction)) for direction in case.directions)
+    found = sum(len(checkpoint.finished(direction)) for direction in case.directions)
     total = len(case.directions) * len(case.speeds)
     progress = Progress(report, _name(task), total, found)
     branches = [
         sweep_branch(
             *(stepper, case.speeds, direction, settings),
-            journal=journal,
+            checkpoint=checkpoint,
             name=direction,
             passed=progress.passed,
             watch=progress.watch,
@@ -226,19 +228,19 @@ def _fe_moved(task: Task, stepper: Stepper, journal: Journal, report: Report) ->
     for number, wave in enumerate(task.waves, start=1):
         name, total = f"wave-{number}", len(approach(wave))
         what = f"{_name(task)}, wave {number}"
-        progress = Progress(report, what, total, len(journal.finished(name)))
-        waves += _fe_wave(wave, stepper, journal, name, progress)
+        progress = Progress(report, what, total, len(checkpoint.finished(name)))
+        waves += _fe_wave(wave, stepper, checkpoint, name, progress)
         marched += progress.marched
     per_cycle = partial(steps_per_cycle, stepper.model, settings=settings)
     return Moved(branches, waves, marched, per_cycle)
 
 
 def _fe_wave(
-    wave: Wave, stepper: Stepper, journal: Journal, name: str, progress: Progress
+    wave: Wave, stepper: Stepper, checkpoint: Checkpoint, name: str, progress: Progress
 ) -> list[ForceWave]:
     """Force over a cycle of each mesh, after the approach that the wave asks for.
 
-    The journal keeps the speeds on the way, and not the last: its motion is needed
+    The checkpoint keeps the speeds on the way, and not the last: its motion is needed
     whole, and is marched again from where the one before has settled.
     """
     settings, system = DynamicSettings(), stepper.model.reference
@@ -246,14 +248,14 @@ def _fe_wave(
     direction: Direction = "up" if not way or way[0] <= last else "down"
     branch = sweep_branch(
         *(stepper, way, direction, settings),
-        journal=journal,
+        checkpoint=checkpoint,
         name=name,
         passed=progress.passed,
         watch=progress.watch,
     )
     if not branch.complete:
         return _no_waves(wave, system)
-    state, before = kept_state(journal, name), way[-1] if way else None
+    state, before = kept_state(checkpoint, name), way[-1] if way else None
     try:
         response, motion, _ = fe_respond(
             stepper, last, settings, state, before, progress.watch

@@ -8,7 +8,7 @@ digest of all that determines it, the program's sources among it, and holds
     statics.csv   static deflections over the mesh cycle
     waves.csv     mesh forces over a cycle at single speeds
     result.json   jumps, peaks, cost and digests; written last
-    journal/      finished speeds of the finite elements, until the run is done
+    checkpoint    finished speeds of the finite elements, until the run is done
 
 A run without a result, or with files that do not fit its digests, is made again. Every
 run is handed on as read from these files, so that a reused one is the same.
@@ -24,10 +24,10 @@ from pathlib import Path
 
 import numpy as np
 
-from fegear.dynamics.journal import Journal, open_journal
 from fegear.errors import InputError
 from fegear.excitation import Excitations, Source
 from fegear.output import make_directory, require_writable, write_text
+from fegear.store import Checkpoint, open_checkpoint
 from validation.cases import Case
 from validation.marching import Report, march
 from validation.metrics import (
@@ -44,7 +44,7 @@ from validation.metrics import (
 from validation.run_files import INPUTS, NAMES, Run, contents, inputs_text, read_run
 from validation.tasks import FE, Task, tasks_of
 
-JOURNAL = "journal"  # directory in that of a run
+CHECKPOINT = "checkpoint"  # file in the directory of a run
 NEAR = 1.0 / 3.0  # of the frequency: what is further from a printed one is another
 
 
@@ -177,21 +177,21 @@ def _found_or_made(
     directory = make_directory(store / task.directory_name)
     found = read_run(task, directory, reused=True)
     if found is not None:
-        if (directory / JOURNAL).exists():
-            _remove_journal(task, directory)
+        if (directory / CHECKPOINT).exists():
+            _remove_checkpoint(task, directory)
         return found
     if task.model is not None:  # soon made, at worst by two processes alike
         return _made(task, directory, None, excitations, report)
-    with _journal(task, directory) as journal:
-        # the process that had the journal until now may have made the run
+    with _checkpoint(task, directory) as checkpoint:
+        # the process that had the checkpoint until now may have made the run
         found = read_run(task, directory, reused=True)
-        return found or _made(task, directory, journal, excitations, report)
+        return found or _made(task, directory, checkpoint, excitations, report)
 
 
 def _made(
     task: Task,
     directory: Path,
-    journal: Journal | None,
+    checkpoint: Checkpoint | None,
     excitations: Excitations,
     report: Report,
 ) -> Run:
@@ -199,7 +199,7 @@ def _made(
         require_writable(directory / name)
     write_text(directory / INPUTS, inputs_text(task))
     for name, content in contents(
-        task, march(task, journal, excitations, report)
+        task, march(task, checkpoint, excitations, report)
     ).items():
         write_text(directory / name, content)
     made = read_run(task, directory, reused=False)
@@ -209,18 +209,18 @@ def _made(
 
 
 @contextmanager
-def _journal(task: Task, directory: Path) -> Iterator[Journal]:
-    """The journal of a task, which stays unless what it is for is written."""
-    journal = open_journal(directory / JOURNAL, task.inputs, resume=True)
+def _checkpoint(task: Task, directory: Path) -> Iterator[Checkpoint]:
+    """The checkpoint of a task, which stays unless what it is for is written."""
+    checkpoint = open_checkpoint(directory / CHECKPOINT, task.inputs, resume=True)
     complete = False
     try:
-        yield journal
+        yield checkpoint
         complete = True
     finally:
-        journal.close(keep=not complete)
+        checkpoint.close(keep=not complete)
 
 
-def _remove_journal(task: Task, directory: Path) -> None:
+def _remove_checkpoint(task: Task, directory: Path) -> None:
     """What is left where a process was ended after its last file."""
-    with suppress(InputError, OSError), _journal(task, directory):
+    with suppress(InputError, OSError), _checkpoint(task, directory):
         pass

@@ -1,4 +1,4 @@
-"""Sweeps of the finite-element gears: threads, journal and files of single motions."""
+"""Sweeps of the finite-element gears: threads, checkpoint, files of single motions."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ from fegear.errors import InputError
 
 if TYPE_CHECKING:
     from fegear.dynamics.build import Prepared
-    from fegear.dynamics.journal import Journal
     from fegear.dynamics.respond import DynamicSettings, Motion
     from fegear.dynamics.root_stress import RootInfluence
     from fegear.gearset.model import GearSet
     from fegear.statics import StaticsSettings
+    from fegear.store import Checkpoint
     from lumped.sweep import Branch, Direction
     from lumped.system import LumpedSystem
 
@@ -56,29 +56,29 @@ def run_sweeps(
     keep: Keeper,
     report: Callable[[str, int, int], None],
 ) -> list[Branch]:
-    """All branches; finished speeds stay in the journal after Ctrl-C or a failure."""
-    journal = _open_journal(run, header, output, records, resume)
-    if journal is not None and resume:
-        _tell_resumed(run, journal)
+    """All branches; after Ctrl-C or a failure the checkpoint keeps what is finished."""
+    checkpoint = _open_checkpoint(run, header, output, records, resume)
+    if checkpoint is not None and resume:
+        _tell_resumed(run, checkpoint)
     try:
-        branches = _run_branches(run, prepared, settings, journal, keep, report)
+        branches = _run_branches(run, prepared, settings, checkpoint, keep, report)
     except BaseException:
-        if journal is not None:
-            journal.close(keep=True)
+        if checkpoint is not None:
+            checkpoint.close(keep=True)
         raise
-    if journal is not None:
-        journal.close(keep=not all(branch.complete for branch in branches))
+    if checkpoint is not None:
+        checkpoint.close(keep=not all(branch.complete for branch in branches))
     return branches
 
 
-def _open_journal(
+def _open_checkpoint(
     run: Run,
     header: dict[str, str],
     output: Path | None,
     records: str,
     resume: bool,
-) -> Journal | None:
-    from fegear.dynamics.journal import open_journal
+) -> Checkpoint | None:
+    from fegear.store import open_checkpoint
 
     if output is None:
         return None
@@ -92,40 +92,26 @@ def _open_journal(
         "figures of the gear set": sha256(repr(run.gear_set).encode()).hexdigest(),
         DERIVED: header[DERIVED],
     }
-    directory = Path(f"{output}.partial")
-    if resume and not directory.exists():
+    path = Path(f"{output}.partial")
+    if resume and not path.exists():
         done = f"{output} is finished and" if output.exists() else "it"
-        complain(
-            f"--resume: there is no {directory}, {done} is computed from the start"
-        )
-    if not resume and directory.is_dir() and _has_speeds(directory):
-        raise InputError(
-            f"{directory}: holds finished speeds of a run that was interrupted; "
-            "--resume goes on with them, else remove it or name another --output"
-        )
-    return open_journal(directory, inputs, resume)
+        complain(f"--resume: there is no {path}, {done} is computed from the start")
+    return open_checkpoint(path, inputs, resume)
 
 
-def _has_speeds(directory: Path) -> bool:
-    from fegear.dynamics.journal import FILE
-
-    return any(FILE.fullmatch(path.name) for path in directory.iterdir())
-
-
-def _tell_resumed(run: Run, journal: Journal) -> None:
+def _tell_resumed(run: Run, checkpoint: Checkpoint) -> None:
     """How much was found, so that nothing is computed again without a word."""
     names = [
         _branch_name(torque, direction)
         for torque in run.torques
         for direction in run.directions
     ]
-    finished = sum(len(journal.finished(name)) for name in names)
-    lost = sum(journal.entry_files(name) for name in names) - finished
+    finished = sum(len(checkpoint.finished(name)) for name in names)
     total = len(names) * len(run.frequencies)
-    complain(f"{journal.directory}: {finished} of {total} speeds are finished")
-    if lost:
-        damaged = counted(lost, "speed is", "speeds are")
-        complain(f"{journal.directory}: {damaged} damaged and computed again")
+    complain(f"{checkpoint.path}: {finished} of {total} speeds are finished")
+    if checkpoint.damaged:
+        damaged = counted(checkpoint.damaged, "speed is", "speeds are")
+        complain(f"{checkpoint.path}: {damaged} damaged and computed again")
 
 
 def _branch_name(torque: float, direction: Direction) -> str:
@@ -136,7 +122,7 @@ def _run_branches(
     run: Run,
     prepared: Sequence[Prepared],
     settings: DynamicSettings,
-    journal: Journal | None,
+    checkpoint: Checkpoint | None,
     keep: Keeper,
     report: Callable[[str, int, int], None],
 ) -> list[Branch]:
@@ -168,7 +154,7 @@ def _run_branches(
             pool.submit(
                 sweep_branch,
                 *(each.stepper, run.frequencies, direction, settings),
-                journal=journal,
+                checkpoint=checkpoint,
                 name=_branch_name(torque, direction),
                 keep=partial(keep, number, direction),
                 passed=passed,

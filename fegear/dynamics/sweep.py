@@ -1,16 +1,15 @@
-"""Speed sweeps of a dynamic model, kept in a journal as they go."""
+"""Speed sweeps of a dynamic model, kept in a checkpoint as they go."""
 
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fegear.dynamics.journal import Entry, Journal
 from fegear.dynamics.respond import (
     DynamicSettings,
     Motion,
@@ -21,6 +20,7 @@ from fegear.dynamics.respond import (
     respond,
 )
 from fegear.errors import file_error
+from fegear.store import Checkpoint
 from lumped.response import FIGURES, Response, Status
 from lumped.sweep import Branch, Direction
 
@@ -38,7 +38,7 @@ def sweep_branch(
     direction: Direction,
     settings: DynamicSettings,
     *,
-    journal: Journal | None = None,
+    checkpoint: Checkpoint | None = None,
     name: str = "",
     keep: Keep = lambda frequency, motion: None,
     passed: Callable[[], None] = lambda: None,
@@ -47,7 +47,7 @@ def sweep_branch(
 ) -> Branch:
     """Pass through mesh frequencies [Hz], each from where the one before settled.
 
-    journal, name : where finished speeds are found and kept, and the branch's name
+    checkpoint, name : where finished speeds are found and kept, and the branch's name
     keep : called with the motion of a speed before it counts as finished
     passed : called after each speed; watch : after each period, see `respond`
     stop : ends the sweep after the period that runs
@@ -61,9 +61,9 @@ def sweep_branch(
     ordered = sorted(frequencies, reverse=direction == "down")
     responses: list[Response] = []
     state: MotionState | None = None
-    if journal is not None:
-        responses = [_response(entry) for entry in journal.finished(name)]
-        state = kept_state(journal, name)
+    if checkpoint is not None:
+        responses = [_response(values) for values in checkpoint.finished(name)]
+        state = kept_state(checkpoint, name)
     for _ in responses:
         passed()
     finite = all(r.status != Status.DIVERGED for r in responses)
@@ -84,19 +84,19 @@ def sweep_branch(
             at = stepper.start() if state is None else state
             response, state = lost(stepper.model, frequency, at), at
         responses.append(response)
-        if journal is not None:
+        if checkpoint is not None:
             try:
-                journal.add(name, index, _values(response), _arrays(state))
+                checkpoint.add(name, _values(response), _arrays(state))
             except OSError as error:
-                raise file_error(journal.directory, "written", error) from None
+                raise file_error(checkpoint.path, "written", error) from None
         passed()
     complete = finite and len(responses) == len(ordered)
     return Branch(stepper.model.reference, direction, tuple(responses), complete)
 
 
-def kept_state(journal: Journal, name: str) -> MotionState | None:
+def kept_state(checkpoint: Checkpoint, name: str) -> MotionState | None:
     """Where the last finished speed of a branch has settled, None before the first."""
-    arrays = journal.state(name)
+    arrays = checkpoint.state(name)
     return None if arrays is None else _state(arrays)
 
 
@@ -123,8 +123,8 @@ def _values(response: Response) -> dict[str, Any]:
     return values
 
 
-def _response(entry: Entry) -> Response:
-    values: dict[str, Any] = dict(entry.values)
+def _response(stored: Mapping[str, Any]) -> Response:
+    values = dict(stored)
     values |= {name: np.array(values[name], float) for name in FIGURES}
     values["period_multiple"] = np.array(values["period_multiple"], np.int64)
     values["status"] = Status(values["status"])

@@ -16,11 +16,11 @@ import pytest
 from conftest import SMALL_HUBS
 
 from fegear import memory
-from fegear.dynamics.journal import open_journal
 from fegear.dynamics.respond import ReducedStepper
 from fegear.errors import InputError
 from fegear.excitation import Excitations
 from fegear.gearset import load_gear_set
+from fegear.store import open_checkpoint
 from lumped.excitation import MeshExcitation, PairExcitation
 from lumped.motion import DivergedError
 from lumped.waves import Wave as PeriodicWave
@@ -173,7 +173,7 @@ def test_an_interrupted_run_goes_on_where_it_was(few, tmp_path):
 
     with pytest.raises(KeyboardInterrupt):
         runs.run_case(FEW, tmp_path, interrupt)
-    assert (next(tmp_path.glob("fe-*")) / "journal").is_dir()
+    assert (next(tmp_path.glob("fe-*")) / "checkpoint").is_file()
     assert not list(tmp_path.rglob("result.json"))
     result = runs.run_case(FEW, tmp_path)
     assert result.runs[0].cost.timed_speeds < 14
@@ -181,7 +181,7 @@ def test_an_interrupted_run_goes_on_where_it_was(few, tmp_path):
     for here, there in zip(result.runs, whole.runs, strict=True):
         require_same_files(here, there)
     assert result.verdicts == whole.verdicts
-    assert not list(tmp_path.rglob("journal"))
+    assert not list(tmp_path.rglob("checkpoint"))
 
 
 def test_an_interruption_in_a_wave_keeps_the_sweep(tmp_path, monkeypatch):
@@ -328,8 +328,8 @@ def test_a_store_that_cannot_be_written_is_told_before_anything_runs(
 
 def test_a_run_that_another_process_makes_is_refused(few, tmp_path):
     task = next(tasks_of(FEW))
-    place = tmp_path / task.directory_name / "journal"
-    other = open_journal(place, task.inputs, resume=True)
+    place = tmp_path / task.directory_name / "checkpoint"
+    other = open_checkpoint(place, task.inputs, resume=True)
     with pytest.raises(InputError, match="another process works on it"):
         runs.run_case(FEW, tmp_path)
     other.close(keep=True)
@@ -337,11 +337,11 @@ def test_a_run_that_another_process_makes_is_refused(few, tmp_path):
     require_same_files(result.runs[0], few[1].runs[0])
 
 
-def test_a_journal_left_beside_a_finished_run_goes(few, tmp_path):
+def test_a_checkpoint_left_beside_a_finished_run_goes(few, tmp_path):
     store = shutil.copytree(few[0], tmp_path / "store")
     task = next(tasks_of(FEW))
-    place = store / task.directory_name / "journal"
-    open_journal(place, task.inputs, resume=True).close(keep=True)
+    place = store / task.directory_name / "checkpoint"
+    open_checkpoint(place, task.inputs, resume=True).close(keep=True)
     assert runs.run_case(FEW, store).runs[0].reused
     assert not place.exists()
 

@@ -81,15 +81,12 @@ def test_a_full_disk_under_a_map(capsys, monkeypatch, tmp_path):
 
 def test_a_full_disk_under_dynamics(capsys, monkeypatch, tmp_path):
     path = tmp_path / "d.csv"
-    module = import_module("fegear.dynamics.journal")
-    genuine = module._replace
+    module = import_module("fegear.store")
 
-    def full(place, data):
-        if place.suffix == ".npz":
-            raise FULL
-        genuine(place, data)
+    def full(*_):
+        raise FULL
 
-    monkeypatch.setattr(module, "_replace", full)
+    monkeypatch.setattr(module.Checkpoint, "add", full)
     coarse = ["--resolution", "coarse", "--speeds", "2500", "--direction", "up"]
     line = refused(capsys, *QUASISTATIC, *coarse, "-o", path)
     assert line == (

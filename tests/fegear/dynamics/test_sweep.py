@@ -1,4 +1,4 @@
-"""Branches of speeds: what a journal keeps, what a stop leaves."""
+"""Branches of speeds: what a checkpoint keeps, what a stop leaves."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ import threading
 import numpy as np
 import pytest
 
-from fegear.dynamics.journal import open_journal
 from fegear.dynamics.respond import DynamicSettings
 from fegear.dynamics.sweep import sweep_branch
+from fegear.store import open_checkpoint
 from lumped.response import FIGURES
 
 SPEEDS = [1000.0, 1010.0, 1020.0]
@@ -40,13 +40,13 @@ def test_a_stop_keeps_what_was_finished(stepper):
     assert not branch.complete
 
 
-def test_a_journal_gives_back_what_was_found(stepper, tmp_path):
+def test_a_checkpoint_gives_back_what_was_found(stepper, tmp_path):
     whole = sweep_branch(stepper, SPEEDS, "up", SETTINGS)
-    journal = open_journal(tmp_path / "j", {"of": "this"}, resume=True)
+    checkpoint = open_checkpoint(tmp_path / "j", {"of": "this"}, resume=True)
     stop = threading.Event()
     sweep_branch(
         *(stepper, SPEEDS, "up", SETTINGS),
-        journal=journal,
+        checkpoint=checkpoint,
         name="up",
         passed=stop.set,
         stop=stop,
@@ -54,7 +54,7 @@ def test_a_journal_gives_back_what_was_found(stepper, tmp_path):
     marched = []
     resumed = sweep_branch(
         *(stepper, SPEEDS, "up", SETTINGS),
-        journal=journal,
+        checkpoint=checkpoint,
         name="up",
         watch=lambda frequency, period: marched.append(frequency),
     )
@@ -62,23 +62,26 @@ def test_a_journal_gives_back_what_was_found(stepper, tmp_path):
     for name in FIGURES:
         np.testing.assert_array_equal(resumed.column(name), whole.column(name))
     assert [r.status for r in resumed.responses] == [r.status for r in whole.responses]
-    journal.close(keep=False)
+    checkpoint.close(keep=False)
 
 
 def test_histories_are_kept_before_a_speed_counts(stepper, tmp_path):
-    journal = open_journal(tmp_path / "j", {"of": "this"}, resume=True)
+    checkpoint = open_checkpoint(tmp_path / "j", {"of": "this"}, resume=True)
 
     def keep(frequency, motion):
-        assert len(journal.finished("up")) == SPEEDS.index(frequency)
+        assert len(checkpoint.finished("up")) == SPEEDS.index(frequency)
         if frequency == SPEEDS[1]:
             raise OSError("disk full")
 
     with pytest.raises(OSError, match="disk full"):
         sweep_branch(
-            *(stepper, SPEEDS, "up", SETTINGS), journal=journal, name="up", keep=keep
+            *(stepper, SPEEDS, "up", SETTINGS),
+            checkpoint=checkpoint,
+            name="up",
+            keep=keep,
         )
-    assert len(journal.finished("up")) == 1
-    journal.close(keep=False)
+    assert len(checkpoint.finished("up")) == 1
+    checkpoint.close(keep=False)
 
 
 def test_a_diverged_speed_ends_a_branch(stepper, monkeypatch):
