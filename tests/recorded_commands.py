@@ -151,7 +151,9 @@ def _killed(place: Path, words: str) -> None:
     process = subprocess.Popen(
         _command(words), cwd=place, env=_environment(), stdout=subprocess.DEVNULL
     )
-    while process.poll() is None and len(list(place.glob("d.csv.*/*.json"))) < 8:
+    written: set[int] = set()  # times at which the kept speeds changed
+    while process.poll() is None and len(written) < 8:
+        written |= {path.stat().st_mtime_ns for path in place.glob("d.csv.partial")}
         time.sleep(0.01)
     process.send_signal(signal.SIGKILL)
     process.wait()
