@@ -229,7 +229,7 @@ def _joined(cycles: list[ContactCycle]) -> ContactCycle:
         out[..., [teeth.index(k) for k in cycle.teeth]] = values
         return out
 
-    rows = ("approach", "no_load", "local_stiffness", "driven_torque", "residual")
+    rows = ("ste", "no_load", "local_stiffness", "driven_torque", "residual")
     joined: dict[str, Any] = {
         n: np.concatenate([getattr(c, n) for c in cycles], axis=1) for n in rows
     }
@@ -255,9 +255,9 @@ def _estimate(
         position = cycle.position[:CHUNK] - pitch
         other = solve_cycle(coarse, cycle.torque[middle], position, pitch)
     same = slice(0, other.position.size)
-    change = np.abs(other.approach[0] / cycle.approach[middle, same] - 1.0)
+    change = np.abs(other.ste[0] / cycle.ste[middle, same] - 1.0)
     off_path = corner_positions(coarse, cycle, middle)[same]
-    means = other.approach.mean() / cycle.approach[middle, same].mean()
+    means = other.ste.mean() / cycle.ste[middle, same].mean()
     return ErrorEstimate(
         mean=abs(float(means) - 1.0),
         path=float(change[~off_path].max(initial=0.0)),
@@ -288,7 +288,7 @@ def mesh_table(cycle: ContactCycle, header: dict[str, str]) -> MeshTable:
         "n_pairs": (cycle.load != 0.0).sum(axis=2).astype(float),
         "stiffness_N_per_m": cycle.stiffness,
         "local_stiffness_N_per_m": cycle.local_stiffness,
-        "ste_m": cycle.approach,
+        "ste_m": cycle.ste,
         "nlte_m": cycle.no_load,
         "max_pressure_Pa": cycle.pressure.max(axis=2),
         "friction_bending_ratio": bending,

@@ -181,9 +181,9 @@ def _measure(
     middle = time.perf_counter()
     cycle = _cycle(problem, torque)
     end = time.perf_counter()
-    error = np.abs(cycle.approach[0] / reference.approach[0] - 1.0)
+    error = np.abs(cycle.ste[0] / reference.ste[0] - 1.0)
     corner = corner_positions(reference_problem, reference, 0)
-    means = cycle.approach.mean() / reference.approach.mean()
+    means = cycle.ste.mean() / reference.ste.mean()
     return Point(
         study=variant.study,
         element_order=variant.order,

@@ -1,24 +1,40 @@
 """Contact as a linear complementarity problem with a torque balance.
 
-Find pressures q >= 0 and the approach d with
+Find nodal forces q >= 0 and the transmission error d with
 
-    gap + C q - d h >= 0,   q (gap + C q - d h) = 0,   arms . q = torque,
+    gap + C q - d closing >= 0,   q (gap + C q - d closing) = 0,   arm . q = torque,
 
-where either the torque or the approach is given. C is unsymmetric with friction.
+where either the torque or the transmission error is given. C is unsymmetric with
+friction.
 """
 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lumped.compiled import compiled_part
 
 ALL_AT_ONCE = 40  # sweeps that exchange every violated node together
 CONVERGED, NOT_CONVERGED, NOT_FINITE = 0, 1, 2
 # which of the two is given; numba would compile everything once for each plain int
-TORQUE, APPROACH = np.int64(0), np.int64(1)
+TORQUE, STE = np.int64(0), np.int64(1)
+
+
+class NodeConditions(NamedTuple):
+    """What the nodes of all patches obey, arrays (n,).
+
+    gap : without load at zero transmission error [m]
+    closing : contact approach per transmission error
+    arm : of the nodal force about the driver's centre, friction included [m]
+    """
+
+    gap: NDArray[np.float64]
+    closing: NDArray[np.float64]
+    arm: NDArray[np.float64]
 
 
 @compiled_part
@@ -58,50 +74,50 @@ def eliminate(matrix, right):
 
 
 @compiled_part
-def solve_active(C, sides, kind, given, active, q):
-    """(approach, slope d torque / d approach) with the active nodes in contact.
+def solve_active(C, nodes, kind, given, active, q):
+    """(transmission error, slope d torque / d ste) with the active nodes in contact.
 
-    sides : (n, 3) gap, h and arms of every node; q is overwritten
-    kind, given : TORQUE or APPROACH, and its value
+    nodes : NodeConditions; q is overwritten
+    kind, given : TORQUE or STE, and its value
     """
-    nodes = np.empty(q.size, np.int64)
+    chosen = np.empty(q.size, np.int64)
     n = 0
     for i in range(q.size):
         q[i] = 0.0
         if active[i]:
-            nodes[n] = i
+            chosen[n] = i
             n += 1
     matrix, right = np.empty((n, n)), np.empty((n, 2))
     for i in range(n):
-        right[i, 0] = sides[nodes[i], 0]
-        right[i, 1] = sides[nodes[i], 1]
+        right[i, 0] = nodes.gap[chosen[i]]
+        right[i, 1] = nodes.closing[chosen[i]]
         for j in range(n):
-            matrix[i, j] = C[nodes[i], nodes[j]]
+            matrix[i, j] = C[chosen[i], chosen[j]]
     eliminate(matrix, right)
     slope, preload = 0.0, 0.0
     for i in range(n):
-        preload += sides[nodes[i], 2] * right[i, 0]
-        slope += sides[nodes[i], 2] * right[i, 1]
-    d = given if kind == APPROACH else (given + preload) / slope
+        preload += nodes.arm[chosen[i]] * right[i, 0]
+        slope += nodes.arm[chosen[i]] * right[i, 1]
+    d = given if kind == STE else (given + preload) / slope
     for i in range(n):
-        q[nodes[i]] = d * right[i, 1] - right[i, 0]
+        q[chosen[i]] = d * right[i, 1] - right[i, 0]
     return d, slope
 
 
 @compiled_part
-def require_contact(sides, active):
+def require_contact(nodes, active):
     """Put the node that closes first in contact where none is."""
     best = 0
     for i in range(active.size):
         if active[i]:
             return
-        if sides[i, 0] / sides[i, 1] < sides[best, 0] / sides[best, 1]:
+        if nodes.gap[i] / nodes.closing[i] < nodes.gap[best] / nodes.closing[best]:
             best = i
     active[best] = True
 
 
 @compiled_part
-def exchange(C, sides, q, d, active, one_only):
+def exchange(C, nodes, q, d, active, one_only):
     """Move violated nodes in or out of contact; (whether any was, residual)."""
     n = q.size
     changed, residual, top = False, 0.0, 0.0
@@ -116,7 +132,7 @@ def exchange(C, sides, q, d, active, one_only):
             if wrong and top > 0.0:
                 residual = max(residual, -q[i] / top)
         else:
-            opening = sides[i, 0] - d * sides[i, 1]
+            opening = nodes.gap[i] - d * nodes.closing[i]
             for j in range(n):
                 if was[j]:
                     opening += C[i, j] * q[j]
@@ -129,26 +145,26 @@ def exchange(C, sides, q, d, active, one_only):
 
 
 @compiled_part
-def solve_contact(C, sides, kind, given, active, q):
-    """(approach, slope, residual, status, sweeps); active and q are overwritten.
+def solve_contact(C, nodes, kind, given, active, q):
+    """(ste, slope, residual, status, sweeps); active and q are overwritten.
 
-    kind, given : TORQUE or APPROACH, and its value
+    kind, given : TORQUE or STE, and its value
 
     Primal-dual active set: all violated nodes are exchanged together. Should that
     cycle, the violated node of least index alone is exchanged (Murty 1974), which
     ends for the P-matrices that these are; the number of sweeps is bounded anyway.
-    residual is the largest violation: of gaps relative to the approach, of
+    residual is the largest violation: of gaps relative to the transmission error, of
     pressures relative to the largest one.
     """
     most = ALL_AT_ONCE + 20 * q.size
     d, slope, residual = math.nan, math.nan, math.nan
     for sweep in range(most):
         if kind == TORQUE:
-            require_contact(sides, active)
-        d, slope = solve_active(C, sides, kind, given, active, q)
+            require_contact(nodes, active)
+        d, slope = solve_active(C, nodes, kind, given, active, q)
         if not math.isfinite(d):
             return d, slope, math.nan, NOT_FINITE, sweep + 1
-        changed, residual = exchange(C, sides, q, d, active, sweep >= ALL_AT_ONCE)
+        changed, residual = exchange(C, nodes, q, d, active, sweep >= ALL_AT_ONCE)
         if not changed:
             return d, slope, residual, CONVERGED, sweep + 1
     return d, slope, residual, NOT_CONVERGED, most

@@ -23,8 +23,8 @@ NORMAL, TANGENTIAL = np.int64(0), np.int64(1)
 #   nominal : the master's roll length where the flanks would touch
 #   arc, opposite : arc lengths of the closest point on the master and its mate [m]
 #   far : the master's arc length of the first node; step : node spacing [m]
-#   least_gap : approach that closes the pair [m]
-#   approach : +1 before the pitch point, -1 behind it, 0 on it
+#   least_gap : transmission error that closes the pair [m]
+#   sliding_sign : +1 before the pitch point, -1 behind it, 0 on it
 #   lever : arms of the normal force about driver and driven centre, then of the
 #       friction force [m]
 #   first, weights : table stencils at the support points, by gear
@@ -38,7 +38,7 @@ PATCH = np.dtype(
         ("far", "f8"),
         ("step", "f8"),
         ("least_gap", "f8"),
-        ("approach", "f8"),
+        ("sliding_sign", "f8"),
         ("lever", "f8", (4,)),
         ("first", "i8", (2, SUPPORT)),
         ("weights", "f8", (2, SUPPORT, STENCIL)),
@@ -61,13 +61,13 @@ def interpolate(tables, gear, kind, offset, row_patch, a, column_patch, b):
 
 
 @compiled_part
-def remainder_block(tables, seen, loaded, teeth_apart, push, drag, block):
+def remainder_block(tables, receiver, source, teeth_apart, normal, rootward, block):
     """Both gears' smooth compliance (SUPPORT, SUPPORT), filled into block.
 
-    seen, loaded : patches where displacement is seen and where load acts
-    teeth_apart : teeth by which `seen` is ahead of `loaded`
-    push, drag : normal and rootward part of the unit load; the normal displacement
-        under friction follows from Maxwell's theorem
+    receiver, source : patches where displacement is read and where load acts
+    teeth_apart : teeth by which `receiver` is ahead of `source`
+    normal, rootward : parts of the unit load; the normal displacement under friction
+        follows from Maxwell's theorem, C_nt[i, j] = C_tn[j, i]
     """
     reach = tables.shape[2] // 2
     for a in range(SUPPORT):
@@ -80,34 +80,34 @@ def remainder_block(tables, seen, loaded, teeth_apart, push, drag, block):
         apart = teeth_apart if gear == 0 else -teeth_apart
         for a in range(SUPPORT):
             for b in range(SUPPORT):
-                if push != 0.0:
-                    block[a, b] += push * interpolate(
-                        tables, gear, NORMAL, reach + apart, seen, a, loaded, b
+                if normal != 0.0:
+                    block[a, b] += normal * interpolate(
+                        tables, gear, NORMAL, reach + apart, receiver, a, source, b
                     )
-                if drag != 0.0:
-                    block[a, b] += drag * interpolate(
-                        tables, gear, TANGENTIAL, reach - apart, loaded, b, seen, a
+                if rootward != 0.0:
+                    block[a, b] += rootward * interpolate(
+                        tables, gear, TANGENTIAL, reach - apart, source, b, receiver, a
                     )
 
 
 @compiled_part
-def local_normal(flanks, logarithm, step, i, j):
+def local_normal(flanks, grid, step, i, j):
     """Half-plane part of both gears at node i under a unit load at node j."""
     softness = 0.0
     for gear in range(2):
         softness += flanks[gear].half_plane / flanks[gear].modulus
-    return -2.0 / math.pi * softness * (logarithm[i, j] + math.log(step))
+    return -2.0 / math.pi * softness * (grid.logarithm[i, j] + math.log(step))
 
 
 @compiled_part
-def local_tangential(flanks, sign, master, i, j):
+def local_tangential(flanks, grid, master, i, j):
     """The same under a unit rootward friction load; it cancels for equal gears."""
     total = 0.0
     for gear in range(2):
         drawn = 0.5 * (1.0 - flanks[gear].poisson) / flanks[gear].modulus
         drawn *= flanks[gear].half_plane
         total += -drawn if gear == master else drawn
-    return total * sign[i, j]
+    return total * grid.sign[i, j]
 
 
 @compiled_part
@@ -128,27 +128,30 @@ def spread(C, row, column, lagrange, block):
 
 
 @compiled_part
-def fill_compliance(C, friction, flanks, tables, patches, chosen, teeth, grid):
-    """Compliance [m/(N/m)] over the nodes of the chosen pairs, friction included."""
-    logarithm, sign, lagrange, _ = grid
-    nodes = lagrange.shape[0]
+def fill_compliance(C, constants, patches, chosen, teeth):
+    """Compliance [m/(N/m)] over the nodes of the chosen pairs, friction included.
+
+    C = C_nn + mu C_nt with mu the friction coefficient in the direction of sliding.
+    """
+    flanks, tables, grid = constants.flanks, constants.tables, constants.grid
+    nodes = grid.lagrange.shape[0]
     block = np.empty((SUPPORT, SUPPORT))
     for p in range(chosen.size):
         for q in range(chosen.size):
-            seen, loaded = patches[chosen[p]], patches[chosen[q]]
+            receiver, source = patches[chosen[p]], patches[chosen[q]]
             apart = teeth[chosen[p]] - teeth[chosen[q]]
-            drag = friction * loaded.approach
-            remainder_block(tables, seen, loaded, apart, 1.0, drag, block)
+            mu = constants.mesh.friction * source.sliding_sign
+            remainder_block(tables, receiver, source, apart, 1.0, mu, block)
             for i in range(nodes):
                 for j in range(nodes):
                     local = 0.0
                     if p == q:
-                        local = local_normal(flanks, logarithm, loaded.step, i, j)
-                        local += drag * local_tangential(
-                            flanks, sign, loaded.master, i, j
+                        local = local_normal(flanks, grid, source.step, i, j)
+                        local += mu * local_tangential(
+                            flanks, grid, source.master, i, j
                         )
                     C[p * nodes + i, q * nodes + j] = local
-            spread(C, p * nodes, q * nodes, lagrange, block)
+            spread(C, p * nodes, q * nodes, grid.lagrange, block)
 
 
 @compiled_part
@@ -161,23 +164,24 @@ def quadratic_form(block, moments):
 
 
 @compiled_part
-def friction_bending(flanks, tables, patch, q, start, grid):
-    """Stiffening of a pair by rootward friction: -(q' Cnt q) / (q' Cnn q).
+def friction_bending(constants, patch, q):
+    """Stiffening of a pair by rootward friction: -(q' C_nt q) / (q' C_nn q).
 
-    The pair's nodal forces stand in q from `start` on.
+    The friction-bending ratio, eq. 4.42 of the multi-mesh source, under the pair's
+    nodal forces q (nodes,).
     """
-    logarithm, sign, lagrange, _ = grid
-    nodes = lagrange.shape[0]
+    flanks, tables, grid = constants.flanks, constants.tables, constants.grid
+    nodes = q.size
     moments = np.zeros(SUPPORT)
     normal, tangential = 0.0, 0.0
     for i in range(nodes):
         for a in range(SUPPORT):
-            moments[a] += lagrange[i, a] * q[start + i]
+            moments[a] += grid.lagrange[i, a] * q[i]
         for j in range(nodes):
-            load = q[start + i] * q[start + j]
+            load = q[i] * q[j]
             if load != 0.0:
-                normal += load * local_normal(flanks, logarithm, patch.step, i, j)
-                tangential += load * local_tangential(flanks, sign, patch.master, i, j)
+                normal += load * local_normal(flanks, grid, patch.step, i, j)
+                tangential += load * local_tangential(flanks, grid, patch.master, i, j)
     block = np.empty((SUPPORT, SUPPORT))
     own = np.int64(0)  # a literal would be compiled for separately
     remainder_block(tables, patch, patch, own, 1.0, 0.0, block)

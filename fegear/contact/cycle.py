@@ -5,40 +5,38 @@ Loads, torques and stiffnesses are per unit face width.
 
 from __future__ import annotations
 
+from typing import Any, NamedTuple
+
 import numpy as np
+from numpy.typing import NDArray
 
 from fegear.contact.active_set import (
-    APPROACH,
     NOT_FINITE,
+    STE,
     TORQUE,
+    NodeConditions,
     solve_contact,
 )
 from fegear.contact.compliance import fill_compliance, friction_bending
 from fegear.contact.flanks import FAR
-from fegear.contact.patches import (
-    FORCE,
-    GAP,
-    OPPOSITE,
-    hertz_half_width,
-    lay_nodes,
-    place_patch,
-)
+from fegear.contact.grid import Grid
+from fegear.contact.patches import hertz_half_width, lay_nodes, place_patch
 from lumped.compiled import compiled, compiled_part
 
 MARGIN = 1.2  # half length of a patch over the Hertz half-width at full load
 GROWTH = 1.6  # of a patch whose pressure reaches its end
 MAX_ROUNDS = 12
-SOFT_TEETH = 8.0  # approach over load per width times 1/E1' + 1/E2', a stiff pair's
-FIRST_GUESS = 40.0  # approach over load per width times 1/E1' + 1/E2', generous
+SOFT_TEETH = 8.0  # ste over load per width times 1/E1' + 1/E2', a stiff pair's
+FIRST_GUESS = 40.0  # ste over load per width times 1/E1' + 1/E2', generous
 
 # Per (torque, position).
-#   approach : driver's rotation times its base radius, driven gear held [m]
+#   ste : driver's rotation times its base radius, driven gear held [m]
 #   no_load : the same without load [m]
-#   slope : d(force)/d(approach) along the line of action [Pa]
+#   slope : d(force)/d(ste) along the line of action [Pa]
 #   residual, status, sweeps : of the complementarity problem
 ROW = np.dtype(
     [
-        ("approach", "f8"),
+        ("ste", "f8"),
         ("no_load", "f8"),
         ("slope", "f8"),
         ("residual", "f8"),
@@ -48,9 +46,9 @@ ROW = np.dtype(
     align=True,
 )
 # Per (torque, position, pair).
-#   load : normal line load [N/m];  gap : approach that closes the pair [m]
+#   load : normal line load [N/m];  gap : ste that closes the pair [m]
 #   pressure : largest nodal pressure [Pa];  bending : friction-bending ratio
-#   approach, lever : as in PATCH
+#   sliding_sign, lever : as in PATCH
 #   arc : of the load's centre, or of the closest point, on driver and driven [m]
 CELL = np.dtype(
     [
@@ -58,7 +56,7 @@ CELL = np.dtype(
         ("gap", "f8"),
         ("pressure", "f8"),
         ("bending", "f8"),
-        ("approach", "f8"),
+        ("sliding_sign", "f8"),
         ("lever", "f8", (4,)),
         ("arc", "f8", (2,)),
     ],
@@ -66,164 +64,216 @@ CELL = np.dtype(
 )
 
 
+class Constants(NamedTuple):
+    """A contact problem's constants.
+
+    mesh, flanks, tables : as from `fegear.contact.problem.kernel_inputs`
+    grid : of the patches
+    """
+
+    mesh: Any
+    flanks: NDArray[Any]
+    tables: NDArray[np.float64]
+    grid: Grid
+
+
+class Workspace(NamedTuple):
+    """State of k pairs of n nodes at one position, left as at the last one.
+
+    patches : (k,) records PATCH; nodes : (k, n) records NODE
+    half_width : (k,) of the patches [m]; laid : (k,) whether their nodes are placed
+    in_contact : (k, n) contact state, at which the next position starts
+    C : (k n, k n) compliance of the chosen pairs [m/(N/m)]
+    q : (k n,) their nodal forces [N/m]
+    """
+
+    patches: NDArray[Any]
+    nodes: NDArray[Any]
+    half_width: NDArray[np.float64]
+    laid: NDArray[np.bool_]
+    in_contact: NDArray[np.bool_]
+    C: NDArray[np.float64]
+    q: NDArray[np.float64]
+
+
 @compiled
-def solve_cycle(
-    mesh, flanks, tables, grid, teeth, pair_gaps, positions, kind, given,
-    patches, nodes, rows, cells,
-):  # fmt: skip
+def solve_cycle(constants, teeth, gaps, positions, kind, given, work, results):
     """Fill rows and cells; the last contact state starts the next position.
 
-    mesh, flanks, tables, grid : the contact problem's constants
+    constants, work : Constants, Workspace
     teeth : (pairs,) base pitches by which a pair is ahead of the reference pair
-    pair_gaps : (positions, pairs) extra gap of each pair, from pitch errors [m]
+    gaps : (positions, pairs) extra gap of each pair, from pitch errors [m]
     positions : base pitches from the pitch point
-    kind, given : TORQUE on the driver [N], or APPROACH [m], at each of some load
-        cases and positions (cases, positions)
-    patches, nodes : (pairs,) and (pairs, n, 3), left as at the last position
+    kind, given : TORQUE on the driver [N], or STE [m], at each of some load cases and
+        positions (cases, positions)
+    results : rows (cases, positions) and cells (cases, positions, pairs)
     """
-    pairs, size = nodes.shape[0], nodes.shape[1]
-    width = np.empty(pairs)
-    C = np.empty((pairs * size, pairs * size))
-    memory = np.zeros((pairs, size), np.bool_)
-    softness = 1.0 / flanks[0].modulus + 1.0 / flanks[1].modulus
+    rows, cells = results
     for t in range(given.shape[0]):
-        memory[:, :] = False
+        work.in_contact[:, :] = False
         for n in range(positions.size):
-            for k in range(pairs):
-                s1 = mesh.pitch + (positions[n] + teeth[k]) * mesh.base_pitch
-                place_patch(mesh, flanks, patches[k], s1, pair_gaps[n, k])
-                load = given[t, n] / flanks[0].base_radius
-                if kind == APPROACH:
-                    depth = max(given[t, n] - patches[k].least_gap, 0.0)
-                    load = depth / (SOFT_TEETH * softness)
-                width[k] = MARGIN * hertz_half_width(mesh, flanks, s1, load)
+            place_pairs(
+                constants, teeth, gaps[n], positions[n], kind, given[t, n], work
+            )
             solve_position(
-                mesh, flanks, tables, grid, teeth, pair_gaps[n], kind, given[t, n],
-                patches, nodes, width, C, memory, rows[t, n], cells[t, n],
+                constants, teeth, gaps[n], kind, given[t, n], work, rows[t, n],
+                cells[t, n],
             )  # fmt: skip
 
 
 @compiled_part
-def solve_position(
-    mesh, flanks, tables, grid, teeth, pair_gaps, kind, given,
-    patches, nodes, width, C, memory, row, cells,
-):  # fmt: skip
+def place_pairs(constants, teeth, gaps, position, kind, given, work):
+    """Closest points of all pairs, and patches as wide as the whole load would need."""
+    mesh, flanks = constants.mesh, constants.flanks
+    softness = 1.0 / flanks[0].modulus + 1.0 / flanks[1].modulus
+    for k in range(teeth.size):
+        s1 = mesh.pitch + (position + teeth[k]) * mesh.base_pitch
+        place_patch(mesh, flanks, work.patches[k], s1, gaps[k])
+        load = given / flanks[0].base_radius
+        if kind == STE:
+            depth = max(given - work.patches[k].least_gap, 0.0)
+            load = depth / (SOFT_TEETH * softness)
+        work.half_width[k] = MARGIN * hertz_half_width(mesh, flanks, s1, load)
+        work.laid[k] = False
+
+
+@compiled_part
+def solve_position(constants, teeth, gaps, kind, given, work, row, cells):
     """Solve one position; patches grow until they hold all the pressure.
 
-    kind, given : TORQUE on the driver [N], or APPROACH [m], and its value
+    kind, given : TORQUE on the driver [N], or STE [m], and its value
     """
-    pairs, size = nodes.shape[0], nodes.shape[1]
-    q = np.zeros(pairs * size)
-    chosen = np.empty(pairs, np.int64)
-    fresh = np.ones(pairs, np.bool_)  # patches whose nodes have to be laid
+    patches, flanks = work.patches, constants.flanks
+    work.q[:] = 0.0
     row.no_load = FAR
-    for k in range(pairs):
+    for k in range(teeth.size):
         row.no_load = min(row.no_load, patches[k].least_gap)
     if row.no_load >= FAR:
         row.status = NOT_FINITE
         return
-    softness = 1.0 / flanks[0].modulus + 1.0 / flanks[1].modulus
     limit = given
     if kind == TORQUE:
+        softness = 1.0 / flanks[0].modulus + 1.0 / flanks[1].modulus
         limit = row.no_load + FIRST_GUESS * given / flanks[0].base_radius * softness
-    count = 0
+    chosen = np.empty(0, np.int64)
     for _ in range(MAX_ROUNDS):
-        count = 0
-        for k in range(pairs):
-            if patches[k].present and patches[k].least_gap < limit:
-                chosen[count] = k
-                count += 1
-                if fresh[k]:
-                    lay_nodes(
-                        mesh, flanks, patches[k], nodes[k], pair_gaps[k], width[k],
-                        grid[3], tables.shape[3],
-                    )  # fmt: skip
-                    fresh[k] = False
-        solve_chosen(
-            mesh, flanks, tables, grid, teeth, kind, given,
-            patches, nodes, C, memory, row, chosen[:count], q,
-        )  # fmt: skip
+        chosen = choose_pairs(constants, work, gaps, limit)
+        solve_chosen(constants, teeth, kind, given, work, chosen, row)
         if row.status != 0:
             return
-        again = False
-        for p in range(count):
-            k = chosen[p]
-            if reaches_end(patches[k], q, p * size, size, width[k]):
-                width[k] *= GROWTH
-                fresh[k], again = True, True
-                memory[k, :] = False
-        for k in range(pairs):
-            if patches[k].present and limit <= patches[k].least_gap < row.approach:
+        again = widen_patches(work, chosen)
+        for k in range(teeth.size):
+            if patches[k].present and limit <= patches[k].least_gap < row.ste:
                 again = True
-        limit = max(limit, row.approach)
+        limit = max(limit, row.ste)
         if not again:
             break
-    store(flanks, tables, grid, patches, chosen[:count], q, nodes, cells)
+    store(constants, work, chosen, cells)
 
 
 @compiled_part
-def reaches_end(patch, q, start, size, width):
-    """Whether pressure touches an end of the patch where the flank goes on."""
-    whole = patch.step * (size - 1) > 2.0 * width * (1.0 - 1e-9)
-    return q[start] > 0.0 or (whole and q[start + size - 1] > 0.0)
+def choose_pairs(constants, work, gaps, limit):
+    """Pairs that close below a transmission error [m], with their nodes laid."""
+    chosen = np.empty(gaps.size, np.int64)
+    count = 0
+    for k in range(gaps.size):
+        patch = work.patches[k]
+        if patch.present and patch.least_gap < limit:
+            chosen[count] = k
+            count += 1
+            if not work.laid[k]:
+                lay_nodes(constants, patch, work.nodes[k], gaps[k], work.half_width[k])
+                work.laid[k] = True
+    return chosen[:count]
 
 
 @compiled_part
-def solve_chosen(
-    mesh, flanks, tables, grid, teeth, kind, given,
-    patches, nodes, C, memory, row, chosen, q,
-):  # fmt: skip
-    """Nodal forces q of the chosen pairs, node after node, and the row's result."""
-    size = nodes.shape[1]
-    sides = np.empty((chosen.size * size, 3))
-    active = np.empty(chosen.size * size, np.bool_)
-    fill_compliance(C, mesh.friction, flanks, tables, patches, chosen, teeth, grid)
+def widen_patches(work, chosen):
+    """Widen patches that pressure reaches an end of; whether there were any."""
+    size, any_widened = work.nodes.shape[1], False
     for p in range(chosen.size):
-        patch = patches[chosen[p]]
+        k = chosen[p]
+        q = work.q[p * size : (p + 1) * size]
+        # the far end is cut short where the flank ends at its tip
+        whole = work.patches[k].step * (size - 1) > 2.0 * work.half_width[k] * (
+            1.0 - 1e-9
+        )
+        if q[0] > 0.0 or (whole and q[-1] > 0.0):
+            work.half_width[k] *= GROWTH
+            work.laid[k], any_widened = False, True
+            work.in_contact[k, :] = False
+    return any_widened
+
+
+@compiled_part
+def solve_chosen(constants, teeth, kind, given, work, chosen, row):
+    """Nodal forces q of the chosen pairs, node after node, and the row's result.
+
+    The arm of a nodal force is that of the normal force less that of the friction
+    force times the friction coefficient in the direction of sliding.
+    """
+    size, mesh = work.nodes.shape[1], constants.mesh
+    base_radius = constants.flanks[0].base_radius
+    count = chosen.size * size
+    gap, closing, arm = np.empty(count), np.empty(count), np.empty(count)
+    active = np.empty(count, np.bool_)
+    C, q = work.C, work.q[:count]
+    fill_compliance(C, constants, work.patches, chosen, teeth)
+    for p in range(chosen.size):
+        patch = work.patches[chosen[p]]
+        mu = mesh.friction * patch.sliding_sign
         for i in range(size):
             at = p * size + i
-            sides[at, 0] = nodes[chosen[p], i, GAP]
-            sides[at, 1] = patch.lever[0] / flanks[0].base_radius
-            drag = mesh.friction * patch.approach
-            sides[at, 2] = patch.lever[0] - drag * patch.lever[2]
-            active[at] = memory[chosen[p], i]
-    d, slope, residual, status, sweeps = solve_contact(
-        C, sides, kind, given, active, q[: active.size]
+            gap[at] = work.nodes[chosen[p], i].gap
+            closing[at] = patch.lever[0] / base_radius
+            arm[at] = patch.lever[0] - mu * patch.lever[2]
+            active[at] = work.in_contact[chosen[p], i]
+    conditions = NodeConditions(gap, closing, arm)
+    ste, slope, residual, status, sweeps = solve_contact(
+        C, conditions, kind, given, active, q
     )
     for p in range(chosen.size):
         for i in range(size):
-            memory[chosen[p], i] = active[p * size + i]
-    row.approach, row.slope = d, slope / flanks[0].base_radius
+            work.in_contact[chosen[p], i] = active[p * size + i]
+    row.ste, row.slope = ste, slope / base_radius
     row.residual, row.status = residual, status
     row.sweeps += sweeps
 
 
 @compiled_part
-def store(flanks, tables, grid, patches, chosen, q, nodes, cells):
-    size = nodes.shape[1]
-    for k in range(patches.size):
+def store(constants, work, chosen, cells):
+    """Fill cells and the nodes' forces from the patches and their nodal forces."""
+    size = work.nodes.shape[1]
+    for k in range(work.patches.size):
+        patch = work.patches[k]
         for i in range(size):
-            nodes[k, i, FORCE] = 0.0
-        cells[k].gap = patches[k].least_gap
-        cells[k].approach = patches[k].approach
+            work.nodes[k, i].force = 0.0
+        cells[k].gap = patch.least_gap
+        cells[k].sliding_sign = patch.sliding_sign
         for a in range(4):
-            cells[k].lever[a] = patches[k].lever[a]
-        cells[k].arc[patches[k].master] = patches[k].arc
-        cells[k].arc[1 - patches[k].master] = patches[k].opposite
+            cells[k].lever[a] = patch.lever[a]
+        cells[k].arc[patch.master] = patch.arc
+        cells[k].arc[1 - patch.master] = patch.opposite
     for p in range(chosen.size):
-        cell, patch = cells[chosen[p]], patches[chosen[p]]
-        start = p * size
-        peak = 2.0 * q[start + size - 1]
-        own, opposite = 0.0, 0.0
-        for i in range(size):
-            nodes[chosen[p], i, FORCE] = q[start + i]
-            cell.load += q[start + i]
-            own += q[start + i] * (patch.far - i * patch.step)
-            opposite += q[start + i] * nodes[chosen[p], i, OPPOSITE]
-            if i < size - 1:
-                peak = max(peak, q[start + i])
-        if cell.load > 0.0:
-            cell.pressure = peak / patch.step
-            cell.arc[patch.master] = own / cell.load
-            cell.arc[1 - patch.master] = opposite / cell.load
-            cell.bending = friction_bending(flanks, tables, patch, q, start, grid)
+        k = chosen[p]
+        q = work.q[p * size : (p + 1) * size]
+        store_pair(constants, work.patches[k], work.nodes[k], q, cells[k])
+
+
+@compiled_part
+def store_pair(constants, patch, nodes, q, cell):
+    """Load, largest pressure and load centre of a pair with nodal forces q (n,)."""
+    own, opposite = 0.0, 0.0
+    peak = 2.0 * q[-1]  # the last node carries half a hat
+    for i in range(q.size):
+        nodes[i].force = q[i]
+        cell.load += q[i]
+        own += q[i] * (patch.far - i * patch.step)
+        opposite += q[i] * nodes[i].opposite
+        if i < q.size - 1:
+            peak = max(peak, q[i])
+    if cell.load > 0.0:
+        cell.pressure = peak / patch.step
+        cell.arc[patch.master] = own / cell.load
+        cell.arc[1 - patch.master] = opposite / cell.load
+        cell.bending = friction_bending(constants, patch, q)

@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from fegear.contact.problem import ContactProblem, run_kernel
+from fegear.contact.problem import ContactProblem, KernelResult, run_kernel
 from fegear.elasticity.body_stress import ToothLoad
 
 Array = NDArray[np.float64]
@@ -41,22 +41,22 @@ def patch_loads(
 
     Raises ValueError for a torque that is not positive.
     """
-    from fegear.contact.patches import FORCE, OPPOSITE
-
     if not torque > 0.0:
         raise ValueError(f"torque must be positive, got {torque}")
     solved = run_kernel(problem, np.array([torque]), np.array([position]))
-    loads = []
-    for k in np.flatnonzero(solved.nodes[:, :, FORCE].any(axis=1)):
-        patch, nodes = solved.patches[k], solved.nodes[k]
-        own = patch.far - patch.step * np.arange(len(nodes))
-        arcs = [own, nodes[:, OPPOSITE].copy()]
-        driver, driven = arcs if patch.master == 0 else arcs[::-1]
-        force = nodes[:, FORCE].copy()
-        drag = problem.friction * patch.approach
-        tooth, step = int(solved.teeth[k]), float(patch.step)
-        loads.append(PatchLoad(tooth, driver, driven, step, force, drag * force))
-    return loads
+    touching = np.flatnonzero(solved.nodes.force.any(axis=1))
+    return [patch_load(problem, solved, int(k)) for k in touching]
+
+
+def patch_load(problem: ContactProblem, solved: KernelResult, pair: int) -> PatchLoad:
+    """Load of pair number `pair` at the last position of a kernel's result."""
+    patch, nodes = solved.patches[pair], solved.nodes[pair]
+    own = patch.far - patch.step * np.arange(len(nodes))
+    arcs = [own, nodes.opposite.copy()]
+    driver, driven = arcs if patch.master == 0 else arcs[::-1]
+    force, mu = nodes.force.copy(), problem.friction * patch.sliding_sign
+    tooth, step = int(solved.teeth[pair]), float(patch.step)
+    return PatchLoad(tooth, driver, driven, step, force, mu * force)
 
 
 def tooth_loads(

@@ -13,12 +13,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fegear.contact.instants import solve_drive_side
 from fegear.contact.problem import (
     ContactProblem,
     back_side_position,
     candidate_pairs,
     kernel_inputs,
+    solve_drive_side,
 )
 from fegear.elasticity.flank_grid import flank_stencils
 
@@ -110,7 +110,7 @@ def pair_laws(
         gap=gap[:, kept],
         lever=cells.lever[:, kept],
         arc=arc,
-        sliding=cells.approach[:, kept],
+        sliding=cells.sliding_sign[:, kept],
         squeeze=squeeze,
         load=load,
         pressure=pressure,

@@ -22,7 +22,8 @@ from fegear.elasticity.flank_grid import place_stencil
 from lumped.compiled import compiled_part
 
 REACH = 0.5  # base pitches off the path within which a corner may touch
-GAP, OPPOSITE, FORCE = 0, 1, 2  # per node: gap, the slave's arc [m], load [N/m]
+# Node of a patch: gap [m], arc of the opposite point on the mate [m], force [N/m].
+NODE = np.dtype([("gap", "f8"), ("opposite", "f8"), ("force", "f8")], align=True)
 
 
 @compiled_part
@@ -40,9 +41,9 @@ def place_patch(mesh, flanks, patch, s1, extra_gap):
     patch.master = 0 if s1 >= mesh.pitch else 1
     patch.nominal = s1 if s1 >= mesh.pitch else mesh.line - s1
     patch.present, patch.least_gap = False, FAR
-    patch.approach = np.sign(mesh.pitch - s1)
+    patch.sliding_sign = np.sign(mesh.pitch - s1)
     if abs(mesh.pitch - s1) < 1e-12 * mesh.line:
-        patch.approach = 0.0
+        patch.sliding_sign = 0.0
     master, slave = flanks[patch.master], flanks[1 - patch.master]
     off_path = patch.nominal > master.tip_roll * (1.0 + 1e-12)
     if off_path and not mesh.corner:
@@ -91,18 +92,19 @@ def set_levers(mesh, flanks, patch, s, lean, off_path):
 
 
 @compiled_part
-def lay_nodes(mesh, flanks, patch, nodes, extra_gap, half_width, points, count):
-    """Gaps and opposite arcs of the nodes (n, 3), stencils at support points."""
-    m = patch.master
-    master, slave = flanks[m], flanks[1 - m]
+def lay_nodes(constants, patch, nodes, extra_gap, half_width):
+    """Gaps and opposite arcs of a pair's nodes (n,), stencils at support points."""
+    m, mesh, points = patch.master, constants.mesh, constants.grid.points
+    master, slave = constants.flanks[m], constants.flanks[1 - m]
+    count = constants.tables.shape[3]
     near, far = max(0.0, patch.arc - half_width), patch.arc + half_width
     patch.far = far
-    patch.step = (far - near) / (nodes.shape[0] - 1)
-    for i in range(nodes.shape[0]):
+    patch.step = (far - near) / (nodes.size - 1)
+    for i in range(nodes.size):
         s = roll_of_arc(master, far - i * patch.step)
         gap, s_slave, _ = separation(master, slave, mesh.line, patch.nominal, s)
-        nodes[i, GAP] = gap + extra_gap
-        nodes[i, OPPOSITE] = arc_of_roll(slave, s_slave)
+        nodes[i].gap = gap + extra_gap
+        nodes[i].opposite = arc_of_roll(slave, s_slave)
     for a in range(SUPPORT):
         arc = 0.5 * (far + near) - 0.5 * (far - near) * points[a]
         s = roll_of_arc(master, arc)

@@ -74,13 +74,13 @@ class ContactCycle:
     position : base pitches from the pitch point of the reference pair
     teeth : (k,) base pitches by which each pair is ahead of the reference pair, of the
         one in the same base pitch where pairs count anew in each
-    approach : (t, n) static transmission error, the driver's rotation times its
+    ste : (t, n) static transmission error, the driver's rotation times its
         base radius with the driven gear held [m]; negative on the back side
     no_load : (t, n) the same without load [m]
-    local_stiffness : (t, n) slope of force over approach [N/m]
+    local_stiffness : (t, n) slope of force over transmission error [N/m]
     load : (t, n, k) normal force of each pair [N]
-    gap : (t, n, k) approach that closes each pair [m]; infinite where its flanks
-        do not face each other
+    gap : (t, n, k) transmission error that closes each pair [m]; infinite where its
+        flanks do not face each other
     pressure : (t, n, k) largest contact pressure [Pa]
     friction_bending : (t, n, k) reduction of a pair's deflection by friction toward
         the tooth roots, per unit friction force, over its deflection per unit
@@ -93,7 +93,7 @@ class ContactCycle:
     position: Array
     teeth: Indices
     base_radius: float
-    approach: Array
+    ste: Array
     no_load: Array
     local_stiffness: Array
     load: Array
@@ -110,15 +110,15 @@ class ContactCycle:
 
     @property
     def stiffness(self) -> Array:
-        """Average slope of force over approach, (t, n) [N/m]."""
-        return self.mesh_force / (self.approach - self.no_load)
+        """Average slope of force over transmission error, (t, n) [N/m]."""
+        return self.mesh_force / (self.ste - self.no_load)
 
     @property
     def pair_stiffness(self) -> Array:
         """Average slope of each pair, zero where it carries no load (t, n, k)."""
-        squeeze = self.approach[..., None] - self.gap
+        deflection = self.ste[..., None] - self.gap
         loaded = self.load != 0.0
-        return np.where(loaded, self.load, 0.0) / np.where(loaded, squeeze, 1.0)
+        return np.where(loaded, self.load, 0.0) / np.where(loaded, deflection, 1.0)
 
     @property
     def load_share(self) -> Array:
@@ -187,7 +187,7 @@ def _solve_back_side(
         torque=torque,
         position=position + pitch,
         teeth=-cycle.teeth,
-        approach=-(backlash + cycle.approach),
+        ste=-(backlash + cycle.ste),
         no_load=-(backlash + cycle.no_load),
         gap=-(backlash + cycle.gap),
         load=-cycle.load,
@@ -202,7 +202,7 @@ class KernelResult(NamedTuple):
     rows: np.recarray
     cells: np.recarray
     patches: np.recarray
-    nodes: Array
+    nodes: np.recarray
 
 
 def run_kernel(
@@ -235,41 +235,69 @@ def solve_pairs(
     position: Array,
     kind: np.int64,
     given: Array,
-    turned: bool = False,
+    friction_reversed: bool = False,
 ) -> KernelResult:
     """Run the kernel for chosen tooth pairs (k,), whatever its status.
 
     gaps : (n, k) extra gap of each pair [m]
-    kind, given : cycle.TORQUE per width [N] or cycle.APPROACH [m], (t, n)
-    turned : friction acts against the nominal sliding direction
+    kind, given : cycle.TORQUE per width [N] or cycle.STE [m], (t, n)
+    friction_reversed : friction acts against the nominal sliding direction
     """
     from fegear.contact import cycle
     from fegear.contact.compliance import PATCH
     from fegear.contact.grid import contact_grid
+    from fegear.contact.patches import NODE
 
+    pairs, size = teeth.size, problem.nodes
     rows = np.zeros(given.shape, cycle.ROW).view(np.recarray)
-    cells = np.zeros((*given.shape, teeth.size), cycle.CELL).view(np.recarray)
-    patches = np.zeros(teeth.size, PATCH).view(np.recarray)
-    nodes = np.zeros((teeth.size, problem.nodes, 3))
+    cells = np.zeros((*given.shape, pairs), cycle.CELL).view(np.recarray)
+    patches = np.zeros(pairs, PATCH).view(np.recarray)
+    nodes = np.zeros((pairs, size), NODE).view(np.recarray)
+    work = cycle.Workspace(
+        patches=patches,
+        nodes=nodes,
+        half_width=np.empty(pairs),
+        laid=np.zeros(pairs, np.bool_),
+        in_contact=np.zeros((pairs, size), np.bool_),
+        C=np.empty((pairs * size, pairs * size)),
+        q=np.zeros(pairs * size),
+    )
     mesh, flanks, tables = kernel_inputs(problem)
-    if turned:
+    if friction_reversed:
         mesh.friction = -mesh.friction
+    constants = cycle.Constants(mesh, flanks, tables, contact_grid(size))
     cycle.solve_cycle(
-        mesh,
-        flanks,
-        tables,
-        contact_grid(problem.nodes),
-        teeth,
-        gaps,
-        position,
-        kind,
-        given,
-        patches,
-        nodes,
-        rows,
-        cells,
+        constants, teeth, gaps, position, kind, given, work, (rows, cells)
     )
     return KernelResult(teeth, rows, cells, patches, nodes)
+
+
+def solve_drive_side(
+    problem: ContactProblem,
+    teeth: Indices,
+    gaps: Array,
+    position: Array,
+    ste: Array,
+    friction_reversed: bool = False,
+) -> tuple[np.recarray, np.recarray]:
+    """Rows (n,) and cells (n, k) of chosen tooth pairs (k,) at transmission errors.
+
+    gaps : (n, k) extra gap of each pair [m]; ste : (n,) [m]
+    friction_reversed : friction acts against the nominal sliding direction
+    """
+    from fegear.contact.cycle import STE
+
+    given = np.ascontiguousarray(ste[None, :])
+    solved = solve_pairs(problem, teeth, gaps, position, STE, given, friction_reversed)
+    rows, cells = solved.rows[0], solved.cells[0]
+    failed = np.flatnonzero(rows.status != 0)
+    if failed.size:
+        n = failed[0]
+        raise ContactFailure(
+            f"contact not solved at position {position[n]:g}, transmission error "
+            f"{ste[n]:g} m: status {rows.status[n]}"
+        )
+    return rows, cells
 
 
 def candidate_pairs(pair: GearPair, position: Array) -> Indices:
@@ -360,14 +388,14 @@ def _collect(
 
     width = problem.face_width
     load = cells.load * width
-    drag = problem.friction * cells.approach
-    arm = cells.lever[..., 1] - drag * cells.lever[..., 3]
+    mu = problem.friction * cells.sliding_sign
+    arm = cells.lever[..., 1] - mu * cells.lever[..., 3]
     return ContactCycle(
         torque=torque,
         position=position,
         teeth=teeth,
         base_radius=problem.pair.driver.base_radius,
-        approach=rows.approach,
+        ste=rows.ste,
         no_load=rows.no_load,
         local_stiffness=rows.slope * width,
         load=load,

@@ -254,7 +254,7 @@ def contact_field(
 ) -> ContactField:
     """Fields of the teeth in view at a torque on the driver [N m] and a position."""
     solved = run_kernel(scene.problem, np.array([torque]), np.array([position]))
-    approach = float(solved.rows.approach[0, 0])
+    approach = float(solved.rows.ste[0, 0])
     require_drawable(scene, approach)
     loads = patch_loads(scene.problem, torque, position)
     gears, pairs = loaded_gears(scene, Stand(position, approach), loads, view)

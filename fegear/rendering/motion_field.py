@@ -9,11 +9,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from fegear.contact.loads import PatchLoad
-from fegear.contact.patches import FORCE, OPPOSITE
+from fegear.contact.loads import PatchLoad, patch_load
 from fegear.contact.problem import (
     ContactFailure,
     ContactProblem,
+    KernelResult,
     back_side_position,
     solve_pairs,
 )
@@ -54,20 +54,17 @@ def pair_load(
     Raises ContactFailure where its flanks do not face each other.
     """
     # the arm of the force about the driver depends on the place, not on the load
-    arm = _solved(problem, tooth, position, problem.pair.driver.base_radius * load)[0]
-    _, patch, nodes = _solved(problem, tooth, position, arm * load)
-    own = patch.far - patch.step * np.arange(len(nodes))
-    arcs = [own, nodes[:, OPPOSITE].copy()]
-    driver, driven = arcs if patch.master == 0 else arcs[::-1]
-    force = nodes[:, FORCE].copy()
-    drag = problem.friction * patch.approach
-    return PatchLoad(tooth, driver, driven, float(patch.step), force, drag * force)
+    arm = _solve_pair(problem, tooth, position, problem.pair.driver.base_radius * load)[
+        0
+    ]
+    solved = _solve_pair(problem, tooth, position, arm * load)[1]
+    return patch_load(problem, solved, 0)
 
 
-def _solved(
+def _solve_pair(
     problem: ContactProblem, tooth: int, position: float, torque: float
-) -> tuple[float, np.record, np.ndarray]:
-    """Arm of the force [m], patch and nodes of a pair at a torque [N m]."""
+) -> tuple[float, KernelResult]:
+    """Arm of the force [m] and solution of one pair at a torque [N m]."""
     from fegear.contact.cycle import TORQUE
 
     given = np.array([[torque / problem.face_width]])
@@ -81,5 +78,5 @@ def _solved(
             "has a load"
         )
     patch = solved.patches[0]
-    drag = problem.friction * patch.approach
-    return float(patch.lever[0] - drag * patch.lever[2]), patch, solved.nodes[0]
+    mu = problem.friction * patch.sliding_sign
+    return float(patch.lever[0] - mu * patch.lever[2]), solved

@@ -92,7 +92,7 @@ def test_corner_contact_unbalances_torque_only_at_the_ends(problem, plain):
 def test_transmission_error_tends_to_no_load_error(problem):
     relieved = with_relief(problem, 10e-6)
     cycle = solve_cycle(relieved, [1e-4, 1e-2, 1.0, 100.0], POSITIONS)
-    excess = (cycle.approach - cycle.no_load).max(axis=1)
+    excess = (cycle.ste - cycle.no_load).max(axis=1)
     assert (excess > 0.0).all()
     assert (np.diff(excess) > 0.0).all()
     assert excess[0] < 1e-10
@@ -126,7 +126,7 @@ def test_no_load_error_is_the_envelope_of_the_gap_functions(problem):
 def test_width_and_torque_scale_together(problem, plain, factor):
     wide = replace(problem, face_width=factor * problem.face_width)
     cycle = solve_cycle(wide, factor * np.array(TORQUES), POSITIONS)
-    np.testing.assert_allclose(cycle.approach, plain.approach, rtol=1e-12)
+    np.testing.assert_allclose(cycle.ste, plain.ste, rtol=1e-12)
     np.testing.assert_allclose(cycle.load, factor * plain.load, rtol=1e-9, atol=1e-9)
 
 
@@ -140,16 +140,14 @@ def test_exchanging_driver_and_driven_mirrors_the_table(problem, plain):
     on_path = error < 1e-9
     at_pitch = POSITIONS == 0.0  # either flank may carry the nodes there
     for where, rtol in ((on_path & ~at_pitch, 1e-9), (on_path, 2e-6)):
-        np.testing.assert_allclose(
-            cycle.approach[where], plain.approach[where], rtol=rtol
-        )
+        np.testing.assert_allclose(cycle.ste[where], plain.ste[where], rtol=rtol)
     # off the path the driven torque, not the mesh force, differs by the tilt
-    np.testing.assert_allclose(cycle.approach, plain.approach, rtol=2e-2)
+    np.testing.assert_allclose(cycle.ste, plain.ste, rtol=2e-2)
 
 
 def test_a_turn_by_one_tooth_changes_nothing(problem, plain):
     cycle = solve_cycle(problem, TORQUES, POSITIONS + 3.0)
-    np.testing.assert_allclose(cycle.approach, plain.approach, rtol=1e-9)
+    np.testing.assert_allclose(cycle.ste, plain.ste, rtol=1e-9)
     np.testing.assert_allclose(
         cycle.load.sum(axis=2), plain.load.sum(axis=2), rtol=1e-9
     )
@@ -158,14 +156,14 @@ def test_a_turn_by_one_tooth_changes_nothing(problem, plain):
 def test_order_of_positions_does_not_matter(problem, plain):
     shuffled = np.random.default_rng(0).permutation(POSITIONS.size)
     cycle = solve_cycle(problem, TORQUES, POSITIONS[shuffled])
-    np.testing.assert_allclose(cycle.approach, plain.approach[:, shuffled], rtol=1e-11)
+    np.testing.assert_allclose(cycle.ste, plain.ste[:, shuffled], rtol=1e-11)
 
 
 def test_local_stiffness_is_the_slope_of_force(problem):
     torque = np.array([99.9, 100.0, 100.1])
     cycle = solve_cycle(problem, torque, POSITIONS)
     force = cycle.mesh_force[:, 0]
-    slope = (force[2] - force[0]) / (cycle.approach[2] - cycle.approach[0])
+    slope = (force[2] - force[0]) / (cycle.ste[2] - cycle.ste[0])
     # patches are sized by load, so that the slope of the discrete answer differs
     np.testing.assert_allclose(slope, cycle.local_stiffness[1], rtol=1e-2)
     assert np.median(np.abs(slope / cycle.local_stiffness[1] - 1.0)) < 1e-3
@@ -176,7 +174,7 @@ def test_back_side_is_the_drive_side_in_a_mirror(problem):
     back = solve_cycle(problem, [-100.0], position)
     front = solve_cycle(problem, [100.0], back_side_position(problem.pair, position))
     backlash = problem.pair.backlash
-    np.testing.assert_allclose(back.approach, -(backlash + front.approach))
+    np.testing.assert_allclose(back.ste, -(backlash + front.ste))
     assert (back.driven_torque < 0.0).all()
     assert (back.stiffness > 0.0).all()
 
@@ -218,7 +216,7 @@ def test_any_load_is_carried(
     case = replace(case, friction=friction, corner_contact=corner)
     cycle = solve_cycle(case, [torque], [position])
     assert cycle.residual.max() < 1e-9
-    assert cycle.approach[0, 0] > cycle.no_load[0, 0]
+    assert cycle.ste[0, 0] > cycle.no_load[0, 0]
     assert np.isfinite(cycle.local_stiffness).all()
     arm = cycle.load.sum() * problem.pair.driver.base_radius / torque
     assert 0.8 < arm < 1.25
@@ -232,7 +230,7 @@ def test_corners_far_off_the_path_do_not_touch():
     case = ContactProblem(pair=pair, driver=flank, driven=flank, face_width=0.02)
     cycle = solve_cycle(case, [20.0], np.arange(16) / 16)
     assert (cycle.no_load > -1e-12).all()
-    np.testing.assert_allclose(cycle.approach[0, 1:], cycle.approach[0, :0:-1], 1e-2)
+    np.testing.assert_allclose(cycle.ste[0, 1:], cycle.ste[0, :0:-1], 1e-2)
 
 
 @pytest.mark.parametrize(

@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from contact_at import contact_at
 
-from fegear.contact.instants import contact_at
 from fegear.contact.problem import solve_cycle
 
 POSITIONS = np.arange(16) / 16
@@ -17,7 +17,7 @@ POSITIONS = np.arange(16) / 16
 def test_the_approach_of_a_torque_gives_the_torque(problem, friction):
     problem = replace(problem, friction=friction)
     cycle = solve_cycle(problem, [100.0], POSITIONS)
-    found = contact_at(problem, POSITIONS, cycle.approach[0])
+    found = contact_at(problem, POSITIONS, cycle.ste[0])
     # patches are laid by another guess, which corner contact feels
     np.testing.assert_allclose(found.torque, 100.0, rtol=3e-3)
     assert np.median(np.abs(found.torque / 100.0 - 1.0)) < 2e-4
@@ -44,7 +44,7 @@ def test_nothing_touches_within_the_backlash(problem):
 
 def test_back_side_mirrors_the_drive_side(problem):
     cycle = solve_cycle(problem, [-100.0], POSITIONS)
-    found = contact_at(problem, POSITIONS, cycle.approach[0])
+    found = contact_at(problem, POSITIONS, cycle.ste[0])
     np.testing.assert_allclose(found.torque, -100.0, rtol=3e-3)
     assert (found.load <= 0.0).all()
 

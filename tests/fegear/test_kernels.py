@@ -23,8 +23,8 @@ def separation(master, slave, line, nominal, s):
 
 
 @njit
-def solve_contact(C, sides, torque, active, q):
-    return active_set.solve_contact(C, sides, active_set.TORQUE, torque, active, q)
+def solve_contact(C, nodes, torque, active, q):
+    return active_set.solve_contact(C, nodes, active_set.TORQUE, torque, active, q)
 
 
 @pytest.mark.parametrize("steps", [0.0, 1.0, 2.0, 7.5])
@@ -86,9 +86,9 @@ def test_active_set_solves_the_complementarity_problem(n, seed, torque):
     root = random.normal(size=(n, n))
     C = root @ root.T + 0.05 * np.eye(n)
     gap, h = random.uniform(0.0, 2.0, n), random.uniform(0.5, 1.5, n)
-    sides = np.stack([gap, h, h], axis=1)
+    nodes = active_set.NodeConditions(gap, h, h)
     q, active = np.zeros(n), np.zeros(n, bool)
-    d, _, residual, status, _ = solve_contact(C, sides, torque, active, q)
+    d, _, residual, status, _ = solve_contact(C, nodes, torque, active, q)
     assert status == active_set.CONVERGED
     assert residual < 1e-9
 
@@ -103,10 +103,10 @@ def test_active_set_solves_the_complementarity_problem(n, seed, torque):
 
 
 def test_nan_ends_with_a_status():
-    C, sides = np.eye(3), np.ones((3, 3))
+    C, nodes = np.eye(3), active_set.NodeConditions(*np.ones((3, 3)))
     C[1, 1] = np.nan
     q, active = np.zeros(3), np.ones(3, bool)
-    d, _, _, status, _ = solve_contact(C, sides, 1.0, active, q)
+    d, _, _, status, _ = solve_contact(C, nodes, 1.0, active, q)
     assert status == active_set.NOT_FINITE
     assert not np.isfinite(d)
 
@@ -121,8 +121,8 @@ def test_unsymmetric_problems_meet_all_conditions(n, seed, skewness):
     gap, h = random.uniform(0.0, 2.0, n), random.uniform(0.9, 1.1, n)
     arms = h * random.uniform(0.95, 1.05, n)
     q, active = np.zeros(n), np.zeros(n, bool)
-    sides = np.stack([gap, h, arms], axis=1)
-    d, *_, status, _ = solve_contact(C, sides, 3.0, active, q)
+    nodes = active_set.NodeConditions(gap, h, arms)
+    d, *_, status, _ = solve_contact(C, nodes, 3.0, active, q)
     assert status == active_set.CONVERGED
     opening = gap + C @ q - d * h
     assert (q >= 0.0).all()
@@ -152,7 +152,7 @@ def test_deflection_grows_with_load_as_hertz_says(problem):
     torque = np.array([20.0, 100.0])
     cycle = solve_cycle(problem, torque, [0.0])
     load = cycle.mesh_force[:, 0] / problem.face_width
-    softness = cycle.approach[:, 0] / load
+    softness = cycle.ste[:, 0] / load
     s1 = problem.pair.pitch_point
     rho = s1, problem.pair.line_of_action - s1
     steel = hertz.Material(206e9, 0.3)

@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from contact_at import contact_at
 
-from fegear.contact.instants import contact_at
 from fegear.contact.problem import back_side_position, solve_cycle
 from fegear.errors import InputError
 from fegear.excitation import Excitations, Source
@@ -49,7 +49,7 @@ def test_pairs_count_anew_in_each_base_pitch(uneven):
     for n in (0, 5, 30, 39):
         alone = solve_cycle(uneven, [100.0], [position[n] + pitch[n]])
         assert whole.position[n] == pytest.approx(alone.position[0])
-        assert whole.approach[0, n] == pytest.approx(alone.approach[0, 0], rel=1e-6)
+        assert whole.ste[0, n] == pytest.approx(alone.ste[0, 0], rel=1e-6)
         assert whole.no_load[0, n] == pytest.approx(alone.no_load[0, 0], abs=1e-12)
     assert np.ptp(whole.no_load) > 2e-6
 
@@ -96,7 +96,7 @@ def test_rigid_teeth_follow_the_first_pair_to_touch(uneven, back):
 def test_the_approach_of_a_torque_gives_the_torque(uneven, torque):
     position = np.arange(PITCHES) + 0.3
     cycle = solve_cycle(uneven, [torque], np.full(PITCHES, 0.3), np.arange(PITCHES))
-    found = contact_at(uneven, position, cycle.approach[0])
+    found = contact_at(uneven, position, cycle.ste[0])
     np.testing.assert_allclose(found.torque, torque, rtol=5e-3)
 
 

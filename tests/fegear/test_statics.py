@@ -58,7 +58,7 @@ def test_mean_error_falls_with_at_least_the_square_of_the_size(pair):
         problem = ContactProblem(
             pair=pair, driver=one, driven=two, face_width=25.4e-3, nodes=49
         )
-        return solve_cycle(problem, [100.0], np.arange(32) / 32).approach.mean()
+        return solve_cycle(problem, [100.0], np.arange(32) / 32).ste.mean()
 
     reference = mean(2.2)
     factors = np.array([0.4, 0.57, 0.8, 1.1])

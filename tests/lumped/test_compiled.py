@@ -75,13 +75,13 @@ def test_the_first_compilation_is_said_once(monkeypatch, caplog, kept, level):
 
 def test_a_mode_of_contact_is_compiled_once():
     """A plain int as an argument would compile the whole chain for each value."""
-    from fegear.contact.active_set import APPROACH, TORQUE
+    from fegear.contact.active_set import STE, TORQUE
 
     @module.njit
     def kind_of(kind):
         return kind
 
-    for kind in (TORQUE, APPROACH):
+    for kind in (TORQUE, STE):
         kind_of(kind)
     assert len(kind_of.signatures) == 1
     assert not isinstance(TORQUE, int)

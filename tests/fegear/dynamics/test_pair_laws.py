@@ -8,12 +8,12 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from contact_at import contact_at
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.interpolate import PchipInterpolator
 from scipy.optimize import root
 
-from fegear.contact.instants import contact_at
 from fegear.contact.pair_laws import NOMINAL, TURNED, pair_laws
 from fegear.contact.problem import back_side_position
 from fegear.gearset.model import Relief

@@ -14,7 +14,6 @@ from skfem import Basis, ElementTriP2, ElementVector, MeshTri2, condense, solve
 from skfem.models.elasticity import linear_elasticity
 
 from fegear.contact.loads import PatchLoad, patch_loads
-from fegear.contact.patches import GAP
 from fegear.contact.problem import run_kernel
 from fegear.elasticity import halfplane
 from fegear.elasticity.body_stress import ToothLoad, nodal_stress
@@ -126,12 +125,12 @@ def test_flanks_yield_by_what_closes_the_gap(name, position, request):
     scene = request.getfixturevalue(name)
     problem = scene.problem
     solved = run_kernel(problem, np.array([TORQUE]), np.array([position]))
-    approach = solved.rows.approach[0, 0]
+    approach = solved.rows.ste[0, 0]
     gears = {role: loaded_sectors(scene, role, position) for role in ROLES}
     for load in gears["driver"][0]:
         pair = list(solved.teeth).index(load.tooth)
         lever = solved.patches[pair].lever[0] / problem.pair.driver.base_radius
-        closed = approach * lever - solved.nodes[pair, :, GAP]
+        closed = approach * lever - solved.nodes[pair].gap
         yielding = np.zeros(len(load.normal))
         for role, sign in (("driver", 1), ("driven", -1)):
             arcs = getattr(load, f"{role}_arcs")

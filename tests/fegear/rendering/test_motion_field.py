@@ -96,7 +96,7 @@ def test_back_flanks_touch_where_the_backlash_is_used_up(name, position, request
     """Loaded points of both gears, moved as drawn, are in the same place."""
     scene = request.getfixturevalue(name)
     cycle = solve_cycle(scene.problem, [-TORQUE], [position])
-    approach = float(cycle.approach[0, 0])
+    approach = float(cycle.ste[0, 0])
     loads = {
         (int(k), True): float(-load)
         for k, load in zip(cycle.teeth, cycle.load[0, 0], strict=True)

@@ -1,7 +1,6 @@
 """Contact forces where the approach of the gears is given, as it is in motion.
 
-`solve_drive_side` makes the pair laws; `contact_at`, all pairs together, is what
-they are measured by.
+All pairs together: what the pair laws of the dynamics are measured by.
 """
 
 from __future__ import annotations
@@ -12,12 +11,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fegear.contact.problem import (
-    ContactFailure,
     ContactProblem,
     back_side_position,
     candidate_pairs,
     pair_gaps,
-    solve_pairs,
+    solve_drive_side,
 )
 
 Array = NDArray[np.float64]
@@ -83,39 +81,11 @@ def _one_side(
     gaps = pair_gaps(problem, passed, back == 1)
     rows, cells = solve_drive_side(problem, teeth, gaps, position - whole, approach)
     width = problem.face_width
-    drag = problem.friction * cells.approach
-    arm = cells.lever[..., 0] - drag * cells.lever[..., 2]
+    mu = problem.friction * cells.sliding_sign
+    arm = cells.lever[..., 0] - mu * cells.lever[..., 2]
     load = cells.load * width
     slope = np.where(load.any(axis=1), rows.slope * width, 0.0)
     return Instants(teeth, (load * arm).sum(axis=1), slope, load, cells.pressure)
-
-
-def solve_drive_side(
-    problem: ContactProblem,
-    teeth: NDArray[np.int64],
-    gaps: Array,
-    position: Array,
-    approach: Array,
-    turned: bool = False,
-) -> tuple[np.recarray, np.recarray]:
-    """The kernel's rows (n,) and cells (n, k) for chosen tooth pairs (k,).
-
-    gaps : (n, k) extra gap of each pair [m]
-    turned : friction acts against the nominal sliding direction
-    """
-    from fegear.contact.cycle import APPROACH
-
-    given = np.ascontiguousarray(approach[None, :])
-    solved = solve_pairs(problem, teeth, gaps, position, APPROACH, given, turned)
-    rows, cells = solved.rows[0], solved.cells[0]
-    failed = np.flatnonzero(rows.status != 0)
-    if failed.size:
-        n = failed[0]
-        raise ContactFailure(
-            f"contact not solved at position {position[n]:g}, approach "
-            f"{approach[n]:g} m: status {rows.status[n]}"
-        )
-    return rows, cells
 
 
 def _nothing() -> tuple[Array, ...]:
