@@ -1,1 +1,90 @@
-"""Contact of spur gear teeth by plane finite elements."""
+"""Contact and vibration of spur gears by plane finite elements.
+
+A gear set is loaded from a file, taken from those that come with the package, or made
+of tables with the keys of such a file. Every function below takes one and settings,
+and returns a frozen result; SI units throughout, named where there is doubt.
+
+A table of mesh stiffness and transmission error, with its discretisation error:
+
+>>> import fegear
+>>> gears = fegear.load_gear_set("liu-pair", {"mesh.1.tip_relief.magnitude_um": 10})
+>>> table = fegear.solve_mesh(gears, torques=[100.0])
+>>> print(f"{table.table['stiffness_N_per_m'].mean():.2e} N/m")
+2.56e+08 N/m
+>>> print(f"error of the mean transmission error {table.error.mean:.0e}")
+error of the mean transmission error 1e-04
+>>> table.to_csv("table.csv")
+
+Vibration over speed of a lumped model, on the mesh stiffness of key figures:
+
+>>> stiffness = fegear.Source(kind="rectangular")
+>>> settings = fegear.SweepSettings(model=fegear.LumpedModel(stiffness=stiffness))
+>>> swept = fegear.sweep_speeds(gears, [100.0], range(2000, 3100, 100), settings)
+>>> peak = max(swept.table.rows, key=lambda row: row.dte_rms_m)
+>>> print(f"{1e6 * peak.dte_rms_m:.1f} um at {peak.mesh_frequency_Hz:g} Hz")
+2.4 um at 2600 Hz
+>>> swept.to_csv("sweep.csv")
+
+The same by the finite elements themselves:
+
+>>> gears = fegear.load_gear_set("liu-pair")
+>>> moved = fegear.sweep_elements(gears, [100.0], [2900.0])
+>>> moved.reasons[0][1].partition(":")[0]
+'reduced'
+>>> moved.to_csv("dynamics.csv")
+
+Stress in the teeth, and a picture of it:
+
+>>> stress = fegear.solve_stress(gears, 100.0, position=0.9)
+>>> {name: f"{1e-6 * value:.0f} MPa" for name, value in stress.largest_Pa.items()}
+{'pinion': '1 MPa'}
+>>> stress.draw("contact.png")
+
+`LumpedModel`, `Source`, `StaticsSettings`, `SweepSettings`, `DynamicsSettings`,
+`FiniteElements` and `PictureSettings` say what can be chosen. What cannot be used
+raises `InputError`, in one line. `python -m fegear` is the command line.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import Any
+
+# what is loaded when it is first asked for, so that `import fegear` is cheap
+_HOMES = {
+    "DynamicsSettings": "dynamic_sweeps",
+    "FiniteElements": "dynamics.build",
+    "GearSet": "gearset",
+    "InputError": "errors",
+    "LumpedModel": "lumped_system",
+    "PictureSettings": "pictures",
+    "Records": "dynamic_sweeps",
+    "Source": "excitation",
+    "StaticsSettings": "statics",
+    "SweepSettings": "sweeps",
+    "builtin_names": "gearset",
+    "load_gear_set": "gearset",
+    "lumped_system": "lumped_system",
+    "make_gear_set": "gearset",
+    "read_gear_set": "gearset",
+    "read_mesh_tables": "excitation",
+    "solve_mesh": "statics",
+    "solve_stress": "pictures",
+    "sweep_elements": "dynamic_sweeps",
+    "sweep_speeds": "sweeps",
+}
+__all__ = ["__version__", *_HOMES]
+
+
+def __getattr__(name: str) -> Any:
+    if name == "__version__":
+        from fegear.version import package_version
+
+        return package_version()
+    if name not in _HOMES:
+        raise AttributeError(f"module 'fegear' has no attribute '{name}'")
+    return getattr(import_module(f"fegear.{_HOMES[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    return __all__

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from os import PathLike
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,10 +17,14 @@ from fegear.elasticity.material import Plane, PlaneMaterial
 from fegear.errors import InputError
 from fegear.gearset.model import Gear, GearSet
 from fegear.gearset.pitch_errors import error_periods, mesh_errors
+from fegear.output import write_text
 from fegear.timing import recorded_stages, stage
 from fegear.version import package_version
-from lumped.table import MeshTable
+from lumped.table import MeshTable, format_table
 from meshes import MeshSize
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
 
 Array = NDArray[np.float64]
 Progress = Callable[[str, int, int], None]  # (what, done, of how many)
@@ -100,6 +105,29 @@ class StaticsResult:
     error: ErrorEstimate | None
     seconds: dict[str, float]
     pitches: int = 1
+
+    @property
+    def summary(self) -> dict[str, Any]:
+        """Means, ranges, evidence and doubts, plain values ready for JSON."""
+        from fegear.summary import summary
+
+        return summary(self)
+
+    def to_csv(self, path: str | PathLike[str]) -> None:
+        """Write the table with its header."""
+        write_text(path, format_table(self.table))
+
+    def to_frame(self) -> DataFrame:
+        """The table as a pandas frame; pandas is not installed with this package."""
+        from pandas import DataFrame
+
+        table, shape = self.table, (self.table.torque_Nm.size, self.table.position.size)
+        places = {
+            "torque_Nm": np.broadcast_to(table.torque_Nm[:, None], shape),
+            "position": np.broadcast_to(table.position, shape),
+        }
+        columns = {**places, **table.columns}
+        return DataFrame({name: column.ravel() for name, column in columns.items()})
 
     @property
     def torque_balance(self) -> float:

@@ -106,9 +106,7 @@ def sweep_speeds(
     After Ctrl-C branches hold the speeds that were finished and are not complete.
     """
     settings = settings or SweepSettings()
-    torques = tuple(torques) or input_torques(gear_set)
-    if not torques:
-        raise InputError(f"torques are missing; {gear_set.name} has no load case")
+    torques = required_torques(gear_set, torques)
     progress("stiffness", 0, 1)
     excitations = settings.model.excitations
     systems = [
@@ -129,6 +127,14 @@ def sweep_speeds(
         frequencies=frequencies,
         found=at_torques(torques, settings.directions, branches),
     )
+
+
+def required_torques(gear_set: GearSet, given: Sequence[float]) -> tuple[float, ...]:
+    """Torques on the input gear [N m]: given, or the gear set's load cases."""
+    torques = tuple(given) or input_torques(gear_set)
+    if not torques:
+        raise InputError(f"torques are missing; {gear_set.name} has no load case")
+    return torques
 
 
 def at_torques(

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from fegear.cli.dynamics_run import Run, history_keeper, root_influences, run_sweeps
 from fegear.cli.edits import EditedSet, edit_entries, refuse_idle_edits
 from fegear.cli.groups import grouped
 from fegear.cli.lumped_options import (
@@ -39,10 +37,8 @@ from fegear.cli.sweep_report import tell_sweep
 from fegear.errors import InputError
 
 if TYPE_CHECKING:
-    from fegear.dynamics.build import FiniteElements, Prepared
+    from fegear.dynamic_sweeps import DynamicsSettings
     from fegear.dynamics.respond import DynamicSettings
-    from fegear.lumped_system import LumpedModel
-    from lumped.sweep import Branch
 
 EXAMPLE = "fegear dynamics liu-idler --torque 100 --speeds 800:4200:20 -o d.csv"
 
@@ -110,27 +106,23 @@ class MovingElements:
             require(ok, "--cutoff", self.cutoff, "allowed above 0 to 3e5 Hz")
 
     @property
-    def finite_elements(self) -> FiniteElements:
+    def settings(self) -> DynamicsSettings:
+        from fegear.dynamic_sweeps import DynamicsSettings
         from fegear.dynamics.build import FiniteElements
+        from fegear.excitation import Source
 
         ratio = self.elastic_damping
-        return FiniteElements(
+        elements = FiniteElements(
             fidelity=self.fidelity.value,
             friction=self.friction,
             cutoff_Hz=self.cutoff,
             **({} if ratio is None else {"elastic_damping": ratio}),
         )
-
-    @property
-    def reference(self) -> LumpedModel:
-        """The lumped model whose modes and tables the gears share."""
-        from fegear.excitation import Source
-        from fegear.lumped_system import LumpedModel
-
-        return LumpedModel(
+        return DynamicsSettings(
+            elements=elements,
             translations=self.train.translations,
             damping_ratio=self.train.damping,
-            stiffness=Source(**self.elements.given),
+            source=Source(**self.elements.given),
         )
 
 
@@ -221,106 +213,33 @@ def dynamics_command(
     outputs.require(subject.set_name)
     gear_set, changes = subject.load(torque=torque, damping=moving.train.damping)
     refuse_idle_edits(changes, translations=moving.train.translations)
-    elements, settings = moving.finite_elements, integration.settings
-    frequencies = None if speeds is None else speeds_of(speeds)
+    settings = replace(
+        moving.settings,
+        integration=integration.settings,
+        directions=direction.directions,
+        model_1=model_1,
+    )
+    frequencies = [] if speeds is None else speeds_of(speeds)
     torques = chosen_torques(gear_set, torque or [])
     begin = time.perf_counter()
-    from fegear.excitation import Excitations
-    from fegear.lumped_system import lumped_system, usual_speeds
-    from fegear.sweeps import SweepResult, at_torques
+    from fegear.dynamic_sweeps import Records, sweep_elements
 
+    output = outputs.output
+    records = Records(
+        checkpoint=None if output is None else Path(f"{output}.partial"),
+        resume=outputs.resume,
+        histories=outputs.history,
+        root_stress=outputs.root_stress,
+        entries=edit_entries(changes),
+        tell=complain,
+    )
     with progress_bar(enabled=not outputs.as_json) as report:
-        report("stiffness", 0, 1)
-        reference = moving.reference
-        excitations = reference.excitations
-        assert isinstance(excitations, Excitations)
-        systems = [
-            lumped_system(gear_set, each, reference, excitations) for each in torques
-        ]
-        frequencies = frequencies or usual_speeds(systems[0])
-        run = Run(gear_set, torques, systems, frequencies, direction.directions)
-        report("pair laws and modes", 0, 1)
-        prepared = _prepare(run, elements, settings, excitations)
-        header = _header(run, reference, settings, elements, prepared)
-        header |= edit_entries(changes)
-        history, root_stress = outputs.history, outputs.root_stress
-        records = f"{history}, root stress of {root_stress}" if history else "none"
-        roots = root_influences(gear_set, root_stress, excitations.source.statics)
-        keep = history_keeper(run, prepared, settings, header, history, roots)
-        branches = run_sweeps(
-            *(run, prepared, settings, header, outputs.output, records),
-            *(outputs.resume, keep, report),
+        result = sweep_elements(
+            gear_set, torques, frequencies, settings, records, report
         )
-        beside = _model_1(run, report) if model_1 else []
     if not outputs.as_json:
-        _print_choice(torques, prepared)
-    if outputs.output is not None and not all(branch.complete for branch in branches):
-        complain(f"{outputs.output}.partial is kept, --resume goes on there")
-    result = SweepResult(
-        gear_set=gear_set,
-        model=prepared[0].fidelity,
-        header=header,
-        frequencies=frequencies,
-        found=at_torques(torques, direction.directions, branches),
-        beside=at_torques(torques, direction.directions, beside) if model_1 else (),
-    )
+        for at, reason in result.reasons:
+            say(f"{at:g} N m, {reason}")
+    if output is not None and not all(branch.complete for _, branch in result.found):
+        complain(f"{output}.partial is kept, --resume goes on there")
     tell_sweep(result, outputs, begin)
-
-
-def _prepare(
-    run: Run, elements: FiniteElements, settings: DynamicSettings, excitations: Any
-) -> list[Prepared]:
-    """A stepper for every torque, all of the same fidelity."""
-    from fegear.dynamics.build import prepare
-
-    def prepared(elements: FiniteElements) -> list[Prepared]:
-        given = run.frequencies, elements, settings, excitations
-        return [
-            prepare(run.gear_set, torque, system, *given)
-            for torque, system in zip(run.torques, run.systems, strict=True)
-        ]
-
-    found = prepared(elements)
-    if len({each.fidelity for each in found}) > 1:
-        found = prepared(replace(elements, fidelity="reduced"))
-    return found
-
-
-def _header(
-    run: Run,
-    reference: LumpedModel,
-    settings: DynamicSettings,
-    elements: FiniteElements,
-    prepared: Sequence[Prepared],
-) -> dict[str, str]:
-    from fegear.lumped_system import cap_in_words, file_header
-
-    ratio = run.systems[0].train.damping_ratio
-    words = (
-        f"generalised-alpha, {settings.steps} steps per period or more, tolerance "
-        f"{settings.tolerance:g}, up to {cap_in_words(settings.max_periods)}"
-    )
-    header = file_header(run.gear_set, reference, ratio, words)
-    kept = "; ".join(" + ".join(map(str, each.elastic)) or "0" for each in prepared)
-    return header | {
-        "fidelity": prepared[0].fidelity,
-        "elastic freedoms": kept,
-        "elastic damping ratio": f"{elements.elastic_damping:g}",
-        "friction coefficient": f"{elements.friction:g}",
-    }
-
-
-def _model_1(run: Run, report: Callable[[str, int, int], None]) -> list[Branch]:
-    from lumped.sweep import sweep_all
-
-    return sweep_all(
-        run.systems,
-        run.frequencies,
-        run.directions,
-        report=lambda done, total: report("Model-1", done, total),
-    )
-
-
-def _print_choice(torques: Sequence[float], prepared: Sequence[Prepared]) -> None:
-    for torque, each in zip(torques, prepared, strict=True):
-        say(f"{torque:g} N m, {each.reason}")

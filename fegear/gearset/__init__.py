@@ -4,6 +4,7 @@ from fegear.gearset.model import Gear, GearSet, Mesh, Relief, Shaft
 from fegear.gearset.read import (
     builtin_names,
     load_gear_set,
+    make_gear_set,
     read_gear_set,
     read_gear_set_file,
 )
@@ -16,6 +17,7 @@ __all__ = [
     "Shaft",
     "builtin_names",
     "load_gear_set",
+    "make_gear_set",
     "read_gear_set",
     "read_gear_set_file",
 ]

@@ -52,9 +52,16 @@ def read_gear_set(
 ) -> GearSet:
     """The gear set in TOML text; `source` begins the message of an InputError."""
     try:
-        return build_gear_set(_document(text, edits or {}))
+        return make_gear_set(parsed_toml(text), edits)
     except InputError as error:
         raise InputError(f"{source}: {error}") from None
+
+
+def make_gear_set(
+    tables: Mapping[str, Any], edits: Mapping[str, Any] | None = None
+) -> GearSet:
+    """The gear set of tables with the keys of a gear-set file."""
+    return build_gear_set(_document(tables, edits or {}))
 
 
 def parsed_toml(text: str) -> dict[str, Any]:
@@ -80,8 +87,8 @@ def _builtin_folder() -> Traversable:
     return resources.files("fegear.gearset") / "sets"
 
 
-def _document(text: str, edits: Mapping[str, Any]) -> Document:
-    tables = with_defaults(edited(parsed_toml(text), edits))
+def _document(given: Mapping[str, Any], edits: Mapping[str, Any]) -> Document:
+    tables = with_defaults(edited(given, edits))
     try:
         return Document.model_validate(tables)
     except ValidationError as error:

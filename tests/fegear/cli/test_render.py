@@ -163,7 +163,7 @@ def test_film_has_all_frames_and_ends_where_it_began(tmp_path):
         (("--position", "1.5", "-o", "a.png"), "--position = 1.5; allowed 0 to 1"),
         (("--position", "nan", "-o", "a.png"), "--position = nan"),
         (("--position", "0.5", "-o", "a.gif"), "a film shows all positions"),
-        (("--torque", "0", "-o", "a.png"), "--torque = 0; must be above 0"),
+        (("--torque", "0", "-o", "a.png"), "--torque = 0; must be at least 1e-6"),
         (("--friction", "0.5", "-o", "a.png"), "--friction = 0.5; allowed"),
         (("--scale", "big", "-o", "a.png"), "--scale = big; allowed auto"),
         (("--scale", "-1", "-o", "a.png"), "--scale = -1; allowed auto"),

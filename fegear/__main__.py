@@ -1,0 +1,5 @@
+"""`python -m fegear`, the command line."""
+
+from fegear.cli import main
+
+main()
