@@ -12,8 +12,7 @@ from typing import TYPE_CHECKING, get_args
 import numpy as np
 
 from fegear.errors import InputError
-from fegear.gearset import GearSet, load_gear_set
-from fegear.gearset.edit import parsed_value
+from fegear.gearset.model import GearSet
 from fegear.gearset.phases import mesh_phases
 from fegear.gearset.pitch_errors import error_periods
 from fegear.output import require_writable, write_text, write_whole
@@ -21,7 +20,7 @@ from fegear.printable import printable
 from fegear.rendering.fields import ContactField, MeshScene, Zoom, mesh_scene
 from fegear.rendering.frames import View
 from fegear.rendering.look import Look, Shown, look_of, palette, picture_aspect
-from fegear.rendering.recorded import RecordedMotion, mesh_motion, read_history
+from fegear.rendering.recorded import RecordedMotion
 from fegear.rendering.states import AtRest, InMotion, States
 from fegear.statics import Progress, StaticsSettings
 from fegear.train import mesh_torques_at
@@ -102,24 +101,6 @@ def contact_in_motion(
         *(gear_set, mesh, statics, _title(gear_set, mesh, statics)),
         lambda scene: InMotion(scene, motion, phase),
     )
-
-
-def recorded_motion(
-    path: Path, set_name: str, mesh: int
-) -> tuple[GearSet, RecordedMotion, str]:
-    """A file of histories, with the gear set as it was changed for it.
-
-    mesh : index from 0
-    Returns the changes as `, KEY = VALUE` as well.
-    """
-    file = read_history(path)
-    edits = {key: parsed_value(value) for key, value in file.edits.items()}
-    gear_set = load_gear_set(set_name, edits)
-    if not 0 <= mesh < len(gear_set.meshes):
-        count = len(gear_set.meshes)
-        raise InputError(f"mesh = {mesh + 1}; {gear_set.name} has {count} meshes")
-    changes = "".join(f", {key} = {value}" for key, value in file.edits.items())
-    return gear_set, mesh_motion(file, gear_set, mesh), changes
 
 
 def _title(gear_set: GearSet, mesh: int, statics: StaticsSettings) -> str:

@@ -222,12 +222,17 @@ def _moving_contact(
     film: bool,
 ) -> Contact:
     """Of a recorded motion, in the gear set as it was changed for it."""
-    from fegear.pictures import contact_in_motion, recorded_motion
+    from fegear.gearset import load_gear_set
+    from fegear.gearset.edit import parsed_value
+    from fegear.pictures import contact_in_motion
+    from fegear.rendering.recorded import mesh_motion, read_history
 
     assert drawn.time_history is not None
-    gear_set, motion, changes = recorded_motion(
-        drawn.time_history, drawn.set_name, drawn.mesh - 1
-    )
+    file = read_history(drawn.time_history)
+    edits = {key: parsed_value(value) for key, value in file.edits.items()}
+    gear_set = load_gear_set(drawn.set_name, edits)
+    require_mesh(gear_set, drawn.mesh)
+    motion = mesh_motion(file, gear_set, drawn.mesh - 1)
     _require_same(drawn, plane, motion)
     statics = replace(statics, friction=motion.friction, plane=motion.plane)
     contact = contact_in_motion(gear_set, drawn.mesh - 1, motion, statics)
@@ -235,6 +240,7 @@ def _moving_contact(
     first, count = motion.filmed
     if film and count < motion.cycles:
         title += f", cycle {first + 1} of {motion.cycles}"
+    changes = "".join(f", {key} = {value}" for key, value in file.edits.items())
     title += f", {motion.torque:g} N m on the input{changes}"
     return replace(contact, title=title)
 

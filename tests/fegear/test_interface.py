@@ -1,0 +1,120 @@
+"""`import fegear`: the examples of its help and of the README run, and it is cheap."""
+
+from __future__ import annotations
+
+import doctest
+import re
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+import fegear
+from fegear.version import package_version
+
+README = Path(__file__).parents[2] / "README.md"
+BLOCK = re.compile(r"^```python\n(.*?)^```", re.MULTILINE | re.DOTALL)
+FAST = fegear.Source(kind="rectangular")
+
+
+@pytest.fixture(autouse=True)
+def elsewhere(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+
+
+def test_examples_of_the_help(tmp_path):
+    assert doctest.testmod(fegear).attempted > 15
+    assert doctest.testmod(fegear).failed == 0
+    names = {"table.csv", "sweep.csv", "dynamics.csv", "contact.png"}
+    assert names <= {path.name for path in tmp_path.iterdir()}
+
+
+def test_examples_are_short():
+    for block in re.findall(r"((?:^>>>.*\n(?:(?!>>>|$).*\n)*)+)", fegear.__doc__, re.M):
+        assert 0 < block.count(">>>") < 10
+
+
+def test_the_section_of_the_readme():
+    section = README.read_text("utf-8").partition("\n## Python\n")[2]
+    blocks = BLOCK.findall(section.partition("\n## ")[0])
+    assert len(blocks) >= 2
+    names: dict[str, object] = {}
+    for block in blocks:
+        assert len(block.splitlines()) < 20
+        exec(compile(block, "README.md", "exec"), names)
+
+
+def test_what_it_offers_is_there():
+    for name in fegear.__all__:
+        assert getattr(fegear, name) is not None
+    assert fegear.__version__ == package_version()
+    assert set(fegear.__all__) == set(dir(fegear))
+    with pytest.raises(AttributeError, match="no attribute 'nothing'"):
+        _ = fegear.nothing
+
+
+def test_functions_and_results_say_what_they_are():
+    for name in set(fegear.__all__) - {"__version__"}:
+        assert (getattr(fegear, name).__doc__ or "").strip(), name
+
+
+def test_it_is_a_program():
+    words = [sys.executable, "-m", "fegear", "--version"]
+    done = subprocess.run(words, capture_output=True, text=True, check=True)
+    assert done.stdout == f"fegear {package_version()}\n"
+
+
+def test_a_gear_set_made_in_python():
+    gear = {"module_mm": 2.0, "pressure_angle_deg": 20.0, "face_width_mm": 20.0}
+    tables = {
+        "name": "made",
+        "gear": [
+            {"name": "a", "teeth": 30, "hub_radius_mm": 12.0, **gear},
+            {"name": "b", "teeth": 45, "hub_radius_mm": 20.0, **gear},
+        ],
+        "mesh": [{"driver": "a", "driven": "b", "operating_pressure_angle_deg": 20}],
+    }
+    made = fegear.make_gear_set(tables, {"gear.a.teeth": 31})
+    assert [gear.geometry.teeth for gear in made.gears] == [31, 45]
+    with pytest.raises(fegear.InputError, match="teeth"):
+        fegear.make_gear_set(tables, {"gear.a.teeth": 3})
+
+
+def test_frames_where_pandas_is_there(monkeypatch):
+    frames = SimpleNamespace(DataFrame=lambda data: data)
+    monkeypatch.setitem(sys.modules, "pandas", frames)
+    gears = fegear.load_gear_set("liu-pair")
+    settings = fegear.StaticsSettings(positions=4, resolution="coarse")
+    table = fegear.solve_mesh(gears, 0, [50.0, 100.0], settings)
+    columns = table.to_frame()
+    np.testing.assert_array_equal(columns["torque_Nm"], [50.0] * 4 + [100.0] * 4)
+    np.testing.assert_array_equal(columns["position"], [0.0, 0.25, 0.5, 0.75] * 2)
+    np.testing.assert_array_equal(columns["ste_m"], table.table["ste_m"].ravel())
+    model = fegear.LumpedModel(stiffness=FAST)
+    sweep = fegear.SweepSettings(model=model, directions=("up",))
+    rows = fegear.sweep_speeds(gears, [100.0], [2000.0, 2100.0], sweep).to_frame()
+    assert [row["mesh_frequency_Hz"] for row in rows] == [2000.0, 2100.0]
+
+
+def test_the_summary_of_a_sweep_is_that_of_the_command(capsys):
+    from fegear.cli import run
+
+    gears = fegear.load_gear_set("liu-pair")
+    settings = fegear.SweepSettings(model=fegear.LumpedModel(stiffness=FAST))
+    found = fegear.sweep_speeds(gears, [100.0], [2000.0, 2100.0], settings)
+    words = "sweep liu-pair --excitation rectangular --torque 100 --speeds 2000,2100"
+    assert run([*words.split(), "-o", "command.csv"]) == 0
+    found.to_csv("python.csv")
+    texts = (Path(f"{name}.csv").read_text() for name in ("command", "python"))
+    assert len(set(texts)) == 1
+
+
+def test_torques_that_are_nowhere():
+    pair = fegear.load_gear_set("liu-pair")
+    gears = replace(pair, meshes=(replace(pair.meshes[0], torques=()),))
+    with pytest.raises(fegear.InputError, match="torques"):
+        fegear.sweep_speeds(gears, (), [2000.0])
