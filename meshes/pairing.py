@@ -83,11 +83,6 @@ class GearPair:
         return GearPair(self.driven, self.driver, self.center_distance)
 
 
-def center_distance_at(one: SpurGear, two: SpurGear, pressure_angle: float) -> float:
-    """Centre distance [m] that gives the operating pressure angle [rad]."""
-    return (one.base_radius + two.base_radius) / math.cos(pressure_angle)
-
-
 def require_common_pitch(pair: GearPair) -> None:
     one, two = pair.driver.base_pitch, pair.driven.base_pitch
     if abs(one - two) > 1e-9 * one:

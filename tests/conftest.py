@@ -11,7 +11,6 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 import pytest
 
 from meshes import GearPair, SpurGear
-from meshes.pairing import center_distance_at
 
 MODULE = 2.54e-3
 ADDENDUM = 2.74842621e-3  # gives contact ratio 1.504
@@ -32,6 +31,11 @@ def private_cache(tmp_path_factory):
         del os.environ["FEGEAR_CACHE_DIR"]
     else:
         os.environ["FEGEAR_CACHE_DIR"] = before
+
+
+def center_distance_at(one: SpurGear, two: SpurGear, pressure_angle: float) -> float:
+    """Centre distance [m] that gives the operating pressure angle [rad]."""
+    return (one.base_radius + two.base_radius) / math.cos(pressure_angle)
 
 
 def make_gear(teeth: int, hub_radius: float, **changes) -> SpurGear:

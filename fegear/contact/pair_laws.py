@@ -1,9 +1,9 @@
-"""The load of every tooth pair over its squeeze, for gears in motion.
+"""The load of every tooth pair over its penetration, for gears in motion.
 
 A pair is solved alone, finite elements and half-plane together, at a grid of
-positions and squeezes; in motion its load is read from there. Pairs of a mesh act on
-each other through the smooth compliance between their points of contact, which the
-laws leave out and `coupling` holds.
+positions and penetrations; in motion its load is read from there. Pairs of a mesh act
+on each other through the smooth compliance between their points of contact, which the
+laws leave out: it is their `normal` and `tangential`.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ from fegear.contact.problem import (
 from fegear.elasticity.flank_grid import flank_stencils
 
 Array = NDArray[np.float64]
-CELLS = 32  # squeezes of a law, denser toward zero
-REACH = 3.0  # times the largest squeeze of the law within which pairs are kept
-TYPICAL = CELLS // 3  # squeeze at which the load's centre is taken
+CELLS = 32  # penetrations of a law, denser toward zero
+REACH = 3.0  # times the largest penetration of the law within which pairs are kept
+TYPICAL = CELLS // 3  # penetration at which the load's centre is taken
 FAR_GAP = 1e-2  # [m] beyond any deflection
-NOMINAL, TURNED = 0, 1
+NOMINAL, REVERSED = 0, 1  # friction
 
 
 @dataclass(frozen=True)
@@ -36,17 +36,17 @@ class PairLaws:
 
     teeth : (k,) base pitches by which each pair is ahead of the reference pair of
         the drive side
-    gap : (n, k) squeeze that is missing where unmodified flanks would touch [m],
+    gap : (n, k) penetration that is missing where unmodified flanks would touch [m],
         of the mate's normal; large where flanks do not face each other
     lever : (n, k, 4) arms of normal and friction force about driver and driven
         centre [m]
     arc : (n, k, 2) of the load's centre from the tip corners [m]
     sliding : (n, k) +1 before the pitch point, -1 behind it
-    squeeze : (j,) from 0, increasing [m]
-    load : (n, k, 2, j) with friction as nominally and turned [N]
+    penetration : (j,) from 0, increasing [m]
+    load : (n, k, 2, j) with friction as nominally and reversed [N]
     pressure : (n, k, j) largest contact pressure [Pa]
-    normal, tangential : (n, k, k) squeeze of the first pair per normal, or rootward,
-        load on the second [m/N]; zero on the diagonal
+    normal, tangential : (n, k, k) penetration of the first pair per normal, or
+        rootward, load on the second [m/N]; zero on the diagonal
     """
 
     teeth: NDArray[np.int64]
@@ -54,7 +54,7 @@ class PairLaws:
     lever: Array
     arc: Array
     sliding: Array
-    squeeze: Array
+    penetration: Array
     load: Array
     pressure: Array
     normal: Array
@@ -64,46 +64,33 @@ class PairLaws:
 def pair_laws(
     problem: ContactProblem, position: Array, reach: float, back: bool = False
 ) -> PairLaws:
-    """Laws at positions (n,), for squeezes up to `reach` [m].
+    """Laws at positions (n,), for penetrations up to `reach` [m].
 
-    back : of the back flanks, whose squeeze counts from where those touch
+    back : of the back flanks, whose penetration counts from where those touch
     Pitch errors are left out. Raises ContactFailure where no solution was found.
     """
     place = back_side_position(problem.pair, position) if back else position
     candidates = candidate_pairs(problem.pair, place)
     none = np.zeros((place.size, candidates.size))
     _, cells = solve_drive_side(problem, candidates, none, place, np.zeros(place.size))
-    squeeze = reach * np.linspace(0.0, 1.0, CELLS + 1) ** 2
-    base_radius = problem.pair.driver.base_radius
-    closing = cells.lever[..., 0] / base_radius  # squeeze per approach
+    penetration = reach * np.linspace(0.0, 1.0, CELLS + 1) ** 2
+    closing = cells.lever[..., 0] / problem.pair.driver.base_radius  # penetration / ste
     facing = cells.gap < FAR_GAP
     gap = np.where(facing, cells.gap * closing, FAR_GAP)
     kept = np.flatnonzero(gap.min(axis=0) < REACH * reach)
-    sides = (False, True) if problem.friction > 0.0 else (False,)
-    arc = cells.arc[:, kept]
-    load = np.zeros((place.size, kept.size, 2, squeeze.size))
-    pressure = np.zeros((place.size, kept.size, squeeze.size))
+    teeth, arc = candidates[kept], cells.arc[:, kept]
+    load = np.zeros((place.size, kept.size, 2, penetration.size))
+    pressure = np.zeros((place.size, kept.size, penetration.size))
     for column, k in enumerate(kept):
         here = np.flatnonzero(facing[:, k])
-        approach = cells.gap[here, k, None] + squeeze[1:] / closing[here, k, None]
-        for turned in sides:
-            _, found = solve_drive_side(
-                problem,
-                candidates[[k]],
-                np.zeros((approach.size, 1)),
-                np.repeat(place[here], CELLS),
-                approach.ravel(),
-                turned,
-            )
-            values = found.load.reshape(approach.shape) * problem.face_width
-            load[here, column, int(turned), 1:] = values
-            if not turned:
-                peak = found.pressure.reshape(approach.shape)
-                pressure[here, column, 1:] = peak
-                arc[here, column] = found.arc.reshape(*approach.shape, 2)[:, TYPICAL]
-    if len(sides) == 1:
-        load[:, :, TURNED] = load[:, :, NOMINAL]
-    teeth = candidates[kept]
+        ste = cells.gap[here, k, None] + penetration[1:] / closing[here, k, None]
+        found = _solve_pair(problem, teeth[column], place[here], ste)
+        load[here, column, :, 1:] = (found.load * problem.face_width)[:, None]
+        pressure[here, column, 1:] = found.pressure
+        arc[here, column] = found.arc[:, TYPICAL]
+        if problem.friction > 0.0:
+            found = _solve_pair(problem, teeth[column], place[here], ste, True)
+            load[here, column, REVERSED, 1:] = found.load * problem.face_width
     normal, tangential = _coupling(problem, teeth, arc)
     return PairLaws(
         teeth=-teeth if back else teeth,
@@ -111,12 +98,28 @@ def pair_laws(
         lever=cells.lever[:, kept],
         arc=arc,
         sliding=cells.sliding_sign[:, kept],
-        squeeze=squeeze,
+        penetration=penetration,
         load=load,
         pressure=pressure,
         normal=normal,
         tangential=tangential,
     )
+
+
+def _solve_pair(
+    problem: ContactProblem,
+    tooth: np.int64,
+    position: Array,
+    ste: Array,
+    friction_reversed: bool = False,
+) -> np.recarray:
+    """Cells (n, j) of one pair alone at positions (n,), transmission errors (n, j)."""
+    place = np.repeat(position, ste.shape[1])
+    none = np.zeros((place.size, 1))
+    _, cells = solve_drive_side(
+        problem, np.array([tooth]), none, place, ste.ravel(), friction_reversed
+    )
+    return cells.reshape(ste.shape).view(np.recarray)
 
 
 def _coupling(
@@ -132,20 +135,18 @@ def _coupling(
     ]
     normal, tangential = (np.zeros((positions, pairs, pairs)) for _ in range(2))
     reach = tables.shape[2] // 2
-    for seen in range(pairs):
-        for loaded in range(pairs):
-            apart = int(teeth[seen] - teeth[loaded])
-            if seen == loaded or abs(apart) > reach:
-                continue
-            for g, (first, weight) in enumerate(stencils):
-                # ahead is to the right on the driver, to the left on the driven gear
-                offset = apart if g == 0 else -apart
-                at = [(first[:, p], weight[:, p]) for p in (seen, loaded)]
-                normal[:, seen, loaded] += _between(tables[g, 0, reach + offset], *at)
-                # normal displacement under friction, by Maxwell's theorem
-                tangential[:, seen, loaded] += _between(
-                    tables[g, 1, reach - offset], *at[::-1]
-                )
+    for receiver, source in np.ndindex(pairs, pairs):
+        apart = int(teeth[receiver] - teeth[source])
+        if receiver == source or abs(apart) > reach:
+            continue
+        for g, (first, weight) in enumerate(stencils):
+            # ahead is to the right on the driver, to the left on the driven gear
+            offset = apart if g == 0 else -apart
+            at = [(first[:, p], weight[:, p]) for p in (receiver, source)]
+            here = slice(None), receiver, source
+            normal[here] += _between(tables[g, 0, reach + offset], *at)
+            # normal displacement under friction, by Maxwell's theorem
+            tangential[here] += _between(tables[g, 1, reach - offset], *at[::-1])
     return normal / problem.face_width, tangential / problem.face_width
 
 

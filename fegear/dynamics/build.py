@@ -18,8 +18,8 @@ from fegear.dynamics.choice import (
     choose,
     harmonic_amplitudes,
 )
+from fegear.dynamics.cross_mesh import cross_mesh_compliance
 from fegear.dynamics.elastic import ElasticGear, Rayleigh, mass_damping
-from fegear.dynamics.far import far_coupling
 from fegear.dynamics.memory import full_bytes, require_memory
 from fegear.dynamics.model import DynamicModel, dynamic_model
 from fegear.dynamics.respond import DynamicSettings, ReducedStepper, Stepper
@@ -110,7 +110,7 @@ def prepare(
         mesh_laws(gear_set, mesh, float(table["ste_m"].max()), statics)
         for mesh, table in enumerate(tables)
     ]
-    far = far_coupling(gear_set, laws, statics)
+    far = cross_mesh_compliance(gear_set, laws, statics)
     if elements.fidelity == "full":
         from fegear.dynamics.full import full_model
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from fegear.elasticity.modes import GearModes
 
 Array = NDArray[np.float64]
+REAL = ("rigidity", "elastic_damping", "coupling", "cosine", "sine")
 
 
 @dataclass(frozen=True)
@@ -48,24 +49,19 @@ class ElasticGear:
 
 
 def elastic_body(number: int, gear: ElasticGear | None) -> dict[str, NDArray[Any]]:
-    """Arrays over the elastic modes of one gear; partners count within it."""
+    """Arrays over the elastic modes of one gear as in `ModalMatrices`.
+
+    Partners count within the gear.
+    """
     if gear is None:
-        none, nobody = np.empty(0), np.empty(0, np.int64)
-        return {
-            "rigidity": none,
-            "elastic_damping": none,
-            "coupling": none,
-            "owner": nobody,
-            "partner": nobody,
-            "cosine": none,
-            "sine": none,
-        }
+        none: dict[str, NDArray[Any]] = dict.fromkeys(REAL, np.empty(0))
+        return none | dict.fromkeys(("owner", "partner"), np.empty(0, np.int64))
     modes = gear.modes
     angular = 2.0 * np.pi * modes.frequencies_Hz
     turn = 2.0 * np.pi * modes.nodal_diameters / modes.teeth
     single = (modes.nodal_diameters == 0) | (2 * modes.nodal_diameters == modes.teeth)
-    # the symmetric mode of a pair comes first
-    symmetric = single | _first_of_pair(single)
+    # pairs follow each other, the symmetric mode first
+    symmetric = single | (np.cumsum(~single) % 2 == 1)
     step = np.where(single, 0, np.where(symmetric, 1, -1))
     return {
         "rigidity": angular**2,
@@ -77,12 +73,3 @@ def elastic_body(number: int, gear: ElasticGear | None) -> dict[str, NDArray[Any
         "cosine": np.cos(turn),
         "sine": np.where(single, 0.0, step * np.sin(turn)),
     }
-
-
-def _first_of_pair(single: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    first = np.zeros(single.size, bool)
-    i = 0
-    while i < single.size:
-        first[i] = True
-        i += 1 if single[i] else 2
-    return first

@@ -21,18 +21,18 @@ def contact_laws(
     sides: Sequence[ContactSide],
     rows: ContactJacobian,
     body: ModalMatrices,
-    beside: tuple[Array, Array] | None,
+    cross_mesh: tuple[Array, Array] | None,
 ) -> Contacts:
     """Laws of all contacts.
 
-    beside : (p, c, c) what the laws and the coordinates lack of the compliance
+    cross_mesh : normal and tangential cross-mesh compliance (p, c, c) [m/N]
     """
     mesh_of = rows.mesh_of
-    normal, tangential = _remaining(sides, rows, body)
-    if beside is not None:
-        normal += beside[0]
-        tangential += beside[1]
-    squeezes = {side.mesh: side.laws.squeeze for side in sides}
+    normal, tangential = _residual_compliance(sides, rows, body)
+    if cross_mesh is not None:
+        normal += cross_mesh[0]
+        tangential += cross_mesh[1]
+    penetrations = {side.mesh: side.laws.penetration for side in sides}
     arms = np.concatenate([s.laws.lever.T[2:] for s in sides], axis=1)
     return Contacts(
         first=np.searchsorted(mesh_of, np.arange(mesh_of[-1] + 2)),
@@ -41,8 +41,8 @@ def contact_laws(
         # the back flanks slide the other way
         sliding=np.concatenate([s.side * s.laws.sliding.T for s in sides]),
         arms=np.ascontiguousarray(arms),
-        knots=np.array(list(squeezes.values())),
-        law=np.concatenate([_cubics(s.laws.squeeze, _loads(s)) for s in sides]),
+        knots=np.array(list(penetrations.values())),
+        law=np.concatenate([_cubics(s.laws.penetration, _loads(s)) for s in sides]),
         normal_compliance=normal,
         tangential_compliance=tangential,
         errors=_errors(sides),
@@ -57,23 +57,26 @@ def _errors(sides: Sequence[ContactSide]) -> Array:
 
 
 def _loads(side: ContactSide) -> Array:
-    """Loads (p, k, 2, j) with friction as it is nominally on this side, and turned."""
+    """Loads (p, k, 2, j) with friction as is nominal on this side, then reversed."""
     return side.laws.load if side.side == DRIVE else side.laws.load[:, :, ::-1]
 
 
-def _cubics(squeeze: Array, load: Array) -> Array:
+def _cubics(penetration: Array, load: Array) -> Array:
     """Monotone cubics (k, p, 2, j, 4) of loads (p, k, 2, j + 1), by rising power."""
-    pieces = PchipInterpolator(squeeze, load, axis=3).c  # (4, j, p, k, 2)
+    pieces = PchipInterpolator(penetration, load, axis=3).c  # (4, j, p, k, 2)
     return np.ascontiguousarray(pieces[::-1].transpose(3, 2, 4, 1, 0))
 
 
-def _remaining(
+def _residual_compliance(
     sides: Sequence[ContactSide], rows: ContactJacobian, body: ModalMatrices
 ) -> tuple[Array, Array]:
-    """Static compliance (p, c, c) between contacts less that of the coordinates."""
-    closing, rootward, mesh_of = rows.normal, rows.tangential, rows.mesh_of
+    """Static compliance (p, c, c) between contacts less that of the modes [m/N].
+
+    R = C - sum_i w_i w_i^T / omega_i^2 with the Jacobian w of mode i (MacNeal 1971).
+    """
+    mesh_of = rows.mesh_of
     hubs, rigidity = body.damping.size, body.rigidity
-    contacts, positions = closing.shape[:2]
+    contacts, positions = rows.normal.shape[:2]
     normal, tangential = (np.zeros((positions, contacts, contacts)) for _ in range(2))
     begin = 0
     for side in sides:
@@ -85,9 +88,9 @@ def _remaining(
         for d, two in enumerate(mesh_of):
             here, there = _common(rows, hubs, one, two)
             softness = 1.0 / rigidity[rows.columns[one, here] - hubs]
-            seen = closing[c][:, here] * softness
-            normal[:, c, d] -= (seen * closing[d][:, there]).sum(axis=1)
-            tangential[:, c, d] -= (seen * rootward[d][:, there]).sum(axis=1)
+            receiver = rows.normal[c][:, here] * softness
+            for out, source in ((normal, rows.normal), (tangential, rows.tangential)):
+                out[:, c, d] -= (receiver * source[d][:, there]).sum(axis=1)
     return normal, tangential
 
 

@@ -46,13 +46,13 @@ def contact_rows(
     for m, column in enumerate(columns):
         table[m, : len(column)] = column
     blocks = [_side_rows(reference, side, elastic, wide) for side in sides]
-    closing, rootward = (np.concatenate(each) for each in zip(*blocks, strict=True))
+    normal, tangential = np.concatenate(blocks, axis=1)
     owner = [np.full(side.laws.teeth.size, side.mesh) for side in sides]
     return ContactJacobian(
         widths=np.array([len(c) for c in columns]),
         columns=table,
-        normal=np.ascontiguousarray(closing),
-        tangential=np.ascontiguousarray(rootward),
+        normal=np.ascontiguousarray(normal),
+        tangential=np.ascontiguousarray(tangential),
         mesh_of=np.concatenate(owner),
         friction=np.array(friction),
         linked=_linked(gear_set),
@@ -70,64 +70,54 @@ def _side_rows(
     side: ContactSide,
     elastic: Sequence[ElasticGear | None],
     wide: int,
-) -> tuple[Array, Array]:
-    """Rows (k, p, wide) of a side's contacts, closing and rootward."""
+) -> Array:
+    """Normal and tangential rows (2, k, p, wide) of the contacts of a flank pair."""
     hub_rows = _hub_rows(reference, side)
-    closing, rootward = (np.zeros((*hub_rows[0].shape[:2], wide)) for _ in range(2))
-    at = hub_rows[0].shape[2]
-    closing[..., :at], rootward[..., :at] = hub_rows
+    at = hub_rows.shape[-1]
+    rows = np.zeros((*hub_rows.shape[:-1], wide))
+    rows[..., :at] = hub_rows
     for g in sorted(side.gears):
         gear = elastic[g]
         if gear is None:
             continue
         end = at + gear.count
         for c, tooth in enumerate(side.teeth(g)):
-            normal, tangential = _mode_rows(
-                gear, int(tooth), side.flank, side.arcs(g)[:, c]
-            )
+            arcs = side.arcs(g)[:, c]
             # inward displacement opens a contact
-            closing[c, :, at:end] = -normal
-            rootward[c, :, at:end] = -tangential
+            rows[:, c, :, at:end] = -_mode_rows(gear, int(tooth), side.flank, arcs)
         at = end
-    return closing, rootward
+    return rows
 
 
-def _mode_rows(
-    gear: ElasticGear, tooth: int, flank: int, arcs: Array
-) -> tuple[Array, Array]:
-    """Inward and rootward displacement (p, modes) of a flank at arcs (p,)."""
+def _mode_rows(gear: ElasticGear, tooth: int, flank: int, arcs: Array) -> Array:
+    """Inward and rootward displacement (2, p, modes) of a flank at arcs (p,)."""
     modes, scale = gear.modes, 1.0 / math.sqrt(gear.width)
-    grid = modes.arcs
-    inside = np.clip(arcs, grid[0], grid[-1])
-    return tuple(  # type: ignore[return-value]
-        scale * PchipInterpolator(grid, values, axis=1)(inside).T
-        for values in (modes.normal_at(tooth, flank), modes.tangential_at(tooth, flank))
-    )
+    inside = np.clip(arcs, modes.arcs[0], modes.arcs[-1])
+    both = modes.normal_at(tooth, flank), modes.tangential_at(tooth, flank)
+    found = PchipInterpolator(modes.arcs, np.stack(both), axis=2)(inside)
+    return scale * found.transpose(0, 2, 1)
 
 
-def _hub_rows(reference: LumpedSystem, side: ContactSide) -> tuple[Array, Array]:
-    """Rows (k, p, h) of a side's contacts over the hub coordinates."""
+def _hub_rows(reference: LumpedSystem, side: ContactSide) -> Array:
+    """Normal and tangential rows (2, k, p, h) over the hub coordinates."""
     space, sense = reference.modes.coordinates, side.sense
-    push = _push(reference, side)
-    aside = sense * np.array([push[1], -push[0]])  # from the driver's centre
+    normal = _contact_normal(reference, side)
+    tangent = sense * np.array([normal[1], -normal[0]])  # from the driver's centre
     lever = side.laws.lever.transpose(1, 0, 2)
-    closing, rootward = (
-        np.zeros((*lever.shape[:2], space.mass.size)) for _ in range(2)
-    )
+    rows = np.zeros((2, *lever.shape[:2], space.mass.size))
     for place, (g, sign) in enumerate(zip(side.gears, (1.0, -1.0), strict=True)):
         rotation = space.places[g, "rotation"]
-        closing[..., rotation] += sense * lever[..., place]
-        rootward[..., rotation] -= sense * lever[..., 2 + place]
-        for axis, normal, along in zip("xy", push, aside, strict=True):
+        rows[0, ..., rotation] += sense * lever[..., place]
+        rows[1, ..., rotation] -= sense * lever[..., 2 + place]
+        for axis, *components in zip("xy", normal, tangent, strict=True):
             if (g, axis) in space.places:
-                closing[..., space.places[g, axis]] += sign * normal
-                rootward[..., space.places[g, axis]] += sign * along
-    shapes = reference.modes.shapes * held(reference)
-    return closing @ shapes, rootward @ shapes
+                for row, component in zip(rows, components, strict=True):
+                    row[..., space.places[g, axis]] += sign * component
+    return rows @ (reference.modes.shapes * held(reference))
 
 
-def _push(reference: LumpedSystem, side: ContactSide) -> Array:
-    """Unit vector of the driver's push on the driven gear."""
+def _contact_normal(reference: LumpedSystem, side: ContactSide) -> Array:
+    """Unit vector of the driver's force on the driven gear."""
     mesh = reference.train.meshes[side.mesh]
     angle = mesh.center_line + side.sense * (0.5 * math.pi - mesh.pressure_angle)
     return np.array([math.cos(angle), math.sin(angle)])

@@ -114,14 +114,14 @@ class ContactField:
     """Both gears at one position.
 
     torque : on the driver that holds the gears [N m]
-    approach : the driver's rotation times its base radius, driven gear held [m]
+    ste : the driver's rotation times its base radius, driven gear held [m]
     pairs : that carry load, none where contact is lost
     instant : of the motion this is a moment of, None for gears at rest
     """
 
     torque: float
     position: float
-    approach: float
+    ste: float
     gears: tuple[GearField, GearField]
     pairs: tuple[PairField, ...]
     instant: Instant | None = None
@@ -239,13 +239,11 @@ def mesh_scene(
     )
 
 
-def require_drawable(scene: MeshScene, approach: float) -> None:
+def require_drawable(scene: MeshScene, ste: float) -> None:
     """Refuse a transmission error [m] beyond which teeth are not in mesh."""
     where = f"{scene.name}, {' and '.join(scene.gear_names)}"
     module = scene.mesh.pair.driver.module
-    for doubt in doubts(
-        Extremes(where=where, module=module, transmission_error=approach)
-    ):
+    for doubt in doubts(Extremes(where=where, module=module, transmission_error=ste)):
         raise InputError(doubt)
 
 
@@ -254,11 +252,11 @@ def contact_field(
 ) -> ContactField:
     """Fields of the teeth in view at a torque on the driver [N m] and a position."""
     solved = run_kernel(scene.problem, np.array([torque]), np.array([position]))
-    approach = float(solved.rows.ste[0, 0])
-    require_drawable(scene, approach)
+    ste = float(solved.rows.ste[0, 0])
+    require_drawable(scene, ste)
     loads = patch_loads(scene.problem, torque, position)
-    gears, pairs = loaded_gears(scene, Stand(position, approach), loads, view)
-    return ContactField(torque, position, approach, gears, pairs)
+    gears, pairs = loaded_gears(scene, Stand(position, ste), loads, view)
+    return ContactField(torque, position, ste, gears, pairs)
 
 
 @dataclass(frozen=True)
@@ -266,12 +264,12 @@ class Stand:
     """How the gears stand to each other.
 
     position : base pitches from the pitch point
-    approach : the driver's rotation times its base radius, driven gear held [m]
+    ste : the driver's rotation times its base radius, driven gear held [m]
     back : whether loads are on the back flanks, and seen in the mirror
     """
 
     position: float
-    approach: float
+    ste: float
     back: bool = False
 
 
@@ -283,7 +281,7 @@ def loaded_gears(
         sector_fields(scene, role, loads, stand.position, view, stand.back)
         for role in ROLES
     )
-    turn = scene.sense * stand.approach / scene.problem.pair.driver.base_radius
+    turn = scene.sense * stand.ste / scene.problem.pair.driver.base_radius
     gears = (
         _gear_field(scene, "driver", driving, stand, turn),
         _gear_field(scene, "driven", driven, stand, 0.0),
@@ -331,40 +329,38 @@ def _gear_field(
     """Sectors in the world; turn is the hub's rotation, counterclockwise [rad]."""
     index = 0 if role == "driver" else 1
     body, center = scene.bodies[index], scene.centers[index]
+    edges = body.sector.mesh.edges
     names = [side + name for name in OUTLINE for side in ("", "left_")]
-    edges = {n: body.sector.mesh.edges[n] for n in names if n in body.sector.mesh.edges}
-    sides = np.vstack(list(edges.values()))[:, [0, 2, 1]]
+    sides = np.vstack([edges[n] for n in names if n in edges])[:, [0, 2, 1]]
     corners = np.unique([edges["fillet"], edges["left_fillet"]])
-    points, triangles, displacement, stress = [], [], [], []
-    tooth, outline, fillet = [], [], []
-    count = 0
+    parts, count = [], 0
     for sector in sectors:
         places, nodes, state = sector.refined()
         frame = scene.frame(role, stand.position, sector.tooth, stand.back)
         if np.linalg.det(frame.turn) < 0.0:  # a mirror image turns triangles over
             nodes = nodes[:, [0, 2, 1, 5, 4, 3]]
-        points.append(frame.places(places))
-        displacement.append(frame.vectors(state[:, :2]))
-        stress.append(frame.stresses(state[:, 2:]))
-        triangles.append(nodes + count)
-        tooth.append(np.full(len(nodes), _pair_tooth(role, sector.tooth, stand.back)))
-        outline.append(sides + count)
-        fillet.append(corners + count)
+        parts.append(
+            {
+                "points": frame.places(places),
+                "triangles": nodes + count,
+                "tooth": np.full(
+                    len(nodes), _pair_tooth(role, sector.tooth, stand.back)
+                ),
+                "outline": sides + count,
+                "fillet": corners + count,
+                "displacement": frame.vectors(state[:, :2]),
+                "stress": frame.stresses(state[:, 2:]),
+            }
+        )
         count += len(places)
-    where, components = np.vstack(points), np.vstack(stress)
-    x, y = (where - center).T
+    joined = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+    x, y = (joined["points"] - center).T
     return GearField(
         name=scene.gear_names[index],
         center=center,
-        points=where,
-        triangles=np.vstack(triangles),
-        tooth=np.concatenate(tooth),
-        outline=np.vstack(outline),
-        fillet=np.concatenate(fillet),
-        displacement=np.vstack(displacement),
         hub_motion=turn * np.stack([-y, x], axis=1),
-        stress=components,
-        out_of_plane=body.sector.material.out_of_plane(components),
+        out_of_plane=body.sector.material.out_of_plane(joined["stress"]),
+        **joined,
     )
 
 

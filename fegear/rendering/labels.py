@@ -37,7 +37,7 @@ def _at_rest(field: ContactField) -> list[str]:
     return [
         f"position {field.position:.3f} base pitches",
         f"torque {field.torque:g} N m",
-        f"transmission error {1e6 * field.approach:.2f} um",
+        f"transmission error {1e6 * field.ste:.2f} um",
     ]
 
 
@@ -52,7 +52,7 @@ def _in_motion(instant: Instant) -> list[str]:
         f"{speed}, {1e3 * instant.time:.4f} ms",
         f"position {instant.position:.3f}",
         force,
-        f"transmission error {1e6 * instant.approach:.2f} um",
+        f"transmission error {1e6 * instant.ste:.2f} um",
     ]
 
 

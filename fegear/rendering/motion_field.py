@@ -39,10 +39,10 @@ def instant_field(
         for (pair, on_back), load in sorted(instant.loads.items())
         if on_back == back
     ]
-    stand = Stand(position, instant.approach, back)
+    stand = Stand(position, instant.ste, back)
     gears, pairs = loaded_gears(scene, stand, loads, view)
     torque = instant.force * scene.problem.pair.driver.base_radius
-    return ContactField(torque, position, instant.approach, gears, pairs, instant)
+    return ContactField(torque, position, instant.ste, gears, pairs, instant)
 
 
 def pair_load(

@@ -30,7 +30,7 @@ class Instant:
     frequency : of the first mesh [Hz]; direction : of the sweep, in words
     time : since the start of the file [s]
     position : base pitches since the start of the mesh's cycle, 0 to 1
-    approach : dynamic transmission error [m]
+    ste : dynamic transmission error [m]
     loads : of each pair, positive [N]
     """
 
@@ -38,7 +38,7 @@ class Instant:
     direction: str
     time: float
     position: float
-    approach: float
+    ste: float
     loads: Mapping[Pair, float]
 
     @property
@@ -94,7 +94,7 @@ class RecordedMotion:
     plane: Plane
     time: Array
     pitch: float
-    approach: Array
+    ste: Array
     loads: Mapping[Pair, Array]
 
     @property
@@ -123,7 +123,7 @@ class RecordedMotion:
         return all(
             np.ptp(values) == 0.0
             or np.abs(values[shift:] - values[:-shift]).max() < REPEATS * np.ptp(values)
-            for values in (self.approach, self.force)
+            for values in (self.ste, self.force)
         )
 
     @property
@@ -150,7 +150,7 @@ class RecordedMotion:
     def extremes(self) -> list[Instant]:
         """Where forces, pair loads and the transmission error are largest."""
         rows = {int(each.argmax()) for each in self.loads.values()}
-        rows |= {int(self.approach.argmin()), int(self.approach.argmax())}
+        rows |= {int(self.ste.argmin()), int(self.ste.argmax())}
         return [self.largest(), *(self.at(row) for row in sorted(rows))]
 
     def at(self, row: float) -> Instant:
@@ -171,9 +171,7 @@ class RecordedMotion:
             direction=self.direction,
             time=float(np.interp(row, np.arange(self.time.size), self.time)),
             position=position,
-            approach=float(
-                (1.0 - part) * self.approach[low] + part * self.approach[low + 1]
-            ),
+            ste=float((1.0 - part) * self.ste[low] + part * self.ste[low + 1]),
             loads={pair: load for pair, load in loads.items() if load > 0.0},
         )
 
@@ -239,7 +237,7 @@ def mesh_motion(file: HistoryFile, gear_set: GearSet, mesh: int) -> RecordedMoti
         plane=_plane(file),
         time=time,
         pitch=pitch,
-        approach=file.column(f"{prefix}_dte_m"),
+        ste=file.column(f"{prefix}_dte_m"),
         loads=loads,
     )
 

@@ -69,7 +69,7 @@ def write_vtu(field: ContactField, path: Path) -> None:
     grid = grid_of(field)
     grid.field_data["torque_Nm"] = [field.torque]
     grid.field_data["position_base_pitches"] = [field.position]
-    grid.field_data["approach_m"] = [field.approach]
+    grid.field_data["approach_m"] = [field.ste]
     grid.field_data["pair_load_N"] = [pair.load for pair in field.pairs]
     grid.save(path)
 

@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from conftest import MODULE, make_gear
+from mesh_quality import smallest_jacobian
 
 from meshes import MeshSize, sector_mesh
 from meshes.layers import layer_radii
 from meshes.outline import floor_radius
-from meshes.sector import smallest_jacobian
 
 
 def gear_of(teeth, hub):

@@ -6,10 +6,9 @@ import math
 
 import numpy as np
 import pytest
-from conftest import make_gear
+from conftest import center_distance_at, make_gear
 
 from meshes import GearPair, GeometryError
-from meshes.pairing import center_distance_at
 
 
 def test_figures_of_the_sample_pair(pair):

@@ -8,12 +8,12 @@ import meshio
 import numpy as np
 import pytest
 from conftest import make_gear
+from mesh_quality import smallest_jacobian
 
 from meshes import MeshSize, sector_mesh
 from meshes.files import write_mesh
 from meshes.gmsh_session import gmsh_model, import_gmsh
 from meshes.profile import fillet_points, flank_points
-from meshes.sector import smallest_jacobian
 
 NANOMETRE = 1e-9
 

@@ -14,7 +14,7 @@ from conftest import SMALL_HUBS
 
 from fegear.dynamics.arrays import Clock
 from fegear.dynamics.build import elastic_damping, mesh_laws
-from fegear.dynamics.far import far_coupling
+from fegear.dynamics.cross_mesh import cross_mesh_compliance
 from fegear.dynamics.model import DynamicModel, ElasticGear, dynamic_model
 from fegear.dynamics.respond import MotionState, ReducedStepper, empty_record
 from fegear.dynamics.scheme import generalized_alpha
@@ -61,7 +61,7 @@ class Case:
     @cached_property
     def beside(self) -> tuple[np.ndarray, np.ndarray] | None:
         """Compliance between contacts of different meshes, for all its models."""
-        far = far_coupling(self.gear_set, self.laws, self.settings)
+        far = cross_mesh_compliance(self.gear_set, self.laws, self.settings)
         return None if far is None else (far, np.zeros_like(far))
 
     def model(self, cutoff: float | None = None, damping: float = 0.01) -> DynamicModel:

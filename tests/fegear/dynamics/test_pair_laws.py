@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from scipy.interpolate import PchipInterpolator
 from scipy.optimize import root
 
-from fegear.contact.pair_laws import NOMINAL, TURNED, pair_laws
+from fegear.contact.pair_laws import NOMINAL, REVERSED, pair_laws
 from fegear.contact.problem import back_side_position
 from fegear.gearset.model import Relief
 
@@ -63,7 +63,7 @@ def together(laws, problem, approach):
     """Loads (n, k) of coupled pairs at approaches (n,)."""
     loads = np.zeros(laws.gap.shape)
     for n, depth in enumerate(approach):
-        law = PchipInterpolator(laws.squeeze, laws.load[n, :, NOMINAL], axis=1)
+        law = PchipInterpolator(laws.penetration, laws.load[n, :, NOMINAL], axis=1)
         drag = problem.friction * laws.sliding[n]
         compliance = laws.normal[n] + laws.tangential[n] * drag
         closing = laws.lever[n, :, 0] / problem.pair.driver.base_radius
@@ -132,13 +132,13 @@ def test_loads_grow_from_nothing(cases, case):
     assert (np.diff(laws.load[facing], axis=-1) > 0.0).all()
     assert (laws.load[~facing] == 0.0).all()
     # contact stiffens as it grows
-    slope = np.diff(laws.load[facing], axis=-1) / np.diff(laws.squeeze)
+    slope = np.diff(laws.load[facing], axis=-1) / np.diff(laws.penetration)
     assert (np.diff(slope, axis=-1) > -1e-3 * slope.max()).all()
 
 
 def test_reversed_friction_has_the_opposite_effect(cases):
     laws = cases.laws("friction")
-    nominal, turned = laws.load[:, :, NOMINAL], laws.load[:, :, TURNED]
+    nominal, turned = laws.load[:, :, NOMINAL], laws.load[:, :, REVERSED]
     assert np.abs(nominal - turned).max() > 1e-3 * nominal.max()
     plain = cases.laws("plain").load[:, :, NOMINAL]
     between = 0.5 * (nominal + turned)

@@ -121,16 +121,16 @@ def test_flanks_touch_on_the_line_of_action(name, position, request):
 @pytest.mark.parametrize("position", [0.0, 0.15, 0.5])
 @pytest.mark.parametrize("name", ["scene", "mirrored"])
 def test_flanks_yield_by_what_closes_the_gap(name, position, request):
-    """Both gears' inward displacement is approach less gap at every loaded node."""
+    """Both gears' inward displacement is ste less gap at every loaded node."""
     scene = request.getfixturevalue(name)
     problem = scene.problem
     solved = run_kernel(problem, np.array([TORQUE]), np.array([position]))
-    approach = solved.rows.ste[0, 0]
+    ste = solved.rows.ste[0, 0]
     gears = {role: loaded_sectors(scene, role, position) for role in ROLES}
     for load in gears["driver"][0]:
         pair = list(solved.teeth).index(load.tooth)
         lever = solved.patches[pair].lever[0] / problem.pair.driver.base_radius
-        closed = approach * lever - solved.nodes[pair].gap
+        closed = ste * lever - solved.nodes[pair].gap
         yielding = np.zeros(len(load.normal))
         for role, sign in (("driver", 1), ("driven", -1)):
             arcs = getattr(load, f"{role}_arcs")

@@ -37,8 +37,8 @@ def mirrored(private_cache) -> MeshScene:
     return mesh_scene(load_gear_set("liu-idler"), 1, settings)
 
 
-def instant(position, approach, loads) -> Instant:
-    return Instant(1600.0, "up", 0.0, position, approach, loads)
+def instant(position, ste, loads) -> Instant:
+    return Instant(1600.0, "up", 0.0, position, ste, loads)
 
 
 @pytest.mark.parametrize("position", [0.0, 0.3, 0.62])
@@ -57,7 +57,7 @@ def test_gears_in_steady_motion_are_those_at_rest(scene):
     view = scene.view("contact", 1.6)
     rest = contact_field(scene, TORQUE, 0.4, view)
     loads = {(pair.tooth, False): pair.load for pair in rest.pairs}
-    moving = instant_field(scene, instant(0.3, rest.approach, loads), 0.1, view)
+    moving = instant_field(scene, instant(0.3, rest.ste, loads), 0.1, view)
     assert moving.position == pytest.approx(0.4)
     for one, other in zip(moving.gears, rest.gears, strict=True):
         # pairs alone have nodes of their own: elements that are not refined compare
@@ -96,13 +96,13 @@ def test_back_flanks_touch_where_the_backlash_is_used_up(name, position, request
     """Loaded points of both gears, moved as drawn, are in the same place."""
     scene = request.getfixturevalue(name)
     cycle = solve_cycle(scene.problem, [-TORQUE], [position])
-    approach = float(cycle.ste[0, 0])
+    ste = float(cycle.ste[0, 0])
     loads = {
         (int(k), True): float(-load)
         for k, load in zip(cycle.teeth, cycle.load[0, 0], strict=True)
         if load
     }
-    moment = instant(position, approach, loads)
+    moment = instant(position, ste, loads)
     assert moment.back
     field = instant_field(scene, moment, 0.0, scene.view("contact", 1.6))
     assert sum(pair.load for pair in field.pairs) == pytest.approx(-moment.force)

@@ -149,7 +149,7 @@ def test_a_film_of_a_long_motion_shows_the_cycle_of_the_largest_force(tmp_path):
     long = replace(
         found,
         time=rows * found.time[1],
-        approach=uneven,
+        ste=uneven,
         loads={(0, False): load, (-1, False): 0.0 * load},
     )
     assert long.cycles == cycles

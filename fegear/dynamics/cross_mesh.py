@@ -22,7 +22,7 @@ from fegear.statics import StaticsSettings
 Array = NDArray[np.float64]
 
 
-def far_coupling(
+def cross_mesh_compliance(
     gear_set: GearSet, laws: Sequence[MeshLaws], settings: StaticsSettings
 ) -> Array | None:
     """Penetration of contact c per load on contact d of another mesh (p, c, c) [m/N].
