@@ -7,6 +7,8 @@ from dataclasses import asdict, dataclass, field
 from os import PathLike
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from fegear.errors import InputError
 from fegear.gearset.model import GearSet
 from fegear.lumped_system import (
@@ -19,7 +21,7 @@ from fegear.lumped_system import (
 )
 from fegear.output import write_text
 from fegear.train import input_torques
-from fegear.unphysical import Extremes, doubts
+from fegear.unphysical import doubts_of_meshes
 from lumped.jumps import find_jumps, find_peaks, largest_responses, opposites
 from lumped.settings import Settings
 from lumped.sweep import Branch, Direction, sweep_all
@@ -209,16 +211,13 @@ def _warnings(result: SweepResult) -> Iterator[str]:
             for response in branch.responses
             if at == torque and response.status != "diverged"
         ]
-        for m, mesh in enumerate(result.gear_set.meshes if responses else ()):
-            yield from doubts(
-                Extremes(
-                    where=f"mesh {m + 1} at {torque:g} N m",
-                    module=mesh.pair.driver.module,
-                    transmission_error=max(float(r.dte_peak[m]) for r in responses),
-                    backlash=mesh.backlash,
-                    back_side=max(float(r.back_side[m]) for r in responses),
-                )
+        if responses:
+            peaks, backs = (
+                np.max([getattr(r, name) for r in responses], axis=0)
+                for name in ("dte_peak", "back_side")
             )
+            where = f" at {torque:g} N m"
+            yield from doubts_of_meshes(result.gear_set.meshes, where, peaks, backs)
 
 
 def edits_in_words(header: Mapping[str, str]) -> str:

@@ -5,9 +5,13 @@ The equations are linear in the teeth and know no strength, so they answer any l
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from math import inf
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from fegear.gearset.model import Mesh
 
 DEFLECTION = 0.1  # of a module: no tooth is still one beyond it
 STEEL = 1.5e9  # Pa, contact pressure that case-hardened gears endure
@@ -51,4 +55,28 @@ def doubts(extremes: Extremes) -> Iterator[str]:
             f"{extremes.where}: without backlash the back flanks touch for "
             f"{100.0 * extremes.back_side:.3g} % of the time and the teeth jam; set "
             "backlash_um, or center_distance_mm and tooth_thinning_um"
+        )
+
+
+def doubts_of_meshes(
+    meshes: Sequence[Mesh],
+    where: str,
+    dte_peak: Iterable[float],
+    back_side: Iterable[float],
+) -> Iterator[str]:
+    """`doubts` of every mesh of a motion.
+
+    where : follows the mesh's number, such as ` at 100 N m`
+    dte_peak : largest dynamic transmission errors [m]; back_side : as in `Extremes`
+    """
+    each = zip(meshes, dte_peak, back_side, strict=True)
+    for number, (mesh, peak, back) in enumerate(each, start=1):
+        yield from doubts(
+            Extremes(
+                where=f"mesh {number}{where}",
+                module=mesh.pair.driver.module,
+                transmission_error=float(peak),
+                backlash=mesh.backlash,
+                back_side=float(back),
+            )
         )

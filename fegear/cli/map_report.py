@@ -72,25 +72,20 @@ def map_warnings(found: ParameterMap, gear_set: GearSet) -> Iterator[str]:
     """What changes nothing, and where the largest values cannot be physical."""
     import numpy as np
 
-    from fegear.unphysical import Extremes, doubts
+    from fegear.unphysical import doubts_of_meshes
 
     for place, axis in enumerate(found.axes):
         if len(axis.values) > 1 and _changes_nothing(found, place):
             yield f"{axis.name} does not change the response"
-    for m, mesh in enumerate(gear_set.meshes):
-        peak, back = (
+    peaks, backs = (
+        [
             float(np.fmax.reduce(found.figure(name, m), axis=None))
-            for name in ("dte_peak_m", "back_side_fraction")
-        )
-        yield from doubts(
-            Extremes(
-                where=f"mesh {m + 1}, at its worst point",
-                module=mesh.pair.driver.module,
-                transmission_error=peak,
-                backlash=mesh.backlash,
-                back_side=back,
-            )
-        )
+            for m in range(found.meshes)
+        ]
+        for name in ("dte_peak_m", "back_side_fraction")
+    )
+    where = ", at its worst point"
+    yield from doubts_of_meshes(gear_set.meshes, where, peaks, backs)
 
 
 def _changes_nothing(found: ParameterMap, place: int) -> bool:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -24,7 +23,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from rich.console import Console
 
-    from fegear.gearset.model import GearSet
     from lumped.motion import TimeHistory
 
 EXAMPLE = "fegear wave liu-idler --speed 2100 --from-speed 3000 --plot w.png"
@@ -82,6 +80,7 @@ def wave_command(
     gear_set, changes = model.load(subject, torque)
     settings, at = integration.settings, middle_torque(gear_set, torque)
     from fegear.lumped_system import file_header, integration_in_words, lumped_system
+    from fegear.unphysical import doubts_of_meshes
     from lumped.motion import DivergedError, arrive, time_history, wave_csv
 
     description = model.lumped_model(gear_set)
@@ -101,24 +100,11 @@ def wave_command(
     }
     outputs.write(lambda: wave_csv(motion, header))
     outputs.draw(lambda: _figure(motion, header))
-    warnings = list(_warnings(motion, gear_set, at))
-    outputs.show(wave_summary(motion, header) | {"warnings": warnings}, print_wave)
-
-
-def _warnings(motion: TimeHistory, gear_set: GearSet, torque: float) -> Iterator[str]:
-    """Where the motion cannot be physical."""
-    from fegear.unphysical import Extremes, doubts
-
-    for m, mesh in enumerate(gear_set.meshes):
-        yield from doubts(
-            Extremes(
-                where=f"mesh {m + 1} at {torque:g} N m",
-                module=mesh.pair.driver.module,
-                transmission_error=float(motion.response.dte_peak[m]),
-                backlash=mesh.backlash,
-                back_side=float(motion.response.back_side[m]),
-            )
-        )
+    found = motion.response
+    where = f" at {at:g} N m"
+    warnings = doubts_of_meshes(gear_set.meshes, where, found.dte_peak, found.back_side)
+    values = wave_summary(motion, header) | {"warnings": list(warnings)}
+    outputs.show(values, print_wave)
 
 
 def _figure(motion: TimeHistory, header: dict[str, str]) -> Figure:
