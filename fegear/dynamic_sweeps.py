@@ -5,17 +5,16 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 from functools import partial
 from hashlib import sha256
 from pathlib import Path
 
 from fegear.dynamics.build import FiniteElements, Prepared, prepare
+from fegear.dynamics.checkpoint import StoredBranch
 from fegear.dynamics.history import format_history, history_name, history_table
-from fegear.dynamics.respond import DynamicSettings, Motion, steps_per_cycle
 from fegear.dynamics.root_stress import RootInfluence, root_influence
-from fegear.dynamics.sweep import sweep_branch
+from fegear.dynamics.stepper import DynamicSettings, Motion, steps_per_cycle
 from fegear.elasticity.sector import cyclic_sector
 from fegear.errors import InputError
 from fegear.excitation import Excitations, Source
@@ -31,7 +30,7 @@ from fegear.output import make_directory, write_text
 from fegear.statics import StaticsSettings
 from fegear.store import Checkpoint, open_checkpoint
 from fegear.sweeps import BOTH, Progress, SweepResult, at_torques, required_torques
-from lumped.sweep import Branch, Direction, sweep_all
+from lumped.sweep import Branch, Direction, run_branches, sweep_all, sweep_branch
 from lumped.system import LumpedSystem
 
 Keep = Callable[[int, Direction, float, Motion], None]
@@ -306,24 +305,15 @@ def _sweep_branches(
             run.frequencies,
             direction,
             run.settings.integration,
-            checkpoint=checkpoint,
-            name=name,
+            store=None if checkpoint is None else StoredBranch(checkpoint, name),
             keep=partial(keep, number, direction),
             passed=passed,
             watch=watch,
             stop=stop,
         )
 
-    with ThreadPoolExecutor(WORKERS) as pool:
-        futures = [pool.submit(sweep, *branch) for branch in run.branches]
-        try:
-            return [future.result() for future in futures]
-        except KeyboardInterrupt:
-            stop.set()
-            return [future.result() for future in futures]
-        except BaseException:
-            stop.set()
-            raise
+    tasks = [partial(sweep, *branch) for branch in run.branches]
+    return run_branches(tasks, stop, WORKERS)
 
 
 def _history_keeper(run: Run, records: Records) -> Keep:

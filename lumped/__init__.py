@@ -4,7 +4,8 @@ from lumped.analytic import StiffnessFigures, analytic_excitation
 from lumped.excitation import MeshExcitation, PairExcitation, excitation_from_table
 from lumped.modes import Modes, natural_modes
 from lumped.pitch_errors import pair_errors
-from lumped.response import History, Response, Status, respond, respond_with_history
+from lumped.respond import respond, respond_with_history
+from lumped.response import History, Response, Status
 from lumped.settings import Settings
 from lumped.sweep import Branch, sweep, sweep_all
 from lumped.system import LumpedSystem

@@ -10,16 +10,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.confirmed import respond_confirmed
 from lumped.csv_text import format_csv
-from lumped.response import (
-    History,
-    Response,
-    Status,
-    respond_with_history,
-    steps_per_period,
-)
+from lumped.respond import respond_confirmed, respond_with_history
+from lumped.response import History, Response, Status
 from lumped.settings import Settings
+from lumped.steppers import steps_per_period
 from lumped.sweep import Direction, sweep
 from lumped.system import LumpedSystem
 
@@ -141,7 +136,8 @@ def arrive(
     direction: Direction = "up" if end > start else "down"
     branch = sweep(system, list(speeds), direction, settings)
     _require_bounded(branch.responses[-1])
-    return branch.responses[-1].state
+    state: Array = branch.responses[-1].state
+    return state
 
 
 def _require_bounded(response: Response) -> None:
@@ -158,7 +154,7 @@ def pair_motions(
     """
     h, stiffness, gap = system.samples(steps_per_period(system, frequency, settings))
     rows = np.arange(history.time.size) % h.size
-    first = system.arrays[6]
+    first = system.arrays.first_pair
     return tuple(
         _pair_motion(
             stiffness[rows][:, :, first[m] : first[m + 1]],

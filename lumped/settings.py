@@ -1,16 +1,44 @@
-"""How to march and when to stop."""
+"""Numerical choices: how to integrate and when a motion counts as periodic."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 METHODS = ("rk4", "dopri5")
 FINEST, USUAL = 1e-13, 1e-8  # error of a step: just above round-off, and by default
 
 
 @dataclass(frozen=True, kw_only=True)
-class Settings:
-    """Numerical choices of a response.
+class SteadySettings:
+    """When a motion counts as periodic, whatever integrates it.
+
+    tolerance : distance to the periodic motion at which it has settled, relative to
+        each mesh's range of deflection
+    max_periods : of the first mesh, after which a motion counts as aperiodic; None
+        for what the damping needs, at least `least_periods`
+    multiples : largest period multiple that is looked for
+    windows : of so many common periods each, at most, over which a motion that does
+        not repeat is measured; a long common period takes fewer
+    """
+
+    least_periods: ClassVar[int]
+    tolerance: float = 1e-4
+    max_periods: int | None = None
+    multiples: int = 8
+    windows: int = 16
+
+    def __post_init__(self) -> None:
+        require_between("tolerance", self.tolerance, 1e-12, 0.1)
+        if self.max_periods is not None:
+            require_between("max_periods", self.max_periods, 1, 1e8)
+        require_between("multiples", self.multiples, 1, 64)
+        require_between("windows", self.windows, 1, 10_000)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Settings(SteadySettings):
+    """Numerical choices of a lumped model's response.
 
     method : rk4, fixed steps, or dopri5, adaptive with located contact changes
     steps : of rk4 per period of the fastest mesh, at least
@@ -18,23 +46,13 @@ class Settings:
     accuracy : of dopri5, error of a step relative to the deflection; None for 1e-8,
         or a thousandth of the tolerance where that is less, so that errors do not
         hide the last decay
-    tolerance : distance to the periodic response at which it has settled, relative
-        to each mesh's range of deflection
-    max_periods : of the first mesh, after which a response counts as aperiodic; None
-        for what the damping needs, at least 2000
-    multiples : largest period multiple that is looked for
-    windows : of so many common periods each, at most, over which a motion that does
-        not repeat is measured; a long common period takes fewer
     """
 
+    least_periods: ClassVar[int] = 2_000
     method: str = "rk4"
     steps: int = 64
     step_angle: float = 0.6
     accuracy: float | None = None
-    tolerance: float = 1e-4
-    max_periods: int | None = None
-    multiples: int = 8
-    windows: int = 16
 
     @property
     def step_error(self) -> float:
@@ -46,20 +64,19 @@ class Settings:
     def __post_init__(self) -> None:
         if self.method not in METHODS:
             raise ValueError(f"method must be rk4 or dopri5, got {self.method}")
-        checks = {
-            "steps": (4 <= self.steps <= 100_000, "4 to 100000"),
-            "step_angle": (0.0 < self.step_angle <= 2.0, "above 0 to 2"),
-            "accuracy": (FINEST <= self.step_error <= 1e-2, "1e-13 to 0.01"),
-            "tolerance": (1e-12 <= self.tolerance <= 0.1, "1e-12 to 0.1"),
-            "max_periods": (
-                1 <= (1 if self.max_periods is None else self.max_periods) <= 10**8,
-                "1 to 1e8",
-            ),
-            "multiples": (1 <= self.multiples <= 64, "1 to 64"),
-            "windows": (1 <= self.windows <= 10_000, "1 to 10000"),
-        }
-        if self.max_periods is None:
-            del checks["max_periods"]
-        for name, (ok, allowed) in checks.items():
-            if not ok:
-                raise ValueError(f"{name} must be {allowed}, got {getattr(self, name)}")
+        require_between("steps", self.steps, 4, 100_000)
+        require_between("step_angle", self.step_angle, 0, 2, above=True)
+        super().__post_init__()
+        if self.accuracy is not None:
+            require_between("accuracy", self.accuracy, FINEST, 0.01)
+
+
+def require_between(
+    name: str, value: float, low: float, high: float, above: bool = False
+) -> None:
+    """Raise ValueError unless low <= value <= high, or low < value with `above`."""
+    if low <= value <= high and not (above and value == low):
+        return
+    allowed = f"{low:g} to {high:g}".replace("e+0", "e").replace("e-0", "e-")
+    start = "above " if above else ""
+    raise ValueError(f"{name} must be {start}{allowed}, got {value}")

@@ -7,18 +7,21 @@ import threading
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from typing import Literal
+from functools import partial
+from typing import Any, Literal, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.confirmed import respond_confirmed
-from lumped.response import Response
-from lumped.settings import Settings
+from lumped.response import Response, Status
+from lumped.settings import Settings, SteadySettings
+from lumped.steady_state import Stepper, Watch, confirmed
+from lumped.steppers import stepper_of
 from lumped.system import LumpedSystem
 
 Array = NDArray[np.float64]
 Direction = Literal["up", "down"]
+Keep = Callable[[float, Any], None]  # (frequency [Hz], what was recorded there)
 Report = Callable[[int, int], None]  # (speeds done, of how many)
 
 
@@ -43,6 +46,79 @@ class Branch:
         return np.array([getattr(response, name) for response in self.responses])
 
 
+class BranchStore(Protocol):
+    """Where the finished speeds of a branch are kept and found again."""
+
+    def finished(self) -> list[Response]:
+        """In the order in which they were passed; the last with its state."""
+
+    def add(self, response: Response) -> None:
+        """Keep a response with its state."""
+
+
+class Stopped(Exception):
+    """A run that was asked to end."""
+
+
+def sweep_branch(
+    stepper: Stepper,
+    frequencies: Sequence[float] | Array,
+    direction: Direction,
+    settings: SteadySettings,
+    *,
+    store: BranchStore | None = None,
+    keep: Keep = lambda frequency, motion: None,
+    passed: Callable[[], None] = lambda: None,
+    watch: Watch = lambda frequency, period: None,
+    stop: threading.Event | None = None,
+) -> Branch:
+    """Pass through mesh frequencies [Hz], each from where the one before settled.
+
+    The frequencies are sorted by the direction; a divergence ends the branch.
+
+    keep : called with the motion of a speed before it counts as finished
+    passed : called after each speed; watch : while the motion goes on, see
+        `steady_state`
+    stop : ends the sweep as soon as the motion is watched
+    """
+    if direction not in ("up", "down"):
+        raise ValueError(f"direction must be up or down, got {direction}")
+
+    def watched(frequency: float, period: int) -> None:
+        if stop is not None and stop.is_set():
+            raise Stopped
+        watch(frequency, period)
+
+    ordered = sorted(frequencies, reverse=direction == "down")
+    responses = [] if store is None else store.finished()
+    for _ in responses:
+        passed()
+    while len(responses) < len(ordered) and not _diverged(responses):
+        if stop is not None and stop.is_set():
+            break
+        before = responses[-1] if responses else None
+        state = None if before is None else before.state
+        frequency = ordered[len(responses)]
+        try:
+            response, motion, _ = confirmed(
+                stepper, frequency, settings, state, before, watched
+            )
+            if response.status != Status.DIVERGED:
+                keep(frequency, motion)
+        except Stopped:
+            break
+        if store is not None:
+            store.add(response)
+        responses.append(response)
+        passed()
+    complete = len(responses) == len(ordered) and not _diverged(responses)
+    return Branch(stepper.system, direction, tuple(responses), complete)
+
+
+def _diverged(responses: Sequence[Response]) -> bool:
+    return bool(responses) and responses[-1].status == Status.DIVERGED
+
+
 def sweep(
     system: LumpedSystem,
     frequencies: Sequence[float] | Array,
@@ -52,29 +128,12 @@ def sweep(
     passed: Callable[[], None] = lambda: None,
     stop: threading.Event | None = None,
 ) -> Branch:
-    """Pass through mesh frequencies [Hz], each from where the one before settled.
-
-    The frequencies are sorted by the direction. `passed` is called after each of
-    them; `stop` ends the sweep before the next.
-    """
-    if direction not in ("up", "down"):
-        raise ValueError(f"direction must be up or down, got {direction}")
-    ordered = sorted(frequencies, reverse=direction == "down")
-    responses: list[Response] = []
-    state = None
-    for frequency in ordered:
-        if stop is not None and stop.is_set():
-            break
-        before = responses[-1] if responses else None
-        response = respond_confirmed(system, frequency, settings, state, before)[0]
-        responses.append(response)
-        passed()
-        if response.status == "diverged":
-            break
-        state = response.state
-    done = len(responses) == len(ordered)
-    finite = all(response.status != "diverged" for response in responses)
-    return Branch(system, direction, tuple(responses), done and finite)
+    """As `sweep_branch`, of a lumped system."""
+    settings = settings or Settings()
+    stepper = stepper_of(system, settings)
+    return sweep_branch(
+        stepper, frequencies, direction, settings, passed=passed, stop=stop
+    )
 
 
 def sweep_all(
@@ -100,18 +159,35 @@ def sweep_all(
             done += 1
             report(done, total)
 
-    with ThreadPoolExecutor(workers or os.cpu_count()) as pool:
-        futures = [
-            pool.submit(
+    return run_branches(
+        [
+            partial(
                 sweep,
                 *(system, frequencies, direction, settings),
                 passed=passed,
                 stop=stop,
             )
             for system, direction in tasks
-        ]
+        ],
+        stop,
+        workers or os.cpu_count(),
+    )
+
+
+def run_branches(
+    tasks: Sequence[Callable[[], Branch]], stop: threading.Event, workers: int | None
+) -> list[Branch]:
+    """Branches on several cores, in their order; Ctrl-C and failures stop all.
+
+    stop : an event that the tasks heed
+    """
+    with ThreadPoolExecutor(workers) as pool:
+        futures = [pool.submit(task) for task in tasks]
         try:
             return [future.result() for future in futures]
         except KeyboardInterrupt:
             stop.set()
             return [future.result() for future in futures]
+        except BaseException:
+            stop.set()
+            raise

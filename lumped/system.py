@@ -1,4 +1,4 @@
-"""A train with its excitation, in modal coordinates and ready to be marched."""
+"""A train with its excitation, in modal coordinates and ready to be integrated."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lumped.excitation import MeshExcitation, PairExcitation
+from lumped.kernels.arrays import PITCH, ModalSystem, Pieces, Samples
 from lumped.modes import Modes, natural_modes
 from lumped.train import Train, TrainError
 from lumped.waves import SAME
@@ -60,19 +61,19 @@ class LumpedSystem:
         return np.flatnonzero(self.modes.mesh_energy.sum(axis=0) > UNTOUCHED)
 
     @cached_property
-    def arrays(self) -> tuple[Array, ...]:
-        """The tuple of arrays that `lumped.kernels.law` describes."""
+    def arrays(self) -> ModalSystem:
+        """As the kernels take it."""
         modes, kept = self.modes, self.moving
         angular = modes.angular[kept]
         pairs = [len(excitation.pairs) for excitation in self.excitations]
-        return (
-            angular**2,
-            2.0 * self.train.damping_ratio * angular,
-            modes.shapes[:, kept].T @ modes.coordinates.load,
-            np.ascontiguousarray(modes.mesh_shapes[:, kept]),
-            modes.mean_stiffness,
-            np.array([mesh.backlash for mesh in self.train.meshes]),
-            np.concatenate([[0], np.cumsum(pairs)]),
+        return ModalSystem(
+            rigidity=angular**2,
+            damping=2.0 * self.train.damping_ratio * angular,
+            load=modes.shapes[:, kept].T @ modes.coordinates.load,
+            shapes=np.ascontiguousarray(modes.mesh_shapes[:, kept]),
+            mean_stiffness=modes.mean_stiffness,
+            backlash=np.array([mesh.backlash for mesh in self.train.meshes]),
+            first_pair=np.concatenate([[0], np.cumsum(pairs)]),
         )
 
     @cached_property
@@ -81,17 +82,17 @@ class LumpedSystem:
 
         No gap counts: a train without load starts with its teeth just touching.
         """
-        rigidity, _, load = self.arrays[:3]
-        return np.stack([load / rigidity, np.zeros_like(load)])
+        load = self.arrays.load
+        return np.stack([load / self.arrays.rigidity, np.zeros_like(load)])
 
     @cached_property
     def static_deflection(self) -> Array:
         """Mean mesh deflections (m,) under the external torques [m]."""
-        return self.arrays[3] @ self.static_state[0]
+        return self.arrays.shapes @ self.static_state[0]
 
     @cached_property
-    def pieces(self) -> tuple[Array, ...]:
-        """The tuple of arrays that `lumped.kernels.dopri5` describes."""
+    def pieces(self) -> Pieces:
+        """The excitation as adaptive steps take it."""
         waves, mesh_of = [], []
         for m, excitation in enumerate(self.excitations):
             for pair in excitation.pairs:
@@ -102,28 +103,30 @@ class LumpedSystem:
         rows = np.cumsum([0] + [n * c for n, c in zip(sizes, shapes, strict=True)])[:-1]
         offsets = np.cumsum([0] + [wave.offsets.size for wave in waves])
         whole = np.repeat([self._whole[m] for m in mesh_of], 2)
-        turns = (rows, shapes, offsets[:-1], np.diff(offsets), whole, rows)
-        return (
-            np.array([(*self._places[m], 0.0) for m in mesh_of]),
-            np.concatenate([[0], np.cumsum(sizes)]),
-            np.concatenate([wave.breaks for wave in waves]),
-            np.concatenate([wave.coefficients.reshape(-1, 4) for wave in waves]),
-            np.unique(np.concatenate([self.corners(), self._handovers()])),
-            np.array(mesh_of),
-            np.stack(turns, axis=1),
-            np.concatenate([wave.offsets for wave in waves]),
+        pitches = (rows, shapes, offsets[:-1], np.diff(offsets), whole, rows)
+        return Pieces(
+            place=np.array([(*self._places[m], 0.0) for m in mesh_of]),
+            first_piece=np.concatenate([[0], np.cumsum(sizes)]),
+            breaks=np.concatenate([wave.breaks for wave in waves]),
+            coefficients=np.concatenate(
+                [wave.coefficients.reshape(-1, 4) for wave in waves]
+            ),
+            stops=np.unique(np.concatenate([self.corners(), self._handovers()])),
+            mesh_of=np.array(mesh_of),
+            pitches=np.stack(pitches, axis=1),
+            offsets=np.concatenate([wave.offsets for wave in waves]),
         )
 
     @cached_property
     def turns(self) -> NDArray[np.int64]:
-        """Base pitches by which each wave (2 p,) is further on after a round."""
-        return np.repeat(np.array(self.train.common_period)[self.pieces[5]], 2)
+        """Base pitches by which each function (2 p,) is further on after a round."""
+        return np.repeat(np.array(self.train.common_period)[self.pieces.mesh_of], 2)
 
-    def pieces_in(self, number: int) -> tuple[Array, ...]:
-        """`pieces` in a round of the common period, by its number."""
-        turns = self.pieces[6].copy()
-        turns[:, 4] += number * self.turns
-        return (*self.pieces[:6], turns, self.pieces[7])
+    def pieces_in(self, number: int) -> Pieces:
+        """`pieces` of its own for a round of the common period, by its number."""
+        pitches = self.pieces.pitches.copy()
+        pitches[:, PITCH] += number * self.turns
+        return self.pieces._replace(place=self.pieces.place.copy(), pitches=pitches)
 
     def _handovers(self) -> Array:
         """Times at which a mesh starts a cycle and pairs pass their waves on."""
@@ -154,7 +157,7 @@ class LumpedSystem:
     @cached_property
     def energy_norm(self) -> float:
         """A moderate sum of modal velocities, from the loads and the gaps."""
-        stiffness, backlash = self.arrays[4:6]
+        stiffness, backlash = self.arrays.mean_stiffness, self.arrays.backlash
         reach = np.abs(self.static_deflection).sum() + sum(
             largest_gap(pair) for e in self.excitations for pair in e.pairs
         )
@@ -166,22 +169,21 @@ class LumpedSystem:
         """Sum of modal velocities beyond which a run has diverged."""
         return RUNAWAY * self.energy_norm
 
-    def samples(self, steps: int) -> tuple[Array, Array, Array]:
+    def samples(self, steps: int) -> Samples:
         """Steps of one common period and the excitation on them.
 
         steps : at least so many per period of the first mesh
-        Returns h (k,) in periods of the first mesh, stiffness and gap (k, 3, p) at
-        the start, middle and end of each step. Raises TrainError where that is more
-        than memory should hold.
+        Step sizes are in periods of the first mesh. Raises TrainError where that is
+        more than memory should hold.
         """
         # long ones are not kept: to make them takes a part of the time of a period
         return self._samples(steps) if self.rounds > 1 else self._kept_samples(steps)
 
     @lru_cache(maxsize=16)  # noqa: B019  the system is immutable and short-lived
-    def _kept_samples(self, steps: int) -> tuple[Array, Array, Array]:
+    def _kept_samples(self, steps: int) -> Samples:
         return self._samples(steps)
 
-    def _samples(self, steps: int) -> tuple[Array, Array, Array]:
+    def _samples(self, steps: int) -> Samples:
         self._require_memory(steps)
         times = self._grid(steps)
         middle = 0.5 * (times[:-1] + times[1:])
@@ -199,7 +201,7 @@ class LumpedSystem:
                 gap[..., i, p] = pair.gap(at, side, pitch)
         flat = -1, 3, len(pairs)
         steps_in_all = np.tile(np.diff(times), self.rounds)
-        return steps_in_all, stiffness.reshape(flat), gap.reshape(flat)
+        return Samples(steps_in_all, stiffness.reshape(flat), gap.reshape(flat))
 
     def holds(self, steps: int) -> bool:
         """Whether memory should hold a common period of so many steps a period."""

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fegear.dynamics.build import FiniteElements, prepare
-from fegear.dynamics.respond import DynamicSettings, Stepper
+from fegear.dynamics.stepper import DynamicSettings, ImplicitStepper
 from fegear.excitation import Excitations
 from fegear.gearset.model import GearSet
 from fegear.memory import memory_level
@@ -87,7 +87,7 @@ class Bench:
         """Frequencies of the first mesh [Hz]."""
         return [part * leading_frequency(self.reference) for part in SPEEDS]
 
-    def stepper(self, elements: FiniteElements) -> tuple[Stepper, int, float]:
+    def stepper(self, elements: FiniteElements) -> tuple[ImplicitStepper, int, float]:
         """A stepper, its elastic freedoms, and the seconds that it took."""
         start = time.perf_counter()
         prepared = prepare(
@@ -174,25 +174,25 @@ def _elements() -> Iterator[tuple[str, float, FiniteElements]]:
         yield "modes", cutoff, FiniteElements(fidelity="reduced", cutoff_Hz=cutoff)
 
 
-def run(stepper: Stepper, frequency: float, steps: int) -> tuple[Array, float]:
+def run(stepper: ImplicitStepper, frequency: float, steps: int) -> tuple[Array, float]:
     """(deflection (t, m) from rest on, microseconds per step of the fastest period)."""
     state, parts = stepper.start(), []
     size = 1.0 / (frequency * steps)
     length = stepper.model.reference.train.common_period[0]
-    stepper.march(state, frequency, size, 2, steps)  # compiles and factorises
+    stepper.integrate(state, frequency, size, 2, steps)  # compiles and factorises
     best = math.inf
     for _ in range(math.ceil(PERIODS / length)):
         start = time.perf_counter()
-        state, motion = stepper.march(state, frequency, size, steps * length, steps)
+        state, motion = stepper.integrate(state, frequency, size, steps * length, steps)
         best = min(best, time.perf_counter() - start)
-        parts.append(motion.history.deflection[:-1])
+        parts.append(motion.deflection[:-1])
     return np.concatenate(parts), 1e6 * best / (steps * length)
 
 
 def _point(
     bench: Bench,
     study: tuple[str, float],
-    made: tuple[Stepper, int, float],
+    made: tuple[ImplicitStepper, int, float],
     steps: int,
     expected: Sequence[Array],
 ) -> Point:

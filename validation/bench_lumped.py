@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.response import Response, respond
+from lumped.respond import respond
+from lumped.response import Response
 from lumped.settings import Settings
 from lumped.sweep import sweep_all
 from lumped.system import LumpedSystem

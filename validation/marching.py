@@ -5,30 +5,25 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 
 from fegear.dynamics.build import Prepared, prepare
-from fegear.dynamics.respond import DynamicSettings, Stepper, steps_per_cycle
-from fegear.dynamics.respond import respond as fe_respond
-from fegear.dynamics.sweep import kept_state, sweep_branch
+from fegear.dynamics.checkpoint import StoredBranch
+from fegear.dynamics.stepper import DynamicSettings, ImplicitStepper, steps_per_cycle
 from fegear.excitation import Excitations
 from fegear.lumped_system import LumpedModel, lumped_system
 from fegear.memory import memory_level
 from fegear.store import Checkpoint
 from lumped.motion import APPROACH_STEP, DivergedError, arrive
-from lumped.response import (
-    History,
-    Response,
-    Status,
-    respond_with_history,
-    steps_per_period,
-)
+from lumped.respond import respond_with_history
+from lumped.response import History, Response, Status
 from lumped.settings import Settings
-from lumped.sweep import Branch, Direction, sweep_all
+from lumped.steady_state import steady_state
+from lumped.steppers import steps_per_period
+from lumped.sweep import Branch, Direction, sweep_all, sweep_branch
 from lumped.system import LumpedSystem
 from validation.cases import Wave
 from validation.deflection import mesh_statics
@@ -178,8 +173,8 @@ def _ready(
     if checkpoint is not None:
         prepared = _prepared(task, system, excitations)
         return partial(_fe_moved, task, prepared.stepper, checkpoint)
-    hurried = Settings(max_periods=1, multiples=1, windows=1)
-    respond_with_history(system, task.speeds[0], hurried)
+    warm_up = Settings(max_periods=1, multiples=1, windows=1)
+    respond_with_history(system, task.speeds[0], warm_up)
     return partial(_lumped_moved, task, system)
 
 
@@ -190,9 +185,8 @@ def _prepared(
     settings = DynamicSettings()
     given = (reference, task.speeds, task.elements, settings, excitations)
     prepared = prepare(task.gear_set, task.torque, *given)
-    hurried = replace(settings, max_periods=1, multiples=1, windows=1)
-    with suppress(FloatingPointError):  # in earnest it is a figure of that speed
-        fe_respond(prepared.stepper, task.speeds[0], hurried)
+    warm_up = replace(settings, max_periods=1, multiples=1, windows=1)
+    steady_state(prepared.stepper, task.speeds[0], warm_up)
     return prepared
 
 
@@ -207,7 +201,7 @@ def _steps(moved: Moved) -> int:
 
 
 def _fe_moved(
-    task: Task, stepper: Stepper, checkpoint: Checkpoint, report: Report
+    task: Task, stepper: ImplicitStepper, checkpoint: Checkpoint, report: Report
 ) -> Moved:
     case, settings = task.case, DynamicSettings()
     found = sum(len(checkpoint.finished(direction)) for direction in case.directions)
@@ -216,8 +210,7 @@ def _fe_moved(
     branches = [
         sweep_branch(
             *(stepper, case.speeds, direction, settings),
-            checkpoint=checkpoint,
-            name=direction,
+            store=StoredBranch(checkpoint, direction),
             passed=progress.passed,
             watch=progress.watch,
         )
@@ -236,7 +229,11 @@ def _fe_moved(
 
 
 def _fe_wave(
-    wave: Wave, stepper: Stepper, checkpoint: Checkpoint, name: str, progress: Progress
+    wave: Wave,
+    stepper: ImplicitStepper,
+    checkpoint: Checkpoint,
+    name: str,
+    progress: Progress,
 ) -> list[ForceWave]:
     """Force over a cycle of each mesh, after the approach that the wave asks for.
 
@@ -248,23 +245,22 @@ def _fe_wave(
     direction: Direction = "up" if not way or way[0] <= last else "down"
     branch = sweep_branch(
         *(stepper, way, direction, settings),
-        checkpoint=checkpoint,
-        name=name,
+        store=StoredBranch(checkpoint, name),
         passed=progress.passed,
         watch=progress.watch,
     )
     if not branch.complete:
         return _no_waves(wave, system)
-    state, before = kept_state(checkpoint, name), way[-1] if way else None
-    try:
-        response, motion, _ = fe_respond(
-            stepper, last, settings, state, before, progress.watch
-        )
-    except FloatingPointError:
-        progress.passed()
-        return _no_waves(wave, system)
+    state, before = None, None
+    if way:
+        state, before = branch.responses[-1].state, way[-1]
+    response, motion = steady_state(
+        stepper, last, settings, state, before, progress.watch
+    )
     progress.passed()
-    return _force_waves(wave, system, response, motion.history)
+    if response.status == Status.DIVERGED:
+        return _no_waves(wave, system)
+    return _force_waves(wave, system, response, motion)
 
 
 def approach(wave: Wave) -> list[float]:

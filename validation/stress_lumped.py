@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from lumped.analytic import StiffnessFigures, analytic_excitation
 from lumped.csv_text import format_csv
 from lumped.excitation import MeshExcitation, PairExcitation
-from lumped.response import History, respond, respond_with_history
+from lumped.respond import respond, respond_with_history
+from lumped.response import History
 from lumped.settings import Settings
 from lumped.sweep import sweep, sweep_all
 from lumped.system import LumpedSystem

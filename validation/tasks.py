@@ -15,7 +15,7 @@ import lumped
 import meshes
 import validation
 from fegear.dynamics.build import FiniteElements
-from fegear.dynamics.respond import DynamicSettings
+from fegear.dynamics.stepper import DynamicSettings
 from fegear.excitation import Source
 from fegear.gearset import load_gear_set
 from fegear.gearset.model import GearSet

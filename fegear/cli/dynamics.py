@@ -38,7 +38,7 @@ from fegear.errors import InputError
 
 if TYPE_CHECKING:
     from fegear.dynamic_sweeps import DynamicsSettings
-    from fegear.dynamics.respond import DynamicSettings
+    from fegear.dynamics.stepper import DynamicSettings
 
 EXAMPLE = "fegear dynamics liu-idler --torque 100 --speeds 800:4200:20 -o d.csv"
 
@@ -141,7 +141,7 @@ class ImplicitIntegration:
 
     @property
     def settings(self) -> DynamicSettings:
-        from fegear.dynamics.respond import DynamicSettings
+        from fegear.dynamics.stepper import DynamicSettings
 
         return settings_of(
             DynamicSettings,

@@ -92,8 +92,8 @@ class Response:
 
     def evaluation(self, settings: Settings) -> Evaluate:
         """The response of a system, None where it was stopped."""
-        from lumped.confirmed import respond_confirmed
         from lumped.maps import cell_of
+        from lumped.respond import respond_confirmed
         from lumped.sweep import sweep
 
         if self.at is not None:

@@ -22,8 +22,8 @@ from fegear.dynamics.cross_mesh import cross_mesh_compliance
 from fegear.dynamics.elastic import ElasticGear, Rayleigh, mass_damping
 from fegear.dynamics.memory import full_bytes, require_memory
 from fegear.dynamics.model import DynamicModel, dynamic_model
-from fegear.dynamics.respond import DynamicSettings, ReducedStepper, Stepper
 from fegear.dynamics.sides import MeshLaws
+from fegear.dynamics.stepper import DynamicSettings, ImplicitStepper, ReducedStepper
 from fegear.elasticity.modes import GearModes, gear_modes, resolving_sector
 from fegear.elasticity.sector import cyclic_sector
 from fegear.errors import InputError
@@ -38,7 +38,6 @@ from lumped.system import LumpedSystem
 from lumped.table import MeshTable
 
 if TYPE_CHECKING:
-    from fegear.dynamics.full import FullModel
     from fegear.elasticity.cyclic_gear import CyclicGear
 
 Array = NDArray[np.float64]
@@ -77,7 +76,7 @@ class Prepared:
     elastic : number of each gear's elastic modes, or freedoms where all are kept
     """
 
-    stepper: Stepper
+    stepper: ImplicitStepper
     fidelity: str
     reason: str
     elastic: tuple[int, ...]
@@ -112,15 +111,18 @@ def prepare(
     ]
     far = cross_mesh_compliance(gear_set, laws, statics)
     if elements.fidelity == "full":
-        from fegear.dynamics.full import full_model
+        from fegear.dynamics.full import FullStepper, full_model
 
         wholes = _whole_gears(gear_set, statics, elements.mesh, max(speeds))
         require_memory(gear_set, full_bytes(gear_set, laws, wholes))
         ratio = elements.elastic_damping
         damping = [elastic_damping(gear, ratio) for gear in gear_set.gears]
-        return _full(
-            full_model(gear_set, reference, laws, wholes, damping, far), settings
-        )
+        hubs, fields = full_model(gear_set, reference, laws, wholes, damping, far)
+        freedoms = tuple(f.whole.own * f.whole.teeth for f in fields)
+        counts = " + ".join(map(str, freedoms))
+        reason = f"full: as asked for, {counts} elastic freedoms of the gears"
+        stepper = FullStepper(hubs, settings.scheme, fields)
+        return Prepared(stepper, "full", reason, freedoms)
     beside = None if far is None else (far, np.zeros_like(far))
     nobody: list[ElasticGear | None] = [None] * len(gear_set.gears)
     rigid = dynamic_model(gear_set, reference, laws, nobody, beside)
@@ -175,15 +177,6 @@ def _whole_gears(
         sector = resolving_sector(sector, gear.density, cutoff)
         wholes.append(cyclic_gear(sector, gear.density))
     return wholes
-
-
-def _full(full: FullModel, settings: DynamicSettings) -> Prepared:
-    from fegear.dynamics.full import FullStepper
-
-    freedoms = tuple(f.whole.own * f.whole.teeth for f in full.fields)
-    counts = " + ".join(map(str, freedoms))
-    reason = f"full: as asked for, {counts} elastic freedoms of the gears"
-    return Prepared(FullStepper(full, settings.scheme), "full", reason, freedoms)
 
 
 def _asked_for(choice: Choice, modes: Sequence[GearModes]) -> str:

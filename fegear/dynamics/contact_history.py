@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from fegear.contact.pair_laws import NOMINAL
 from fegear.dynamics.kernels.contact import STICKING
 from fegear.dynamics.model import DynamicModel
-from fegear.dynamics.respond import Motion
 from fegear.dynamics.root_stress import FlankLoad
 from fegear.dynamics.sides import DRIVE, ContactSide
+from fegear.dynamics.stepper import Motion
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -124,7 +124,7 @@ def contact_histories(
 def _rotation(model: DynamicModel, motion: Motion, steps: int) -> Array:
     """Speed of every gear in its nominal sense (t, gears) [rad/s]."""
     nominal = model.kinematics.speed
-    time = motion.history.time
+    time = motion.time
     angular = 2.0 * math.pi * (time.size - 1) / (steps * time[-1])
     turning = motion.hub[:, 1] @ model.modal.rotation.T
     return (angular * nominal + turning) * np.sign(nominal)

@@ -11,29 +11,30 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fegear.dynamics.arrays import Newmark, Position
 from fegear.dynamics.elastic import Rayleigh
 from fegear.dynamics.kernels import full as kernel
+from fegear.dynamics.kernels.arrays import Newmark, Position
 from fegear.dynamics.model import DynamicModel, dynamic_model
-from fegear.dynamics.respond import (
+from fegear.dynamics.scheme import Scheme
+from fegear.dynamics.sides import ContactSide, MeshLaws, contact_sides
+from fegear.dynamics.stepper import (
     DynamicsError,
+    ImplicitStepper,
     Motion,
     MotionState,
-    at_rest,
     empty_record,
     recorded,
 )
-from fegear.dynamics.scheme import Scheme, generalized_alpha
-from fegear.dynamics.sides import ContactSide, MeshLaws, contact_sides
 from fegear.elasticity.cyclic_gear import CyclicGear, Factors
 from fegear.elasticity.flank_grid import flank_stencils
 from fegear.gearset.model import GearSet
+from lumped.steady_state import Diverged
 from lumped.system import LumpedSystem
 
 Array = NDArray[np.float64]
@@ -178,14 +179,6 @@ class ContactTables:
         return low + share * (table[place + 1, each] - low)
 
 
-@dataclass(frozen=True, eq=False)
-class FullModel:
-    """Hubs and contacts as in a reduced model without modes, and the gears' fields."""
-
-    hubs: DynamicModel
-    fields: tuple[ElasticField, ...]
-
-
 def full_model(
     gear_set: GearSet,
     reference: LumpedSystem,
@@ -193,8 +186,11 @@ def full_model(
     wholes: Sequence[CyclicGear],
     damping: Sequence[Rayleigh],
     far: Array | None = None,
-) -> FullModel:
-    """Assemble; arguments as for `dynamic_model`, with the finite elements of gears."""
+) -> tuple[DynamicModel, tuple[ElasticField, ...]]:
+    """Hubs and contacts as in a reduced model without modes, and the gears' fields.
+
+    Arguments as for `dynamic_model`, with the finite elements of the gears.
+    """
     sides = contact_sides(gear_set, laws)
     kinds = 2 if laws[0].friction > 0.0 else 1
     fields = tuple(
@@ -215,7 +211,7 @@ def full_model(
         extra[own] -= static / field.width
     rigid = [None] * len(gear_set.gears)
     hubs = dynamic_model(gear_set, reference, laws, rigid, (extra[0], extra[1]))
-    return FullModel(hubs, fields)
+    return hubs, fields
 
 
 def _field(
@@ -307,27 +303,20 @@ class Step:
 
 
 @dataclass(frozen=True, eq=False)
-class FullStepper:
-    """Marches hubs and fields; a state holds (4, own, teeth) of every gear."""
+class FullStepper(ImplicitStepper):
+    """Hubs and fields; a state holds (4, own, teeth) of every gear."""
 
-    full: FullModel
-    scheme: Scheme
+    fields: tuple[ElasticField, ...]
 
-    @property
-    def model(self) -> DynamicModel:
-        return self.full.hubs
-
-    def start(self) -> MotionState:
-        """At rest under the external torques, at the start of the mesh cycle."""
+    def unloaded(self) -> MotionState:
         model = self.model
-        empty = MotionState(
+        return MotionState(
             np.zeros((4, model.size)),
             np.zeros((3, model.contact_count)),
-            tuple(np.zeros((4, f.whole.own, f.whole.teeth)) for f in self.full.fields),
+            tuple(np.zeros((4, f.whole.own, f.whole.teeth)) for f in self.fields),
         )
-        return at_rest(replace(self, scheme=generalized_alpha(0.0)), empty)
 
-    def march(
+    def integrate(
         self,
         state: MotionState,
         frequency: float,
@@ -336,10 +325,8 @@ class FullStepper:
         cycle: int,
         start: int = 0,
     ) -> tuple[MotionState, Motion]:
-        """As `ReducedStepper.march`."""
         model, sizes = self.model, self._step(step)
-        now = state.copy()
-        record = empty_record(model, steps)
+        now, record = state.copy(), empty_record(self.model, steps)
         kernel.record(model.arrays, now.motion, now.contact, record, 0)
         for n in range(steps):
             if frequency > 0.0:
@@ -347,17 +334,17 @@ class FullStepper:
             tables = self._tables(start + n + 1 if frequency > 0.0 else 0, cycle)
             self._advance(now, sizes, 2.0 * math.pi * frequency, tables)
             if not np.abs(now.motion[1]).sum() < model.limit:
-                raise FloatingPointError(f"motion diverged after {n * step:g} s")
+                raise Diverged(n / (cycle * self.system.common_period[0]))
             kernel.record(model.arrays, now.motion, now.contact, record, n + 1)
-        return now, recorded(step, *record)
+        return now, recorded(step, record)
 
     @lru_cache(maxsize=2)  # noqa: B019  a stepper lives as long as its run
     def _step(self, size: float) -> Step:
         wm, wc, wk = weights = self.scheme.weights(size)
         modal = self.model.modal
         matrix = wk * modal.stiffness + np.diag(wm + wc * modal.damping)
-        fields = tuple(field_step(f, weights) for f in self.full.fields)
-        for f, s in zip(self.full.fields, fields, strict=True):
+        fields = tuple(field_step(f, weights) for f in self.fields)
+        for f, s in zip(self.fields, fields, strict=True):
             turn = modal.rotation[f.number]
             matrix -= wm**2 * f.width * s.swing * np.outer(turn, turn)
         inverse = np.asarray(np.linalg.inv(matrix), float)
@@ -366,7 +353,7 @@ class FullStepper:
     def _pass_teeth(self, now: MotionState, before: int, cycle: int) -> None:
         """Count the teeth of those gears anew that pass one in the coming step."""
         kinematics = self.model.kinematics
-        for f, field in zip(self.full.fields, now.fields, strict=True):
+        for f, field in zip(self.fields, now.fields, strict=True):
             rate = kinematics.rate[kinematics.first_mesh[f.number]]
             then, later = np.floor(rate * np.array([before, before + 1]) / cycle + 1e-9)
             if later > then:
@@ -392,7 +379,7 @@ class FullStepper:
         right = modal.load - s.alpha_m * a + s.alpha_f * push
         right -= modal.damping * (new * v_pred + s.alpha_f * v)
         right -= modal.stiffness @ (new * u_pred + s.alpha_f * q)
-        pairs = list(zip(self.full.fields, step.fields, now.fields, strict=True))
+        pairs = list(zip(self.fields, step.fields, now.fields, strict=True))
         parts = []
         for f, z, field in pairs:
             turn = rotation[f.number]
@@ -447,7 +434,7 @@ class FullStepper:
         free = rows[0] @ (u_pred + s.beta * h * h * free_hub)
         free -= tables.at(tables.where.gap.T, every)
         for f, z, field, part in zip(
-            self.full.fields, step.fields, now.fields, parts, strict=True
+            self.fields, step.fields, now.fields, parts, strict=True
         ):
             swing = step.mass * (model.modal.rotation[f.number] @ free_hub) * z.turned
             free[f.contacts] -= f.inward_at(s, h, field, part, swing, tables)
@@ -460,7 +447,7 @@ class FullStepper:
         load = now.contact[1]
         now.motion[3] = -(rows[0] + friction[:, None] * rows[1]).T @ load
         both = np.stack([load, friction * load])
-        return [both[:, f.contacts] for f in self.full.fields]
+        return [both[:, f.contacts] for f in self.fields]
 
     def _compliance(
         self, step: Step, tables: ContactTables, friction: Array, rows: Array
@@ -475,7 +462,7 @@ class FullStepper:
         onto = rows.copy()
         Q = tables.at(contacts.normal_compliance, every)
         Q += tables.at(contacts.tangential_compliance, every) * friction
-        for f, z in zip(self.full.fields, step.fields, strict=True):
+        for f, z in zip(self.fields, step.fields, strict=True):
             turn, own = self.model.modal.rotation[f.number], f.contacts
             square = np.ix_(own, own)
             for kind, factor in enumerate((1.0, friction[own])[: f.kinds]):

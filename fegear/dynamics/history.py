@@ -22,9 +22,9 @@ from fegear.dynamics.contact_history import (
     cycle_position,
 )
 from fegear.dynamics.model import DynamicModel
-from fegear.dynamics.respond import Motion
 from fegear.dynamics.root_stress import RootInfluence
 from fegear.dynamics.sides import DRIVE
+from fegear.dynamics.stepper import Motion
 from fegear.gearset.model import GearSet
 from fegear.gearset.pitch_errors import error_periods, tooth_in_cycles
 from lumped.csv_text import format_csv
@@ -74,10 +74,10 @@ def history_table(
     contacts = contact_histories(model, motion, steps)
     gear_set = model.sides[0].gear_set
     names = gear_words(gear_set)
-    columns: dict[str, Column] = {"time_s": motion.history.time}
+    columns: dict[str, Column] = {"time_s": motion.time}
     for mesh, rate in enumerate(model.kinematics.rate):
         own = [each for each in contacts if each.side.mesh == mesh]
-        position = cycle_position(float(rate), motion.history.time.size, steps)
+        position = cycle_position(float(rate), motion.time.size, steps)
         columns |= _mesh_columns(motion, mesh, position, own)
         if error_periods(gear_set)[mesh] > 1:
             columns |= _tooth_columns(gear_set, mesh, position)
@@ -97,8 +97,8 @@ def _mesh_columns(
     loaded = np.array([each.load > 0.0 for each in contacts])
     columns = {
         f"mesh{mesh + 1}_position": position,
-        f"mesh{mesh + 1}_dte_m": motion.history.deflection[:, mesh],
-        f"mesh{mesh + 1}_force_N": motion.history.force[:, mesh],
+        f"mesh{mesh + 1}_dte_m": motion.deflection[:, mesh],
+        f"mesh{mesh + 1}_force_N": motion.force[:, mesh],
         f"mesh{mesh + 1}_engaged_pairs": loaded.sum(axis=0),
     }
     for each in contacts:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
-from fegear.dynamics.arrays import ContactJacobian, Contacts, ModalMatrices
+from fegear.dynamics.kernels.arrays import ContactJacobian, Contacts, ModalMatrices
 from fegear.dynamics.sides import DRIVE, ContactSide
 from fegear.gearset.pitch_errors import error_periods
 

@@ -17,14 +17,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fegear.dynamics.arrays import (
+from fegear.dynamics.elastic import ElasticGear, elastic_body
+from fegear.dynamics.kernels.arrays import (
     ContactJacobian,
     Contacts,
     Kinematics,
     ModalMatrices,
     ModelArrays,
 )
-from fegear.dynamics.elastic import ElasticGear, elastic_body
 from fegear.dynamics.laws import contact_laws
 from fegear.dynamics.rows import contact_rows, held
 from fegear.dynamics.sides import ContactSide, MeshLaws, contact_sides

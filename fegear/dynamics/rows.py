@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
-from fegear.dynamics.arrays import ContactJacobian
 from fegear.dynamics.elastic import ElasticGear
+from fegear.dynamics.kernels.arrays import ContactJacobian
 from fegear.dynamics.sides import ContactSide
 from fegear.gearset.model import GearSet
 from lumped.system import LumpedSystem

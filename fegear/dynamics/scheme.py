@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fegear.dynamics.arrays import Newmark
 from fegear.dynamics.kernels import newmark
+from fegear.dynamics.kernels.arrays import Newmark
 
 Array = NDArray[np.float64]
 

@@ -1,13 +1,6 @@
 """Mesh forces and the acceleration of the modal coordinates, compiled.
 
-The system is a tuple of arrays, n modes and m meshes with p pairs in all:
-  rigidity (n,) natural angular frequencies squared [1/s^2]
-  damping (n,) 2 zeta omega [1/s]
-  load (n,) external [N/sqrt(kg)]
-  shapes (m, n) mesh deflection of each mode [1/sqrt(kg)]
-  mean_stiffness (m,) that the natural frequencies stand on [N/m]
-  backlash (m,) [m]
-  first_pair (m + 1,) where each mesh's pairs begin
+The system is a `lumped.kernels.arrays.ModalSystem`.
 """
 
 from __future__ import annotations
@@ -42,29 +35,30 @@ def set_acceleration(system, stiffness, gap, q, v, a, s):
 
     stiffness, gap : (p,) of all pairs
     """
-    rigidity, damping, load, shapes, mean_stiffness, backlash, first_pair = system
+    shapes, first_pair = system.shapes, system.first_pair
     for i in range(q.size):
-        a[i] = load[i] - damping[i] * v[i] - rigidity[i] * q[i]
+        a[i] = system.load[i] - system.damping[i] * v[i] - system.rigidity[i] * q[i]
     for m in range(shapes.shape[0]):
         s[m] = 0.0
         for i in range(q.size):
             s[m] += shapes[m, i] * q[i]
         first, last = first_pair[m], first_pair[m + 1]
-        force = mesh_force(s[m], stiffness, gap, first, last, backlash[m])
-        excess = force - mean_stiffness[m] * s[m]  # the mean is in the rigidity
+        force = mesh_force(s[m], stiffness, gap, first, last, system.backlash[m])
+        excess = force - system.mean_stiffness[m] * s[m]  # the mean is in the rigidity
         for i in range(q.size):
             a[i] -= shapes[m, i] * excess
 
 
 @inlined
-def note(system, stiffness, gap, q, v, out):
-    """What is recorded of every mesh (6, m), the last row left to `note_before`.
+def record(system, stiffness, gap, q, v, out):
+    """What is recorded of every mesh (6, m), the last row left to `record_before`.
 
     Deflection [m], its rate [m/s], force [N], overlap of the nearest drive flanks
     and of the nearest back flanks [m], negative where they are apart, and the force
     just before, which differs where a stiffness jumps.
     """
-    shapes, backlash, first_pair = system[3], system[5], system[6]
+    shapes, backlash = system.shapes, system.backlash
+    first_pair = system.first_pair
     for m in range(shapes.shape[0]):
         s, rate = 0.0, 0.0
         for i in range(q.size):
@@ -83,9 +77,10 @@ def note(system, stiffness, gap, q, v, out):
 
 
 @inlined
-def note_before(system, stiffness, gap, q, out):
-    """The last row of a record: forces with the waves' limits from below [N]."""
-    shapes, backlash, first_pair = system[3], system[5], system[6]
+def record_before(system, stiffness, gap, q, out):
+    """The last row of a record: forces [N] with limits of the excitation from below."""
+    shapes, backlash = system.shapes, system.backlash
+    first_pair = system.first_pair
     for m in range(shapes.shape[0]):
         s = 0.0
         for i in range(q.size):

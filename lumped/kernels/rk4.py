@@ -6,31 +6,31 @@ changes its contact; a change costs an error of second order once.
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from lumped.compiled import compiled, inlined
-from lumped.kernels.law import note, note_before, set_acceleration
+from lumped.kernels.law import record, record_before, set_acceleration
 from lumped.kernels.settling import (
     FINISHED,
     NOT_FINITE,
+    begin_period,
     bounded,
-    close_period,
+    close_section,
     set_round_off,
-    set_section,
-    settled,
     widen,
 )
 
 
 @inlined
-def rk4_step(system, stiffness, gap, h, q, v, work, s, later):
-    """Advance q and v (n,) in place by h [s].
+def rk4_step(system, samples, k, q, v, work, s, later):
+    """Advance q and v (n,) in place by step k of the samples.
 
-    stiffness, gap : (3, p) at the start, middle and end of the step
+    Runge-Kutta's classical rule, Hairer, Norsett and Wanner, Solving Ordinary
+    Differential Equations I, table II.1.2.
+
     work : (5, n), later : (m,); s : (m,) gets the deflections at the start of the step
     """
+    h, stiffness, gap = samples.h[k], samples.stiffness[k], samples.gap[k]
     n = q.size
     qs, vs, a, qsum, vsum = work[0], work[1], work[2], work[3], work[4]
     set_acceleration(system, stiffness[0], gap[0], q, v, a, s)
@@ -39,83 +39,69 @@ def rk4_step(system, stiffness, gap, h, q, v, work, s, later):
         vsum[i] = a[i]
         qs[i] = q[i] + 0.5 * h * v[i]
         vs[i] = v[i] + 0.5 * h * a[i]
-    set_acceleration(system, stiffness[1], gap[1], qs, vs, a, later)
-    for i in range(n):
-        qsum[i] += 2.0 * vs[i]
-        vsum[i] += 2.0 * a[i]
-        qs[i] = q[i] + 0.5 * h * vs[i]
-        vs[i] = v[i] + 0.5 * h * a[i]
-    set_acceleration(system, stiffness[1], gap[1], qs, vs, a, later)
-    for i in range(n):
-        qsum[i] += 2.0 * vs[i]
-        vsum[i] += 2.0 * a[i]
-        qs[i] = q[i] + h * vs[i]
-        vs[i] = v[i] + h * a[i]
+    for part in (0.5, 1.0):
+        set_acceleration(system, stiffness[1], gap[1], qs, vs, a, later)
+        for i in range(n):
+            qsum[i] += 2.0 * vs[i]
+            vsum[i] += 2.0 * a[i]
+            qs[i] = q[i] + part * h * vs[i]
+            vs[i] = v[i] + part * h * a[i]
     set_acceleration(system, stiffness[2], gap[2], qs, vs, a, later)
     for i in range(n):
         q[i] += h / 6.0 * (qsum[i] + vs[i])
         v[i] += h / 6.0 * (vsum[i] + a[i])
 
 
+@inlined
+def record_row(system, samples, k, q, v, out):
+    """The meshes (6, m) at the start of step k; see `record`."""
+    before = k - 1 if k > 0 else samples.h.size - 1
+    record(system, samples.stiffness[k, 0], samples.gap[k, 0], q, v, out)
+    record_before(system, samples.stiffness[before, 2], samples.gap[before, 2], q, out)
+
+
 @compiled
 def record_rk4(system, samples, periods, state, limit, out):
-    """March over whole common periods and record the way.
+    """Integrate over whole common periods and record the way.
 
-    samples : (h, stiffness, gap), h (steps,) [s], the others (steps, 3, p)
+    system : ModalSystem; samples : Samples, h in [s]
     state : (2, n) modal displacements and velocities, advanced in place
-    out : (periods * steps + 1, 6, m), see `note`
+    out : (periods * steps + 1, 6, m), see `record`
     Returns (status, steps done).
     """
-    h, stiffness, gap = samples
     q, v = state[0], state[1]
     work = np.empty((5, q.size))
     s, later = np.empty(out.shape[2]), np.empty(out.shape[2])
-    row = 0
-    for _ in range(periods):
-        for k in range(h.size):
-            note(system, stiffness[k, 0], gap[k, 0], q, v, out[row])
-            before = k - 1 if k > 0 else h.size - 1
-            note_before(system, stiffness[before, 2], gap[before, 2], q, out[row])
-            rk4_step(system, stiffness[k], gap[k], h[k], q, v, work, s, later)
-            row += 1
-            if not bounded(q, v, limit):
-                return NOT_FINITE, row
-    last = h.size - 1
-    note(system, stiffness[0, 0], gap[0, 0], q, v, out[row])
-    note_before(system, stiffness[last, 2], gap[last, 2], q, out[row])
-    return FINISHED, row
+    steps = samples.h.size
+    for row in range(periods * steps):
+        k = row % steps
+        record_row(system, samples, k, q, v, out[row])
+        rk4_step(system, samples, k, q, v, work, s, later)
+        if not bounded(q, v, limit):
+            return NOT_FINITE, row + 1
+    record_row(system, samples, 0, q, v, out[-1])
+    return FINISHED, periods * steps
 
 
 @compiled
-def settle_rk4(system, samples, settings, state):
-    """March period by period until the response repeats itself.
+def settle_rk4(system, samples, limit, state, check, most):
+    """Integrate period by period until the motion repeats itself.
 
-    settings : (tolerance, limit, max_periods, multiples)
-    Returns (status, period multiple or 0, common periods done).
+    check : Convergence, closed after each of at most so many periods
+    Returns (status, part of a period before a divergence, whether it repeats itself).
     """
-    h, stiffness, gap = samples
-    tolerance, limit, max_periods, multiples = settings
     q, v = state[0], state[1]
-    work = np.empty((5, q.size))
-    meshes = system[3].shape[0]
+    work, meshes = np.empty((5, q.size)), system.shapes.shape[0]
     s, later = np.empty(meshes), np.empty(meshes)
-    range_, noise, scale = np.empty((2, meshes)), np.empty(meshes), np.empty(meshes)
-    sections = np.empty((2 * multiples + 2, 2, system[0].size))
-    multiple, calm = 0, 0
-    set_section(system, q, v, sections[0])
-    for period in range(1, max_periods + 1):
-        range_[0] = math.inf
-        range_[1] = -math.inf
-        for k in range(h.size):
-            rk4_step(system, stiffness[k], gap[k], h[k], q, v, work, s, later)
-            widen(range_[0], range_[1], s)
+    steps = samples.h.size
+    for _ in range(most):
+        begin_period(check)
+        for k in range(steps):
+            rk4_step(system, samples, k, q, v, work, s, later)
+            widen(check.limits, s)
             if not bounded(q, v, limit):
-                return NOT_FINITE, 0, period - 1 + (k + 1) / h.size
-        set_section(system, q, v, sections[period % sections.shape[0]])
-        set_round_off(range_, h.size, noise)
-        multiple, calm = close_period(
-            sections, period, system[3], range_, noise, scale, tolerance, multiple, calm
-        )
-        if settled(multiple, calm):
-            return FINISHED, multiple, float(period)
-    return FINISHED, 0, float(max_periods)
+                return NOT_FINITE, (k + 1) / steps, False
+        set_round_off(check, steps)
+        if close_section(check, q, v):
+            return FINISHED, 0.0, True
+    return FINISHED, 0.0, False

@@ -19,7 +19,7 @@ from lumped.maps import (
     read_cells,
     run_map,
 )
-from lumped.response import respond
+from lumped.respond import respond
 from validation.stress_lumped import Idler
 
 GRID = ParameterMap(

@@ -24,7 +24,9 @@ from lumped import (
     sweep,
     sweep_all,
 )
-from lumped.response import FIGURES, periods_to_settle, steps_per_period
+from lumped.response import FIGURES
+from lumped.steady_state import periods_to_settle
+from lumped.steppers import steps_per_period
 from lumped.train import TrainError
 from lumped.waves import constant, from_harmonics
 from validation.oracles import linear_train, piecewise
@@ -423,7 +425,7 @@ def test_reversed_torque_mirrors_the_response(system, idler, fixed, method):
         for t in (100.0, -100.0)
     )
     start = kicked(forth, 0.05)
-    shift = np.linalg.solve(forth.arrays[3], [-backlash, -backlash])
+    shift = np.linalg.solve(forth.arrays.shapes, [-backlash, -backlash])
     mirrored = np.stack([shift - start[0], -start[1]])
     one, h1 = respond_with_history(forth, 1600.0, settings, start)
     two, h2 = respond_with_history(back, 1600.0, settings, mirrored)
@@ -451,7 +453,7 @@ def free_train(idler, backlash):
 
 def energy(system, history, row):
     """Of motion and of the teeth that touch, without the rigid rotation [J]."""
-    rates = np.linalg.solve(system.arrays[3], history.rate[row])
+    rates = np.linalg.solve(system.arrays.shapes, history.rate[row])
     drive = np.maximum(history.drive_overlap[row], 0.0)
     back = np.maximum(history.back_overlap[row], 0.0)
     return 0.5 * (rates @ rates + STIFFNESS @ (drive**2 + back**2))
@@ -470,7 +472,7 @@ def test_energy_of_fixed_steps_drifts_with_the_fifth_power(idler, fixed):
     steps = 64 * 2 ** np.arange(4)
     drifts = [energy_drift(system, fixed(steps=int(n))) for n in steps]
     assert fitted_order(steps, drifts) == pytest.approx(5.0, abs=0.1)
-    angles = np.sqrt(system.arrays[0]) / 1500.0 / steps[-1]
+    angles = np.sqrt(system.arrays.rigidity) / 1500.0 / steps[-1]
     worst = 5 * steps[-1] * (angles**6).max() / 72.0
     assert drifts[-1] < 1.05 * worst
 
@@ -505,8 +507,8 @@ def test_work_of_jumps_pays_for_damping(system, idler, method, frequency):
     _, h = respond_with_history(built, frequency, settings)
     jumps = 0.5 * (h.force - h.force_before) * h.deflection
     gained = jumps[:-1].sum()  # the last row is the first one again
-    rates = h.rate @ np.linalg.inv(built.arrays[3]).T
-    power = (rates**2) @ built.arrays[1]
+    rates = h.rate @ np.linalg.inv(built.arrays.shapes).T
+    power = (rates**2) @ built.arrays.damping
     lost = np.trapezoid(power, h.time)
     assert gained == pytest.approx(lost, rel=2e-4)
 
@@ -525,8 +527,8 @@ def test_work_of_a_smooth_stiffness_pays_for_damping(system, idler, method):
         for e in built.excitations
     ]
     gain = 0.5 * 1000.0 * np.array(slope).T * h.deflection**2
-    rates = h.rate @ np.linalg.inv(built.arrays[3]).T
-    lost = np.trapezoid((rates**2) @ built.arrays[1], h.time)
+    rates = h.rate @ np.linalg.inv(built.arrays.shapes).T
+    lost = np.trapezoid((rates**2) @ built.arrays.damping, h.time)
     assert np.trapezoid(gain.sum(axis=1), h.time) == pytest.approx(lost, rel=1e-5)
 
 
@@ -575,7 +577,7 @@ def test_step_angle_keeps_slow_speeds_stable(system):
     built = system()
     settings = Settings(steps=4, step_angle=2.0)
     count = steps_per_period(built, 50.0, settings)
-    assert math.sqrt(built.arrays[0].max()) / (50.0 * count) <= 2.0
+    assert math.sqrt(built.arrays.rigidity.max()) / (50.0 * count) <= 2.0
     response = respond(built, 50.0, settings)
     assert response.status == Status.PERIODIC
     assert (np.abs(response.dte_mean) < 1e-4).all()

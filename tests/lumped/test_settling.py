@@ -10,28 +10,31 @@ import pytest
 from numba import njit
 
 from lumped.kernels import settling
-from lumped.kernels.settling import close_period, settled
+from lumped.kernels.settling import close_section
+from lumped.settings import Settings
+from lumped.steady_state import new_convergence
 
 MULTIPLES = 8
 MOST = 40_000  # periods
 
 
+def memory(shape, tolerance, noise=0.0):
+    """Of coordinates (n,) that move one mesh, over a range of 1 m."""
+    n, settings = len(shape), Settings(tolerance=tolerance, multiples=MULTIPLES)
+    check = new_convergence(np.array([shape]), np.ones(n), settings)
+    check.limits[:] = [[-0.5], [0.5]]
+    check.noise[:] = noise
+    return check
+
+
 @njit  # no cache on disk: it would outlive a change of the kernels
-def first_calm(sections, shapes, range_, noise, tolerance, multiples):
-    """(period, multiple) at which a way of sections (periods, 2, n) has settled."""
-    slots = 2 * multiples + 2
-    ring = np.empty((slots, *sections.shape[1:]))
-    scale = np.empty(shapes.shape[0])
-    ring[0] = sections[0]
-    multiple, calm = 0, 0
+def first_settled(sections, check):
+    """Period at which a way of sections (periods, 2, n) has settled, or all of them."""
+    check.sections[0] = sections[0]
     for period in range(1, sections.shape[0]):
-        ring[period % slots] = sections[period]
-        multiple, calm = close_period(
-            ring, period, shapes, range_, noise, scale, tolerance, multiple, calm
-        )
-        if settled(multiple, calm):
-            return period, multiple
-    return sections.shape[0], 0
+        if close_section(check, sections[period, 0], sections[period, 1]):
+            return period
+    return -1
 
 
 def settle(way, tolerance=1e-4, shape=(1.0,), noise=0.0):
@@ -41,9 +44,9 @@ def settle(way, tolerance=1e-4, shape=(1.0,), noise=0.0):
     """
     way = np.asarray(way, complex).reshape(len(way), -1)
     sections = np.ascontiguousarray(np.stack([way.real, way.imag], axis=1))
-    shapes = np.array([shape])
-    range_ = np.array([[-0.5], [0.5]])
-    return first_calm(sections, shapes, range_, np.array([noise]), tolerance, MULTIPLES)
+    check = memory(shape, tolerance, noise)
+    period = first_settled(sections, check)
+    return (period, check.multiple) if period >= 0 else (len(way), 0)
 
 
 def transient(multiplier, amplitude=1.0, periods=MOST):
@@ -164,18 +167,14 @@ def test_no_number_never_settles():
 
 def test_uncompiled_parts_agree(uncompiled):
     way = 0.3 + transient(-0.8, periods=200)
-    ring = np.zeros((2 * MULTIPLES + 2, 2, 1))
-    shapes, range_ = np.ones((1, 1)), np.array([[-0.5], [0.5]])
-    scale, multiple, calm = np.empty(1), 0, 0
-    ring[0] = [[way[0].real], [way[0].imag]]
-    for period in range(1, way.size):
-        ring[period % len(ring)] = [[way[period].real], [way[period].imag]]
-        multiple, calm = settling.close_period(
-            ring, period, shapes, range_, np.zeros(1), scale, 1e-4, multiple, calm
-        )
-        if settling.settled(multiple, calm):
+    check = memory((1.0,), 1e-4)
+    check.sections[0] = [[way[0].real], [way[0].imag]]
+    for value in way[1:]:
+        if settling.close_section(
+            check, np.array([value.real]), np.array([value.imag])
+        ):
             break
-    assert (period, multiple) == settle(way)
+    assert (check.period, check.multiple) == settle(way)
 
 
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf, 1e300])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from lumped.response import respond
+from lumped.respond import respond
 from lumped.settings import Settings
 from validation.bench_lumped import Point, growth, races, with_disks
 from validation.oracles.scipy_train import ScipyTrain, scipy_rms

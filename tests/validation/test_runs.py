@@ -16,7 +16,7 @@ import pytest
 from conftest import SMALL_HUBS
 
 from fegear import memory
-from fegear.dynamics.respond import ReducedStepper
+from fegear.dynamics.stepper import ReducedStepper
 from fegear.errors import InputError
 from fegear.excitation import Excitations
 from fegear.gearset import load_gear_set
@@ -256,7 +256,7 @@ def test_a_diverging_approach_of_the_finite_elements_is_nan(tmp_path, monkeypatc
             raise FloatingPointError
         return march(self, state, frequency, *words)
 
-    monkeypatch.setattr(ReducedStepper, "march", diverging)
+    monkeypatch.setattr(ReducedStepper, "integrate", diverging)
     case = replace(FEW, speeds_Hz="")
     reference = runs.run_case(case, tmp_path).of("fe")[0]
     assert np.isnan(reference.waves[0].force).all()

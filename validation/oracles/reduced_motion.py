@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 from scipy.optimize import root
 
-from fegear.dynamics.arrays import ContactJacobian, Contacts, ModalMatrices
+from fegear.dynamics.kernels.arrays import ContactJacobian, Contacts, ModalMatrices
 
 Array = NDArray[np.float64]
 

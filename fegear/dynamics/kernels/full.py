@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from fegear.dynamics.arrays import ContactProblem
 from fegear.dynamics.kernels import reduced
+from fegear.dynamics.kernels.arrays import ContactProblem
 from fegear.dynamics.kernels.contact import (
     CONVERGED,
     set_reversed,

@@ -13,7 +13,7 @@ import math
 
 import numpy as np
 
-from fegear.dynamics.arrays import ContactProblem, Position, Row
+from fegear.dynamics.kernels.arrays import ContactProblem, Position, Row
 from fegear.dynamics.kernels.contact import (
     CONVERGED,
     NEAR,

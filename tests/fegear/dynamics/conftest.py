@@ -12,13 +12,13 @@ import numpy as np
 import pytest
 from conftest import SMALL_HUBS
 
-from fegear.dynamics.arrays import Clock
 from fegear.dynamics.build import elastic_damping, mesh_laws
 from fegear.dynamics.cross_mesh import cross_mesh_compliance
+from fegear.dynamics.kernels.arrays import Clock
 from fegear.dynamics.model import DynamicModel, ElasticGear, dynamic_model
-from fegear.dynamics.respond import MotionState, ReducedStepper, empty_record
 from fegear.dynamics.scheme import generalized_alpha
 from fegear.dynamics.sides import MeshLaws
+from fegear.dynamics.stepper import MotionState, ReducedStepper, empty_record
 from fegear.elasticity.modes import gear_modes
 from fegear.elasticity.sector import CyclicSector
 from fegear.excitation import Excitations, Source

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fegear.dynamics.kernels import reduced as kernel
-from fegear.dynamics.respond import MotionState
+from fegear.dynamics.stepper import MotionState
 from fegear.gearset.inertia import inertia_of
 
 CUTOFF = 30e3  # Hz
@@ -47,7 +47,7 @@ def collide(stepper, step, speed=SPEED, gap=3e-6):
     """(state before, state after, recorded motion) of one meeting."""
     before = thrown(stepper.model, speed, gap)
     steps = math.ceil((2.0 * gap / speed + 2.0 * CONTACT_TIME) / step) + 80
-    after, motion = stepper.march(before, 0.0, step, steps, 128)
+    after, motion = stepper.integrate(before, 0.0, step, steps, 128)
     assert motion.pair_load.any()
     assert not motion.pair_load[-60:].any()
     return before, after, motion

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from fegear.dynamics.kernels import reduced as kernel
-from fegear.dynamics.respond import DynamicSettings, respond
+from fegear.dynamics.stepper import DynamicSettings
 from lumped.response import FIGURES, Status
+from lumped.steady_state import steady_state
 
 FREQUENCY = 1600.0  # Hz
 CUTOFFS = {"quasistatic": None, "reduced": 30e3}
@@ -26,9 +27,9 @@ def test_start_is_at_rest(stepper):
     assert state.motion.shape == (4, stepper.model.size)
     assert state.contact.shape == (3, stepper.model.contact_count)
     assert (state.motion[1:3] == 0.0).all()
-    _, motion = stepper.march(state, 0.0, 1e-5, 64, 256)
-    scale = np.abs(motion.history.deflection[0])
-    assert (np.ptp(motion.history.deflection, axis=0) < 1e-6 * scale).all()
+    _, motion = stepper.integrate(state, 0.0, 1e-5, 64, 256)
+    scale = np.abs(motion.deflection[0])
+    assert (np.ptp(motion.deflection, axis=0) < 1e-6 * scale).all()
 
 
 def test_statics_do_not_depend_on_the_fidelity(case_of):
@@ -47,27 +48,28 @@ def test_statics_do_not_depend_on_the_fidelity(case_of):
 
 
 def test_response_is_complete_and_finite(stepper):
-    response, motion, state = respond(stepper, FREQUENCY, SETTINGS)
+    response, motion = steady_state(stepper, FREQUENCY, SETTINGS)
+    state = response.state
     meshes, contacts = 2, stepper.model.contact_count
-    points = motion.history.time.size
+    points = motion.time.size
     assert response.status is Status.PERIODIC
     for name in FIGURES:
         assert getattr(response, name).shape == (meshes,)
         assert np.isfinite(getattr(response, name)).all()
     for name in ("deflection", "rate", "force"):
-        values = getattr(motion.history, name)
+        values = getattr(motion, name)
         assert values.shape == (points, meshes)
         assert np.isfinite(values).all()
     assert motion.pair_load.shape == (points, contacts)
     assert (motion.pair_load >= 0.0).all()
     assert motion.hub.shape == (points, 2, stepper.model.modal.damping.size)
     assert state.motion.shape == (4, stepper.model.size)
-    assert motion.history.time[-1] == pytest.approx(response.multiple / FREQUENCY)
+    assert motion.time[-1] == pytest.approx(response.multiple / FREQUENCY)
 
 
 def test_rate_is_the_slope_of_the_deflection(stepper):
-    _, motion, _ = respond(stepper, FREQUENCY, DynamicSettings(steps=1024))
-    history = motion.history
+    _, motion = steady_state(stepper, FREQUENCY, DynamicSettings(steps=1024))
+    history = motion
     slope = np.gradient(history.deflection, history.time, axis=0)[1:-1]
     scale = np.abs(history.rate).max()
     np.testing.assert_allclose(history.rate[1:-1], slope, atol=5e-3 * scale)
@@ -76,9 +78,9 @@ def test_rate_is_the_slope_of_the_deflection(stepper):
 def test_marching_on_is_marching_at_once(stepper):
     start = stepper.start()
     step = 1.0 / (FREQUENCY * 256)
-    half, first = stepper.march(start, FREQUENCY, step, 256, 256)
-    end, second = stepper.march(half, FREQUENCY, step, 256, 256)
-    whole, motion = stepper.march(start, FREQUENCY, step, 512, 256)
+    half, first = stepper.integrate(start, FREQUENCY, step, 256, 256)
+    end, second = stepper.integrate(half, FREQUENCY, step, 256, 256)
+    whole, motion = stepper.integrate(start, FREQUENCY, step, 512, 256)
     np.testing.assert_allclose(end.motion, whole.motion, rtol=1e-9, atol=1e-12)
     joined = np.concatenate([first.pair_load, second.pair_load[1:]])
     np.testing.assert_allclose(joined, motion.pair_load, rtol=1e-9, atol=1e-6)
@@ -88,10 +90,8 @@ def test_without_modes_reduced_is_quasistatic(case_of):
     case = case_of()
     none, rigid = case.stepper(1.0), case.stepper(None)
     assert none.model.size == rigid.model.size
-    runs = [respond(s, FREQUENCY, SETTINGS)[1] for s in (none, rigid)]
-    np.testing.assert_array_equal(
-        runs[0].history.deflection, runs[1].history.deflection
-    )
+    runs = [steady_state(s, FREQUENCY, SETTINGS)[1] for s in (none, rigid)]
+    np.testing.assert_array_equal(runs[0].deflection, runs[1].deflection)
 
 
 @pytest.mark.parametrize("frequency", [FREQUENCY, 2500.0])
@@ -107,7 +107,7 @@ def test_stiff_gears_are_quasistatic(case_of, frequency):
         steppers[1].model.modal.rigidity.min()
         > 0.999e4 * steppers[2].model.modal.rigidity.min()
     )
-    rigid, stiff, elastic = (respond(s, frequency, settings)[0] for s in steppers)
+    rigid, stiff, elastic = (steady_state(s, frequency, settings)[0] for s in steppers)
     assert stiff.dte_rms[0] == pytest.approx(rigid.dte_rms[0], rel=1e-3)
     assert elastic.dte_rms[0] != pytest.approx(rigid.dte_rms[0], rel=1e-2)
 
@@ -121,7 +121,7 @@ def test_a_watch_ends_a_run(stepper):
             raise TimeoutError
 
     with pytest.raises(TimeoutError):
-        respond(stepper, FREQUENCY, SETTINGS, watch=watch)
+        steady_state(stepper, FREQUENCY, SETTINGS, watch=watch)
     assert seen == [(FREQUENCY, n) for n in (1, 2, 3)]
 
 
@@ -129,8 +129,8 @@ def test_slow_sliding_does_not_chatter(case_of):
     """Vibration of nanometres must not turn the friction back and forth."""
     case, found = case_of(friction=0.1), []
     for cutoff in CUTOFFS.values():
-        _, motion, _ = respond(case.stepper(cutoff), 2.0, DynamicSettings())
-        history = motion.history
+        _, motion = steady_state(case.stepper(cutoff), 2.0, DynamicSettings())
+        history = motion
         cycle = history.time / history.time[-1]
         places = np.linspace(0.0, 1.0, 128)
         found.append(np.interp(places, cycle, history.deflection[:, 0]))

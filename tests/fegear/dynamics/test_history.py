@@ -20,13 +20,14 @@ from fegear.dynamics.history import (
     history_name,
     history_table,
 )
-from fegear.dynamics.respond import DynamicSettings, respond, steps_per_cycle
 from fegear.dynamics.root_stress import root_influence
+from fegear.dynamics.stepper import DynamicSettings, steps_per_cycle
 from fegear.elasticity.material import PlaneMaterial
 from fegear.elasticity.sector import CyclicSector
 from fegear.statics import RESOLUTIONS, StaticsSettings, contact_problem
 from fegear.train import train_of
 from lumped import LumpedSystem
+from lumped.steady_state import steady_state
 
 # as many steps as the laws have places
 SETTINGS = DynamicSettings(steps=128, hub_angle=10.0, step_angle=10.0)
@@ -38,7 +39,7 @@ UNITLESS = ("_position", "_engaged_pairs")
 
 def recorded(stepper, frequency, roots=None):
     """The table at one speed."""
-    _, motion, _ = respond(stepper, frequency, SETTINGS)
+    _, motion = steady_state(stepper, frequency, SETTINGS)
     steps = steps_per_cycle(stepper.model, frequency, SETTINGS)
     header = {"gear set": stepper.model.sides[0].gear_set.name}
     return history_table(stepper.model, motion, steps, header, roots)
@@ -157,7 +158,7 @@ def test_back_side_contacts_have_columns_of_their_own(case_of):
     state = stepper.start()
     apart = stepper.model.kinematics.deflection[0]
     state.motion[1] = -0.5 / (apart @ apart) * apart  # thrown apart at 0.5 m/s
-    _, motion = stepper.march(state, FAST, 1.0 / (FAST * 128), 128, 128)
+    _, motion = stepper.integrate(state, FAST, 1.0 / (FAST * 128), 128, 128)
     columns = history_table(stepper.model, motion, 128).columns
     sums = {"pair": 0.0, "back": 0.0}
     for kind in sums:

@@ -10,12 +10,13 @@ import numpy as np
 import pytest
 
 from fegear.dynamics.build import FiniteElements, prepare
-from fegear.dynamics.respond import DynamicSettings, respond
+from fegear.dynamics.stepper import DynamicSettings
 from fegear.errors import InputError
 from fegear.excitation import Excitations, Source
 from fegear.gearset import read_gear_set
 from fegear.gearset.inertia import body_inertia, inertia_of, require_inertia_of_bodies
 from fegear.lumped_system import lumped_system
+from lumped.steady_state import steady_state
 
 README = Path(__file__).parents[3] / "README.md"
 TORQUE, SPEEDS = 120.0, [200.0, 4000.0]
@@ -48,8 +49,8 @@ def test_modes_and_all_freedoms_agree_from_rest(prepared):
     for fidelity in ("full", "reduced", "auto"):
         stepper = prepared(fidelity)
         size = 1.0 / (speed * steps)
-        _, motion = stepper.march(stepper.start(), speed, size, 3 * steps, steps)
-        found.append(motion.history.deflection[:, 0])
+        _, motion = stepper.integrate(stepper.start(), speed, size, 3 * steps, steps)
+        found.append(motion.deflection[:, 0])
     full, *others = found
     for motion in others:
         assert np.sqrt(((motion - full) ** 2).mean()) < 0.06 * full.std()
@@ -57,7 +58,7 @@ def test_modes_and_all_freedoms_agree_from_rest(prepared):
 
 def test_slow_motion_needs_no_elastic_inertia(prepared):
     still, *moving = (
-        respond(prepared(fidelity), SPEEDS[0], SETTINGS)[0].dte_rms[0]
+        steady_state(prepared(fidelity), SPEEDS[0], SETTINGS)[0].dte_rms[0]
         for fidelity in ("quasistatic", "reduced", "auto")
     )
     assert moving == pytest.approx([still, still], rel=5e-3)

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from fegear.dynamics.kernels import reduced as kernel
-from fegear.dynamics.respond import DynamicSettings, respond
+from fegear.dynamics.stepper import DynamicSettings
+from lumped.steady_state import steady_state
 
 CUTOFF = 30e3  # Hz
 CYCLE = 128
@@ -30,8 +31,8 @@ def kicked(stepper, speed):
 def deflections(stepper, state, frequency, cells, fine):
     """At the ends of position cells, `fine` steps in each."""
     step = 1.0 / (1600.0 * CYCLE * fine)
-    _, motion = stepper.march(state, frequency, step, cells * fine, CYCLE * fine)
-    return motion.history.deflection[::fine, 0], motion.history.force[::fine, 0]
+    _, motion = stepper.integrate(state, frequency, step, cells * fine, CYCLE * fine)
+    return motion.deflection[::fine, 0], motion.force[::fine, 0]
 
 
 def errors_of(stepper, state, frequency, cells):
@@ -74,7 +75,7 @@ def test_periodic_response_with_loss_of_contact(case_of, kind):
     counts, found = np.array([128, 256, 512, 2048]), []
     for steps in counts:
         settings = DynamicSettings(steps=int(steps), tolerance=1e-6)
-        response, _, _ = respond(stepper, RESONANCES[kind], settings)
+        response, _ = steady_state(stepper, RESONANCES[kind], settings)
         assert response.multiple == 1
         found.append((response.dte_rms[0], response.contact_loss[0]))
     rms, loss = np.array(found).T

@@ -7,15 +7,16 @@ import pytest
 from contact_at import contact_at
 
 from fegear.contact.problem import solve_cycle
-from fegear.dynamics import respond as responding
+from fegear.dynamics import stepper as stepping
 from fegear.dynamics.build import FiniteElements, prepare
 from fegear.dynamics.history import history_table
-from fegear.dynamics.respond import DynamicSettings, respond, steps_per_cycle
 from fegear.dynamics.sides import BACK, DRIVE
+from fegear.dynamics.stepper import DynamicSettings, steps_per_cycle
 from fegear.errors import InputError
 from fegear.excitation import Excitations, Source
 from fegear.gearset.phases import mesh_phases
 from fegear.statics import RESOLUTIONS, StaticsSettings, contact_problem
+from lumped.steady_state import steady_state
 from validation.oracles import reduced_motion
 
 PINION, WHEEL = (0.0, 3e-6), (1e-6, -2e-6, 0.5e-6, 2e-6, -1e-6)  # repeated around
@@ -65,7 +66,7 @@ def test_equal_teeth_have_no_errors(case_of):
 def test_slow_motion_has_the_statics_of_every_pair(uneven):
     """Ten mesh cycles, in each of which other teeth carry."""
     stepper, slow = uneven.stepper(None), 40.0
-    response, motion, _ = respond(stepper, slow, DynamicSettings(steps=512))
+    response, motion = steady_state(stepper, slow, DynamicSettings(steps=512))
     assert response.period_multiple.tolist() == [CYCLES]
     gear_set = uneven.gear_set
     settings = StaticsSettings()
@@ -74,7 +75,7 @@ def test_slow_motion_has_the_statics_of_every_pair(uneven):
     at = mesh_phases(gear_set)[0].value + position % 1.0
     expected = solve_cycle(problem, [100.0], at, np.floor(position).astype(int))
     time = position / slow
-    found = np.interp(time, motion.history.time, motion.history.deflection[:, 0])
+    found = np.interp(time, motion.time, motion.deflection[:, 0])
     off = found - expected.ste[0]
     assert off.std() < 0.02 * expected.ste[0].std()
     assert abs(off.mean()) < 0.02 * expected.ste[0].mean()
@@ -106,9 +107,11 @@ def test_motion_is_that_of_rigid_gears_on_the_contact_of_every_instant(uneven):
         three = slope(x + half, state + 0.5 * h * two)
         four = slope(x + 2.0 * half, state + h * three)
         state = state + h / 6.0 * (one + 2.0 * two + 2.0 * three + four)
-    _, motion, _ = respond(uneven.stepper(None), frequency, DynamicSettings(steps=256))
+    _, motion = steady_state(
+        uneven.stepper(None), frequency, DynamicSettings(steps=256)
+    )
     time = np.arange(CYCLES * each) * h
-    found = np.interp(time, motion.history.time, motion.history.deflection[:, 0])
+    found = np.interp(time, motion.time, motion.deflection[:, 0])
     off = found - expected
     assert off.std() < 0.02 * np.std(expected)
     assert abs(off.mean()) < 0.01 * np.mean(expected)
@@ -126,12 +129,12 @@ def test_steps_are_those_of_the_equations(uneven):
         tolerance=1e-8,
     )
     steps = 128 * 8
-    _, motion = stepper.march(
+    _, motion = stepper.integrate(
         state, frequency, 1.0 / (frequency * steps), cycles * steps, steps
     )
-    found = motion.history.deflection[::8, 0]
+    found = motion.deflection[::8, 0]
     exact = states[:, 0, : shape.size] @ shape
-    assert (motion.history.force == 0.0).any()
+    assert (motion.force == 0.0).any()
     assert np.sqrt(np.mean((found - exact) ** 2)) < 2e-3 * exact.std()
 
 
@@ -140,13 +143,11 @@ def test_a_later_start_is_another_pair(uneven):
     stepper, cycle = uneven.stepper(None), 128
     size = 1.0 / (1600.0 * cycle)
     first = stepper.start()
-    _, whole = stepper.march(first, 1600.0, size, 4 * cycle, cycle)
-    half, _ = stepper.march(first, 1600.0, size, 2 * cycle, cycle)
-    _, later = stepper.march(half, 1600.0, size, 2 * cycle, cycle, 2 * cycle)
-    np.testing.assert_array_equal(
-        later.history.deflection, whole.history.deflection[2 * cycle :]
-    )
-    _, again = stepper.march(half, 1600.0, size, 2 * cycle, cycle)
+    _, whole = stepper.integrate(first, 1600.0, size, 4 * cycle, cycle)
+    half, _ = stepper.integrate(first, 1600.0, size, 2 * cycle, cycle)
+    _, later = stepper.integrate(half, 1600.0, size, 2 * cycle, cycle, 2 * cycle)
+    np.testing.assert_array_equal(later.deflection, whole.deflection[2 * cycle :])
+    _, again = stepper.integrate(half, 1600.0, size, 2 * cycle, cycle)
     assert np.abs(again.pair_load - later.pair_load).max() > 10.0
 
 
@@ -154,15 +155,15 @@ def test_long_periods_are_run_in_pieces(uneven, monkeypatch):
     """With the same result, and a look at the clock between them."""
     stepper, settings = uneven.stepper(None), DynamicSettings(tolerance=1e-3)
     looks: list[int] = []
-    one, _, end = respond(stepper, 1600.0, settings)
-    monkeypatch.setattr(responding, "PIECE", 3)
+    one, _ = steady_state(stepper, 1600.0, settings)
+    monkeypatch.setattr(stepping, "PIECE", 3)
     watch = lambda frequency, period: looks.append(period)  # noqa: E731
-    other, motion, later = respond(stepper, 1600.0, settings, watch=watch)
+    other, motion = steady_state(stepper, 1600.0, settings, watch=watch)
     np.testing.assert_array_equal(one.dte_rms, other.dte_rms)
-    np.testing.assert_array_equal(end.motion, later.motion)
+    np.testing.assert_array_equal(one.state.motion, other.state.motion)
     assert looks.count(0) == 3  # pieces of 3, 3, 3 and 1 cycles
     assert (
-        len(motion.history.time)
+        len(motion.time)
         == CYCLES * steps_per_cycle(stepper.model, 1600.0, settings) + 1
     )
 
@@ -170,16 +171,16 @@ def test_long_periods_are_run_in_pieces(uneven, monkeypatch):
 def test_the_speed_changes_within_whole_periods(uneven):
     """After a change of speed the same pairs are in mesh at the same time."""
     stepper, settings = uneven.stepper(None), DynamicSettings(tolerance=1e-4)
-    _, _, state = respond(stepper, 1500.0, settings)
-    moved, _, _ = respond(stepper, 1600.0, settings, state, 1500.0)
-    rested, _, _ = respond(stepper, 1600.0, settings)
+    state = steady_state(stepper, 1500.0, settings)[0].state
+    moved, _ = steady_state(stepper, 1600.0, settings, state, 1500.0)
+    rested, _ = steady_state(stepper, 1600.0, settings)
     np.testing.assert_allclose(moved.dte_rms, rested.dte_rms, rtol=1e-3)
-    np.testing.assert_allclose(moved.state[0], rested.state[0], rtol=1e-2)
+    np.testing.assert_allclose(moved.state.motion[0], rested.state.motion[0], rtol=1e-2)
 
 
 def test_history_names_the_teeth_of_the_reference_pair(uneven, case_of):
     stepper, settings = uneven.stepper(None), DynamicSettings(tolerance=1e-2)
-    _, motion, _ = respond(stepper, 1600.0, settings)
+    _, motion = steady_state(stepper, 1600.0, settings)
     steps = steps_per_cycle(stepper.model, 1600.0, settings)
     columns = history_table(stepper.model, motion, steps).columns
     for role, teeth in (("driver", 38), ("driven", 55)):
@@ -187,7 +188,7 @@ def test_history_names_the_teeth_of_the_reference_pair(uneven, case_of):
         assert found[::steps].tolist() == [1 + n % teeth for n in range(CYCLES + 1)]
         assert found[steps - 1] == 1
     stepper = case_of().stepper(None)
-    _, motion, _ = respond(stepper, 1600.0, settings)
+    _, motion = steady_state(stepper, 1600.0, settings)
     plain = history_table(stepper.model, motion, steps)
     assert not any("tooth" in name for name in (*plain.columns, *plain.header))
 
@@ -202,9 +203,9 @@ def test_every_fidelity_moves_as_the_pairs_of_teeth(fidelity, case_of):
     source = Excitations(Source(resolution="coarse"))
     given = case.reference, [1000.0], elements, settings, source
     found = prepare(case.gear_set, 100.0, *given)
-    response, _, _ = respond(found.stepper, 1000.0, settings)
+    response, _ = steady_state(found.stepper, 1000.0, settings)
     assert response.period_multiple.tolist() == [2]
-    from lumped.response import respond as lumped_respond
+    from lumped.respond import respond as lumped_respond
 
     one = lumped_respond(case.reference, 1000.0)
     assert one.period_multiple.tolist() == [2]
@@ -214,7 +215,7 @@ def test_every_fidelity_moves_as_the_pairs_of_teeth(fidelity, case_of):
 def test_motion_that_memory_cannot_hold_is_refused_with_its_length(case_of):
     case = case_of("liu-idler", errors=idler_errors())
     with pytest.raises(InputError, match=r"98230 cycles .* GB of motion"):
-        respond(case.stepper(None), 1600.0, DynamicSettings())
+        steady_state(case.stepper(None), 1600.0, DynamicSettings())
 
 
 def test_a_motion_that_does_not_repeat_is_recorded_over_a_common_period(uneven):
@@ -222,6 +223,6 @@ def test_a_motion_that_does_not_repeat_is_recorded_over_a_common_period(uneven):
     stepper = uneven.stepper(None)
     settings = DynamicSettings(tolerance=1e-12, max_periods=1, multiples=2, windows=1)
     steps = steps_per_cycle(stepper.model, 1600.0, settings)
-    response, motion, _ = respond(stepper, 1600.0, settings)
+    response, motion = steady_state(stepper, 1600.0, settings)
     assert response.multiple == 0
-    assert len(motion.history.time) == CYCLES * steps + 1
+    assert len(motion.time) == CYCLES * steps + 1

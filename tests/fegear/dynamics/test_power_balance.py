@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from fegear.dynamics.kernels import reduced as kernel
-from fegear.dynamics.respond import DynamicSettings, respond
+from fegear.dynamics.stepper import DynamicSettings
+from lumped.steady_state import steady_state
 
 CUTOFF = 30e3  # Hz
 CYCLE = 128
@@ -46,7 +47,8 @@ def imbalance(stepper, track, frequency, steps):
     """Power that is missing over that of damping; part of the time apart."""
     model = stepper.model
     settings = DynamicSettings(steps=steps, tolerance=1e-8, step_angle=10.0)
-    response, _, state = respond(stepper, frequency, settings)
+    response, _ = steady_state(stepper, frequency, settings)
+    state = response.state
     assert response.multiple == 1
     run = track(stepper, state, frequency, 1.0 / (frequency * steps), steps, steps)
     # periodic: the trapezoid rule is the mean of all points but the last

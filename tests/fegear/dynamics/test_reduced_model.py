@@ -13,7 +13,7 @@ import pytest
 import fegear.statics as statics
 from fegear.contact.problem import solve_cycle
 from fegear.dynamics.kernels import reduced as kernel
-from fegear.dynamics.respond import MotionState
+from fegear.dynamics.stepper import MotionState
 from fegear.gearset.model import GearSet
 from fegear.statics import Resolution, StaticsSettings, contact_problem
 from fegear.train import train_of
@@ -100,10 +100,10 @@ def test_slow_motion_with_friction_is_static(case_of, track, relief):
     table = solve_cycle(problem, [100.0], np.arange(POSITIONS) / POSITIONS)
     stepper = case.stepper(CUTOFF, remaining=0.0)
     frequency, steps = 0.5, 64 * POSITIONS
-    _, motion = stepper.march(
+    _, motion = stepper.integrate(
         stepper.start(), frequency, 1.0 / (frequency * steps), steps, steps
     )
-    found = motion.history.deflection[: -1 : steps // POSITIONS, 0]
+    found = motion.deflection[: -1 : steps // POSITIONS, 0]
     # at the pitch point itself, and off balance at the very start
     error = np.abs(found / table.ste[0] - 1.0)[1:]
     assert np.median(error) < 1e-4
@@ -264,13 +264,11 @@ def test_a_mirrored_train_moves_alike(both_ways, cutoff):
         kick = np.linalg.pinv(deflection) @ [0.2, -0.2]  # m/s
         state.motion[kernel.V, : kick.size] += kick
         step = 1.0 / (1500.0 * 256)
-        runs.append(stepper.march(state, 1500.0, step, 512, 256)[1])
-    force = runs[0].history.force
+        runs.append(stepper.integrate(state, 1500.0, step, 512, 256)[1])
+    force = runs[0].force
     assert (force == 0.0).any()
     assert (force < 0.0).any()
-    np.testing.assert_allclose(
-        runs[1].history.force, force, atol=1e-6 * force.max(), rtol=0.0
-    )
+    np.testing.assert_allclose(runs[1].force, force, atol=1e-6 * force.max(), rtol=0.0)
     np.testing.assert_allclose(
         runs[1].pair_load, runs[0].pair_load, atol=1e-6 * force.max(), rtol=0.0
     )

@@ -31,7 +31,7 @@ def run(request, case_of):
 
 def marched(stepper, state, fine):
     steps = POSITIONS * fine
-    _, motion = stepper.march(
+    _, motion = stepper.integrate(
         state, FREQUENCY, 1.0 / (FREQUENCY * steps), PERIODS * steps, steps
     )
     return motion
@@ -42,9 +42,9 @@ def test_march_tends_to_the_exact_motion(run):
     errors = []
     for fine in (2, 4, 8, 16):
         motion = marched(stepper, state, fine)
-        found = motion.history.deflection[::fine, 0]
+        found = motion.deflection[::fine, 0]
         errors.append(np.sqrt(np.mean((found - exact) ** 2)) / exact.std())
-    force = motion.history.force
+    force = motion.force
     assert 0.05 < (force == 0.0).mean() < 0.5
     rate = -np.polyfit(np.log([2, 4, 8]), np.log(errors[:3]), 1)[0]
     assert rate > 1.7

@@ -7,10 +7,12 @@ import threading
 import numpy as np
 import pytest
 
-from fegear.dynamics.respond import DynamicSettings
-from fegear.dynamics.sweep import sweep_branch
+from fegear.dynamics.checkpoint import StoredBranch
+from fegear.dynamics.stepper import DynamicSettings, ReducedStepper
 from fegear.store import open_checkpoint
 from lumped.response import FIGURES
+from lumped.steady_state import Diverged
+from lumped.sweep import sweep_branch
 
 SPEEDS = [1000.0, 1010.0, 1020.0]
 SETTINGS = DynamicSettings(tolerance=1e-3)
@@ -46,16 +48,14 @@ def test_a_checkpoint_gives_back_what_was_found(stepper, tmp_path):
     stop = threading.Event()
     sweep_branch(
         *(stepper, SPEEDS, "up", SETTINGS),
-        checkpoint=checkpoint,
-        name="up",
+        store=StoredBranch(checkpoint, "up"),
         passed=stop.set,
         stop=stop,
     )
     marched = []
     resumed = sweep_branch(
         *(stepper, SPEEDS, "up", SETTINGS),
-        checkpoint=checkpoint,
-        name="up",
+        store=StoredBranch(checkpoint, "up"),
         watch=lambda frequency, period: marched.append(frequency),
     )
     assert set(marched) == set(SPEEDS[1:])
@@ -76,8 +76,7 @@ def test_histories_are_kept_before_a_speed_counts(stepper, tmp_path):
     with pytest.raises(OSError, match="disk full"):
         sweep_branch(
             *(stepper, SPEEDS, "up", SETTINGS),
-            checkpoint=checkpoint,
-            name="up",
+            store=StoredBranch(checkpoint, "up"),
             keep=keep,
         )
     assert len(checkpoint.finished("up")) == 1
@@ -85,13 +84,14 @@ def test_histories_are_kept_before_a_speed_counts(stepper, tmp_path):
 
 
 def test_a_diverged_speed_ends_a_branch(stepper, monkeypatch):
-    from fegear.dynamics import sweep as module
-
     def diverge(*_):
-        raise FloatingPointError
+        raise Diverged(0.5)
 
-    monkeypatch.setattr(module, "respond", diverge)
+    start = stepper.start()
+    monkeypatch.setattr(ReducedStepper, "start", lambda self: start)
+    monkeypatch.setattr(ReducedStepper, "integrate", diverge)
     branch = sweep_branch(stepper, SPEEDS, "up", SETTINGS)
     assert [str(r.status) for r in branch.responses] == ["diverged"]
     assert np.isnan(branch.column("dte_rms")).all()
+    assert branch.responses[0].settling_time == 0.5 / SPEEDS[0]
     assert not branch.complete

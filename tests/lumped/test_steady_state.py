@@ -7,10 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-import lumped.confirmed as module
+import lumped.steady_state as module
 from lumped import Settings, Status, respond, sweep
-from lumped.confirmed import FINEST, alike, doubtful, respond_confirmed
 from lumped.motion import time_history
+from lumped.respond import respond_confirmed
+from lumped.steady_state import alike, doubtful
+from lumped.steppers import FINEST
 
 RELIEF = 25e-6  # m: here fixed steps of 64 and 256 a period find no period
 FREQUENCY = 1280.0  # Hz
@@ -50,9 +52,9 @@ def test_sweeps_and_histories_are_confirmed(relieved):
 
 def test_a_plain_response_is_not_computed_twice(system, monkeypatch):
     calls = []
-    real = module.respond_with_history
+    real = module.steady_state
     monkeypatch.setattr(
-        module, "respond_with_history", lambda *args: calls.append(1) or real(*args)
+        module, "steady_state", lambda *args: calls.append(1) or real(*args)
     )
     response, _, settings = respond_confirmed(system(), 2000.0)
     assert response.multiple == 1

@@ -1,0 +1,359 @@
+"""Implicit steppers of a gear set's finite-element dynamics, for lumped's driver."""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from dataclasses import dataclass, fields, replace
+from functools import partial
+from typing import TYPE_CHECKING, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fegear.dynamics.kernels.arrays import Clock, Record, Step
+from fegear.dynamics.model import DynamicModel
+from fegear.dynamics.scheme import Scheme, generalized_alpha
+from fegear.errors import InputError
+from lumped.response import History
+from lumped.settings import SteadySettings, require_between
+from lumped.steady_state import Diverged, new_convergence, straining
+from lumped.system import LumpedSystem
+
+if TYPE_CHECKING:
+    from lumped.kernels.arrays import Convergence
+
+Array = NDArray[np.float64]
+REST_STEPS = 100  # to static equilibrium
+PIECE = 64  # periods of the first mesh, at most, between two looks at the clock
+MOST_BYTES = 1e9  # of a recorded motion
+GRAIN = 1e-11  # of the deflection, that contact solutions leave open in a period
+
+
+class DynamicsError(ArithmeticError):
+    """A motion that could not be integrated."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class DynamicSettings(SteadySettings):
+    """Numerical choices.
+
+    steps : per cycle of the fastest mesh, at least
+    step_angle : largest phase [rad] that the highest elastic mode turns in a step
+    hub_angle : the same for the highest mode of the rigid train that strains a mesh
+    rho_inf : part of an unresolved vibration that a step leaves, see `scheme`
+    ramp_periods : of the first mesh, over which the speed changes
+    """
+
+    least_periods: ClassVar[int] = 400
+    steps: int = 128
+    step_angle: float = 1.0
+    hub_angle: float = 0.1
+    rho_inf: float = 0.9
+    ramp_periods: int = 8
+
+    def __post_init__(self) -> None:
+        require_between("steps", self.steps, 8, 100_000)
+        require_between("step_angle", self.step_angle, 0, 10, above=True)
+        require_between("hub_angle", self.hub_angle, 0, 10, above=True)
+        require_between("rho_inf", self.rho_inf, 0, 1)
+        super().__post_init__()
+        require_between("ramp_periods", self.ramp_periods, 0, 10_000)
+
+    @property
+    def scheme(self) -> Scheme:
+        return generalized_alpha(self.rho_inf)
+
+
+@dataclass(frozen=True, eq=False)
+class MotionState:
+    """Where a motion stands at the start of a common period.
+
+    motion : (4, n) displacement, velocity, acceleration, generalised contact force
+    contact : (3, c) penetration [m], load [N] and whether friction is reversed
+    fields : (4, own, teeth) the same as motion of each gear's finite elements, per
+        unit width, where they are integrated
+    """
+
+    motion: Array
+    contact: Array
+    fields: tuple[Array, ...] = ()
+
+    def copy(self) -> MotionState:
+        fields = tuple(field.copy() for field in self.fields)
+        return MotionState(self.motion.copy(), self.contact.copy(), fields)
+
+
+@dataclass(frozen=True, eq=False)
+class Motion(History):
+    """What was recorded over t points: meshes m, contacts c, hub coordinates h.
+
+    pair_load : (t, c) [N]
+    hub : (t, 2, h) displacement and velocity of the hub coordinates
+    """
+
+    pair_load: Array
+    hub: Array
+
+
+@dataclass(frozen=True, eq=False)
+class ImplicitStepper(ABC):
+    """What all fidelities have in common: steps of a size through common periods."""
+
+    model: DynamicModel
+    scheme: Scheme
+
+    @abstractmethod
+    def unloaded(self) -> MotionState:
+        """Nothing moves, nothing is loaded."""
+
+    @abstractmethod
+    def integrate(
+        self,
+        state: MotionState,
+        frequency: float,
+        step: float,
+        steps: int,
+        cycle: int,
+        start: int = 0,
+    ) -> tuple[MotionState, Motion]:
+        """Advance by `steps` steps [s] from step `start` of a common period.
+
+        cycle : steps of a cycle of the first mesh; frequency : of that [Hz], 0 for
+        gears that stand still. Raises DynamicsError where contact is not solved and
+        Diverged.
+        """
+
+    @property
+    def system(self) -> LumpedSystem:
+        return self.model.reference
+
+    def start(self) -> MotionState:
+        """Static equilibrium by damped time stepping, with gears that stand still.
+
+        With rho_inf = 0 long steps leave nothing of a vibration.
+        """
+        angular = self.system.modes.angular
+        slow = 10.0 / angular[angular > 0.0].min()
+        damped = replace(self, scheme=generalized_alpha(0.0))
+        found, _ = damped.integrate(self.unloaded(), 0.0, slow, REST_STEPS, 1)
+        for array in (found.motion, *found.fields):
+            array[1:3] = 0.0
+        return found
+
+    def begin(self, state: MotionState, settings: DynamicSettings) -> Convergence:
+        angular = self.system.modes.angular
+        angular = np.where(angular > 0.0, angular, 1.0)
+        shapes = self.model.kinematics.deflection
+        check = new_convergence(shapes, angular, settings)
+        place, velocity = state.motion[:2, : angular.size]
+        check.sections[0] = place, velocity / angular
+        return check
+
+    def advance(
+        self,
+        state: MotionState,
+        frequency: float,
+        settings: DynamicSettings,
+        check: Convergence,
+        most: int,
+        watch: Callable[[int], None],
+    ) -> tuple[MotionState, bool]:
+        """By one common period."""
+        from lumped.kernels.settling import close_period
+
+        look = partial(watch, 0)
+        state, motion = self._common_period(state, frequency, settings, look)
+        check.limits[:] = motion.deflection.min(axis=0), motion.deflection.max(axis=0)
+        check.noise[:] = GRAIN * np.abs(check.limits).max(axis=0)
+        place, velocity = state.motion[:2, : check.angular.size]
+        return state, close_period(check, place, velocity)
+
+    def record(
+        self,
+        state: MotionState,
+        frequency: float,
+        settings: DynamicSettings,
+        periods: int,
+        watch: Callable[[int], None],
+    ) -> tuple[MotionState, Motion]:
+        parts = []
+        for done in range(periods):
+            look = partial(watch, done)
+            state, motion = self._common_period(state, frequency, settings, look)
+            parts.append(motion)
+            watch(done + 1)
+        return state, joined(parts)
+
+    def change_speed(
+        self,
+        state: MotionState,
+        before: float,
+        after: float,
+        settings: DynamicSettings,
+    ) -> MotionState:
+        """A period of all meshes at each of several frequencies on a smooth way.
+
+        It ends after whole common periods, when the tooth pairs stand as they did.
+        """
+        length, rounds = self.system.train.common_period[0], self.system.rounds
+        stops = math.ceil(settings.ramp_periods / length)
+        for number in range(math.ceil(stops / rounds) * rounds):
+            part = (number + 1.0) / (stops + 1.0)
+            smooth = part * part * (3.0 - 2.0 * part)
+            frequency = before + (after - before) * smooth if part < 1.0 else after
+            cycle = steps_per_cycle(self.model, frequency, settings)
+            step, start = 1.0 / (frequency * cycle), number % rounds * length * cycle
+            state, _ = self.integrate(
+                state, frequency, step, cycle * length, cycle, start
+            )
+        return state
+
+    def refined(
+        self, frequency: float, settings: DynamicSettings, repeats: bool
+    ) -> DynamicSettings | None:
+        """Steps are those that the elastic modes need."""
+        return None
+
+    def _common_period(
+        self,
+        state: MotionState,
+        frequency: float,
+        settings: DynamicSettings,
+        look: Callable[[], None],
+    ) -> tuple[MotionState, Motion]:
+        """Integrate through a common period; look : called between parts of a long one.
+
+        Raises InputError where it is too long to be recorded.
+        """
+        cycle = steps_per_cycle(self.model, frequency, settings)
+        _require_memory(self.model, cycle)
+        step, whole = 1.0 / (frequency * cycle), self.system.common_period[0] * cycle
+        piece = whole if self.system.rounds == 1 else PIECE * cycle
+        parts = []
+        for start in range(0, whole, piece):
+            if start:
+                look()
+            steps = min(piece, whole - start)
+            state, motion = self.integrate(state, frequency, step, steps, cycle, start)
+            parts.append(motion)
+        return state, joined(parts)
+
+
+@dataclass(frozen=True, eq=False)
+class ReducedStepper(ImplicitStepper):
+    """Hubs and elastic modes, or hubs alone."""
+
+    def unloaded(self) -> MotionState:
+        model = self.model
+        return MotionState(
+            np.zeros((4, model.size)), np.zeros((3, model.contact_count))
+        )
+
+    def integrate(
+        self,
+        state: MotionState,
+        frequency: float,
+        step: float,
+        steps: int,
+        cycle: int,
+        start: int = 0,
+    ) -> tuple[MotionState, Motion]:
+        from fegear.dynamics.kernels import reduced as kernel
+
+        model, now = self.model, state.copy()
+        record = empty_record(model, steps)
+        clock = Clock(2.0 * math.pi * frequency, cycle, start, model.limit)
+        status, done = kernel.integrate(
+            model.arrays, self.step(step), clock, now.motion, now.contact, record
+        )
+        if status == kernel.DIVERGED:
+            raise Diverged(done / (cycle * self.system.common_period[0]))
+        if status != kernel.FINISHED:
+            raise DynamicsError(
+                f"contact not solved at {frequency:g} Hz after {done} steps: the load "
+                "may be more than these teeth can carry, or more --steps may help"
+            )
+        return now, recorded(step, record)
+
+    def step(self, size: float) -> Step:
+        """What a step size [s] makes of the model, for the kernels.
+
+        The mass, damping and stiffness of the step are weighed by the scheme; the
+        elastic modes, diagonal but for their coupling to the rotation of their gear,
+        are eliminated from the hubs' matrix.
+        """
+        modal = self.model.modal
+        mass, damping, stiffness = self.scheme.weights(size)
+        inverse = 1.0 / (
+            mass + damping * modal.elastic_damping + stiffness * modal.rigidity
+        )
+        carried = (mass * modal.coupling) ** 2 * inverse
+        turns = modal.rotation[modal.owner]
+        matrix = stiffness * modal.stiffness + np.diag(mass + damping * modal.damping)
+        matrix -= turns.T @ (carried[:, None] * turns)
+        hub_inverse = np.asarray(np.linalg.inv(matrix), float)
+        return Step(self.scheme.newmark(size), mass, inverse, hub_inverse)
+
+
+def empty_record(model: DynamicModel, steps: int) -> Record:
+    """Room for what is recorded of the meshes, pair loads and hubs over steps."""
+    meshes, hubs = model.kinematics.rate.size, model.modal.damping.size
+    return Record(
+        np.empty((steps + 1, 5, meshes)),
+        np.empty((steps + 1, model.contact_count)),
+        np.empty((steps + 1, 2, hubs)),
+    )
+
+
+def recorded(step: float, record: Record) -> Motion:
+    """What the kernels record at every step [s]."""
+    dte, rate, force, drive, back = record.mesh.transpose(1, 0, 2)
+    time = step * np.arange(float(len(dte)))
+    meshes = dte, rate, force, drive, back, force
+    return Motion(time, *meshes, pair_load=record.load, hub=record.hub)
+
+
+def joined(parts: list[Motion]) -> Motion:
+    """Consecutive motions as one; the end of one is the start of the next."""
+    if len(parts) == 1:
+        return parts[0]
+    whole = {
+        name: np.concatenate(
+            [getattr(part, name)[:-1] for part in parts[:-1]]
+            + [getattr(parts[-1], name)]
+        )
+        for name in (field.name for field in fields(Motion))
+    }
+    whole["time"] = parts[0].time[1] * np.arange(float(len(whole["rate"])))
+    return Motion(**whole)
+
+
+def steps_per_cycle(
+    model: DynamicModel, frequency: float, settings: DynamicSettings
+) -> int:
+    """Steps of a cycle of the first mesh, a multiple of the settings' number."""
+    system = model.reference
+    base = math.ceil(settings.steps * max(system.train.mesh_rates))
+    needed = system.modes.angular[straining(system)].max() / settings.hub_angle
+    if model.modal.rigidity.size:
+        highest = math.sqrt(model.modal.rigidity.max())
+        needed = max(needed, highest / settings.step_angle)
+    return base * max(1, math.ceil(needed / (frequency * base)))
+
+
+def _require_memory(model: DynamicModel, cycle: int) -> None:
+    """A common period with pitch errors must not be too long to be recorded.
+
+    cycle : steps of a cycle of the first mesh
+    """
+    length = model.reference.common_period[0]
+    needed = 8 * length * cycle * sum(part[0].size for part in empty_record(model, 0))
+    if model.reference.rounds > 1 and needed > MOST_BYTES:
+        raise InputError(
+            f"{length} cycles of the first mesh, after which all meshes and tooth "
+            f"pairs with pitch errors repeat, of {cycle} steps each: "
+            f"{needed / 1e9:.3g} GB of motion, more than a run should hold in memory; "
+            "allowed are pitch errors of fewer gears or that repeat sooner, fewer steps"
+        )

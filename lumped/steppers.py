@@ -1,0 +1,210 @@
+"""Steppers of lumped systems: Runge-Kutta with fixed or with adaptive steps."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lumped.response import History
+from lumped.settings import Settings
+from lumped.steady_state import Diverged, new_convergence
+from lumped.system import LumpedSystem
+
+if TYPE_CHECKING:
+    from lumped.kernels.arrays import AdaptiveRules, Convergence, Samples
+
+Array = NDArray[np.float64]
+FINEST = 512  # fixed steps per period, beyond which nothing hangs on them
+
+
+@dataclass(frozen=True, eq=False)
+class LumpedStepper:
+    """What fixed and adaptive steps have in common; a state (2, n) is modal.
+
+    Both settle in compiled loops over the periods, see `lumped.kernels`.
+    """
+
+    system: LumpedSystem
+
+    def start(self) -> Array:
+        return self.system.static_state
+
+    def begin(self, state: Array, settings: Settings) -> Convergence:
+        system = self.system.arrays
+        check = new_convergence(system.shapes, np.sqrt(system.rigidity), settings)
+        check.sections[0] = state[0], state[1] / check.angular
+        return check
+
+    def change_speed(
+        self, state: Array, before: float, after: float, settings: Settings
+    ) -> Array:
+        """At once."""
+        return state
+
+
+class FixedStepper(LumpedStepper):
+    """Classical Runge-Kutta, of fourth order."""
+
+    def _samples(self, frequency: float, settings: Settings) -> Samples:
+        steps = steps_per_period(self.system, frequency, settings)
+        samples = self.system.samples(steps)
+        return samples._replace(h=samples.h / frequency)
+
+    def advance(
+        self,
+        state: Array,
+        frequency: float,
+        settings: Settings,
+        check: Convergence,
+        most: int,
+        watch: Callable[[int], None],
+    ) -> tuple[Array, bool]:
+        from lumped.kernels import rk4
+
+        system, now = self.system, np.array(state)
+        status, part, settled = rk4.settle_rk4(
+            system.arrays,
+            self._samples(frequency, settings),
+            system.limit,
+            now,
+            check,
+            most,
+        )
+        if status:
+            raise Diverged(part)
+        return now, settled
+
+    def record(
+        self,
+        state: Array,
+        frequency: float,
+        settings: Settings,
+        periods: int,
+        watch: Callable[[int], None],
+    ) -> tuple[Array, History]:
+        from lumped.kernels import rk4
+
+        system, now = self.system, np.array(state)
+        samples = self._samples(frequency, settings)
+        time, out = _room(system, samples.h, periods)
+        status, _ = rk4.record_rk4(
+            system.arrays, samples, periods, now, system.limit, out
+        )
+        if status:
+            raise Diverged(0.0)
+        return now, History(time, *out.transpose(1, 0, 2))
+
+    def refined(
+        self, frequency: float, settings: Settings, repeats: bool
+    ) -> Settings | None:
+        """Twice the steps, as far as memory holds them."""
+        if settings.steps >= FINEST:
+            return None
+        # what does not repeat may do so on the finest steps alone
+        steps = min(2 * settings.steps if repeats else FINEST, FINEST)
+        finer = replace(settings, steps=steps)
+        needed = steps_per_period(self.system, frequency, finer)
+        return finer if self.system.holds(needed) else None
+
+
+class AdaptiveStepper(LumpedStepper):
+    """Dormand and Prince's steps of order 5(4), which end on contact changes."""
+
+    def _rules(self, frequency: float, settings: Settings) -> AdaptiveRules:
+        from lumped.kernels.arrays import AdaptiveRules
+
+        size = 1e-3 * self.system.energy_norm
+        return AdaptiveRules(settings.step_error, self.system.limit, frequency, size)
+
+    def advance(
+        self,
+        state: Array,
+        frequency: float,
+        settings: Settings,
+        check: Convergence,
+        most: int,
+        watch: Callable[[int], None],
+    ) -> tuple[Array, bool]:
+        from lumped.kernels import dopri5
+
+        system, now = self.system, np.array(state)
+        status, part, settled = dopri5.settle_dopri5(
+            system.arrays,
+            system.pieces_in(0),
+            self._rules(frequency, settings),
+            (float(system.train.common_period[0]), system.rounds, system.turns),
+            now,
+            check,
+            most,
+        )
+        if status:
+            raise Diverged(part)
+        return now, settled
+
+    def record(
+        self,
+        state: Array,
+        frequency: float,
+        settings: Settings,
+        periods: int,
+        watch: Callable[[int], None],
+    ) -> tuple[Array, History]:
+        """On the grid of fixed steps."""
+        from lumped.kernels import dopri5
+
+        system, now = self.system, np.array(state)
+        h = system.samples(steps_per_period(system, frequency, settings)).h
+        time, out = _room(system, h, periods)
+        rules, length = self._rules(frequency, settings), system.train.common_period[0]
+        steps = h.size // system.rounds
+        grid = np.concatenate([[0.0], np.cumsum(h[:steps])])
+        grid[-1] = length
+        for number, start in enumerate(range(0, time.size - 1, steps)):
+            status, _ = dopri5.record_dopri5(
+                system.arrays,
+                system.pieces_in(number % system.rounds),
+                rules,
+                (0.0, float(length)),
+                now,
+                grid,
+                out[start : start + steps + 1],
+            )
+            if status:
+                raise Diverged(0.0)
+        return now, History(time / frequency, *out.transpose(1, 0, 2))
+
+    def refined(
+        self, frequency: float, settings: Settings, repeats: bool
+    ) -> Settings | None:
+        """Steps keep to their accuracy."""
+        return None
+
+
+def stepper_of(
+    system: LumpedSystem, settings: Settings
+) -> FixedStepper | AdaptiveStepper:
+    """The stepper of the settings' method."""
+    if settings.method == "rk4":
+        return FixedStepper(system)
+    return AdaptiveStepper(system)
+
+
+def _room(system: LumpedSystem, h: Array, periods: int) -> tuple[Array, Array]:
+    """Times (t,) in the unit of the steps, and room to record (t, 6, m)."""
+    time = np.concatenate([[0.0], np.cumsum(np.tile(h, periods))])
+    return time, np.full((time.size, 6, len(system.excitations)), np.nan)
+
+
+def steps_per_period(system: LumpedSystem, frequency: float, settings: Settings) -> int:
+    """Fixed steps per period of the first mesh; doublings, so that few differ."""
+    fastest = float(max(system.train.mesh_rates))
+    highest = float(np.sqrt(system.arrays.rigidity.max()))
+    needed = max(settings.steps * fastest, highest / (frequency * settings.step_angle))
+    base = settings.steps * fastest
+    doublings = max(0, math.ceil(2.0 * math.log2(needed / base) - 1e-9))
+    return math.ceil(base * 2.0 ** (0.5 * doublings))
