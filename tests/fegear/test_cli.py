@@ -113,7 +113,7 @@ def test_two_runs_share_an_empty_cache(tmp_path):
     [
         (["stiffness", "liu-pear"], "liu-pair"),
         (["stiffness", "nowhere.toml"], "nowhere.toml"),
-        (["stiffness", "--torque", "-5"], "--torque = -5; must be above 0"),
+        (["stiffness", "--torque", "-5"], "--torque = -5; must be at least 1e-6"),
         (["stiffness", "--torque", "nan"], "--torque = nan"),
         (["stiffness", "--mesh", "2"], "--mesh = 2; liu-pair has 1"),
         (["stiffness", "--mesh", "x"], "--mesh"),

@@ -74,7 +74,7 @@ def test_file_goes_there_and_back(tmp_path):
         ("0.0,2", "0.0,-1", "line 3, column period_multiple: -1"),
         ("0.0,2", "0.0", "line 3: 12 cells where 13 are named"),
         ("mesh,dte", "gear,dte", "t.csv: column mesh is missing"),
-        ("period_multiple\n", "period_multiple,x\n", "t.csv: unknown column x"),
+        ("period_multiple\n", "period_multiple,x\n", "line 3: 13 cells where 14"),
     ],
 )
 def test_wrong_files_name_line_and_column(old, new, message):
@@ -82,6 +82,13 @@ def test_wrong_files_name_line_and_column(old, new, message):
     assert old in text
     with pytest.raises(TableError, match=message):
         parse_sweep(text.replace(old, new), "t.csv")
+
+
+def test_an_unknown_column_is_refused():
+    text = format_sweep(SweepTable((ROW,), {"gear set": "a"}))
+    text = text.replace("\n", ",x\n").replace("gear set: a,x", "gear set: a")
+    with pytest.raises(TableError, match=r"t\.csv: unknown column x"):
+        parse_sweep(text, "t.csv")
 
 
 def test_an_empty_file_is_refused():
