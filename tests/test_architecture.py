@@ -38,6 +38,7 @@ ALLOWED = {
     },
     "fegear.lumped_system.py": {"fegear", "lumped"},
     "fegear.modes.py": {"fegear", "lumped"},
+    "fegear.parameter_maps.py": {"fegear", "lumped"},
     "fegear.sweeps.py": {"fegear", "lumped"},
     "fegear.dynamic_sweeps.py": {"fegear", "lumped"},
     # the same motions by other means: responses and their files are the lumped ones

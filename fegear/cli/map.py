@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -33,25 +32,16 @@ from fegear.cli.options import (
     show,
 )
 from fegear.cli.screen import complain
-from fegear.errors import InputError, file_error
+from fegear.errors import InputError
 
 if TYPE_CHECKING:
-    import threading
-
     from matplotlib.figure import Figure
 
-    from fegear.excitation import ExcitationSource
-    from fegear.gearset.model import GearSet
-    from fegear.lumped_system import LumpedModel
-    from lumped.maps import Axis, Cell, ParameterMap, Point
+    from fegear.parameter_maps import Evaluate, VariedSet
+    from lumped.maps import Axis, ParameterMap
     from lumped.settings import Settings
-    from lumped.system import LumpedSystem
-
-    Evaluate = Callable[[LumpedSystem, threading.Event], Cell | None]
 
 EXAMPLE = "fegear map liu-idler --over mesh.2.phase=0:1:41 --at 1605 --plot map.png"
-TORQUE, DAMPING = "torque_Nm", "damping_ratio"  # axes that are no keys of a gear set
-SHORT = {DAMPING: "dynamics.damping_ratio"}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -91,28 +81,12 @@ class Response:
         return f"largest over {self.band} Hz of the first mesh, up and down"
 
     def evaluation(self, settings: Settings) -> Evaluate:
-        """The response of a system, None where it was stopped."""
-        from lumped.maps import cell_of
-        from lumped.respond import respond_confirmed
-        from lumped.sweep import sweep
+        """What a point is asked for, as a function."""
+        from fegear.parameter_maps import respond_at, respond_over
 
         if self.at is not None:
-            at = self.at
-            return lambda system, stop: cell_of(
-                [respond_confirmed(system, at, settings)[0]]
-            )
-        speeds = speeds_of(self.band or "", "--band")
-
-        def over_band(system: LumpedSystem, stop: threading.Event) -> Cell | None:
-            branches = [
-                sweep(system, speeds, direction, settings, stop=stop)
-                for direction in ("up", "down")
-            ]
-            if stop.is_set():
-                return None
-            return cell_of([r for branch in branches for r in branch.responses])
-
-        return over_band
+            return respond_at(self.at, settings)
+        return respond_over(speeds_of(self.band or "", "--band"), settings)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -166,101 +140,39 @@ def map_command(
     """
     begin = time.perf_counter()
     require_outputs([outputs.output], [subject.set_name], outputs.plot)
-    axes = parsed_axes(over)
-    _refuse_overruled({axis.name for axis in axes}, torque, model.train.damping)
-    gear_set, fixed = model.load(subject, torque)
-    varied = _varied(subject.set_name, gear_set, axes, fixed, torque)
-    evaluate = response.evaluation(integration.settings)
-    description = model.lumped_model(gear_set)
-    excitations = description.excitations
-    grid = varied.grid(description, excitations, integration.settings, response.words)
-    found = grid if outputs.overwrite else _taken_up(grid, outputs.output)
-    build = partial(varied.system, description, excitations)
+    from fegear.parameter_maps import compute_map, digest, take_up
+
+    varied = _varied(subject, parsed_axes(over), model, torque)
+    settings = integration.settings
+    evaluate = response.evaluation(settings)
+    entries = edit_entries(varied.fixed) | {
+        "digest of the gear set": digest(varied.gear_set),
+        "response": response.words,
+    }
+    grid = varied.grid(settings, entries)
+    if not outputs.overwrite:
+        grid = take_up(grid, outputs.output)
     with progress_bar(enabled=not outputs.as_json) as report:
-        found = _run(found, build, evaluate, outputs.output, report)
-    reasons = {cell.status for cell in found.cells.values()}
-    if all(reason.startswith("impossible") for reason in reasons):
-        raise InputError(f"no point of the map is possible: {min(reasons)[12:]}")
+        found = compute_map(grid, varied, evaluate, outputs.output, report, complain)
     values = map_summary(found, response.words)
-    values["warnings"] = list(map_warnings(found, gear_set))
+    values["warnings"] = list(map_warnings(found, varied.gear_set))
     values["wall_time_s"] = round(time.perf_counter() - begin, 3)
     save_plot(outputs.plot, partial(_figure, found))
     show(values, outputs.as_json, print_map)
 
 
-@dataclass(frozen=True)
-class Varied:
-    """A gear set whose figures the axes of a map vary.
-
-    gear_set : with what is fixed, `fixed`; load : torque on the input gear where no
-        axis varies it [N m]
-    """
-
-    set_name: str
-    gear_set: GearSet
-    axes: tuple[Axis, ...]
-    fixed: Mapping[str, Any]
-    load: float
-
-    @property
-    def names(self) -> set[str]:
-        return {axis.name for axis in self.axes}
-
-    def system(
-        self, model: LumpedModel, excitations: ExcitationSource, point: Point
-    ) -> LumpedSystem:
-        """The lumped system of a point."""
-        from fegear.gearset import load_gear_set
-        from fegear.lumped_system import lumped_system
-
-        values = {
-            axis.name: int(v) if v.is_integer() else v
-            for axis, v in zip(self.axes, point, strict=True)
-        }
-        torque = values.pop(TORQUE, self.load)
-        changed = {SHORT.get(name, name): value for name, value in values.items()}
-        gear_set = load_gear_set(self.set_name, {**self.fixed, **changed})
-        return lumped_system(gear_set, torque, model, excitations)
-
-    def grid(
-        self,
-        model: LumpedModel,
-        excitations: ExcitationSource,
-        settings: Settings,
-        response: str,
-    ) -> ParameterMap:
-        """The map without its points; refuses a gear set that gives no system."""
-        from fegear.lumped_system import (
-            file_header,
-            integration_in_words,
-            lumped_system,
-        )
-        from lumped.maps import ParameterMap
-
-        first = lumped_system(self.gear_set, self.load, model, excitations)
-        ratio, words = first.train.damping_ratio, integration_in_words(settings)
-        header = file_header(self.gear_set, model, ratio, words)
-        header |= {"model": str(model.number)}
-        if {DAMPING, SHORT[DAMPING]} & self.names:
-            del header["damping ratio"]
-        if TORQUE not in self.names:
-            header |= {"torque on the input gear [N m]": f"{self.load:g}"}
-        header |= edit_entries(self.fixed)
-        header |= {"digest of the gear set": digest(self.gear_set)}
-        meshes = len(self.gear_set.meshes)
-        return ParameterMap(self.axes, meshes, header | {"response": response})
-
-
 def _varied(
-    set_name: str,
-    gear_set: GearSet,
+    subject: EditedSet,
     axes: tuple[Axis, ...],
-    fixed: Mapping[str, Any],
+    model: LumpedOptions,
     torque: float | None,
-) -> Varied:
+) -> VariedSet:
     """Checks that every axis is known and none is fixed as well."""
     from fegear.gearset.edit import require_known_key
+    from fegear.parameter_maps import SHORT, TORQUE, VariedSet
 
+    _refuse_overruled({axis.name for axis in axes}, torque, model.train.damping)
+    gear_set, fixed = model.load(subject, torque)
     for axis in axes:
         key = SHORT.get(axis.name, axis.name)
         if key in fixed:
@@ -269,77 +181,20 @@ def _varied(
             require_known_key(key)
     on_axis = [axis.values for axis in axes if axis.name == TORQUE]
     load = max(on_axis[0]) if on_axis else middle_torque(gear_set, torque)
-    return Varied(set_name, gear_set, axes, fixed, load)
+    description = model.lumped_model(gear_set)
+    return VariedSet(subject.set_name, gear_set, axes, load, description, fixed)
 
 
 def _refuse_overruled(
     names: set[str], torque: float | None, damping: float | None
 ) -> None:
     """What an axis varies cannot be given by an option as well."""
+    from fegear.parameter_maps import DAMPING, SHORT, TORQUE
+
     if TORQUE in names:
         refuse_idle(f"--over {TORQUE} replaces it, leave it out", torque=torque)
     if {DAMPING, SHORT[DAMPING]} & names:
         refuse_idle(f"--over {DAMPING} replaces it, leave it out", damping=damping)
-
-
-def digest(gear_set: GearSet) -> str:
-    """Tells gear sets apart that have one name, such as a file that was edited."""
-    import hashlib
-
-    return hashlib.sha256(repr(gear_set).encode()).hexdigest()[:16]
-
-
-def _taken_up(grid: ParameterMap, output: Path | None) -> ParameterMap:
-    """The map with the points that its file holds already."""
-    from lumped.maps import MapError, read_cells
-
-    if output is None or not output.is_file() or not output.stat().st_size:
-        return grid
-    try:
-        return replace(grid, cells=read_cells(output, grid))
-    except MapError as error:
-        raise InputError(f"{error}; choose another -o or --overwrite") from None
-
-
-def _run(
-    grid: ParameterMap,
-    build: Callable[[Point], LumpedSystem],
-    evaluate: Callable[[LumpedSystem, threading.Event], Cell | None],
-    output: Path | None,
-    report: Callable[[str, int, int], None],
-) -> ParameterMap:
-    """Compute what is missing; the file grows point by point and ends in order."""
-    from fegear.output import write_text
-    from lumped.maps import format_cell, format_map, run_map
-
-    def tell(done: int, total: int) -> None:
-        report("points", done, total)
-
-    if output is None:
-        return run_map(grid, build, evaluate, report=tell)
-    write_text(output, format_map(grid))  # mends a torn last line
-    kept = len(grid.cells)
-
-    def keep(point: Point, cell: Cell) -> None:
-        nonlocal kept
-        text = format_cell(point, cell)
-        try:  # closed each time, so that a full disk is told here and only here
-            with open(output, "a", encoding="utf-8", newline="") as file:
-                file.write(text)
-        except OSError as error:
-            raise file_error(output, "written", error) from None
-        kept += 1
-
-    try:
-        found = run_map(grid, build, evaluate, keep, tell)
-    except KeyboardInterrupt:
-        complain(
-            f"{kept} of {len(grid.points)} points are in {output}; the same command "
-            "goes on from there"
-        )
-        raise
-    write_text(output, format_map(found))
-    return found
 
 
 def _figure(found: ParameterMap) -> Figure:

@@ -68,7 +68,7 @@ def test_names_that_are_too_long(capsys, monkeypatch, tmp_path, words):
 
 def test_a_full_disk_under_a_map(capsys, monkeypatch, tmp_path):
     path = tmp_path / "m.csv"
-    module = import_module("fegear.cli.map")
+    module = import_module("fegear.parameter_maps")
 
     def full(*arguments, **options):
         raise FULL

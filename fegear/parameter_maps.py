@@ -1,0 +1,181 @@
+"""Vibration of a gear set's lumped train over a grid of its parameters."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from hashlib import sha256
+from pathlib import Path
+from typing import Any
+
+from lumped.respond import respond_confirmed
+
+from fegear.errors import InputError, file_error
+from fegear.excitation import ExcitationSource
+from fegear.gearset import GearSet, load_gear_set
+from fegear.lumped_system import (
+    LumpedModel,
+    file_header,
+    integration_in_words,
+    lumped_system,
+)
+from fegear.output import write_text
+from fegear.sweeps import BOTH, Progress
+from lumped.maps import (
+    Axis,
+    Cell,
+    MapError,
+    ParameterMap,
+    Point,
+    cell_of,
+    format_cell,
+    format_map,
+    read_cells,
+    run_map,
+)
+from lumped.settings import Settings
+from lumped.sweep import sweep
+from lumped.system import LumpedSystem
+
+Evaluate = Callable[[LumpedSystem, threading.Event], Cell | None]
+TORQUE, DAMPING = "torque_Nm", "damping_ratio"  # axes that are no keys of a gear set
+SHORT = {DAMPING: "dynamics.damping_ratio"}
+
+
+@dataclass(frozen=True)
+class VariedSet:
+    """A gear set whose figures the axes of a map vary.
+
+    gear_set : with what is fixed, `fixed`, by key
+    load : torque on the input gear where no axis varies it [N m]
+    """
+
+    set_name: str
+    gear_set: GearSet
+    axes: tuple[Axis, ...]
+    load: float
+    model: LumpedModel
+    fixed: Mapping[str, Any] = field(default_factory=dict)
+
+    @cached_property
+    def excitations(self) -> ExcitationSource:
+        """One for all points, whose tables are solved once each."""
+        return self.model.excitations
+
+    def system(self, point: Point) -> LumpedSystem:
+        """The lumped system of a point."""
+        values = {
+            axis.name: int(v) if v.is_integer() else v
+            for axis, v in zip(self.axes, point, strict=True)
+        }
+        torque = values.pop(TORQUE, self.load)
+        changed = {SHORT.get(name, name): value for name, value in values.items()}
+        gear_set = load_gear_set(self.set_name, {**self.fixed, **changed})
+        return lumped_system(gear_set, torque, self.model, self.excitations)
+
+    def grid(self, settings: Settings, entries: dict[str, str]) -> ParameterMap:
+        """The map without its points; refuses a gear set that gives no system.
+
+        entries : added to its header
+        """
+        first = lumped_system(self.gear_set, self.load, self.model, self.excitations)
+        names = {axis.name for axis in self.axes}
+        ratio, words = first.train.damping_ratio, integration_in_words(settings)
+        header = file_header(self.gear_set, self.model, ratio, words)
+        header |= {"model": str(self.model.number)}
+        if {DAMPING, SHORT[DAMPING]} & names:
+            del header["damping ratio"]
+        if TORQUE not in names:
+            header |= {"torque on the input gear [N m]": f"{self.load:g}"}
+        return ParameterMap(self.axes, len(self.gear_set.meshes), header | entries)
+
+
+def digest(gear_set: GearSet) -> str:
+    """Tells gear sets apart that have one name, such as a file that was edited."""
+    return sha256(repr(gear_set).encode()).hexdigest()[:16]
+
+
+def respond_at(frequency: float, settings: Settings) -> Evaluate:
+    """The response at a frequency of the first mesh [Hz], from rest."""
+    return lambda system, stop: cell_of(
+        [respond_confirmed(system, frequency, settings)[0]]
+    )
+
+
+def respond_over(frequencies: Sequence[float], settings: Settings) -> Evaluate:
+    """The largest response of a sweep up and down [Hz], None where it was stopped."""
+
+    def evaluate(system: LumpedSystem, stop: threading.Event) -> Cell | None:
+        branches = [
+            sweep(system, frequencies, direction, settings, stop=stop)
+            for direction in BOTH
+        ]
+        if stop.is_set():
+            return None
+        return cell_of([r for branch in branches for r in branch.responses])
+
+    return evaluate
+
+
+def take_up(grid: ParameterMap, path: Path | None) -> ParameterMap:
+    """The map with the points that its file holds already."""
+    if path is None or not path.is_file() or not path.stat().st_size:
+        return grid
+    try:
+        return replace(grid, cells=read_cells(path, grid))
+    except MapError as error:
+        raise InputError(f"{error}; choose another -o or --overwrite") from None
+
+
+def compute_map(
+    grid: ParameterMap,
+    varied: VariedSet,
+    evaluate: Evaluate,
+    path: Path | None = None,
+    progress: Progress = lambda what, done, total: None,
+    tell: Callable[[str], None] = lambda message: None,
+) -> ParameterMap:
+    """Compute what is missing; the file grows point by point and ends in order.
+
+    tell : called with what the file holds after Ctrl-C
+    Raises InputError where no point is possible.
+    """
+
+    def report(done: int, total: int) -> None:
+        progress("points", done, total)
+
+    if path is None:
+        found = run_map(grid, varied.system, evaluate, report=report)
+        return _require_possible(found)
+    write_text(path, format_map(grid))  # mends a torn last line
+    kept = len(grid.cells)
+
+    def keep(point: Point, cell: Cell) -> None:
+        nonlocal kept
+        text = format_cell(point, cell)
+        try:  # closed each time, so that a full disk is told here and only here
+            with open(path, "a", encoding="utf-8", newline="") as file:
+                file.write(text)
+        except OSError as error:
+            raise file_error(path, "written", error) from None
+        kept += 1
+
+    try:
+        found = run_map(grid, varied.system, evaluate, keep, report)
+    except KeyboardInterrupt:
+        tell(
+            f"{kept} of {len(grid.points)} points are in {path}; the same command "
+            "goes on from there"
+        )
+        raise
+    write_text(path, format_map(found))
+    return _require_possible(found)
+
+
+def _require_possible(found: ParameterMap) -> ParameterMap:
+    reasons = {cell.status for cell in found.cells.values()}
+    if all(reason.startswith("impossible") for reason in reasons):
+        raise InputError(f"no point of the map is possible: {min(reasons)[12:]}")
+    return found
