@@ -10,8 +10,6 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
-from lumped.respond import respond_confirmed
-
 from fegear.errors import InputError, file_error
 from fegear.excitation import ExcitationSource
 from fegear.gearset import GearSet, load_gear_set
@@ -35,6 +33,7 @@ from lumped.maps import (
     read_cells,
     run_map,
 )
+from lumped.respond import respond_confirmed
 from lumped.settings import Settings
 from lumped.sweep import sweep
 from lumped.system import LumpedSystem
