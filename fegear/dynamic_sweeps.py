@@ -15,7 +15,6 @@ from fegear.dynamics.checkpoint import StoredBranch
 from fegear.dynamics.history import format_history, history_name, history_table
 from fegear.dynamics.root_stress import RootInfluence, root_influence
 from fegear.dynamics.stepper import DynamicSettings, Motion, steps_per_cycle
-from fegear.elasticity.sector import cyclic_sector
 from fegear.errors import InputError
 from fegear.excitation import Excitations, Source
 from fegear.gearset.model import GearSet
@@ -352,5 +351,5 @@ def _root_influences(
     if name not in names:
         raise InputError(f"--root-stress {name}; allowed are {', '.join(names)}")
     gear = gear_set.gears[names.index(name)]
-    sector = cyclic_sector(gear.geometry, statics.material(gear), statics.size)
+    sector = statics.sector(gear)
     return {names.index(name): root_influence(sector)}

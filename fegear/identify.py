@@ -22,10 +22,9 @@ from numpy.typing import NDArray
 from fegear.contact.problem import ContactProblem, solve_cycle
 from fegear.elasticity.cache import cached_flank_compliance
 from fegear.elasticity.flank import FlankCompliance
-from fegear.elasticity.material import PlaneMaterial
 from fegear.errors import InputError
 from fegear.gearset.model import Gear, GearSet
-from fegear.statics import RESOLUTIONS, Progress, StaticsSettings, contact_problem
+from fegear.statics import Progress, StaticsSettings, contact_problem
 
 Array = NDArray[np.float64]
 Figures = tuple[Array, Array]
@@ -194,7 +193,6 @@ def stiffness_model(
                 f'{gear_set.name}: gear "{gear.name}" has pitch_errors_um; hubs are '
                 "identified from the stiffness of equal teeth, leave them out"
             )
-    resolution = RESOLUTIONS[settings.resolution]
     limits = [hub_limits(gear) for gear in gear_set.gears]
     families = []
     for i, gear in enumerate(gear_set.gears):
@@ -205,7 +203,7 @@ def stiffness_model(
             samples.append(_compliance(gear, float(radius), settings))
         families.append(CompliancesOverHub(limits[i], tuple(samples)))
     problems = tuple(
-        contact_problem(gear_set, mesh, settings, resolution)
+        contact_problem(gear_set, mesh, settings)
         for mesh in range(len(gear_set.meshes))
     )
     return StiffnessModel(
@@ -216,11 +214,8 @@ def stiffness_model(
 def _compliance(
     gear: Gear, hub_radius: float, settings: StaticsSettings
 ) -> FlankCompliance:
-    material = PlaneMaterial(gear.young_modulus, gear.poisson_ratio, settings.plane)
     geometry = replace(gear.geometry, hub_radius=hub_radius)
-    return cached_flank_compliance(
-        geometry, material, RESOLUTIONS[settings.resolution].size
-    )
+    return cached_flank_compliance(geometry, settings.material(gear), settings.size)
 
 
 def hub_limits(gear: Gear) -> tuple[float, float]:

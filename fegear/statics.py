@@ -14,6 +14,7 @@ from fegear.contact.problem import ContactCycle, ContactProblem, solve_cycle
 from fegear.elasticity.cache import cached_flank_compliance
 from fegear.elasticity.flank import FlankCompliance
 from fegear.elasticity.material import Plane, PlaneMaterial
+from fegear.elasticity.sector import CyclicSector, cyclic_sector
 from fegear.errors import InputError
 from fegear.gearset.model import Gear, GearSet
 from fegear.gearset.pitch_errors import error_periods, mesh_errors
@@ -76,6 +77,11 @@ class StaticsSettings:
 
     def material(self, gear: Gear) -> PlaneMaterial:
         return PlaneMaterial(gear.young_modulus, gear.poisson_ratio, self.plane)
+
+    def sector(self, gear: Gear, refinement: float = 1.0) -> CyclicSector:
+        """What all finite elements of a gear are made from; finer above 1."""
+        size = self.size if refinement == 1.0 else self.size.refined(refinement)
+        return cyclic_sector(gear.geometry, self.material(gear), size)
 
 
 @dataclass(frozen=True)
@@ -158,16 +164,15 @@ def solve_mesh(
     torque = np.array(torques or gear_set.meshes[mesh].torques, float)
     if torque.size == 0:
         raise ValueError("torques must be given: the gear set has no load")
-    resolution = RESOLUTIONS[settings.resolution]
     pitches = error_periods(gear_set)[mesh]
     _require_rows(gear_set, mesh, pitches, settings.positions * torque.size)
     with recorded_stages() as seconds:
-        problem = contact_problem(gear_set, mesh, settings, resolution, report)
+        problem = contact_problem(gear_set, mesh, settings, report)
         places = _places(settings.positions, pitches)
         cycle = _solve_in_chunks(problem, torque, places, report)
         error = None
         if settings.estimate_error:
-            error = _estimate(gear_set, mesh, settings, resolution, cycle, report)
+            error = _estimate(gear_set, mesh, settings, cycle, report)
     header = table_header(gear_set, mesh, settings, cycle, error)
     if pitches > 1:
         header["pitch errors"] = (
@@ -197,14 +202,17 @@ def contact_problem(
     gear_set: GearSet,
     mesh: int,
     settings: StaticsSettings,
-    resolution: Resolution,
     report: Progress = lambda what, done, total: None,
+    resolution: Resolution | None = None,
 ) -> ContactProblem:
-    """The mesh's contact problem with both flank compliances at hand."""
+    """The mesh's contact problem with both flank compliances at hand.
+
+    resolution : instead of that of the settings
+    """
+    resolution = resolution or RESOLUTIONS[settings.resolution]
     spec = gear_set.meshes[mesh]
-    gears = [gear_set.gears[spec.driver], gear_set.gears[spec.driven]]
     flanks: list[FlankCompliance] = []
-    for i, gear in enumerate(gears):
+    for i, gear in enumerate(gear_set.gears[g] for g in (spec.driver, spec.driven)):
         report(f"compliance of {gear.name}", i, 2)
         material = settings.material(gear)
         flanks.append(cached_flank_compliance(gear.geometry, material, resolution.size))
@@ -271,13 +279,13 @@ def _estimate(
     gear_set: GearSet,
     mesh: int,
     settings: StaticsSettings,
-    resolution: Resolution,
     cycle: ContactCycle,
     report: Progress,
 ) -> ErrorEstimate:
     """Compare the middle torque with the coarsened resolution."""
     middle = len(cycle.torque) // 2
-    coarse = contact_problem(gear_set, mesh, settings, resolution.coarsened(), report)
+    coarser = RESOLUTIONS[settings.resolution].coarsened()
+    coarse = contact_problem(gear_set, mesh, settings, report, coarser)
     pitch = np.floor(cycle.position[:CHUNK]).astype(np.int64)
     with stage("solving"):
         position = cycle.position[:CHUNK] - pitch

@@ -25,14 +25,13 @@ from fegear.dynamics.model import DynamicModel, dynamic_model
 from fegear.dynamics.sides import MeshLaws
 from fegear.dynamics.stepper import DynamicSettings, ImplicitStepper, ReducedStepper
 from fegear.elasticity.modes import GearModes, gear_modes, resolving_sector
-from fegear.elasticity.sector import cyclic_sector
 from fegear.errors import InputError
 from fegear.excitation import Excitations
 from fegear.gearset.inertia import require_inertia_of_bodies
 from fegear.gearset.model import Gear, GearSet
 from fegear.gearset.phases import mesh_phases
 from fegear.gearset.pitch_errors import tooth_pair_errors, without_pitch_errors
-from fegear.statics import RESOLUTIONS, StaticsSettings, contact_problem
+from fegear.statics import StaticsSettings, contact_problem
 from fegear.train import mesh_torques_at
 from lumped.system import LumpedSystem
 from lumped.table import MeshTable
@@ -170,10 +169,9 @@ def _whole_gears(
     """For mesh frequencies up to `highest` [Hz]."""
     from fegear.elasticity.cyclic_gear import cyclic_gear
 
-    size, wholes = statics.size.refined(refinement), []
+    wholes = []
     for gear in gear_set.gears:
-        cutoff = usual_cutoff(gear, highest)
-        sector = cyclic_sector(gear.geometry, statics.material(gear), size)
+        sector, cutoff = statics.sector(gear, refinement), usual_cutoff(gear, highest)
         sector = resolving_sector(sector, gear.density, cutoff)
         wholes.append(cyclic_gear(sector, gear.density))
     return wholes
@@ -195,9 +193,7 @@ def mesh_laws(
 
     static : of equal teeth; pitch errors press some pairs on by as much again
     """
-    problem = contact_problem(
-        gear_set, mesh, settings, RESOLUTIONS[settings.resolution]
-    )
+    problem = contact_problem(gear_set, mesh, settings)
     phase = mesh_phases(gear_set)[mesh].value
     position = phase + np.arange(POSITIONS + 1) / POSITIONS
     static += float(np.ptp([0.0, *tooth_pair_errors(gear_set, mesh)]))
@@ -224,7 +220,7 @@ def modes_of(
     highest = max(speeds)
     return [
         modes_once(
-            cyclic_sector(gear.geometry, settings.material(gear), settings.size),
+            settings.sector(gear),
             gear.density,
             cutoff_Hz or usual_cutoff(gear, highest),
         )

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from fegear.dynamics.sides import ContactSide, MeshLaws, contact_sides
 from fegear.elasticity.flank import nodal_loads, ring_fields
 from fegear.elasticity.flank_grid import flank_stencils
-from fegear.elasticity.sector import LEFT, RIGHT, CyclicSector, cyclic_sector
+from fegear.elasticity.sector import LEFT, RIGHT, CyclicSector
 from fegear.gearset.model import GearSet
 from fegear.statics import StaticsSettings
 
@@ -39,7 +39,7 @@ def cross_mesh_compliance(
         if not pairs:
             continue
         found = True
-        sector = cyclic_sector(gear.geometry, settings.material(gear), settings.size)
+        sector = settings.sector(gear)
         for i, j in pairs:
             # the face-width rule: see fegear.elasticity.sector
             width = max(gear_set.common_width(sides[k].mesh) for k in (i, j))

@@ -18,7 +18,6 @@ from numpy.typing import NDArray
 from fegear.contact.loads import PatchLoad, patch_loads, tooth_loads
 from fegear.contact.problem import ContactProblem, run_kernel
 from fegear.elasticity.body_stress import von_mises
-from fegear.elasticity.sector import cyclic_sector
 from fegear.errors import InputError
 from fegear.gearset.model import GearSet, Mesh
 from fegear.gearset.phases import drive_flank, driven_flank
@@ -27,9 +26,7 @@ from fegear.rendering.frames import Frame, View, turned
 from fegear.rendering.recorded import Instant
 from fegear.rendering.sector_field import LoadableGear, SectorField, loadable_gear
 from fegear.statics import (
-    RESOLUTIONS,
     Progress,
-    Resolution,
     StaticsSettings,
     contact_problem,
 )
@@ -208,20 +205,15 @@ def mesh_scene(
     mesh: int,
     settings: StaticsSettings,
     report: Progress = lambda what, done, total: None,
-    resolution: Resolution | None = None,
 ) -> MeshScene:
     """Prepare mesh number `mesh`, counted from 0."""
-    resolution = resolution or RESOLUTIONS[settings.resolution]
     spec = gear_set.meshes[mesh]
-    problem = contact_problem(gear_set, mesh, settings, resolution, report)
+    problem = contact_problem(gear_set, mesh, settings, report)
     bodies: list[LoadableGear] = []
     for index in (spec.driver, spec.driven):
         gear = gear_set.gears[index]
         report(f"elements of {gear.name}", len(bodies), 2)
-        material = settings.material(gear)
-        friction = settings.friction > 0.0
-        sector = cyclic_sector(gear.geometry, material, resolution.size)
-        bodies.append(loadable_gear(sector, friction))
+        bodies.append(loadable_gear(settings.sector(gear), settings.friction > 0.0))
     placed = layout(gear_set)
     place = placed.places[spec.driver]
     return MeshScene(

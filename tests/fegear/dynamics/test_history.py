@@ -24,7 +24,7 @@ from fegear.dynamics.root_stress import root_influence
 from fegear.dynamics.stepper import DynamicSettings, steps_per_cycle
 from fegear.elasticity.material import PlaneMaterial
 from fegear.elasticity.sector import CyclicSector
-from fegear.statics import RESOLUTIONS, StaticsSettings, contact_problem
+from fegear.statics import StaticsSettings, contact_problem
 from fegear.train import train_of
 from lumped import LumpedSystem
 from lumped.steady_state import steady_state
@@ -184,7 +184,7 @@ def test_slow_motion_has_the_root_stress_of_the_statics(case_of, friction):
     }
     columns = recorded(case.stepper(), SLOW, roots).columns
     settings = StaticsSettings(friction=friction)
-    problem = contact_problem(gear_set, 0, settings, RESOLUTIONS["default"])
+    problem = contact_problem(gear_set, 0, settings)
     for step in (0, 20, 64, 115):
         loads = patch_loads(problem, 100.0, step / 128)
         for gear, kind in zip(gear_set.gears, ("driver", "driven"), strict=True):

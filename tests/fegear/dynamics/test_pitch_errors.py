@@ -70,7 +70,7 @@ def test_slow_motion_has_the_statics_of_every_pair(uneven):
     assert response.period_multiple.tolist() == [CYCLES]
     gear_set = uneven.gear_set
     settings = StaticsSettings()
-    problem = contact_problem(gear_set, 0, settings, RESOLUTIONS["default"])
+    problem = contact_problem(gear_set, 0, settings)
     position = np.arange(CYCLES * 16) / 16
     at = mesh_phases(gear_set)[0].value + position % 1.0
     expected = solve_cycle(problem, [100.0], at, np.floor(position).astype(int))
@@ -89,7 +89,7 @@ def test_motion_is_that_of_rigid_gears_on_the_contact_of_every_instant(uneven):
     damping = 2.0 * train.damping_ratio * np.sqrt(modes.mean_stiffness[0] * mass)
     radius = train.gears[0].base_radius
     settings, resolution = StaticsSettings(), RESOLUTIONS["default"]
-    problem = contact_problem(uneven.gear_set, 0, settings, resolution)
+    problem = contact_problem(uneven.gear_set, 0, settings, resolution=resolution)
 
     def slope(x, state):
         force = contact_at(problem, [x], [state[0]]).torque[0] / radius

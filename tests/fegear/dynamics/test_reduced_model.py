@@ -31,7 +31,7 @@ def static_error(case_of, track, *, relief=0.0, resolution="default", cutoff=Non
     """Deflection at rest over that of the contact problem, less 1, over a cycle."""
     case = case_of(relief=relief, held=HELD, resolution=resolution)
     level = statics.RESOLUTIONS[resolution]
-    problem = contact_problem(case.gear_set, 0, StaticsSettings(), level)
+    problem = contact_problem(case.gear_set, 0, StaticsSettings(), resolution=level)
     table = solve_cycle(problem, [100.0], np.arange(POSITIONS) / POSITIONS)
     found, moment = at_rest(case.stepper(cutoff, remaining=0.0), track)
     assert np.abs(moment / 100.0 - 1.0).max() < 1e-9
@@ -95,7 +95,6 @@ def test_slow_motion_with_friction_is_static(case_of, track, relief):
         case.gear_set,
         0,
         StaticsSettings(friction=0.1),
-        statics.RESOLUTIONS["default"],
     )
     table = solve_cycle(problem, [100.0], np.arange(POSITIONS) / POSITIONS)
     stepper = case.stepper(CUTOFF, remaining=0.0)

@@ -11,7 +11,7 @@ from fegear.dynamics.root_stress import REACH, FlankLoad, root_influence
 from fegear.elasticity.material import PlaneMaterial
 from fegear.elasticity.sector import LEFT, RIGHT, CyclicSector
 from fegear.gearset import load_gear_set
-from fegear.statics import RESOLUTIONS, StaticsSettings, contact_problem
+from fegear.statics import StaticsSettings, contact_problem
 
 STEEL = PlaneMaterial(206e9, 0.3, "stress")
 OTHER = {RIGHT: LEFT, LEFT: RIGHT}
@@ -22,9 +22,7 @@ GEARS = ("driver", "driven")
 def liu_pair(private_cache):
     """Contact problem of the gear set, with friction."""
     settings = StaticsSettings(friction=0.1)
-    return contact_problem(
-        load_gear_set("liu-pair"), 0, settings, RESOLUTIONS["default"]
-    )
+    return contact_problem(load_gear_set("liu-pair"), 0, settings)
 
 
 @pytest.fixture(scope="module")
