@@ -16,6 +16,7 @@ from fegear.identify import (
     hub_limits,
 )
 from lumped.csv_text import format_csv
+from lumped.drawing import draw_title, panels
 
 FAR_OFF = 3.0  # spreads of a figure, beyond which it is not met
 AT_BOUND = 1e-3  # relative distance
@@ -100,12 +101,9 @@ def draw_valley(
     gear_set: GearSet, measured: MeasuredStiffness, found: Identification
 ) -> Figure:
     """Hubs and width, and the figures they give, along the valley."""
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(8.0, 9.0), layout="constrained")
-    hubs, means, variations, misfit = figure.subplots(
-        4, 1, sharex=True, height_ratios=(1.5, 1.0, 1.0, 0.8)
-    )
+    heights = (1.5, 1.0, 1.0, 0.8)
+    figure, rows = panels(4, size=(8.0, 9.0), heights=heights, share=True)
+    hubs, means, variations, misfit = (row[0] for row in rows)
     along = gear_set.gears[found.along].name
     x = np.array([1e3 * c.hub_radius[found.along] for c in found.valley])
     _draw_hubs(hubs, gear_set, found, x)
@@ -127,11 +125,10 @@ def draw_valley(
         if good:
             axes.axvspan(min(good), max(good), color="0.93", zorder=0)
         axes.axvline(1e3 * found.best.hub_radius[found.along], color="0.4", lw=0.8)
-        axes.grid(alpha=0.25)
-    figure.suptitle(
+    draw_title(
+        figure,
         f"{gear_set.name}: face width and hub radii from mesh stiffness\n"
         "grey: equally good sets, line: the set chosen",
-        fontsize=11,
     )
     return figure
 

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fegear.printable import printable
+from lumped.drawing import draw_title, panels
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -55,23 +56,17 @@ def draw_table(result: StaticsResult) -> Figure:
 
     Over SHOWN_PITCHES at most where tooth pairs differ by their pitch errors.
     """
-    from matplotlib.figure import Figure
-
-    from lumped.figures import draw_title
-
     shown = min(result.pitches, SHOWN_PITCHES)
     table = _first_pitches(result.table, shown, result.pitches)
-    figure = Figure(figsize=(9.0, 9.6), layout="constrained")
-    stiffness, error, share = figure.subplots(
-        3, 1, sharex=True, height_ratios=(1.35, 1.0, 0.8)
-    )
+    heights = (1.35, 1.0, 0.8)
+    figure, rows = panels(3, size=(9.0, 9.6), heights=heights, share=True)
+    stiffness, error, share = (row[0] for row in rows)
     middle = table.torque_Nm.size // 2
     _draw_stiffness(stiffness, table, middle)
     _draw_error(error, table)
     _draw_share(share, table, middle)
     for axes in (stiffness, error, share):
         _shade_contact(axes, table, middle, named=axes is stiffness)
-        axes.grid(alpha=0.25)
     left = f", first {shown} of {result.pitches}" if shown < result.pitches else ""
     share.set_xlabel(f"mesh position [base pitches from the pitch point{left}]")
     share.set_xlim(0.0, shown)

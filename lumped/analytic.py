@@ -244,6 +244,14 @@ def _static_errors(
     for p, spring in enumerate(springs):
         stiffness[p] = spring.stiffness(x, side, pitches[:, None])
         gap[p] = spring.gap(x, side, pitches[:, None])
+    return lowest_deflection(stiffness, gap, force)
+
+
+def lowest_deflection(stiffness: Array, gap: Array, force: float) -> Array:
+    """Deflection [m] at which the pairs that touch carry a force [N], eq. 2.8.
+
+    stiffness [N/m], gap [m] : of the pairs, along the first axis
+    """
     gap = np.where(stiffness > 0.0, gap, np.inf)
     order = np.argsort(gap, axis=0)
     k, g = (np.take_along_axis(v, order, axis=0) for v in (stiffness, gap))

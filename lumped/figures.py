@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from textwrap import wrap
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from lumped.drawing import color_of, draw_legend, draw_title, panels
 from lumped.jumps import find_jumps, opposites
 from lumped.motion import TimeHistory, resampled
 from lumped.sweep import Branch
@@ -20,12 +20,10 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 Array = NDArray[np.float64]
-TORQUE_COLORS = ("tab:blue", "tab:red", "tab:green", "tab:purple", "tab:brown")
 # wide under narrow, so that pairs with equal forces are both seen
 TOOTH_LINES = (("tab:orange", 3.4), ("tab:green", 2.4), ("tab:blue", 1.4))
 STATE_COLORS = {1: "tab:green", 0: "tab:red", -1: "tab:purple"}
 STATE_NAMES = {1: "drive side", 0: "contact lost", -1: "back side"}
-LETTERS = 11  # of a title in an inch
 SHOWN_PERIODS = 8  # of a mesh, in the panels over time
 SHOWN_ORDERS = 10  # of a mesh, in its spectrum
 FINER = 4  # than the steps of the integration, in the phase plane
@@ -50,37 +48,25 @@ class Curve:
 
 def draw_sweep(curves: Sequence[Curve], title: str = "") -> Figure:
     """RMS of the dynamic transmission error over speed, a panel for each mesh."""
-    from matplotlib.figure import Figure
-
     system = curves[0].branch.system
     meshes = len(system.excitations)
-    figure = Figure(figsize=(9.0, 1.2 + 3.4 * meshes), layout="constrained")
-    panels = figure.subplots(meshes, 1, sharex=True, squeeze=False)[:, 0]
+    figure, rows = panels(meshes, size=(9.0, 1.2 + 3.4 * meshes), share=True)
     names = list(dict.fromkeys(curve.name for curve in curves))
     others = opposites([curve.branch for curve in curves])
-    for m, axes in enumerate(panels):
+    for m, (axes,) in enumerate(rows):
         for curve, other in zip(curves, others, strict=True):
-            color = TORQUE_COLORS[names.index(curve.name) % len(TORQUE_COLORS)]
-            _draw_branch(axes, curve, other, m, color)
+            _draw_branch(axes, curve, other, m, color_of(names.index(curve.name)))
         axes.set_ylabel(f"mesh {m + 1}: RMS of dynamic\ntransmission error [um]")
         axes.set_ylim(bottom=0.0)
         axes.margins(x=0.01)
-        axes.grid(alpha=0.25)
         _mark_resonances(axes, system, m)
-    panels[-1].set_xlabel(_speed_label(system))
+    rows[-1][0].set_xlabel(_speed_label(system))
     torques = list(dict.fromkeys(curve.torque_Nm for curve in curves))
     _legend_of_sweep(
         figure, names, torques, {curve.branch.direction for curve in curves}
     )
     draw_title(figure, title)
     return figure
-
-
-def draw_title(figure: Figure, title: str) -> None:
-    """Above a figure, broken so that it fits the width."""
-    letters = int(LETTERS * figure.get_figwidth())
-    lines = [each for line in title.splitlines() for each in wrap(line, letters)]
-    figure.suptitle("\n".join(lines), fontsize=11)
 
 
 def _speed_label(system: LumpedSystem) -> str:
@@ -151,10 +137,8 @@ def _legend_of_sweep(
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
-    colors = [TORQUE_COLORS[i % len(TORQUE_COLORS)] for i in range(len(names))]
     entries: list[Any] = [
-        Line2D([], [], color=color, label=name)
-        for color, name in zip(colors, names, strict=True)
+        Line2D([], [], color=color_of(i), label=name) for i, name in enumerate(names)
     ]
     plain: dict[str, Any] = {"color": "black", "ms": 4.0, "lw": 1.0}
     if "up" in directions:
@@ -171,24 +155,16 @@ def _legend_of_sweep(
         Line2D([], [], color="black", marker=">", lw=1.3, label="jump"),
         Line2D([], [], color="0.4", lw=0.7, label=natural),
     ]
-    figure.legend(
-        handles=entries,
-        loc="outside lower center",
-        ncols=min(len(entries), 6),
-        fontsize=8,
-    )
+    draw_legend(figure, entries, min(len(entries), 6))
 
 
 def draw_wave(motion: TimeHistory, title: str = "") -> Figure:
     """Deflection, forces, contact, phase plane and spectrum, a column per mesh."""
-    from matplotlib.figure import Figure
-
-    meshes = len(motion.pairs)
-    figure = Figure(figsize=(1.5 + 5.5 * meshes, 13.5), layout="constrained")
-    panels = figure.subplots(
-        5, meshes, squeeze=False, height_ratios=(1.0, 1.3, 0.6, 1.5, 1.0)
-    )
-    for m, (error, force, state, plane, lines) in enumerate(panels.T):
+    meshes, heights = len(motion.pairs), (1.0, 1.3, 0.6, 1.5, 1.0)
+    size = (1.5 + 5.5 * meshes, 13.5)
+    figure, rows = panels(5, meshes, size=size, heights=heights)
+    columns = zip(*rows, strict=True)
+    for m, (error, force, state, plane, lines) in enumerate(columns):
         _draw_over_time(motion, m, (error, force, state))
         _draw_phase_plane(plane, motion, m)
         _draw_spectrum(lines, motion, m)
@@ -199,14 +175,14 @@ def draw_wave(motion: TimeHistory, title: str = "") -> Figure:
 
 
 def _draw_over_time(
-    motion: TimeHistory, m: int, panels: tuple[Axes, Axes, Axes]
+    motion: TimeHistory, m: int, shown_in: tuple[Axes, Axes, Axes]
 ) -> None:
     history, pairs = motion.history, motion.pairs[m]
     frequency = _mesh_frequency(motion, m)
     periods = history.time * frequency
     shown = periods <= SHOWN_PERIODS + 1e-6
     x = periods[shown]
-    error, force, state = panels
+    error, force, state = shown_in
     error.plot(x, 1e6 * history.deflection[shown, m], "k", lw=1.0)
     error.set_ylabel("dynamic transmission\nerror [um]")
     _draw_teeth(force, motion, m, shown)
@@ -215,9 +191,8 @@ def _draw_over_time(
     force.set_ylim(top=1.2 * force.get_ylim()[1])
     force.legend(fontsize=8, ncols=2, loc="upper right")
     _draw_states(state, x, pairs.state[shown], pairs.engaged[shown])
-    for axes in panels:
+    for axes in shown_in:
         axes.set_xlim(0.0, x[-1])
-        axes.grid(alpha=0.25)
     left = "" if shown.all() else f", of {periods[-1]:.0f}"
     state.set_xlabel(f"time [periods of this mesh, {1e3 / frequency:.4g} ms{left}]")
 
@@ -285,7 +260,6 @@ def _draw_phase_plane(axes: Axes, motion: TimeHistory, m: int) -> None:
     )
     axes.set_xlabel("dynamic transmission error [um]")
     axes.set_ylabel("rate [mm/s]")
-    axes.grid(alpha=0.25)
 
 
 def _draw_spectrum(axes: Axes, motion: TimeHistory, m: int) -> None:
@@ -308,7 +282,6 @@ def _draw_spectrum(axes: Axes, motion: TimeHistory, m: int) -> None:
         f"frequency [orders of this mesh, {frequency:.5g} Hz]; natural ones dotted"
     )
     axes.set_ylabel("amplitude [um]")
-    axes.grid(alpha=0.25)
 
 
 def _legend_of_states(figure: Figure) -> None:
@@ -318,4 +291,4 @@ def _legend_of_states(figure: Figure) -> None:
         Patch(color=color, label=STATE_NAMES[value])
         for value, color in STATE_COLORS.items()
     ]
-    figure.legend(handles=entries, loc="outside lower center", ncols=3, fontsize=8)
+    draw_legend(figure, entries, 3)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lumped.figures import draw_title
+from lumped.drawing import draw_title, panels
 from lumped.maps import ParameterMap
 
 if TYPE_CHECKING:
@@ -19,11 +19,8 @@ LOST = 1e-3  # part of the cycle from which contact counts as lost
 
 def draw_map(found: ParameterMap) -> Figure:
     """RMS of the DTE [um], a panel for each mesh; where contact is lost is hatched."""
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(5.4 * found.meshes, 5.0), layout="constrained")
-    panels = figure.subplots(1, found.meshes, squeeze=False)[0]
-    for mesh, axes in enumerate(panels):
+    figure, (row,) = panels(1, found.meshes, size=(5.4 * found.meshes, 5.0))
+    for mesh, axes in enumerate(row):
         if len(found.axes) == 2:
             _draw_contours(axes, found, mesh)
         else:
@@ -47,6 +44,7 @@ def draw_map(found: ParameterMap) -> Figure:
 def _draw_contours(axes: Axes, found: ParameterMap, mesh: int) -> None:
     from matplotlib.patches import Patch
 
+    axes.grid(False)
     one, two = found.axes
     x, y = np.array(one.values), np.array(two.values)
     rms = 1e6 * found.figure("dte_rms_m", mesh).T
@@ -76,7 +74,6 @@ def _draw_curve(axes: Axes, found: ParameterMap, mesh: int) -> None:
         axes.legend(fontsize=8)
     axes.set_xlabel(axis_label(axis.name))
     axes.set_ylabel("RMS of the DTE without mean [um]")
-    axes.grid(alpha=0.25)
 
 
 def axis_label(name: str) -> str:

@@ -33,7 +33,7 @@ ALLOWED = {
         "lumped.waves",
         "lumped.excitation",
         "lumped.analytic",
-        "lumped.figures",
+        "lumped.drawing",
         "lumped.pitch_errors",
     },
     "fegear.lumped_system.py": {"fegear", "lumped"},

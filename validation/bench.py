@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from fegear.output import write_text, write_whole
 from fegear.plots import save_figure
 from lumped.csv_text import format_records
+from lumped.drawing import draw_title, panels
 from validation import pages
 from validation.provenance import machine, provenance
 
@@ -105,19 +106,14 @@ def draw_study(
 
 
 def study_figure(
-    title: str, error: str, seconds: str, panels: int = 1
+    title: str, error: str, seconds: str, count: int = 1
 ) -> tuple[Figure, list[Axes]]:
     """Empty panels below each other, the first with time over error."""
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(6.4, 1.2 + 3.8 * panels), layout="constrained")
-    every = list(figure.subplots(panels, 1, squeeze=False)[:, 0])
-    every[0].set_xlabel(error)
-    every[0].set_ylabel(seconds)
-    for axes in every:
-        axes.grid(alpha=0.25, which="both")
-    figure.suptitle(title, fontsize=11)
-    return figure, every
+    figure, rows = panels(count, size=(6.4, 1.2 + 3.8 * count))
+    draw_title(figure, title)
+    rows[0][0].set_xlabel(error)
+    rows[0][0].set_ylabel(seconds)
+    return figure, [axes for (axes,) in rows]
 
 
 def files_of(name: str, output: Path) -> tuple[Path, Path]:

@@ -225,7 +225,7 @@ def draw_points(points: Sequence[Point], title: str) -> Figure:
     """Run time against error, and error against mesh size, log-log."""
     error = "largest relative error of STE on the nominal path"
     seconds = "run time of compliances and 64 positions [s]"
-    figure, (cost, size) = study_figure(title, error, seconds, panels=2)
+    figure, (cost, size) = study_figure(title, error, seconds, count=2)
     studies = dict.fromkeys(p.study for p in points)
     for study, marker in zip(studies, "osv^D", strict=False):
         chosen = [p for p in points if p.study == study]

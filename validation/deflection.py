@@ -11,12 +11,12 @@ from fegear.excitation import Excitations
 from fegear.gearset.pitch_errors import error_periods
 from fegear.statics import solve_mesh
 from fegear.train import mesh_torques_at
+from lumped.analytic import lowest_deflection
 from lumped.excitation import MeshExcitation
 from validation.metrics import WAVE_POINTS, Statics
 from validation.tasks import Task
 
 Array = NDArray[np.float64]
-BISECTIONS = 80  # of a static deflection: to the last bit
 
 
 def mesh_statics(
@@ -55,22 +55,9 @@ def mesh_statics(
 def static_deflection(
     excitation: MeshExcitation, force: float, position: Array
 ) -> Array:
-    """Deflection [m] at mesh positions (n,) under a force [N], by bisection.
-
-    It solves sum of k (deflection - gap) over the pairs in contact = force.
-    """
-    k, gap = (
+    """Deflection [m] at mesh positions (n,) under a force [N]."""
+    stiffness, gap = (
         np.array([getattr(pair, name)(position) for pair in excitation.pairs])
         for name in ("stiffness", "gap")
     )
-    gap = np.where(k > 0.0, gap, np.inf)
-    low = gap.min(axis=0)
-    high = low + force / np.where(gap == low, k, 0.0).max(axis=0)
-    for _ in range(BISECTIONS):
-        middle = 0.5 * (low + high)
-        carried = np.where(k > 0.0, k * np.maximum(middle - gap, 0.0), 0.0).sum(axis=0)
-        low, high = (
-            np.where(carried < force, middle, low),
-            np.where(carried < force, high, middle),
-        )
-    return high
+    return lowest_deflection(stiffness, gap, force)

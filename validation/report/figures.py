@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from lumped.drawing import panels
 from validation.metrics import METRICS, Curve, ForceWave, Verdict
 from validation.run_files import Run
 from validation.runs import CaseResult
@@ -44,9 +45,9 @@ def draw_over_speed(result: CaseResult, torque: float, column: Column) -> Figure
     """A column of the sweeps over speed at one torque, a panel for each mesh."""
     runs = _at(result, torque)
     meshes = sorted({curve.mesh for run in runs for curve in run.curves})
-    figure, panels = _panels(len(meshes), 2.1)
+    figure, stack = _panels(len(meshes), 2.1)
     label, factor = LABELS[column]
-    for mesh, axes in zip(meshes, panels, strict=True):
+    for mesh, axes in zip(meshes, stack, strict=True):
         for run, style in zip(runs, _styles(runs), strict=True):
             for curve in (c for c in run.curves if c.mesh == mesh):
                 values = factor * getattr(curve, column)
@@ -58,7 +59,7 @@ def draw_over_speed(result: CaseResult, torque: float, column: Column) -> Figure
         axes.set_ylim(bottom=0.0)
         axes.margins(x=0.01)
     first = " of mesh 1" if len(meshes) > 1 else ""
-    panels[-1].set_xlabel(f"mesh frequency{first} [Hz]; dashed: speed falls")
+    stack[-1].set_xlabel(f"mesh frequency{first} [Hz]; dashed: speed falls")
     _legend(figure, runs)
     return figure
 
@@ -81,15 +82,15 @@ def draw_statics(result: CaseResult, torque: float) -> Figure:
     reference = runs[0]
     friction = result.case.friction > 0.0
     meshes = len(reference.statics)
-    figure, panels = _panels(meshes * (1 + friction), 1.7)
-    for m, axes in enumerate(panels[:meshes]):
+    figure, stack = _panels(meshes * (1 + friction), 1.7)
+    for m, axes in enumerate(stack[:meshes]):
         for run, style in zip(runs, _styles(runs), strict=True):
             statics = run.statics[m]
             axes.plot(*_closed(statics.position, 1e6 * statics.deflection), **style)
         mesh = reference.statics[m].mesh
         axes.set_ylabel(f"mesh {mesh}: static\ndeflection [um]")
         axes.margins(x=0.0)
-    for m, axes in enumerate(panels[meshes:]):
+    for m, axes in enumerate(stack[meshes:]):
         statics = reference.statics[m]
         axes.plot(*_closed(statics.position, 1e9 * statics.friction), "k", lw=1.4)
         axes.set_ylabel(f"mesh {statics.mesh}: change\nby friction [nm]")
@@ -101,7 +102,7 @@ def draw_statics(result: CaseResult, torque: float) -> Figure:
             lw=0.0,
         )
         axes.set_title("shaded: a single tooth pair carries", fontsize=8)
-    panels[-1].set_xlabel("mesh position [base pitches from the pitch point]")
+    stack[-1].set_xlabel("mesh position [base pitches from the pitch point]")
     _legend(figure, runs)
     return figure
 
@@ -117,8 +118,8 @@ def draw_wave(result: CaseResult, torque: float, label: str) -> Figure:
     """Mesh force over a cycle at a single speed, a panel for each mesh."""
     runs = _at(result, torque)
     meshes = [w.mesh for w in runs[0].waves if w.label == label]
-    figure, panels = _panels(len(meshes), 2.1)
-    for mesh, axes in zip(meshes, panels, strict=True):
+    figure, stack = _panels(len(meshes), 2.1)
+    for mesh, axes in zip(meshes, stack, strict=True):
         for run, style in zip(runs, _styles(runs), strict=True):
             (wave,) = (w for w in run.waves if (w.label, w.mesh) == (label, mesh))
             cycle = np.arange(wave.force.size) / wave.force.size
@@ -127,7 +128,7 @@ def draw_wave(result: CaseResult, torque: float, label: str) -> Figure:
                 _tell_repeating(axes, run.source, wave)
         axes.set_ylabel(f"mesh {mesh}: force [kN]")
         axes.set_xlim(0.0, 1.0)
-    panels[-1].set_xlabel("cycle of the mesh")
+    stack[-1].set_xlabel("cycle of the mesh")
     _legend(figure, runs)
     return figure
 
@@ -233,16 +234,15 @@ def _cost_points(
 def _panels(count: int, height: float) -> tuple[Figure, list[Axes]]:
     """Panels over one another with one abscissa, each of a height in inches."""
     import matplotlib
-    from matplotlib.figure import Figure
 
     style: dict[Any, Any] = {"font.size": 9.0, "axes.facecolor": "none"}
     with matplotlib.rc_context(style):
-        figure = Figure(figsize=(WIDTH, 0.9 + height * count), layout="constrained")
-        panels = figure.subplots(count, 1, sharex=True, squeeze=False)[:, 0]
-    for axes in panels:
+        figure, rows = panels(count, size=(WIDTH, 0.9 + height * count), share=True)
+    stack = [axes for (axes,) in rows]
+    for axes in stack:
         axes.grid(alpha=0.18, color="black", lw=0.6)
         axes.spines[["top", "right"]].set_visible(False)
-    return figure, list(panels)
+    return figure, stack
 
 
 def _at(result: CaseResult, torque: float) -> list[Run]:

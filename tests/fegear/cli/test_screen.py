@@ -13,7 +13,7 @@ from fegear.cli import run
 from fegear.cli.screen import number
 from fegear.rendering.labels import BAR_LETTERS, legend
 from fegear.rendering.look import COLOURS, Look
-from lumped.figures import draw_title
+from lumped.drawing import draw_title
 
 ROOT = Path(__file__).parents[3]
 RECTANGULAR = ["liu-pair", "--excitation", "rectangular"]
