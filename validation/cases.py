@@ -106,7 +106,7 @@ class Tolerance:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Wave:
+class SingleSpeed:
     """A motion at one speed [Hz], reached from another, at a torque [N m].
 
     From rest if `from_speed_Hz` is left out.
@@ -170,7 +170,7 @@ class Case:
     friction: Annotated[Number, Field(ge=0.0, lt=0.5)] = 0.0
     damping_ratio: Annotated[Number, Field(ge=0.0, lt=1.0)] | None = None
     fidelity: Fidelity = "reduced"
-    wave: tuple[Wave, ...] = ()
+    wave: tuple[SingleSpeed, ...] = ()
     printed: tuple[Printed, ...] = ()
     notes: str = ""
 
@@ -248,7 +248,7 @@ _ADAPTER = TypeAdapter(Case)
 TABLES: Mapping[str, type] = {
     "model": Model,
     "metric": Tolerance,
-    "wave": Wave,
+    "wave": SingleSpeed,
     "printed": Printed,
 }
 

@@ -13,7 +13,7 @@ from fegear.statics import solve_mesh
 from fegear.train import mesh_torques_at
 from lumped.analytic import lowest_deflection
 from lumped.excitation import MeshExcitation
-from validation.metrics import WAVE_POINTS, Statics
+from validation.metrics import CYCLE_POINTS, Statics
 from validation.tasks import Task
 
 Array = NDArray[np.float64]
@@ -43,7 +43,7 @@ def mesh_statics(
             table["ste_m"][0] - free["ste_m"][0],
             free["n_pairs"][0] == 1,
         )
-    pitches, each = error_periods(gear_set)[mesh], WAVE_POINTS
+    pitches, each = error_periods(gear_set)[mesh], CYCLE_POINTS
     if pitches > 1:
         each = excitations.source.statics_of(gear_set, mesh).positions
     position = np.arange(pitches * each) / each

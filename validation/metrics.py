@@ -1,4 +1,4 @@
-"""How far a model is from the finite elements: pure functions of curves and waves.
+"""How far a model is from the finite elements: curves and forces over a cycle.
 
 Relative figures are over the reference, NaN passes through to a verdict that is
 outside, and no figure is folded into a score.
@@ -19,7 +19,7 @@ from lumped.sweep import Branch, Direction
 
 Array = NDArray[np.float64]
 SAME_FEATURE = 0.15  # of the frequency: jumps or peaks further apart are two
-WAVE_POINTS = 256  # of a cycle
+CYCLE_POINTS = 256  # of a cycle
 
 
 @dataclass(frozen=True)
@@ -287,8 +287,8 @@ def _listed(reference: Sequence[float], found: Sequence[float]) -> str:
 
 
 @dataclass(frozen=True)
-class WaveMatch:
-    """Two waves over a cycle.
+class CycleMatch:
+    """Two mesh forces over a cycle.
 
     correlation : as they stand; phase : shift of the found one in cycles, -0.5 to 0.5,
         positive where it is late; peak : ratio of the largest values less 1
@@ -300,8 +300,8 @@ class WaveMatch:
 
 
 def cycle_of(time: Array, values: Array, period: float) -> Array:
-    """Values (t,) over the first period [s] of a record, at WAVE_POINTS times."""
-    at = time[0] + period * np.arange(WAVE_POINTS) / WAVE_POINTS
+    """Values (t,) over the first period [s] of a record, at CYCLE_POINTS times."""
+    at = time[0] + period * np.arange(CYCLE_POINTS) / CYCLE_POINTS
     return np.interp(at, time, values)
 
 
@@ -310,19 +310,19 @@ def force_cycle(history: History, mesh: int, period: float) -> Array:
     return cycle_of(history.time, history.force[:, mesh], period)
 
 
-def wave_match(reference: ArrayLike, found: ArrayLike) -> WaveMatch:
-    """Of waves (n,) over one cycle; NaN where one does not vary."""
+def match_cycles(reference: ArrayLike, found: ArrayLike) -> CycleMatch:
+    """Of mesh forces (n,) over a cycle; NaN where one does not vary."""
     a, b = np.asarray(reference, float), np.asarray(found, float)
     if a.shape != b.shape or a.ndim != 1:
-        raise ValueError(f"waves must have one shape (n,), got {a.shape} and {b.shape}")
+        raise ValueError(f"must have one shape (n,), got {a.shape} and {b.shape}")
     peak = ratio_less_1(largest(np.abs(a)), largest(np.abs(b)))
     x, y = a - a.mean(), b - b.mean()
     size = math.sqrt(float((x**2).sum() * (y**2).sum()))
     still = 1e-12 * max(float((a**2).sum()), float((b**2).sum()))
     if not size > still:
-        return WaveMatch(math.nan, math.nan, peak)
+        return CycleMatch(math.nan, math.nan, peak)
     products = np.fft.irfft(np.fft.rfft(y) * np.conj(np.fft.rfft(x)), a.size) / size
-    return WaveMatch(float(products[0]), _top_lag(products), peak)
+    return CycleMatch(float(products[0]), _top_lag(products), peak)
 
 
 def _top_lag(products: Array) -> float:
@@ -335,7 +335,7 @@ def _top_lag(products: Array) -> float:
 
 
 @dataclass(frozen=True, eq=False)
-class ForceWave:
+class ForceCycle:
     """Mesh force over a cycle of its mesh (n,) [N], at a speed reached in some way.
 
     period_multiple : cycles after which it repeats, 0 if it did not within the cap
@@ -348,8 +348,8 @@ class ForceWave:
     period_multiple: int = 1
 
 
-def wave_measures(reference: ForceWave, found: ForceWave) -> Iterator[Measured]:
-    match = wave_match(reference.force, found.force)
+def cycle_measures(reference: ForceCycle, found: ForceCycle) -> Iterator[Measured]:
+    match = match_cycles(reference.force, found.force)
     yield "wave_correlation", "", match.correlation
     yield "wave_phase", "", match.phase
     yield "wave_peak_force", "", match.peak
@@ -399,5 +399,5 @@ def static_measures(reference: Statics, found: Statics) -> Iterator[Measured]:
     mean = ratio_less_1(reference.mean_stiffness, found.mean_stiffness)
     yield "mean_stiffness", "", mean
     yield "stiffness_variation", "", found.variation - reference.variation
-    waves = (s.deflection - s.deflection.mean() for s in (reference, found))
-    yield "static_deflection", "", relative_distance(*waves)
+    vibrations = (s.deflection - s.deflection.mean() for s in (reference, found))
+    yield "static_deflection", "", relative_distance(*vibrations)

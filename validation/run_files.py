@@ -21,19 +21,20 @@ from typing import Any
 import numpy as np
 
 from fegear.errors import file_error
+from fegear.store import digest
 from lumped.csv_text import format_csv, parse_csv
 from lumped.jumps import Jump, Peak, opposites
 from lumped.sweep import Branch
 from lumped.sweep_table import SweepTable, format_sweep, parse_sweep, sweep_table
-from validation.marching import Cost, Marched
 from validation.metrics import (
-    WAVE_POINTS,
+    CYCLE_POINTS,
     Curve,
-    ForceWave,
+    ForceCycle,
     Statics,
     branch_curves,
 )
 from validation.provenance import machine
+from validation.solving import Cost, RunResult
 from validation.tasks import Task
 
 INPUTS, SWEEP, STATICS, WAVES = "inputs.json", "sweep.csv", "statics.csv", "waves.csv"
@@ -59,16 +60,16 @@ class Run:
     table: SweepTable
     curves: tuple[Curve, ...]
     statics: tuple[Statics, ...]
-    waves: tuple[ForceWave, ...]
+    cycles: tuple[ForceCycle, ...]
     machine: str
     natural_Hz: tuple[float, ...]
     cost: Cost
 
 
-def contents(task: Task, marched: Marched) -> dict[str, str]:
+def contents(task: Task, found: RunResult) -> dict[str, str]:
     """Texts of the files by name, the result last."""
-    system = marched.system
-    pairs = [(task.torque, branch) for branch in marched.branches]
+    system = found.system
+    pairs = [(task.torque, branch) for branch in found.branches]
     label = task.case.fidelity if task.model is None else str(task.model.number)
     header = {"gear set": task.gear_set.name, "source": task.source}
     result = {
@@ -76,37 +77,27 @@ def contents(task: Task, marched: Marched) -> dict[str, str]:
         "torque_Nm": task.torque,
         "machine": machine(),
         "natural_Hz": [f for f in system.modes.frequency_Hz.tolist() if f > 0.0],
-        "cost": asdict(marched.cost),
-        "curves": _features(marched.branches),
-        "statics": [{"mesh": s.mesh, "force_N": s.force} for s in marched.statics],
+        "cost": asdict(found.cost),
+        "curves": _features(found.branches),
+        "statics": [{"mesh": s.mesh, "force_N": s.force} for s in found.statics],
         "waves": [
-            {
-                "label": w.label,
-                "mesh": w.mesh,
-                "contact_loss": w.contact_loss,
-                "period_multiple": w.period_multiple,
-            }
-            for w in marched.waves
+            {name: value for name, value in vars(w).items() if name != "force"}
+            for w in found.cycles
         ],
     }
     texts = {
         INPUTS: inputs_text(task),
         SWEEP: format_sweep(sweep_table(pairs, label, header)),
-        STATICS: _statics_csv(marched.statics),
-        WAVES: _waves_csv(marched.waves),
+        STATICS: _statics_csv(found.statics),
+        WAVES: _cycles_csv(found.cycles),
     }
     result[FILES] = {name: _sha256(text.encode()) for name, text in texts.items()}
-    result[SEAL] = _seal(result)
+    result[SEAL] = digest(result)
     return texts | {RESULT: json.dumps(result, indent=2) + "\n"}
 
 
 def inputs_text(task: Task) -> str:
     return json.dumps(task.inputs, indent=2, sort_keys=True) + "\n"
-
-
-def _seal(result: Mapping[str, Any]) -> str:
-    """Digest of the values; numbers are written in one way only."""
-    return _sha256(json.dumps(result, sort_keys=True).encode())
 
 
 def _sha256(data: bytes) -> str:
@@ -129,13 +120,13 @@ def _features(branches: Sequence[Branch]) -> list[dict[str, Any]]:
     ]
 
 
-STATICS_COLUMNS = (
+STATICS_COLUMNS = [
     "mesh",
     "position",
     "deflection_m",
     "friction_change_m",
     "single_pair",
-)
+]
 
 
 def _statics_csv(statics: Sequence[Statics]) -> str:
@@ -149,7 +140,7 @@ def _statics_csv(statics: Sequence[Statics]) -> str:
     return format_csv(STATICS_COLUMNS, rows)
 
 
-def _waves_csv(waves: Sequence[ForceWave]) -> str:
+def _cycles_csv(waves: Sequence[ForceCycle]) -> str:
     rows = (
         [w.label, w.mesh, i / w.force.size, repr(float(value))]
         for w in waves
@@ -176,7 +167,7 @@ def read_run(task: Task, directory: Path, reused: bool) -> Run | None:
         table=table,
         curves=tuple(_read_curve(each, table) for each in result["curves"]),
         statics=tuple(_read_statics(result["statics"], _rows(texts[STATICS]))),
-        waves=tuple(_read_waves(result["waves"], _rows(texts[WAVES]))),
+        cycles=tuple(_read_cycles(result["waves"], _rows(texts[WAVES]))),
         machine=result["machine"],
         natural_Hz=tuple(result["natural_Hz"]),
         cost=Cost(**result["cost"]),
@@ -194,7 +185,7 @@ def _whole_texts(task: Task, directory: Path) -> dict[str, str] | None:
         seal, files = result.pop(SEAL), result[FILES]
     except (ValueError, KeyError, TypeError, AttributeError):
         return None
-    if seal != _seal(result):
+    if seal != digest(result):
         return None
     if files != {name: _sha256(data[name]) for name in NAMES if name != RESULT}:
         return None
@@ -238,11 +229,11 @@ def _read_statics(entries: Sequence[Any], rows: Rows) -> Iterator[Statics]:
         yield Statics(entry["mesh"], force, position, deflection, friction, single == 1)
 
 
-def _read_waves(entries: Sequence[Any], rows: Rows) -> Iterator[ForceWave]:
+def _read_cycles(entries: Sequence[Any], rows: Rows) -> Iterator[ForceCycle]:
     for i, entry in enumerate(entries):
-        own = rows[i * WAVE_POINTS : (i + 1) * WAVE_POINTS]
+        own = rows[i * CYCLE_POINTS : (i + 1) * CYCLE_POINTS]
         force = np.array([float(row[3]) for row in own])
-        yield ForceWave(force=force, **entry)
+        yield ForceCycle(force=force, **entry)
 
 
 def _rows(text: str) -> Rows:

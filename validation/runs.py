@@ -29,19 +29,19 @@ from fegear.excitation import Excitations, Source
 from fegear.output import make_directory, require_writable, write_text
 from fegear.store import Checkpoint, open_checkpoint
 from validation.cases import Case
-from validation.marching import Report, march
 from validation.metrics import (
     Curve,
-    ForceWave,
+    ForceCycle,
     Measured,
     Statics,
     Verdict,
     curve_measures,
+    cycle_measures,
     static_measures,
     verdict,
-    wave_measures,
 )
 from validation.run_files import INPUTS, NAMES, Run, contents, inputs_text, read_run
+from validation.solving import Report, solve_task
 from validation.tasks import FE, Task, tasks_of
 
 CHECKPOINT = "checkpoint"  # file in the directory of a run
@@ -114,9 +114,9 @@ def _measures(reference: Run, found: Run) -> Iterator[tuple[str, Measured]]:
     for fe_curve, curve in zip(reference.curves, found.curves, strict=True):
         where = f"{curve.direction}, mesh {curve.mesh}"
         yield from ((where, each) for each in curve_measures(fe_curve, curve))
-    for fe_wave, wave in zip(reference.waves, found.waves, strict=True):
-        where = f"{wave.label}, mesh {wave.mesh}"
-        yield from ((where, each) for each in wave_measures(fe_wave, wave))
+    for fe_cycle, cycle in zip(reference.cycles, found.cycles, strict=True):
+        where = f"{cycle.label}, mesh {cycle.mesh}"
+        yield from ((where, each) for each in cycle_measures(fe_cycle, cycle))
     for fe_statics, statics in zip(reference.statics, found.statics, strict=True):
         where = f"mesh {statics.mesh}"
         yield from ((where, each) for each in static_measures(fe_statics, statics))
@@ -136,9 +136,9 @@ def printed_figure(run: Run, key: str, near: float) -> float:
         curves = [c for c in run.curves if (c.mesh, c.direction) == (mesh, words[0])]
         return _nearest((f for c in curves for f in _features(c, words[1])), near)
     if words[0].startswith("wave"):
-        waves = [wave for wave in run.waves if wave.mesh == mesh]
+        cycles = [cycle for cycle in run.cycles if cycle.mesh == mesh]
         number = int(words[0].removeprefix("wave"))
-        return _of_wave(waves[number - 1], words[1]) if number <= len(waves) else nan
+        return _of_cycle(cycles[number - 1], words[1]) if number <= len(cycles) else nan
     statics = [each for each in run.statics if each.mesh == mesh]
     return _of_statics(statics[0], words[0]) if statics else nan
 
@@ -155,10 +155,10 @@ def _features(curve: Curve, kind: str) -> list[float]:
     return [jump.frequency_from for jump in curve.jumps]
 
 
-def _of_wave(wave: ForceWave, name: str) -> float:
+def _of_cycle(cycle: ForceCycle, name: str) -> float:
     if name == "contact_loss":
-        return wave.contact_loss
-    return float(np.abs(wave.force).max())
+        return cycle.contact_loss
+    return float(np.abs(cycle.force).max())
 
 
 def _of_statics(statics: Statics, name: str) -> float:
@@ -199,7 +199,7 @@ def _made(
         require_writable(directory / name)
     write_text(directory / INPUTS, inputs_text(task))
     for name, content in contents(
-        task, march(task, checkpoint, excitations, report)
+        task, solve_task(task, checkpoint, excitations, report)
     ).items():
         write_text(directory / name, content)
     made = read_run(task, directory, reused=False)

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import hashlib
-import json
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 import fegear
@@ -19,8 +17,10 @@ from fegear.dynamics.stepper import DynamicSettings
 from fegear.excitation import Source
 from fegear.gearset import load_gear_set
 from fegear.gearset.model import GearSet
+from fegear.store import digest
+from fegear.version import package_version
 from lumped.settings import Settings
-from validation.cases import Case, Model, Wave
+from validation.cases import Case, Model, SingleSpeed
 
 FORMAT = "fegear validation run 3"  # of the files and of what stands in them
 FE = "fe"
@@ -29,9 +29,10 @@ PACKAGES = {  # those whose sources results depend on, and which of their files
     lumped: ("**/*.py",),
     fegear: (
         *(f"{folder}/**/*.py" for folder in ("contact", "elasticity", "gearset")),
-        *("dynamics/**/*.py", "excitation.py", "statics.py", "train.py"),
+        *("dynamics/**/*.py", "excitation.py", "lumped_system.py", "statics.py"),
+        *("store.py", "train.py"),
     ),
-    validation: ("deflection.py", "marching.py", "metrics.py", "run_files.py"),
+    validation: ("deflection.py", "metrics.py", "run_files.py"),
 }
 
 
@@ -49,13 +50,13 @@ class Task:
         return FE if self.model is None else self.model.name
 
     @property
-    def waves(self) -> tuple[Wave, ...]:
+    def single_speeds(self) -> tuple[SingleSpeed, ...]:
         return tuple(w for w in self.case.wave if w.torque_Nm == self.torque)
 
     @property
     def speeds(self) -> tuple[float, ...]:
-        """All that something moves at [Hz], those of waves among them."""
-        return (*self.case.speeds, *(wave.speed_Hz for wave in self.waves))
+        """All that something moves at [Hz], single ones among them."""
+        return (*self.case.speeds, *(single.speed_Hz for single in self.single_speeds))
 
     @property
     def inputs(self) -> dict[str, str]:
@@ -63,13 +64,13 @@ class Task:
         case, model = self.case, self.model
         common = {
             "format": FORMAT,
-            "fegear version": _version(),
+            "fegear version": package_version(),
             "sources": source_digest(),
             "gear set": repr(self.gear_set),
             "torque_Nm": repr(self.torque),
             "speeds_Hz": ", ".join(map(repr, case.speeds)),
             "directions": ", ".join(case.directions),
-            "waves": repr(self.waves),
+            "waves": repr(self.single_speeds),
             "translations": repr(case.translations),
             "damping ratio": repr(case.damping_ratio),
         }
@@ -86,9 +87,7 @@ class Task:
 
     @property
     def directory_name(self) -> str:
-        text = json.dumps(self.inputs, sort_keys=True)
-        digest = hashlib.sha256(text.encode()).hexdigest()[:16]
-        return f"{self.source}-{self.torque:g}Nm-{digest}"
+        return f"{self.source}-{self.torque:g}Nm-{digest(self.inputs)[:16]}"
 
 
 def tasks_of(case: Case) -> Iterator[Task]:
@@ -102,18 +101,11 @@ def tasks_of(case: Case) -> Iterator[Task]:
 @lru_cache(maxsize=1)
 def source_digest() -> str:
     """Of the sources that results depend on."""
-    digest = hashlib.sha256()
+    content = hashlib.sha256()
     for package, parts in PACKAGES.items():
         root = Path(str(package.__file__)).parent
         files = {path for part in parts for path in root.glob(part)}
         for path in sorted(files):
-            digest.update(path.relative_to(root.parent).as_posix().encode())
-            digest.update(path.read_bytes())
-    return digest.hexdigest()
-
-
-def _version() -> str:
-    try:
-        return version("fegear")
-    except PackageNotFoundError:
-        return "unknown"
+            content.update(path.relative_to(root.parent).as_posix().encode())
+            content.update(path.read_bytes())
+    return content.hexdigest()

@@ -198,7 +198,7 @@ WAVE = np.sin(2 * np.pi * PARTS) + 0.4 * np.cos(6 * np.pi * PARTS + 1.0)
 def test_shift_of_a_wave_is_its_phase(late):
     at = (PARTS - late) % 1.0
     later = np.sin(2 * np.pi * at) + 0.4 * np.cos(6 * np.pi * at + 1.0)
-    found = m.wave_match(WAVE, later)
+    found = m.match_cycles(WAVE, later)
     assert found.phase == pytest.approx(late, abs=1e-3)
     assert found.peak == pytest.approx(0.0, abs=1e-3)
     assert (
@@ -207,19 +207,19 @@ def test_shift_of_a_wave_is_its_phase(late):
 
 
 def test_scale_and_mean_leave_correlation_and_phase():
-    found = m.wave_match(WAVE + 5.0, 2.0 * (WAVE + 5.0))
+    found = m.match_cycles(WAVE + 5.0, 2.0 * (WAVE + 5.0))
     assert found.correlation == pytest.approx(1.0)
     assert found.phase == pytest.approx(0.0, abs=1e-9)
     assert found.peak == pytest.approx(1.0)
-    assert m.wave_match(WAVE, -WAVE).correlation == pytest.approx(-1.0)
+    assert m.match_cycles(WAVE, -WAVE).correlation == pytest.approx(-1.0)
 
 
 def test_waves_that_do_not_vary_have_no_correlation():
-    found = m.wave_match(np.ones(8), np.arange(8.0))
+    found = m.match_cycles(np.ones(8), np.arange(8.0))
     assert math.isnan(found.correlation)
     assert math.isnan(found.phase)
     with pytest.raises(ValueError, match="one shape"):
-        m.wave_match(np.ones(8), np.ones(9))
+        m.match_cycles(np.ones(8), np.ones(9))
 
 
 def test_a_cycle_is_the_first_of_the_record_on_even_times():

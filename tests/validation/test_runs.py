@@ -24,11 +24,11 @@ from fegear.store import open_checkpoint
 from lumped.excitation import MeshExcitation, PairExcitation
 from lumped.motion import DivergedError
 from lumped.waves import Wave as PeriodicWave
-from validation import marching, runs
-from validation.cases import Wave, load_case, read_case
+from validation import runs, solving
+from validation.cases import SingleSpeed, load_case, read_case
 from validation.deflection import mesh_statics, static_deflection
-from validation.marching import approach
 from validation.run_files import NAMES
+from validation.solving import approach
 from validation.tasks import tasks_of
 
 TEXT = """
@@ -71,7 +71,7 @@ CASE = read_case(TEXT)
 FEW = replace(
     CASE,
     speeds_Hz="1000:1200:50",
-    wave=(Wave(torque_Nm=100.0, speed_Hz=1100.0, from_speed_Hz=1150.0),),
+    wave=(SingleSpeed(torque_Nm=100.0, speed_Hz=1100.0, from_speed_Hz=1150.0),),
 )
 
 
@@ -114,7 +114,7 @@ def test_files_of_a_run(few):
 
 
 def test_waves_of_both_are_alike_off_the_resonance(few):
-    one, two = (run.waves[0].force for run in few[1].runs)
+    one, two = (run.cycles[0].force for run in few[1].runs)
     assert np.corrcoef(one, two)[0, 1] > 0.9
     assert one.mean() == pytest.approx(100.0 / 0.04535, rel=1e-2)
 
@@ -126,7 +126,7 @@ def test_reuse_computes_nothing_and_changes_no_byte(few, monkeypatch):
     def never(*_):
         raise AssertionError("computed again")
 
-    monkeypatch.setattr(runs, "march", never)
+    monkeypatch.setattr(runs, "solve_task", never)
     again = runs.run_case(FEW, store)
     assert all(run.reused for run in again.runs)
     assert again.verdicts == result.verdicts
@@ -189,7 +189,7 @@ def test_an_interruption_in_a_wave_keeps_the_sweep(tmp_path, monkeypatch):
         raise KeyboardInterrupt
 
     with monkeypatch.context() as patch:
-        patch.setattr(marching, "_fe_wave", interrupt)
+        patch.setattr(solving, "_fe_cycles", interrupt)
         with pytest.raises(KeyboardInterrupt):
             runs.run_case(FEW, tmp_path)
     assert runs.run_case(FEW, tmp_path).runs[0].cost.timed_speeds == 4
@@ -199,7 +199,7 @@ def test_a_wave_that_diverges_is_nan_and_outside(tmp_path, monkeypatch):
     def diverged(*_):
         raise DivergedError(1150.0, 1.0)
 
-    monkeypatch.setattr(marching, "arrive", diverged)
+    monkeypatch.setattr(solving, "arrive", diverged)
     entry = replace(FEW.metric[0], name="wave_correlation", allowed=0.5)
     case = replace(FEW, metric=(entry,), speeds_Hz="")
     (verdict,) = runs.run_case(case, tmp_path).verdicts
@@ -249,7 +249,7 @@ def test_speeds_are_kept_until_the_result_is_written(few, tmp_path, monkeypatch,
 
 
 def test_a_diverging_approach_of_the_finite_elements_is_nan(tmp_path, monkeypatch):
-    march = ReducedStepper.march
+    solve_task = ReducedStepper.solve_task
 
     def diverging(self, state, frequency, *words):
         if 0.0 < frequency < 1120.0:
@@ -259,7 +259,7 @@ def test_a_diverging_approach_of_the_finite_elements_is_nan(tmp_path, monkeypatc
     monkeypatch.setattr(ReducedStepper, "integrate", diverging)
     case = replace(FEW, speeds_Hz="")
     reference = runs.run_case(case, tmp_path).of("fe")[0]
-    assert np.isnan(reference.waves[0].force).all()
+    assert np.isnan(reference.cycles[0].force).all()
     assert reference.cost.timed_speeds == 3
 
 
@@ -319,7 +319,7 @@ def test_a_store_that_cannot_be_written_is_told_before_anything_runs(
     def refuse(*_, **__):
         raise PermissionError(errno.EACCES, "Permission denied")
 
-    monkeypatch.setattr(runs, "march", refuse)
+    monkeypatch.setattr(runs, "solve_task", refuse)
     monkeypatch.setattr(tempfile, "mkstemp", refuse)
     case = replace(FEW, speeds_Hz="1000:1100:50", wave=())
     with pytest.raises(InputError, match="cannot be written, permission denied"):
@@ -397,7 +397,7 @@ def test_printed_figures(few):
     assert math.isnan(runs.printed_figure(reference, "natural", 2900.0))
     assert math.isnan(runs.printed_figure(model, "natural", 10.0 * natural))
     force = runs.printed_figure(reference, "mesh1.wave1.force_peak", 0.0)
-    assert force == np.abs(reference.waves[0].force).max()
+    assert force == np.abs(reference.cycles[0].force).max()
     assert runs.printed_figure(reference, "mesh1.wave1.contact_loss", 0.0) == 0.0
     for key in ("mesh1.up.jump", "mesh1.wave2.force_peak", "mesh1.friction_recess"):
         value = runs.printed_figure(model, key, 1.0)
@@ -448,8 +448,8 @@ def test_static_deflection_is_that_of_the_finite_elements():
 
 
 def test_approach_ends_at_the_speed():
-    assert approach(Wave(torque_Nm=1.0, speed_Hz=900.0)) == [900.0]
-    way = approach(Wave(torque_Nm=1.0, speed_Hz=900.0, from_speed_Hz=950.0))
+    assert approach(SingleSpeed(torque_Nm=1.0, speed_Hz=900.0)) == [900.0]
+    way = approach(SingleSpeed(torque_Nm=1.0, speed_Hz=900.0, from_speed_Hz=950.0))
     assert (way[0], way[-1], len(way)) == (950.0, 900.0, 4)
 
 

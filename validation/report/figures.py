@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lumped.drawing import panels
-from validation.metrics import METRICS, Curve, ForceWave, Verdict
+from validation.metrics import METRICS, Curve, ForceCycle, Verdict
 from validation.run_files import Run
 from validation.runs import CaseResult
 from validation.tasks import FE
@@ -114,14 +114,14 @@ def _closed(position: Array, values: Array) -> tuple[Array, Array]:
     return np.append(at, at[0] + 1.0), np.append(column, column[0])
 
 
-def draw_wave(result: CaseResult, torque: float, label: str) -> Figure:
+def draw_force_cycle(result: CaseResult, torque: float, label: str) -> Figure:
     """Mesh force over a cycle at a single speed, a panel for each mesh."""
     runs = _at(result, torque)
-    meshes = [w.mesh for w in runs[0].waves if w.label == label]
+    meshes = [w.mesh for w in runs[0].cycles if w.label == label]
     figure, stack = _panels(len(meshes), 2.1)
     for mesh, axes in zip(meshes, stack, strict=True):
         for run, style in zip(runs, _styles(runs), strict=True):
-            (wave,) = (w for w in run.waves if (w.label, w.mesh) == (label, mesh))
+            (wave,) = (w for w in run.cycles if (w.label, w.mesh) == (label, mesh))
             cycle = np.arange(wave.force.size) / wave.force.size
             axes.plot(cycle, 1e-3 * wave.force, **style)
             if wave.period_multiple != 1:
@@ -133,7 +133,7 @@ def draw_wave(result: CaseResult, torque: float, label: str) -> Figure:
     return figure
 
 
-def _tell_repeating(axes: Axes, source: str, wave: ForceWave) -> None:
+def _tell_repeating(axes: Axes, source: str, wave: ForceCycle) -> None:
     """That a cycle is one of several."""
     times = wave.period_multiple
     words = f"repeats after {times} cycles" if times else "does not repeat"

@@ -111,7 +111,7 @@ def _drawn_at(result: CaseResult, torque: float) -> Iterator[Drawn]:
         yield Drawn(name, f"{at}: {what}", figure, torque, "sweep.csv")
     labels = [wave.label for wave in case.wave if wave.torque_Nm == torque]
     for i, label in enumerate(labels, 1):
-        figure = figures.draw_wave(result, torque, label)
+        figure = figures.draw_force_cycle(result, torque, label)
         name, caption = f"wave{i}-{end}", f"{at}: mesh forces at {label}"
         yield Drawn(name, caption, figure, torque, "waves.csv")
     figure = figures.draw_statics(result, torque)

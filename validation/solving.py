@@ -25,9 +25,9 @@ from lumped.steady_state import steady_state
 from lumped.steppers import steps_per_period
 from lumped.sweep import Branch, Direction, sweep_all, sweep_branch
 from lumped.system import LumpedSystem
-from validation.cases import Wave
+from validation.cases import SingleSpeed
 from validation.deflection import mesh_statics
-from validation.metrics import WAVE_POINTS, ForceWave, Statics, force_cycle
+from validation.metrics import CYCLE_POINTS, ForceCycle, Statics, force_cycle
 from validation.tasks import Task
 
 Report = Callable[[str, int, int], None]  # (what, speeds done, of how many)
@@ -37,8 +37,8 @@ Report = Callable[[str, int, int], None]  # (what, speeds done, of how many)
 class Cost:
     """What a run took on one core.
 
-    prepare_s : from the gear set to what is marched, tables included where they are new
-    march_s : of timed_speeds, which count the approaches of waves, and leave out what
+    prepare_s : from the gear set to the stepper, tables included where they are new
+    march_s : of timed_speeds, which count the way to single speeds, and leave out what
         an earlier run had finished where one was taken up again
     speeds, steps : of the sweeps; steps until the motion had settled
     memory_MB : largest resident memory of the process, all that it had loaded before
@@ -62,27 +62,27 @@ class Cost:
 
 
 @dataclass(frozen=True, eq=False)
-class Marched:
-    """What motion gave, with the system whose modes it is counted in."""
+class RunResult:
+    """What a task gave, with the lumped system whose modes it is counted in."""
 
     system: LumpedSystem
     statics: Sequence[Statics]
     branches: Sequence[Branch]
-    waves: Sequence[ForceWave]
+    cycles: Sequence[ForceCycle]
     cost: Cost
 
 
 @dataclass(frozen=True, eq=False)
-class Moved:
-    """Sweeps and waves.
+class Motions:
+    """Sweeps, and mesh forces over a cycle at single speeds.
 
-    marched : speeds that no checkpoint held
+    integrated : speeds that no checkpoint held
     per_cycle : steps of a cycle of the first mesh, by its frequency [Hz]
     """
 
     branches: Sequence[Branch] = ()
-    waves: Sequence[ForceWave] = ()
-    marched: int = 0
+    cycles: Sequence[ForceCycle] = ()
+    integrated: int = 0
     per_cycle: Callable[[float], float] = lambda frequency: math.nan
 
 
@@ -90,7 +90,7 @@ class Moved:
 class Progress:
     """Tells how many speeds are done, and at which one the motion settles.
 
-    found : speeds that a checkpoint holds, which are passed without marching
+    found : speeds that a checkpoint holds, which are passed without integrating
     """
 
     report: Report
@@ -101,7 +101,7 @@ class Progress:
     running: float = math.nan
 
     @property
-    def marched(self) -> int:
+    def integrated(self) -> int:
         return self.done - self.found
 
     def passed(self) -> None:
@@ -114,9 +114,9 @@ class Progress:
             self.report(f"{self.what}, {frequency:g} Hz", self.done, self.total)
 
 
-def march(
+def solve_task(
     task: Task, checkpoint: Checkpoint | None, excitations: Excitations, report: Report
-) -> Marched:
+) -> RunResult:
     """All that a task asks for.
 
     checkpoint : where the finite elements' finished speeds are found and kept; None for
@@ -131,19 +131,19 @@ def march(
     ]
     move = _ready(task, system, excitations, checkpoint, report)
     ready = time.perf_counter()
-    moved = move(report)
+    motions = move(report)
     end = time.perf_counter()
     peak = level.peak_MB
     cost = Cost(
         prepare_s=ready - begin,
         march_s=end - ready if task.speeds else 0.0,
-        timed_speeds=moved.marched,
-        speeds=sum(len(branch.responses) for branch in moved.branches),
-        steps=_steps(moved),
+        timed_speeds=motions.integrated,
+        speeds=sum(len(branch.responses) for branch in motions.branches),
+        steps=_steps(motions),
         memory_MB=peak,
         memory_above_start_MB=peak - level.resident_MB,
     )
-    return Marched(system, statics, moved.branches, moved.waves, cost)
+    return RunResult(system, statics, motions.branches, motions.cycles, cost)
 
 
 def _model(task: Task) -> LumpedModel:
@@ -165,17 +165,17 @@ def _ready(
     excitations: Excitations,
     checkpoint: Checkpoint | None,
     report: Report,
-) -> Callable[[Report], Moved]:
+) -> Callable[[Report], Motions]:
     """What marches, with its kernels compiled, so that it is timed alone."""
     if not task.speeds:
-        return lambda report: Moved()
+        return lambda report: Motions()
     report(f"{_name(task)}: preparation", 0, 1)
     if checkpoint is not None:
         prepared = _prepared(task, system, excitations)
-        return partial(_fe_moved, task, prepared.stepper, checkpoint)
+        return partial(_integrate_fe, task, prepared.stepper, checkpoint)
     warm_up = Settings(max_periods=1, multiples=1, windows=1)
     respond_with_history(system, task.speeds[0], warm_up)
-    return partial(_lumped_moved, task, system)
+    return partial(_integrate_lumped, task, system)
 
 
 def _prepared(
@@ -190,19 +190,19 @@ def _prepared(
     return prepared
 
 
-def _steps(moved: Moved) -> int:
+def _steps(motions: Motions) -> int:
     """Steps in which the motions of the sweeps settled."""
     periods = (
         (response.settling_time * response.frequency, response.frequency)
-        for branch in moved.branches
+        for branch in motions.branches
         for response in branch.responses
     )
-    return sum(round(n * moved.per_cycle(f)) for n, f in periods if math.isfinite(n))
+    return sum(round(n * motions.per_cycle(f)) for n, f in periods if math.isfinite(n))
 
 
-def _fe_moved(
+def _integrate_fe(
     task: Task, stepper: ImplicitStepper, checkpoint: Checkpoint, report: Report
-) -> Moved:
+) -> Motions:
     case, settings = task.case, DynamicSettings()
     found = sum(len(checkpoint.finished(direction)) for direction in case.directions)
     total = len(case.directions) * len(case.speeds)
@@ -217,31 +217,31 @@ def _fe_moved(
         for direction in case.directions
         if case.speeds
     ]
-    waves, marched = [], progress.marched
-    for number, wave in enumerate(task.waves, start=1):
-        name, total = f"wave-{number}", len(approach(wave))
+    cycles, integrated = [], progress.integrated
+    for number, single in enumerate(task.single_speeds, start=1):
+        name, total = f"wave-{number}", len(approach(single))
         what = f"{_name(task)}, wave {number}"
         progress = Progress(report, what, total, len(checkpoint.finished(name)))
-        waves += _fe_wave(wave, stepper, checkpoint, name, progress)
-        marched += progress.marched
+        cycles += _fe_cycles(single, stepper, checkpoint, name, progress)
+        integrated += progress.integrated
     per_cycle = partial(steps_per_cycle, stepper.model, settings=settings)
-    return Moved(branches, waves, marched, per_cycle)
+    return Motions(branches, cycles, integrated, per_cycle)
 
 
-def _fe_wave(
-    wave: Wave,
+def _fe_cycles(
+    single: SingleSpeed,
     stepper: ImplicitStepper,
     checkpoint: Checkpoint,
     name: str,
     progress: Progress,
-) -> list[ForceWave]:
-    """Force over a cycle of each mesh, after the approach that the wave asks for.
+) -> list[ForceCycle]:
+    """Force over a cycle of each mesh, after the way to its single speed.
 
     The checkpoint keeps the speeds on the way, and not the last: its motion is needed
-    whole, and is marched again from where the one before has settled.
+    whole, and is integrated again from where the one before has settled.
     """
     settings, system = DynamicSettings(), stepper.model.reference
-    *way, last = approach(wave)
+    *way, last = approach(single)
     direction: Direction = "up" if not way or way[0] <= last else "down"
     branch = sweep_branch(
         *(stepper, way, direction, settings),
@@ -250,7 +250,7 @@ def _fe_wave(
         watch=progress.watch,
     )
     if not branch.complete:
-        return _no_waves(wave, system)
+        return _no_cycles(single, system)
     state, before = None, None
     if way:
         state, before = branch.responses[-1].state, way[-1]
@@ -259,40 +259,40 @@ def _fe_wave(
     )
     progress.passed()
     if response.status == Status.DIVERGED:
-        return _no_waves(wave, system)
-    return _force_waves(wave, system, response, motion)
+        return _no_cycles(single, system)
+    return _force_cycles(single, system, response, motion)
 
 
-def approach(wave: Wave) -> list[float]:
-    """Speeds on the way to the one of the wave, which is the last [Hz]."""
-    if wave.from_speed_Hz is None:
-        return [wave.speed_Hz]
-    start, end = wave.from_speed_Hz, wave.speed_Hz
+def approach(single: SingleSpeed) -> list[float]:
+    """Speeds on the way to a single one, which is the last [Hz]."""
+    if single.from_speed_Hz is None:
+        return [single.speed_Hz]
+    start, end = single.from_speed_Hz, single.speed_Hz
     count = math.ceil(abs(end - start) / APPROACH_STEP - 1e-9)
     return [float(f) for f in np.linspace(start, end, count + 1)]
 
 
-def _no_waves(wave: Wave, system: LumpedSystem) -> list[ForceWave]:
+def _no_cycles(single: SingleSpeed, system: LumpedSystem) -> list[ForceCycle]:
     """NaN for a motion that diverged."""
-    nothing = np.full(WAVE_POINTS, np.nan)
+    nothing = np.full(CYCLE_POINTS, np.nan)
     meshes = range(1, len(system.excitations) + 1)
-    return [ForceWave(wave.label, mesh, nothing, math.nan, 0) for mesh in meshes]
+    return [ForceCycle(single.label, mesh, nothing, math.nan, 0) for mesh in meshes]
 
 
-def _force_waves(
-    wave: Wave, system: LumpedSystem, response: Response, history: History
-) -> list[ForceWave]:
-    waves = []
+def _force_cycles(
+    single: SingleSpeed, system: LumpedSystem, response: Response, history: History
+) -> list[ForceCycle]:
+    cycles = []
     for m, rate in enumerate(system.train.mesh_rates):
         period = 1.0 / (response.frequency * float(rate))
         force = force_cycle(history, m, period)
         lost, repeats = response.contact_loss[m], response.period_multiple[m]
-        made = ForceWave(wave.label, m + 1, force, float(lost), int(repeats))
-        waves.append(made)
-    return waves
+        made = ForceCycle(single.label, m + 1, force, float(lost), int(repeats))
+        cycles.append(made)
+    return cycles
 
 
-def _lumped_moved(task: Task, system: LumpedSystem, report: Report) -> Moved:
+def _integrate_lumped(task: Task, system: LumpedSystem, report: Report) -> Motions:
     """Nothing is kept in between, it takes less than a second."""
     settings = Settings()
     branches = sweep_all(
@@ -302,11 +302,13 @@ def _lumped_moved(task: Task, system: LumpedSystem, report: Report) -> Moved:
     )
     if not all(branch.complete or _diverged(branch) for branch in branches):
         raise KeyboardInterrupt  # that `sweep_all` has turned into short branches
-    waves = [each for wave in task.waves for each in _lumped_wave(system, wave)]
-    marched = sum(len(branch.responses) for branch in branches)
-    marched += sum(len(approach(wave)) for wave in task.waves)
+    cycles = [
+        each for single in task.single_speeds for each in _lumped_cycles(system, single)
+    ]
+    integrated = sum(len(branch.responses) for branch in branches)
+    integrated += sum(len(approach(single)) for single in task.single_speeds)
     per_cycle = partial(_steps_per_cycle, system, settings=settings)
-    return Moved(branches, waves, marched, per_cycle)
+    return Motions(branches, cycles, integrated, per_cycle)
 
 
 def _diverged(branch: Branch) -> bool:
@@ -320,13 +322,13 @@ def _steps_per_cycle(
     return grid.size / system.common_period[0]
 
 
-def _lumped_wave(system: LumpedSystem, wave: Wave) -> list[ForceWave]:
-    start = wave.speed_Hz if wave.from_speed_Hz is None else wave.from_speed_Hz
+def _lumped_cycles(system: LumpedSystem, single: SingleSpeed) -> list[ForceCycle]:
+    start = single.speed_Hz if single.from_speed_Hz is None else single.from_speed_Hz
     try:
-        state = arrive(system, start, wave.speed_Hz)
+        state = arrive(system, start, single.speed_Hz)
     except DivergedError:
-        return _no_waves(wave, system)
-    response, history = respond_with_history(system, wave.speed_Hz, state=state)
+        return _no_cycles(single, system)
+    response, history = respond_with_history(system, single.speed_Hz, state=state)
     if response.status == Status.DIVERGED:
-        return _no_waves(wave, system)
-    return _force_waves(wave, system, response, history)
+        return _no_cycles(single, system)
+    return _force_cycles(single, system, response, history)
