@@ -158,7 +158,7 @@ def _legend_of_sweep(
     draw_legend(figure, entries, min(len(entries), 6))
 
 
-def draw_wave(motion: TimeHistory, title: str = "") -> Figure:
+def draw_time_history(motion: TimeHistory, title: str = "") -> Figure:
     """Deflection, forces, contact, phase plane and spectrum, a column per mesh."""
     meshes, heights = len(motion.pairs), (1.0, 1.3, 0.6, 1.5, 1.0)
     size = (1.5 + 5.5 * meshes, 13.5)

@@ -47,8 +47,8 @@ def _draw_contours(axes: Axes, found: ParameterMap, mesh: int) -> None:
     axes.grid(False)
     one, two = found.axes
     x, y = np.array(one.values), np.array(two.values)
-    rms = 1e6 * found.figure("dte_rms_m", mesh).T
-    lost = found.figure("contact_loss_fraction", mesh).T
+    rms = 1e6 * found.on_grid("dte_rms_m", mesh).T
+    lost = found.on_grid("contact_loss_fraction", mesh).T
     if min(x.size, y.size) < 2 or np.isnan(rms).all():
         axes.text(0.5, 0.5, "no contours", transform=axes.transAxes, ha="center")
         return
@@ -66,8 +66,8 @@ def _draw_contours(axes: Axes, found: ParameterMap, mesh: int) -> None:
 
 def _draw_curve(axes: Axes, found: ParameterMap, mesh: int) -> None:
     axis = found.axes[0]
-    rms = 1e6 * found.figure("dte_rms_m", mesh)
-    lost = found.figure("contact_loss_fraction", mesh) > LOST
+    rms = 1e6 * found.on_grid("dte_rms_m", mesh)
+    lost = found.on_grid("contact_loss_fraction", mesh) > LOST
     axes.plot(axis.values, rms, "o-", markersize=4)
     axes.plot(np.array(axis.values)[lost], rms[lost], "s", label="contact is lost")
     if lost.any():

@@ -28,7 +28,7 @@ Array = NDArray[np.float64]
 Point = tuple[float, ...]
 Report = Callable[[int, int], None]  # (points done, of how many)
 FORMAT = "lumped parameter map 2"
-FIGURES = (
+QUANTITIES = (
     "mesh_frequency_Hz",
     "dte_rms_m",
     "dte_rms_spread_m",
@@ -63,12 +63,12 @@ class Axis:
 class Cell:
     """What was found at a point: for each mesh its figures, or why there are none.
 
-    figures : (m, 8), columns as in FIGURES; NaN where the run diverged
+    values : (m, 8), columns as in QUANTITIES; NaN where the run diverged
     multiples : (m,) response period in mesh periods, 0 if aperiodic
     status : periodic, aperiodic, diverged, or impossible and the reason
     """
 
-    figures: tuple[tuple[float, ...], ...]
+    values: tuple[tuple[float, ...], ...]
     multiples: tuple[int, ...]
     status: str
 
@@ -91,11 +91,11 @@ class ParameterMap:
     def complete(self) -> bool:
         return len(self.cells) == len(self.points)
 
-    def figure(self, name: str, mesh: int) -> Array:
-        """A figure of one mesh (from 0) on the grid; NaN where there is none."""
-        column = FIGURES.index(name)
+    def on_grid(self, name: str, mesh: int) -> Array:
+        """A quantity of one mesh (from 0) on the grid; NaN where there is none."""
+        column = QUANTITIES.index(name)
         values = [
-            cell.figures[mesh][column] if (cell := self.cells.get(point)) else np.nan
+            cell.values[mesh][column] if (cell := self.cells.get(point)) else np.nan
             for point in self.points
         ]
         return np.reshape(values, [len(axis.values) for axis in self.axes])
@@ -124,7 +124,7 @@ def _severity(status: str) -> int:
 
 def impossible(meshes: int, reason: str) -> Cell:
     """A point at which there is no such train."""
-    empty = (np.nan,) * len(FIGURES)
+    empty = (np.nan,) * len(QUANTITIES)
     return Cell((empty,) * meshes, (0,) * meshes, f"impossible: {reason}")
 
 
@@ -198,13 +198,13 @@ def format_header(parameter_map: ParameterMap) -> str:
     for axis in parameter_map.axes:
         header[f"axis {axis.name}"] = " ".join(repr(float(v)) for v in axis.values)
     names = [axis.name for axis in parameter_map.axes]
-    columns = [*names, "mesh", *FIGURES, "period_multiple", "status"]
+    columns = [*names, "mesh", *QUANTITIES, "period_multiple", "status"]
     return format_csv(columns, [], header)
 
 
 def format_cell(point: Point, cell: Cell) -> str:
     """The rows of one point, a line for each mesh."""
-    each = zip(cell.figures, cell.multiples, strict=True)
+    each = zip(cell.values, cell.multiples, strict=True)
     return format_rows(
         [*map(float, point), mesh, *figures, multiple, cell.status]
         for mesh, (figures, multiple) in enumerate(each, start=1)

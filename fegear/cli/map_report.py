@@ -22,7 +22,7 @@ def map_summary(found: ParameterMap, where: str) -> dict[str, Any]:
     names = [axis.name for axis in found.axes]
     extremes = []
     for mesh in range(found.meshes):
-        rms = found.figure("dte_rms_m", mesh).ravel()
+        rms = found.on_grid("dte_rms_m", mesh).ravel()
         for kind, pick in (("smallest", np.nanargmin), ("largest", np.nanargmax)):
             if np.isnan(rms).all():
                 continue
@@ -79,7 +79,7 @@ def map_warnings(found: ParameterMap, gear_set: GearSet) -> Iterator[str]:
             yield f"{axis.name} does not change the response"
     peaks, backs = (
         [
-            float(np.fmax.reduce(found.figure(name, m), axis=None))
+            float(np.fmax.reduce(found.on_grid(name, m), axis=None))
             for m in range(found.meshes)
         ]
         for name in ("dte_peak_m", "back_side_fraction")
@@ -94,7 +94,7 @@ def _changes_nothing(found: ParameterMap, place: int) -> bool:
 
     if len(found.cells) < len(found.points):
         return False
-    sizes = [found.figure("dte_rms_m", m) for m in range(found.meshes)]
+    sizes = [found.on_grid("dte_rms_m", m) for m in range(found.meshes)]
     return all(
         np.array_equal(rms, np.take(rms, [0], place).repeat(rms.shape[place], place))
         for rms in sizes

@@ -108,14 +108,14 @@ def wave_command(
 
 
 def _figure(motion: TimeHistory, header: dict[str, str]) -> Figure:
-    from lumped.figures import draw_wave
+    from lumped.figures import draw_time_history
 
     title = (
         f"{header['gear set']} at {motion.response.frequency:g} Hz and "
         f"{header['torque_Nm']} N m, model {header['model']}, "
         f"{header['excitation']}, damping ratio {header['damping ratio']}"
     )
-    return draw_wave(motion, title)
+    return draw_time_history(motion, title)
 
 
 def wave_summary(motion: TimeHistory, header: dict[str, str]) -> dict[str, Any]:

@@ -41,7 +41,7 @@ def solved(**options) -> ParameterMap:
 
 
 def test_figures_lie_on_the_grid():
-    rms = solved().figure("dte_rms_m", mesh=1)
+    rms = solved().on_grid("dte_rms_m", mesh=1)
     assert rms.tolist() == [[22.0, 42.0], [24.0, 44.0], [26.0, 46.0]]
 
 
@@ -107,7 +107,7 @@ def test_impossible_points_say_why():
 
     found = run_map(GRID, build, lambda system, stop: cell(system))
     assert found.cells[2.0, 10.0].status == "impossible: no such gear"
-    assert np.isnan(found.figure("dte_rms_m", 0)[1]).all()
+    assert np.isnan(found.on_grid("dte_rms_m", 0)[1]).all()
     assert found.complete
 
 
@@ -135,9 +135,9 @@ def test_largest_response_of_each_mesh_is_kept():
     system = Idler().system()
     responses = [respond(system, f) for f in (2000.0, 3040.0)]
     found = cell_of(responses)
-    assert found.figures[0][0] == 3040.0  # the second mode shakes mesh 1
-    assert found.figures[1][0] == 2000.0
-    assert found.figures[1][1] == responses[0].dte_rms[1]
+    assert found.values[0][0] == 3040.0  # the second mode shakes mesh 1
+    assert found.values[1][0] == 2000.0
+    assert found.values[1][1] == responses[0].dte_rms[1]
 
 
 @pytest.mark.parametrize("values", [(), (1.0, 1.0), (float("nan"),)])
