@@ -22,22 +22,14 @@ from numpy.typing import NDArray
 from lumped.csv_text import format_csv, format_rows, parse_csv
 from lumped.response import FIGURES as MEASURED
 from lumped.response import Response
+from lumped.sweep_table import COLUMNS
 from lumped.system import LumpedSystem
 
 Array = NDArray[np.float64]
 Point = tuple[float, ...]
 Report = Callable[[int, int], None]  # (points done, of how many)
 FORMAT = "lumped parameter map 2"
-QUANTITIES = (
-    "mesh_frequency_Hz",
-    "dte_rms_m",
-    "dte_rms_spread_m",
-    "dte_mean_m",
-    "dte_peak_m",
-    "force_peak_N",
-    "contact_loss_fraction",
-    "back_side_fraction",
-)
+QUANTITIES = ("mesh_frequency_Hz", *COLUMNS[COLUMNS.index("dte_rms_m") : -1])
 QUEUE = 4  # points prepared ahead of each worker
 
 

@@ -55,8 +55,8 @@ class Benchmark:
 def collect(
     found: Iterable[tuple[str, DataclassInstance]], *tables: str
 ) -> tuple[dict[str, list[Any]], bool]:
-    """Rows by the name of their table, and whether Ctrl-C ended them early."""
-    rows: dict[str, list[Any]] = {name: [] for name in tables}
+    """Rows by table, POINTS and others, and whether Ctrl-C ended them early."""
+    rows: dict[str, list[Any]] = {name: [] for name in (POINTS, *tables)}
     try:
         for table, row in found:
             rows[table].append(row)

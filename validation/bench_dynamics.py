@@ -22,15 +22,7 @@ from fegear.excitation import Excitations
 from fegear.gearset.model import GearSet
 from fegear.memory import memory_level
 from lumped.system import LumpedSystem
-from validation.bench import (
-    POINTS,
-    Benchmark,
-    Report,
-    collect,
-    draw_study,
-    plain,
-    study_figure,
-)
+from validation import bench
 from validation.bench_lumped import leading_frequency
 
 if TYPE_CHECKING:
@@ -74,7 +66,7 @@ class Point:
 
 
 @dataclass(frozen=True, eq=False)
-class Bench:
+class Subject:
     """A gear set at a torque on its input gear [N m], and its Model-1."""
 
     gear_set: GearSet
@@ -105,27 +97,27 @@ class Bench:
 def measure(
     gear_set: GearSet,
     torque: float,
-    bench_of: Callable[[GearSet], Bench],
-    report: Report,
-) -> Benchmark:
-    """At a torque on the input gear [N m]; bench_of : of this and longer sets."""
+    subject_of: Callable[[GearSet], Subject],
+    report: bench.Report,
+) -> bench.Benchmark:
+    """At a torque on the input gear [N m]; subject_of : of this and longer sets."""
     level = memory_level()
     report("stiffness", 0, 1)
-    bench = bench_of(gear_set)
-    rows, interrupted = collect(_measured(bench, bench_of, report), POINTS, "growth")
-    points = rows[POINTS]
+    subject = subject_of(gear_set)
+    rows, interrupted = bench.collect(_measured(subject, subject_of, report), "growth")
+    points = rows[bench.POINTS]
     title = f"Finite-element dynamics of {gear_set.name}, {torque:g} N m"
     findings = []
     if sum(p.study == "steps" for p in points) > 1:
         findings.append(f"observed order over the steps: {observed_order(points):.2f}")
     if math.isfinite(peak := level.peak_MB):
         findings.append(f"largest memory: {peak:.0f} MB")
-    return Benchmark(
+    return bench.Benchmark(
         name="dynamics",
         title=title,
         about="Finite-element dynamics from rest over steps, elastic modes and mesh, "
         "against finer steps or all freedoms on a finer mesh.",
-        tables=plain(rows),
+        tables=bench.plain(rows),
         draw=lambda: draw_points(points, title),
         facts={"peak_memory_MB": peak},
         findings=findings,
@@ -134,35 +126,35 @@ def measure(
 
 
 def _measured(
-    bench: Bench, bench_of: Callable[[GearSet], Bench], report: Report
+    subject: Subject, subject_of: Callable[[GearSet], Subject], report: bench.Report
 ) -> Iterator[tuple[str, Any]]:
     """Rows one by one, so that those finished are kept."""
-    yield from ((POINTS, point) for point in measure_points(bench, report))
+    yield from ((bench.POINTS, point) for point in measure_points(subject, report))
     report("growth", 0, 1)
     for gears in ROWS:
-        yield "growth", growth(bench_of(row_of_gears(bench.gear_set, gears)))
+        yield "growth", growth(subject_of(row_of_gears(subject.gear_set, gears)))
 
 
-def measure_points(bench: Bench, report: Report) -> Iterator[Point]:
+def measure_points(subject: Subject, report: bench.Report) -> Iterator[Point]:
     """Over the steps against finer ones; all else against whole gears."""
     others = list(_elements())
     total = len(STEPS) + len(others) + 2
     report("steps", 0, total)
-    reduced = bench.stepper(FiniteElements(fidelity="reduced"))
-    expected = [run(reduced[0], f, FINEST_STEPS)[0] for f in bench.speeds]
+    reduced = subject.stepper(FiniteElements(fidelity="reduced"))
+    expected = [run(reduced[0], f, FINEST_STEPS)[0] for f in subject.speeds]
     for done, steps in enumerate(STEPS, start=1):
-        yield _point(bench, ("steps", steps), reduced, steps, expected)
+        yield _point(subject, ("steps", steps), reduced, steps, expected)
         report("steps", done, total)
     report("whole gears", len(STEPS), total)
-    whole = bench.stepper(FiniteElements(fidelity="full", mesh=FINEST_MESH))
-    found = [run(whole[0], f, COMMON) for f in bench.speeds]
+    whole = subject.stepper(FiniteElements(fidelity="full", mesh=FINEST_MESH))
+    found = [run(whole[0], f, COMMON) for f in subject.speeds]
     expected = [deflection for deflection, _ in found]
     slowest, unknown = max(us for _, us in found), (math.nan, math.nan)
     yield Point("mesh", FINEST_MESH, whole[1], whole[2], slowest, *unknown)
     for done, (study, setting, elements) in enumerate(others, start=len(STEPS) + 1):
         report(f"{study} {setting:g}", done, total)
-        made = bench.stepper(elements)
-        yield _point(bench, (study, setting), made, COMMON, expected)
+        made = subject.stepper(elements)
+        yield _point(subject, (study, setting), made, COMMON, expected)
 
 
 def _elements() -> Iterator[tuple[str, float, FiniteElements]]:
@@ -190,15 +182,15 @@ def run(stepper: ImplicitStepper, frequency: float, steps: int) -> tuple[Array, 
 
 
 def _point(
-    bench: Bench,
+    subject: Subject,
     study: tuple[str, float],
     made: tuple[ImplicitStepper, int, float],
     steps: int,
     expected: Sequence[Array],
 ) -> Point:
-    """study : name and setting; made : by `Bench.stepper`."""
+    """study : name and setting; made : by `Subject.stepper`."""
     stepper, freedoms, seconds = made
-    found = [run(stepper, frequency, steps) for frequency in bench.speeds]
+    found = [run(stepper, frequency, steps) for frequency in subject.speeds]
     pairs = zip(found, expected, strict=True)
     errors = np.concatenate([waveform_error(own, wanted) for (own, _), wanted in pairs])
     return Point(
@@ -227,8 +219,8 @@ class Growth:
     us_per_step: float
 
 
-def growth(row: Bench) -> Growth:
-    """Of the bench of a row of gears, in the reduced fidelity."""
+def growth(row: Subject) -> Growth:
+    """Of the subject of a row of gears, in the reduced fidelity."""
     stepper, _, _ = row.stepper(FiniteElements(fidelity="reduced", cutoff_Hz=30e3))
     best = min(run(stepper, row.speeds[-1], COMMON)[1] for _ in range(REPEATS))
     return Growth(len(row.gear_set.gears), stepper.model.size, best)
@@ -258,7 +250,7 @@ def observed_order(points: Sequence[Point]) -> float:
 def draw_points(points: Sequence[Point], title: str) -> Figure:
     """Time per mesh period over the median error, a line for each study."""
     error = "relative error of the dynamic transmission error, median"
-    figure, (axes,) = study_figure(title, error, "time per mesh period [ms]")
+    figure, (axes,) = bench.study_figure(title, error, "time per mesh period [ms]")
     for study, (label, marker, unit) in STUDIES.items():
         own = [p for p in points if p.study == study and p.error_median > 0.0]
         steps = [p.setting if study == "steps" else COMMON for p in own]
@@ -266,6 +258,6 @@ def draw_points(points: Sequence[Point], title: str) -> Figure:
             (p.setting / unit, p.error_median, 1e-3 * p.us_per_step * n)
             for p, n in zip(own, steps, strict=True)
         ]
-        draw_study(axes, label, marker, known)
+        bench.draw_study(axes, label, marker, known)
     axes.legend()
     return figure

@@ -18,16 +18,7 @@ from lumped.settings import Settings
 from lumped.sweep import sweep_all
 from lumped.system import LumpedSystem
 from lumped.train import Gear, Shaft
-from validation.bench import (
-    POINTS,
-    Benchmark,
-    Report,
-    collect,
-    draw_study,
-    fastest,
-    plain,
-    study_figure,
-)
+from validation import bench
 from validation.oracles.scipy_train import ScipyTrain, scipy_rms
 
 if TYPE_CHECKING:
@@ -64,13 +55,13 @@ class Point:
 
 
 def measure(
-    system: LumpedSystem, gear_set: str, torque: float, report: Report
-) -> Benchmark:
+    system: LumpedSystem, gear_set: str, torque: float, report: bench.Report
+) -> bench.Benchmark:
     """Model 1 of a gear set, by its name, at a torque on the input gear [N m]."""
     timed: dict[str, Any] = {}
     studies = _measured(system, report, timed)
-    rows, interrupted = collect(studies, POINTS, "races", "growth")
-    points, title = rows[POINTS], f"Lumped model 1 of {gear_set}, {torque:g} N m"
+    rows, interrupted = bench.collect(studies, "races", "growth")
+    points, title = rows[bench.POINTS], f"Lumped model 1 of {gear_set}, {torque:g} N m"
     if {p.study for p in points} >= {"rk4", f"{SCIPY}DOP853", f"{SCIPY}LSODA"}:
         rows["races"] = races(points)
     findings = []
@@ -79,12 +70,12 @@ def measure(
             f"sweep of {timed['sweep_speeds']} speeds, up and down, warm: "
             f"{timed['sweep_warm_s']:.2f} s"
         )
-    return Benchmark(
+    return bench.Benchmark(
         name="lumped",
         title=title,
         about="Settled vibration of the lumped train by own integrators and SciPy's, "
         "against the tightest tolerances.",
-        tables=plain(rows),
+        tables=bench.plain(rows),
         draw=lambda: draw_points(points, title),
         facts=timed,
         findings=findings,
@@ -93,18 +84,18 @@ def measure(
 
 
 def _measured(
-    system: LumpedSystem, report: Report, timed: dict[str, Any]
+    system: LumpedSystem, report: bench.Report, timed: dict[str, Any]
 ) -> Iterator[tuple[str, Any]]:
     """Rows one by one, so that those finished are kept; a sweep's time at last."""
-    yield from ((POINTS, point) for point in measure_points(system, report))
+    yield from ((bench.POINTS, point) for point in measure_points(system, report))
     report("growth", 0, 1)
     yield from (("growth", row) for row in growth(system))
     speeds = leading_frequency(system) * np.linspace(0.5, 2.62, 171)
-    timed["sweep_warm_s"] = fastest(lambda: sweep_all([system], speeds))
+    timed["sweep_warm_s"] = bench.fastest(lambda: sweep_all([system], speeds))
     timed["sweep_speeds"] = 2 * speeds.size
 
 
-def measure_points(system: LumpedSystem, report: Report) -> Iterator[Point]:
+def measure_points(system: LumpedSystem, report: bench.Report) -> Iterator[Point]:
     """Every study at all its settings, over the speeds that one response has."""
     frequencies = [f * leading_frequency(system) for f in SPEEDS]
     report("reference", 0, 1)
@@ -164,7 +155,7 @@ def _solve(
     else:
         settings = Settings(method="dopri5", accuracy=setting)
     response = respond(system, frequency, settings)
-    seconds = fastest(lambda: respond(system, frequency, settings))
+    seconds = bench.fastest(lambda: respond(system, frequency, settings))
     periods = response.settling_time * frequency + max(response.multiple, 1)
     return response.dte_rms, seconds, periods
 
@@ -182,7 +173,7 @@ def _solve_by_scipy(
 
 @dataclass(frozen=True)
 class Race:
-    """A SciPy run beside the fastest compiled one that is no less accurate.
+    """A SciPy run beside the bench.fastest compiled one that is no less accurate.
 
     rtol, error : of SciPy; study, setting, own_error : of the compiled run
     ratio : of the times per speed
@@ -242,7 +233,8 @@ def growth(system: LumpedSystem) -> Iterator[Growth]:
     highest = float(system.modes.frequency_Hz.max())
     for count in (43, 86, 171, 342):
         speeds = np.linspace(1.05 * highest, 1.3 * highest, count)
-        seconds = fastest(partial(sweep_all, [system], speeds, ("up",), workers=1))
+        work = partial(sweep_all, [system], speeds, ("up",), workers=1)
+        seconds = bench.fastest(work)
         yield Growth("speeds", count, seconds, 1e6 * seconds / count)
     for size in (3, 8, 20, 50):
         larger = with_disks(system, size)
@@ -254,7 +246,7 @@ def growth(system: LumpedSystem) -> Iterator[Growth]:
             response = respond(larger, 1.1 * highest, settings)
             periods = response.settling_time * 1.1 * highest
 
-        seconds = fastest(run)
+        seconds = bench.fastest(run)
         moving = larger.moving.size
         yield Growth("degrees of freedom", moving, seconds, 1e6 * seconds / periods)
 
@@ -284,7 +276,7 @@ def with_disks(system: LumpedSystem, size: int) -> LumpedSystem:
 def draw_points(points: Sequence[Point], title: str) -> Figure:
     """Time per speed over the median error, a line for each integrator."""
     error = "relative error of the RMS of the DTE, median over speeds and meshes"
-    figure, (axes,) = study_figure(title, error, "time per settled speed [ms]")
+    figure, (axes,) = bench.study_figure(title, error, "time per settled speed [ms]")
     studies = dict.fromkeys(point.study for point in points)
     for study, marker in zip(studies, "osD^v", strict=False):
         own = [
@@ -292,6 +284,6 @@ def draw_points(points: Sequence[Point], title: str) -> Figure:
             for p in points
             if p.study == study
         ]
-        draw_study(axes, study, marker, own)
+        bench.draw_study(axes, study, marker, own)
     axes.legend()
     return figure

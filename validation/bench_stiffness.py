@@ -22,15 +22,7 @@ from fegear.elasticity.sector import CyclicSector
 from fegear.gearset.model import GearSet
 from fegear.statics import corner_positions
 from meshes import MeshSize
-from validation.bench import (
-    POINTS,
-    Benchmark,
-    Report,
-    collect,
-    draw_study,
-    plain,
-    study_figure,
-)
+from validation import bench
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -101,25 +93,26 @@ def variants() -> Iterator[Variant]:
         yield Variant(GRID, base, 2, nodes)
 
 
-def measure(gear_set: GearSet, torque: float, report: Report) -> Benchmark:
+def measure(gear_set: GearSet, torque: float, report: bench.Report) -> bench.Benchmark:
     """Over mesh size, element order, grid and split, at a torque [N m].
 
     torque : on the driver of the first mesh
     """
     studies = measure_variants(gear_set, torque, report)
-    rows, interrupted = collect(((POINTS, point) for point in studies), POINTS)
-    points, title = rows[POINTS], f"Statics of {gear_set.name}, {torque:g} N m"
+    found = ((bench.POINTS, point) for point in studies)
+    rows, interrupted = bench.collect(found)
+    points, title = rows[bench.POINTS], f"Statics of {gear_set.name}, {torque:g} N m"
     orders = {
         f"observed order of the mean STE, {study}": observed_order(points, study)
         for study in dict.fromkeys(p.study for p in points)
         if study != GRID
     }
-    return Benchmark(
+    return bench.Benchmark(
         name="stiffness",
         title=title,
         about="Static transmission error over mesh size, element order, contact grid "
         "and split, against a reference of much finer meshes.",
-        tables=plain(rows),
+        tables=bench.plain(rows),
         draw=lambda: draw_points(points, title),
         facts=orders,
         left_out=("element_order", "half_plane_split", "edge_at_pitch_mm", "total_s"),
@@ -129,7 +122,7 @@ def measure(gear_set: GearSet, torque: float, report: Report) -> Benchmark:
 
 
 def measure_variants(
-    gear_set: GearSet, torque: float, report: Report
+    gear_set: GearSet, torque: float, report: bench.Report
 ) -> Iterator[Point]:
     """Points one by one, so that those finished are kept."""
     todo = list(variants())
@@ -225,16 +218,16 @@ def draw_points(points: Sequence[Point], title: str) -> Figure:
     """Run time against error, and error against mesh size, log-log."""
     error = "largest relative error of STE on the nominal path"
     seconds = "run time of compliances and 64 positions [s]"
-    figure, (cost, size) = study_figure(title, error, seconds, count=2)
+    figure, (cost, size) = bench.study_figure(title, error, seconds, count=2)
     studies = dict.fromkeys(p.study for p in points)
     for study, marker in zip(studies, "osv^D", strict=False):
         chosen = [p for p in points if p.study == study]
         times = [(math.nan, p.error_path, p.total_s) for p in chosen]
-        draw_study(cost, study, marker, times)
+        bench.draw_study(cost, study, marker, times)
         if study != GRID:
             label = f"{study}: order {observed_order(points, study):.1f}"
             edges = [(math.nan, p.edge_at_pitch_mm, p.error_mean) for p in chosen]
-            draw_study(size, label, marker, edges)
+            bench.draw_study(size, label, marker, edges)
     cost.axvline(2e-3, color="0.6", ls=":", label="0.2 %")
     size.set_xlabel("flank edge at the pitch point [mm]")
     size.set_ylabel("relative error of mean STE")

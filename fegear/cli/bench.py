@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from fegear.cli.lumped_options import Damping
 from fegear.cli.options import (
     SET_HELP,
     AsJson,
@@ -96,14 +97,7 @@ def lumped_benchmark(
         ),
     ] = False,
     torque: InputTorque = None,
-    damping: Annotated[
-        float | None,
-        typer.Option(
-            "--damping",
-            help="Damping ratio of every vibration mode. [default: that of the gear "
-            "set, else 0.04]",
-        ),
-    ] = None,
+    damping: Damping = None,
     output: Annotated[
         Path | None,
         typer.Option(
@@ -211,14 +205,14 @@ def measure_lumped(
 def measure_dynamics(gear_set: GearSet, torque: float, report: Progress) -> Benchmark:
     from fegear.excitation import Excitations
     from fegear.lumped_system import lumped_system
-    from validation.bench_dynamics import Bench, measure
+    from validation.bench_dynamics import Subject, measure
 
-    def bench_of(gear_set: GearSet) -> Bench:
+    def subject_of(gear_set: GearSet) -> Subject:
         excitations = Excitations()
         reference = lumped_system(gear_set, torque, excitations=excitations)
-        return Bench(gear_set, torque, reference, excitations)
+        return Subject(gear_set, torque, reference, excitations)
 
-    return measure(gear_set, torque, bench_of, report)
+    return measure(gear_set, torque, subject_of, report)
 
 
 def _run(

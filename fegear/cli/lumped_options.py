@@ -52,6 +52,14 @@ class DirectionChoice(StrEnum):
         return ("up", "down") if self.value == "both" else (self.value,)  # type: ignore[return-value]
 
 
+Damping = Annotated[
+    float | None,
+    typer.Option(
+        "--damping",
+        help="Damping ratio of every vibration mode. [default: that of the gear "
+        "set, else 0.04]",
+    ),
+]
 Translations = Annotated[
     bool,
     typer.Option(
@@ -141,14 +149,7 @@ class Elements:
 class Train:
     """How a gear train is damped and whether its gears move on their bearings."""
 
-    damping: Annotated[
-        float | None,
-        typer.Option(
-            "--damping",
-            help="Damping ratio of every vibration mode. [default: that of the gear "
-            "set, else 0.04]",
-        ),
-    ] = None
+    damping: Damping = None
     translations: Translations = False
 
     def __post_init__(self) -> None:

@@ -24,7 +24,7 @@ def bench_of(private_cache):
         torques = [100.0 * (55 / 38 if m % 2 else 1.0) for m in range(gears - 1)]
         found = tuple(excitations.of(gear_set, m, t, 1) for m, t in enumerate(torques))
         system = LumpedSystem(train_of(gear_set, 100.0), found)
-        return study.Bench(gear_set, 100.0, system, excitations)
+        return study.Subject(gear_set, 100.0, system, excitations)
 
     return make
 
