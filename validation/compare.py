@@ -35,7 +35,7 @@ class Comparison:
 
 
 @dataclass(frozen=True)
-class _Case:
+class _Solved:
     """One solved torque and what the closed forms need to know of it."""
 
     result: StaticsResult
@@ -66,22 +66,22 @@ def compare_mesh(
 ) -> Compared:
     """All comparisons for one mesh at one torque on its driver [N m]."""
     spec = gear_set.meshes[mesh]
-    case = _Case(
+    solved = _Solved(
         result=solve_mesh(without_pitch_errors(gear_set), mesh, [torque], settings),
         driver=gear_set.gears[spec.driver],
         driven=gear_set.gears[spec.driven],
         pair=spec.pair,
         plane=settings.plane,
     )
-    rows = (*_average_slopes(case), *_local_slopes(case), _pressure(case))
-    unknown = tuple(_unknown_to_closed_forms(case))
-    return Compared(rows, (*unknown, *warnings(case.result)))
+    rows = (*_average_slopes(solved), *_local_slopes(solved), _pressure(solved))
+    unknown = tuple(_unknown_to_closed_forms(solved))
+    return Compared(rows, (*unknown, *warnings(solved.result)))
 
 
-def _unknown_to_closed_forms(case: _Case) -> Iterator[str]:
+def _unknown_to_closed_forms(solved: _Solved) -> Iterator[str]:
     """What the gears have and the closed forms have not."""
-    problem = case.result.problem
-    for gear, role in ((case.driver, "driver"), (case.driven, "driven")):
+    problem = solved.result.problem
+    for gear, role in ((solved.driver, "driver"), (solved.driven, "driven")):
         for place in ("tip", "root"):
             if getattr(problem, f"{role}_{place}_relief"):
                 yield (
@@ -95,19 +95,19 @@ def _unknown_to_closed_forms(case: _Case) -> Iterator[str]:
             )
 
 
-def _average_slopes(case: _Case) -> list[Comparison]:
+def _average_slopes(solved: _Solved) -> list[Comparison]:
     """Force over deflection, beside the potential-energy method."""
     oracle = "potential energy, Sainsot body"
-    stiffness = case.result.table["stiffness_N_per_m"][0]
-    energy = _energy_mesh_stiffness(case)
+    stiffness = solved.result.table["stiffness_N_per_m"][0]
+    energy = _energy_mesh_stiffness(solved)
     rows = [
         ("mean mesh stiffness", "N/m", stiffness.mean(), energy.mean()),
         ("peak-to-peak / mean", "-", _fluctuation(stiffness), _fluctuation(energy)),
         (
             "one pair at the pitch point",
             "N/m",
-            case.result.cycle.pair_stiffness[0, 0, 0],
-            _energy_pair_stiffness(case),
+            solved.result.cycle.pair_stiffness[0, 0, 0],
+            _energy_pair_stiffness(solved),
         ),
     ]
     return [
@@ -116,11 +116,13 @@ def _average_slopes(case: _Case) -> list[Comparison]:
     ]
 
 
-def _local_slopes(case: _Case) -> list[Comparison]:
+def _local_slopes(solved: _Solved) -> list[Comparison]:
     """Slope of force over deflection, beside ISO 6336, with and without bodies."""
-    iso = _iso_mesh_stiffness(case)
-    series = 1.0 / (1.0 / iso + _twist(case.driver, case) + _twist(case.driven, case))
-    local = float(case.result.table["local_stiffness_N_per_m"][0].mean())
+    iso = _iso_mesh_stiffness(solved)
+    series = 1.0 / (
+        1.0 / iso + _twist(solved.driver, solved) + _twist(solved.driven, solved)
+    )
+    local = float(solved.result.table["local_stiffness_N_per_m"][0].mean())
     names = ("ISO 6336 c_gamma", "ISO 6336 in series with both ring twists")
     return [
         Comparison("mean mesh stiffness", "local", name, "N/m", local, expected)
@@ -128,9 +130,9 @@ def _local_slopes(case: _Case) -> list[Comparison]:
     ]
 
 
-def _iso_mesh_stiffness(case: _Case) -> float:
-    """Method B for solid discs: c_gamma b [N/m] at the case's load and materials."""
-    gears = sorted((case.driver, case.driven), key=lambda gear: gear.geometry.teeth)
+def _iso_mesh_stiffness(solved: _Solved) -> float:
+    """Method B for solid discs: c_gamma b [N/m] at the load solved and materials."""
+    gears = sorted((solved.driver, solved.driven), key=lambda gear: gear.geometry.teeth)
     pinion, wheel = (gear.geometry for gear in gears)
     # two basic racks count with the mean of their factors, clause 9.3.1
     rack_factors = [
@@ -139,33 +141,33 @@ def _iso_mesh_stiffness(case: _Case) -> float:
     ]
     stiffness = iso6336.mean_mesh_stiffness(
         (pinion.teeth, wheel.teeth),
-        case.pair.contact_ratio,
-        case.width,
+        solved.pair.contact_ratio,
+        solved.width,
         (pinion.profile_shift, wheel.profile_shift),
         (iso6336.CORRECTION, 1.0, sum(rack_factors) / 2.0),
     )
-    driver = case.driver.geometry
-    tangential = case.force * driver.base_radius / driver.reference_radius
+    driver = solved.driver.geometry
+    tangential = solved.force * driver.base_radius / driver.reference_radius
     moduli = gears[0].young_modulus, gears[1].young_modulus
     return (
         stiffness
         * iso6336.material_factor(moduli)
-        * iso6336.low_load_factor(tangential / case.width)
+        * iso6336.low_load_factor(tangential / solved.width)
     )
 
 
-def _pressure(case: _Case) -> Comparison:
+def _pressure(solved: _Solved) -> Comparison:
     """Hertz at the pitch point with the load that its pair carries there."""
-    s1 = case.pair.pitch_point
-    radius = hertz.effective_radius(s1, case.pair.line_of_action - s1)
+    s1 = solved.pair.pitch_point
+    radius = hertz.effective_radius(s1, solved.pair.line_of_action - s1)
     materials = [
         hertz.Material(gear.young_modulus, gear.poisson_ratio)
-        for gear in (case.driver, case.driven)
+        for gear in (solved.driver, solved.driven)
     ]
-    modulus = hertz.effective_modulus(materials[0], materials[1], case.plane)
-    load = float(case.result.cycle.load[0, 0, 0]) / case.width
+    modulus = hertz.effective_modulus(materials[0], materials[1], solved.plane)
+    load = float(solved.result.cycle.load[0, 0, 0]) / solved.width
     expected = float(hertz.peak_pressure(load, radius, modulus))
-    computed = float(case.result.cycle.pressure[0, 0, 0])
+    computed = float(solved.result.cycle.pressure[0, 0, 0])
     name = "largest pressure at the pitch point"
     return Comparison(name, "-", "Hertz", "Pa", computed, expected)
 
@@ -174,27 +176,27 @@ def _fluctuation(values: NDArray[np.float64]) -> float:
     return float(np.ptp(values) / values.mean())
 
 
-def _energy_mesh_stiffness(case: _Case) -> NDArray[np.float64]:
+def _energy_mesh_stiffness(solved: _Solved) -> NDArray[np.float64]:
     return potential_energy.mesh_stiffness(
-        _analytic(case.driver),
-        _analytic(case.driven),
-        case.pair.operating_pressure_angle,
-        case.result.table.position,
-        case.force,
-        case.width,
-        contact_law=case.plane,
+        _analytic(solved.driver),
+        _analytic(solved.driven),
+        solved.pair.operating_pressure_angle,
+        solved.result.table.position,
+        solved.force,
+        solved.width,
+        contact_law=solved.plane,
     )
 
 
-def _energy_pair_stiffness(case: _Case) -> float:
+def _energy_pair_stiffness(solved: _Solved) -> float:
     values = potential_energy.pair_stiffness(
-        _analytic(case.driver),
-        _analytic(case.driven),
-        case.pair.operating_pressure_angle,
-        [case.pair.pitch_point],
-        case.force,
-        case.width,
-        contact_law=case.plane,
+        _analytic(solved.driver),
+        _analytic(solved.driven),
+        solved.pair.operating_pressure_angle,
+        [solved.pair.pitch_point],
+        solved.force,
+        solved.width,
+        contact_law=solved.plane,
     )
     return float(values[0])
 
@@ -215,12 +217,12 @@ def _analytic(gear: Gear) -> potential_energy.AnalyticGear:
     )
 
 
-def _twist(gear: Gear, case: _Case) -> float:
+def _twist(gear: Gear, solved: _Solved) -> float:
     """Compliance of the body below the root circle, along the line of action [m/N]."""
     body = ring.Ring(
         hub_radius=gear.geometry.hub_radius,
         outer_radius=gear.geometry.root_radius,
         shear_modulus=ring.shear_modulus(gear.young_modulus, gear.poisson_ratio),
-        face_width=case.width,
+        face_width=solved.width,
     )
     return 1.0 / ring.line_of_action_stiffness(body, gear.geometry.base_radius)
