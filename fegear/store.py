@@ -44,12 +44,12 @@ def digest(inputs: Mapping[str, Any]) -> str:
 
 
 def save_arrays(path: Path, key: str, arrays: Mapping[str, Array]) -> None:
-    """Arrays with the key of what determines them; a store that is full is let be."""
+    """Keep arrays under the key of what determines them, where the disk takes them."""
     content = pack(dict(arrays) | {"key": np.frombuffer(key.encode(), np.uint8)})
     try:
         make_directory(path.parent)
         write_whole(path, lambda beside: beside.write_bytes(content))
-    except InputError:  # without a store it is only slower
+    except InputError:  # next time they are computed again, which is only slower
         return
 
 
@@ -275,4 +275,6 @@ def _whole_speeds(connection: sqlite3.Connection, branch: str) -> int:
 
 
 def _seal(branch: str, number: int, content: bytes) -> str:
-    return hashlib.sha256(f"{branch} {number} {content!r}".encode()).hexdigest()
+    """Of a row; damage may have made another type of its content."""
+    own = content if isinstance(content, bytes) else b""
+    return hashlib.sha256(f"{branch} {number} ".encode() + own).hexdigest()
