@@ -23,6 +23,7 @@ from fegear.gearset import load_gear_set
 from fegear.store import open_checkpoint
 from lumped.excitation import MeshExcitation, PairExcitation
 from lumped.motion import DivergedError
+from lumped.steady_state import Diverged
 from lumped.waves import Wave as PeriodicWave
 from validation import runs, solving
 from validation.cases import SingleSpeed, load_case, read_case
@@ -253,7 +254,7 @@ def test_a_diverging_approach_of_the_finite_elements_is_nan(tmp_path, monkeypatc
 
     def diverging(self, state, frequency, *words):
         if 0.0 < frequency < 1120.0:
-            raise FloatingPointError
+            raise Diverged(0.0)
         return integrate(self, state, frequency, *words)
 
     monkeypatch.setattr(ReducedStepper, "integrate", diverging)
