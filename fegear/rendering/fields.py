@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -327,24 +327,14 @@ def _gear_field(
     corners = np.unique([edges["fillet"], edges["left_fillet"]])
     parts, count = [], 0
     for sector in sectors:
-        places, nodes, state = sector.refined()
         frame = scene.frame(role, stand.position, sector.tooth, stand.back)
-        if np.linalg.det(frame.turn) < 0.0:  # a mirror image turns triangles over
-            nodes = nodes[:, [0, 2, 1, 5, 4, 3]]
-        parts.append(
-            {
-                "points": frame.places(places),
-                "triangles": nodes + count,
-                "tooth": np.full(
-                    len(nodes), _pair_tooth(role, sector.tooth, stand.back)
-                ),
-                "outline": sides + count,
-                "fillet": corners + count,
-                "displacement": frame.vectors(state[:, :2]),
-                "stress": frame.stresses(state[:, 2:]),
-            }
-        )
-        count += len(places)
+        part = _sector_in_world(sector, frame)
+        number = _pair_tooth(role, sector.tooth, stand.back)
+        part["tooth"] = np.full(len(part["triangles"]), number)
+        part["triangles"] = part["triangles"] + count
+        part |= {"outline": sides + count, "fillet": corners + count}
+        parts.append(part)
+        count += len(part["points"])
     joined = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
     x, y = (joined["points"] - center).T
     return GearField(
@@ -354,6 +344,19 @@ def _gear_field(
         out_of_plane=body.sector.material.out_of_plane(joined["stress"]),
         **joined,
     )
+
+
+def _sector_in_world(sector: SectorField, frame: Frame) -> dict[str, NDArray[Any]]:
+    """Points, triangles, displacement and stress of a refined sector."""
+    places, nodes, state = sector.refined()
+    if np.linalg.det(frame.turn) < 0.0:  # a mirror image turns triangles over
+        nodes = nodes[:, [0, 2, 1, 5, 4, 3]]
+    return {
+        "points": frame.places(places),
+        "triangles": nodes,
+        "displacement": frame.vectors(state[:, :2]),
+        "stress": frame.stresses(state[:, 2:]),
+    }
 
 
 def _pair_tooth(role: Role, right: int, back: bool) -> int:
