@@ -94,6 +94,20 @@ def test_kernels_import_only_numerics(path):
     assert "fegear.contact.problem" not in inside
 
 
+@pytest.mark.parametrize(
+    ("package", "below"),
+    [
+        ("elasticity", ("fegear.gearset", "fegear.elasticity")),
+        ("contact", ("fegear.gearset", "fegear.elasticity", "fegear.contact")),
+    ],
+)
+def test_contact_imports_elasticity_and_not_the_other_way(package, below):
+    helpers = ("fegear.timing", "fegear.errors", "fegear.store", "fegear.output")
+    for path in sorted((ROOT / "fegear" / package).glob("*.py")):
+        own = {m for m in imported_modules(path) if m.startswith("fegear.")}
+        assert {m for m in own if not m.startswith((*below, *helpers))} == set(), path
+
+
 def loaded_by(statement: str) -> set[str]:
     code = f"import sys; {statement}; print(*sys.modules)"
     done = subprocess.run(
