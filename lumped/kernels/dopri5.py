@@ -127,20 +127,22 @@ def set_pitch(excitation, time, side):
 
 
 @compiled_part
-def set_excitation(excitation, time, side, work):
+def set_excitation(excitation, time, side, stiffness, gap):
     """Stiffness and gap of every pair (p,) at a time."""
-    for p in range(work.gap.size):
+    for p in range(gap.size):
         x = position(excitation, p, time)
-        work.stiffness[p] = value_at(excitation, 2 * p, x, side)
-        work.gap[p] = value_at(excitation, 2 * p + 1, x, side)
-        work.gap[p] += excitation.place[p, OFFSET]
+        stiffness[p] = value_at(excitation, 2 * p, x, side)
+        gap[p] = value_at(excitation, 2 * p + 1, x, side)
+        gap[p] += excitation.place[p, OFFSET]
 
 
 @compiled_part
-def set_slope(system, work, y, slope):
-    """Derivative (2, n) of displacement and velocity (2, n), contacts held."""
+def set_slope(system, contact, stiffness, gap, y, slope, s):
+    """Derivative (2, n) of displacement and velocity (2, n), contacts held.
+
+    s : (m,) gets the mesh deflections
+    """
     shapes, backlash, first_pair = system.shapes, system.backlash, system.first_pair
-    contact, stiffness, gap, s = work.contact, work.stiffness, work.gap, work.deflection
     n = y.shape[1]
     for i in range(n):
         slope[0, i] = y[1, i]
@@ -167,6 +169,7 @@ def try_step(system, excitation, frequency, work, time, h, y):
     The slope at the start must be there already. The norm is that of the energy.
     """
     slopes, end, n = work.slopes, work.end, y.shape[1]
+    contact, stiffness, gap, s = work.contact, work.stiffness, work.gap, work.deflection
     step = h / frequency
     for stage in range(1, 7):
         for j in range(2):
@@ -176,8 +179,8 @@ def try_step(system, excitation, frequency, work, time, h, y):
                     total += A[stage, before] * slopes[before, j, i]
                 end[j, i] = y[j, i] + step * total
         side = -1 if C[stage] == 1.0 else 1
-        set_excitation(excitation, time + C[stage] * h, side, work)
-        set_slope(system, work, end, slopes[stage])
+        set_excitation(excitation, time + C[stage] * h, side, stiffness, gap)
+        set_slope(system, contact, stiffness, gap, end, slopes[stage], s)
     norm = 0.0
     for i in range(n):
         dq, dv = 0.0, 0.0
@@ -198,7 +201,7 @@ def energy_norm(system, y):
 
 
 @compiled_part
-def set_between(work, y, step, theta, out):
+def set_between(slopes, y, step, theta, out):
     """Dense output (2, n) at part theta of a step [s]."""
     for j in range(2):
         for i in range(y.shape[1]):
@@ -206,7 +209,7 @@ def set_between(work, y, step, theta, out):
             for stage in range(7):
                 d = DENSE[stage]
                 poly = theta * (d[0] + theta * (d[1] + theta * (d[2] + theta * d[3])))
-                total += work.slopes[stage, j, i] * poly
+                total += slopes[stage, j, i] * poly
             out[j, i] = y[j, i] + step * total
 
 
@@ -255,7 +258,7 @@ def change_within(system, excitation, frequency, work, time, h, y):
             return 2.0, -1
         check += 1
         low, high = high, check / CHECKS
-        set_between(work, y, step, high, work.probe)
+        set_between(work.slopes, y, step, high, work.probe)
         side = -1 if check == CHECKS else 1
         changed = first_change(system, excitation, work, time + high * h, side)
     changed = -1
@@ -263,7 +266,7 @@ def change_within(system, excitation, frequency, work, time, h, y):
         middle = 0.5 * (low + high)
         done = (high - low) * h <= EXACT or middle <= low or middle >= high
         at = high if done else middle
-        set_between(work, y, step, at, work.probe)
+        set_between(work.slopes, y, step, at, work.probe)
         found = first_change(system, excitation, work, time + at * h, -1)
         if done:
             return high, found if found >= 0 else changed
@@ -282,6 +285,7 @@ def advance(system, excitation, rules, work, y, span, grid, out):
     grid : (g,) times at which to record into out (g, 6, m); may be empty
     """
     frequency, stops = rules.frequency, excitation.stops
+    contact, stiffness, gap, s = work.contact, work.stiffness, work.gap, work.deflection
     time, end = span
     stop, row, h, fresh, total = 0, 0, 1.0 / 64.0, True, 0.0
     left = MOST_STEPS * (1.0 + end - time)
@@ -296,9 +300,9 @@ def advance(system, excitation, rules, work, y, span, grid, out):
             set_pitch(excitation, time, 1)
             set_contacts(system, excitation, work, y, time)
             fresh = False
-        set_excitation(excitation, time, 1, work)
-        set_slope(system, work, y, work.slopes[0])
-        widen(work.limits, work.deflection)
+        set_excitation(excitation, time, 1, stiffness, gap)
+        set_slope(system, contact, stiffness, gap, y, work.slopes[0], s)
+        widen(work.limits, s)
         last = h >= until - time - SHORTEST
         h_now = until - time if last else h
         error = try_step(system, excitation, frequency, work, time, h_now, y)
@@ -322,7 +326,7 @@ def advance(system, excitation, rules, work, y, span, grid, out):
             error = try_step(system, excitation, frequency, work, time, h_now, y)
         while row < grid.size and grid[row] <= time + h_now:
             theta = (grid[row] - time) / h_now
-            set_between(work, y, h_now / frequency, theta, work.trial)
+            set_between(work.slopes, y, h_now / frequency, theta, work.trial)
             record_row(system, excitation, work, grid[row], out[row])
             set_pitch(excitation, time, 1)
             row += 1
@@ -342,10 +346,10 @@ def record_row(system, excitation, work, time, out):
     """Record the trial state, see `record`."""
     q, v = work.trial[0], work.trial[1]
     set_pitch(excitation, time, 1)
-    set_excitation(excitation, time, 1, work)
+    set_excitation(excitation, time, 1, work.stiffness, work.gap)
     record(system, work.stiffness, work.gap, q, v, out)
     set_pitch(excitation, time, -1)
-    set_excitation(excitation, time, -1, work)
+    set_excitation(excitation, time, -1, work.stiffness, work.gap)
     record_before(system, work.stiffness, work.gap, q, out)
 
 

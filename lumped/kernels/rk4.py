@@ -39,13 +39,18 @@ def rk4_step(system, samples, k, q, v, work, s, later):
         vsum[i] = a[i]
         qs[i] = q[i] + 0.5 * h * v[i]
         vs[i] = v[i] + 0.5 * h * a[i]
-    for part in (0.5, 1.0):
-        set_acceleration(system, stiffness[1], gap[1], qs, vs, a, later)
-        for i in range(n):
-            qsum[i] += 2.0 * vs[i]
-            vsum[i] += 2.0 * a[i]
-            qs[i] = q[i] + part * h * vs[i]
-            vs[i] = v[i] + part * h * a[i]
+    set_acceleration(system, stiffness[1], gap[1], qs, vs, a, later)
+    for i in range(n):
+        qsum[i] += 2.0 * vs[i]
+        vsum[i] += 2.0 * a[i]
+        qs[i] = q[i] + 0.5 * h * vs[i]
+        vs[i] = v[i] + 0.5 * h * a[i]
+    set_acceleration(system, stiffness[1], gap[1], qs, vs, a, later)
+    for i in range(n):
+        qsum[i] += 2.0 * vs[i]
+        vsum[i] += 2.0 * a[i]
+        qs[i] = q[i] + h * vs[i]
+        vs[i] = v[i] + h * a[i]
     set_acceleration(system, stiffness[2], gap[2], qs, vs, a, later)
     for i in range(n):
         q[i] += h / 6.0 * (qsum[i] + vs[i])
