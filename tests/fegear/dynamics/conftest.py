@@ -14,11 +14,14 @@ from conftest import SMALL_HUBS
 
 from fegear.dynamics.build import elastic_damping, mesh_laws
 from fegear.dynamics.cross_mesh import cross_mesh_compliance
+from fegear.dynamics.full import FullStepper, full_model
 from fegear.dynamics.kernels.arrays import Clock
 from fegear.dynamics.model import DynamicModel, ElasticGear, dynamic_model
 from fegear.dynamics.scheme import generalized_alpha
 from fegear.dynamics.sides import MeshLaws
 from fegear.dynamics.stepper import MotionState, ReducedStepper, empty_record
+from fegear.elasticity.cyclic_gear import cyclic_gear
+from fegear.elasticity.material import PlaneMaterial
 from fegear.elasticity.modes import gear_modes
 from fegear.elasticity.sector import CyclicSector
 from fegear.excitation import Excitations, Source
@@ -28,6 +31,7 @@ from fegear.gearset.pitch_errors import without_pitch_errors
 from fegear.statics import StaticsSettings
 from fegear.train import mesh_torques_at, train_of
 from lumped import LumpedSystem
+from meshes import MeshSize
 
 # first calls import and compile
 hypothesis.settings.register_profile("dynamics", deadline=None)
@@ -36,6 +40,8 @@ hypothesis.settings.load_profile("dynamics")
 LAW_TORQUE = 100.0  # N m on the input gear, for which tables and laws are made
 CUTOFF = 30e3  # Hz
 Arrays = tuple[np.ndarray, ...]
+COARSE = MeshSize().refined(0.25)
+LIGHT = 0.01  # damping ratio of elastic modes
 
 
 @cache
@@ -199,3 +205,26 @@ def rest() -> Callable[[DynamicModel], MotionState]:
     return lambda model: MotionState(
         np.zeros((4, model.size)), np.zeros((3, model.contact_count))
     )
+
+
+def sector_of(gear):
+    material = PlaneMaterial(gear.young_modulus, gear.poisson_ratio, "stress")
+    return CyclicSector(gear.geometry, material, COARSE)
+
+
+@pytest.fixture(scope="session")
+def full_of(case_of):
+    """All freedoms of coarse finite elements; arguments as for `case_of`."""
+
+    def make(**case):
+        given = case_of(**case)
+        gears = given.gear_set.gears
+        wholes = [cyclic_gear(sector_of(gear), gear.density) for gear in gears]
+        damping = [elastic_damping(gear, LIGHT) for gear in gears]
+        far = None if given.beside is None else given.beside[0]
+        hubs, fields = full_model(
+            given.gear_set, given.reference, given.laws, wholes, damping, far
+        )
+        return FullStepper(hubs, generalized_alpha(0.9), fields)
+
+    return make

@@ -5,39 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fegear.dynamics.build import elastic_damping
-from fegear.dynamics.full import FullStepper, full_model
 from fegear.dynamics.kernels import reduced as kernel
-from fegear.dynamics.scheme import generalized_alpha
-from fegear.elasticity.cyclic_gear import cyclic_gear
-from fegear.elasticity.material import PlaneMaterial
-from fegear.elasticity.sector import CyclicSector
-from meshes import MeshSize
 
 FREQUENCY, CYCLE = 1600.0, 128
-COARSE = MeshSize().refined(0.25)
-LIGHT = 0.01  # damping ratio of elastic modes
-
-
-def sector_of(gear):
-    material = PlaneMaterial(gear.young_modulus, gear.poisson_ratio, "stress")
-    return CyclicSector(gear.geometry, material, COARSE)
-
-
-@pytest.fixture(scope="module")
-def full_of(case_of):
-    def make(**case):
-        given = case_of(**case)
-        gears = given.gear_set.gears
-        wholes = [cyclic_gear(sector_of(gear), gear.density) for gear in gears]
-        damping = [elastic_damping(gear, LIGHT) for gear in gears]
-        far = None if given.beside is None else given.beside[0]
-        hubs, fields = full_model(
-            given.gear_set, given.reference, given.laws, wholes, damping, far
-        )
-        return FullStepper(hubs, generalized_alpha(0.9), fields)
-
-    return make
 
 
 def passed(stepper, periods=1):
