@@ -42,7 +42,9 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 Fidelity = Literal["full", "reduced", "quasistatic", "auto"]
 POSITIONS = 128  # of a mesh cycle at which pair laws are solved
-REACH = 6.0  # times the largest static deflection: squeeze up to which laws are curved
+REACH = (
+    6.0  # times the largest static deflection: penetration up to which laws are curved
+)
 BACK = 20.0  # times the same: larger backlash is out of reach
 HARMONICS = 7.0  # of the highest mesh frequency, whose modes are looked at
 modes_once = lru_cache(maxsize=16)(gear_modes)  # equal gears, and all torques

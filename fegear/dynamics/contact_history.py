@@ -26,14 +26,14 @@ class ContactHistory:
 
     place : of the pair in its side
     load : (t,) [N]
-    drag : (t,) friction toward the roots over the load, negative toward the tips
+    friction : (t,) friction toward the roots over the load, negative toward the tips
     ends, weights : (t, 2) points of the laws' grid between which it is
     """
 
     side: ContactSide
     place: int
     load: Array
-    drag: Array
+    friction: Array
     ends: Indices
     weights: Array
 
@@ -62,7 +62,7 @@ class ContactHistory:
             self.side.flank,
             between(arcs, self.ends[rows], self.weights[rows]),
             normal,
-            self.drag[rows] * normal,
+            self.friction[rows] * normal,
         )
 
     @property
@@ -115,9 +115,11 @@ def contact_histories(
             total = weights.sum(axis=1, keepdims=True)
             weights = weights / np.where(total > 0.0, total, 1.0)
             index = len(histories)
-            drag = _drag(model, index, rotation[:, side.gears], ends, weights)
+            friction = _signed_friction(
+                model, index, rotation[:, side.gears], ends, weights
+            )
             load = motion.pair_load[:, index] + 0.0  # no negative zeros
-            histories.append(ContactHistory(side, place, load, drag, ends, weights))
+            histories.append(ContactHistory(side, place, load, friction, ends, weights))
     return histories
 
 
@@ -130,10 +132,10 @@ def _rotation(model: DynamicModel, motion: Motion, steps: int) -> Array:
     return (angular * nominal + turning) * np.sign(nominal)
 
 
-def _drag(
+def _signed_friction(
     model: DynamicModel, index: int, rotation: Array, ends: Indices, weights: Array
 ) -> Array:
-    """Friction (t,) over load as `kernels.contact.set_turned` directs it."""
+    """Friction (t,) over load as `kernels.contact.set_reversed` directs it."""
     friction = float(model.jacobian.friction)
     if friction == 0.0:
         return np.zeros(len(rotation))
@@ -143,5 +145,5 @@ def _drag(
         for values in (contacts.sliding, *contacts.arms)
     )
     slip = rotation[:, 0] * one - rotation[:, 1] * two
-    turned = contacts.side[index] * slip * nominal > STICKING
-    return friction * nominal * np.where(turned, -1.0, 1.0)
+    reversed_ = contacts.side[index] * slip * nominal > STICKING
+    return friction * nominal * np.where(reversed_, -1.0, 1.0)
