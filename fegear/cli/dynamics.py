@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from fegear.cli.edits import EditedSet, edit_entries, refuse_idle_edits
-from fegear.cli.groups import grouped
+from fegear.cli.groups import grouped, option
 from fegear.cli.lumped_options import (
     DirectionChoice,
     Elements,
@@ -54,36 +54,25 @@ class FidelityChoice(StrEnum):
 class MovingElements:
     """What moves, and how it is damped."""
 
-    fidelity: Annotated[
-        FidelityChoice,
-        typer.Option(
-            "--fidelity",
-            help="What moves. full: all degrees of freedom of the finite elements; "
-            "reduced: hubs and elastic modes of the gears; quasistatic: hubs alone, "
-            "without elastic inertia; auto: reduced where elastic inertia matters, "
-            "else quasistatic.",
-        ),
-    ] = FidelityChoice.auto
-    friction: Annotated[
-        float, typer.Option("--friction", help="Coulomb friction coefficient.")
-    ] = 0.0
+    fidelity: FidelityChoice = option(
+        "What moves. full: all degrees of freedom of the finite elements; reduced: "
+        "hubs and elastic modes of the gears; quasistatic: hubs alone, without "
+        "elastic inertia; auto: reduced where elastic inertia matters, else "
+        "quasistatic.",
+        default=FidelityChoice.auto,
+    )
+    friction: float = option(
+        "Coulomb friction coefficient.",
+        default=0.0,
+    )
     train: Train
-    elastic_damping: Annotated[
-        float | None,
-        typer.Option(
-            "--elastic-damping",
-            help="Damping ratio of the first elastic modes of the gears. "
-            "[default: 0.01]",
-        ),
-    ] = None
-    cutoff: Annotated[
-        float | None,
-        typer.Option(
-            "--cutoff",
-            help="Natural frequency [Hz] up to which elastic modes are considered. "
-            "[default: 7 times the highest speed, or more]",
-        ),
-    ] = None
+    elastic_damping: float | None = option(
+        "Damping ratio of the first elastic modes of the gears. [default: 0.01]"
+    )
+    cutoff: float | None = option(
+        "Natural frequency [Hz] up to which elastic modes are considered. [default: 7 "
+        "times the highest speed, or more]"
+    )
     elements: Elements
 
     def __post_init__(self) -> None:
@@ -130,12 +119,10 @@ class MovingElements:
 class ImplicitIntegration:
     """Time integration of the finite elements."""
 
-    steps: Annotated[
-        int,
-        typer.Option(
-            "--steps", help="Least number of time steps per period of the fastest mesh."
-        ),
-    ] = 128
+    steps: int = option(
+        "Least number of time steps per period of the fastest mesh.",
+        default=128,
+    )
     tolerance: Tolerance = 1e-4
     max_periods: MaxPeriods = None
 
@@ -155,31 +142,19 @@ class ImplicitIntegration:
 class DynamicsOutputs(Outputs):
     """Where the results and histories go, and whether a run is taken up again."""
 
-    history: Annotated[
-        Path | None,
-        typer.Option(
-            "--history",
-            metavar="DIR",
-            help="Write a CSV file for each speed into this directory: load and "
-            "contact pressure of every tooth pair and motion of the hubs over one "
-            "period.",
-        ),
-    ] = None
-    root_stress: Annotated[
-        str | None,
-        typer.Option(
-            "--root-stress",
-            metavar="GEAR",
-            help="Add the root stress of this gear's teeth to the files of --history.",
-        ),
-    ] = None
-    resume: Annotated[
-        bool,
-        typer.Option(
-            "--resume",
-            help="Go on with an interrupted run to the same --output.",
-        ),
-    ] = False
+    history: Path | None = option(
+        "Write a CSV file for each speed into this directory: load and contact "
+        "pressure of every tooth pair and motion of the hubs over one period.",
+        metavar="DIR",
+    )
+    root_stress: str | None = option(
+        "Add the root stress of this gear's teeth to the files of --history.",
+        metavar="GEAR",
+    )
+    resume: bool = option(
+        "Go on with an interrupted run to the same --output.",
+        default=False,
+    )
 
     def __post_init__(self) -> None:
         if self.resume and self.output is None:

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
-import typer
-
+from fegear.cli.groups import option
 from fegear.cli.options import SetName
 
 if TYPE_CHECKING:
@@ -23,15 +22,12 @@ class EditedSet:
     """A gear set, and what is changed in it for one run."""
 
     set_name: SetName
-    edits: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--set",
-            metavar="KEY=VALUE",
-            help="Change a key of the gear set for this run, such as "
-            "mesh.1.tip_relief.magnitude_um=10; may be repeated.",
-        ),
-    ] = None
+    edits: list[str] | None = option(
+        "Change a key of the gear set for this run, such as "
+        "mesh.1.tip_relief.magnitude_um=10; may be repeated.",
+        "--set",
+        metavar="KEY=VALUE",
+    )
 
     def load(self, **options: Any) -> tuple[GearSet, dict[str, Any]]:
         """The gear set as changed, and the changes; see `parsed_edits`."""

@@ -4,21 +4,35 @@ A parameter of a command whose type is such a dataclass stands for all its field
 
     @dataclass(frozen=True, kw_only=True)
     class Outputs:
-        output: Annotated[Path | None, typer.Option("-o", "--output")] = None
+        output: Path | None = option("Write the results to this file.")
 
     @grouped
     def show(name: str, outputs: Outputs) -> None: ...
 
-A group may hold other groups. What it checks in `__post_init__` is checked before the
-command runs.
+A field is an option by `option`, has an annotated type of typer's, or is a group again.
+What a group checks in `__post_init__` is checked before the command runs.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import fields, is_dataclass
+from dataclasses import Field, field, fields, is_dataclass
 from inspect import Parameter, Signature, signature
-from typing import Any, get_type_hints
+from typing import Annotated, Any, get_type_hints
+
+import typer
+
+
+def option(
+    text: str, *names: str, default: Any = None, metavar: str | None = None
+) -> Any:
+    """A field of a group that is an option.
+
+    text : its help; names : where they are not that of the field
+    default : `dataclasses.MISSING` where it must be given
+    """
+    metadata = {"help": text, "names": names, "metavar": metavar}
+    return field(default=default, metadata=metadata)
 
 
 def grouped(command: Callable[..., None]) -> Callable[..., None]:
@@ -45,10 +59,21 @@ def _options(parameter: Parameter, annotation: Any) -> Iterator[Parameter]:
     if is_dataclass(annotation):
         hints = get_type_hints(annotation, include_extras=True)
         group: Any = annotation
-        for inner in signature(group).parameters.values():
-            yield from _options(inner, hints[inner.name])
+        inner = signature(group).parameters
+        for each in fields(annotation):
+            yield from _options(inner[each.name], _annotated(each, hints[each.name]))
     else:
         yield parameter.replace(kind=Parameter.KEYWORD_ONLY, annotation=annotation)
+
+
+def _annotated(each: Field[Any], hint: Any) -> Any:
+    """The type with its option, where the field is one by `option`."""
+    given = each.metadata
+    if "help" not in given:
+        return hint
+    names = given["names"] or (f"--{each.name.replace('_', '-')}",)
+    shown = typer.Option(*names, help=given["help"], metavar=given["metavar"])
+    return Annotated[hint, shown]
 
 
 def _gathered(group: Any, values: dict[str, Any]) -> Any:
@@ -56,9 +81,9 @@ def _gathered(group: Any, values: dict[str, Any]) -> Any:
     hints = get_type_hints(group)
     return group(
         **{
-            field.name: _gathered(hints[field.name], values)
-            if is_dataclass(hints[field.name])
-            else values.pop(field.name)
-            for field in fields(group)
+            each.name: _gathered(hints[each.name], values)
+            if is_dataclass(hints[each.name])
+            else values.pop(each.name)
+            for each in fields(group)
         }
     )

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, Any
-
-import typer
+from typing import TYPE_CHECKING, Any
 
 from fegear.cli.edits import EditedSet
-from fegear.cli.groups import grouped
+from fegear.cli.groups import grouped, option
 from fegear.cli.lumped_options import LoadCase, middle_torque
 from fegear.cli.options import (
     Outputs,
@@ -36,34 +34,22 @@ EXAMPLE = "fegear identify liu-pair --mean 2.9e8 --variation 0.35"
 class Measured:
     """Measured stiffnesses and how far they may be off."""
 
-    mean: Annotated[
-        list[float] | None,
-        typer.Option(
-            "--mean",
-            help="Measured mean mesh stiffness [N/m], once for each mesh in order. "
-            "[default: mean_stiffness_N_per_m of the gear set]",
-        ),
-    ] = None
-    variation: Annotated[
-        list[float] | None,
-        typer.Option(
-            "--variation",
-            help="Measured peak-to-peak mesh stiffness over its mean, once for each "
-            "mesh in order. [default: stiffness_variation of the gear set]",
-        ),
-    ] = None
-    mean_spread: Annotated[
-        float,
-        typer.Option(
-            "--mean-spread", help="Relative standard deviation of the mean stiffnesses."
-        ),
-    ] = 0.02
-    variation_spread: Annotated[
-        float,
-        typer.Option(
-            "--variation-spread", help="Standard deviation of the variations."
-        ),
-    ] = 0.025
+    mean: list[float] | None = option(
+        "Measured mean mesh stiffness [N/m], once for each mesh in order. [default: "
+        "mean_stiffness_N_per_m of the gear set]"
+    )
+    variation: list[float] | None = option(
+        "Measured peak-to-peak mesh stiffness over its mean, once for each mesh in "
+        "order. [default: stiffness_variation of the gear set]"
+    )
+    mean_spread: float = option(
+        "Relative standard deviation of the mean stiffnesses.",
+        default=0.02,
+    )
+    variation_spread: float = option(
+        "Standard deviation of the variations.",
+        default=0.025,
+    )
 
     def __post_init__(self) -> None:
         for name, values, largest in (
@@ -114,21 +100,15 @@ class Measured:
 class Unknowns:
     """What is identified, and along what the sets are listed."""
 
-    hold_width: Annotated[
-        bool,
-        typer.Option(
-            "--hold-width", help="Keep the face widths and identify hub radii alone."
-        ),
-    ] = False
-    along: Annotated[
-        str | None,
-        typer.Option(
-            "--along",
-            metavar="GEAR",
-            help="Gear whose hub radius runs through the valley of equally good sets. "
-            "[default: the first gear]",
-        ),
-    ] = None
+    hold_width: bool = option(
+        "Keep the face widths and identify hub radii alone.",
+        default=False,
+    )
+    along: str | None = option(
+        "Gear whose hub radius runs through the valley of equally good sets. "
+        "[default: the first gear]",
+        metavar="GEAR",
+    )
 
     def start(self, gear_set: GearSet) -> int:
         """Index of the gear whose hub radius runs."""

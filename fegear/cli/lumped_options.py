@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from fegear.cli.edits import EditedSet, refuse_idle_edits
+from fegear.cli.groups import option
 from fegear.cli.options import (
     PlaneChoice,
     ResolutionChoice,
@@ -129,14 +130,10 @@ class Elements:
     """Plane state and resolution of whatever finite elements are solved."""
 
     plane: SolvedPlane = None
-    resolution: Annotated[
-        ResolutionChoice | None,
-        typer.Option(
-            "--resolution",
-            help="Fineness of the finite-element mesh and of the contact grid. "
-            "[default: default]",
-        ),
-    ] = None
+    resolution: ResolutionChoice | None = option(
+        "Fineness of the finite-element mesh and of the contact grid. [default: "
+        "default]"
+    )
 
     @property
     def given(self) -> dict[str, Any]:
@@ -162,42 +159,27 @@ class Train:
 class LumpedOptions:
     """A lumped model of a gear set, but for mesh tables that are given."""
 
-    model: Annotated[
-        int,
-        typer.Option(
-            "--model",
-            help="Lumped model. 1: every tooth pair with its own stiffness and gap; "
-            "2: mean mesh stiffness, excited by the loaded static transmission error; "
-            "3: total mesh stiffness and no-load transmission error.",
-        ),
-    ] = 1
+    model: int = option(
+        "Lumped model. 1: every tooth pair with its own stiffness and gap; 2: mean "
+        "mesh stiffness, excited by the loaded static transmission error; 3: total "
+        "mesh stiffness and no-load transmission error.",
+        default=1,
+    )
     train: Train
-    excitation: Annotated[
-        ExcitationChoice | None,
-        typer.Option(
-            "--excitation",
-            help="Mesh stiffness over the mesh cycle. fe: tables solved by finite "
-            "elements; rectangular, trapezoid, fourier: built from "
-            "mean_stiffness_N_per_m, stiffness_variation and load_share of the gear "
-            "set, what is missing from finite elements. [default: fe]",
-        ),
-    ] = None
-    ramp: Annotated[
-        float | None,
-        typer.Option(
-            "--ramp",
-            help="Length over which the stiffness of --excitation trapezoid rises and "
-            "falls [base pitches]. [default: 0.1]",
-        ),
-    ] = None
-    harmonics: Annotated[
-        int | None,
-        typer.Option(
-            "--harmonics",
-            help="Number of harmonics of the mesh frequency that --excitation fourier "
-            "keeps. [default: 5]",
-        ),
-    ] = None
+    excitation: ExcitationChoice | None = option(
+        "Mesh stiffness over the mesh cycle. fe: tables solved by finite elements; "
+        "rectangular, trapezoid, fourier: built from mean_stiffness_N_per_m, "
+        "stiffness_variation and load_share of the gear set, what is missing from "
+        "finite elements. [default: fe]"
+    )
+    ramp: float | None = option(
+        "Length over which the stiffness of --excitation trapezoid rises and falls "
+        "[base pitches]. [default: 0.1]"
+    )
+    harmonics: int | None = option(
+        "Number of harmonics of the mesh frequency that --excitation fourier keeps. "
+        "[default: 5]"
+    )
     elements: Elements
 
     def __post_init__(self) -> None:
@@ -255,14 +237,10 @@ class LumpedOptions:
 class TabledOptions(LumpedOptions):
     """A lumped model of a gear set, or of mesh tables that are given."""
 
-    table: Annotated[
-        list[Path] | None,
-        typer.Option(
-            "--table",
-            help="Mesh table (CSV) in place of finite elements; give one for each "
-            "mesh, in order.",
-        ),
-    ] = None
+    table: list[Path] | None = option(
+        "Mesh table (CSV) in place of finite elements; give one for each mesh, in "
+        "order."
+    )
 
     def __post_init__(self) -> None:
         if self.table:
@@ -292,22 +270,15 @@ def refuse_unused(elements: Elements, used: bool) -> None:
 class Integration:
     """Time integration of lumped models."""
 
-    steps: Annotated[
-        int | None,
-        typer.Option(
-            "--steps",
-            help="Least number of time steps per period of the fastest mesh, with "
-            "--method rk4. [default: 64]",
-        ),
-    ] = None
-    method: Annotated[
-        MethodChoice,
-        typer.Option(
-            "--method",
-            help="Time integration. rk4: fixed steps of fourth order; dopri5: adaptive "
-            "steps of fifth order that end on every change of contact.",
-        ),
-    ] = MethodChoice.rk4
+    steps: int | None = option(
+        "Least number of time steps per period of the fastest mesh, with --method "
+        "rk4. [default: 64]"
+    )
+    method: MethodChoice = option(
+        "Time integration. rk4: fixed steps of fourth order; dopri5: adaptive steps "
+        "of fifth order that end on every change of contact.",
+        default=MethodChoice.rk4,
+    )
     tolerance: Tolerance = 1e-4
     max_periods: MaxPeriods = None
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from fegear.cli.edits import EditedSet, edit_entries
-from fegear.cli.groups import grouped
+from fegear.cli.groups import grouped, option
 from fegear.cli.lumped_options import (
     Integration,
     LoadCase,
@@ -48,24 +48,16 @@ EXAMPLE = "fegear map liu-idler --over mesh.2.phase=0:1:41 --at 1605 --plot map.
 class Response:
     """What is asked of every point."""
 
-    at: Annotated[
-        float | None,
-        typer.Option(
-            "--at",
-            metavar="HZ",
-            help="Mesh frequency of the first mesh [Hz] at which each point is "
-            "settled from rest; this or --band.",
-        ),
-    ] = None
-    band: Annotated[
-        str | None,
-        typer.Option(
-            "--band",
-            metavar="A:B:STEP",
-            help="Mesh frequencies of the first mesh [Hz] that each point is swept "
-            "over, up and down, for its largest response; this or --at.",
-        ),
-    ] = None
+    at: float | None = option(
+        "Mesh frequency of the first mesh [Hz] at which each point is settled from "
+        "rest; this or --band.",
+        metavar="HZ",
+    )
+    band: str | None = option(
+        "Mesh frequencies of the first mesh [Hz] that each point is swept over, up "
+        "and down, for its largest response; this or --at.",
+        metavar="A:B:STEP",
+    )
 
     def __post_init__(self) -> None:
         if (self.at is None) == (self.band is None):
@@ -93,19 +85,16 @@ class Response:
 class MapOutputs:
     """Where the map goes; its points are kept as they are finished."""
 
-    output: Annotated[
-        Path | None,
-        typer.Option(
-            "-o",
-            "--output",
-            help="Write the points to this CSV file as they are finished; points that "
-            "it holds already are not computed again.",
-        ),
-    ] = None
-    overwrite: Annotated[
-        bool,
-        typer.Option("--overwrite", help="Compute the points in --output anew."),
-    ] = False
+    output: Path | None = option(
+        "Write the points to this CSV file as they are finished; points that it holds "
+        "already are not computed again.",
+        "-o",
+        "--output",
+    )
+    overwrite: bool = option(
+        "Compute the points in --output anew.",
+        default=False,
+    )
     plot: Plot = None
     as_json: AsJson = False
 

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from fegear.cli.groups import option
 from fegear.errors import InputError
 
 if TYPE_CHECKING:
@@ -72,10 +73,11 @@ AsJson = Annotated[
 class Outputs:
     """Where the results go: a table, a plot, and how they are printed."""
 
-    output: Annotated[
-        Path | None,
-        typer.Option("-o", "--output", help="Write the results to this CSV file."),
-    ] = None
+    output: Path | None = option(
+        "Write the results to this CSV file.",
+        "-o",
+        "--output",
+    )
     plot: Plot = None
     as_json: AsJson = False
 

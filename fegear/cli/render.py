@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from fegear.cli.groups import grouped
+from fegear.cli.groups import grouped, option
 from fegear.cli.lumped_options import SolvedPlane
 from fegear.cli.options import (
     DriverTorque,
@@ -55,28 +55,17 @@ class DrawnContact:
 
     set_name: SetName = "liu-pair"
     mesh: Mesh = 1
-    position: Annotated[
-        float | None,
-        typer.Option(
-            "--position",
-            help="Mesh position [base pitches] from the pitch point, 0 to 1, or until "
-            "the tooth pairs repeat where they have pitch errors. [default: 0]",
-        ),
-    ] = None
+    position: float | None = option(
+        "Mesh position [base pitches] from the pitch point, 0 to 1, or until the "
+        "tooth pairs repeat where they have pitch errors. [default: 0]"
+    )
     torque: DriverTorque = None
-    friction: Annotated[
-        float | None,
-        typer.Option("--friction", help="Coulomb friction coefficient. [default: 0]"),
-    ] = None
-    time_history: Annotated[
-        Path | None,
-        typer.Option(
-            "--time-history",
-            metavar="FILE",
-            help="Draw this recorded motion of the gear set, a file of `fegear "
-            "dynamics --history`, by static fields under the loads of each moment.",
-        ),
-    ] = None
+    friction: float | None = option("Coulomb friction coefficient. [default: 0]")
+    time_history: Path | None = option(
+        "Draw this recorded motion of the gear set, a file of `fegear dynamics "
+        "--history`, by static fields under the loads of each moment.",
+        metavar="FILE",
+    )
 
     def __post_init__(self) -> None:
         if self.friction is not None:
@@ -87,36 +76,21 @@ class DrawnContact:
 class Picture:
     """What the picture shows, and how large it is."""
 
-    field: Annotated[
-        FieldChoice | None,
-        typer.Option(
-            "--field",
-            help="What the colours show: von Mises stress, largest principal stress, "
-            "displacement or contact pressure. [default: von-mises]",
-        ),
-    ] = None
-    scale: Annotated[
-        str | None,
-        typer.Option(
-            "--scale",
-            help="Magnification of the motion, a number or auto. [default: auto]",
-        ),
-    ] = None
-    zoom: Annotated[
-        ZoomChoice,
-        typer.Option("--zoom", help="What is in view: the contact, a tooth or a gear."),
-    ] = ZoomChoice.contact
-    width: Annotated[
-        int | None,
-        typer.Option(
-            "--width",
-            help="Width of a picture or film [pixels]. [default: 1920, of films 960]",
-        ),
-    ] = None
-    frames: Annotated[
-        int | None,
-        typer.Option("--frames", help="Number of pictures in a film. [default: 60]"),
-    ] = None
+    field: FieldChoice | None = option(
+        "What the colours show: von Mises stress, largest principal stress, "
+        "displacement or contact pressure. [default: von-mises]"
+    )
+    scale: str | None = option(
+        "Magnification of the motion, a number or auto. [default: auto]"
+    )
+    zoom: ZoomChoice = option(
+        "What is in view: the contact, a tooth or a gear.",
+        default=ZoomChoice.contact,
+    )
+    width: int | None = option(
+        "Width of a picture or film [pixels]. [default: 1920, of films 960]"
+    )
+    frames: int | None = option("Number of pictures in a film. [default: 60]")
 
     def settings(self, suffix: str) -> PictureSettings:
         """For a file of that ending; refuses what it cannot show."""
@@ -255,12 +229,12 @@ def _require_same(
             f"--position = {drawn.position:g}; {file} has positions of its own, "
             "leave it out"
         )
-    for option, value, recorded in (
+    for name, value, recorded in (
         ("--torque", drawn.torque, motion.torque),
         ("--friction", drawn.friction, motion.friction),
     ):
         if value is not None and not math.isclose(value, recorded, rel_tol=1e-6):
-            raise InputError(f"{option} = {value:g}; {file} was run at {recorded:g}")
+            raise InputError(f"{name} = {value:g}; {file} was run at {recorded:g}")
     if plane not in (None, motion.plane):
         raise InputError(f"--plane {plane}; {file} is of plane {motion.plane}")
 

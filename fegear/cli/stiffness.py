@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from fegear.cli.groups import grouped
+from fegear.cli.groups import grouped, option
 from fegear.cli.options import (
     Mesh,
     Outputs,
@@ -36,22 +36,21 @@ POSITIONS_LIMIT = 1_000_000
 class StaticsOptions:
     """How the finite elements solve a table."""
 
-    positions: Annotated[
-        int,
-        typer.Option("--positions", help="Number of mesh positions per base pitch."),
-    ] = 64
-    friction: Annotated[
-        float, typer.Option("--friction", help="Coulomb friction coefficient.")
-    ] = 0.0
+    positions: int = option(
+        "Number of mesh positions per base pitch.",
+        default=64,
+    )
+    friction: float = option(
+        "Coulomb friction coefficient.",
+        default=0.0,
+    )
     plane: Plane = PlaneChoice.stress
     resolution: Resolution = ResolutionChoice.default
-    corner_contact: Annotated[
-        bool,
-        typer.Option(
-            "--corner-contact/--no-corner-contact",
-            help="Contact of tip corners before and after the nominal path of contact.",
-        ),
-    ] = True
+    corner_contact: bool = option(
+        "Contact of tip corners before and after the nominal path of contact.",
+        "--corner-contact/--no-corner-contact",
+        default=True,
+    )
 
     def __post_init__(self) -> None:
         require_friction(self.friction)

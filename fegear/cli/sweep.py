@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Annotated
-
-import typer
+from typing import TYPE_CHECKING
 
 from fegear.cli.edits import EditedSet, edit_entries
-from fegear.cli.groups import grouped
+from fegear.cli.groups import grouped, option
 from fegear.cli.lumped_options import (
     DirectionChoice,
     Integration,
@@ -35,15 +33,10 @@ class SweptSpeeds:
     """Speeds by either option, and the order in which they are passed."""
 
     speeds: Speeds = None
-    rpm: Annotated[
-        str | None,
-        typer.Option(
-            "--rpm",
-            metavar="A:B:STEP",
-            help="Rotational speeds of the first mesh's driver [rpm], in place of "
-            "--speeds.",
-        ),
-    ] = None
+    rpm: str | None = option(
+        "Rotational speeds of the first mesh's driver [rpm], in place of --speeds.",
+        metavar="A:B:STEP",
+    )
     direction: SweepDirection = DirectionChoice.both
 
     def frequencies(self, gear_set: GearSet) -> list[float]:

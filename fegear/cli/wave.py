@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, Any
+from dataclasses import MISSING, dataclass
+from typing import TYPE_CHECKING, Any
 
 import typer
 
 from fegear.cli.edits import EditedSet, edit_entries
-from fegear.cli.groups import grouped
+from fegear.cli.groups import grouped, option
 from fegear.cli.lumped_options import (
     Integration,
     LoadCase,
@@ -33,19 +33,12 @@ LINES = 5  # largest ones of a spectrum, in the summary
 class Approach:
     """The speed, and where the motion comes from."""
 
-    speed: Annotated[
-        float,
-        typer.Option("--speed", help="Mesh frequency of the first mesh [Hz]."),
-    ]
-    from_speed: Annotated[
-        float | None,
-        typer.Option(
-            "--from-speed",
-            help="Mesh frequency [Hz] at which the motion settles first; from there "
-            "it is followed to --speed in steps of 20 Hz at most. Where two "
-            "motions are possible, this chooses one. [default: start at rest]",
-        ),
-    ] = None
+    speed: float = option("Mesh frequency of the first mesh [Hz].", default=MISSING)
+    from_speed: float | None = option(
+        "Mesh frequency [Hz] at which the motion settles first; from there it is "
+        "followed to --speed in steps of 20 Hz at most. Where two motions are "
+        "possible, this chooses one. [default: start at rest]"
+    )
 
     def __post_init__(self) -> None:
         for name, value in (("--speed", self.speed), ("--from-speed", self.from_speed)):
