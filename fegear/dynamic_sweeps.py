@@ -29,7 +29,14 @@ from fegear.output import make_directory, write_text
 from fegear.statics import StaticsSettings
 from fegear.store import Checkpoint, open_checkpoint
 from fegear.sweeps import BOTH, Progress, SweepResult, at_torques, required_torques
-from lumped.sweep import Branch, Direction, run_branches, sweep_all, sweep_branch
+from lumped.sweep import (
+    Branch,
+    Direction,
+    Observer,
+    run_branches,
+    sweep_all,
+    sweep_branch,
+)
 from lumped.system import LumpedSystem
 
 Keep = Callable[[int, Direction, float, Motion], None]
@@ -306,8 +313,7 @@ def _sweep_branches(
             run.settings.integration,
             store=None if checkpoint is None else StoredBranch(checkpoint, name),
             keep=partial(keep, number, direction),
-            passed=passed,
-            watch=watch,
+            observer=Observer(passed, watch),
             stop=stop,
         )
 

@@ -14,7 +14,9 @@ import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +27,7 @@ from lumped.response import Response
 from lumped.sweep_table import COLUMNS
 from lumped.system import LumpedSystem
 
+T = TypeVar("T")
 Array = NDArray[np.float64]
 Point = tuple[float, ...]
 Report = Callable[[int, int], None]  # (points done, of how many)
@@ -120,6 +123,14 @@ def impossible(meshes: int, reason: str) -> Cell:
     return Cell((empty,) * meshes, (0,) * meshes, f"impossible: {reason}")
 
 
+def _possible(meshes: int, attempt: Callable[[], T]) -> T | Cell:
+    """What an attempt returns, or why the point is impossible."""
+    try:
+        return attempt()
+    except ValueError as error:
+        return impossible(meshes, str(error))
+
+
 def run_map(
     parameter_map: ParameterMap,
     build: Callable[[Point], LumpedSystem],
@@ -140,17 +151,12 @@ def run_map(
     points, cells = parameter_map.points, dict(parameter_map.cells)
     stop = threading.Event()
     running: dict[Future[Cell | None], Point] = {}
+    possible = partial(_possible, parameter_map.meshes)
 
     def collect(most: int) -> None:
         while len(running) > most:
             for future in wait(running, return_when=FIRST_COMPLETED).done:
-                add(running.pop(future), finished(future))
-
-    def finished(future: Future[Cell | None]) -> Cell | None:
-        try:
-            return future.result()
-        except ValueError as error:
-            return impossible(parameter_map.meshes, str(error))
+                add(running.pop(future), possible(future.result))
 
     def add(point: Point, cell: Cell | None) -> None:
         if cell is None:
@@ -165,10 +171,9 @@ def run_map(
             for point in points:
                 if point in cells:
                     continue
-                try:
-                    system = build(point)
-                except ValueError as error:
-                    add(point, impossible(parameter_map.meshes, str(error)))
+                system = possible(partial(build, point))
+                if isinstance(system, Cell):
+                    add(point, system)
                     continue
                 running[pool.submit(evaluate, system, stop)] = point
                 collect(QUEUE * count)
@@ -177,7 +182,7 @@ def run_map(
             stop.set()
             for future, point in list(running.items()):
                 if not future.cancel():
-                    add(point, finished(future))
+                    add(point, possible(future.result))
             raise
     return ParameterMap(
         parameter_map.axes, parameter_map.meshes, parameter_map.header, cells

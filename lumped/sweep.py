@@ -46,6 +46,20 @@ class Branch:
         return np.array([getattr(response, name) for response in self.responses])
 
 
+@dataclass(frozen=True)
+class Observer:
+    """Is told how a sweep goes on: `passed` after each speed, `watch` within it.
+
+    watch : with frequency [Hz] and period, see `steady_state`
+    """
+
+    passed: Callable[[], None] = lambda: None
+    watch: Watch = lambda frequency, period: None
+
+
+SILENT = Observer()
+
+
 class BranchStore(Protocol):
     """Where the finished speeds of a branch are kept and found again."""
 
@@ -68,8 +82,7 @@ def sweep_branch(
     *,
     store: BranchStore | None = None,
     keep: Keep = lambda frequency, motion: None,
-    passed: Callable[[], None] = lambda: None,
-    watch: Watch = lambda frequency, period: None,
+    observer: Observer = SILENT,
     stop: threading.Event | None = None,
 ) -> Branch:
     """Pass through mesh frequencies [Hz], each from where the one before settled.
@@ -77,8 +90,6 @@ def sweep_branch(
     The frequencies are sorted by the direction; a divergence ends the branch.
 
     keep : called with the motion of a speed before it counts as finished
-    passed : called after each speed; watch : while the motion goes on, see
-        `steady_state`
     stop : ends the sweep as soon as the motion is watched
     """
     if direction not in ("up", "down"):
@@ -87,12 +98,12 @@ def sweep_branch(
     def watched(frequency: float, period: int) -> None:
         if stop is not None and stop.is_set():
             raise Stopped
-        watch(frequency, period)
+        observer.watch(frequency, period)
 
     ordered = sorted(frequencies, reverse=direction == "down")
     responses = [] if store is None else store.finished()
     for _ in responses:
-        passed()
+        observer.passed()
     while len(responses) < len(ordered) and not _diverged(responses):
         if stop is not None and stop.is_set():
             break
@@ -110,7 +121,7 @@ def sweep_branch(
         if store is not None:
             store.add(response)
         responses.append(response)
-        passed()
+        observer.passed()
     complete = len(responses) == len(ordered) and not _diverged(responses)
     return Branch(stepper.system, direction, tuple(responses), complete)
 
@@ -125,14 +136,14 @@ def sweep(
     direction: Direction = "up",
     settings: Settings | None = None,
     *,
-    passed: Callable[[], None] = lambda: None,
+    observer: Observer = SILENT,
     stop: threading.Event | None = None,
 ) -> Branch:
     """As `sweep_branch`, of a lumped system."""
     settings = settings or Settings()
     stepper = stepper_of(system, settings)
     return sweep_branch(
-        stepper, frequencies, direction, settings, passed=passed, stop=stop
+        stepper, frequencies, direction, settings, observer=observer, stop=stop
     )
 
 
@@ -164,7 +175,7 @@ def sweep_all(
             partial(
                 sweep,
                 *(system, frequencies, direction, settings),
-                passed=passed,
+                observer=Observer(passed),
                 stop=stop,
             )
             for system, direction in tasks

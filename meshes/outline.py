@@ -84,7 +84,9 @@ def flank_arcs(gear: SpurGear, size: MeshSize) -> NDArray[np.float64]:
     return gear.flank_length * np.sinh(beta * t) / math.sinh(beta)
 
 
-def _equal_arcs(curve: Curve, low: float, high: float, edges: int) -> NDArray:
+def _equal_arcs(
+    curve: Curve, low: float, high: float, edges: int
+) -> NDArray[np.float64]:
     """Parameters that cut a curve into pieces of nearly equal length."""
     dense = np.linspace(low, high, 40 * edges + 1)
     steps = np.hypot(*np.diff(curve(dense), axis=0).T)
@@ -92,7 +94,7 @@ def _equal_arcs(curve: Curve, low: float, high: float, edges: int) -> NDArray:
     return np.interp(np.linspace(0.0, length[-1], edges + 1), length, dense)
 
 
-def _graded(length: float, first: float, largest: float) -> NDArray:
+def _graded(length: float, first: float, largest: float) -> NDArray[np.float64]:
     """Positions from 0 to length, steps growing from `first` by at most 1.5."""
     steps = [first]
     while sum(steps) < length:
@@ -111,10 +113,10 @@ def half_sector_outline(gear: SpurGear, size: MeshSize) -> list[Edges]:
     to_axis = tip_angle * (1.0 - land[::-1] / land[-1])
     steepest = 0.5 * math.pi - gear.pressure_angle
 
-    def flank(arc: NDArray) -> Points:
+    def flank(arc: NDArray[np.float64]) -> Points:
         return flank_points(gear, roll_length_at_arc(gear, arc))
 
-    def fillet(complement: NDArray) -> Points:
+    def fillet(complement: NDArray[np.float64]) -> Points:
         return fillet_points(gear, steepest - complement)
 
     outline = [

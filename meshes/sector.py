@@ -28,7 +28,8 @@ from meshes.profile import Points, polar
 
 __all__ = ["MeshSize", "SectorMesh", "sector_mesh"]
 
-Half = tuple[Points, NDArray, dict[str, NDArray]]  # points, triangles, named edges
+Rows = NDArray[np.int64]
+Half = tuple[Points, Rows, dict[str, Rows]]  # points, triangles, named edges
 
 
 @dataclass(frozen=True)
@@ -44,9 +45,9 @@ class SectorMesh:
     """
 
     points: Points
-    triangles: NDArray[np.int64]
-    edges: dict[str, NDArray[np.int64]]
-    flank_nodes: NDArray[np.int64]
+    triangles: Rows
+    edges: dict[str, Rows]
+    flank_nodes: Rows
     flank_arcs: NDArray[np.float64]
 
 
@@ -87,7 +88,7 @@ def _half_mesh(
     return points, row[nodes[0]].reshape(-1, 6), edges
 
 
-def _line_nodes(gmsh: ModuleType, line: int, row: NDArray) -> NDArray:
+def _line_nodes(gmsh: ModuleType, line: int, row: Rows) -> Rows:
     """Edges (k, 3) of one straight gmsh line, in its own direction."""
     _, _, nodes = gmsh.model.mesh.getElements(1, line)
     return row[nodes[0]].reshape(-1, 3)
@@ -101,7 +102,7 @@ def _draw_half_sector(
     *profile, floor = outline
     lines: dict[str, list[int]] = {}
 
-    def add_point(xy: NDArray, edge: float) -> int:
+    def add_point(xy: Points, edge: float) -> int:
         return geo.addPoint(float(xy[0]), float(xy[1]), 0.0, edge)
 
     def add_chain(piece: Edges, first: int | None) -> int:
@@ -152,7 +153,7 @@ def _down_to_hub(gear: SpurGear, size: MeshSize, half: Half) -> Half:
     return points, np.vstack([triangles, place[cells]]), edges
 
 
-def _mirrored(points: Points, triangles: NDArray, edges: dict[str, NDArray]) -> Half:
+def _mirrored(points: Points, triangles: Rows, edges: dict[str, Rows]) -> Half:
     """The half sector joined to its mirror image along the tooth axis."""
     on_axis = np.zeros(len(points), bool)
     on_axis[edges["axis"]] = True

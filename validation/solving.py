@@ -23,7 +23,7 @@ from lumped.response import History, Response, Status
 from lumped.settings import Settings
 from lumped.steady_state import steady_state
 from lumped.steppers import steps_per_period
-from lumped.sweep import Branch, Direction, sweep_all, sweep_branch
+from lumped.sweep import Branch, Direction, Observer, sweep_all, sweep_branch
 from lumped.system import LumpedSystem
 from validation.cases import SingleSpeed
 from validation.deflection import mesh_statics
@@ -211,8 +211,7 @@ def _integrate_fe(
         sweep_branch(
             *(stepper, case.speeds, direction, settings),
             store=StoredBranch(checkpoint, direction),
-            passed=progress.passed,
-            watch=progress.watch,
+            observer=Observer(progress.passed, progress.watch),
         )
         for direction in case.directions
         if case.speeds
@@ -246,8 +245,7 @@ def _fe_cycles(
     branch = sweep_branch(
         *(stepper, way, direction, settings),
         store=StoredBranch(checkpoint, name),
-        passed=progress.passed,
-        watch=progress.watch,
+        observer=Observer(progress.passed, progress.watch),
     )
     if not branch.complete:
         return _no_cycles(single, system)

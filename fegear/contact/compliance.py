@@ -142,16 +142,21 @@ def fill_compliance(C, constants, patches, chosen, teeth):
             apart = teeth[chosen[p]] - teeth[chosen[q]]
             mu = constants.mesh.friction * source.sliding_sign
             remainder_block(tables, receiver, source, apart, 1.0, mu, block)
-            for i in range(nodes):
-                for j in range(nodes):
-                    local = 0.0
-                    if p == q:
-                        local = local_normal(flanks, grid, source.step, i, j)
-                        local += mu * local_tangential(
-                            flanks, grid, source.master, i, j
-                        )
-                    C[p * nodes + i, q * nodes + j] = local
+            C[p * nodes : (p + 1) * nodes, q * nodes : (q + 1) * nodes] = 0.0
+            if p == q:
+                fill_local(C, p * nodes, flanks, grid, source, mu)
             spread(C, p * nodes, q * nodes, grid.lagrange, block)
+
+
+@compiled_part
+def fill_local(C, at, flanks, grid, patch, mu):
+    """Compliance of the half-planes under one pair's own nodes, from row `at` on."""
+    nodes = grid.lagrange.shape[0]
+    for i in range(nodes):
+        for j in range(nodes):
+            local = local_normal(flanks, grid, patch.step, i, j)
+            local += mu * local_tangential(flanks, grid, patch.master, i, j)
+            C[at + i, at + j] = local
 
 
 @compiled_part

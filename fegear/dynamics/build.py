@@ -37,6 +37,7 @@ from lumped.system import LumpedSystem
 from lumped.table import MeshTable
 
 if TYPE_CHECKING:
+    from fegear.dynamics.scheme import Scheme
     from fegear.elasticity.cyclic_gear import CyclicGear
 
 Array = NDArray[np.float64]
@@ -112,18 +113,12 @@ def prepare(
     ]
     far = cross_mesh_compliance(gear_set, laws, statics)
     if elements.fidelity == "full":
-        from fegear.dynamics.full import FullStepper, full_model
-
         wholes = _whole_gears(gear_set, statics, elements.mesh, max(speeds))
         require_memory(gear_set, full_bytes(gear_set, laws, wholes))
         ratio = elements.elastic_damping
-        damping = [elastic_damping(gear, ratio) for gear in gear_set.gears]
-        hubs, fields = full_model(gear_set, reference, laws, wholes, damping, far)
-        freedoms = tuple(f.whole.own * f.whole.teeth for f in fields)
-        counts = " + ".join(map(str, freedoms))
-        reason = f"full: as asked for, {counts} elastic freedoms of the gears"
-        stepper = FullStepper(hubs, settings.scheme, fields)
-        return Prepared(stepper, "full", reason, freedoms)
+        return _prepare_full(
+            gear_set, reference, laws, wholes, far, ratio, settings.scheme
+        )
     beside = None if far is None else (far, np.zeros_like(far))
     nobody: list[ElasticGear | None] = [None] * len(gear_set.gears)
     rigid = dynamic_model(gear_set, reference, laws, nobody, beside)
@@ -152,6 +147,25 @@ def prepare(
     elastic = _elastic(gear_set, kept, elements.elastic_damping)
     model = dynamic_model(gear_set, reference, laws, elastic, beside)
     return _prepared(model, settings, "reduced", choice.sentence + unseen, kept)
+
+
+def _prepare_full(
+    gear_set: GearSet,
+    reference: LumpedSystem,
+    laws: Sequence[MeshLaws],
+    wholes: Sequence[CyclicGear],
+    far: Array | None,
+    damping_ratio: float,
+    scheme: Scheme,
+) -> Prepared:
+    from fegear.dynamics.full import FullStepper, full_model
+
+    damping = [elastic_damping(gear, damping_ratio) for gear in gear_set.gears]
+    hubs, fields = full_model(gear_set, reference, laws, wholes, damping, far)
+    freedoms = tuple(field.whole.own * field.whole.teeth for field in fields)
+    counts = " + ".join(map(str, freedoms))
+    reason = f"full: as asked for, {counts} elastic freedoms of the gears"
+    return Prepared(FullStepper(hubs, scheme, fields), "full", reason, freedoms)
 
 
 def _prepared(

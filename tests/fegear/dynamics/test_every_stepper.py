@@ -17,7 +17,7 @@ from lumped.response import FIGURES, Status
 from lumped.settings import Settings
 from lumped.steady_state import Diverged, steady_state
 from lumped.steppers import AdaptiveStepper, FixedStepper
-from lumped.sweep import sweep_branch
+from lumped.sweep import Observer, sweep_branch
 
 DAMPED = 0.4  # ratio, so that motions settle within few periods
 COARSE = DynamicSettings(steps=32, hub_angle=10.0, step_angle=10.0, tolerance=1e-5)
@@ -138,7 +138,10 @@ def test_a_stopped_sweep_goes_on_as_if_it_had_not_stopped(
     store = Memory() if lumped else StoredBranch(checkpoint, "down")
     stop = threading.Event()
     begun = sweep_branch(
-        *(stepper, SPEEDS, "down", quick), store=store, passed=stop.set, stop=stop
+        *(stepper, SPEEDS, "down", quick),
+        store=store,
+        observer=Observer(stop.set),
+        stop=stop,
     )
     assert len(begun.responses) == 1
     assert not begun.complete

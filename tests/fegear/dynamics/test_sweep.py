@@ -12,7 +12,7 @@ from fegear.dynamics.stepper import DynamicSettings, ReducedStepper
 from fegear.store import open_checkpoint
 from lumped.response import FIGURES
 from lumped.steady_state import Diverged
-from lumped.sweep import sweep_branch
+from lumped.sweep import Observer, sweep_branch
 
 SPEEDS = [1000.0, 1010.0, 1020.0]
 SETTINGS = DynamicSettings(tolerance=1e-3)
@@ -37,7 +37,9 @@ def test_a_stop_keeps_what_was_finished(stepper):
         if len(passed) == 2:
             stop.set()
 
-    branch = sweep_branch(stepper, SPEEDS, "up", SETTINGS, passed=count, stop=stop)
+    branch = sweep_branch(
+        stepper, SPEEDS, "up", SETTINGS, observer=Observer(count), stop=stop
+    )
     assert len(branch.responses) == 2
     assert not branch.complete
 
@@ -49,14 +51,14 @@ def test_a_checkpoint_gives_back_what_was_found(stepper, tmp_path):
     sweep_branch(
         *(stepper, SPEEDS, "up", SETTINGS),
         store=StoredBranch(checkpoint, "up"),
-        passed=stop.set,
+        observer=Observer(stop.set),
         stop=stop,
     )
     marched = []
     resumed = sweep_branch(
         *(stepper, SPEEDS, "up", SETTINGS),
         store=StoredBranch(checkpoint, "up"),
-        watch=lambda frequency, period: marched.append(frequency),
+        observer=Observer(watch=lambda frequency, period: marched.append(frequency)),
     )
     assert set(marched) == set(SPEEDS[1:])
     for name in FIGURES:
