@@ -356,7 +356,7 @@ def _marks(mesh: Mesh, name: str) -> list[float]:
     if relief is None:
         return []
     begin, end = _position(mesh, name, relief.start_roll_length), _end(mesh, name)
-    count = CURVE_POINTS if relief.shape == "parabolic" else 1
+    count = 1 if relief.power == 1.0 else CURVE_POINTS
     return [begin + (end - begin) * i / count for i in range(count)]
 
 
@@ -382,4 +382,4 @@ def _relief_at(mesh: Mesh, name: str, x: float) -> float:
         return 0.0
     begin, end = _position(mesh, name, relief.start_roll_length), _end(mesh, name)
     part = min(max((x - begin) / (end - begin), 0.0), 1.0)
-    return relief.magnitude * (part if relief.shape == "linear" else part**2)
+    return relief.magnitude * part**relief.power

@@ -29,7 +29,7 @@ PITCHES = 64  # solved at once where base pitches differ
 
 @dataclass(frozen=True, kw_only=True)
 class StiffnessFigures:
-    """Key figures of a mesh stiffness (seed, eq. 2.28 and section 5.3).
+    """Key figures of a mesh stiffness (multi-mesh source, eq. 2.28 and 5.3).
 
     With n the whole pitches in the contact ratio c, n + 1 pairs have the stiffness
     k [1 + eps (n + 1 - c)] and n pairs k [1 + eps (n - c)]: the mean is k and the
@@ -282,7 +282,7 @@ def _by_harmonics(
 def stiffness_harmonics(figures: StiffnessFigures, count: int) -> list[complex]:
     """Complex amplitudes c_1 ... of the trapezoid, k = mean + sum (c_s e^.. + c.c.).
 
-    A rectangle of height eps k and width c - n (seed, eq. 2.29), centred in its
+    A rectangle of height eps k and width c - n (eq. 2.29 of the multi-mesh source), centred in its
     double contact; a ramp multiplies by its sinc.
     """
     s = np.arange(1, count + 1)

@@ -17,7 +17,6 @@ from meshes import GearPair
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 NO_RELIEF = (0.0, 0.0, 1.0, 1.0)
-POWERS = {"linear": 1.0, "parabolic": 2.0}
 
 
 class ContactFailure(ArithmeticError):
@@ -361,7 +360,7 @@ def kernel_inputs(problem: ContactProblem) -> tuple[np.record, np.recarray, Arra
 def _relief_record(relief: Relief | None, end: float) -> tuple[float, ...]:
     if relief is None:
         return NO_RELIEF
-    power = POWERS[relief.shape]
+    power = relief.power
     return relief.magnitude, relief.start_roll_length, end, power
 
 

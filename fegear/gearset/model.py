@@ -9,6 +9,10 @@ from typing import Literal
 
 from meshes import GearPair, SpurGear
 
+ReliefShape = Literal["linear", "parabolic"]
+# growing toward the end, so that the gap of two flanks has one least place
+RELIEF_POWERS: dict[ReliefShape, float] = {"linear": 1.0, "parabolic": 2.0}
+
 
 @dataclass(frozen=True, kw_only=True)
 class Gear:
@@ -46,7 +50,12 @@ class Relief:
 
     magnitude: float
     start_roll_length: float
-    shape: Literal["linear", "parabolic"] = "linear"
+    shape: ReliefShape = "linear"
+
+    @property
+    def power(self) -> float:
+        """Depth grows with this power of the way from start to end."""
+        return RELIEF_POWERS[self.shape]
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -18,6 +18,8 @@ from pydantic import (
     model_validator,
 )
 
+from fegear.gearset.model import ReliefShape
+
 Item = TypeVar("Item")
 
 
@@ -165,7 +167,7 @@ class ReliefEntry(Keys):
     length_pitches: Positive | None = None
     start_roll_angle_deg: Positive | None = None
     start: Literal["HPSTC", "LPSTC"] | None = None
-    shape: Literal["linear", "parabolic"] = "linear"
+    shape: ReliefShape = "linear"
 
     @model_validator(mode="after")
     def _one_start(self) -> ReliefEntry:
