@@ -282,8 +282,8 @@ def _by_harmonics(
 def stiffness_harmonics(figures: StiffnessFigures, count: int) -> list[complex]:
     """Complex amplitudes c_1 ... of the trapezoid, k = mean + sum (c_s e^.. + c.c.).
 
-    A rectangle of height eps k and width c - n (eq. 2.29 of the multi-mesh source), centred in its
-    double contact; a ramp multiplies by its sinc.
+    A rectangle of height eps k and width c - n, centred in its double contact (eq. 2.29
+    of the multi-mesh source); a ramp multiplies by its sinc.
     """
     s = np.arange(1, count + 1)
     height = figures.mean * figures.variation

@@ -3,9 +3,9 @@
 The three models differ in nothing else. With mesh deflection s, positive where the
 teeth are pressed together, pair p carries k_p (s - g_p) on its drive side,
 k_p (s - g_p + b) on its back side, and nothing within the backlash b between.
-Model-1: a stiffness and a gap for every pair (eq. 2.2 of the multi-mesh source). Model-2: the mean
-stiffness of the mesh and the loaded static transmission error without its mean
-(eq. 2.10). Model-3: the total stiffness and the no-load transmission error
+Model-1: a stiffness and a gap for every pair (eq. 2.2 of the multi-mesh source).
+Model-2: the mean stiffness of the mesh and the loaded static transmission error without
+its mean (eq. 2.10). Model-3: the total stiffness and the no-load transmission error
 (eq. 2.11). Eq. 2.4 as printed turns the back side's force round; it is derived here
 from the overlap of the back flanks. As there, the backlash is measured from the same
 gap: right for teeth that stand out of place, as pitch errors have them; a relief of the

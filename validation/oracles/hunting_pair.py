@@ -5,9 +5,9 @@
 Tooth n of the driver, counted as teeth come into contact, meets tooth n of the driven
 gear; their errors add up to the gap g_n. A pair is x - n base pitches past the pitch
 point. Its stiffness is a rectangle over the path of contact, shared evenly by two
-pairs (multi-mesh source, eqs. 2.1-2.4, 2.28). Nothing is shared with the packages: teeth are
-counted through the whole period of z1 z2 / gcd(z1, z2) mesh cycles, no wave, table or
-phase is made.
+pairs (multi-mesh source, eqs. 2.1-2.4, 2.28). Nothing is shared with the packages:
+teeth are counted through the whole period of z1 z2 / gcd(z1, z2) mesh cycles, no
+wave, table or phase is made.
 """
 
 from __future__ import annotations

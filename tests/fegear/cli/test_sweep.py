@@ -130,16 +130,16 @@ def test_tables_take_the_place_of_finite_elements(tmp_path):
 def test_a_divergence_keeps_the_rows_before_it(tmp_path, monkeypatch):
     # by name: the attribute of the package is the function
     module = importlib.import_module("lumped.sweep")
-    genuine = module.respond_confirmed
+    genuine = module.confirmed
 
-    def diverging(system, frequency, *others):
-        response, *rest = genuine(system, frequency, *others)
+    def diverging(stepper, frequency, *others):
+        response, *rest = genuine(stepper, frequency, *others)
         if frequency > 930.0:
             nothing = response.dte_rms * float("nan")
             response = replace(response, status=Status.DIVERGED, dte_rms=nothing)
         return response, *rest
 
-    monkeypatch.setattr(module, "respond_confirmed", diverging)
+    monkeypatch.setattr(module, "confirmed", diverging)
     path = tmp_path / "s.csv"
     words = (*FAST, "--speeds", "900:1000:20", "--direction", "up", "--json")
     result = CliRunner().invoke(app, [*words, "-o", str(path)], catch_exceptions=False)
