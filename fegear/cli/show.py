@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import asdict
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -13,74 +12,58 @@ from fegear.cli.options import AsJson, SetName, require_outputs
 from fegear.cli.screen import ROUND_OFF, print_columns, print_json, screen
 
 if TYPE_CHECKING:
-    from fegear.gearset.derived import GearSetFigures, ShaftFigures
+    from rich.console import Console
 
 EXAMPLE = "fegear show liu-idler --plot idler.png"
-# Row header, with its unit, and the figure that it shows.
-GEAR_ROWS = {
-    "Teeth": "teeth",
-    "Module [mm]": "module_mm",
-    "Pressure angle [deg]": "pressure_angle_deg",
-    "Profile shift [modules]": "profile_shift",
-    "Reference radius [mm]": "reference_radius_mm",
-    "Base radius [mm]": "base_radius_mm",
-    "Tip radius [mm]": "tip_radius_mm",
-    "Form radius [mm]": "form_radius_mm",
-    "Root radius [mm]": "root_radius_mm",
-    "Hub radius [mm]": "hub_radius_mm",
-    "Rack tip radius [mm]": "rack_tip_radius_mm",
-    "Tip thickness [mm]": "tip_thickness_mm",
-    "Face width [mm]": "face_width_mm",
-    "Largest pitch error [um]": "largest_pitch_error_um",
-    "Inertia [kg m2]": "inertia_kg_m2",
-    "Inertia is": "inertia_origin",
-    "Mass [kg]": "mass_kg",
-    "Mass is": "mass_origin",
-    "Bearing kx [N/m]": "bearing_kx_N_per_m",
-    "Bearing ky [N/m]": "bearing_ky_N_per_m",
-    "Coupling stiffness [N m/rad]": "coupling_stiffness_Nm_per_rad",
-    "Young's modulus [GPa]": "young_modulus_GPa",
-    "Poisson's ratio": "poisson_ratio",
-    "Density [kg/m3]": "density_kg_per_m3",
+# Ends of names and what they mean on the screen, longer ones first.
+UNITS = {
+    "_roll_angle_deg": ", roll angle [deg]",
+    "_kg_per_m3": " [kg/m3]",
+    "_Nm_per_rad": " [N m/rad]",
+    "_N_per_m": " [N/m]",
+    "_kg_m2": " [kg m2]",
+    "_pitches": " [base pitches]",
+    "_mm": " [mm]",
+    "_um": " [um]",
+    "_deg": " [deg]",
+    "_GPa": " [GPa]",
+    "_Nm": " [N m]",
+    "_kg": " [kg]",
+    "_origin": " is",
 }
-MESH_ROWS = {
-    "Centre distance [mm]": "center_distance_mm",
-    "Operating pressure angle [deg]": "operating_pressure_angle_deg",
-    "Contact ratio": "contact_ratio",
-    "Base pitch [mm]": "base_pitch_mm",
-    "Normal backlash of the teeth [um]": "normal_backlash_um",
-    "Backlash of lumped models [um]": "backlash_um",
-    "Path of approach [base pitches]": "approach_pitches",
-    "Path of recess [base pitches]": "recess_pitches",
-    "Phase [base pitches]": "phase_pitches",
-    "Phase is": "phase_origin",
-    "Phase by geometry [base pitches]": "geometric_phase_pitches",
-    "Centre line [deg]": "center_line_deg",
-    "Driver torques [N m]": "driver_torques_Nm",
-    "Pitch errors repeat after [base pitches]": "pitch_errors_repeat_pitches",
-    "Mean stiffness, given [N/m]": "mean_stiffness_N_per_m",
-    "Stiffness variation, peak to peak over mean": "stiffness_variation",
-    "Load share at the start of double contact": "load_share",
+# Figures whose names do not say it all.
+HEADERS = {
+    "profile_shift": "Profile shift [modules]",
+    "young_modulus_GPa": "Young's modulus [GPa]",
+    "poisson_ratio": "Poisson's ratio",
+    "center_distance_mm": "Centre distance [mm]",
+    "center_line_deg": "Centre line [deg]",
+    "normal_backlash_um": "Normal backlash of the teeth [um]",
+    "backlash_um": "Backlash of lumped models [um]",
+    "approach_pitches": "Path of approach [base pitches]",
+    "recess_pitches": "Path of recess [base pitches]",
+    "geometric_phase_pitches": "Phase by geometry [base pitches]",
+    "pitch_errors_repeat_pitches": "Pitch errors repeat after [base pitches]",
+    "mean_stiffness_N_per_m": "Mean stiffness, given [N/m]",
+    "stiffness_variation": "Stiffness variation, peak to peak over mean",
+    "load_share": "Load share at the start of double contact",
+    "sap_radius_mm": "Start of contact, radius [mm]",
+    "form_roll_angle_deg": "Form circle, roll angle [deg]",
+    "sap_roll_angle_deg": "Start of contact, roll angle [deg]",
+    "lpstc_roll_angle_deg": "LPSTC, roll angle [deg]",
+    "hpstc_roll_angle_deg": "HPSTC, roll angle [deg]",
+    "tip_root_clearance_mm": "Tip to mate's root [mm]",
+    "magnitude_um": "[um]",
+    "length_pitches": "length [pitch angles]",
 }
-FLANK_ROWS = {
-    "Start of contact, radius [mm]": "sap_radius_mm",
-    "Form circle, roll angle [deg]": "form_roll_angle_deg",
-    "Start of contact, roll angle [deg]": "sap_roll_angle_deg",
-    "LPSTC, roll angle [deg]": "lpstc_roll_angle_deg",
-    "HPSTC, roll angle [deg]": "hpstc_roll_angle_deg",
-    "Tip, roll angle [deg]": "tip_roll_angle_deg",
-    "Tip to mate's root [mm]": "tip_root_clearance_mm",
-}
-RELIEF_ROWS = {
-    "{} relief [um]": "magnitude_um",
-    "{} relief start, roll angle [deg]": "start_roll_angle_deg",
-    "{} relief length [pitch angles]": "length_pitches",
-    "{} relief shape": "shape",
-}
+# Names of columns, and what stands in another table.
+HIDDEN_OF_GEARS = {"name", "form_roll_angle_deg", "tip_roll_angle_deg"}
+HIDDEN_OF_MESHES = {"driver", "driven", "ratio", "flanks"}
+HIDDEN_OF_FLANKS = {"gear", "role"}
 
 
 def show_command(
-    set_name: SetName,
+    set_name: SetName = "liu-pair",
     plot: Annotated[
         Path | None,
         typer.Option(
@@ -100,74 +83,82 @@ def show_command(
     if plot is not None:
         save_gear_set_figure(gear_set, plot)
     if as_json:
-        print_json(asdict(figures))
+        print_json(figures)
     else:
         print_figures(figures)
 
 
-def print_figures(figures: GearSetFigures) -> None:
+def print_figures(figures: dict[str, Any]) -> None:
     """Tables on the screen, a row for each quantity with its unit."""
     console = screen()
-    console.print(": ".join(filter(None, (figures.name, figures.description))) + "\n")
-    gears, meshes = figures.gears, figures.meshes
-    names = [gear.name for gear in gears]
-    pairs = [f"{mesh.driver} > {mesh.driven}" for mesh in meshes]
-    print_columns(console, "Gear", GEAR_ROWS, columns(names, GEAR_ROWS, gears))
-    print_columns(console, "Mesh", MESH_ROWS, columns(pairs, MESH_ROWS, meshes))
+    heading = filter(None, (figures["name"], figures["description"]))
+    console.print(": ".join(heading) + "\n")
+    gears, meshes = figures["gears"], figures["meshes"]
+    names = [gear["name"] for gear in gears]
+    _print_table(console, "Gear", names, gears, HIDDEN_OF_GEARS)
+    pairs = [f"{mesh['driver']} > {mesh['driven']}" for mesh in meshes]
+    _print_table(console, "Mesh", pairs, meshes, HIDDEN_OF_MESHES)
     for pair, mesh in zip(pairs, meshes, strict=True):
-        sides = [flank.gear for flank in mesh.flanks]
-        rows = FLANK_ROWS | relief_rows(mesh.flanks)
-        cells = columns(sides, rows, mesh.flanks)
-        print_columns(console, f"Flanks of {pair}", rows, cells)
-    for shaft in figures.shafts:
-        console.print(shaft_line(shaft))
-    if figures.damping_ratio is not None:
-        console.print(f"Damping ratio: {shown(figures.damping_ratio)}")
-    if figures.inferences:
+        title, flanks = f"Flanks of {pair}", mesh["flanks"]
+        sides = [flank["gear"] for flank in flanks]
+        _print_table(console, title, sides, flanks, HIDDEN_OF_FLANKS)
+    for shaft in figures["shafts"]:
+        console.print(shaft_line(**shaft))
+    if figures["damping_ratio"] is not None:
+        console.print(f"Damping ratio: {shown(figures['damping_ratio'])}")
+    if figures["inferences"]:
         console.print("Inferred, not printed by the source:")
-    for inference in figures.inferences:
+    for inference in figures["inferences"]:
         console.print(f"- {inference}")
 
 
-def shaft_line(shaft: ShaftFigures) -> str:
+def shaft_line(gears: Sequence[str], stiffness_Nm_per_rad: float | None) -> str:
     """Rigid shaft: a, b; or its stiffness between successive gears."""
-    names, stiffness = ", ".join(shaft.gears), shaft.stiffness_Nm_per_rad
-    if stiffness is None:
-        return f"Rigid shaft: {names}"
-    return f"Shaft: {names}, {shown(stiffness)} N m/rad between successive gears"
+    if stiffness_Nm_per_rad is None:
+        return f"Rigid shaft: {', '.join(gears)}"
+    stiffness = shown(stiffness_Nm_per_rad)
+    return f"Shaft: {', '.join(gears)}, {stiffness} N m/rad between successive gears"
 
 
-def relief_rows(flanks: Sequence[object]) -> dict[str, str]:
-    """Rows of those reliefs that at least one of the flanks has."""
-    return {
-        header.format(place.capitalize()): f"{place}_relief.{figure}"
-        for place in ("tip", "root")
-        if any(getattr(flank, f"{place}_relief") for flank in flanks)
-        for header, figure in RELIEF_ROWS.items()
-    }
+def _print_table(
+    console: Console,
+    corner: str,
+    names: Sequence[str],
+    items: Sequence[dict[str, Any]],
+    hidden: set[str],
+) -> None:
+    """A column for each item, a row for each figure that any of them has."""
+    flat = [flattened(item) for item in items]
+    every = dict.fromkeys(key for each in flat for key in each)
+    keys = [key for key in every if key not in hidden]
+    cells = ([shown(each.get(key)) for key in keys] for each in flat)
+    columns = dict(zip(names, cells, strict=True))
+    print_columns(console, corner, list(map(header, keys)), columns)
 
 
-def columns(
-    names: Sequence[str], rows: Mapping[str, str], items: Sequence[object]
-) -> dict[str, list[str]]:
-    """A column of cells for each item by its name."""
-    return {
-        name: [shown(figure(item, path)) for path in rows.values()]
-        for name, item in zip(names, items, strict=True)
-    }
+def flattened(figures: dict[str, Any]) -> dict[str, Any]:
+    """Reliefs as `tip_relief.shape` and so on; those that are not there left out."""
+    found: dict[str, Any] = {}
+    for key, value in figures.items():
+        if isinstance(value, dict):
+            found |= {f"{key}.{name}": each for name, each in value.items()}
+        elif not key.endswith("_relief"):
+            found[key] = value
+    return found
 
 
-def figure(item: object, path: str) -> Any:
-    """Attribute by a dotted path; None as soon as a part of it is None."""
-    value: Any = item
-    for name in path.split("."):
-        value = None if value is None else getattr(value, name)
-    return value
+def header(key: str) -> str:
+    """`base_radius_mm` as `Base radius [mm]`."""
+    place, _, name = key.rpartition(".")
+    end = next((end for end in UNITS if name.endswith(end)), "")
+    words = name.removesuffix(end).replace("_", " ") + UNITS.get(end, "")
+    text = f"{place.replace('_', ' ')} {HEADERS.get(name, words)}".strip()
+    return text[0].upper() + text[1:]
 
 
 def shown(value: Any) -> str:
     """Six figures of a number; lists joined, nothing as a dash."""
-    if isinstance(value, tuple):
+    if isinstance(value, list):
         return ", ".join(map(shown, value)) or "-"
     if isinstance(value, float):
         return "0" if abs(value) < ROUND_OFF else f"{value:.6g}"

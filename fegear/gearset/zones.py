@@ -23,6 +23,7 @@ class Zones:
     """
 
     gear: SpurGear
+    mate: SpurGear
     start: float
     low: float
     high: float
@@ -39,7 +40,8 @@ def zones(pair: GearPair, role: str) -> Zones:
         gear, mate = mate, gear
     start = pair.line_of_action - mate.tip_roll_length
     tip = gear.tip_roll_length
-    return Zones(gear, start, tip - pair.base_pitch, start + pair.base_pitch, tip)
+    low, high = tip - pair.base_pitch, start + pair.base_pitch
+    return Zones(gear, mate, start, low, high, tip)
 
 
 def relief(

@@ -12,7 +12,6 @@ from fegear.cli.sets import sets_command
 from fegear.cli.show import shaft_line, show_command
 from fegear.errors import InputError
 from fegear.gearset import builtin_names
-from fegear.gearset.derived import ShaftFigures
 
 app = typer.Typer()
 app.command("sets")(sets_command)
@@ -71,8 +70,8 @@ def test_show_json_holds_the_figures_of_lumped_models():
 
 
 def test_show_prints_a_shaft_with_its_stiffness():
-    shaft = ShaftFigures(gears=("a", "b"), stiffness_Nm_per_rad=5e5)
-    assert shaft_line(shaft) == "Shaft: a, b, 500000 N m/rad between successive gears"
+    line = shaft_line(("a", "b"), 5e5)
+    assert line == "Shaft: a, b, 500000 N m/rad between successive gears"
 
 
 def test_show_prints_markup_as_it_stands(tmp_path):
