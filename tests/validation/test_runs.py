@@ -22,8 +22,8 @@ from fegear.excitation import Excitations
 from fegear.gearset import load_gear_set
 from fegear.store import open_checkpoint
 from lumped.excitation import MeshExcitation, PairExcitation
-from lumped.motion import DivergedError
 from lumped.steady_state import Diverged
+from lumped.steppers import FixedStepper
 from lumped.waves import Wave as PeriodicWave
 from validation import runs, solving
 from validation.cases import SingleSpeed, load_case, read_case
@@ -190,7 +190,7 @@ def test_an_interruption_in_a_wave_keeps_the_sweep(tmp_path, monkeypatch):
         raise KeyboardInterrupt
 
     with monkeypatch.context() as patch:
-        patch.setattr(solving, "_fe_cycles", interrupt)
+        patch.setattr(solving, "_cycles_at", interrupt)
         with pytest.raises(KeyboardInterrupt):
             runs.run_case(FEW, tmp_path)
     assert runs.run_case(FEW, tmp_path).runs[0].cost.timed_speeds == 4
@@ -198,9 +198,9 @@ def test_an_interruption_in_a_wave_keeps_the_sweep(tmp_path, monkeypatch):
 
 def test_a_wave_that_diverges_is_nan_and_outside(tmp_path, monkeypatch):
     def diverged(*_):
-        raise DivergedError(1150.0, 1.0)
+        raise Diverged(0.5)
 
-    monkeypatch.setattr(solving, "arrive", diverged)
+    monkeypatch.setattr(FixedStepper, "record", diverged)
     entry = replace(FEW.metric[0], name="wave_correlation", allowed=0.5)
     case = replace(FEW, metric=(entry,), speeds_Hz="")
     (verdict,) = runs.run_case(case, tmp_path).verdicts
@@ -219,7 +219,7 @@ def test_an_approach_goes_on_where_it_was(few, tmp_path):
     result = runs.run_case(FEW, tmp_path, lambda *words: told.append(words))
     # of four speeds, two on the way are kept
     assert result.runs[0].cost.timed_speeds == 2
-    waves = [word for word in told if "wave 1" in word[0]]
+    waves = [word for word in told if word[0].startswith("fe 100 N m, wave 1")]
     assert waves == [
         ("fe 100 N m, wave 1", 1, 4),
         ("fe 100 N m, wave 1", 2, 4),
