@@ -165,8 +165,8 @@ def solve_task(
         for m, each in enumerate(system.excitations)
     ]
     if not task.speeds:
-        cost = Cost(prepare_s=time.perf_counter() - begin, **_memory(level))
-        return RunResult(system, statics, (), (), cost)
+        cost = Cost(prepare_s=time.perf_counter() - begin)
+        return RunResult(system, statics, (), (), _with_memory(cost, level))
     report(f"{_name(task)}: preparation", 0, 1)
     mover = Mover(*_stepper(task, system, excitations), checkpoint)
     ready = time.perf_counter()
@@ -179,14 +179,14 @@ def solve_task(
         timed_speeds=integrated,
         speeds=len(responses),
         steps=sum(map(mover.steps_to_settle, responses)),
-        **_memory(level),
     )
-    return RunResult(system, statics, branches, cycles, cost)
+    return RunResult(system, statics, branches, cycles, _with_memory(cost, level))
 
 
-def _memory(level: MemoryLevel) -> dict[str, float]:
+def _with_memory(cost: Cost, level: MemoryLevel) -> Cost:
     peak = level.peak_MB
-    return {"memory_MB": peak, "memory_above_start_MB": peak - level.resident_MB}
+    above = peak - level.resident_MB
+    return replace(cost, memory_MB=peak, memory_above_start_MB=above)
 
 
 def _model(task: Task) -> LumpedModel:

@@ -18,24 +18,12 @@ from numpy.typing import ArrayLike, NDArray
 Plane = Literal["stress", "strain"]
 Array = NDArray[np.float64]
 
-# z/a where tau_max peaks: c = z / sqrt(a^2 + z^2) solves 1 - 2c + c^3 = 0,
-# c = (sqrt(5) - 1)/2, and z/a = sqrt(c) = 0.78615 (Johnson eq. 4.47b prints 0.78).
-MAX_SHEAR_DEPTH_RATIO = math.sqrt(0.5 * (math.sqrt(5.0) - 1.0))
-
 
 class Material(NamedTuple):
     """Isotropic linear elasticity."""
 
     young_modulus: float  # Pa
     poisson_ratio: float
-
-
-class AxisStress(NamedTuple):
-    """Stresses on the axis of symmetry, tension positive, each of shape (n,) [Pa]."""
-
-    lateral: Array  # sigma_x, along the surface
-    normal: Array  # sigma_z, along the load
-    max_shear: Array  # in-plane, |sigma_x - sigma_z| / 2
 
 
 def plane_moduli(material: Material, plane: Plane) -> Material:
@@ -81,26 +69,6 @@ def pressure(position: ArrayLike, half_width: float, peak: float) -> Array:
     """p = p0 sqrt(1 - (x/a)^2) inside, 0 outside, Johnson eq. (4.44), (n,) [Pa]."""
     x = np.asarray(position, dtype=float) / half_width
     return np.asarray(peak * np.sqrt(np.maximum(1.0 - x**2, 0.0)))
-
-
-def axis_stress(depth: ArrayLike, half_width: float, peak: float) -> AxisStress:
-    """Stresses below the middle of the contact, Johnson eqs. (4.46a-c).
-
-    depth : (n,) distance z >= 0 below the surface [m]
-
-    The same in plane stress and plane strain; in plane strain there is also
-    sigma_y = nu (sigma_x + sigma_z).
-    """
-    z, a, p0 = np.asarray(depth, dtype=float), half_width, peak
-    root = np.sqrt(a**2 + z**2)
-    sigma_x = -p0 / a * ((a**2 + 2.0 * z**2) / root - 2.0 * z)
-    sigma_z = -p0 * a / root
-    return AxisStress(sigma_x, sigma_z, 0.5 * np.abs(sigma_x - sigma_z))
-
-
-def max_shear_depth(half_width: float) -> float:
-    """Depth of the largest in-plane shear, 0.786 a [m] (0.300 p0 there)."""
-    return MAX_SHEAR_DEPTH_RATIO * half_width
 
 
 def compression(

@@ -6,7 +6,6 @@ same solution, with the shear modulus alone.
 Timoshenko & Goodier, Theory of Elasticity (1970), ch. 4, stress function C theta.
 """
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -54,13 +53,6 @@ def tangential_displacement(ring: Ring, torque: float, radius: ArrayLike) -> Arr
     return np.asarray(scale * r * (1.0 / ri**2 - 1.0 / r**2))
 
 
-def displacement(ring: Ring, torque: float, points: Array) -> Array:
-    """Displacement vectors at points, both of shape (n, 2), axis at the origin [m]."""
-    r = np.hypot(points[:, 0], points[:, 1])
-    tangent = np.column_stack((-points[:, 1], points[:, 0])) / r[:, None]
-    return np.asarray(tangential_displacement(ring, torque, r)[:, None] * tangent)
-
-
 def rotation(ring: Ring, torque: float) -> float:
     """Angle u/r of the outer radius, T / (4 pi G b) (1/ri^2 - 1/ro^2) [rad]."""
     ro = ring.outer_radius
@@ -81,10 +73,3 @@ def line_of_action_stiffness(ring: Ring, base_radius: float) -> float:
 def shear_modulus(young_modulus: float, poisson_ratio: float) -> float:
     """G = E / (2 (1 + nu)) [Pa]."""
     return young_modulus / (2.0 * (1.0 + poisson_ratio))
-
-
-def strain_energy(ring: Ring, torque: float) -> float:
-    """Integral of tau^2 / (2 G) over the ring, equal to T rotation / 2 [J]."""
-    ri, ro = ring.hub_radius, ring.outer_radius
-    scale = torque**2 / (8.0 * math.pi * ring.shear_modulus * ring.face_width)
-    return scale * (1.0 / ri**2 - 1.0 / ro**2)

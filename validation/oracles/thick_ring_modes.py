@@ -13,6 +13,7 @@ c_p is that of a thin plate.
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal
 
@@ -73,8 +74,9 @@ def displacement_and_stress(
     r = np.asarray(radius, dtype=float)
     slow = omega / ring.shear_speed
     fast = slow / math.sqrt(ring.speed_ratio)
-    columns = [_dilatation(n, fast, r, bessel) for bessel in (jvp, yvp)]
-    columns += [_rotation(n, slow, r, bessel) for bessel in (jvp, yvp)]
+    phi = [_dilatation(n, fast, r, bessel) for bessel in (jvp, yvp)]
+    psi = [_dilatation(n, slow, r, bessel) for bessel in (jvp, yvp)]
+    columns = phi + [(-v, -u, -dv, -du) for u, v, du, dv in psi]
     lame = ring.speed_ratio - 2.0  # lambda / G
     rows = []
     for u, v, du, dv in columns:  # u_r, u_theta and their slopes
@@ -84,17 +86,13 @@ def displacement_and_stress(
 
 
 def _dilatation(n, wavenumber, r, bessel):
-    """u_r, u_theta and their slopes of the potential phi alone."""
+    """u_r, u_theta and their slopes of the potential phi alone.
+
+    psi alone gives the negative of both, one for the other.
+    """
     x = wavenumber * r
     value, slope, curve = (wavenumber**k * bessel(n, x, k) for k in range(3))
     return slope, -n * value / r, curve, -n * (slope / r - value / r**2)
-
-
-def _rotation(n, wavenumber, r, bessel):
-    """u_r, u_theta and their slopes of the potential psi alone."""
-    x = wavenumber * r
-    value, slope, curve = (wavenumber**k * bessel(n, x, k) for k in range(3))
-    return n * value / r, -slope, n * (slope / r - value / r**2), -curve
 
 
 def boundary_matrix(ring: ThickRing, n: int, omega: float) -> Array:
@@ -110,50 +108,17 @@ def frequencies(ring: ThickRing, n: int, highest: float, samples: int = 500) -> 
 
     samples : points between which the determinant's changes of sign are sought
     """
-    return _roots(
+    return roots(
         lambda f: float(np.linalg.det(boundary_matrix(ring, n, 2.0 * math.pi * f))),
         highest,
         samples,
     )
 
 
-def torsional_frequencies(ring: ThickRing, highest: float) -> Array:
-    """n = 0, u_theta = J1(k r) Y1(k a) - Y1(k r) J1(k a), a at the hub [Hz].
-
-    d(u/r)/dr = 0 at the rim b: J2(k b) Y1(k a) = Y2(k b) J1(k a), k = omega / c_s.
-    """
-    a, b = ring.hub_radius, ring.outer_radius
-
-    def condition(frequency: float) -> float:
-        k = 2.0 * math.pi * frequency / ring.shear_speed
-        return float(
-            jvp(2, k * b, 0) * yvp(1, k * a, 0) - yvp(2, k * b, 0) * jvp(1, k * a, 0)
-        )
-
-    return _roots(condition, highest)
-
-
-def radial_frequencies(ring: ThickRing, highest: float) -> Array:
-    """n = 0, u_r = J1(k r) Y1(k a) - Y1(k r) J1(k a), a at the hub [Hz].
-
-    At the rim b: (lambda + 2 G) u' + lambda u / b = 0, k = omega / c_p.
-    """
-    a, b = ring.hub_radius, ring.outer_radius
-    speed = ring.shear_speed * math.sqrt(ring.speed_ratio)
-    share = 1.0 - 2.0 / ring.speed_ratio  # lambda / (lambda + 2 G)
-
-    def condition(frequency: float) -> float:
-        k = 2.0 * math.pi * frequency / speed
-        first, second = (
-            k * bessel(1, k * b, 1) + share * bessel(1, k * b, 0) / b
-            for bessel in (jvp, yvp)
-        )
-        return float(first * yvp(1, k * a, 0) - second * jvp(1, k * a, 0))
-
-    return _roots(condition, highest)
-
-
-def _roots(function, highest: float, samples: int = 500) -> Array:
+def roots(
+    function: Callable[[float], float], highest: float, samples: int = 500
+) -> Array:
+    """Between 0 and `highest`, where the function changes sign between samples."""
     grid = np.linspace(0.0, highest, samples + 1)[1:]
     values = np.array([function(f) for f in grid])
     changes = np.flatnonzero(np.sign(values[1:]) != np.sign(values[:-1]))
