@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from fegear.output import write_text, write_whole
 from fegear.plots import save_figure
@@ -25,12 +28,36 @@ POINTS = "points"  # the table that is drawn
 REPEATS = 3
 
 
+@dataclass(frozen=True)
+class Curve:
+    """Points (x, y) of a line; settings : by which they are named, if any."""
+
+    label: str
+    marker: str
+    points: Sequence[tuple[float, float]]
+    settings: Sequence[float] = ()
+
+
+@dataclass(frozen=True)
+class Panel:
+    """Curves over one another, doubly logarithmic.
+
+    limit : (x, label) of a dotted line
+    """
+
+    x: str
+    y: str
+    curves: Sequence[Curve]
+    limit: tuple[float, str] | None = None
+
+
 @dataclass(frozen=True, eq=False)
 class Benchmark:
     """What was measured.
 
     name : of its files; about : what its figure shows, one sentence
     tables : rows with equal keys by the table's name, POINTS first
+    panels : of its figure, the first with time over error
     facts : single figures beside them
     left_out : columns that no screen has room for; findings : sentences below them
     interrupted : whether Ctrl-C ended it
@@ -40,7 +67,7 @@ class Benchmark:
     title: str
     about: str
     tables: Mapping[str, Sequence[Mapping[str, Any]]]
-    draw: Callable[[], Figure]
+    panels: Sequence[Panel]
     facts: Mapping[str, float] = field(default_factory=dict)
     left_out: Sequence[str] = ()
     findings: Sequence[str] = ()
@@ -50,6 +77,35 @@ class Benchmark:
     def values(self) -> dict[str, Any]:
         """All of it, ready for JSON."""
         return {**self.tables, **self.facts}
+
+    def draw(self) -> Figure:
+        """Panels below each other."""
+        count = len(self.panels)
+        figure, rows = panels(count, size=(6.4, 1.2 + 3.8 * count))
+        draw_title(figure, self.title)
+        for panel, (axes,) in zip(self.panels, rows, strict=True):
+            axes.set_xlabel(panel.x)
+            axes.set_ylabel(panel.y)
+            for curve in panel.curves:
+                _draw_curve(axes, curve)
+            if panel.limit:
+                at, label = panel.limit
+                axes.axvline(at, color="0.6", ls=":", label=label)
+            axes.legend(fontsize=8)
+        return figure
+
+
+def _draw_curve(axes: Axes, curve: Curve) -> None:
+    places = np.array(curve.points, float).reshape(-1, 2)
+    axes.loglog(*places.T, f"{curve.marker}-", label=curve.label)
+    for setting, place in zip(curve.settings, curve.points, strict=False):
+        axes.annotate(
+            f"{setting:g}",
+            place,
+            textcoords="offset points",
+            xytext=(4, 4),
+            fontsize=7,
+        )
 
 
 def collect(
@@ -81,39 +137,11 @@ def fastest(work: Callable[[], object], repeats: int = REPEATS) -> float:
     return min(seconds)
 
 
-def draw_study(
-    axes: Axes,
-    label: str,
-    marker: str,
-    points: Iterable[tuple[float, float, float]],
-) -> None:
-    """A line of (setting, error, time), each named by its setting; doubly logarithmic.
-
-    Without settings (NaN) the points have no names.
-    """
-    known = list(points)
-    errors, times = ([point[i] for point in known] for i in (1, 2))
-    axes.loglog(errors, times, f"{marker}-", label=label)
-    for setting, error, seconds in known:
-        if setting == setting:
-            axes.annotate(
-                f"{setting:g}",
-                (error, seconds),
-                textcoords="offset points",
-                xytext=(4, 4),
-                fontsize=7,
-            )
-
-
-def study_figure(
-    title: str, error: str, seconds: str, count: int = 1
-) -> tuple[Figure, list[Axes]]:
-    """Empty panels below each other, the first with time over error."""
-    figure, rows = panels(count, size=(6.4, 1.2 + 3.8 * count))
-    draw_title(figure, title)
-    rows[0][0].set_xlabel(error)
-    rows[0][0].set_ylabel(seconds)
-    return figure, [axes for (axes,) in rows]
+def slope(x: Sequence[float], y: Sequence[float]) -> float:
+    """Of log(y) over log(x), NaN for less than two points."""
+    if len(x) < 2:
+        return math.nan
+    return float(np.polyfit(np.log(x), np.log(y), 1)[0])
 
 
 def files_of(name: str, output: Path) -> tuple[Path, Path]:

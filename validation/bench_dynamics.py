@@ -9,9 +9,9 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,13 +20,11 @@ from fegear.dynamics.build import FiniteElements, prepare
 from fegear.dynamics.stepper import DynamicSettings, ImplicitStepper
 from fegear.excitation import Excitations
 from fegear.gearset.model import GearSet
+from fegear.lumped_system import lumped_system
 from fegear.memory import memory_level
 from lumped.system import LumpedSystem
 from validation import bench
 from validation.bench_lumped import leading_frequency
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 Array = NDArray[np.float64]
 PERIODS = 8  # of the first mesh, that every run passes
@@ -39,6 +37,11 @@ FINEST_MESH = 0.7
 COMMON = 128  # steps of a period in all studies but that of the steps
 REPEATS = 3
 ROWS = (2, 4, 8)  # of gears
+OTHERS = (  # studies but that of the steps, their settings and finite elements
+    *(("mesh", m, FiniteElements(fidelity="full", mesh=m)) for m in MESHES),
+    ("modes", 0.0, FiniteElements(fidelity="quasistatic")),
+    *(("modes", c, FiniteElements(fidelity="reduced", cutoff_Hz=c)) for c in CUTOFFS),
+)
 STUDIES = {  # by name: what is drawn, a marker, and the unit of the setting
     "steps": ("reduced: steps per period", "o", 1.0),
     "modes": ("reduced: cut-off [kHz], 0 is quasistatic", "s", 1e3),
@@ -82,88 +85,74 @@ class Subject:
     def stepper(self, elements: FiniteElements) -> tuple[ImplicitStepper, int, float]:
         """A stepper, its elastic freedoms, and the seconds that it took."""
         start = time.perf_counter()
-        prepared = prepare(
-            self.gear_set,
-            self.torque,
-            self.reference,
-            self.speeds,
-            elements,
-            DynamicSettings(),
-            self.excitations,
-        )
+        given = (self.speeds, elements, DynamicSettings(), self.excitations)
+        prepared = prepare(self.gear_set, self.torque, self.reference, *given)
         return prepared.stepper, sum(prepared.elastic), time.perf_counter() - start
 
+    def runs(self, stepper: ImplicitStepper, steps: int) -> list[tuple[Array, float]]:
+        """`run` at every speed."""
+        return [run(stepper, frequency, steps) for frequency in self.speeds]
 
-def measure(
-    gear_set: GearSet,
-    torque: float,
-    subject_of: Callable[[GearSet], Subject],
-    report: bench.Report,
-) -> bench.Benchmark:
-    """At a torque on the input gear [N m]; subject_of : of this and longer sets."""
+
+def subject(
+    gear_set: GearSet, torque: float, excitations: Excitations | None = None
+) -> Subject:
+    known = excitations or Excitations()
+    reference = lumped_system(gear_set, torque, excitations=known)
+    return Subject(gear_set, torque, reference, known)
+
+
+def measure(gear_set: GearSet, torque: float, report: bench.Report) -> bench.Benchmark:
+    """At a torque on the input gear [N m]."""
     level = memory_level()
     report("stiffness", 0, 1)
-    subject = subject_of(gear_set)
-    rows, interrupted = bench.collect(_measured(subject, subject_of, report), "growth")
-    points = rows[bench.POINTS]
-    title = f"Finite-element dynamics of {gear_set.name}, {torque:g} N m"
-    findings = []
+    rows, interrupted = bench.collect(
+        _measured(subject(gear_set, torque), report), "growth"
+    )
+    points, findings = rows[bench.POINTS], []
     if sum(p.study == "steps" for p in points) > 1:
         findings.append(f"observed order over the steps: {observed_order(points):.2f}")
     if math.isfinite(peak := level.peak_MB):
         findings.append(f"largest memory: {peak:.0f} MB")
     return bench.Benchmark(
         name="dynamics",
-        title=title,
+        title=f"Finite-element dynamics of {gear_set.name}, {torque:g} N m",
         about="Finite-element dynamics from rest over steps, elastic modes and mesh, "
         "against finer steps or all freedoms on a finer mesh.",
         tables=bench.plain(rows),
-        draw=lambda: draw_points(points, title),
+        panels=[figure_panel(points)],
         facts={"peak_memory_MB": peak},
         findings=findings,
         interrupted=interrupted,
     )
 
 
-def _measured(
-    subject: Subject, subject_of: Callable[[GearSet], Subject], report: bench.Report
-) -> Iterator[tuple[str, Any]]:
+def _measured(whole: Subject, report: bench.Report) -> Iterator[tuple[str, Any]]:
     """Rows one by one, so that those finished are kept."""
-    yield from ((bench.POINTS, point) for point in measure_points(subject, report))
+    yield from ((bench.POINTS, point) for point in measure_points(whole, report))
     report("growth", 0, 1)
     for gears in ROWS:
-        yield "growth", growth(subject_of(row_of_gears(subject.gear_set, gears)))
+        row = row_of_gears(whole.gear_set, gears)
+        yield "growth", growth(subject(row, whole.torque))
 
 
-def measure_points(subject: Subject, report: bench.Report) -> Iterator[Point]:
+def measure_points(whole: Subject, report: bench.Report) -> Iterator[Point]:
     """Over the steps against finer ones; all else against whole gears."""
-    others = list(_elements())
-    total = len(STEPS) + len(others) + 2
+    total = len(STEPS) + len(OTHERS) + 2
     report("steps", 0, total)
-    reduced = subject.stepper(FiniteElements(fidelity="reduced"))
-    expected = [run(reduced[0], f, FINEST_STEPS)[0] for f in subject.speeds]
+    made = whole.stepper(FiniteElements(fidelity="reduced"))
+    fine = whole.runs(made[0], FINEST_STEPS)
     for done, steps in enumerate(STEPS, start=1):
-        yield _point(subject, ("steps", steps), reduced, steps, expected)
+        yield _point("steps", steps, made, whole.runs(made[0], steps), fine)
         report("steps", done, total)
     report("whole gears", len(STEPS), total)
-    whole = subject.stepper(FiniteElements(fidelity="full", mesh=FINEST_MESH))
-    found = [run(whole[0], f, COMMON) for f in subject.speeds]
-    expected = [deflection for deflection, _ in found]
-    slowest, unknown = max(us for _, us in found), (math.nan, math.nan)
-    yield Point("mesh", FINEST_MESH, whole[1], whole[2], slowest, *unknown)
-    for done, (study, setting, elements) in enumerate(others, start=len(STEPS) + 1):
+    made = whole.stepper(FiniteElements(fidelity="full", mesh=FINEST_MESH))
+    fine = whole.runs(made[0], COMMON)
+    yield _point("mesh", FINEST_MESH, made, fine)
+    for done, (study, setting, elements) in enumerate(OTHERS, start=len(STEPS) + 1):
         report(f"{study} {setting:g}", done, total)
-        made = subject.stepper(elements)
-        yield _point(subject, (study, setting), made, COMMON, expected)
-
-
-def _elements() -> Iterator[tuple[str, float, FiniteElements]]:
-    """Finite elements by study and setting."""
-    for mesh in MESHES:
-        yield "mesh", mesh, FiniteElements(fidelity="full", mesh=mesh)
-    yield "modes", 0.0, FiniteElements(fidelity="quasistatic")
-    for cutoff in CUTOFFS:
-        yield "modes", cutoff, FiniteElements(fidelity="reduced", cutoff_Hz=cutoff)
+        made = whole.stepper(elements)
+        yield _point(study, setting, made, whole.runs(made[0], COMMON), fine)
 
 
 def run(stepper: ImplicitStepper, frequency: float, steps: int) -> tuple[Array, float]:
@@ -182,24 +171,23 @@ def run(stepper: ImplicitStepper, frequency: float, steps: int) -> tuple[Array, 
 
 
 def _point(
-    subject: Subject,
-    study: tuple[str, float],
+    study: str,
+    setting: float,
     made: tuple[ImplicitStepper, int, float],
-    steps: int,
-    expected: Sequence[Array],
+    found: Sequence[tuple[Array, float]],
+    fine: Sequence[tuple[Array, float]] | None = None,
 ) -> Point:
-    """study : name and setting; made : by `Subject.stepper`."""
-    stepper, freedoms, seconds = made
-    found = [run(stepper, frequency, steps) for frequency in subject.speeds]
-    pairs = zip(found, expected, strict=True)
-    errors = np.concatenate([waveform_error(own, wanted) for (own, _), wanted in pairs])
+    """made : by `Subject.stepper`; found, fine : by `Subject.runs`"""
+    pairs = zip(found, fine or (), strict=False)
+    errors = [waveform_error(own, wanted) for (own, _), (wanted, _) in pairs]
     return Point(
-        *study,
-        freedoms=freedoms,
-        prepare_s=seconds,
+        study=study,
+        setting=setting,
+        freedoms=made[1],
+        prepare_s=made[2],
         us_per_step=max(us for _, us in found),
-        error_median=float(np.median(errors)),
-        error_largest=float(errors.max()),
+        error_median=float(np.median(errors)) if errors else math.nan,
+        error_largest=float(np.max(errors)) if errors else math.nan,
     )
 
 
@@ -243,21 +231,23 @@ def row_of_gears(gear_set: GearSet, count: int) -> GearSet:
 def observed_order(points: Sequence[Point]) -> float:
     """Of the median error over the steps."""
     own = [p for p in points if p.study == "steps"]
-    steps, errors = np.array([(p.setting, p.error_median) for p in own]).T
-    return float(-np.polyfit(np.log(steps), np.log(errors), 1)[0])
+    return -bench.slope([p.setting for p in own], [p.error_median for p in own])
 
 
-def draw_points(points: Sequence[Point], title: str) -> Figure:
+def figure_panel(points: Sequence[Point]) -> bench.Panel:
     """Time per mesh period over the median error, a line for each study."""
-    error = "relative error of the dynamic transmission error, median"
-    figure, (axes,) = bench.study_figure(title, error, "time per mesh period [ms]")
+    curves = []
     for study, (label, marker, unit) in STUDIES.items():
         own = [p for p in points if p.study == study and p.error_median > 0.0]
         steps = [p.setting if study == "steps" else COMMON for p in own]
-        known = [
-            (p.setting / unit, p.error_median, 1e-3 * p.us_per_step * n)
+        places = [
+            (p.error_median, 1e-3 * p.us_per_step * n)
             for p, n in zip(own, steps, strict=True)
         ]
-        bench.draw_study(axes, label, marker, known)
-    axes.legend()
-    return figure
+        names = [p.setting / unit for p in own]
+        curves.append(bench.Curve(label, marker, places, names))
+    return bench.Panel(
+        "relative error of the dynamic transmission error, median",
+        "time per mesh period [ms]",
+        curves,
+    )

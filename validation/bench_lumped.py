@@ -7,11 +7,13 @@ import time
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from fegear.gearset.model import GearSet
+from fegear.lumped_system import LumpedModel, lumped_system
 from lumped.respond import respond
 from lumped.response import Response
 from lumped.settings import Settings
@@ -20,9 +22,6 @@ from lumped.system import LumpedSystem
 from lumped.train import Gear, Shaft
 from validation import bench
 from validation.oracles.scipy_train import ScipyTrain, scipy_rms
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 Array = NDArray[np.float64]
 REFERENCE = Settings(
@@ -55,13 +54,18 @@ class Point:
 
 
 def measure(
-    system: LumpedSystem, gear_set: str, torque: float, report: bench.Report
+    gear_set: GearSet, torque: float, damping: float | None, report: bench.Report
 ) -> bench.Benchmark:
-    """Model 1 of a gear set, by its name, at a torque on the input gear [N m]."""
+    """Model 1 of a gear set at a torque on the input gear [N m].
+
+    damping : ratio of every mode, None for the gear set's
+    """
+    report("stiffness", 0, 1)
+    system = lumped_system(gear_set, torque, LumpedModel(damping_ratio=damping))
     timed: dict[str, Any] = {}
     studies = _measured(system, report, timed)
     rows, interrupted = bench.collect(studies, "races", "growth")
-    points, title = rows[bench.POINTS], f"Lumped model 1 of {gear_set}, {torque:g} N m"
+    points = rows[bench.POINTS]
     if {p.study for p in points} >= {"rk4", f"{SCIPY}DOP853", f"{SCIPY}LSODA"}:
         rows["races"] = races(points)
     findings = []
@@ -72,11 +76,11 @@ def measure(
         )
     return bench.Benchmark(
         name="lumped",
-        title=title,
+        title=f"Lumped model 1 of {gear_set.name}, {torque:g} N m",
         about="Settled vibration of the lumped train by own integrators and SciPy's, "
         "against the tightest tolerances.",
         tables=bench.plain(rows),
-        draw=lambda: draw_points(points, title),
+        panels=[figure_panel(points)],
         facts=timed,
         findings=findings,
         interrupted=interrupted,
@@ -173,7 +177,7 @@ def _solve_by_scipy(
 
 @dataclass(frozen=True)
 class Race:
-    """A SciPy run beside the bench.fastest compiled one that is no less accurate.
+    """A SciPy run beside the fastest compiled one that is no less accurate.
 
     rtol, error : of SciPy; study, setting, own_error : of the compiled run
     ratio : of the times per speed
@@ -238,15 +242,10 @@ def growth(system: LumpedSystem) -> Iterator[Growth]:
         yield Growth("speeds", count, seconds, 1e6 * seconds / count)
     for size in (3, 8, 20, 50):
         larger = with_disks(system, size)
-        periods = 0.0
-
-        def run(larger: LumpedSystem = larger) -> None:
-            nonlocal periods
-            settings = Settings(step_angle=2.0, tolerance=1e-12, max_periods=300)
-            response = respond(larger, 1.1 * highest, settings)
-            periods = response.settling_time * 1.1 * highest
-
-        seconds = bench.fastest(run)
+        settings = Settings(step_angle=2.0, tolerance=1e-12, max_periods=300)
+        settle = partial(respond, larger, 1.1 * highest, settings)
+        periods = settle().settling_time * 1.1 * highest
+        seconds = bench.fastest(settle)
         moving = larger.moving.size
         yield Growth("degrees of freedom", moving, seconds, 1e6 * seconds / periods)
 
@@ -273,17 +272,16 @@ def with_disks(system: LumpedSystem, size: int) -> LumpedSystem:
     return LumpedSystem(larger, system.excitations)
 
 
-def draw_points(points: Sequence[Point], title: str) -> Figure:
+def figure_panel(points: Sequence[Point]) -> bench.Panel:
     """Time per speed over the median error, a line for each integrator."""
-    error = "relative error of the RMS of the DTE, median over speeds and meshes"
-    figure, (axes,) = bench.study_figure(title, error, "time per settled speed [ms]")
+    curves = []
     studies = dict.fromkeys(point.study for point in points)
     for study, marker in zip(studies, "osD^v", strict=False):
-        own = [
-            (p.setting, max(p.error_median, 1e-12), p.ms_per_speed)
-            for p in points
-            if p.study == study
-        ]
-        bench.draw_study(axes, study, marker, own)
-    axes.legend()
-    return figure
+        own = [p for p in points if p.study == study]
+        places = [(max(p.error_median, 1e-12), p.ms_per_speed) for p in own]
+        curves.append(bench.Curve(study, marker, places, [p.setting for p in own]))
+    return bench.Panel(
+        "relative error of the RMS of the DTE, median over speeds and meshes",
+        "time per settled speed [ms]",
+        curves,
+    )

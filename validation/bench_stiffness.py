@@ -11,7 +11,6 @@ import math
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -23,9 +22,6 @@ from fegear.gearset.model import GearSet
 from fegear.statics import corner_positions
 from meshes import MeshSize
 from validation import bench
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 POSITIONS = 64
 OVERKILL = MeshSize(
@@ -99,8 +95,7 @@ def measure(gear_set: GearSet, torque: float, report: bench.Report) -> bench.Ben
     torque : on the driver of the first mesh
     """
     studies = measure_variants(gear_set, torque, report)
-    found = ((bench.POINTS, point) for point in studies)
-    rows, interrupted = bench.collect(found)
+    rows, interrupted = bench.collect((bench.POINTS, point) for point in studies)
     points, title = rows[bench.POINTS], f"Statics of {gear_set.name}, {torque:g} N m"
     orders = {
         f"observed order of the mean STE, {study}": observed_order(points, study)
@@ -113,7 +108,7 @@ def measure(gear_set: GearSet, torque: float, report: bench.Report) -> bench.Ben
         about="Static transmission error over mesh size, element order, contact grid "
         "and split, against a reference of much finer meshes.",
         tables=bench.plain(rows),
-        draw=lambda: draw_points(points, title),
+        panels=figure_panels(points),
         facts=orders,
         left_out=("element_order", "half_plane_split", "edge_at_pitch_mm", "total_s"),
         findings=[f"{name}: {order:.2f}" for name, order in orders.items()],
@@ -205,32 +200,32 @@ def _edge_at_pitch(gear_set: GearSet, size: MeshSize) -> float:
 
 
 def observed_order(points: Sequence[Point], study: str) -> float:
-    """Slope of log(mean error) over log(flank edges), of one study."""
+    """Of the mean error over the flank edges, of one study."""
     chosen = [p for p in points if p.study == study]
-    if len(chosen) < 2:
-        return math.nan
-    edges = np.log([p.flank_edges for p in chosen])
-    errors = np.log([p.error_mean for p in chosen])
-    return -float(np.polyfit(edges, errors, 1)[0])
+    edges, errors = [p.flank_edges for p in chosen], [p.error_mean for p in chosen]
+    return -bench.slope(edges, errors)
 
 
-def draw_points(points: Sequence[Point], title: str) -> Figure:
-    """Run time against error, and error against mesh size, log-log."""
-    error = "largest relative error of STE on the nominal path"
-    seconds = "run time of compliances and 64 positions [s]"
-    figure, (cost, size) = bench.study_figure(title, error, seconds, count=2)
+def figure_panels(points: Sequence[Point]) -> list[bench.Panel]:
+    """Run time against error, and error against mesh size."""
+    cost, size = [], []
     studies = dict.fromkeys(p.study for p in points)
     for study, marker in zip(studies, "osv^D", strict=False):
         chosen = [p for p in points if p.study == study]
-        times = [(math.nan, p.error_path, p.total_s) for p in chosen]
-        bench.draw_study(cost, study, marker, times)
+        times = [(p.error_path, p.total_s) for p in chosen]
+        cost.append(bench.Curve(study, marker, times))
         if study != GRID:
             label = f"{study}: order {observed_order(points, study):.1f}"
-            edges = [(math.nan, p.edge_at_pitch_mm, p.error_mean) for p in chosen]
-            bench.draw_study(size, label, marker, edges)
-    cost.axvline(2e-3, color="0.6", ls=":", label="0.2 %")
-    size.set_xlabel("flank edge at the pitch point [mm]")
-    size.set_ylabel("relative error of mean STE")
-    for axes in (cost, size):
-        axes.legend(fontsize=8)
-    return figure
+            edges = [(p.edge_at_pitch_mm, p.error_mean) for p in chosen]
+            size.append(bench.Curve(label, marker, edges))
+    return [
+        bench.Panel(
+            "largest relative error of STE on the nominal path",
+            "run time of compliances and 64 positions [s]",
+            cost,
+            (2e-3, "0.2 %"),
+        ),
+        bench.Panel(
+            "flank edge at the pitch point [mm]", "relative error of mean STE", size
+        ),
+    ]

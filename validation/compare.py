@@ -98,8 +98,17 @@ def _unknown_to_closed_forms(solved: _Solved) -> Iterator[str]:
 def _average_slopes(solved: _Solved) -> list[Comparison]:
     """Force over deflection, beside the potential-energy method."""
     oracle = "potential energy, Sainsot body"
-    stiffness = solved.result.table["stiffness_N_per_m"][0]
-    energy = _energy_mesh_stiffness(solved)
+    gears = _analytic(solved.driver), _analytic(solved.driven)
+    at = solved.pair.operating_pressure_angle
+    load = solved.force, solved.width
+    table = solved.result.table
+    stiffness = table["stiffness_N_per_m"][0]
+    energy = potential_energy.mesh_stiffness(
+        *gears, at, table.position, *load, contact_law=solved.plane
+    )
+    (pair,) = potential_energy.pair_stiffness(
+        *gears, at, [solved.pair.pitch_point], *load, contact_law=solved.plane
+    )
     rows = [
         ("mean mesh stiffness", "N/m", stiffness.mean(), energy.mean()),
         ("peak-to-peak / mean", "-", _fluctuation(stiffness), _fluctuation(energy)),
@@ -107,7 +116,7 @@ def _average_slopes(solved: _Solved) -> list[Comparison]:
             "one pair at the pitch point",
             "N/m",
             solved.result.cycle.pair_stiffness[0, 0, 0],
-            _energy_pair_stiffness(solved),
+            pair,
         ),
     ]
     return [
@@ -174,31 +183,6 @@ def _pressure(solved: _Solved) -> Comparison:
 
 def _fluctuation(values: NDArray[np.float64]) -> float:
     return float(np.ptp(values) / values.mean())
-
-
-def _energy_mesh_stiffness(solved: _Solved) -> NDArray[np.float64]:
-    return potential_energy.mesh_stiffness(
-        _analytic(solved.driver),
-        _analytic(solved.driven),
-        solved.pair.operating_pressure_angle,
-        solved.result.table.position,
-        solved.force,
-        solved.width,
-        contact_law=solved.plane,
-    )
-
-
-def _energy_pair_stiffness(solved: _Solved) -> float:
-    values = potential_energy.pair_stiffness(
-        _analytic(solved.driver),
-        _analytic(solved.driven),
-        solved.pair.operating_pressure_angle,
-        [solved.pair.pitch_point],
-        solved.force,
-        solved.width,
-        contact_law=solved.plane,
-    )
-    return float(values[0])
 
 
 def _analytic(gear: Gear) -> potential_energy.AnalyticGear:

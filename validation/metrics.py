@@ -13,9 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from lumped.jumps import Jump, Peak, find_jumps, find_peaks
+from lumped.jumps import Jump, Peak
 from lumped.response import History
-from lumped.sweep import Branch, Direction
+from lumped.sweep import Direction
 
 Array = NDArray[np.float64]
 SAME_FEATURE = 0.15  # of the frequency: jumps or peaks further apart are two
@@ -115,28 +115,6 @@ class Curve:
     jumps: tuple[Jump, ...] = ()
     peaks: tuple[Peak, ...] = ()
     complete: bool = True
-
-
-def branch_curves(branch: Branch, opposite: Branch | None = None) -> list[Curve]:
-    """A curve for each mesh; `opposite` as for `lumped.jumps.find_jumps`."""
-    order = np.argsort(branch.frequency_Hz, kind="stable")
-    columns = {
-        name: branch.column(name)[order]
-        for name in ("dte_rms", "force_peak", "contact_loss")
-    }
-    jumps, peaks = find_jumps(branch, opposite), find_peaks(branch)
-    return [
-        Curve(
-            direction=branch.direction,
-            mesh=m + 1,
-            frequency=branch.frequency_Hz[order],
-            **{name: column[:, m] for name, column in columns.items()},
-            jumps=tuple(jump for jump in jumps if jump.mesh == m + 1),
-            peaks=tuple(peak for peak in peaks if peak.mesh == m + 1),
-            complete=branch.complete,
-        )
-        for m in range(columns["dte_rms"].shape[1])
-    ]
 
 
 def matched(
@@ -299,15 +277,10 @@ class CycleMatch:
     peak: float
 
 
-def cycle_of(time: Array, values: Array, period: float) -> Array:
-    """Values (t,) over the first period [s] of a record, at CYCLE_POINTS times."""
-    at = time[0] + period * np.arange(CYCLE_POINTS) / CYCLE_POINTS
-    return np.interp(at, time, values)
-
-
 def force_cycle(history: History, mesh: int, period: float) -> Array:
-    """Mesh force [N] of a mesh (from 0) over the first cycle recorded."""
-    return cycle_of(history.time, history.force[:, mesh], period)
+    """Mesh force [N] of a mesh (from 0) at CYCLE_POINTS times over its first period."""
+    at = history.time[0] + period * np.arange(CYCLE_POINTS) / CYCLE_POINTS
+    return np.interp(at, history.time, history.force[:, mesh])
 
 
 def match_cycles(reference: ArrayLike, found: ArrayLike) -> CycleMatch:

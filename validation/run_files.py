@@ -23,16 +23,10 @@ import numpy as np
 from fegear.errors import file_error
 from fegear.store import digest
 from lumped.csv_text import format_csv, parse_csv
-from lumped.jumps import Jump, Peak, opposites
+from lumped.jumps import Jump, Peak, find_jumps, find_peaks, opposites
 from lumped.sweep import Branch
 from lumped.sweep_table import SweepTable, format_sweep, parse_sweep, sweep_table
-from validation.metrics import (
-    CYCLE_POINTS,
-    Curve,
-    ForceCycle,
-    Statics,
-    branch_curves,
-)
+from validation.metrics import CYCLE_POINTS, Curve, ForceCycle, Statics
 from validation.provenance import machine
 from validation.solving import Cost, RunResult
 from validation.tasks import Task
@@ -78,7 +72,7 @@ def contents(task: Task, found: RunResult) -> dict[str, str]:
         "machine": machine(),
         "natural_Hz": [f for f in system.modes.frequency_Hz.tolist() if f > 0.0],
         "cost": asdict(found.cost),
-        "curves": _features(found.branches),
+        "curves": features(found.branches),
         "statics": [{"mesh": s.mesh, "force_N": s.force} for s in found.statics],
         "waves": [
             {name: value for name, value in vars(w).items() if name != "force"}
@@ -104,29 +98,23 @@ def _sha256(data: bytes) -> str:
     return hashlib.sha256(data).hexdigest()
 
 
-def _features(branches: Sequence[Branch]) -> list[dict[str, Any]]:
+def features(branches: Sequence[Branch]) -> list[dict[str, Any]]:
     """Jumps and peaks of every mesh of every branch, as plain values."""
-    return [
-        {
-            "direction": curve.direction,
-            "mesh": curve.mesh,
-            "complete": curve.complete,
-            "jumps": [asdict(jump) for jump in curve.jumps],
-            "peaks": [asdict(peak) for peak in curve.peaks],
-        }
-        for branch, other in zip(branches, opposites(branches), strict=True)
-        if branch.responses
-        for curve in branch_curves(branch, other)
-    ]
-
-
-STATICS_COLUMNS = [
-    "mesh",
-    "position",
-    "deflection_m",
-    "friction_change_m",
-    "single_pair",
-]
+    found: list[dict[str, Any]] = []
+    for branch, other in zip(branches, opposites(branches), strict=True):
+        jumps, peaks = find_jumps(branch, other), find_peaks(branch)
+        meshes = len(branch.system.excitations) if len(branch.frequency_Hz) else 0
+        found += [
+            {
+                "direction": branch.direction,
+                "mesh": mesh,
+                "complete": branch.complete,
+                "jumps": [asdict(jump) for jump in jumps if jump.mesh == mesh],
+                "peaks": [asdict(peak) for peak in peaks if peak.mesh == mesh],
+            }
+            for mesh in range(1, meshes + 1)
+        ]
+    return found
 
 
 def _statics_csv(statics: Sequence[Statics]) -> str:
@@ -137,7 +125,8 @@ def _statics_csv(statics: Sequence[Statics]) -> str:
             *(s.position, s.deflection, s.friction, s.single), strict=True
         )
     ]
-    return format_csv(STATICS_COLUMNS, rows)
+    names = ("mesh", "position", "deflection_m", "friction_change_m", "single_pair")
+    return format_csv(names, rows)
 
 
 def _cycles_csv(waves: Sequence[ForceCycle]) -> str:

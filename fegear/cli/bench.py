@@ -24,7 +24,6 @@ from fegear.cli.options import (
 from fegear.cli.screen import print_json, ruled_table, say, screen
 
 if TYPE_CHECKING:
-    from fegear.gearset.model import GearSet
     from fegear.statics import Progress
     from validation.bench import Benchmark
 
@@ -64,10 +63,11 @@ def stiffness_benchmark(
 ) -> None:
     """Statics over mesh size, element order and contact grid."""
     from fegear.gearset import load_gear_set
+    from validation import bench_stiffness
 
     gear_set = load_gear_set(set_name)
     load = driver_torque(gear_set, 1, torque)
-    _run("stiffness", partial(measure_stiffness, gear_set, load), output, as_json)
+    _run("stiffness", partial(bench_stiffness.measure, gear_set, load), output, as_json)
 
 
 def dynamics_benchmark(
@@ -79,10 +79,11 @@ def dynamics_benchmark(
     """Finite-element dynamics over time steps and modes."""
     from fegear.cli.lumped_options import middle_torque
     from fegear.gearset import load_gear_set
+    from validation import bench_dynamics
 
     gear_set = load_gear_set(set_name)
     load = middle_torque(gear_set, torque)
-    _run("dynamics", partial(measure_dynamics, gear_set, load), output, as_json)
+    _run("dynamics", partial(bench_dynamics.measure, gear_set, load), output, as_json)
 
 
 def lumped_benchmark(
@@ -119,11 +120,12 @@ def lumped_benchmark(
         return
     from fegear.cli.lumped_options import Train, middle_torque
     from fegear.gearset import load_gear_set
+    from validation import bench_lumped
 
     Train(damping=damping)  # checks it
     gear_set = load_gear_set(set_name or TRAIN)
     load = middle_torque(gear_set, torque)
-    measure = partial(measure_lumped, gear_set, load, damping)
+    measure = partial(bench_lumped.measure, gear_set, load, damping)
     _run("lumped", measure, output or Path("bench-lumped"), as_json)
 
 
@@ -165,12 +167,13 @@ def all_benchmarks(
 def _measured(report: Progress) -> Iterator[Benchmark]:
     """One after the other; after Ctrl-C those that have points."""
     from fegear.gearset import load_gear_set
+    from validation import bench_dynamics, bench_lumped, bench_stiffness
 
     pair, train = load_gear_set(PAIR), load_gear_set(TRAIN)
     for name, measure in (
-        ("stiffness", partial(measure_stiffness, pair, TORQUE)),
-        ("lumped", partial(measure_lumped, train, TORQUE, None)),
-        ("dynamics", partial(measure_dynamics, pair, TORQUE)),
+        ("stiffness", partial(bench_stiffness.measure, pair, TORQUE)),
+        ("lumped", partial(bench_lumped.measure, train, TORQUE, None)),
+        ("dynamics", partial(bench_dynamics.measure, pair, TORQUE)),
     ):
         found = measure(partial(_report_named, name, report))
         if found.tables["points"]:
@@ -183,36 +186,6 @@ def _report_named(
     name: str, report: Progress, what: str, done: int, total: int
 ) -> None:
     report(f"{name}: {what}", done, total)
-
-
-def measure_stiffness(gear_set: GearSet, torque: float, report: Progress) -> Benchmark:
-    from validation.bench_stiffness import measure
-
-    return measure(gear_set, torque, report)
-
-
-def measure_lumped(
-    gear_set: GearSet, torque: float, damping: float | None, report: Progress
-) -> Benchmark:
-    from fegear.lumped_system import LumpedModel, lumped_system
-    from validation.bench_lumped import measure
-
-    report("stiffness", 0, 1)
-    system = lumped_system(gear_set, torque, LumpedModel(damping_ratio=damping))
-    return measure(system, gear_set.name, torque, report)
-
-
-def measure_dynamics(gear_set: GearSet, torque: float, report: Progress) -> Benchmark:
-    from fegear.excitation import Excitations
-    from fegear.lumped_system import lumped_system
-    from validation.bench_dynamics import Subject, measure
-
-    def subject_of(gear_set: GearSet) -> Subject:
-        excitations = Excitations()
-        reference = lumped_system(gear_set, torque, excitations=excitations)
-        return Subject(gear_set, torque, reference, excitations)
-
-    return measure(gear_set, torque, subject_of, report)
 
 
 def _run(

@@ -8,11 +8,9 @@ import pytest
 from fegear.dynamics.build import FiniteElements
 from fegear.excitation import Excitations
 from fegear.gearset import load_gear_set
-from fegear.train import train_of
-from lumped import LumpedSystem
 from lumped.csv_text import format_records
 from validation import bench_dynamics as study
-from validation.bench import plain
+from validation.bench import Benchmark, plain
 
 
 @pytest.fixture(scope="module")
@@ -21,10 +19,7 @@ def bench_of(private_cache):
 
     def make(gears):
         gear_set = study.row_of_gears(load_gear_set("liu-pair"), gears)
-        torques = [100.0 * (55 / 38 if m % 2 else 1.0) for m in range(gears - 1)]
-        found = tuple(excitations.of(gear_set, m, t, 1) for m, t in enumerate(torques))
-        system = LumpedSystem(train_of(gear_set, 100.0), found)
-        return study.Subject(gear_set, 100.0, system, excitations)
+        return study.subject(gear_set, 100.0, excitations)
 
     return make
 
@@ -75,6 +70,8 @@ def test_picture_and_table(tmp_path):
     lines = format_records(plain({"points": points})["points"]).splitlines()
     assert lines[0].startswith("study,setting,freedoms,prepare_s,us_per_step")
     assert len(lines) == 5
-    axes = study.draw_points(points, "title").axes[0]
+    panel = study.figure_panel(points)
+    axes = Benchmark("", "title", "", {}, [panel]).draw().axes[0]
     assert len(axes.lines) == 3
     assert "[ms]" in axes.get_ylabel()
+    assert [each.get_text() for each in axes.texts] == ["64", "128", "0"]

@@ -6,9 +6,7 @@ import csv
 import math
 from typing import Any
 
-from matplotlib.figure import Figure
-
-from validation.bench import Benchmark, write_benchmark, write_page
+from validation.bench import Benchmark, Curve, Panel, write_benchmark, write_page
 
 TABLES: dict[str, Any] = {
     "points": [
@@ -20,10 +18,7 @@ TABLES: dict[str, Any] = {
 }
 
 
-def figure() -> Figure:
-    made = Figure(figsize=(4.0, 3.0), layout="constrained")
-    made.subplots().loglog([1e-3, 1e-2], [1.0, 2.0], "ko-")
-    return made
+CURVE = Curve("split", "o", [(1e-3, 1.0), (1e-2, 2.0)])
 
 
 def measured(name: str = "stiffness", tables: dict[str, Any] = TABLES) -> Benchmark:
@@ -32,7 +27,7 @@ def measured(name: str = "stiffness", tables: dict[str, Any] = TABLES) -> Benchm
         title="a <pair>: run time against error",
         about="what is shown",
         tables=tables,
-        draw=figure,
+        panels=[Panel("error", "time", [CURVE])],
         facts={"peak_memory_MB": 290},
     )
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -134,28 +133,6 @@ def test_curves_of_other_meshes_are_refused():
     base = curve(np.ones(SPEEDS.size))
     with pytest.raises(ValueError, match="one mesh and direction"):
         list(m.curve_measures(base, replace(base, mesh=2)))
-
-
-def test_a_branch_gives_rising_curves_with_jumps_and_peaks_of_each_mesh():
-    speeds = SPEEDS[::-1]
-    steep = np.where(speeds > 1500.0, 1e-6, 5e-6)
-    smooth = 1e-6 * resonance(speeds)
-    columns = {"dte_rms": np.stack([steep, smooth], axis=1)}
-    others = ("force_peak", "contact_loss", "back_side")
-    columns |= {n: np.ones((speeds.size, 2)) for n in others}
-    branch = SimpleNamespace(
-        frequency_Hz=speeds,
-        direction="down",
-        column=columns.__getitem__,
-        system=SimpleNamespace(excitations=(0, 1)),
-        complete=True,
-    )
-    first, second = m.branch_curves(branch)
-    assert (np.diff(first.frequency) > 0.0).all()
-    assert m.jump_frequencies(first) == [1510.0]
-    assert not second.jumps
-    assert [p.frequency for p in second.peaks] == [1500.0]
-    assert (first.mesh, second.mesh, second.direction) == (1, 2, "down")
 
 
 values = st.lists(st.floats(-1e3, 1e3), min_size=1, max_size=30)

@@ -10,6 +10,7 @@ import shutil
 import sys
 import tempfile
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -28,7 +29,7 @@ from lumped.waves import Wave as PeriodicWave
 from validation import runs, solving
 from validation.cases import SingleSpeed, load_case, read_case
 from validation.deflection import mesh_statics, static_deflection
-from validation.run_files import NAMES
+from validation.run_files import NAMES, features
 from validation.solving import approach
 from validation.tasks import tasks_of
 
@@ -262,6 +263,27 @@ def test_a_diverging_approach_of_the_finite_elements_is_nan(tmp_path, monkeypatc
     reference = runs.run_case(case, tmp_path).of("fe")[0]
     assert np.isnan(reference.cycles[0].force).all()
     assert reference.cost.timed_speeds == 3
+
+
+def test_jumps_and_peaks_of_a_branch_are_those_of_each_mesh():
+    speeds = np.arange(1980.0, 990.0, -20.0)
+    steep = np.where(speeds > 1500.0, 1e-6, 5e-6)
+    smooth = 1e-6 / np.hypot(1.0 - (speeds / 1500.0) ** 2, speeds / 15e3)
+    columns = {"dte_rms": np.stack([steep, smooth], axis=1)}
+    others = ("force_peak", "contact_loss", "back_side")
+    columns |= {n: np.ones((speeds.size, 2)) for n in others}
+    branch = SimpleNamespace(
+        frequency_Hz=speeds,
+        direction="down",
+        column=columns.__getitem__,
+        system=SimpleNamespace(excitations=(0, 1)),
+        complete=True,
+    )
+    first, second = features([branch])
+    assert [jump["frequency_to"] for jump in first["jumps"]] == [1500.0]
+    assert second["jumps"] == []
+    assert [peak["frequency"] for peak in second["peaks"]] == [1500.0]
+    assert (first["mesh"], second["mesh"], second["direction"]) == (1, 2, "down")
 
 
 def another_digit(match):

@@ -15,29 +15,17 @@ so each such piece is integrated by itself.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 from scipy.optimize import root
 
-from fegear.dynamics.kernels.arrays import ContactJacobian, Contacts, ModalMatrices
+if TYPE_CHECKING:
+    from fegear.dynamics.model import DynamicModel
 
 Array = NDArray[np.float64]
-
-
-class Model(Protocol):
-    """Arrays as in `fegear.dynamics.model.DynamicModel`, of a single mesh."""
-
-    @property
-    def modal(self) -> ModalMatrices: ...
-
-    @property
-    def jacobian(self) -> ContactJacobian: ...
-
-    @property
-    def contacts(self) -> Contacts: ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,7 +54,7 @@ class Equations:
     errors: Array
 
 
-def equations(model: Model) -> Equations:
+def equations(model: DynamicModel) -> Equations:
     """Written out from the packed arrays of a model with one mesh."""
     body, rows, contacts = model.modal, model.jacobian, model.contacts
     h, e = body.damping.size, body.rigidity.size

@@ -12,16 +12,15 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
+POSITIVE = ("shear_modulus", "young_modulus", "density", "face_width")
 
 
 @dataclass(frozen=True, kw_only=True)
-class Ring:
-    """Ring held at the hub radius, uniform tangential traction at the outer radius."""
+class Annulus:
+    """Between a held hub and an outer circle."""
 
     hub_radius: float  # m
     outer_radius: float  # m
-    shear_modulus: float  # Pa
-    face_width: float  # m
 
     def __post_init__(self) -> None:
         if not 0.0 < self.hub_radius < self.outer_radius:
@@ -29,9 +28,17 @@ class Ring:
                 "hub_radius must lie between 0 and outer_radius, "
                 f"got {self.hub_radius} and {self.outer_radius}"
             )
-        for name in ("shear_modulus", "face_width"):
-            if not getattr(self, name) > 0.0:
-                raise ValueError(f"{name} must be positive, got {getattr(self, name)}")
+        for name, value in vars(self).items():
+            if name in POSITIVE and not value > 0.0:
+                raise ValueError(f"{name} must be positive, got {value}")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Ring(Annulus):
+    """Ring held at the hub radius, uniform tangential traction at the outer radius."""
+
+    shear_modulus: float  # Pa
+    face_width: float  # m
 
 
 def shear_stress(ring: Ring, torque: float, radius: ArrayLike) -> Array:

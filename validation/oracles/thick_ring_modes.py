@@ -22,34 +22,24 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import brentq
 from scipy.special import jvp, yvp
 
+from validation.oracles.ring import Annulus, shear_modulus
+
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, kw_only=True)
-class ThickRing:
+class ThickRing(Annulus):
     """Isotropic ring, held at the hub radius and free at the outer one."""
 
-    hub_radius: float  # m
-    outer_radius: float  # m
     young_modulus: float  # Pa
     poisson_ratio: float
     density: float  # kg/m3
     plane: Literal["stress", "strain"] = "stress"
 
-    def __post_init__(self) -> None:
-        if not 0.0 < self.hub_radius < self.outer_radius:
-            raise ValueError(
-                "hub_radius must lie between 0 and outer_radius, "
-                f"got {self.hub_radius} and {self.outer_radius}"
-            )
-        for name in ("young_modulus", "density"):
-            if not getattr(self, name) > 0.0:
-                raise ValueError(f"{name} must be positive, got {getattr(self, name)}")
-
     @property
     def shear_speed(self) -> float:
         """c_s = sqrt(G / rho) [m/s]."""
-        shear = 0.5 * self.young_modulus / (1.0 + self.poisson_ratio)
+        shear = shear_modulus(self.young_modulus, self.poisson_ratio)
         return math.sqrt(shear / self.density)
 
     @property

@@ -19,7 +19,6 @@ from typing import Any, NamedTuple
 import pytest
 import typer
 from history_files import written
-from matplotlib.figure import Figure
 from pydantic import BaseModel
 
 from fegear.cli import app, run
@@ -27,6 +26,7 @@ from fegear.gearset import read_gear_set
 from fegear.gearset.edit import LISTS, edited
 from fegear.gearset.problems import model_of
 from fegear.gearset.schema import Document, GearDefaults
+from validation import bench
 
 Tables = dict[str, Any]
 PAIR: Tables = {
@@ -471,15 +471,15 @@ def quick_benchmarks(monkeypatch):
     def instead(name: str) -> Any:
         def measure(*given: Any) -> Any:
             asked = {"asked": repr(given[:-1])}  # without the report of progress
-            return import_module("validation.bench").Benchmark(
-                name, name, name, tables={"points": [asked]}, draw=Figure
-            )
+            panel = bench.Panel("x", "y", [bench.Curve(name, "o", [(1.0, 1.0)])])
+            tables = {"points": [asked]}
+            return bench.Benchmark(name, name, name, tables=tables, panels=[panel])
 
         return measure
 
-    module = import_module("fegear.cli.bench")
     for name in ("stiffness", "dynamics", "lumped"):
-        monkeypatch.setattr(module, f"measure_{name}", instead(name))
+        module = import_module(f"validation.bench_{name}")
+        monkeypatch.setattr(module, "measure", instead(name))
 
 
 @pytest.mark.parametrize(
