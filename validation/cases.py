@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property
-from os.path import exists
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -20,7 +19,7 @@ from fegear.errors import InputError
 from fegear.excitation import Kind
 from fegear.gearset.edit import parsed_value
 from fegear.gearset.problems import PHRASES, nearest, shown
-from fegear.gearset.read import parsed_toml
+from fegear.gearset.read import parsed_toml, path_of
 from fegear.output import read_text
 from fegear.speeds import parsed_speeds
 from lumped.sweep import Direction
@@ -198,16 +197,12 @@ def load_case(name_or_path: str) -> Case:
 
     Raises InputError, in one line that names file, field, value and what is allowed.
     """
-    if name_or_path in case_names():
-        return _read(FOLDER / f"{name_or_path}.toml", f"case {name_or_path}")
-    path = Path(name_or_path)
-    if path.suffix != ".toml" and path.name == name_or_path and not exists(path):
-        known = case_names()
-        raise InputError(
-            f"{name_or_path}: neither a file nor a built-in case"
-            f"{nearest(name_or_path, known)} (built-in: {', '.join(known)})"
-        )
-    return _read(path, str(path))
+    known = case_names()
+    if name_or_path in known:
+        text = read_text(FOLDER / f"{name_or_path}.toml")
+        return read_case(text, f"case {name_or_path}")
+    path = path_of(name_or_path, "case", known)
+    return read_case(read_text(path), str(path))
 
 
 def read_case(text: str, source: str = "case") -> Case:
@@ -238,10 +233,6 @@ def read_case(text: str, source: str = "case") -> Case:
                 f"torques_Nm, {known}"
             )
     return case
-
-
-def _read(path: Path, source: str) -> Case:
-    return read_case(read_text(path), source)
 
 
 _ADAPTER = TypeAdapter(Case)

@@ -118,13 +118,13 @@ class Curve:
 
 
 def matched(
-    reference: Sequence[float], found: Sequence[float]
+    reference: Sequence[float], model: Sequence[float]
 ) -> list[tuple[int, int]]:
     """Index pairs of the nearest frequencies [Hz], nearest pairs first, each once."""
     distances = sorted(
         (abs(a - b), i, j)
         for i, a in enumerate(reference)
-        for j, b in enumerate(found)
+        for j, b in enumerate(model)
         if abs(a - b) <= SAME_FEATURE * max(a, b)
     )
     pairs: list[tuple[int, int]] = []
@@ -134,9 +134,9 @@ def matched(
     return pairs
 
 
-def unmatched(reference: Sequence[float], found: Sequence[float]) -> int:
+def unmatched(reference: Sequence[float], model: Sequence[float]) -> int:
     """Missing and extra frequencies."""
-    return len(reference) + len(found) - 2 * len(matched(reference, found))
+    return len(reference) + len(model) - 2 * len(matched(reference, model))
 
 
 def jump_frequencies(curve: Curve) -> list[float]:
@@ -144,17 +144,17 @@ def jump_frequencies(curve: Curve) -> list[float]:
     return [0.5 * (jump.frequency_from + jump.frequency_to) for jump in curve.jumps]
 
 
-def jump_zones(reference: Curve, found: Curve) -> list[tuple[float, float]]:
+def jump_zones(reference: Curve, model: Curve) -> list[tuple[float, float]]:
     """Ranges [Hz] where the curves are on different sides of a jump.
 
     From one jump to its match in the other curve; of a jump without a match the step
     alone, so that what it leads to is seen in the distance.
     """
-    pairs = matched(jump_frequencies(reference), jump_frequencies(found))
-    steps = [(reference.jumps[i], found.jumps[j]) for i, j in pairs]
+    pairs = matched(jump_frequencies(reference), jump_frequencies(model))
+    steps = [(reference.jumps[i], model.jumps[j]) for i, j in pairs]
     alone = [(j,) for i, j in enumerate(reference.jumps) if i not in dict(pairs)]
     taken = {j for _, j in pairs}
-    alone += [(jump,) for j, jump in enumerate(found.jumps) if j not in taken]
+    alone += [(jump,) for j, jump in enumerate(model.jumps) if j not in taken]
     zones = []
     for jumps in [*steps, *alone]:
         ends = [f for jump in jumps for f in (jump.frequency_from, jump.frequency_to)]
@@ -172,34 +172,35 @@ class Distance:
 
 
 def curve_distance(
-    reference: Curve, found: Curve, zones: Sequence[tuple[float, float]] = ()
+    reference: Curve, model: Curve, zones: Sequence[tuple[float, float]] = ()
 ) -> Distance:
     """Of the RMS of the DTE on common speeds outside the zones [Hz].
 
     The value is NaN where no speed is left, a value is, or the reference is still.
     """
     common, here, there = np.intersect1d(
-        reference.frequency, found.frequency, return_indices=True
+        reference.frequency, model.frequency, return_indices=True
     )
-    kept = np.ones(common.size, bool)
+    outside = np.ones(common.size, bool)
     for low, high in zones:
-        kept &= (common < low) | (common > high)
-    value = relative_distance(reference.dte_rms[here][kept], found.dte_rms[there][kept])
-    return Distance(value, int(kept.sum()), int((~kept).sum()))
+        outside &= (common < low) | (common > high)
+    here, there = here[outside], there[outside]
+    value = relative_distance(reference.dte_rms[here], model.dte_rms[there])
+    return Distance(value, int(outside.sum()), int((~outside).sum()))
 
 
-def relative_distance(reference: ArrayLike, found: ArrayLike) -> float:
+def relative_distance(reference: ArrayLike, model: ArrayLike) -> float:
     """RMS of the difference of arrays of one shape over the RMS of the reference."""
-    a, b = np.asarray(reference, float), np.asarray(found, float)
+    a, b = np.asarray(reference, float), np.asarray(model, float)
     size = float(np.sqrt((a**2).mean())) if a.size else math.nan
     if not size > 0.0:
         return math.nan
     return float(np.sqrt(((a - b) ** 2).mean())) / size
 
 
-def ratio_less_1(reference: float, found: float) -> float:
+def ratio_less_1(reference: float, model: float) -> float:
     """NaN where the reference is not positive."""
-    return found / reference - 1.0 if reference > 0.0 else math.nan
+    return model / reference - 1.0 if reference > 0.0 else math.nan
 
 
 def largest(values: Array) -> float:
@@ -210,54 +211,54 @@ def largest(values: Array) -> float:
 Measured = tuple[str, str, float]  # (metric, place within the curve, value)
 
 
-def curve_measures(reference: Curve, found: Curve) -> Iterator[Measured]:
+def curve_measures(reference: Curve, model: Curve) -> Iterator[Measured]:
     """All metrics of a mesh and direction; peaks and jumps one by one."""
-    if reference.direction != found.direction or reference.mesh != found.mesh:
+    if reference.direction != model.direction or reference.mesh != model.mesh:
         raise ValueError(
             f"curves must be of one mesh and direction, got {reference.mesh} "
-            f"{reference.direction} and {found.mesh} {found.direction}"
+            f"{reference.direction} and {model.mesh} {model.direction}"
         )
-    whole = found.complete and reference.complete
+    whole = model.complete and reference.complete
     for name, zones in (
         ("rms_distance", []),
-        ("off_jump_distance", jump_zones(reference, found)),
+        ("off_jump_distance", jump_zones(reference, model)),
     ):
-        distance = curve_distance(reference, found, zones)
+        distance = curve_distance(reference, model, zones)
         counted = f"{distance.speeds} speeds"
         counted += f", {distance.left_out} left out" if distance.left_out else ""
         yield name, counted, distance.value if whole else math.nan
-    yield from _peak_measures(reference.peaks, found.peaks)
-    yield from _jump_measures(reference, found)
-    lost = largest(found.contact_loss) - largest(reference.contact_loss)
+    yield from _peak_measures(reference.peaks, model.peaks)
+    yield from _jump_measures(reference, model)
+    lost = largest(model.contact_loss) - largest(reference.contact_loss)
     yield "contact_loss", "", lost if whole else math.nan
-    force = ratio_less_1(largest(reference.force_peak), largest(found.force_peak))
+    force = ratio_less_1(largest(reference.force_peak), largest(model.force_peak))
     yield "peak_force", "", force if whole else math.nan
 
 
 def _peak_measures(
-    reference: Sequence[Peak], found: Sequence[Peak]
+    reference: Sequence[Peak], model: Sequence[Peak]
 ) -> Iterator[Measured]:
-    here, there = ([peak.frequency for peak in side] for side in (reference, found))
+    here, there = ([peak.frequency for peak in side] for side in (reference, model))
     for i, j in sorted(matched(here, there)):
         place = f"peak at {here[i]:g} Hz"
-        amplitude = ratio_less_1(reference[i].dte_rms, found[j].dte_rms)
+        amplitude = ratio_less_1(reference[i].dte_rms, model[j].dte_rms)
         yield "peak_amplitude", place, amplitude
         yield "peak_frequency", place, ratio_less_1(here[i], there[j])
     yield "peaks_unmatched", _listed(here, there), float(unmatched(here, there))
 
 
-def _jump_measures(reference: Curve, found: Curve) -> Iterator[Measured]:
-    here, there = jump_frequencies(reference), jump_frequencies(found)
+def _jump_measures(reference: Curve, model: Curve) -> Iterator[Measured]:
+    here, there = jump_frequencies(reference), jump_frequencies(model)
     for i, j in sorted(matched(here, there)):
         yield "jump_frequency", f"jump at {here[i]:g} Hz", there[j] - here[i]
     yield "jumps_unmatched", _listed(here, there), float(unmatched(here, there))
 
 
-def _listed(reference: Sequence[float], found: Sequence[float]) -> str:
+def _listed(reference: Sequence[float], model: Sequence[float]) -> str:
     """Which frequencies have no match."""
-    pairs = matched(reference, found)
+    pairs = matched(reference, model)
     missing = [f for i, f in enumerate(reference) if i not in {a for a, _ in pairs}]
-    extra = [f for j, f in enumerate(found) if j not in {b for _, b in pairs}]
+    extra = [f for j, f in enumerate(model) if j not in {b for _, b in pairs}]
     parts = [("missing", missing), ("extra", extra)]
     return "; ".join(
         f"{n} {', '.join(f'{f:g}' for f in fs)} Hz" for n, fs in parts if fs
@@ -268,7 +269,7 @@ def _listed(reference: Sequence[float], found: Sequence[float]) -> str:
 class CycleMatch:
     """Two mesh forces over a cycle.
 
-    correlation : as they stand; phase : shift of the found one in cycles, -0.5 to 0.5,
+    correlation : as they stand; phase : shift of the model's in cycles, -0.5 to 0.5,
         positive where it is late; peak : ratio of the largest values less 1
     """
 
@@ -283,9 +284,9 @@ def force_cycle(history: History, mesh: int, period: float) -> Array:
     return np.interp(at, history.time, history.force[:, mesh])
 
 
-def match_cycles(reference: ArrayLike, found: ArrayLike) -> CycleMatch:
+def match_cycles(reference: ArrayLike, model: ArrayLike) -> CycleMatch:
     """Of mesh forces (n,) over a cycle; NaN where one does not vary."""
-    a, b = np.asarray(reference, float), np.asarray(found, float)
+    a, b = np.asarray(reference, float), np.asarray(model, float)
     if a.shape != b.shape or a.ndim != 1:
         raise ValueError(f"must have one shape (n,), got {a.shape} and {b.shape}")
     peak = ratio_less_1(largest(np.abs(a)), largest(np.abs(b)))
@@ -321,12 +322,12 @@ class ForceCycle:
     period_multiple: int = 1
 
 
-def cycle_measures(reference: ForceCycle, found: ForceCycle) -> Iterator[Measured]:
-    match = match_cycles(reference.force, found.force)
+def cycle_measures(reference: ForceCycle, model: ForceCycle) -> Iterator[Measured]:
+    match = match_cycles(reference.force, model.force)
     yield "wave_correlation", "", match.correlation
     yield "wave_phase", "", match.phase
     yield "wave_peak_force", "", match.peak
-    yield "wave_contact_loss", "", found.contact_loss - reference.contact_loss
+    yield "wave_contact_loss", "", model.contact_loss - reference.contact_loss
 
 
 @dataclass(frozen=True, eq=False)
@@ -350,8 +351,8 @@ class Statics:
 
         NaN where no single pair carries there.
         """
-        kept = self.single & (self.position >= start) & (self.position < end)
-        return float(self.friction[kept].mean()) if kept.any() else math.nan
+        there = self.single & (self.position >= start) & (self.position < end)
+        return float(self.friction[there].mean()) if there.any() else math.nan
 
     @property
     def stiffness(self) -> Array:
@@ -368,9 +369,9 @@ class Statics:
         return float(np.ptp(self.stiffness)) / self.mean_stiffness
 
 
-def static_measures(reference: Statics, found: Statics) -> Iterator[Measured]:
-    mean = ratio_less_1(reference.mean_stiffness, found.mean_stiffness)
+def static_measures(reference: Statics, model: Statics) -> Iterator[Measured]:
+    mean = ratio_less_1(reference.mean_stiffness, model.mean_stiffness)
     yield "mean_stiffness", "", mean
-    yield "stiffness_variation", "", found.variation - reference.variation
-    vibrations = (s.deflection - s.deflection.mean() for s in (reference, found))
+    yield "stiffness_variation", "", model.variation - reference.variation
+    vibrations = (s.deflection - s.deflection.mean() for s in (reference, model))
     yield "static_deflection", "", relative_distance(*vibrations)

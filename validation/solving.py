@@ -127,10 +127,10 @@ class Mover:
         progress: Progress,
     ) -> Branch:
         """Through speeds [Hz]; name : of the branch in the checkpoint."""
-        kept = self.checkpoint
+        known = None if self.checkpoint is None else StoredBranch(self.checkpoint, name)
         return sweep_branch(
             *(self.stepper, speeds, direction, self.settings),
-            store=None if kept is None else StoredBranch(kept, name),
+            store=known,
             observer=Observer(progress.passed, progress.watch),
         )
 
@@ -210,8 +210,8 @@ def _stepper(
     settings: Settings | DynamicSettings
     if task.model is None:
         settings = DynamicSettings()
-        given = (system, task.speeds, task.elements, settings, excitations)
-        stepper = prepare(task.gear_set, task.torque, *given).stepper
+        model = (system, task.speeds, task.elements, settings, excitations)
+        stepper = prepare(task.gear_set, task.torque, *model).stepper
     else:
         settings = Settings()
         stepper = stepper_of(system, settings)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from importlib import resources
 from importlib.resources.abc import Traversable
 from os.path import exists
@@ -32,14 +32,22 @@ def load_gear_set(name_or_path: str, edits: Mapping[str, Any] | None = None) -> 
     if name_or_path in builtin_names():
         text = (_builtin_folder() / f"{name_or_path}.toml").read_text("utf-8")
         return read_gear_set(text, name_or_path, edits)
+    path = path_of(name_or_path, "gear set", builtin_names())
+    return read_gear_set_file(path, edits)
+
+
+def path_of(name_or_path: str, kind: str, known: Sequence[str]) -> Path:
+    """The path of a TOML file; InputError where a name was meant that is not known.
+
+    known : names of what is built in, such as gear sets
+    """
     path = Path(name_or_path)
     if path.suffix != ".toml" and path.name == name_or_path and not exists(path):
-        known = builtin_names()
         raise InputError(
-            f"{name_or_path}: neither a file nor a built-in gear set"
+            f"{name_or_path}: neither a file nor a built-in {kind}"
             f"{nearest(name_or_path, known)} (built-in: {', '.join(known)})"
         )
-    return read_gear_set_file(path, edits)
+    return path
 
 
 def read_gear_set_file(path: Path, edits: Mapping[str, Any] | None = None) -> GearSet:

@@ -59,16 +59,18 @@ def energies(motion):
     """Energy at both ends of every span (spans, 2) [J]."""
     out = []
     for span in motion.spans:
-        after = piecewise.expm(span.length * span.law.generator) @ span.state
-        out.append([0.5 * z @ span.law.energy @ z for z in (span.state, after)])
+        after = piecewise.expm(span.length * span.equation.generator) @ span.state
+        out.append([0.5 * z @ span.equation.energy @ z for z in (span.state, after)])
     return np.array(out)
 
 
 def work(motion):
     """What damping and moving gaps have added [J]."""
     time, weight = motion.quadrature(0.0, math.inf)
-    states, laws = motion.states(time)
-    power = [z @ law.power @ z for z, law in zip(states, laws, strict=True)]
+    states, equations = motion.states(time)
+    power = [
+        z @ equation.power @ z for z, equation in zip(states, equations, strict=True)
+    ]
     return float(weight @ np.array(power))
 
 

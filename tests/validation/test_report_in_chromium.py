@@ -11,27 +11,12 @@ import shutil
 from pathlib import Path
 
 import pytest
+from case_files import case_text
 from typer.testing import CliRunner
 
 from fegear.cli import app
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
-CASE = """
-name = "small"
-title = "Small"
-gear_set = "liu-pair"
-torques_Nm = [100]
-speeds_Hz = "1000:1100:50"
-fidelity = "quasistatic"
-
-[[model]]
-number = 1
-
-[[metric]]
-name = "rms_distance"
-allowed = 1.0
-reason = "for a test"
-"""
 WIDTHS = (390, 1280)
 FIGURES = """() => [...document.querySelectorAll("figure")].map((figure) => {
   const picture = figure.querySelector("svg");
@@ -67,7 +52,7 @@ def folder(tmp_path_factory):
     if given:
         return Path(given).resolve()
     place = tmp_path_factory.mktemp("page")
-    (place / "small.toml").write_text(CASE)
+    (place / "small.toml").write_text(case_text("small", "1000:1100:50", 1.0))
     words = ["validate", str(place / "small.toml"), "-o", str(place / "out")]
     assert CliRunner().invoke(app, words, catch_exceptions=False).exit_code == 0
     return place / "out"

@@ -14,6 +14,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from case_files import TINY
 from conftest import SMALL_HUBS
 
 from fegear import memory
@@ -27,49 +28,29 @@ from lumped.steady_state import Diverged
 from lumped.steppers import FixedStepper
 from lumped.waves import Wave as PeriodicWave
 from validation import runs, solving
-from validation.cases import SingleSpeed, load_case, read_case
+from validation.cases import Model, SingleSpeed, Tolerance, load_case
 from validation.deflection import mesh_statics, static_deflection
 from validation.run_files import NAMES, features
 from validation.solving import approach
 from validation.tasks import tasks_of
 
-TEXT = """
-name = "small"
-title = "Pair about its resonance"
-gear_set = "liu-pair"
-edits = [
-    "defaults.face_width_mm=25.4",
-    "gear.1.hub_radius_mm=14.07",
-    "gear.2.hub_radius_mm=20",
-]
-torques_Nm = [100]
-speeds_Hz = "1000:2600:40"
-fidelity = "quasistatic"
-
-[[model]]
-number = 1
-
-[[metric]]
-name = "off_jump_distance"
-allowed = 0.25
-reason = "2 dB"
-
-[[metric]]
-name = "peak_frequency"
-allowed = 0.05
-reason = "half the usual margin"
-
-[[metric]]
-name = "jump_frequency"
-allowed = 100
-reason = "a few steps"
-
-[[metric]]
-name = "mean_stiffness"
-allowed = 0.05
-reason = "half the above"
-"""
-CASE = read_case(TEXT)
+METRICS = (
+    ("off_jump_distance", 0.25, "2 dB"),
+    ("peak_frequency", 0.05, "half the usual margin"),
+    ("jump_frequency", 100.0, "a few steps"),
+    ("mean_stiffness", 0.05, "half the above"),
+)
+CASE = replace(
+    TINY,
+    name="small",
+    edits=(
+        "defaults.face_width_mm=25.4",
+        "gear.1.hub_radius_mm=14.07",
+        "gear.2.hub_radius_mm=20",
+    ),
+    speeds_Hz="1000:2600:40",
+    metric=tuple(Tolerance(name=n, allowed=a, reason=r) for n, a, r in METRICS),
+)
 FEW = replace(
     CASE,
     speeds_Hz="1000:1200:50",
@@ -480,8 +461,7 @@ def test_approach_ends_at_the_speed():
 def test_statics_go_on_until_pitch_errors_repeat(number):
     """Model and finite elements at the same positions, pair after pair."""
     errors = {"gear.1.pitch_errors_um": [0, 3] * 19}
-    text = TEXT.replace("number = 1", f"number = {number}")
-    case = read_case(text)
+    case = replace(CASE, model=(Model(number=number),))
     task = next(iter(tasks_of(case)))
     task = replace(task, gear_set=load_gear_set("liu-pair", errors))
     excitations = Excitations()

@@ -118,8 +118,8 @@ class Spring:
 
 
 @dataclass(frozen=True, eq=False)
-class Law:
-    """State equation z' = generator z while no contact changes.
+class StateEquation:
+    """z' = generator z while no contact changes.
 
     z = (theta, theta', 1, seconds since the last jump). z energy z / 2 is the energy
     of motion, springs and load [J]; z power z is what damping takes and moving gaps
@@ -136,7 +136,7 @@ class Law:
 class Span:
     start: float
     length: float
-    law: Law
+    equation: StateEquation
     state: Array
 
 
@@ -152,21 +152,21 @@ class Motion:
     def end_state(self) -> Array:
         """Rotations and speeds (2 n,) at the end."""
         last = self.spans[-1]
-        return (expm(last.length * last.law.generator) @ last.state)[:-2]
+        return (expm(last.length * last.equation.generator) @ last.state)[:-2]
 
-    def states(self, time: Array) -> tuple[Array, list[Law]]:
-        """States (t, 2 n + 2) and the laws that hold just after each time [s]."""
+    def states(self, time: Array) -> tuple[Array, list[StateEquation]]:
+        """States (t, 2 n + 2) and the equations that hold just after each time [s]."""
         starts = np.array([span.start for span in self.spans])
         at = np.clip(np.searchsorted(starts, time, "right") - 1, 0, starts.size - 1)
         spans = [self.spans[i] for i in at]
         steps = np.array(
             [
-                (t - span.start) * span.law.generator
+                (t - span.start) * span.equation.generator
                 for t, span in zip(time, spans, strict=True)
             ]
         )
         begin = np.array([span.state for span in spans])
-        return (expm(steps) @ begin[:, :, None])[:, :, 0], [s.law for s in spans]
+        return (expm(steps) @ begin[:, :, None])[:, :, 0], [s.equation for s in spans]
 
     def deflection(self, time: Array) -> Array:
         """Mesh deflections (t, m) [m]."""
@@ -175,9 +175,12 @@ class Motion:
 
     def force(self, time: Array) -> Array:
         """Mesh forces (t, m) just after each time [N]."""
-        states, laws = self.states(time)
+        states, equations = self.states(time)
         return np.array(
-            [law.force @ state for law, state in zip(laws, states, strict=True)]
+            [
+                equation.force @ state
+                for equation, state in zip(equations, states, strict=True)
+            ]
         )
 
     def quadrature(self, begin: float, end: float) -> tuple[Array, Array]:
@@ -243,10 +246,12 @@ def march(
         now = begin
         contact = _contacts(train, springs, z, 1.0 / frequency)
         while end - now > SAME / frequency:
-            law = _law(train, springs, contact)
+            equation = _state_equation(train, springs, contact)
             count = max(1, math.ceil((end - now) * frequency * checks))
             step = (end - now) / count
-            z, now, changed = _advance(spans, springs, contact, law, z, now, step, end)
+            z, now, changed = _advance(
+                spans, springs, contact, equation, z, now, step, end
+            )
             if changed:
                 changes.append(now)
                 contact = _contacts(train, springs, z, 1.0 / frequency)
@@ -306,9 +311,9 @@ def _contacts(
     return [_state_of(float(s.overlap @ near), s.backlash) for s in springs]
 
 
-def _law(
+def _state_equation(
     train: PiecewiseTrain, springs: Sequence[Spring], contact: Sequence[int]
-) -> Law:
+) -> StateEquation:
     """Equations (2.5) of the disks with the springs that touch."""
     n = len(train.disks)
     torque = np.array([disk.torque for disk in train.disks])
@@ -335,21 +340,21 @@ def _law(
     generator[:n, n : 2 * n] = np.eye(n)
     generator[n : 2 * n] = push / train.inertia[:, None]
     generator[-1, -2] = 1.0
-    return Law(generator, energy, power, force)
+    return StateEquation(generator, energy, power, force)
 
 
 def _advance(
     spans: list[Span],
     springs: Sequence[Spring],
     contact: Sequence[int],
-    law: Law,
+    equation: StateEquation,
     z: Array,
     now: float,
     step: float,
     end: float,
 ) -> tuple[Array, float, bool]:
     """Append spans up to the next contact change or edge: (state, time, changed)."""
-    through = expm(step * law.generator)
+    through = expm(step * equation.generator)
     while end - now > 0.5 * step:
         after = through @ z
         found = [
@@ -360,21 +365,23 @@ def _advance(
         if found:
             sides = [contact[springs.index(spring)] for spring in found]
             first = min(
-                _crossing(spring, side, law, z, step)
+                _crossing(spring, side, equation, z, step)
                 for spring, side in zip(found, sides, strict=True)
             )
-            spans.append(Span(now, first, law, z))
-            return expm(first * law.generator) @ z, now + first, True
-        spans.append(Span(now, step, law, z))
+            spans.append(Span(now, first, equation, z))
+            return expm(first * equation.generator) @ z, now + first, True
+        spans.append(Span(now, step, equation, z))
         z, now = after, now + step
     return z, end, False
 
 
-def _crossing(spring: Spring, side: int, law: Law, z: Array, step: float) -> float:
+def _crossing(
+    spring: Spring, side: int, equation: StateEquation, z: Array, step: float
+) -> float:
     """Time after z at which a spring leaves its contact state [s]."""
 
     def overlap(time: float) -> float:
-        return float(spring.overlap @ (expm(time * law.generator) @ z))
+        return float(spring.overlap @ (expm(time * equation.generator) @ z))
 
     leaves_at_drive = side > 0 or (side == 0 and overlap(step) > 0.0)
     border = 0.0 if leaves_at_drive else -spring.backlash

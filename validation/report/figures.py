@@ -6,7 +6,7 @@ its own ink.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -27,6 +27,11 @@ Column = Literal["dte_rms", "force_peak", "contact_loss"]
 WIDTH = 4.8  # inches; a phone shows them at about four fifths of it
 COLORS = ("#d1495b", "#2b83ba", "#3a9d5d", "#c77f0a", "#8e6bbf", "#7a7a7a")
 MARKERS = "osD^vP"
+LEGEND: Mapping[str, Any] = {
+    "loc": "outside upper center",
+    "fontsize": 8,
+    "frameon": False,
+}
 LABELS: dict[Column, tuple[str, float]] = {
     "dte_rms": ("RMS of DTE [um]", 1e6),
     "force_peak": ("largest mesh force [kN]", 1e-3),
@@ -48,7 +53,7 @@ def draw_over_speed(result: CaseResult, torque: float, column: Column) -> Figure
     figure, stack = _panels(len(meshes), 2.1)
     label, factor = LABELS[column]
     for mesh, axes in zip(meshes, stack, strict=True):
-        for run, style in zip(runs, _styles(runs), strict=True):
+        for run, style in _styled(runs):
             for curve in (c for c in run.curves if c.mesh == mesh):
                 values = factor * getattr(curve, column)
                 dashes = "-" if curve.direction == "up" else (0, (3, 1.5))
@@ -84,7 +89,7 @@ def draw_statics(result: CaseResult, torque: float) -> Figure:
     meshes = len(reference.statics)
     figure, stack = _panels(meshes * (1 + friction), 1.7)
     for m, axes in enumerate(stack[:meshes]):
-        for run, style in zip(runs, _styles(runs), strict=True):
+        for run, style in _styled(runs):
             statics = run.statics[m]
             axes.plot(*_closed(statics.position, 1e6 * statics.deflection), **style)
         mesh = reference.statics[m].mesh
@@ -120,12 +125,12 @@ def draw_force_cycle(result: CaseResult, torque: float, label: str) -> Figure:
     meshes = [w.mesh for w in runs[0].cycles if w.label == label]
     figure, stack = _panels(len(meshes), 2.1)
     for mesh, axes in zip(meshes, stack, strict=True):
-        for run, style in zip(runs, _styles(runs), strict=True):
+        for run, style in _styled(runs):
             (wave,) = (w for w in run.cycles if (w.label, w.mesh) == (label, mesh))
             cycle = np.arange(wave.force.size) / wave.force.size
             axes.plot(cycle, 1e-3 * wave.force, **style)
             if wave.period_multiple != 1:
-                _tell_repeating(axes, run.source, wave)
+                _note_period(axes, run.source, wave)
         axes.set_ylabel(f"mesh {mesh}: force [kN]")
         axes.set_xlim(0.0, 1.0)
     stack[-1].set_xlabel("cycle of the mesh")
@@ -133,13 +138,12 @@ def draw_force_cycle(result: CaseResult, torque: float, label: str) -> Figure:
     return figure
 
 
-def _tell_repeating(axes: Axes, source: str, wave: ForceCycle) -> None:
+def _note_period(axes: Axes, source: str, wave: ForceCycle) -> None:
     """That a cycle is one of several."""
     times = wave.period_multiple
     words = f"repeats after {times} cycles" if times else "does not repeat"
-    told = axes.get_title()
-    text = f"{told}; {source}: {words}" if told else f"{source}: {words}"
-    axes.set_title(text, fontsize=8)
+    title = "; ".join(filter(None, (axes.get_title(), f"{source}: {words}")))
+    axes.set_title(title, fontsize=8)
 
 
 def draw_verdicts(result: CaseResult) -> Figure:
@@ -147,27 +151,21 @@ def draw_verdicts(result: CaseResult) -> Figure:
     names = [entry.name for entry in result.case.metric]
     names = [n for n in names if any(v.metric == n for v in result.verdicts)]
     figure, (axes,) = _panels(1, 0.8 + 0.28 * len(names))
-    models = result.models
+    models, points = result.models, {}
     for i, model in enumerate(models):
         offset = 0.6 * (i + 0.5) / len(models) - 0.3
         own = [v for v in result.verdicts if v.model == model]
-        axes.plot(
-            [_over_allowed(v) for v in own],
-            [names.index(v.metric) + offset for v in own],
-            marker=MARKERS[i % len(MARKERS)],
-            color=COLORS[i % len(COLORS)],
-            ls="",
-            ms=3.2,
-            alpha=0.75,
-            label=source_name(model),
-        )
+        points[model] = [
+            (_over_allowed(v), names.index(v.metric) + offset) for v in own
+        ]
+    _mark_models(axes, points, ms=3.2, alpha=0.75)
     axes.axvline(1.0, color="black", lw=1.0)
     axes.set_xscale("log")
     axes.set_xlim(SPAN[0] / 1.3, SPAN[1] * 1.3)
     axes.set_ylim(len(names) - 0.5, -0.5)
     axes.set_yticks(range(len(names)), [name.replace("_", " ") for name in names])
     axes.set_xlabel("measured over allowed; right of the line: outside")
-    figure.legend(loc="outside upper center", ncols=2, fontsize=8, frameon=False)
+    figure.legend(ncols=2, **LEGEND)
     return figure
 
 
@@ -193,15 +191,7 @@ def draw_cost(results: Sequence[CaseResult]) -> Figure | None:
     if not any(points.values()):
         return None
     figure, (axes,) = _panels(1, 3.2)
-    for i, model in enumerate(models):
-        axes.plot(
-            *np.array(points[model]).reshape(-1, 2).T,
-            marker=MARKERS[i % len(MARKERS)],
-            color=COLORS[i % len(COLORS)],
-            ls="",
-            ms=5.0,
-            label=source_name(model),
-        )
+    _mark_models(axes, points, ms=5.0)
     moving = [result for result in results if result.case.speeds]
     for i, result in enumerate(moving):
         label = "finite elements, the reference" if i == 0 else None
@@ -212,8 +202,23 @@ def draw_cost(results: Sequence[CaseResult]) -> Figure | None:
     axes.yaxis.set_minor_formatter("{x:g}")
     axes.set_xlabel("run time per speed [s]")
     axes.set_ylabel("RMS distance of the curves [%]\nmedian over meshes and torques")
-    figure.legend(loc="outside upper center", ncols=2, fontsize=8, frameon=False)
+    figure.legend(ncols=2, **LEGEND)
     return figure
+
+
+def _mark_models(
+    axes: Axes, points: Mapping[str, Sequence[tuple[float, float]]], **look: Any
+) -> None:
+    """Marks of each model at its points (x, y)."""
+    for i, (model, places) in enumerate(points.items()):
+        axes.plot(
+            *np.array(places).reshape(-1, 2).T,
+            marker=MARKERS[i % len(MARKERS)],
+            color=COLORS[i % len(COLORS)],
+            ls="",
+            label=source_name(model),
+            **look,
+        )
 
 
 def _cost_points(
@@ -251,31 +256,24 @@ def _at(result: CaseResult, torque: float) -> list[Run]:
     return sorted(runs, key=lambda run: run.source != FE)
 
 
-def _styles(runs: Sequence[Run]) -> Iterator[dict[str, Any]]:
+def _styled(runs: Sequence[Run]) -> Iterator[tuple[Run, dict[str, Any]]]:
     """The finite elements black below all; models narrower and higher the earlier.
 
     So that lines that coincide are all seen.
     """
-    models = len(runs) - 1
-    yield {"color": "black", "lw": 1.9 + 0.5 * models, "zorder": 2}
-    for i in range(models):
-        color = COLORS[i % len(COLORS)]
-        yield {"color": color, "lw": 1.0 + 0.5 * i, "zorder": 3 + 2 * (models - i)}
+    reference, *others = runs
+    models = len(others)
+    yield reference, {"color": "black", "lw": 1.9 + 0.5 * models, "zorder": 2}
+    for i, run in enumerate(others):
+        style = {"color": COLORS[i % len(COLORS)], "lw": 1.0 + 0.5 * i}
+        yield run, style | {"zorder": 3 + 2 * (models - i)}
 
 
 def _legend(figure: Figure, runs: Sequence[Run]) -> None:
     from matplotlib.lines import Line2D
 
     handles = [
-        Line2D([], [], color=style["color"], lw=style["lw"], label=name)
-        for style, name in zip(
-            _styles(runs), (source_name(run.source) for run in runs), strict=True
-        )
+        Line2D([], [], color=s["color"], lw=s["lw"], label=source_name(run.source))
+        for run, s in _styled(runs)
     ]
-    figure.legend(
-        handles=handles,
-        loc="outside upper center",
-        ncols=3,
-        fontsize=8,
-        frameon=False,
-    )
+    figure.legend(handles=handles, ncols=3, **LEGEND)

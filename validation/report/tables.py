@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any
 
 Row = dict[str, Any]
@@ -12,33 +12,26 @@ RUN = ("source", "torque_Nm", "rows", "rows_not_repeating")
 def report_tables(values: Mapping[str, Any]) -> dict[str, list[Row]]:
     """Rows by the name of the table; units stand in the columns' names."""
     cases = values["cases"]
-    tables = {
+    tables: Mapping[str, Callable[[Mapping[str, Any]], Iterable[Row]]] = {
         "overview": _overview,
-        "verdicts": _verdicts,
+        "verdicts": lambda case: case["verdicts"],
         "costs": _costs,
         "printed": _printed,
     }
     return {
-        name: [row for case in cases for row in rows(case)]
+        name: [{"case": case["case"]} | row for case in cases for row in rows(case)]
         for name, rows in tables.items()
     }
 
 
 def _overview(case: Mapping[str, Any]) -> Iterator[Row]:
     for model in case["models"]:
-        plain = {k: v for k, v in model.items() if not isinstance(v, dict)}
-        yield {"case": case["case"]} | plain
-
-
-def _verdicts(case: Mapping[str, Any]) -> Iterator[Row]:
-    for verdict in case["verdicts"]:
-        yield {"case": case["case"]} | verdict
+        yield {k: v for k, v in model.items() if not isinstance(v, dict)}
 
 
 def _costs(case: Mapping[str, Any]) -> Iterator[Row]:
     for run in case["runs"]:
-        own = {name: run[name] for name in RUN}
-        yield {"case": case["case"]} | own | run["cost"]
+        yield {name: run[name] for name in RUN} | run["cost"]
 
 
 def _printed(case: Mapping[str, Any]) -> Iterator[Row]:
@@ -47,4 +40,4 @@ def _printed(case: Mapping[str, Any]) -> Iterator[Row]:
         own.pop("found")
         for found in entry["found"] or [{}]:
             row = {k: found.get(k, "") for k in ("source", "torque_Nm", "value", "csv")}
-            yield {"case": case["case"]} | own | row
+            yield own | row

@@ -8,7 +8,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from validation.cases import Printed
+from validation.cases import Printed, Tolerance
 from validation.metrics import METRICS, Verdict
 from validation.provenance import provenance
 from validation.run_files import Run
@@ -50,7 +50,7 @@ def case_values(result: CaseResult, output: Path) -> dict[str, Any]:
         "settings": dict(_settings(result)),
         "notes": case.notes,
         "models": [_model_values(result, model) for model in result.models],
-        "metrics": [_metric_values(result, entry.name) for entry in case.metric],
+        "metrics": [_metric_values(result, entry) for entry in case.metric],
         "printed": [_printed_values(result, entry, output) for entry in case.printed],
         "verdicts": [_verdict_values(result, v, output) for v in result.verdicts],
         "runs": [_run_values(run, output) for run in result.runs],
@@ -72,8 +72,8 @@ def _settings(result: CaseResult) -> Iterator[tuple[str, str]]:
         yield f"motion at {wave.torque_Nm:g} N m", wave.label
     yield "finite elements", case.fidelity
     if case.speeds_Hz or case.wave:
-        given = case.damping_ratio
-        yield "damping ratio", "of the gear set" if given is None else f"{given:g}"
+        ratio = case.damping_ratio
+        yield "damping ratio", "of the gear set" if ratio is None else f"{ratio:g}"
         yield "translations", "free" if case.translations else "held"
     if case.friction:
         yield "friction of the finite elements", f"{case.friction:g}"
@@ -97,17 +97,17 @@ def _model_values(result: CaseResult, model: str) -> dict[str, Any]:
     }
 
 
-def _metric_values(result: CaseResult, metric: str) -> dict[str, Any]:
+def _metric_values(result: CaseResult, entry: Tolerance) -> dict[str, Any]:
     """A tolerance and how every model meets it."""
-    (entry,) = (e for e in result.case.metric if e.name == metric)
+    metric = METRICS[entry.name]
     return {
-        "metric": metric,
-        "meaning": METRICS[metric].meaning,
-        "unit": METRICS[metric].unit,
-        "least": METRICS[metric].least,
+        "metric": entry.name,
+        "meaning": metric.meaning,
+        "unit": metric.unit,
+        "least": metric.least,
         "allowed": entry.allowed,
         "reason": entry.reason,
-        "models": [_metric_of_model(result, metric, m) for m in result.models],
+        "models": [_metric_of_model(result, entry.name, m) for m in result.models],
     }
 
 

@@ -5,29 +5,13 @@ from __future__ import annotations
 import json
 
 import pytest
+from case_files import case_text
 from typer.testing import CliRunner
 
 import validation.runs
 from fegear.cli import app
 from fegear.errors import InputError
 from lumped.sweep_table import read_sweep
-
-CASE = """
-name = "tiny"
-title = "Tiny"
-gear_set = "liu-pair"
-torques_Nm = [100]
-speeds_Hz = "1000:1200:50"
-fidelity = "quasistatic"
-
-[[model]]
-number = 1
-
-[[metric]]
-name = "rms_distance"
-allowed = {allowed}
-reason = "for a test"
-"""
 
 
 def run(*words):
@@ -38,7 +22,7 @@ def run(*words):
 
 def own_case(folder, allowed=0.5):
     path = folder / f"tiny-{allowed}.toml"
-    path.write_text(CASE.format(allowed=allowed))
+    path.write_text(case_text(allowed=allowed))
     return path
 
 
@@ -116,7 +100,7 @@ def test_after_ctrl_c_there_is_a_report_of_the_finished_cases(tmp_path, monkeypa
 
 def test_a_gear_set_that_cannot_be_used_is_told_before_any_run(tmp_path):
     other = tmp_path / "other.toml"
-    text = CASE.format(allowed=1).replace("liu-pair", "liu-par")
+    text = case_text().replace("liu-pair", "liu-par")
     other.write_text(text.replace("tiny", "other"))
     out = tmp_path / "report"
     with pytest.raises(InputError, match="liu-par"):
