@@ -267,7 +267,7 @@ def _open_checkpoint(run: Run, records: Records) -> Checkpoint | None:
     if records.resume and not path.exists():
         output = path.with_suffix("")
         done = f"{output} is finished and" if output.exists() else "it"
-        records.tell(f"--resume: there is no {path}, {done} is computed from the start")
+        records.tell(f"there is no {path}, {done} is computed from the start")
     return open_checkpoint(path, inputs, records.resume)
 
 
@@ -355,7 +355,7 @@ def _root_influences(
         return {}
     names = [gear.name for gear in gear_set.gears]
     if name not in names:
-        raise InputError(f"--root-stress {name}; allowed are {', '.join(names)}")
+        raise InputError(f"root_stress = {name}; allowed are {', '.join(names)}")
     gear = gear_set.gears[names.index(name)]
     sector = statics.sector(gear)
     return {names.index(name): root_influence(sector)}

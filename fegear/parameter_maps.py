@@ -125,7 +125,7 @@ def take_up(grid: ParameterMap, path: Path | None) -> ParameterMap:
     try:
         return replace(grid, cells=read_cells(path, grid))
     except MapError as error:
-        raise InputError(f"{error}; choose another -o or --overwrite") from None
+        raise InputError(str(error)) from None
 
 
 def compute_map(
@@ -165,7 +165,7 @@ def compute_map(
         found = run_map(grid, varied.system, evaluate, keep, report)
     except KeyboardInterrupt:
         tell(
-            f"{kept} of {len(grid.points)} points are in {path}; the same command "
+            f"{kept} of {len(grid.points)} points are in {path}; the same map "
             "goes on from there"
         )
         raise

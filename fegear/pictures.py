@@ -4,24 +4,31 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, nullcontext
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, get_args
+from typing import TYPE_CHECKING, Any, get_args
 
 import numpy as np
 
+from fegear.contact.problem import ContactFailure
 from fegear.errors import InputError
 from fegear.gearset.model import GearSet
 from fegear.gearset.phases import mesh_phases
 from fegear.gearset.pitch_errors import error_periods
 from fegear.output import require_writable, write_text, write_whole
 from fegear.printable import printable
-from fegear.rendering.fields import ContactField, MeshScene, Zoom, mesh_scene
+from fegear.rendering.fields import (
+    ContactField,
+    MeshScene,
+    Zoom,
+    contact_field,
+    mesh_scene,
+)
 from fegear.rendering.frames import View
 from fegear.rendering.look import Look, Shown, look_of, palette, picture_aspect
-from fegear.rendering.recorded import RecordedMotion
-from fegear.rendering.states import AtRest, InMotion, States
+from fegear.rendering.motion_field import instant_field
+from fegear.rendering.recorded import Instant, RecordedMotion
 from fegear.statics import Progress, StaticsSettings
 from fegear.train import mesh_torques_at
 from lumped.csv_text import format_csv
@@ -37,6 +44,7 @@ FILMS = (".gif", ".mp4")
 DRAWN = (".png", *FILMS)  # by VTK, which needs a window
 ENDINGS = (*DRAWN, ".html", ".vtu")
 WIDTH, FILM_WIDTH = 1920, 960  # pixels
+SAMPLES = 6  # positions that fix the colours of a film
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -57,18 +65,27 @@ class PictureSettings:
     frames: int = 60
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Contact:
-    """The contact that is drawn; its states are made once the scene is there.
+    """The contact that is drawn, at moments of a mesh cycle or of a recorded motion.
 
     mesh : index from 0
+    film_title : added to the title of a film
+    still : moment of a single picture
+    samples : moments among which colours and scales of a film are chosen
+    frames : moments of a film by their number
+    field : of the teeth in a view at a moment
     """
 
     gear_set: GearSet
     mesh: int
     statics: StaticsSettings
     title: str
-    states: Callable[[MeshScene], States]
+    film_title: str
+    still: Any
+    samples: Sequence[Any]
+    frames: Callable[[int], Sequence[Any]]
+    field: Callable[[MeshScene, Any, View], ContactField]
 
 
 def contact_at_rest(
@@ -85,21 +102,56 @@ def contact_at_rest(
     period = error_periods(gear_set)[mesh]
     if not 0.0 <= position <= period:
         raise InputError(f"position = {position:.12g}; allowed 0 to {period}")
-    title = _title(gear_set, mesh, statics)
+
+    def positions(count: int) -> list[float]:
+        return [i / count for i in range(count)]
+
+    first = f", the first of {period} base pitches with pitch errors"
     return Contact(
-        *(gear_set, mesh, statics, title),
-        lambda scene: AtRest(scene, torque, position),
+        gear_set=gear_set,
+        mesh=mesh,
+        statics=statics,
+        title=_title(gear_set, mesh, statics),
+        film_title=first if period > 1 else "",
+        still=position,
+        samples=positions(SAMPLES),
+        frames=positions,
+        field=lambda scene, at, view: contact_field(scene, torque, at, view),
     )
 
 
 def contact_in_motion(
     gear_set: GearSet, mesh: int, motion: RecordedMotion, statics: StaticsSettings
 ) -> Contact:
-    """Of a recorded motion of a mesh (index from 0)."""
+    """Of a recorded motion of a mesh (index from 0), whose friction and plane it has.
+
+    A single picture shows the largest mesh force.
+    """
     phase = mesh_phases(gear_set)[mesh].value
+
+    def field(scene: MeshScene, instant: Instant, view: View) -> ContactField:
+        try:
+            return instant_field(scene, instant, phase, view)
+        except ContactFailure as error:
+            raise InputError(
+                f"{motion.source}: {error}; allowed are histories of this gear set"
+            ) from None
+
+    statics = replace(statics, friction=motion.friction, plane=motion.plane)
+    changes = "".join(f", {key} = {value}" for key, value in motion.edits.items())
+    title = f"{_title(gear_set, mesh, statics)}, {motion.torque:g} N m on the input"
+    first, count = motion.filmed
+    one = f", cycle {first + 1} of {motion.cycles}"
     return Contact(
-        *(gear_set, mesh, statics, _title(gear_set, mesh, statics)),
-        lambda scene: InMotion(scene, motion, phase),
+        gear_set=gear_set,
+        mesh=mesh,
+        statics=statics,
+        title=title + changes,
+        film_title=one if count < motion.cycles else "",
+        still=motion.largest(),
+        samples=motion.extremes(),
+        frames=motion.frames,
+        field=field,
     )
 
 
@@ -150,10 +202,8 @@ class StressResult:
         output = Path(path)
         require_drawable_file(output)
         with _window(output):
-            drawing = _drawing(
-                self.contact, self.scene, output, picture or PictureSettings()
-            )
-            drawing.write(output, lambda what, done, total: None)
+            picture = picture or PictureSettings()
+            Drawing(self.contact, self.scene, picture).write(output)
 
 
 def solve_stress(
@@ -175,7 +225,7 @@ def solve_stress(
     contact = contact_at_rest(gear_set, mesh, on_driver, position, settings)
     scene = mesh_scene(gear_set, mesh, settings)
     view = scene.view(zoom, picture_aspect())
-    return StressResult(contact, scene, contact.states(scene).still(view))
+    return StressResult(contact, scene, contact.field(scene, contact.still, view))
 
 
 def draw_contact(
@@ -188,23 +238,7 @@ def draw_contact(
     require_drawable_file(output)
     with _window(output):
         scene = mesh_scene(contact.gear_set, contact.mesh, contact.statics, report)
-        _drawing(contact, scene, output, picture).write(output, report)
-
-
-def _drawing(
-    contact: Contact, scene: MeshScene, output: Path, picture: PictureSettings
-) -> Drawing:
-    usual = FILM_WIDTH if output.suffix in FILMS else WIDTH
-    return Drawing(
-        scene=scene,
-        states=contact.states(scene),
-        view=scene.view(picture.zoom, picture_aspect()),
-        shown=picture.shown,
-        motion_scale=picture.motion_scale,
-        title=printable(contact.title),
-        size=_size(picture.width or usual),
-        frames=picture.frames,
-    )
+        Drawing(contact, scene, picture).write(output, report)
 
 
 def require_drawable_file(output: Path) -> None:
@@ -222,28 +256,17 @@ def _window(output: Path) -> AbstractContextManager[None]:
     return drawing_window() if output.suffix in DRAWN else nullcontext()
 
 
-def _size(width: int) -> tuple[int, int]:
-    """Sixteen to nine, in even numbers of pixels as films need them."""
-    return width, 2 * round(width * 9 / 32)
-
-
 @dataclass(frozen=True)
 class Drawing:
-    """What the pictures of one call have in common.
+    """A contact whose scene is made, and how it is shown."""
 
-    size : of a picture or film [pixels]; frames : of a film
-    """
-
+    contact: Contact
     scene: MeshScene
-    states: States
-    view: View
-    shown: Shown
-    motion_scale: float | None
-    title: str
-    size: tuple[int, int]
-    frames: int
+    picture: PictureSettings
 
-    def write(self, output: Path, report: Progress) -> None:
+    def write(
+        self, output: Path, report: Progress = lambda what, done, total: None
+    ) -> None:
         """The file whose ending says what it is."""
         if output.suffix in FILMS:
             self._film(output, report)
@@ -259,44 +282,59 @@ class Drawing:
         from fegear.rendering.scene import draw
 
         report("stress", 0, 2)
-        found = self.states.still(self.view)
+        found = self._field(self.contact.still)
         report("picture", 1, 2)
-        image = draw(found, self._look([found], self.shown), self.title, self.size)
+        look = self._look([found], self.picture.shown)
+        image = draw(found, look, printable(self.contact.title), self._size(WIDTH))
         write_whole(output, lambda path: write_picture(image, path))
 
     def _data(self, output: Path) -> None:
         from fegear.rendering.scene import write_vtu
 
-        found = self.states.still(self.view)
+        found = self._field(self.contact.still)
         write_whole(output, lambda path: write_vtu(found, path))
 
     def _page(self, output: Path, report: Progress) -> None:
         from fegear.rendering.page import page
 
         report("stress", 0, 1)
-        found = self.states.still(self.view)
-        shown: list[Shown] = [self.shown]
-        shown += [each for each in get_args(Shown) if each != self.shown]
-        looks = [self._look([found], each) for each in shown]
-        write_text(output, page(found, looks, self.title))
+        found = self._field(self.contact.still)
+        first: Shown = self.picture.shown
+        every = dict.fromkeys((first, *get_args(Shown)))
+        looks = [self._look([found], shown) for shown in every]
+        write_text(output, page(found, looks, printable(self.contact.title)))
 
     def _film(self, output: Path, report: Progress) -> None:
         """Colours and scales hold for all frames."""
         from fegear.rendering.film import write_film
 
         report("colours", 0, 1)
-        look = self._look(self.states.samples(self.view), self.shown)
+        samples = [self._field(moment) for moment in self.contact.samples]
+        look = self._look(samples, self.picture.shown)
         images, colours = self._images(look, report), palette(look.shown)
         write_whole(output, lambda path: write_film(images, path, colours))
 
     def _images(self, look: Look, report: Progress) -> Iterator[Image]:
         from fegear.rendering.scene import draw
 
-        for i in range(self.frames):
-            report("frames", i, self.frames)
-            found = self.states.frame(i, self.frames, self.view)
-            yield draw(found, look, self.title, self.size)
+        title = printable(self.contact.title + self.contact.film_title)
+        count, size = self.picture.frames, self._size(FILM_WIDTH)
+        for i, moment in enumerate(self.contact.frames(count)):
+            report("frames", i, count)
+            yield draw(self._field(moment), look, title, size)
+
+    @property
+    def _view(self) -> View:
+        return self.scene.view(self.picture.zoom, picture_aspect())
+
+    def _field(self, moment: Any) -> ContactField:
+        return self.contact.field(self.scene, moment, self._view)
 
     def _look(self, fields: Sequence[ContactField], shown: Shown) -> Look:
-        module = self.scene.mesh.pair.driver.module
-        return look_of(fields, shown, self.view, module, self.motion_scale)
+        module, scale = self.scene.mesh.pair.driver.module, self.picture.motion_scale
+        return look_of(fields, shown, self._view, module, scale)
+
+    def _size(self, usual: int) -> tuple[int, int]:
+        """Sixteen to nine, in even numbers of pixels as films need them."""
+        width = self.picture.width or usual
+        return width, 2 * round(width * 9 / 32)

@@ -10,7 +10,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fegear.contact.problem import ContactCycle, ContactProblem, solve_cycle
+from fegear.contact.problem import (
+    ContactCycle,
+    ContactProblem,
+    corner_positions,
+    solve_cycle,
+)
 from fegear.elasticity.cache import cached_flank_compliance
 from fegear.elasticity.flank import FlankCompliance
 from fegear.elasticity.material import Plane, PlaneMaterial
@@ -19,6 +24,7 @@ from fegear.errors import InputError
 from fegear.gearset.model import Gear, GearSet
 from fegear.gearset.pitch_errors import error_periods, mesh_errors
 from fegear.output import write_text
+from fegear.summary import summary
 from fegear.timing import recorded_stages, stage
 from fegear.version import package_version
 from lumped.table import MeshTable, format_table
@@ -115,8 +121,6 @@ class StaticsResult:
     @property
     def summary(self) -> dict[str, Any]:
         """Means, ranges, evidence and doubts, plain values ready for JSON."""
-        from fegear.summary import summary
-
         return summary(self)
 
     def to_csv(self, path: str | PathLike[str]) -> None:
@@ -299,20 +303,6 @@ def _estimate(
         path=float(change[~off_path].max(initial=0.0)),
         corner=float(change[off_path].max()) if off_path.any() else float("nan"),
     )
-
-
-def corner_positions(
-    problem: ContactProblem, cycle: ContactCycle, torque: int
-) -> NDArray[np.bool_]:
-    """Where a loaded pair's nominal contact is off the path, or a Hertz width from
-    its end, at one torque; shape (n,)."""
-    pair = problem.pair
-    # pairs count anew in each base pitch
-    position = cycle.position - np.floor(cycle.position)
-    s1 = pair.pitch_point + pair.base_pitch * (position[:, None] + cycle.teeth[None, :])
-    margin = 0.01 * pair.base_pitch
-    inside = (s1 > pair.path_start + margin) & (s1 < pair.path_end - margin)
-    return ((cycle.load[torque] != 0.0) & ~inside).any(axis=1)
 
 
 def mesh_table(cycle: ContactCycle, header: dict[str, str]) -> MeshTable:

@@ -215,8 +215,8 @@ def _require_checkpoint(connection: sqlite3.Connection, path: Path) -> None:
 def _require_nothing_finished(connection: sqlite3.Connection, path: Path) -> None:
     if connection.execute("select * from speeds").fetchone():
         raise InputError(
-            f"{path}: holds finished speeds of a run that was interrupted; --resume "
-            "goes on with them, else remove it or name another --output"
+            f"{path}: holds finished speeds of a run that was interrupted; resume "
+            "goes on with them, else remove it or choose another output"
         )
 
 

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from fegear.contact.problem import corner_positions
 from fegear.memory import peak_memory_MB
-from fegear.statics import StaticsResult, corner_positions
 from fegear.unphysical import Extremes, doubts
+
+if TYPE_CHECKING:
+    from fegear.statics import StaticsResult
 
 
 def summary(result: StaticsResult) -> dict[str, Any]:

@@ -14,12 +14,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fegear.contact.problem import ContactCycle, ContactProblem, solve_cycle
+from fegear.contact.problem import (
+    ContactCycle,
+    ContactProblem,
+    corner_positions,
+    solve_cycle,
+)
 from fegear.elasticity.flank import flank_compliance
 from fegear.elasticity.material import PlaneMaterial
 from fegear.elasticity.sector import CyclicSector
 from fegear.gearset.model import GearSet
-from fegear.statics import corner_positions
 from meshes import MeshSize
 from validation import bench
 

@@ -6,27 +6,13 @@ import logging
 import os
 import sys
 from collections.abc import Callable
+from importlib import import_module
 from io import TextIOWrapper
 from typing import Annotated, Any
 
 import typer
 
-from fegear.cli import (
-    bench,
-    compare,
-    dynamics,
-    identify,
-    map,
-    mesh,
-    modes,
-    render,
-    sets,
-    show,
-    stiffness,
-    sweep,
-    validate,
-    wave,
-)
+from fegear.cli import bench
 from fegear.cli.command import Command
 from fegear.cli.screen import complain, say
 
@@ -44,39 +30,33 @@ PLAIN: dict[str, Any] = {
 }
 
 
-def epilog(example: str) -> str:
-    """The example on a line of its own, which is not broken."""
-    return f"\b\nExample:\n  {example}"
-
-
-Commands = tuple[tuple[str, Callable[..., None], str], ...]
 app = typer.Typer(name="fegear", help=ABOUT, **PLAIN)
-COMMANDS: Commands = (
-    ("sets", sets.sets_command, sets.EXAMPLE),
-    ("show", show.show_command, show.EXAMPLE),
-    ("mesh", mesh.mesh_command, mesh.EXAMPLE),
-    ("stiffness", stiffness.stiffness_command, stiffness.EXAMPLE),
-    ("compare", compare.compare_command, compare.EXAMPLE),
-    ("identify", identify.identify_command, identify.EXAMPLE),
-    ("modes", modes.modes_command, modes.EXAMPLE),
-    ("sweep", sweep.sweep_command, sweep.EXAMPLE),
-    ("wave", wave.wave_command, wave.EXAMPLE),
-    ("map", map.map_command, map.EXAMPLE),
-    ("dynamics", dynamics.dynamics_command, dynamics.EXAMPLE),
-    ("render", render.render_command, render.EXAMPLE),
-    ("validate", validate.validate_command, validate.EXAMPLE),
-)
-for name, command, example in COMMANDS:
-    app.command(name, cls=Command, epilog=epilog(example))(command)
 benchmarks = typer.Typer(help="Run time against error.", **PLAIN)
-BENCHMARKS: Commands = (
-    ("stiffness", bench.stiffness_benchmark, bench.EXAMPLES["stiffness"]),
-    ("dynamics", bench.dynamics_benchmark, bench.EXAMPLES["dynamics"]),
-    ("lumped", bench.lumped_benchmark, bench.EXAMPLES["lumped"]),
-    ("all", bench.all_benchmarks, bench.EXAMPLES["all"]),
+COMMANDS = (  # each in a file of its name, in the order of the help
+    *("sets", "show", "mesh", "stiffness", "compare", "identify", "modes", "sweep"),
+    *("wave", "map", "dynamics", "render", "validate"),
 )
-for name, command, example in BENCHMARKS:
-    benchmarks.command(name, cls=Command, epilog=epilog(example))(command)
+BENCHMARKS: dict[str, Callable[..., None]] = {
+    "stiffness": bench.stiffness_benchmark,
+    "dynamics": bench.dynamics_benchmark,
+    "lumped": bench.lumped_benchmark,
+    "all": bench.all_benchmarks,
+}
+
+
+def add_command(
+    group: typer.Typer, name: str, command: Callable[..., None], example: str
+) -> None:
+    """The example stands on a line of its own, which is not broken."""
+    epilog = f"\b\nExample:\n  {example}"
+    group.command(name, cls=Command, epilog=epilog)(command)
+
+
+for name in COMMANDS:
+    module = import_module(f"fegear.cli.{name}")
+    add_command(app, name, getattr(module, f"{name}_command"), module.EXAMPLE)
+for name, command in BENCHMARKS.items():
+    add_command(benchmarks, name, command, bench.EXAMPLES[name])
 app.add_typer(benchmarks, name="bench")
 
 

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from fegear.cli.groups import grouped
 from fegear.cli.lumped_options import Damping
 from fegear.cli.options import (
     SET_HELP,
@@ -86,7 +87,9 @@ def dynamics_benchmark(
     _run("dynamics", partial(bench_dynamics.measure, gear_set, load), output, as_json)
 
 
+@grouped
 def lumped_benchmark(
+    *,
     set_name: Annotated[
         str | None,
         typer.Argument(metavar="SET", help=f"{SET_HELP} [default: {TRAIN}]"),
@@ -118,11 +121,10 @@ def lumped_benchmark(
         refuse_idle("--stress has its own", torque=torque, damping=damping)
         _run_stress(output, as_json)
         return
-    from fegear.cli.lumped_options import Train, middle_torque
+    from fegear.cli.lumped_options import middle_torque
     from fegear.gearset import load_gear_set
     from validation import bench_lumped
 
-    Train(damping=damping)  # checks it
     gear_set = load_gear_set(set_name or TRAIN)
     load = middle_torque(gear_set, torque)
     measure = partial(bench_lumped.measure, gear_set, load, damping)

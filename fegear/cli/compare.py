@@ -11,9 +11,9 @@ from fegear.cli.options import (
     DriverTorque,
     Mesh,
     Plane,
-    PlaneChoice,
     SetName,
     driver_torque,
+    given,
     require_mesh,
     show,
 )
@@ -29,7 +29,7 @@ def compare_command(
     set_name: SetName = "liu-pair",
     mesh: Mesh = 1,
     torque: DriverTorque = None,
-    plane: Plane = PlaneChoice.stress,
+    plane: Plane = None,
     as_json: AsJson = False,
 ) -> None:
     """Finite elements beside ISO 6336 and other closed forms.
@@ -45,11 +45,11 @@ def compare_command(
     from fegear.statics import StaticsSettings
     from validation.compare import compare_mesh
 
-    settings = StaticsSettings(plane=plane.value, estimate_error=False)
+    settings = StaticsSettings(estimate_error=False, **given(plane=plane))
     found = compare_mesh(gear_set, mesh - 1, at, settings)
     rows = [asdict(row) | {"per_cent": row.per_cent} for row in found.rows]
     values = {"gear_set": gear_set.name, "torque_Nm": at, "comparisons": rows}
-    title = f"{gear_set.name} mesh {mesh}, {at:g} N m, plane {plane.value}"
+    title = f"{gear_set.name} mesh {mesh}, {at:g} N m, plane {settings.plane}"
     values["warnings"] = found.warnings
     show(values, as_json, lambda _: _print_rows(found.rows, title))
 

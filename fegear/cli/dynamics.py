@@ -4,17 +4,14 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass, replace
-from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
 from fegear.cli.edits import EditedSet, edit_entries, refuse_idle_edits
-from fegear.cli.groups import grouped, option
+from fegear.cli.groups import Range, grouped, option
 from fegear.cli.lumped_options import (
-    DirectionChoice,
-    Elements,
     LoadCases,
     MaxPeriods,
     Speeds,
@@ -22,15 +19,18 @@ from fegear.cli.lumped_options import (
     Tolerance,
     Train,
     chosen_torques,
-    settings_of,
+    directions,
     speeds_of,
 )
 from fegear.cli.options import (
+    RATIO,
+    Elements,
+    Friction,
     Outputs,
+    given,
+    named_options,
     progress_bar,
     refuse_idle,
-    require,
-    require_friction,
 )
 from fegear.cli.screen import complain, say
 from fegear.cli.sweep_report import tell_sweep
@@ -43,56 +43,40 @@ if TYPE_CHECKING:
 EXAMPLE = "fegear dynamics liu-idler --torque 100 --speeds 800:4200:20 -o d.csv"
 
 
-class FidelityChoice(StrEnum):
-    auto = "auto"
-    full = "full"
-    reduced = "reduced"
-    quasistatic = "quasistatic"
-
-
 @dataclass(frozen=True, kw_only=True)
 class MovingElements:
     """What moves, and how it is damped."""
 
-    fidelity: FidelityChoice = option(
+    fidelity: Literal["auto", "full", "reduced", "quasistatic"] = option(
         "What moves. full: all degrees of freedom of the finite elements; reduced: "
         "hubs and elastic modes of the gears; quasistatic: hubs alone, without "
         "elastic inertia; auto: reduced where elastic inertia matters, else "
         "quasistatic.",
-        default=FidelityChoice.auto,
+        default="auto",
     )
-    friction: float = option(
-        "Coulomb friction coefficient.",
-        default=0.0,
-    )
+    friction: Friction = None
     train: Train
     elastic_damping: float | None = option(
-        "Damping ratio of the first elastic modes of the gears. [default: 0.01]"
+        "Damping ratio of the first elastic modes of the gears. [default: 0.01]",
+        allowed=RATIO,
     )
     cutoff: float | None = option(
         "Natural frequency [Hz] up to which elastic modes are considered. [default: 7 "
-        "times the highest speed, or more]"
+        "times the highest speed, or more]",
+        allowed=Range(above=0.0, most=3e5, unit="Hz"),
     )
     elements: Elements
 
     def __post_init__(self) -> None:
-        if self.fidelity == FidelityChoice.quasistatic:
+        if self.fidelity == "quasistatic":
             refuse_idle(
                 "--fidelity quasistatic has no elastic modes",
                 elastic_damping=self.elastic_damping,
                 cutoff=self.cutoff,
             )
-        if self.fidelity == FidelityChoice.full:
+        if self.fidelity == "full":
             reason = "--fidelity full keeps all elastic modes"
             refuse_idle(reason, cutoff=self.cutoff)
-        require_friction(self.friction)
-        if self.elastic_damping is not None:
-            ratio = self.elastic_damping
-            ok = 0.0 <= ratio < 1.0
-            require(ok, "--elastic-damping", ratio, "allowed 0 to below 1")
-        if self.cutoff is not None:
-            ok = 0.0 < self.cutoff <= 3e5
-            require(ok, "--cutoff", self.cutoff, "allowed above 0 to 3e5 Hz")
 
     @property
     def settings(self) -> DynamicsSettings:
@@ -100,12 +84,10 @@ class MovingElements:
         from fegear.dynamics.build import FiniteElements
         from fegear.excitation import Source
 
-        ratio = self.elastic_damping
         elements = FiniteElements(
-            fidelity=self.fidelity.value,
-            friction=self.friction,
+            fidelity=self.fidelity,
             cutoff_Hz=self.cutoff,
-            **({} if ratio is None else {"elastic_damping": ratio}),
+            **given(friction=self.friction, elastic_damping=self.elastic_damping),
         )
         return DynamicsSettings(
             elements=elements,
@@ -130,12 +112,12 @@ class ImplicitIntegration:
     def settings(self) -> DynamicSettings:
         from fegear.dynamics.stepper import DynamicSettings
 
-        return settings_of(
-            DynamicSettings,
-            steps=self.steps,
-            tolerance=self.tolerance,
-            max_periods=self.max_periods,
-        )
+        with named_options("steps", "tolerance", "max_periods"):
+            return DynamicSettings(
+                steps=self.steps,
+                tolerance=self.tolerance,
+                max_periods=self.max_periods,
+            )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -168,7 +150,7 @@ def dynamics_command(
     *,
     subject: EditedSet,
     speeds: Speeds = None,
-    direction: SweepDirection = DirectionChoice.both,
+    direction: SweepDirection = "both",
     torque: LoadCases = None,
     moving: MovingElements,
     integration: ImplicitIntegration,
@@ -191,7 +173,7 @@ def dynamics_command(
     settings = replace(
         moving.settings,
         integration=integration.settings,
-        directions=direction.directions,
+        directions=directions(direction),
         model_1=model_1,
     )
     frequencies = [] if speeds is None else speeds_of(speeds)
@@ -208,7 +190,8 @@ def dynamics_command(
         entries=edit_entries(changes),
         tell=complain,
     )
-    with progress_bar(enabled=not outputs.as_json) as report:
+    bar = progress_bar(enabled=not outputs.as_json)
+    with bar as report, named_options("root_stress"):
         result = sweep_elements(
             gear_set, torques, frequencies, settings, records, report
         )

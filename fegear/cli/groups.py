@@ -10,29 +10,57 @@ A parameter of a command whose type is such a dataclass stands for all its field
     def show(name: str, outputs: Outputs) -> None: ...
 
 A field is an option by `option`, has an annotated type of typer's, or is a group again.
-What a group checks in `__post_init__` is checked before the command runs.
+A `Range` in the type, and what a group asks for in `__post_init__`, are checked before
+the command runs.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import Field, field, fields, is_dataclass
+from dataclasses import Field, dataclass, field, fields, is_dataclass
 from inspect import Parameter, Signature, signature
-from typing import Annotated, Any, get_type_hints
+from math import inf
+from typing import Annotated, Any, get_args, get_type_hints
 
 import typer
 
+from fegear.errors import InputError
+
+
+@dataclass(frozen=True, kw_only=True)
+class Range:
+    """Numbers that an option takes: from or above, and to or below."""
+
+    least: float = -inf
+    above: float = -inf
+    most: float = inf
+    below: float = inf
+    unit: str = ""
+
+    def __contains__(self, value: float) -> bool:
+        inside = self.least <= value <= self.most
+        return inside and self.above < value < self.below
+
+    def __str__(self) -> str:
+        low = f"above {self.above:.12g}" if self.least == -inf else f"{self.least:.12g}"
+        high = f"below {self.below:.12g}" if self.most == inf else f"{self.most:.12g}"
+        return f"{low} to {high} {self.unit}".strip()
+
 
 def option(
-    text: str, *names: str, default: Any = None, metavar: str | None = None
+    text: str,
+    *names: str,
+    default: Any = None,
+    metavar: str | None = None,
+    allowed: Range | None = None,
 ) -> Any:
     """A field of a group that is an option.
 
     text : its help; names : where they are not that of the field
     default : `dataclasses.MISSING` where it must be given
     """
-    metadata = {"help": text, "names": names, "metavar": metavar}
-    return field(default=default, metadata=metadata)
+    shown = typer.Option(*names, help=text, metavar=metavar)
+    return field(default=default, metadata={"typer": (shown, allowed)})
 
 
 def grouped(command: Callable[..., None]) -> Callable[..., None]:
@@ -43,6 +71,8 @@ def grouped(command: Callable[..., None]) -> Callable[..., None]:
     options = [option for p in given for option in _options(p, hints[p.name])]
 
     def run(**values: Any) -> None:
+        for each in options:
+            _require_allowed(each, values[each.name])
         for name, group in groups.items():
             values[name] = _gathered(group, values)
         command(**values)
@@ -68,12 +98,17 @@ def _options(parameter: Parameter, annotation: Any) -> Iterator[Parameter]:
 
 def _annotated(each: Field[Any], hint: Any) -> Any:
     """The type with its option, where the field is one by `option`."""
-    given = each.metadata
-    if "help" not in given:
-        return hint
-    names = given["names"] or (f"--{each.name.replace('_', '-')}",)
-    shown = typer.Option(*names, help=given["help"], metavar=given["metavar"])
-    return Annotated[hint, shown]
+    return Annotated[hint, *each.metadata["typer"]] if each.metadata else hint
+
+
+def _require_allowed(option: Parameter, value: Any) -> None:
+    """InputError for a number, or one of several, out of the option's range."""
+    ranges = get_args(option.annotation)[1:]
+    for allowed in (each for each in ranges if isinstance(each, Range)):
+        for number in value if isinstance(value, list) else [value]:
+            if number is not None and number not in allowed:
+                name = option.name.replace("_", "-")
+                raise InputError(f"--{name} = {number:.12g}; allowed {allowed}")
 
 
 def _gathered(group: Any, values: dict[str, Any]) -> Any:

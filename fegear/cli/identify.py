@@ -7,14 +7,11 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from fegear.cli.edits import EditedSet
-from fegear.cli.groups import grouped, option
+from fegear.cli.groups import Range, grouped, option
 from fegear.cli.lumped_options import LoadCase, middle_torque
 from fegear.cli.options import (
+    Elements,
     Outputs,
-    Plane,
-    PlaneChoice,
-    Resolution,
-    ResolutionChoice,
     progress_bar,
     require,
 )
@@ -29,6 +26,8 @@ if TYPE_CHECKING:
 
 EXAMPLE = "fegear identify liu-pair --mean 2.9e8 --variation 0.35"
 
+PART = Range(above=0.0, below=1.0)
+
 
 @dataclass(frozen=True, kw_only=True)
 class Measured:
@@ -36,31 +35,24 @@ class Measured:
 
     mean: list[float] | None = option(
         "Measured mean mesh stiffness [N/m], once for each mesh in order. [default: "
-        "mean_stiffness_N_per_m of the gear set]"
+        "mean_stiffness_N_per_m of the gear set]",
+        allowed=Range(above=0.0, below=1e12, unit="N/m"),
     )
     variation: list[float] | None = option(
         "Measured peak-to-peak mesh stiffness over its mean, once for each mesh in "
-        "order. [default: stiffness_variation of the gear set]"
+        "order. [default: stiffness_variation of the gear set]",
+        allowed=PART,
     )
     mean_spread: float = option(
         "Relative standard deviation of the mean stiffnesses.",
         default=0.02,
+        allowed=PART,
     )
     variation_spread: float = option(
         "Standard deviation of the variations.",
         default=0.025,
+        allowed=PART,
     )
-
-    def __post_init__(self) -> None:
-        for name, values, largest in (
-            ("--mean", self.mean or [], 1e12),
-            ("--variation", self.variation or [], 1.0),
-            ("--mean-spread", [self.mean_spread], 1.0),
-            ("--variation-spread", [self.variation_spread], 1.0),
-        ):
-            for value in values:
-                ok = 0.0 < value < largest
-                require(ok, name, value, f"must be above 0 and below {largest:g}")
 
     def of(self, gear_set: GearSet, torque: float) -> MeasuredStiffness:
         """What the options and the gear set know of the meshes.
@@ -128,8 +120,7 @@ def identify_command(
     measured: Measured,
     unknowns: Unknowns,
     torque: LoadCase = None,
-    plane: Plane = PlaneChoice.stress,
-    resolution: Resolution = ResolutionChoice.default,
+    elements: Elements,
     outputs: Outputs,
 ) -> None:
     """Face width and hub radii that give measured stiffnesses.
@@ -146,7 +137,7 @@ def identify_command(
     from fegear.statics import StaticsSettings
 
     known = measured.of(gear_set, at)
-    settings = StaticsSettings(plane=plane.value, resolution=resolution.value)
+    settings = StaticsSettings(**elements.given)
     with progress_bar(enabled=not outputs.as_json) as report:
         model = stiffness_model(gear_set, known.torque, settings, report)
         found = identify(model, known, unknowns.hold_width, start, report)

@@ -4,17 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal, cast
 
 import typer
 
 from fegear.cli.edits import EditedSet, refuse_idle_edits
-from fegear.cli.groups import option
+from fegear.cli.groups import Range, option
 from fegear.cli.options import (
-    PlaneChoice,
-    ResolutionChoice,
+    RATIO,
+    Elements,
+    given,
+    named_options,
     refuse_idle,
     require,
     require_once,
@@ -28,38 +29,15 @@ if TYPE_CHECKING:
     from lumped.settings import Settings
     from lumped.sweep import Direction
 
-HARMONICS_LIMIT = 1000
 
-
-class ExcitationChoice(StrEnum):
-    fe = "fe"
-    rectangular = "rectangular"
-    trapezoid = "trapezoid"
-    fourier = "fourier"
-
-
-class MethodChoice(StrEnum):
-    rk4 = "rk4"
-    dopri5 = "dopri5"
-
-
-class DirectionChoice(StrEnum):
-    up = "up"
-    down = "down"
-    both = "both"
-
-    @property
-    def directions(self) -> tuple[Direction, ...]:
-        return ("up", "down") if self.value == "both" else (self.value,)  # type: ignore[return-value]
-
-
+Kind = Literal["fe", "rectangular", "trapezoid", "fourier"]
 Damping = Annotated[
     float | None,
     typer.Option(
-        "--damping",
         help="Damping ratio of every vibration mode. [default: that of the gear "
-        "set, else 0.04]",
+        "set, else 0.04]"
     ),
+    RATIO,
 ]
 Translations = Annotated[
     bool,
@@ -71,7 +49,6 @@ Translations = Annotated[
 Speeds = Annotated[
     str | None,
     typer.Option(
-        "--speeds",
         metavar="A:B:STEP",
         help="Mesh frequencies of the first mesh [Hz]; a number, or several with "
         "commas, as well. [default: 0.5 to 1.3 times the resonances]",
@@ -80,66 +57,35 @@ Speeds = Annotated[
 LoadCases = Annotated[
     list[float] | None,
     typer.Option(
-        "--torque",
         help="Torque on the input gear [N\u00a0m]; may be repeated. [default: all "
-        "load cases of the gear set]",
+        "load cases of the gear set]"
     ),
 ]
 LoadCase = Annotated[
     float | None,
     typer.Option(
-        "--torque",
         help="Torque on the input gear [N\u00a0m]. [default: middle load case of the "
-        "gear set]",
-    ),
-]
-SolvedPlane = Annotated[
-    PlaneChoice | None,
-    typer.Option(
-        "--plane",
-        help="Plane stress or plane strain of the finite elements. [default: stress]",
+        "gear set]"
     ),
 ]
 SweepDirection = Annotated[
-    DirectionChoice,
-    typer.Option(
-        "--direction",
-        help="Whether the speed rises, falls, or first rises and then falls.",
-    ),
+    Literal["up", "down", "both"],
+    typer.Option(help="Whether the speed rises, falls, or first rises and then falls."),
 ]
 Tolerance = Annotated[
     float,
     typer.Option(
-        "--tolerance",
         help="Relative settling tolerance: distance to the periodic motion over the "
-        "range of the deflection.",
+        "range of the deflection."
     ),
 ]
 MaxPeriods = Annotated[
     int | None,
     typer.Option(
-        "--max-periods",
         help="Periods of the first mesh after which a motion that has not settled "
-        "counts as aperiodic. [default: what the damping needs, 2000 or more]",
+        "counts as aperiodic. [default: what the damping needs, 2000 or more]"
     ),
 ]
-
-
-@dataclass(frozen=True, kw_only=True)
-class Elements:
-    """Plane state and resolution of whatever finite elements are solved."""
-
-    plane: SolvedPlane = None
-    resolution: ResolutionChoice | None = option(
-        "Fineness of the finite-element mesh and of the contact grid. [default: "
-        "default]"
-    )
-
-    @property
-    def given(self) -> dict[str, Any]:
-        """By field of a source of stiffness, what was asked for."""
-        asked = {"plane": self.plane, "resolution": self.resolution}
-        return {name: each.value for name, each in asked.items() if each is not None}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -148,11 +94,6 @@ class Train:
 
     damping: Damping = None
     translations: Translations = False
-
-    def __post_init__(self) -> None:
-        if self.damping is not None:
-            ok = 0.0 <= self.damping < 1.0
-            require(ok, "--damping", self.damping, "allowed 0 to below 1")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -166,7 +107,7 @@ class LumpedOptions:
         default=1,
     )
     train: Train
-    excitation: ExcitationChoice | None = option(
+    excitation: Kind | None = option(
         "Mesh stiffness over the mesh cycle. fe: tables solved by finite elements; "
         "rectangular, trapezoid, fourier: built from mean_stiffness_N_per_m, "
         "stiffness_variation and load_share of the gear set, what is missing from "
@@ -174,39 +115,29 @@ class LumpedOptions:
     )
     ramp: float | None = option(
         "Length over which the stiffness of --excitation trapezoid rises and falls "
-        "[base pitches]. [default: 0.1]"
+        "[base pitches]. [default: 0.1]",
+        allowed=Range(least=0.0, most=1.0, unit="base pitches"),
     )
     harmonics: int | None = option(
         "Number of harmonics of the mesh frequency that --excitation fourier keeps. "
-        "[default: 5]"
+        "[default: 5]",
+        allowed=Range(least=1, most=1000),
     )
     elements: Elements
 
     def __post_init__(self) -> None:
         require(self.model in (1, 2, 3), "--model", self.model, "allowed 1, 2 and 3")
-        if self.kind != ExcitationChoice.trapezoid:
+        if self.excitation != "trapezoid":
             refuse_idle("needs --excitation trapezoid", ramp=self.ramp)
-        if self.kind != ExcitationChoice.fourier:
+        if self.excitation != "fourier":
             refuse_idle("needs --excitation fourier", harmonics=self.harmonics)
-        if self.ramp is not None:
-            ok = 0.0 <= self.ramp <= 1.0
-            require(ok, "--ramp", self.ramp, "allowed 0 to 1 base pitches")
-        if self.harmonics is not None:
-            ok = 1 <= self.harmonics <= HARMONICS_LIMIT
-            limit = f"allowed 1 to {HARMONICS_LIMIT}"
-            require(ok, "--harmonics", self.harmonics, limit)
-
-    @property
-    def kind(self) -> ExcitationChoice:
-        return self.excitation or ExcitationChoice.fe
 
     def stiffness(self, gear_set: GearSet) -> Source | GivenTables:
         """Where the mesh stiffness comes from; refuses elements that nothing needs."""
         from fegear.excitation import Source
 
-        shape: dict[str, Any] = {"ramp": self.ramp, "harmonics": self.harmonics}
-        given = {name: each for name, each in shape.items() if each is not None}
-        source = Source(kind=self.kind.value, **given, **self.elements.given)
+        shape = given(kind=self.excitation, ramp=self.ramp, harmonics=self.harmonics)
+        source = Source(**shape, **self.elements.given)
         refuse_unused(self.elements, source.solves_elements(gear_set))
         return source
 
@@ -216,7 +147,7 @@ class LumpedOptions:
         torque : as the option gives it
         """
         gear_set, changes = subject.load(torque=torque, damping=self.train.damping)
-        figures = self.kind != ExcitationChoice.fe
+        figures = self.excitation not in (None, "fe")
         refuse_idle_edits(
             changes, translations=self.train.translations, figures=figures
         )
@@ -244,8 +175,8 @@ class TabledOptions(LumpedOptions):
 
     def __post_init__(self) -> None:
         if self.table:
-            given = {"excitation": self.excitation, **self.elements.given}
-            refuse_idle("--table replaces it, leave it out", **given)
+            reason = "--table replaces it, leave it out"
+            refuse_idle(reason, excitation=self.excitation, **self.elements.given)
         super().__post_init__()
 
     def stiffness(self, gear_set: GearSet) -> Source | GivenTables:
@@ -274,10 +205,10 @@ class Integration:
         "Least number of time steps per period of the fastest mesh, with --method "
         "rk4. [default: 64]"
     )
-    method: MethodChoice = option(
+    method: Literal["rk4", "dopri5"] = option(
         "Time integration. rk4: fixed steps of fourth order; dopri5: adaptive steps "
         "of fifth order that end on every change of contact.",
-        default=MethodChoice.rk4,
+        default="rk4",
     )
     tolerance: Tolerance = 1e-4
     max_periods: MaxPeriods = None
@@ -287,25 +218,20 @@ class Integration:
         """Numerical choices; InputError names the option."""
         from lumped.settings import Settings
 
-        if self.method != MethodChoice.rk4:
+        if self.method != "rk4":
             refuse_idle(f"{self.method} chooses its own steps", steps=self.steps)
-        given = {} if self.steps is None else {"steps": self.steps}
-        return settings_of(
-            Settings,
-            method=self.method.value,
-            tolerance=self.tolerance,
-            max_periods=self.max_periods,
-            **given,
-        )
+        with named_options("steps", "tolerance", "max_periods"):
+            return Settings(
+                method=self.method,
+                tolerance=self.tolerance,
+                max_periods=self.max_periods,
+                **given(steps=self.steps),
+            )
 
 
-def settings_of(kind: Any, **values: Any) -> Any:
-    """Settings of either driver; their ValueError names a field, ours the option."""
-    try:
-        return kind(**values)
-    except ValueError as error:
-        name, _, rest = str(error).partition(" ")
-        raise InputError(f"--{name.replace('_', '-')} {rest}") from None
+def directions(chosen: str) -> tuple[Direction, ...]:
+    """Of the speed, in order, from `up`, `down` or `both`."""
+    return ("up", "down") if chosen == "both" else (cast("Direction", chosen),)
 
 
 def speeds_of(text: str, option: str = "--speeds") -> list[float]:
@@ -321,22 +247,22 @@ def speeds_of(text: str, option: str = "--speeds") -> list[float]:
     return speeds
 
 
-def chosen_torques(gear_set: GearSet, given: Sequence[float]) -> tuple[float, ...]:
-    """Torques on the input gear [N m]: given, or the gear set's load cases."""
+def chosen_torques(gear_set: GearSet, asked: Sequence[float]) -> tuple[float, ...]:
+    """Torques on the input gear [N m]: as asked, or the gear set's load cases."""
     from fegear.train import input_torques
 
-    for value in given:
+    for value in asked:
         ok = value == 0.0 or 1e-6 <= value < 1e9
         allowed = "must be 0, or at least 1e-6 and below 1e9 N m, on the input gear"
         require(ok, "--torque", value, allowed)
-    require_once("--torque", given)
-    torques = tuple(given) or input_torques(gear_set)
+    require_once("--torque", asked)
+    torques = tuple(asked) or input_torques(gear_set)
     if not torques:
         raise InputError(f"--torque is missing; {gear_set.name} has no load case")
     return torques
 
 
-def middle_torque(gear_set: GearSet, given: float | None) -> float:
-    """The given torque on the input gear, or the middle one of the load cases."""
-    torques = chosen_torques(gear_set, [] if given is None else [given])
+def middle_torque(gear_set: GearSet, asked: float | None) -> float:
+    """The torque asked for on the input gear, or the middle one of the load cases."""
+    torques = chosen_torques(gear_set, [] if asked is None else [asked])
     return torques[len(torques) // 2]

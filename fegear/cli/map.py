@@ -22,11 +22,11 @@ from fegear.cli.lumped_options import (
 from fegear.cli.map_axes import parsed_axes
 from fegear.cli.map_report import map_summary, map_warnings, print_map
 from fegear.cli.options import (
+    FREQUENCY,
     AsJson,
     Plot,
     progress_bar,
     refuse_idle,
-    require,
     require_outputs,
     save_plot,
     show,
@@ -52,6 +52,7 @@ class Response:
         "Mesh frequency of the first mesh [Hz] at which each point is settled from "
         "rest; this or --band.",
         metavar="HZ",
+        allowed=FREQUENCY,
     )
     band: str | None = option(
         "Mesh frequencies of the first mesh [Hz] that each point is swept over, up "
@@ -62,9 +63,6 @@ class Response:
     def __post_init__(self) -> None:
         if (self.at is None) == (self.band is None):
             raise InputError("--at HZ or --band A:B:STEP is needed, not both")
-        if self.at is not None:
-            ok = 0.0 < self.at < 1e9
-            require(ok, "--at", self.at, "must be above 0 and below 1e9 Hz")
 
     @property
     def words(self) -> str:
@@ -140,7 +138,10 @@ def map_command(
     }
     grid = varied.grid(settings, entries)
     if not outputs.overwrite:
-        grid = take_up(grid, outputs.output)
+        try:
+            grid = take_up(grid, outputs.output)
+        except InputError as error:
+            raise InputError(f"{error}; choose another -o or --overwrite") from None
     with progress_bar(enabled=not outputs.as_json) as report:
         found = compute_map(grid, varied, evaluate, outputs.output, report, complain)
     values = map_summary(found, response.words)

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from fegear.cli.options import Resolution, ResolutionChoice, SetName, require
+from fegear.cli.options import Resolution, SetName, require
 from fegear.cli.screen import say
 
 EXAMPLE = "fegear mesh liu-idler --gear 2 --whole -o idler.vtu"
@@ -21,10 +21,8 @@ def mesh_command(
         ),
     ],
     set_name: SetName = "liu-pair",
-    gear: Annotated[
-        int, typer.Option("--gear", help="Number of the gear, counted from 1.")
-    ] = 1,
-    resolution: Resolution = ResolutionChoice.default,
+    gear: Annotated[int, typer.Option(help="Number of the gear, counted from 1.")] = 1,
+    resolution: Resolution = None,
     whole: Annotated[
         bool,
         typer.Option("--whole", help="Write all teeth instead of one tooth sector."),
@@ -49,7 +47,7 @@ def mesh_command(
     from meshes import sector_mesh
 
     geometry = gear_set.gears[gear - 1].geometry
-    mesh = sector_mesh(geometry, RESOLUTIONS[resolution.value].size)
+    mesh = sector_mesh(geometry, RESOLUTIONS[resolution or "default"].size)
     copies = geometry.teeth if whole else 1
     write_whole(output, lambda path: write_mesh(mesh, path, copies, geometry.teeth))
     say(

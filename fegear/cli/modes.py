@@ -2,32 +2,22 @@
 
 from __future__ import annotations
 
-from enum import StrEnum
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any, Literal
 
 import typer
 
 from fegear.cli.edits import EditedSet
 from fegear.cli.groups import grouped
 from fegear.cli.lumped_options import (
-    Elements,
     LoadCase,
     Translations,
     middle_torque,
     refuse_unused,
 )
-from fegear.cli.options import AsJson, refuse_idle, show
+from fegear.cli.options import AsJson, Elements, refuse_idle, show
 from fegear.cli.screen import print_columns, screen
 
-if TYPE_CHECKING:
-    pass
-
 EXAMPLE = "fegear modes liu-idler --translations"
-
-
-class StiffnessChoice(StrEnum):
-    given = "given"
-    fe = "fe"
 
 
 @grouped
@@ -37,14 +27,13 @@ def modes_command(
     torque: LoadCase = None,
     translations: Translations = False,
     stiffness: Annotated[
-        StiffnessChoice,
+        Literal["given", "fe"],
         typer.Option(
-            "--stiffness",
             help="Mean mesh stiffness. given: mean_stiffness_N_per_m of the gear set, "
             "by finite elements where it is missing; fe: by finite elements, at the "
             "torque.",
         ),
-    ] = StiffnessChoice.given,
+    ] = "given",
     elements: Elements,
     as_json: AsJson = False,
 ) -> None:
@@ -53,7 +42,7 @@ def modes_command(
     from fegear.excitation import Source
     from fegear.modes import summarise_modes
 
-    use_given = stiffness == StiffnessChoice.given
+    use_given = stiffness == "given"
     at = None  # N m, where something depends on it
     if use_given and all(mesh.mean_stiffness for mesh in gear_set.meshes):
         reason = f"{gear_set.name} gives all mean stiffnesses, use --stiffness fe"

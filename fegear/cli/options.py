@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from fegear.cli.groups import option
+from fegear.cli.groups import Range, option
 from fegear.errors import InputError
 
 if TYPE_CHECKING:
@@ -22,51 +21,58 @@ if TYPE_CHECKING:
 
 
 PICTURES = (".png", ".pdf", ".svg")
-
-
-class PlaneChoice(StrEnum):
-    stress = "stress"
-    strain = "strain"
-
-
-class ResolutionChoice(StrEnum):
-    coarse = "coarse"
-    default = "default"
-    fine = "fine"
-
-
+RATIO = Range(least=0.0, below=1.0)
+COEFFICIENT = Range(least=0.0, below=0.5)
+FREQUENCY = Range(above=0.0, below=1e9, unit="Hz")
 SET_HELP = "Name of a built-in gear set, or path of a gear-set file (TOML)."
 SetName = Annotated[str, typer.Argument(metavar="SET", help=SET_HELP)]
 PairName = SetName
-Mesh = Annotated[
-    int, typer.Option("--mesh", help="Number of the mesh, counted from 1.")
-]
+Mesh = Annotated[int, typer.Option(help="Number of the mesh, counted from 1.")]
 DriverTorque = Annotated[
     float | None,
     typer.Option(
-        "--torque",
         help="Torque on the driving gear of the mesh [N\u00a0m]. [default: middle "
-        "load case of the gear set]",
+        "load case of the gear set]"
     ),
 ]
+Friction = Annotated[
+    float | None,
+    typer.Option(help="Coulomb friction coefficient. [default: 0]"),
+    COEFFICIENT,
+]
 Plane = Annotated[
-    PlaneChoice,
-    typer.Option("--plane", help="Hypothesis of plane stress or plane strain."),
+    Literal["stress", "strain"] | None,
+    typer.Option(
+        help="Plane stress or plane strain of the finite elements. [default: stress]"
+    ),
 ]
 Resolution = Annotated[
-    ResolutionChoice,
+    Literal["coarse", "default", "fine"] | None,
     typer.Option(
-        "--resolution",
-        help="Fineness of the finite-element mesh and of the contact grid.",
+        help="Fineness of the finite-element mesh and of the contact grid. [default: "
+        "default]"
     ),
 ]
 Plot = Annotated[
     Path | None,
-    typer.Option("--plot", help="Draw the results into this file, .png, .pdf or .svg."),
+    typer.Option(help="Draw the results into this file, .png, .pdf or .svg."),
 ]
 AsJson = Annotated[
     bool, typer.Option("--json", help="Print the results as JSON instead of tables.")
 ]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Elements:
+    """Plane state and resolution of whatever finite elements are solved."""
+
+    plane: Plane = None
+    resolution: Resolution = None
+
+    @property
+    def given(self) -> dict[str, Any]:
+        """What was asked for, by the names of the library's settings."""
+        return given(plane=self.plane, resolution=self.resolution)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -132,9 +138,21 @@ def require(ok: bool, option: str, value: float, allowed: str) -> None:
         raise InputError(f"{option} = {value:.12g}; {allowed}")
 
 
-def require_friction(friction: float) -> None:
-    ok = 0.0 <= friction < 0.5
-    require(ok, "--friction", friction, "allowed 0 to below 0.5")
+def given(**values: Any) -> dict[str, Any]:
+    """Those that are given, for settings whose defaults stand in the library."""
+    return {name: value for name, value in values.items() if value is not None}
+
+
+@contextmanager
+def named_options(*arguments: str) -> Iterator[None]:
+    """Errors that begin with the name of an argument begin with its option instead."""
+    try:
+        yield
+    except ValueError as error:
+        name, _, rest = str(error).partition(" ")
+        if name not in arguments:
+            raise
+        raise InputError(f"--{name.replace('_', '-')} {rest}") from None
 
 
 def require_mesh(gear_set: GearSet, mesh: int) -> None:
@@ -148,12 +166,13 @@ def counted(count: int, one: str, many: str) -> str:
     return f"{count} {one if count == 1 else many}"
 
 
-def refuse_idle(reason: str, **given: Any) -> None:
-    """Refuse options that would change nothing; given : by name, None if they are not.
+def refuse_idle(reason: str, **options: Any) -> None:
+    """Refuse options that would change nothing.
 
     reason : why, such as `needs --excitation trapezoid`
+    options : by name, None for those that are not given
     """
-    for name, value in given.items():
+    for name, value in options.items():
         if value is not None and value is not False:
             number = f"{value:.12g}" if isinstance(value, float) else value
             shown = "" if value is True else f" = {number}"
@@ -161,18 +180,18 @@ def refuse_idle(reason: str, **given: Any) -> None:
 
 
 def driver_torques(
-    gear_set: GearSet, mesh: int, given: Sequence[float]
+    gear_set: GearSet, mesh: int, asked: Sequence[float]
 ) -> tuple[float, ...]:
-    """Torques on the driver of a mesh [N m]: given, or the gear set's load cases.
+    """Torques on the driver of a mesh [N m]: as asked, or the gear set's load cases.
 
     mesh : counted from 1
     """
-    for value in given:
+    for value in asked:
         ok = 1e-6 <= value < 1e9  # less is lost in round-off of the no-load error
         allowed = "must be at least 1e-6 and below 1e9 N m, on the driving gear"
         require(ok, "--torque", value, allowed)
-    require_once("--torque", given)
-    torques = tuple(given) or gear_set.meshes[mesh - 1].torques
+    require_once("--torque", asked)
+    torques = tuple(asked) or gear_set.meshes[mesh - 1].torques
     if not torques:
         raise InputError(
             f"--torque is missing; {gear_set.name} has no load case for mesh {mesh}"
@@ -180,9 +199,9 @@ def driver_torques(
     return torques
 
 
-def driver_torque(gear_set: GearSet, mesh: int, given: float | None) -> float:
-    """The given torque on the driver [N m], or the middle one of the load cases."""
-    torques = driver_torques(gear_set, mesh, [] if given is None else [given])
+def driver_torque(gear_set: GearSet, mesh: int, asked: float | None) -> float:
+    """The torque asked for on the driver [N m], or the middle one of the load cases."""
+    torques = driver_torques(gear_set, mesh, [] if asked is None else [asked])
     return torques[len(torques) // 2]
 
 

@@ -8,19 +8,16 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from fegear.cli.groups import grouped, option
+from fegear.cli.groups import Range, grouped, option
 from fegear.cli.options import (
+    Elements,
+    Friction,
     Mesh,
     Outputs,
-    Plane,
-    PlaneChoice,
-    Resolution,
-    ResolutionChoice,
     SetName,
     driver_torques,
+    given,
     progress_bar,
-    require,
-    require_friction,
     require_mesh,
 )
 from fegear.cli.screen import number, ruled_table, screen
@@ -29,7 +26,6 @@ if TYPE_CHECKING:
     from fegear.statics import StaticsSettings
 
 EXAMPLE = "fegear stiffness liu-idler --mesh 2 -o mesh2.csv --plot mesh2.png"
-POSITIONS_LIMIT = 1_000_000
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -39,24 +35,15 @@ class StaticsOptions:
     positions: int = option(
         "Number of mesh positions per base pitch.",
         default=64,
+        allowed=Range(least=1, most=1_000_000),
     )
-    friction: float = option(
-        "Coulomb friction coefficient.",
-        default=0.0,
-    )
-    plane: Plane = PlaneChoice.stress
-    resolution: Resolution = ResolutionChoice.default
+    friction: Friction = None
+    elements: Elements
     corner_contact: bool = option(
         "Contact of tip corners before and after the nominal path of contact.",
         "--corner-contact/--no-corner-contact",
         default=True,
     )
-
-    def __post_init__(self) -> None:
-        require_friction(self.friction)
-        limit = f"allowed 1 to {POSITIONS_LIMIT}"
-        ok = 1 <= self.positions <= POSITIONS_LIMIT
-        require(ok, "--positions", self.positions, limit)
 
     @property
     def settings(self) -> StaticsSettings:
@@ -64,10 +51,9 @@ class StaticsOptions:
 
         return StaticsSettings(
             positions=self.positions,
-            friction=self.friction,
-            plane=self.plane.value,
-            resolution=self.resolution.value,
             corner_contact=self.corner_contact,
+            **given(friction=self.friction),
+            **self.elements.given,
         )
 
 
@@ -79,7 +65,6 @@ def stiffness_command(
     torque: Annotated[
         list[float] | None,
         typer.Option(
-            "--torque",
             help="Torque on the driving gear of the mesh [N\u00a0m]; may be repeated. "
             "[default: all load cases of the gear set]",
         ),
@@ -96,14 +81,13 @@ def stiffness_command(
     torques = driver_torques(gear_set, mesh, torque or [])
     from fegear.plots import draw_table
     from fegear.statics import solve_mesh
-    from fegear.summary import summary
     from lumped.table import format_table
 
     with progress_bar(enabled=not outputs.as_json) as report:
         result = solve_mesh(gear_set, mesh - 1, torques, statics.settings, report)
     outputs.write(lambda: format_table(result.table))
     outputs.draw(lambda: draw_table(result))
-    outputs.show(summary(result), print_summary)
+    outputs.show(result.summary, print_summary)
 
 
 def print_summary(values: dict[str, Any]) -> None:

@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING
 from fegear.cli.edits import EditedSet, edit_entries
 from fegear.cli.groups import grouped, option
 from fegear.cli.lumped_options import (
-    DirectionChoice,
     Integration,
     LoadCases,
     Speeds,
     SweepDirection,
     TabledOptions,
     chosen_torques,
+    directions,
     speeds_of,
 )
 from fegear.cli.options import Outputs, progress_bar
@@ -37,7 +37,7 @@ class SweptSpeeds:
         "Rotational speeds of the first mesh's driver [rpm], in place of --speeds.",
         metavar="A:B:STEP",
     )
-    direction: SweepDirection = DirectionChoice.both
+    direction: SweepDirection = "both"
 
     def frequencies(self, gear_set: GearSet) -> list[float]:
         """Of the first mesh [Hz], none if neither option is given."""
@@ -73,7 +73,7 @@ def sweep_command(
     settings = SweepSettings(
         model=model.lumped_model(gear_set),
         integration=numerics,
-        directions=swept.direction.directions,
+        directions=directions(swept.direction),
     )
     with progress_bar(enabled=not outputs.as_json) as report:
         result = sweep_speeds(gear_set, torques, frequencies, settings, report)

@@ -15,7 +15,7 @@ from fegear.cli.lumped_options import (
     TabledOptions,
     middle_torque,
 )
-from fegear.cli.options import Outputs, counted, require
+from fegear.cli.options import FREQUENCY, Outputs, counted
 from fegear.cli.screen import complain, number, print_columns, screen
 from fegear.errors import InputError
 
@@ -33,17 +33,17 @@ LINES = 5  # largest ones of a spectrum, in the summary
 class Approach:
     """The speed, and where the motion comes from."""
 
-    speed: float = option("Mesh frequency of the first mesh [Hz].", default=MISSING)
+    speed: float = option(
+        "Mesh frequency of the first mesh [Hz].", default=MISSING, allowed=FREQUENCY
+    )
     from_speed: float | None = option(
         "Mesh frequency [Hz] at which the motion settles first; from there it is "
         "followed to --speed in steps of 20 Hz at most. Where two motions are "
-        "possible, this chooses one. [default: start at rest]"
+        "possible, this chooses one. [default: start at rest]",
+        allowed=FREQUENCY,
     )
 
     def __post_init__(self) -> None:
-        for name, value in (("--speed", self.speed), ("--from-speed", self.from_speed)):
-            ok = value is None or 0.0 < value < 1e9
-            require(ok, name, value or 0.0, "must be above 0 and below 1e9 Hz")
         if self.from_speed == self.speed:
             raise InputError(
                 f"--from-speed {self.from_speed:g}; must differ from --speed"

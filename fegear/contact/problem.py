@@ -125,6 +125,20 @@ class ContactCycle:
         return self.load / self.load.sum(axis=2, keepdims=True)
 
 
+def corner_positions(
+    problem: ContactProblem, cycle: ContactCycle, torque: int
+) -> NDArray[np.bool_]:
+    """Where a loaded pair's nominal contact is off the path, or a Hertz width from
+    its end, at one torque; shape (n,)."""
+    pair = problem.pair
+    # pairs count anew in each base pitch
+    position = cycle.position - np.floor(cycle.position)
+    s1 = pair.pitch_point + pair.base_pitch * (position[:, None] + cycle.teeth[None, :])
+    margin = 0.01 * pair.base_pitch
+    inside = (s1 > pair.path_start + margin) & (s1 < pair.path_end - margin)
+    return ((cycle.load[torque] != 0.0) & ~inside).any(axis=1)
+
+
 def solve_cycle(
     problem: ContactProblem,
     torques: ArrayLike,

@@ -81,6 +81,11 @@ class GearField:
         x, y, xy = self.stress.T
         return 0.5 * (x + y) + np.hypot(0.5 * (x - y), xy)
 
+    @property
+    def elastic_shift(self) -> Array:
+        """Length of the elastic displacement (n,) [m]."""
+        return np.hypot(*self.displacement.T)
+
 
 @dataclass(frozen=True, eq=False)
 class PairField:
@@ -122,6 +127,16 @@ class ContactField:
     gears: tuple[GearField, GearField]
     pairs: tuple[PairField, ...]
     instant: Instant | None = None
+
+    def of_both(self, name: str) -> NDArray[Any]:
+        """An array of the gears, the driver's first."""
+        return np.concatenate([getattr(gear, name) for gear in self.gears])
+
+    def nodes_of_both(self, name: str) -> Indices:
+        """Node numbers of the gears, where the driven one's follow the driver's."""
+        one, two = self.gears
+        shifted = getattr(two, name) + len(one.points)
+        return np.vstack([getattr(one, name), shifted])
 
 
 @dataclass(frozen=True, eq=False)

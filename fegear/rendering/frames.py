@@ -20,12 +20,20 @@ class View:
     half_height: float
     aspect: float
 
+    @property
+    def middle(self) -> Array:
+        return np.array([self.x, self.y])
+
+    @property
+    def half(self) -> Array:
+        """Half width and height (2,)."""
+        return self.half_height * np.array([self.aspect, 1.0])
+
     def contains(self, points: Array) -> bool:
         """Whether the box around points (n, 2) reaches into the view."""
         low, high = points.min(axis=0), points.max(axis=0)
-        middle = np.array([self.x, self.y])
-        half = self.half_height * np.array([self.aspect, 1.0])
-        return bool((low < middle + half).all() and (high > middle - half).all())
+        low, high = low - self.middle, high - self.middle
+        return bool((low < self.half).all() and (high > -self.half).all())
 
 
 @dataclass(frozen=True)

@@ -95,12 +95,10 @@ def draw_names(
 ) -> None:
     """Each gear's name toward its centre, as far as the view goes."""
     view, font = look.view, scaled(26, size)
-    middle = np.array([view.x, view.y])
-    half = view.half_height * np.array([view.aspect, 1.0])
     for gear in gears:
-        away = gear.center - middle
-        reach = 0.9 / np.max(np.abs(away) / half)
-        at = middle + min(1.0, reach) * away
+        away = gear.center - view.middle
+        reach = 0.9 / np.max(np.abs(away) / view.half)
+        at = view.middle + min(1.0, reach) * away
         at[0] -= 0.25 * font * len(gear.name) * _pixel(look, size)
         _draw_label(plotter, gear.name, at, look, font)
 

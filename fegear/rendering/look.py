@@ -26,13 +26,14 @@ BODY, RIBBON_COLOUR, INK = "#d5dbe1", "#d01c8b", "#202020"
 
 @dataclass(frozen=True)
 class Colours:
-    """How a field is shown: its name in files, unit and colour map.
+    """How a field is shown: its unit and colour map.
 
+    quantity : attribute of a `GearField`
     clipped : whether the contact would hide the rest, so that colours end at the
         largest value in a fillet; signed : whether zero is in the middle
     """
 
-    array: str
+    quantity: str
     title: str
     unit: str
     scale: float
@@ -43,10 +44,10 @@ class Colours:
 
 COLOURS: dict[str, Colours] = {
     "von-mises": Colours(
-        "von_mises_Pa", "von Mises\nstress", "MPa", 1e-6, "turbo", clipped=True
+        "von_mises", "von Mises\nstress", "MPa", 1e-6, "turbo", clipped=True
     ),
     "principal": Colours(
-        "principal_1_Pa",
+        "principal_1",
         "first principal\nstress",
         "MPa",
         1e-6,
@@ -54,9 +55,9 @@ COLOURS: dict[str, Colours] = {
         signed=True,
     ),
     "displacement": Colours(
-        "displacement_m", "elastic\ndisplacement", "um", 1e6, "viridis"
+        "elastic_shift", "elastic\ndisplacement", "um", 1e6, "viridis"
     ),
-    "pressure": Colours("pressure_Pa", "contact\npressure", "MPa", 1e-6, "plasma"),
+    "pressure": Colours("", "contact\npressure", "MPa", 1e-6, "plasma"),
 }
 
 
@@ -131,7 +132,10 @@ def _limits(
     """Range of the colours and the largest value in view."""
     largest, fillet = 0.0, 0.0
     for gear in gears:
-        seen, values = _seen(gear, view), colours.scale * scalar(gear, colours.array)
+        seen, values = (
+            _seen(gear, view),
+            colours.scale * getattr(gear, colours.quantity),
+        )
         largest = max(largest, float(values[seen].max()))
         nodes = gear.fillet[seen[gear.fillet]]
         fillet = max(fillet, float(values[nodes].max(initial=0.0)))
@@ -142,8 +146,7 @@ def _limits(
 
 def _seen(gear: GearField, view: View) -> NDArray[np.bool_]:
     """Points (n,) that lie in the view."""
-    half = view.half_height * np.array([view.aspect, 1.0])
-    return np.all(np.abs(gear.points - [view.x, view.y]) < half, axis=1)
+    return np.all(np.abs(gear.points - view.middle) < view.half, axis=1)
 
 
 def _round_down(value: float) -> float:
@@ -152,14 +155,6 @@ def _round_down(value: float) -> float:
         return 1.0
     power = 10.0 ** np.floor(np.log10(value))
     return float(max(step * power for step in (1.0, 2.0, 5.0) if step * power <= value))
-
-
-def scalar(gear: GearField, array: str) -> Array:
-    if array == "von_mises_Pa":
-        return gear.von_mises
-    if array == "principal_1_Pa":
-        return gear.principal_1
-    return np.hypot(*gear.displacement.T)
 
 
 def ribbon_base(pair: PairField, look: Look) -> Array:

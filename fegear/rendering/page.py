@@ -19,9 +19,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fegear.rendering.fields import ContactField, GearField, PairField
+from fegear.rendering.fields import ContactField, PairField
 from fegear.rendering.labels import legend, pair_text, state_words
-from fegear.rendering.look import COLOURS, Look, palette, ribbon_base, ribbon_of, scalar
+from fegear.rendering.look import COLOURS, Look, palette, ribbon_base, ribbon_of
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -76,17 +76,11 @@ class Plain:
     triangles: Indices
     lines: Indices
 
-    def of(self, values: Sequence[Array]) -> Array:
-        """Values at the nodes kept, from those of each gear."""
-        return np.concatenate(values)[self.kept]
 
-
-def _plain(gears: Sequence[GearField]) -> Plain:
+def _plain(field: ContactField) -> Plain:
     """Elements in quarters, or whole where there are so many that none shows."""
-    shift = len(gears[0].points)
-    nodes = np.vstack([gears[0].triangles, gears[1].triangles + shift])
-    sides = np.vstack([gears[0].outline, gears[1].outline + shift])
-    if shift + len(gears[1].points) > MANY:
+    nodes, sides = field.nodes_of_both("triangles"), field.nodes_of_both("outline")
+    if sum(len(gear.points) for gear in field.gears) > MANY:
         triangles, lines = nodes[:, :3], sides[:, [0, 2]]
     else:
         triangles = nodes[:, np.array(QUARTERS)].reshape(-1, 3)
@@ -95,29 +89,27 @@ def _plain(gears: Sequence[GearField]) -> Plain:
     kept = np.union1d(triangles, lines)
     return Plain(
         kept=kept,
-        first=int(np.searchsorted(kept, shift)),
+        first=int(np.searchsorted(kept, len(field.gears[0].points))),
         triangles=np.searchsorted(kept, triangles),
         lines=np.searchsorted(kept, lines),
     )
 
 
 def _data(field: ContactField, looks: Sequence[Look]) -> dict[str, Any]:
-    gears, look = field.gears, looks[0]
-    view, plain = look.view, _plain(field.gears)
-    middle = np.array([view.x, view.y])
+    look, view, plain = looks[0], looks[0].view, _plain(field)
     return {
-        "names": [gear.name for gear in gears],
+        "names": [gear.name for gear in field.gears],
         "first": plain.first,
-        "center": (MM * middle).tolist(),
+        "center": (MM * view.middle).tolist(),
         "half": MM * view.half_height,
         "aspect": view.aspect,
         "scale": look.motion_scale,
-        "points": _floats(MM * (plain.of([g.points for g in gears]) - middle)),
-        "motion": _rough(MM * plain.of([g.motion for g in gears])),
+        "points": _floats(MM * (field.of_both("points")[plain.kept] - view.middle)),
+        "motion": _rough(MM * field.of_both("motion")[plain.kept]),
         "triangles": _indices(plain.triangles),
         "outline": _indices(plain.lines),
         "fields": [_field(field, plain, each) for each in looks],
-        "ribbon": _ribbon(field.pairs, look, middle),
+        "ribbon": _ribbon(field.pairs, look),
         "labels": [*_loads(field.pairs, look), *_names(field, look)],
     }
 
@@ -127,8 +119,7 @@ def _field(field: ContactField, plain: Plain, look: Look) -> dict[str, Any]:
     colours = COLOURS[look.shown]
     values: Array = np.empty(0)
     if look.shown != "pressure":
-        found = [scalar(gear, colours.array) for gear in field.gears]
-        values = colours.scale * plain.of(found)
+        values = colours.scale * field.of_both(colours.quantity)[plain.kept]
     return {
         "title": colours.title.replace("\n", " "),
         "unit": colours.unit,
@@ -140,7 +131,7 @@ def _field(field: ContactField, plain: Plain, look: Look) -> dict[str, Any]:
     }
 
 
-def _ribbon(pairs: Sequence[PairField], look: Look, middle: Array) -> dict[str, str]:
+def _ribbon(pairs: Sequence[PairField], look: Look) -> dict[str, str]:
     """Its crest is over the base by the ribbon's height times `crest`."""
     at_rest = look.still()
     found = ribbon_of(pairs, at_rest)
@@ -155,7 +146,7 @@ def _ribbon(pairs: Sequence[PairField], look: Look, middle: Array) -> dict[str, 
         base[quad[2:]] = points[quad[1::-1]]
     full = look.ribbon * look.view.half_height
     return {
-        "points": _floats(MM * (base - middle)),
+        "points": _floats(MM * (base - look.view.middle)),
         "motion": _floats(MM * (moved[0] - points)),
         "crest": _floats((points - base) / full),
         "values": _floats(1e-6 * pressure),
@@ -168,7 +159,7 @@ def _loads(pairs: Sequence[PairField], look: Look) -> list[dict[str, Any]]:
     labels = []
     for pair in sorted(pairs, key=lambda pair: float(pair.center[1])):
         top = int(pair.pressure.argmax())
-        at = ribbon_base(pair, look.still())[top] - [look.view.x, look.view.y]
+        at = ribbon_base(pair, look.still())[top] - look.view.middle
         labels.append(
             {
                 "text": pair_text(pair),
@@ -181,10 +172,10 @@ def _loads(pairs: Sequence[PairField], look: Look) -> list[dict[str, Any]]:
 
 
 def _names(field: ContactField, look: Look) -> list[dict[str, Any]]:
-    middle = [look.view.x, look.view.y]
+    places = [MM * (gear.center - look.view.middle) for gear in field.gears]
     return [
-        {"text": g.name, "at": (MM * (g.center - middle)).tolist(), "motion": [0, 0]}
-        for g in field.gears
+        {"text": gear.name, "at": place.tolist(), "motion": [0, 0]}
+        for gear, place in zip(field.gears, places, strict=True)
     ]
 
 

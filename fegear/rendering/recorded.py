@@ -83,6 +83,7 @@ class RecordedMotion:
     """One mesh over the times (t,) of a file, whose last row repeats the first.
 
     source : the file, for messages
+    edits : what was changed in the gear set for that run, by key
     pitch : base pitches from one row to the next
     """
 
@@ -92,6 +93,7 @@ class RecordedMotion:
     friction: float
     torque: float
     plane: Plane
+    edits: Mapping[str, str]
     time: Array
     pitch: float
     ste: Array
@@ -235,6 +237,7 @@ def mesh_motion(file: HistoryFile, gear_set: GearSet, mesh: int) -> RecordedMoti
         friction=file.number("friction coefficient"),
         torque=file.number("torque_Nm"),
         plane=_plane(file),
+        edits=file.edits,
         time=time,
         pitch=pitch,
         ste=file.column(f"{prefix}_dte_m"),

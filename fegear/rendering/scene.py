@@ -22,7 +22,6 @@ from fegear.rendering.look import (
     SIZE,
     Look,
     ribbon_of,
-    scalar,
 )
 
 if TYPE_CHECKING:
@@ -37,30 +36,24 @@ def grid_of(field: ContactField) -> pyvista.UnstructuredGrid:
     """Both gears, undeformed, with all fields at the points; SI units."""
     import pyvista
 
-    gears = field.gears
-    counts = [len(gear.points) for gear in gears]
-    shifts = (0, counts[0])
-    nodes = np.vstack([g.triangles + s for g, s in zip(gears, shifts, strict=True)])
-    grid = pyvista.UnstructuredGrid(
-        np.column_stack([np.full(len(nodes), 6), nodes]).ravel(),
-        np.full(len(nodes), QUADRATIC_TRIANGLE, np.uint8),
-        _spatial(np.vstack([gear.points for gear in gears])),
-    )
-    stress = np.vstack([gear.stress for gear in gears])
+    cells = {QUADRATIC_TRIANGLE: field.nodes_of_both("triangles")}
+    grid = pyvista.UnstructuredGrid(cells, _spatial(field.of_both("points")))
+    stress = field.of_both("stress")
     arrays = {
-        "displacement_m": _spatial(np.vstack([g.displacement for g in gears])),
-        "motion_m": _spatial(np.vstack([g.motion for g in gears])),
-        "von_mises_Pa": np.concatenate([g.von_mises for g in gears]),
-        "principal_1_Pa": np.concatenate([g.principal_1 for g in gears]),
+        "displacement_m": _spatial(field.of_both("displacement")),
+        "motion_m": _spatial(field.of_both("motion")),
+        "von_mises_Pa": field.of_both("von_mises"),
+        "principal_1_Pa": field.of_both("principal_1"),
         "stress_xx_Pa": stress[:, 0],
         "stress_yy_Pa": stress[:, 1],
         "stress_xy_Pa": stress[:, 2],
-        "stress_zz_Pa": np.concatenate([g.out_of_plane for g in gears]),
+        "stress_zz_Pa": field.of_both("out_of_plane"),
     }
     for name, values in arrays.items():
         grid.point_data[name] = np.ascontiguousarray(values)
-    grid.cell_data["gear"] = np.repeat([0, 1], [len(g.triangles) for g in gears])
-    grid.cell_data["tooth"] = np.concatenate([g.tooth for g in gears])
+    counts = [len(gear.tooth) for gear in field.gears]
+    grid.cell_data["gear"] = np.repeat([0, 1], counts)
+    grid.cell_data["tooth"] = field.of_both("tooth")
     return grid
 
 
@@ -129,8 +122,7 @@ def _draw_picture(
     if look.shown == "pressure":
         plotter.add_mesh(grid, color=BODY, **flat)
     else:
-        values = np.concatenate([scalar(gear, colours.array) for gear in field.gears])
-        grid.point_data["shown"] = colours.scale * values
+        grid.point_data["shown"] = colours.scale * field.of_both(colours.quantity)
         actor = plotter.add_mesh(grid, scalars="shown", **painted)
     for gear in field.gears:
         lines = _outline(gear, look, LIFT * look.view.half_height)

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 from scipy.spatial import cKDTree
+from skfem import ElementTriP2
 
 from fegear.elasticity.body_stress import (
     ROOTWARD,
@@ -33,22 +34,22 @@ Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 NEAREST = 16  # elements among which the one around a point is looked for
 CHILD_CORNERS = ((0, 3, 5), (3, 1, 4), (5, 4, 2), (3, 4, 5))  # nodes of the parent
-REFERENCE = np.array(  # nodes of a triangle in its barycentric coordinates
-    [[1, 0, 0], [0, 1, 0], [0, 0, 1], [0.5, 0.5, 0], [0, 0.5, 0.5], [0.5, 0, 0.5]]
-)
+TRIANGLE = ElementTriP2()  # six nodes, as those of the mesh
 
 
-def shape_values(barycentric: Array) -> Array:
-    """The six quadratic shape functions, (..., 6) at (..., 3)."""
-    L = barycentric
-    sides = 4.0 * L[..., [0, 1, 2]] * L[..., [1, 2, 0]]
-    return np.concatenate([L * (2.0 * L - 1.0), sides], axis=-1)
+def shape_functions(places: Array) -> tuple[Array, Array]:
+    """Values (..., 6) and slopes (..., 6, 2) at reference coordinates (..., 2)."""
+    x = np.moveaxis(places, -1, 0)
+    values, slopes = zip(*(TRIANGLE.lbasis(x, i) for i in range(6)), strict=True)
+    return np.stack(values, -1), np.moveaxis(np.stack(slopes), (0, 1), (-2, -1))
 
 
 def _children() -> Array:
     """(4, 6, 6) from the values at a triangle's nodes to those of its quarters."""
-    corners = REFERENCE[np.array(CHILD_CORNERS)]  # (4, 3, 3)
-    return shape_values(REFERENCE @ corners)
+    nodes = TRIANGLE.doflocs
+    corners = nodes[np.array(CHILD_CORNERS)]  # (4, 3, 2)
+    linear = np.column_stack([1.0 - nodes.sum(axis=1), nodes])  # (6, 3)
+    return shape_functions(linear @ corners)[0]
 
 
 @dataclass(frozen=True, eq=False)
@@ -196,25 +197,13 @@ def _located(elements: Array, points: Array) -> tuple[Indices, Array]:
     apart = np.linalg.norm(points[:, None] - center, axis=2) / size
     candidates = np.argsort(apart, axis=1)[:, :NEAREST]
     nodes = elements[candidates]  # (p, k, 6, 2)
-    L = np.full((*candidates.shape, 3), 1.0 / 3.0)
+    place = np.full((*candidates.shape, 2), 1.0 / 3.0)
     for _ in range(8):
-        missing = points[:, None] - np.einsum("pki,pkic->pkc", shape_values(L), nodes)
-        step = np.linalg.solve(_jacobian(L, nodes), missing[..., None])[..., 0]
-        step = np.clip(step, -1.0, 1.0)  # far candidates may run away
-        L = L + np.concatenate([-step.sum(axis=-1, keepdims=True), step], axis=-1)
-        L = np.clip(L, -3.0, 3.0)
-    best = L.min(axis=-1).argmax(axis=1)
-    rows = np.arange(len(points))
-    return candidates[rows, best], shape_values(L[rows, best])
-
-
-def _jacobian(L: Array, nodes: Array) -> Array:
-    """d(place) / d(L1, L2) with L0 = 1 - L1 - L2, (..., 2, 2)."""
-    slope = np.zeros((*L.shape[:-1], 6, 3))
-    for i in range(3):
-        slope[..., i, i] = 4.0 * L[..., i] - 1.0
-        j = (i + 1) % 3
-        slope[..., 3 + i, i] = 4.0 * L[..., j]
-        slope[..., 3 + i, j] = 4.0 * L[..., i]
-    free = slope[..., 1:] - slope[..., :1]
-    return np.einsum("...ic,...id->...cd", nodes, free)
+        values, slopes = shape_functions(place)
+        missing = points[:, None] - np.einsum("pki,pkic->pkc", values, nodes)
+        jacobian = np.einsum("pkic,pkid->pkcd", nodes, slopes)
+        step = np.linalg.solve(jacobian, missing[..., None])[..., 0]
+        place = np.clip(place + np.clip(step, -1.0, 1.0), -3.0, 3.0)
+    inside = np.minimum(place.min(axis=-1), 1.0 - place.sum(axis=-1))
+    best, rows = inside.argmax(axis=1), np.arange(len(points))
+    return candidates[rows, best], shape_functions(place[rows, best])[0]

@@ -76,11 +76,11 @@ def test_along_chooses_the_gear_of_the_valley():
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (("--mean", "-1"), r"--mean = -1; must be above 0 and below 1e\+12"),
-        (("--mean", "nan"), "--mean = nan; must be above 0"),
-        (("--variation", "1.5"), "--variation = 1.5; must be above 0 and below 1"),
-        (("--mean-spread", "0"), "--mean-spread = 0; must be above 0"),
-        (("--variation-spread", "inf"), "--variation-spread = inf; must be above 0"),
+        (("--mean", "-1"), r"--mean = -1; allowed above 0 to below 1e\+12 N/m"),
+        (("--mean", "nan"), "--mean = nan; allowed above 0"),
+        (("--variation", "1.5"), "--variation = 1.5; allowed above 0 to below 1"),
+        (("--mean-spread", "0"), "--mean-spread = 0; allowed above 0"),
+        (("--variation-spread", "inf"), "--variation-spread = inf; allowed above 0"),
         (("--mean", "1e8", "--mean", "1e8"), "--mean is given 2 times; liu-pair has 1"),
         (("--along", "nobody"), "--along nobody; liu-pair has pinion, idler"),
         (("--torque", "0"), "--torque = 0; must be positive"),

@@ -75,7 +75,7 @@ def test_finite_elements():
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (["--speed", "0"], "--speed = 0; must be above 0"),
+        (["--speed", "0"], "--speed = 0; allowed above 0"),
         (["--speed", "nan"], "--speed = nan"),
         (["--speed", "900", "--from-speed", "-1"], "--from-speed = -1"),
         (["--speed", "900", "--from-speed", "900"], "must differ from --speed"),
