@@ -38,9 +38,9 @@ class Disk:
 
 @dataclass(frozen=True)
 class Piece:
-    """Part of a pair's mesh cycle: constant stiffness [N/m], linear gap [m].
+    """Where a pair carries: constant stiffness [N/m], linear gap [m].
 
-    start, end : in base pitches, 0 to 1
+    start, end : in base pitches of the toothing's period
     """
 
     start: float
@@ -55,7 +55,8 @@ class Toothing:
     """A mesh: S = sense (r_driver theta_driver + r_driven theta_driven).
 
     sense : 1 where the driver turns counter-clockwise, else -1, eq. (2.3)
-    pairs : pieces of each tooth pair; no stiffness where there is none
+    pairs : pieces of each tooth pair, which carries nothing elsewhere
+    period : base pitches after which the same teeth meet again
     mean_stiffness : that modal damping refers to [N/m]
     rate : mesh frequency over that of the first mesh
     """
@@ -68,6 +69,7 @@ class Toothing:
     backlash: float = math.inf
     phase: float = 0.0
     rate: float = 1.0
+    period: int = 1
 
 
 @dataclass(frozen=True)
@@ -183,10 +185,20 @@ class Motion:
             ]
         )
 
+    def _inside(self, begin: float, end: float) -> list[Span]:
+        return [s for s in self.spans if begin <= s.start + 0.5 * s.length < end]
+
+    def contact_loss(self, begin: float, end: float) -> Array:
+        """Part of the time (m,) in which no pair of a mesh touches."""
+        inside = self._inside(begin, end)
+        length = np.array([span.length for span in inside])
+        lost = np.array([~span.equation.force.any(axis=1) for span in inside])
+        return np.asarray(length @ lost / length.sum())
+
     def quadrature(self, begin: float, end: float) -> tuple[Array, Array]:
         """Times and weights that integrate smooth functions over each span."""
         x, w = 0.5 + 0.5 * GAUSS[0], 0.5 * GAUSS[1]
-        inside = [s for s in self.spans if begin <= s.start + 0.5 * s.length < end]
+        inside = self._inside(begin, end)
         times = np.concatenate([s.start + s.length * x for s in inside])
         return times, np.concatenate([s.length * w for s in inside])
 
@@ -204,25 +216,54 @@ def rectangular_pairs(
 ) -> tuple[tuple[Piece, ...], ...]:
     """Pieces of both pairs for a contact ratio between 1 and 2, shared equally.
 
-    k [1 + eps (1 - c)] in single and half of k [1 + eps (2 - c)] in double contact,
-    above eq. (2.28); contact lasts from c / 2 before to c / 2 after the pitch point.
+    Contact lasts from c / 2 before to c / 2 after the pitch point.
     relief : of both tips [m], linear from the highest point of single contact
     """
-    c = contact_ratio
-    single = mean * (1.0 + variation * (1.0 - c))
-    shared = 0.5 * mean * (1.0 + variation * (2.0 - c))
-    enter, leave = 1.0 - 0.5 * c, 0.5 * c
-    leaving = (
-        Piece(0.0, enter, single),
-        Piece(enter, leave, shared, 0.0, relief),
-        Piece(leave, 1.0, 0.0),
-    )
-    entering = (
-        Piece(0.0, enter, 0.0),
-        Piece(enter, leave, shared, relief, 0.0),
-        Piece(leave, 1.0, single),
-    )
+    single, shared = pair_stiffness(mean, variation, contact_ratio)
+    enter, leave = 1.0 - 0.5 * contact_ratio, 0.5 * contact_ratio
+    leaving = Piece(0.0, enter, single), Piece(enter, leave, shared, 0.0, relief)
+    entering = Piece(enter, leave, shared, relief, 0.0), Piece(leave, 1.0, single)
     return leaving, entering
+
+
+def hunting_pairs(
+    mean: float, variation: float, contact_ratio: float, gaps: Sequence[float]
+) -> tuple[tuple[Piece, ...], ...]:
+    """The same without relief, pair after pair until the same teeth meet again.
+
+    gaps : of the pairs that pass the pitch point at 0, 1, ... base pitches [m]
+    """
+    single, shared = pair_stiffness(mean, variation, contact_ratio)
+    enter, leave = 1.0 - 0.5 * contact_ratio, 0.5 * contact_ratio
+    parts = (
+        (-leave, -enter, shared),
+        (-enter, 0.0, single),
+        (0.0, enter, single),
+        (enter, leave, shared),
+    )
+    pairs = []
+    for n, gap in enumerate(gaps):
+        # what lies before the pitch point of the first pair ends the period
+        at = [n + (len(gaps) if n == 0 and end <= 0.0 else 0) for _, end, _ in parts]
+        pairs.append(
+            tuple(
+                Piece(n + start, n + end, stiffness, gap, gap)
+                for n, (start, end, stiffness) in zip(at, parts, strict=True)
+            )
+        )
+    return tuple(pairs)
+
+
+def pair_stiffness(
+    mean: float, variation: float, contact_ratio: float
+) -> tuple[float, float]:
+    """Of a pair alone, k [1 + eps (1 - c)], and of one of two [N/m].
+
+    Two have k [1 + eps (2 - c)] together, above eq. (2.28).
+    """
+    c = contact_ratio
+    together = mean * (1.0 + variation * (2.0 - c))
+    return mean * (1.0 + variation * (1.0 - c)), 0.5 * together
 
 
 def march(
@@ -262,10 +303,12 @@ def _edges(train: PiecewiseTrain, frequency: float, periods: float) -> list[floa
     """Times at which some excitation jumps or bends or a period ends [s]."""
     found = {0.0, periods, *map(float, range(math.ceil(periods)))}
     for toothing in train.toothings:
-        for piece in (piece for pair in toothing.pairs for piece in pair):
-            first = (piece.start - toothing.phase) % 1.0
-            count = math.ceil(periods * toothing.rate) + 1
-            found |= {(first + i) / toothing.rate for i in range(count)}
+        pieces = [piece for pair in toothing.pairs for piece in pair]
+        for edge in {edge for piece in pieces for edge in (piece.start, piece.end)}:
+            first = (edge - toothing.phase) % toothing.period
+            last = math.ceil(periods * toothing.rate) + 1
+            turns = range(0, last, toothing.period)
+            found |= {(first + i) / toothing.rate for i in turns}
     times = sorted(t for t in found if 0.0 <= t <= periods)
     apart = [b for a, b in pairwise(times) if b - a > SAME]
     return [t / frequency for t in [0.0, *apart]]
@@ -279,10 +322,11 @@ def _springs(
     n = len(train.disks)
     for m, toothing in enumerate(train.toothings):
         speed = toothing.rate * frequency
-        middle = (toothing.phase + speed * 0.5 * (begin + end)) % 1.0
+        middle = toothing.phase + speed * 0.5 * (begin + end)
+        middle %= toothing.period
         for pair in toothing.pairs:
-            piece = next(p for p in pair if p.start <= middle < p.end)
-            if piece.stiffness == 0.0:
+            piece = next((p for p in pair if p.start <= middle < p.end), None)
+            if piece is None or piece.stiffness == 0.0:
                 continue
             slope = (piece.gap_end - piece.gap_start) / (piece.end - piece.start)
             ahead = middle - speed * 0.5 * (end - begin) - piece.start
