@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-Report = Callable[[str, int, int], None]  # (what, done, of how many)
 POINTS = "points"  # the table that is drawn
 REPEATS = 3
 

@@ -22,6 +22,7 @@ from fegear.excitation import Excitations
 from fegear.gearset.model import GearSet
 from fegear.lumped_system import lumped_system
 from fegear.memory import memory_level
+from fegear.statics import Progress
 from lumped.system import LumpedSystem
 from validation import bench
 from validation.bench_lumped import leading_frequency
@@ -102,7 +103,7 @@ def subject(
     return Subject(gear_set, torque, reference, known)
 
 
-def measure(gear_set: GearSet, torque: float, report: bench.Report) -> bench.Benchmark:
+def measure(gear_set: GearSet, torque: float, report: Progress) -> bench.Benchmark:
     """At a torque on the input gear [N m]."""
     level = memory_level()
     report("stiffness", 0, 1)
@@ -127,7 +128,7 @@ def measure(gear_set: GearSet, torque: float, report: bench.Report) -> bench.Ben
     )
 
 
-def _measured(whole: Subject, report: bench.Report) -> Iterator[tuple[str, Any]]:
+def _measured(whole: Subject, report: Progress) -> Iterator[tuple[str, Any]]:
     """Rows one by one, so that those finished are kept."""
     yield from ((bench.POINTS, point) for point in measure_points(whole, report))
     report("growth", 0, 1)
@@ -136,7 +137,7 @@ def _measured(whole: Subject, report: bench.Report) -> Iterator[tuple[str, Any]]
         yield "growth", growth(subject(row, whole.torque))
 
 
-def measure_points(whole: Subject, report: bench.Report) -> Iterator[Point]:
+def measure_points(whole: Subject, report: Progress) -> Iterator[Point]:
     """Over the steps against finer ones; all else against whole gears."""
     total = len(STEPS) + len(OTHERS) + 2
     report("steps", 0, total)

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from fegear.gearset.model import GearSet
 from fegear.lumped_system import LumpedModel, lumped_system
+from fegear.statics import Progress
 from lumped.respond import respond
 from lumped.response import Response
 from lumped.settings import Settings
@@ -54,7 +55,7 @@ class Point:
 
 
 def measure(
-    gear_set: GearSet, torque: float, damping: float | None, report: bench.Report
+    gear_set: GearSet, torque: float, damping: float | None, report: Progress
 ) -> bench.Benchmark:
     """Model 1 of a gear set at a torque on the input gear [N m].
 
@@ -88,7 +89,7 @@ def measure(
 
 
 def _measured(
-    system: LumpedSystem, report: bench.Report, timed: dict[str, Any]
+    system: LumpedSystem, report: Progress, timed: dict[str, Any]
 ) -> Iterator[tuple[str, Any]]:
     """Rows one by one, so that those finished are kept; a sweep's time at last."""
     yield from ((bench.POINTS, point) for point in measure_points(system, report))
@@ -99,7 +100,7 @@ def _measured(
     timed["sweep_speeds"] = 2 * speeds.size
 
 
-def measure_points(system: LumpedSystem, report: bench.Report) -> Iterator[Point]:
+def measure_points(system: LumpedSystem, report: Progress) -> Iterator[Point]:
     """Every study at all its settings, over the speeds that one response has."""
     frequencies = [f * leading_frequency(system) for f in SPEEDS]
     report("reference", 0, 1)

@@ -24,6 +24,7 @@ from fegear.elasticity.flank import flank_compliance
 from fegear.elasticity.material import PlaneMaterial
 from fegear.elasticity.sector import CyclicSector
 from fegear.gearset.model import GearSet
+from fegear.statics import Progress
 from meshes import MeshSize
 from validation import bench
 
@@ -93,7 +94,7 @@ def variants() -> Iterator[Variant]:
         yield Variant(GRID, base, 2, nodes)
 
 
-def measure(gear_set: GearSet, torque: float, report: bench.Report) -> bench.Benchmark:
+def measure(gear_set: GearSet, torque: float, report: Progress) -> bench.Benchmark:
     """Over mesh size, element order, grid and split, at a torque [N m].
 
     torque : on the driver of the first mesh
@@ -121,7 +122,7 @@ def measure(gear_set: GearSet, torque: float, report: bench.Report) -> bench.Ben
 
 
 def measure_variants(
-    gear_set: GearSet, torque: float, report: bench.Report
+    gear_set: GearSet, torque: float, report: Progress
 ) -> Iterator[Point]:
     """Points one by one, so that those finished are kept."""
     todo = list(variants())

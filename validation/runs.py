@@ -27,6 +27,7 @@ import numpy as np
 from fegear.errors import InputError
 from fegear.excitation import Excitations, Source
 from fegear.output import make_directory, require_writable, write_text
+from fegear.statics import Progress
 from fegear.store import Checkpoint, open_checkpoint
 from validation.cases import Case
 from validation.metrics import (
@@ -41,7 +42,7 @@ from validation.metrics import (
     verdict,
 )
 from validation.run_files import INPUTS, NAMES, Run, contents, inputs_text, read_run
-from validation.solving import Report, solve_task
+from validation.solving import solve_task
 from validation.tasks import FE, Task, tasks_of
 
 CHECKPOINT = "checkpoint"  # file in the directory of a run
@@ -78,7 +79,7 @@ class CaseResult:
 
 
 def run_case(
-    case: Case, store: Path, report: Report = lambda what, done, total: None
+    case: Case, store: Path, report: Progress = lambda what, done, total: None
 ) -> CaseResult:
     """Run what is not in the store yet, and judge.
 
@@ -172,7 +173,7 @@ def _of_statics(statics: Statics, name: str) -> float:
 
 
 def _found_or_made(
-    task: Task, store: Path, excitations: Excitations, report: Report
+    task: Task, store: Path, excitations: Excitations, report: Progress
 ) -> Run:
     directory = make_directory(store / task.directory_name)
     found = read_run(task, directory, reused=True)
@@ -193,7 +194,7 @@ def _made(
     directory: Path,
     checkpoint: Checkpoint | None,
     excitations: Excitations,
-    report: Report,
+    report: Progress,
 ) -> Run:
     for name in NAMES:
         require_writable(directory / name)

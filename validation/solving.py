@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -16,6 +16,7 @@ from fegear.dynamics.stepper import DynamicSettings, ImplicitStepper, steps_per_
 from fegear.excitation import Excitations
 from fegear.lumped_system import LumpedModel, lumped_system
 from fegear.memory import MemoryLevel, memory_level
+from fegear.statics import Progress
 from fegear.store import Checkpoint
 from lumped.motion import APPROACH_STEP
 from lumped.response import Response, Status
@@ -28,8 +29,6 @@ from validation.cases import SingleSpeed
 from validation.deflection import mesh_statics
 from validation.metrics import CYCLE_POINTS, ForceCycle, Statics, force_cycle
 from validation.tasks import Task
-
-Report = Callable[[str, int, int], None]  # (what, speeds done, of how many)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -72,13 +71,13 @@ class RunResult:
 
 
 @dataclass
-class Progress:
-    """Tells how many speeds are done, and at which one the motion settles.
+class SpeedCount:
+    """Reports how many speeds are done, and at which one the motion settles.
 
     found : speeds that a checkpoint holds, which are passed without integrating
     """
 
-    report: Report
+    report: Progress
     what: str
     total: int
     found: int
@@ -111,20 +110,20 @@ class Mover:
     checkpoint: Checkpoint | None
 
     def progress(
-        self, report: Report, what: str, total: int, branches: Sequence[str]
-    ) -> Progress:
+        self, report: Progress, what: str, total: int, branches: Sequence[str]
+    ) -> SpeedCount:
         """Of so many speeds in branches, by their names in the checkpoint."""
         if self.checkpoint is None:
-            return Progress(report, what, total, 0)
+            return SpeedCount(report, what, total, 0)
         found = sum(len(self.checkpoint.finished(name)) for name in branches)
-        return Progress(report, what, total, found)
+        return SpeedCount(report, what, total, found)
 
     def sweep(
         self,
         speeds: Sequence[float],
         direction: Direction,
         name: str,
-        progress: Progress,
+        progress: SpeedCount,
     ) -> Branch:
         """Through speeds [Hz]; name : of the branch in the checkpoint."""
         known = None if self.checkpoint is None else StoredBranch(self.checkpoint, name)
@@ -150,7 +149,10 @@ class Mover:
 
 
 def solve_task(
-    task: Task, checkpoint: Checkpoint | None, excitations: Excitations, report: Report
+    task: Task,
+    checkpoint: Checkpoint | None,
+    excitations: Excitations,
+    report: Progress,
 ) -> RunResult:
     """All that a task asks for.
 
@@ -221,7 +223,7 @@ def _stepper(
 
 
 def _integrate(
-    task: Task, mover: Mover, report: Report
+    task: Task, mover: Mover, report: Progress
 ) -> tuple[list[Branch], list[ForceCycle], int]:
     """Sweeps, forces at single speeds, and speeds that no checkpoint held."""
     case = task.case
@@ -242,7 +244,7 @@ def _integrate(
 
 
 def _cycles_at(
-    single: SingleSpeed, mover: Mover, name: str, progress: Progress
+    single: SingleSpeed, mover: Mover, name: str, progress: SpeedCount
 ) -> list[ForceCycle]:
     """Force over a cycle of each mesh, after the way to its single speed.
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from enum import StrEnum
 from math import isnan
@@ -16,6 +16,7 @@ from fegear.cli.options import AsJson, progress_bar, require_outputs
 from fegear.cli.screen import print_json, ruled_table, say, screen
 
 if TYPE_CHECKING:
+    from fegear.statics import Progress
     from validation.cases import Case
     from validation.runs import CaseResult
 
@@ -125,14 +126,12 @@ def _commands(
     return each | {"": command(*(names or ["--all"]))}
 
 
-def _run(
-    chosen: Sequence[Case], store: Path, report: Callable[[str, int, int], None]
-) -> list[CaseResult]:
+def _run(chosen: Sequence[Case], store: Path, report: Progress) -> list[CaseResult]:
     """Results of the cases, after Ctrl-C of those that were finished."""
     from validation.runs import run_case
     from validation.tasks import tasks_of
 
-    def of(case: Case) -> Callable[[str, int, int], None]:
+    def of(case: Case) -> Progress:
         return lambda what, done, total: report(f"{case.name}: {what}", done, total)
 
     for case in chosen:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from fegear.output import make_directory, strict_json, write_text
+from fegear.statics import Progress
 from lumped.csv_text import format_records
 from validation.pages import SavedFigure, filled, save_figure
 from validation.report import figures
@@ -17,7 +18,6 @@ from validation.tasks import FE
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-Report = Callable[[str, int, int], None]  # (what, done, of how many)
 SHOWN: Mapping[figures.Column, str] = {
     "dte_rms": "vibration over speed; dots: where jumps land",
     "force_peak": "largest mesh force over speed",
@@ -29,7 +29,7 @@ def write_report(
     values: Mapping[str, Any],
     results: Sequence[CaseResult],
     output: Path,
-    report: Report = lambda what, done, total: None,
+    report: Progress = lambda what, done, total: None,
 ) -> Path:
     """Write everything, report.json last; the path of index.html.
 
