@@ -16,6 +16,11 @@ from fegear.summary import warnings
 from meshes import GearPair
 from validation.oracles import hertz, iso6336, potential_energy, ring
 
+GEOMETRY = (
+    *("teeth", "module", "pressure_angle", "profile_shift", "tooth_thinning"),
+    *("tip_radius", "root_radius", "hub_radius"),
+)
+
 
 @dataclass(frozen=True)
 class Comparison:
@@ -41,8 +46,10 @@ class _Solved:
     result: StaticsResult
     driver: Gear
     driven: Gear
-    pair: GearPair
-    plane: Plane
+
+    @property
+    def pair(self) -> GearPair:
+        return self.result.problem.pair
 
     @property
     def width(self) -> float:
@@ -70,10 +77,12 @@ def compare_mesh(
         result=solve_mesh(without_pitch_errors(gear_set), mesh, [torque], settings),
         driver=gear_set.gears[spec.driver],
         driven=gear_set.gears[spec.driven],
-        pair=spec.pair,
-        plane=settings.plane,
     )
-    rows = (*_average_slopes(solved), *_local_slopes(solved), _pressure(solved))
+    rows = (
+        *_average_slopes(solved, settings.plane),
+        *_local_slopes(solved),
+        _pressure(solved, settings.plane),
+    )
     unknown = tuple(_unknown_to_closed_forms(solved))
     return Compared(rows, (*unknown, *warnings(solved.result)))
 
@@ -95,7 +104,7 @@ def _unknown_to_closed_forms(solved: _Solved) -> Iterator[str]:
             )
 
 
-def _average_slopes(solved: _Solved) -> list[Comparison]:
+def _average_slopes(solved: _Solved, plane: Plane) -> list[Comparison]:
     """Force over deflection, beside the potential-energy method."""
     oracle = "potential energy, Sainsot body"
     gears = _analytic(solved.driver), _analytic(solved.driven)
@@ -104,10 +113,10 @@ def _average_slopes(solved: _Solved) -> list[Comparison]:
     table = solved.result.table
     stiffness = table["stiffness_N_per_m"][0]
     energy = potential_energy.mesh_stiffness(
-        *gears, at, table.position, *load, contact_law=solved.plane
+        *gears, at, table.position, *load, contact_law=plane
     )
     (pair,) = potential_energy.pair_stiffness(
-        *gears, at, [solved.pair.pitch_point], *load, contact_law=solved.plane
+        *gears, at, [solved.pair.pitch_point], *load, contact_law=plane
     )
     rows = [
         ("mean mesh stiffness", "N/m", stiffness.mean(), energy.mean()),
@@ -165,7 +174,7 @@ def _iso_mesh_stiffness(solved: _Solved) -> float:
     )
 
 
-def _pressure(solved: _Solved) -> Comparison:
+def _pressure(solved: _Solved, plane: Plane) -> Comparison:
     """Hertz at the pitch point with the load that its pair carries there."""
     s1 = solved.pair.pitch_point
     radius = hertz.effective_radius(s1, solved.pair.line_of_action - s1)
@@ -173,7 +182,7 @@ def _pressure(solved: _Solved) -> Comparison:
         hertz.Material(gear.young_modulus, gear.poisson_ratio)
         for gear in (solved.driver, solved.driven)
     ]
-    modulus = hertz.effective_modulus(materials[0], materials[1], solved.plane)
+    modulus = hertz.effective_modulus(materials[0], materials[1], plane)
     load = float(solved.result.cycle.load[0, 0, 0]) / solved.width
     expected = float(hertz.peak_pressure(load, radius, modulus))
     computed = float(solved.result.cycle.pressure[0, 0, 0])
@@ -186,18 +195,10 @@ def _fluctuation(values: NDArray[np.float64]) -> float:
 
 
 def _analytic(gear: Gear) -> potential_energy.AnalyticGear:
-    g = gear.geometry
     return potential_energy.AnalyticGear(
-        teeth=g.teeth,
-        module=g.module,
-        pressure_angle=g.pressure_angle,
-        profile_shift=g.profile_shift,
-        tip_radius=g.tip_radius,
-        root_radius=g.root_radius,
-        hub_radius=g.hub_radius,
+        **{name: getattr(gear.geometry, name) for name in GEOMETRY},
         young_modulus=gear.young_modulus,
         poisson_ratio=gear.poisson_ratio,
-        tooth_thinning=g.tooth_thinning,
     )
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
 from functools import partial
 from pathlib import Path
@@ -27,6 +27,8 @@ from fegear.cli.screen import print_json, ruled_table, say, screen
 if TYPE_CHECKING:
     from fegear.statics import Progress
     from validation.bench import Benchmark
+
+    Measure = Callable[[Progress], Benchmark]
 
 EXAMPLES = {
     "stiffness": "fegear bench stiffness liu-pair -o bench",
@@ -141,19 +143,19 @@ def all_benchmarks(
     as_json: AsJson = False,
 ) -> None:
     """All benchmarks on one page, index.html."""
-    from fegear.output import make_directory, strict_json, write_text
-    from validation.bench import files_of, write_benchmark, write_page
+    from fegear.gearset import load_gear_set
+    from fegear.output import strict_json, write_text
+    from validation import bench_dynamics, bench_lumped, bench_stiffness
+    from validation.bench import write_page
 
-    make_directory(output)
-    names = ("stiffness", "lumped", "dynamics")
-    outputs = [path for name in names for path in files_of(name, output)]
-    require_outputs([*outputs, output / "index.html", output / "bench.json"])
-    with progress_bar(enabled=not as_json) as report:
-        measured = list(_measured(report))
-    if not measured:
-        raise KeyboardInterrupt
-    for each in measured:
-        write_benchmark(each, output)
+    pair, train = load_gear_set(PAIR), load_gear_set(TRAIN)
+    measures = {
+        "stiffness": partial(bench_stiffness.measure, pair, TORQUE),
+        "lumped": partial(bench_lumped.measure, train, TORQUE, None),
+        "dynamics": partial(bench_dynamics.measure, pair, TORQUE),
+    }
+    others = [output / "index.html", output / "bench.json"]
+    measured = _measured(measures, output, as_json, others)
     values = {each.name: each.values for each in measured}
     write_text(output / "bench.json", strict_json(values))
     command = shlex.join(["fegear", "bench", "all", "-o", str(output)])
@@ -162,59 +164,57 @@ def all_benchmarks(
         print_json(values)
     else:
         say(f"wrote {page}")
-    if measured[-1].interrupted or len(measured) < len(names):
+    if measured[-1].interrupted or len(measured) < len(measures):
         raise KeyboardInterrupt
 
 
-def _measured(report: Progress) -> Iterator[Benchmark]:
-    """One after the other; after Ctrl-C those that have points."""
-    from fegear.gearset import load_gear_set
-    from validation import bench_dynamics, bench_lumped, bench_stiffness
-
-    pair, train = load_gear_set(PAIR), load_gear_set(TRAIN)
-    for name, measure in (
-        ("stiffness", partial(bench_stiffness.measure, pair, TORQUE)),
-        ("lumped", partial(bench_lumped.measure, train, TORQUE, None)),
-        ("dynamics", partial(bench_dynamics.measure, pair, TORQUE)),
-    ):
-        found = measure(partial(_report_named, name, report))
-        if found.tables["points"]:
-            yield found
-        if found.interrupted:
-            return
-
-
-def _report_named(
-    name: str, report: Progress, what: str, done: int, total: int
-) -> None:
-    report(f"{name}: {what}", done, total)
-
-
-def _run(
-    name: str,
-    measure: Callable[[Progress], Benchmark],
-    output: Path,
-    as_json: bool,
-) -> None:
+def _run(name: str, measure: Measure, output: Path, as_json: bool) -> None:
     """Measure, write and print; after Ctrl-C what was finished."""
-    from fegear.output import make_directory
-    from validation.bench import files_of, write_benchmark
+    from validation.bench import files_of
 
-    make_directory(output)
-    table, picture = files_of(name, output)
-    require_outputs([table, picture])
-    with progress_bar(enabled=not as_json) as report:
-        measured = measure(report)
-    if not measured.tables["points"]:
-        raise KeyboardInterrupt
-    write_benchmark(measured, output)
+    (measured,) = _measured({name: measure}, output, as_json)
     if as_json:
         print_json(measured.values)
     else:
         _show(measured)
-        say(f"wrote {table} and {picture}")
+        say("wrote {} and {}".format(*files_of(name, output)))
     if measured.interrupted:
         raise KeyboardInterrupt
+
+
+def _measured(
+    measures: Mapping[str, Measure],
+    output: Path,
+    as_json: bool,
+    others: Sequence[Path] = (),
+) -> list[Benchmark]:
+    """Benchmarks with their files, after Ctrl-C those that have points.
+
+    others : files that will be written besides
+    """
+    from fegear.output import make_directory
+    from validation.bench import files_of, write_benchmark
+
+    make_directory(output)
+    files = [path for name in measures for path in files_of(name, output)]
+    require_outputs([*files, *others])
+    measured: list[Benchmark] = []
+    with progress_bar(enabled=not as_json) as report:
+        for name, measure in measures.items():
+            named = report if len(measures) == 1 else partial(_report_of, name, report)
+            measured.append(measure(named))
+            if measured[-1].interrupted:
+                break
+    measured = [each for each in measured if each.tables["points"]]
+    if not measured:
+        raise KeyboardInterrupt
+    for each in measured:
+        write_benchmark(each, output)
+    return measured
+
+
+def _report_of(name: str, report: Progress, what: str, done: int, total: int) -> None:
+    report(f"{name}: {what}", done, total)
 
 
 def _show(measured: Benchmark) -> None:
