@@ -27,6 +27,7 @@ from numba.core import event
 
 IMPORTED = re.compile(r"^from ((?:fegear|lumped)\.[\w.]+) import", re.MULTILINE)
 F = TypeVar("F", bound=Callable[..., Any])
+PART = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 LOG = logging.getLogger(__name__)
 
 
@@ -127,9 +128,11 @@ def compiled(function: F) -> F:
 def compiled_part(function: F) -> F:
     """Compile for use in other compiled functions only, in half the time.
 
-    Python calls it uncompiled as `function.py_func`.
+    Parts make and return no arrays, so that numba need not count references to them:
+    an atomic operation wherever an array is taken out of a record, which is most of
+    the work of a small step. Python calls a part uncompiled as `function.py_func`.
     """
-    return _compile(function, no_cpython_wrapper=True, no_cfunc_wrapper=True)
+    return _compile(function, _nrt=False, **PART)
 
 
 def inlined(function: F) -> F:
@@ -137,6 +140,9 @@ def inlined(function: F) -> F:
 
     Arrays are handed over in many words each, so that calls cost more than the work.
     """
-    return _compile(
-        function, no_cpython_wrapper=True, no_cfunc_wrapper=True, forceinline=True
-    )
+    return _compile(function, _nrt=False, forceinline=True, **PART)
+
+
+def allocating(function: F) -> F:
+    """A part that makes arrays, once in a run."""
+    return _compile(function, **PART)

@@ -52,7 +52,7 @@ def draw_sweep(curves: Sequence[Curve], title: str = "") -> Figure:
     meshes = len(system.excitations)
     figure, rows = panels(meshes, size=(9.0, 1.2 + 3.4 * meshes), share=True)
     names = list(dict.fromkeys(curve.name for curve in curves))
-    others = opposites([curve.branch for curve in curves])
+    others = [_opposite(curve, curves) for curve in curves]
     for m, (axes,) in enumerate(rows):
         for curve, other in zip(curves, others, strict=True):
             _draw_branch(axes, curve, other, m, color_of(names.index(curve.name)))
@@ -67,6 +67,15 @@ def draw_sweep(curves: Sequence[Curve], title: str = "") -> Figure:
     )
     draw_title(figure, title)
     return figure
+
+
+def _opposite(curve: Curve, curves: Sequence[Curve]) -> Branch | None:
+    """The branch of the same model and torque that was passed the other way.
+
+    Finite elements and the lumped model beside them hang on one system.
+    """
+    same = [each.branch for each in curves if each.name == curve.name]
+    return opposites([curve.branch, *same])[0]
 
 
 def _speed_label(system: LumpedSystem) -> str:

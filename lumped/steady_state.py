@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -44,6 +45,24 @@ class Diverged(FloatingPointError):
         self.part = part
 
 
+@dataclass(frozen=True)
+class Speed:
+    """What a stepper goes on at.
+
+    frequency : of the first mesh [Hz]
+    settings : the stepper's own
+    watch : may be called on the way with the common periods that are done
+    """
+
+    frequency: float
+    settings: Any
+    watch: Callable[[int], None] = lambda done: None
+
+    def after(self, passed: int) -> Speed:
+        """The same, counted from when so many periods have passed."""
+        return replace(self, watch=lambda done: self.watch(passed + done))
+
+
 class Stepper(Protocol):
     """Integrates a gear train's motion; a state is whatever it needs to go on.
 
@@ -61,29 +80,15 @@ class Stepper(Protocol):
         """What tells when the motion from there has become periodic."""
 
     def advance(
-        self,
-        state: Any,
-        frequency: float,
-        settings: Any,
-        check: Convergence,
-        most: int,
-        watch: Callable[[int], None],
+        self, state: Any, at: Speed, check: Convergence, most: int
     ) -> tuple[Any, bool]:
         """By one common period or more, at most `most`, each of which closes `check`.
 
-        watch : may be called on the way, with the periods that have passed in it
         Also returns whether the motion has become periodic.
         """
 
-    def record(
-        self,
-        state: Any,
-        frequency: float,
-        settings: Any,
-        periods: int,
-        watch: Callable[[int], None],
-    ) -> tuple[Any, History]:
-        """The motion over common periods; watch : takes how many are done."""
+    def record(self, state: Any, at: Speed, periods: int) -> tuple[Any, History]:
+        """The motion over common periods."""
 
     def change_speed(
         self, state: Any, before: float, after: float, settings: Any
@@ -125,16 +130,14 @@ def steady_state(
         if state is not None and before is not None:
             now = stepper.change_speed(now, before, frequency, settings)
             check = stepper.begin(now, settings)
-        look = partial(watch, frequency)
-        now, multiple = _settle(stepper, now, frequency, settings, check, look)
+        at = Speed(frequency, settings, partial(watch, frequency))
+        now, multiple = _settle(stepper, now, at, check)
         spans = multiple or max(1, settings.multiples // system.rounds)
         count = 1 if multiple else windows(settings.windows, spans * length)
         figures: list[dict[str, Array]] = []
         for number in range(count):
-            passed = check.period + number * spans
-            now, motion = stepper.record(
-                now, frequency, settings, spans, partial(_count_on, look, passed)
-            )
+            onward = at.after(check.period + number * spans)
+            now, motion = stepper.record(now, onward, spans)
             figures.append(measures(motion))
     except Diverged as error:
         time = (check.period + error.part) * length / frequency
@@ -154,24 +157,18 @@ def steady_state(
 def _settle(
     stepper: Stepper,
     state: Any,
-    frequency: float,
-    settings: SteadySettings,
+    at: Speed,
     check: Convergence,
-    look: Callable[[int], None],
 ) -> tuple[Any, int]:
     """(state, common periods after which the motion repeats or 0)."""
-    most = most_periods(stepper.system, frequency, settings)
+    most = most_periods(stepper.system, at.frequency, at.settings)
     while check.period < most:
-        left, watch = most - check.period, partial(_count_on, look, check.period)
-        state, settled = stepper.advance(state, frequency, settings, check, left, watch)
-        look(check.period)
+        left, onward = most - check.period, at.after(check.period)
+        state, settled = stepper.advance(state, onward, check, left)
+        at.watch(check.period)
         if settled:
             return state, check.multiple
     return state, 0
-
-
-def _count_on(look: Callable[[int], None], passed: int, done: int) -> None:
-    look(passed + done)
 
 
 def confirmed(

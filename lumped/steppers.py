@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -12,7 +11,7 @@ from numpy.typing import NDArray
 
 from lumped.response import History
 from lumped.settings import Settings
-from lumped.steady_state import Diverged, new_convergence
+from lumped.steady_state import Diverged, Speed, new_convergence
 from lumped.system import LumpedSystem
 
 if TYPE_CHECKING:
@@ -50,26 +49,20 @@ class LumpedStepper:
 class FixedStepper(LumpedStepper):
     """Classical Runge-Kutta, of fourth order."""
 
-    def _samples(self, frequency: float, settings: Settings) -> Samples:
-        steps = steps_per_period(self.system, frequency, settings)
+    def _samples(self, at: Speed) -> Samples:
+        steps = steps_per_period(self.system, at.frequency, at.settings)
         samples = self.system.samples(steps)
-        return samples._replace(h=samples.h / frequency)
+        return samples._replace(h=samples.h / at.frequency)
 
     def advance(
-        self,
-        state: Array,
-        frequency: float,
-        settings: Settings,
-        check: Convergence,
-        most: int,
-        watch: Callable[[int], None],
+        self, state: Array, at: Speed, check: Convergence, most: int
     ) -> tuple[Array, bool]:
         from lumped.kernels import rk4
 
         system, now = self.system, np.array(state)
         status, part, settled = rk4.settle_rk4(
             system.arrays,
-            self._samples(frequency, settings),
+            self._samples(at),
             system.limit,
             now,
             check,
@@ -79,18 +72,11 @@ class FixedStepper(LumpedStepper):
             raise Diverged(part)
         return now, settled
 
-    def record(
-        self,
-        state: Array,
-        frequency: float,
-        settings: Settings,
-        periods: int,
-        watch: Callable[[int], None],
-    ) -> tuple[Array, History]:
+    def record(self, state: Array, at: Speed, periods: int) -> tuple[Array, History]:
         from lumped.kernels import rk4
 
         system, now = self.system, np.array(state)
-        samples = self._samples(frequency, settings)
+        samples = self._samples(at)
         time, out = _room(system, samples.h, periods)
         status, _ = rk4.record_rk4(
             system.arrays, samples, periods, now, system.limit, out
@@ -115,20 +101,16 @@ class FixedStepper(LumpedStepper):
 class AdaptiveStepper(LumpedStepper):
     """Dormand and Prince's steps of order 5(4), which end on contact changes."""
 
-    def _rules(self, frequency: float, settings: Settings) -> AdaptiveRules:
+    def _rules(self, at: Speed) -> AdaptiveRules:
         from lumped.kernels.arrays import AdaptiveRules
 
         size = 1e-3 * self.system.energy_norm
-        return AdaptiveRules(settings.step_error, self.system.limit, frequency, size)
+        return AdaptiveRules(
+            at.settings.step_error, self.system.limit, at.frequency, size
+        )
 
     def advance(
-        self,
-        state: Array,
-        frequency: float,
-        settings: Settings,
-        check: Convergence,
-        most: int,
-        watch: Callable[[int], None],
+        self, state: Array, at: Speed, check: Convergence, most: int
     ) -> tuple[Array, bool]:
         from lumped.kernels import dopri5
 
@@ -136,7 +118,7 @@ class AdaptiveStepper(LumpedStepper):
         status, part, settled = dopri5.settle_dopri5(
             system.arrays,
             system.pieces_in(0),
-            self._rules(frequency, settings),
+            self._rules(at),
             (float(system.train.common_period[0]), system.rounds, system.turns),
             now,
             check,
@@ -146,21 +128,14 @@ class AdaptiveStepper(LumpedStepper):
             raise Diverged(part)
         return now, settled
 
-    def record(
-        self,
-        state: Array,
-        frequency: float,
-        settings: Settings,
-        periods: int,
-        watch: Callable[[int], None],
-    ) -> tuple[Array, History]:
+    def record(self, state: Array, at: Speed, periods: int) -> tuple[Array, History]:
         """On the grid of fixed steps."""
         from lumped.kernels import dopri5
 
         system, now = self.system, np.array(state)
-        h = system.samples(steps_per_period(system, frequency, settings)).h
+        h = system.samples(steps_per_period(system, at.frequency, at.settings)).h
         time, out = _room(system, h, periods)
-        rules, length = self._rules(frequency, settings), system.train.common_period[0]
+        rules, length = self._rules(at), system.train.common_period[0]
         steps = h.size // system.rounds
         grid = np.concatenate([[0.0], np.cumsum(h[:steps])])
         grid[-1] = length
@@ -176,7 +151,7 @@ class AdaptiveStepper(LumpedStepper):
             )
             if status:
                 raise Diverged(0.0)
-        return now, History(time / frequency, *out.transpose(1, 0, 2))
+        return now, History(time / at.frequency, *out.transpose(1, 0, 2))
 
     def refined(
         self, frequency: float, settings: Settings, repeats: bool

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fegear.dynamics.build import FiniteElements, prepare
-from fegear.dynamics.stepper import DynamicSettings, ImplicitStepper
+from fegear.dynamics.stepper import DynamicSettings, ImplicitStepper, Steps
 from fegear.excitation import Excitations
 from fegear.gearset.model import GearSet
 from fegear.lumped_system import lumped_system
@@ -161,11 +161,15 @@ def run(stepper: ImplicitStepper, frequency: float, steps: int) -> tuple[Array, 
     state, parts = stepper.start(), []
     size = 1.0 / (frequency * steps)
     length = stepper.model.reference.train.common_period[0]
-    stepper.integrate(state, frequency, size, 2, steps)  # compiles and factorises
+    stepper.integrate(
+        state, Steps(frequency, size, 2, steps)
+    )  # compiles and factorises
     best = math.inf
     for _ in range(math.ceil(PERIODS / length)):
         start = time.perf_counter()
-        state, motion = stepper.integrate(state, frequency, size, steps * length, steps)
+        state, motion = stepper.integrate(
+            state, Steps(frequency, size, steps * length, steps)
+        )
         best = min(best, time.perf_counter() - start)
         parts.append(motion.deflection[:-1])
     return np.concatenate(parts), 1e6 * best / (steps * length)

@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.compiled import compiled_part
+from lumped.compiled import allocating, compiled_part
 
 ALL_AT_ONCE = 40  # sweeps that exchange every violated node together
 CONVERGED, NOT_CONVERGED, NOT_FINITE = 0, 1, 2
@@ -38,13 +38,12 @@ class NodeConditions(NamedTuple):
 
 
 @compiled_part
-def eliminate(matrix, right):
-    """Solve matrix x = right (n, 2) in place.
+def eliminate(matrix, right, n):
+    """Solve the n first equations of matrix x = right (.., 2) in place.
 
     Gauss with partial pivoting; a call to LAPACK takes as long to run at this
     size and ten times as long to compile.
     """
-    n = matrix.shape[0]
     for k in range(n):
         pivot = k
         for i in range(k + 1, n):
@@ -73,7 +72,7 @@ def eliminate(matrix, right):
         right[i, 1] /= matrix[i, i]
 
 
-@compiled_part
+@allocating
 def solve_active(C, nodes, kind, given, active, q):
     """(transmission error, slope d torque / d ste) with the active nodes in contact.
 
@@ -93,7 +92,7 @@ def solve_active(C, nodes, kind, given, active, q):
         right[i, 1] = nodes.closing[chosen[i]]
         for j in range(n):
             matrix[i, j] = C[chosen[i], chosen[j]]
-    eliminate(matrix, right)
+    eliminate(matrix, right, n)
     slope, preload = 0.0, 0.0
     for i in range(n):
         preload += nodes.arm[chosen[i]] * right[i, 0]
@@ -116,7 +115,7 @@ def require_contact(nodes, active):
     active[best] = True
 
 
-@compiled_part
+@allocating
 def exchange(C, nodes, q, d, active, one_only):
     """Move violated nodes in or out of contact; (whether any was, residual)."""
     n = q.size
@@ -144,7 +143,7 @@ def exchange(C, nodes, q, d, active, one_only):
     return changed, residual
 
 
-@compiled_part
+@allocating
 def solve_contact(C, nodes, kind, given, active, q):
     """(ste, slope, residual, status, sweeps); active and q are overwritten.
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from fegear.contact.grid import SUPPORT
 from fegear.elasticity.flank_grid import STENCIL
-from lumped.compiled import compiled_part
+from lumped.compiled import allocating, compiled_part
 
 NORMAL, TANGENTIAL = np.int64(0), np.int64(1)
 
@@ -110,7 +110,7 @@ def local_tangential(flanks, grid, master, i, j):
     return total * grid.sign[i, j]
 
 
-@compiled_part
+@allocating
 def spread(C, row, column, lagrange, block):
     """C[row:, column:] += lagrange block lagrange^T."""
     nodes = lagrange.shape[0]
@@ -127,7 +127,7 @@ def spread(C, row, column, lagrange, block):
             C[row + i, column + j] += total
 
 
-@compiled_part
+@allocating
 def fill_compliance(C, constants, patches, chosen, teeth):
     """Compliance [m/(N/m)] over the nodes of the chosen pairs, friction included.
 
@@ -168,7 +168,7 @@ def quadratic_form(block, moments):
     return total
 
 
-@compiled_part
+@allocating
 def friction_bending(constants, patch, q):
     """Stiffening of a pair by rootward friction: -(q' C_nt q) / (q' C_nn q).
 

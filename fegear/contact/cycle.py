@@ -21,7 +21,7 @@ from fegear.contact.compliance import fill_compliance, friction_bending
 from fegear.contact.flanks import FAR
 from fegear.contact.grid import Grid
 from fegear.contact.patches import hertz_half_width, lay_nodes, place_patch
-from lumped.compiled import compiled, compiled_part
+from lumped.compiled import allocating, compiled, compiled_part
 
 MARGIN = 1.2  # half length of a patch over the Hertz half-width at full load
 GROWTH = 1.6  # of a patch whose pressure reaches its end
@@ -137,7 +137,7 @@ def place_pairs(constants, teeth, gaps, position, kind, given, work):
         work.laid[k] = False
 
 
-@compiled_part
+@allocating
 def solve_position(constants, teeth, gaps, kind, given, work, row, cells):
     """Solve one position; patches grow until they hold all the pressure.
 
@@ -171,7 +171,7 @@ def solve_position(constants, teeth, gaps, kind, given, work, row, cells):
     store(constants, work, chosen, cells)
 
 
-@compiled_part
+@allocating
 def choose_pairs(constants, work, gaps, limit):
     """Pairs that close below a transmission error [m], with their nodes laid."""
     chosen = np.empty(gaps.size, np.int64)
@@ -205,7 +205,7 @@ def widen_patches(work, chosen):
     return any_widened
 
 
-@compiled_part
+@allocating
 def solve_chosen(constants, teeth, kind, given, work, chosen, row):
     """Nodal forces q of the chosen pairs, node after node, and the row's result.
 
@@ -240,7 +240,7 @@ def solve_chosen(constants, teeth, kind, given, work, chosen, row):
     row.sweeps += sweeps
 
 
-@compiled_part
+@allocating
 def store(constants, work, chosen, cells):
     """Fill cells and the nodes' forces from the patches and their nodal forces."""
     size = work.nodes.shape[1]
@@ -260,7 +260,7 @@ def store(constants, work, chosen, cells):
         store_pair(constants, work.patches[k], work.nodes[k], q, cells[k])
 
 
-@compiled_part
+@allocating
 def store_pair(constants, patch, nodes, q, cell):
     """Load, largest pressure and load centre of a pair with nodal forces q (n,)."""
     own, opposite = 0.0, 0.0

@@ -28,6 +28,7 @@ from fegear.dynamics.stepper import (
     ImplicitStepper,
     Motion,
     MotionState,
+    Steps,
     empty_record,
     recorded,
 )
@@ -316,27 +317,20 @@ class FullStepper(ImplicitStepper):
             tuple(np.zeros((4, f.whole.own, f.whole.teeth)) for f in self.fields),
         )
 
-    def integrate(
-        self,
-        state: MotionState,
-        frequency: float,
-        step: float,
-        steps: int,
-        cycle: int,
-        start: int = 0,
-    ) -> tuple[MotionState, Motion]:
-        model, sizes = self.model, self._step(step)
-        now, record = state.copy(), empty_record(self.model, steps)
+    def integrate(self, state: MotionState, steps: Steps) -> tuple[MotionState, Motion]:
+        model, sizes = self.model, self._step(steps.size)
+        frequency, cycle = steps.frequency, steps.cycle
+        now, record = state.copy(), empty_record(self.model, steps.count)
         kernel.record(model.arrays, now.motion, now.contact, record, 0)
-        for n in range(steps):
+        for n in range(steps.count):
             if frequency > 0.0:
-                self._pass_teeth(now, start + n, cycle)
-            tables = self._tables(start + n + 1 if frequency > 0.0 else 0, cycle)
+                self._pass_teeth(now, steps.start + n, cycle)
+            tables = self._tables(steps.start + n + 1 if frequency > 0.0 else 0, cycle)
             self._advance(now, sizes, 2.0 * math.pi * frequency, tables)
             if not np.abs(now.motion[1]).sum() < model.limit:
                 raise Diverged(n / (cycle * self.system.common_period[0]))
             kernel.record(model.arrays, now.motion, now.contact, record, n + 1)
-        return now, recorded(step, record)
+        return now, recorded(steps.size, record)
 
     @lru_cache(maxsize=2)  # noqa: B019  a stepper lives as long as its run
     def _step(self, size: float) -> Step:

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Callable
 from dataclasses import dataclass, fields, replace
-from functools import partial
+from functools import lru_cache
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
@@ -18,7 +17,7 @@ from fegear.dynamics.scheme import Scheme, generalized_alpha
 from fegear.errors import InputError
 from lumped.response import History
 from lumped.settings import SteadySettings, require_between
-from lumped.steady_state import Diverged, new_convergence, straining
+from lumped.steady_state import Diverged, Speed, new_convergence, straining
 from lumped.system import LumpedSystem
 
 if TYPE_CHECKING:
@@ -97,6 +96,22 @@ class Motion(History):
     hub: Array
 
 
+@dataclass(frozen=True)
+class Steps:
+    """Equal steps through a common period.
+
+    frequency : of the first mesh [Hz], 0 for gears that stand still
+    size : [s]; count : how many; cycle : of them in a cycle of the first mesh
+    start : of them since the common period began
+    """
+
+    frequency: float
+    size: float
+    count: int
+    cycle: int
+    start: int = 0
+
+
 @dataclass(frozen=True, eq=False)
 class ImplicitStepper(ABC):
     """What all fidelities have in common: steps of a size through common periods."""
@@ -109,21 +124,8 @@ class ImplicitStepper(ABC):
         """Nothing moves, nothing is loaded."""
 
     @abstractmethod
-    def integrate(
-        self,
-        state: MotionState,
-        frequency: float,
-        step: float,
-        steps: int,
-        cycle: int,
-        start: int = 0,
-    ) -> tuple[MotionState, Motion]:
-        """Advance by `steps` steps [s] from step `start` of a common period.
-
-        cycle : steps of a cycle of the first mesh; frequency : of that [Hz], 0 for
-        gears that stand still. Raises DynamicsError where contact is not solved and
-        Diverged.
-        """
+    def integrate(self, state: MotionState, steps: Steps) -> tuple[MotionState, Motion]:
+        """Advance; raises DynamicsError where contact is not solved, and Diverged."""
 
     @property
     def system(self) -> LumpedSystem:
@@ -137,7 +139,8 @@ class ImplicitStepper(ABC):
         angular = self.system.modes.angular
         slow = 10.0 / angular[angular > 0.0].min()
         damped = replace(self, scheme=generalized_alpha(0.0))
-        found, _ = damped.integrate(self.unloaded(), 0.0, slow, REST_STEPS, 1)
+        still = Steps(0.0, slow, REST_STEPS, 1)
+        found, _ = damped.integrate(self.unloaded(), still)
         for array in (found.motion, *found.fields):
             array[1:3] = 0.0
         return found
@@ -152,38 +155,25 @@ class ImplicitStepper(ABC):
         return check
 
     def advance(
-        self,
-        state: MotionState,
-        frequency: float,
-        settings: DynamicSettings,
-        check: Convergence,
-        most: int,
-        watch: Callable[[int], None],
+        self, state: MotionState, at: Speed, check: Convergence, most: int
     ) -> tuple[MotionState, bool]:
         """By one common period."""
         from lumped.kernels.settling import close_period
 
-        look = partial(watch, 0)
-        state, motion = self._common_period(state, frequency, settings, look)
+        state, motion = self._common_period(state, at)
         check.limits[:] = motion.deflection.min(axis=0), motion.deflection.max(axis=0)
         check.noise[:] = GRAIN * np.abs(check.limits).max(axis=0)
         place, velocity = state.motion[:2, : check.angular.size]
         return state, close_period(check, place, velocity)
 
     def record(
-        self,
-        state: MotionState,
-        frequency: float,
-        settings: DynamicSettings,
-        periods: int,
-        watch: Callable[[int], None],
+        self, state: MotionState, at: Speed, periods: int
     ) -> tuple[MotionState, Motion]:
         parts = []
         for done in range(periods):
-            look = partial(watch, done)
-            state, motion = self._common_period(state, frequency, settings, look)
+            state, motion = self._common_period(state, at.after(done))
             parts.append(motion)
-            watch(done + 1)
+            at.watch(done + 1)
         return state, joined(parts)
 
     def change_speed(
@@ -204,10 +194,9 @@ class ImplicitStepper(ABC):
             smooth = part * part * (3.0 - 2.0 * part)
             frequency = before + (after - before) * smooth if part < 1.0 else after
             cycle = steps_per_cycle(self.model, frequency, settings)
-            step, start = 1.0 / (frequency * cycle), number % rounds * length * cycle
-            state, _ = self.integrate(
-                state, frequency, step, cycle * length, cycle, start
-            )
+            steps, start = cycle * length, number % rounds * length * cycle
+            grid = Steps(frequency, 1.0 / (frequency * cycle), steps, cycle, start)
+            state, _ = self.integrate(state, grid)
         return state
 
     def refined(
@@ -217,26 +206,23 @@ class ImplicitStepper(ABC):
         return None
 
     def _common_period(
-        self,
-        state: MotionState,
-        frequency: float,
-        settings: DynamicSettings,
-        look: Callable[[], None],
+        self, state: MotionState, at: Speed
     ) -> tuple[MotionState, Motion]:
-        """Integrate through a common period; look : called between parts of a long one.
+        """Integrate through a common period; watched between parts of a long one.
 
         Raises InputError where it is too long to be recorded.
         """
-        cycle = steps_per_cycle(self.model, frequency, settings)
+        cycle = steps_per_cycle(self.model, at.frequency, at.settings)
         _require_memory(self.model, cycle)
-        step, whole = 1.0 / (frequency * cycle), self.system.common_period[0] * cycle
+        grid = Steps(at.frequency, 1.0 / (at.frequency * cycle), 0, cycle)
+        whole = self.system.common_period[0] * cycle
         piece = whole if self.system.rounds == 1 else PIECE * cycle
         parts = []
         for start in range(0, whole, piece):
             if start:
-                look()
-            steps = min(piece, whole - start)
-            state, motion = self.integrate(state, frequency, step, steps, cycle, start)
+                at.watch(0)
+            part = replace(grid, count=min(piece, whole - start), start=start)
+            state, motion = self.integrate(state, part)
             parts.append(motion)
         return state, joined(parts)
 
@@ -251,32 +237,27 @@ class ReducedStepper(ImplicitStepper):
             np.zeros((4, model.size)), np.zeros((3, model.contact_count))
         )
 
-    def integrate(
-        self,
-        state: MotionState,
-        frequency: float,
-        step: float,
-        steps: int,
-        cycle: int,
-        start: int = 0,
-    ) -> tuple[MotionState, Motion]:
+    def integrate(self, state: MotionState, steps: Steps) -> tuple[MotionState, Motion]:
         from fegear.dynamics.kernels import reduced as kernel
 
         model, now = self.model, state.copy()
-        record = empty_record(model, steps)
-        clock = Clock(2.0 * math.pi * frequency, cycle, start, model.limit)
+        record = empty_record(model, steps.count)
+        speed = 2.0 * math.pi * steps.frequency
+        clock = Clock(speed, steps.cycle, steps.start, model.limit)
         status, done = kernel.integrate(
-            model.arrays, self.step(step), clock, now.motion, now.contact, record
+            model.arrays, self.step(steps.size), clock, now.motion, now.contact, record
         )
         if status == kernel.DIVERGED:
-            raise Diverged(done / (cycle * self.system.common_period[0]))
+            raise Diverged(done / (steps.cycle * self.system.common_period[0]))
         if status != kernel.FINISHED:
             raise DynamicsError(
-                f"contact not solved at {frequency:g} Hz after {done} steps: the load "
-                "may be more than these teeth can carry, or more --steps may help"
+                f"contact not solved at {steps.frequency:g} Hz after {done} steps: "
+                "the load may be more than these teeth can carry, or more steps may "
+                "help"
             )
-        return now, recorded(step, record)
+        return now, recorded(steps.size, record)
 
+    @lru_cache(maxsize=2)  # noqa: B019  a stepper lives as long as its run
     def step(self, size: float) -> Step:
         """What a step size [s] makes of the model, for the kernels.
 

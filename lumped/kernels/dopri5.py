@@ -18,7 +18,7 @@ import math
 
 import numpy as np
 
-from lumped.compiled import compiled, compiled_part, inlined
+from lumped.compiled import allocating, compiled, compiled_part, inlined
 from lumped.kernels.arrays import (
     FIRST_OFFSET,
     FIRST_ROW,
@@ -192,6 +192,14 @@ def try_step(system, excitation, frequency, work, time, h, y):
 
 
 @inlined
+def take(end, y):
+    """The state at the end of a step (2, n) becomes that at the next one's start."""
+    for j in range(2):
+        for i in range(y.shape[1]):
+            y[j, i] = end[j, i]
+
+
+@inlined
 def energy_norm(system, y):
     """Square root of twice the energy of free vibration."""
     norm = 0.0
@@ -330,7 +338,7 @@ def advance(system, excitation, rules, work, y, span, grid, out):
             record_row(system, excitation, work, grid[row], out[row])
             set_pitch(excitation, time, 1)
             row += 1
-        y[:] = work.end
+        take(work.end, y)
         total += error
         time = until if last else time + h_now
         if changed >= 0:
@@ -383,7 +391,7 @@ def set_noise(system, error, noise):
         noise[m] = error * math.sqrt(square)
 
 
-@inlined
+@allocating
 def make_work(system, excitation, limits):
     n, m, p = system.rigidity.size, system.shapes.shape[0], excitation.mesh_of.size
     return AdaptiveWork(

@@ -137,3 +137,24 @@ def test_steep_resonance_without_hysteresis_is_no_jump():
     assert find_jumps(up, down) == []
     other = branch(frequency, np.where(frequency < 12, 1e-6, 5e-6), direction="down")
     assert len(find_jumps(up, other)) == 1
+
+
+def test_a_figure_pairs_the_directions_of_each_model():
+    """Finite elements and the lumped model beside them hang on one system."""
+    from lumped import figures
+
+    frequency = np.arange(500.0, 1200.0, 5.0)
+    curves = []
+    for model, offset in (("first", 0.0), ("second", 5e-6)):
+        for direction, at in (("up", frequency), ("down", frequency[::-1])):
+            rms = softening(at, direction) + offset
+            one = branch(at, rms, direction=direction)
+            one.responses, one.system = (None,), "the same"
+            curves.append(figures.Curve(100.0, one, model))
+    for curve in curves:
+        (same,) = [
+            each.branch
+            for each in curves
+            if each.name == curve.name and each is not curve
+        ]
+        assert figures._opposite(curve, curves) is same

@@ -234,10 +234,10 @@ def test_speeds_are_kept_until_the_result_is_written(few, tmp_path, monkeypatch,
 def test_a_diverging_approach_of_the_finite_elements_is_nan(tmp_path, monkeypatch):
     integrate = ReducedStepper.integrate
 
-    def diverging(self, state, frequency, *words):
-        if 0.0 < frequency < 1120.0:
+    def diverging(self, state, steps):
+        if 0.0 < steps.frequency < 1120.0:
             raise Diverged(0.0)
-        return integrate(self, state, frequency, *words)
+        return integrate(self, state, steps)
 
     monkeypatch.setattr(ReducedStepper, "integrate", diverging)
     case = replace(FEW, speeds_Hz="")

@@ -139,20 +139,27 @@ class Position(NamedTuple):
 
 
 class ContactProblem(NamedTuple):
-    """The equations for the penetrations of n chosen contacts.
+    """The equations for the penetrations of the n first `chosen` contacts, of all c.
 
-    chosen : (n,) among all c contacts; mesh_of : (c,)
-    Q : (n, n) [m/N]; free : (c,) penetrations without contact forces [m]
+    knots, law : as in Contacts; place, part : as in Position; mesh_of : (c,)
     reversed : (c,) whether a contact slides against its nominal direction
+    free : (c,) penetrations without contact forces [m]
+    chosen : (c,); Q : (c, c) [m/N], of those chosen
+    newton : (5, c), matrix : (c, c), right : (c, 2) working arrays
     """
 
-    contacts: Contacts
+    knots: Array
+    law: Array
+    place: Array
+    part: Array
     mesh_of: Array
+    reversed: Array
+    free: Array
     chosen: Array
     Q: Array
-    free: Array
-    where: Position
-    reversed: Array
+    newton: Array
+    matrix: Array
+    right: Array
 
 
 class Step(NamedTuple):
@@ -201,3 +208,25 @@ class Row(NamedTuple):
     row: Array
     onto_hubs: Array
     elastic: Array
+
+
+class Room(NamedTuple):
+    """Working arrays of a step.
+
+    predicted (2, n) displacement and velocity at its end without acceleration
+    right (n,), reduced (h,) of the step's equations, acceleration (n,)
+    rotation (m, 2) speeds of driver and driven; friction (c,) signed coefficient
+    normal, pushing : rows of penetration and of force
+    moved (c, h) : the hubs under a unit force
+    """
+
+    predicted: Array
+    right: Array
+    acceleration: Array
+    reduced: Array
+    rotation: Array
+    friction: Array
+    normal: Row
+    pushing: Row
+    moved: Array
+    problem: ContactProblem

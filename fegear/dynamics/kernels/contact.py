@@ -16,10 +16,12 @@ import math
 import numpy as np
 
 from fegear.contact.active_set import eliminate
-from lumped.compiled import compiled_part, inlined
+from fegear.dynamics.kernels.arrays import ContactProblem
+from lumped.compiled import allocating, compiled_part, inlined
 
 MOST_ROUNDS = 60
 CONVERGED, NOT_CONVERGED = 0, 1
+X, LOADS, SLOPES, ERRORS, BEFORE = 0, 1, 2, 3, 4  # rows of Newton's method
 EXACT = 1e-11  # of the law's reach, of penetrations
 STICKING = 5e-3  # m/s: a slower reversal of sliding does not reverse the friction
 NEAR = 0.05  # of the law's reach: contacts so little apart are solved for
@@ -46,9 +48,9 @@ def law_at(knots, law, penetration):
 @inlined
 def load_at(problem, c, penetration):
     """(load [N], slope [N/m]) of contact c, linear between positions of its table."""
-    contacts, m, side = problem.contacts, problem.mesh_of[c], problem.reversed[c]
-    place, part = problem.where.place[m], problem.where.part[m]
-    knots, law = contacts.knots[m], contacts.law
+    m, side = problem.mesh_of[c], problem.reversed[c]
+    place, part = problem.place[m], problem.part[m]
+    knots, law = problem.knots[m], problem.law
     load, slope = law_at(knots, law[c, place, side], penetration)
     if part > 0.0:
         later, steeper = law_at(knots, law[c, place + 1, side], penetration)
@@ -82,51 +84,63 @@ def set_reversed(contacts, rotation, where, reversed_):
             reversed_[c] = 1 if contacts.side[c] * slip * nominal > STICKING else 0
 
 
+@allocating
+def contact_problem(contacts, mesh_of, where):
+    """The equations for meshes at `where`; what changes in a step is not set yet."""
+    count = mesh_of.size
+    return ContactProblem(
+        *(contacts.knots, contacts.law, where.place, where.part, mesh_of),
+        *(np.zeros(count, np.int64), np.empty(count), np.empty(count, np.int64)),
+        *(np.empty((count, count)), np.empty((5, count))),
+        *(np.empty((count, count)), np.zeros((count, 2))),
+    )
+
+
 @inlined
-def residual(problem, x, work):
-    """Largest error of the equations [m]; work gets loads, slopes and errors."""
-    worst, chosen = 0.0, problem.chosen
-    for i in range(chosen.size):
-        load, slope = load_at(problem, chosen[i], x[i])
-        work[0, i] = load
-        work[1, i] = slope
-    for i in range(chosen.size):
-        error = x[i] - problem.free[chosen[i]]
-        for j in range(chosen.size):
-            error += problem.Q[i, j] * work[0, j]
-        work[2, i] = error
+def set_errors(problem, n):
+    """Loads, slopes and errors of the equations at x; the largest error [m]."""
+    worst, chosen, Q = 0.0, problem.chosen, problem.Q
+    newton, free = problem.newton, problem.free
+    for i in range(n):
+        newton[LOADS, i], newton[SLOPES, i] = load_at(problem, chosen[i], newton[X, i])
+    for i in range(n):
+        error = newton[X, i] - free[chosen[i]]
+        for j in range(n):
+            error += Q[i, j] * newton[LOADS, j]
+        newton[ERRORS, i] = error
         if not abs(error) <= worst:
             worst = abs(error)
     return worst
 
 
 @compiled_part
-def solve_penetrations(problem, x, work):
-    """Newton's method with step halving for the penetrations x; the status.
+def solve_penetrations(problem, n):
+    """Newton's method with step halving for n penetrations; the status.
 
-    x : start on entry; work : (3, n), row 0 holds the loads at the end
+    They start from what they are without forces. Rows X and LOADS of `newton` hold
+    penetrations and loads at the end.
     """
-    n, scale = problem.chosen.size, problem.contacts.knots[0, -1]
-    matrix, right = np.empty((n, n)), np.zeros((n, 2))
-    old = np.empty(n)
-    error = residual(problem, x, work)
+    newton, matrix, right = problem.newton, problem.matrix, problem.right
+    Q, scale = problem.Q, problem.knots[0, -1]
+    for i in range(n):
+        newton[X, i] = problem.free[problem.chosen[i]]
+    error = set_errors(problem, n)
     for _ in range(MOST_ROUNDS):
         if error <= EXACT * scale:
             return CONVERGED
         if not error < math.inf:
             return NOT_CONVERGED
         for i in range(n):
-            right[i, 0] = work[2, i]
-            old[i] = x[i]
+            right[i, 0], newton[BEFORE, i] = newton[ERRORS, i], newton[X, i]
             for j in range(n):
-                matrix[i, j] = problem.Q[i, j] * work[1, j]
+                matrix[i, j] = Q[i, j] * newton[SLOPES, j]
             matrix[i, i] += 1.0
-        eliminate(matrix, right)
+        eliminate(matrix, right, n)
         before, length = error, 1.0
         for _ in range(8):
             for i in range(n):
-                x[i] = old[i] - length * right[i, 0]
-            error = residual(problem, x, work)
+                newton[X, i] = newton[BEFORE, i] - length * right[i, 0]
+            error = set_errors(problem, n)
             if error < before:
                 break
             length *= 0.5

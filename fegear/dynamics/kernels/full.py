@@ -5,9 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from fegear.dynamics.kernels import reduced
-from fegear.dynamics.kernels.arrays import ContactProblem
 from fegear.dynamics.kernels.contact import (
     CONVERGED,
+    LOADS,
+    X,
+    contact_problem,
     set_reversed,
     solve_penetrations,
 )
@@ -94,19 +96,19 @@ def find_loads(contacts, mesh_of, Q, free, where, contact):
     Q : (c, c) penetration of the first contact per load on the second [m/N]
     free : (c,) penetrations without loads [m]
     """
-    contact[PENETRATION] = free
-    contact[LOAD] = 0.0
-    chosen = find_near(contacts, mesh_of, free)
-    if chosen.size == 0:
+    problem = contact_problem(contacts, mesh_of, where)
+    for c in range(free.size):
+        contact[PENETRATION, c], contact[LOAD, c] = free[c], 0.0
+        problem.free[c], problem.reversed[c] = free[c], int(contact[REVERSED, c])
+    near = find_near(problem)
+    if near == 0:
         return CONVERGED
-    x, work = free[chosen].copy(), np.empty((3, chosen.size))
-    matrix = np.empty((chosen.size, chosen.size))
-    for p in range(chosen.size):
-        for s in range(chosen.size):
-            matrix[p, s] = Q[chosen[p], chosen[s]]
-    reversed_ = contact[REVERSED].astype(np.int64)
-    problem = ContactProblem(contacts, mesh_of, chosen, matrix, free, where, reversed_)
-    status = solve_penetrations(problem, x, work)
-    for p in range(chosen.size):
-        contact[PENETRATION, chosen[p]], contact[LOAD, chosen[p]] = x[p], work[0, p]
+    for p in range(near):
+        for s in range(near):
+            problem.Q[p, s] = Q[problem.chosen[p], problem.chosen[s]]
+    status = solve_penetrations(problem, near)
+    for p in range(near):
+        c = problem.chosen[p]
+        contact[PENETRATION, c] = problem.newton[X, p]
+        contact[LOAD, c] = problem.newton[LOADS, p]
     return status

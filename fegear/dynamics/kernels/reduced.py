@@ -13,16 +13,19 @@ import math
 
 import numpy as np
 
-from fegear.dynamics.kernels.arrays import ContactProblem, Position, Row
+from fegear.dynamics.kernels.arrays import Position, Room, Row
 from fegear.dynamics.kernels.contact import (
     CONVERGED,
+    LOADS,
     NEAR,
+    X,
     between,
+    contact_problem,
     set_reversed,
     solve_penetrations,
 )
 from fegear.dynamics.kernels.newmark import newmark_correct, newmark_predict
-from lumped.compiled import compiled, compiled_part, inlined
+from lumped.compiled import allocating, compiled, compiled_part, inlined
 from lumped.kernels.settling import bounded
 
 FINISHED, DIVERGED, UNSOLVED = 0, 1, 2
@@ -47,11 +50,15 @@ def mass_times(modal, x, out):
 
 
 @inlined
-def solve_step(modal, step, right, out):
-    """Solve with the step's matrix by elimination of the elastic modes."""
+def solve_step(modal, step, right, out, reduced):
+    """Solve with the step's matrix by elimination of the elastic modes.
+
+    reduced : (h,) working array
+    """
     rotation, coupling, owner = modal.rotation, modal.coupling, modal.owner
     inverse, hubs = step.elastic_inverse, rotation.shape[1]
-    reduced = right[:hubs].copy()
+    for a in range(hubs):
+        reduced[a] = right[a]
     for i in range(coupling.size):
         out[hubs + i] = inverse[i] * right[hubs + i]
         if coupling[i] != 0.0:
@@ -83,7 +90,7 @@ def predict(newmark, state, predicted):
 def set_balance(modal, newmark, state, predicted, right):
     """What the new accelerations have to balance besides new contact forces (n,)."""
     alpha_f, new = newmark.alpha_f, 1.0 - newmark.alpha_f
-    hubs = modal.damping.size
+    hubs, stiffness, rigidity = modal.damping.size, modal.stiffness, modal.rigidity
     mass_times(modal, state[A], right)
     for i in range(right.size):
         right[i] = alpha_f * state[PUSH, i] - newmark.alpha_m * right[i]
@@ -92,14 +99,11 @@ def set_balance(modal, newmark, state, predicted, right):
             right[i] += modal.load[i] - modal.damping[i] * velocity
             for j in range(hubs):
                 place = new * predicted[0, j] + alpha_f * state[Q, j]
-                right[i] -= modal.stiffness[i, j] * place
+                right[i] -= stiffness[i, j] * place
         else:
             place = new * predicted[0, i] + alpha_f * state[Q, i]
-            damping, rigidity = (
-                modal.elastic_damping[i - hubs],
-                modal.rigidity[i - hubs],
-            )
-            right[i] -= damping * velocity + rigidity * place
+            damping = modal.elastic_damping[i - hubs]
+            right[i] -= damping * velocity + rigidity[i - hubs] * place
 
 
 @inlined
@@ -137,7 +141,7 @@ def count_anew(modal, gear, state):
                 state[k, hubs + j] = modal.cosine[j] * two + modal.sine[j] * one
 
 
-@compiled_part
+@inlined
 def set_position(rate, contacts, cycle, number, where):
     """Bring the meshes to step `number`, with `cycle` steps of the first mesh's."""
     positions, errors = contacts.gap.shape[1] - 1, contacts.errors
@@ -158,7 +162,7 @@ def set_position(rate, contacts, cycle, number, where):
                 where.gap[c, p] = contacts.gap[c, p] + error
 
 
-@inlined
+@allocating
 def start_position(contacts):
     """Room for the position of the meshes; gaps change with pitch errors only."""
     meshes = contacts.first.size - 1
@@ -206,12 +210,9 @@ def eliminate_modes(modal, step, columns, rows, c):
 
 
 @inlined
-def step_compliance(jacobian, hubs, normal, pushing, moved, c, d):
-    """Penetration of contact c under minus the inverse step's matrix times force on d.
-
-    normal, pushing : rows of penetration and of force; moved : hubs under force d
-    """
-    total = 0.0
+def step_compliance(jacobian, hubs, room, c, d):
+    """Penetration of contact c under the step's inverse matrix times minus force d."""
+    normal, pushing, moved, total = room.normal, room.pushing, room.moved, 0.0
     for a in range(hubs):
         total += normal.onto_hubs[c, a] * moved[d, a]
     one, two = jacobian.mesh_of[c], jacobian.mesh_of[d]
@@ -258,68 +259,63 @@ def residual_compliance(contacts, jacobian, friction, where, c, d):
 
 
 @inlined
-def signed_friction(model, speed, predicted, where, reversed_):
-    """Coefficient of friction toward the roots of each contact (c,)."""
-    jacobian, contacts = model.jacobian, model.contacts
-    friction, signed = jacobian.friction[()], np.zeros(reversed_.size)
-    if friction > 0.0:
-        rotation = np.empty((jacobian.widths.size, 2))
-        set_rotation(model.kinematics, model.modal, speed, predicted, rotation)
-        set_reversed(contacts, rotation, where, reversed_)
-        for c in range(signed.size):
-            m = jacobian.mesh_of[c]
-            sliding = between(contacts.sliding, c, where.place[m], where.part[m])
-            signed[c] = friction * sliding
-            if reversed_[c] == 1:
-                signed[c] = -signed[c]
-    return signed
+def set_friction(model, speed, where, room):
+    """The signed coefficient of friction toward the roots of each contact (c,)."""
+    jacobian, contacts, signed = model.jacobian, model.contacts, room.friction
+    reversed_, friction = room.problem.reversed, jacobian.friction[()]
+    for c in range(signed.size):
+        reversed_[c], signed[c] = 0, 0.0
+    if not friction > 0.0:
+        return
+    set_rotation(model.kinematics, model.modal, speed, room.predicted, room.rotation)
+    set_reversed(contacts, room.rotation, where, reversed_)
+    for c in range(signed.size):
+        m = jacobian.mesh_of[c]
+        sliding = between(contacts.sliding, c, where.place[m], where.part[m])
+        signed[c] = friction * sliding
+        if reversed_[c] == 1:
+            signed[c] = -signed[c]
 
 
-@compiled_part
-def set_free(model, newmark, where, predicted, acceleration, rows, free):
+@inlined
+def set_free(model, newmark, where, room):
     """Penetrations (c,) without new contact forces, and the rows that give them."""
     jacobian, late = model.jacobian, newmark.beta * newmark.h**2
+    columns, rows, free = jacobian.columns, room.normal.row, room.problem.free
+    predicted, acceleration = room.predicted, room.acceleration
     for c in range(free.size):
         m = jacobian.mesh_of[c]
         width, place, part = jacobian.widths[m], where.place[m], where.part[m]
         free[c] = -between(where.gap, c, place, part)
         set_row(jacobian.normal, width, c, place, part, rows[c])
         for k in range(width):
-            i = jacobian.columns[m, k]
+            i = columns[m, k]
             free[c] += rows[c, k] * (predicted[0, i] + late * acceleration[i])
 
 
 @inlined
-def find_near(contacts, mesh_of, free):
-    """Contacts (n,) that touch or are so little apart that they may."""
-    chosen, near = np.empty(free.size, np.int64), 0
-    for c in range(free.size):
-        if not free[c] < -NEAR * contacts.knots[mesh_of[c], -1]:
-            chosen[near] = c
+def find_near(problem):
+    """Number of contacts that touch or are so little apart that they may: `chosen`."""
+    near = 0
+    for c in range(problem.free.size):
+        if not problem.free[c] < -NEAR * problem.knots[problem.mesh_of[c], -1]:
+            problem.chosen[near] = c
             near += 1
-    return chosen[:near]
+    return near
 
 
 @inlined
-def empty_rows(contacts, wide, hubs):
-    return Row(
-        np.empty((contacts, wide)),
-        np.empty((contacts, hubs)),
-        np.empty((contacts, wide)),
-    )
-
-
-@compiled_part
-def set_forces(model, step, where, chosen, friction, normal, pushing):
+def set_forces(model, step, where, near, room):
     """Rows of penetration and of contact force, and how a unit force moves the hubs.
 
-    Returns the latter (c, h); a force acts along its normal and, times the signed
-    coefficient of friction (c,), toward the root.
+    A force acts along its normal and, times the signed coefficient of friction, toward
+    the root.
     """
-    modal, jacobian = model.modal, model.jacobian
+    modal, jacobian, friction = model.modal, model.jacobian, room.friction
+    normal, pushing, moved = room.normal, room.pushing, room.moved
     hubs = modal.rotation.shape[1]
-    moved = np.empty((friction.size, hubs))
-    for c in chosen:
+    for p in range(near):
+        c = room.problem.chosen[p]
         m = jacobian.mesh_of[c]
         width, place, part = jacobian.widths[m], where.place[m], where.part[m]
         columns = jacobian.columns[m, :width]
@@ -334,58 +330,52 @@ def set_forces(model, step, where, chosen, friction, normal, pushing):
             moved[c, a] = 0.0
             for b in range(hubs):
                 moved[c, a] += step.hub_inverse[a, b] * pushing.onto_hubs[c, b]
-    return moved
 
 
-@compiled_part
-def find_contact(model, step, speed, where, predicted, acceleration, state, contact):
+@inlined
+def set_compliance(model, step, where, near, room):
+    """What the penetrations of the chosen contacts owe to the forces on them."""
+    problem, newmark, hubs = room.problem, step.newmark, room.moved.shape[1]
+    soft = newmark.beta * newmark.h**2 * (1.0 - newmark.alpha_f)
+    for p in range(near):
+        for s in range(near):
+            c, d = problem.chosen[p], problem.chosen[s]
+            moving = step_compliance(model.jacobian, hubs, room, c, d)
+            problem.Q[p, s] = soft * moving + residual_compliance(
+                model.contacts, model.jacobian, room.friction, where, c, d
+            )
+
+
+@inlined
+def find_contact(model, step, speed, where, state, contact, room):
     """New contact state (3, c) and generalised contact force of the state; the status.
 
-    acceleration : (n,) at the end of the step without them
+    room.acceleration : (n,) at the end of the step without them
     """
-    jacobian, contacts, newmark = model.jacobian, model.contacts, step.newmark
-    count, hubs = contact.shape[1], model.modal.rotation.shape[1]
-    wide = jacobian.columns.shape[1]
-    reversed_, free = np.zeros(count, np.int64), np.empty(count)
-    friction = signed_friction(model, speed, predicted, where, reversed_)
-    normal = empty_rows(count, wide, hubs)
-    set_free(model, newmark, where, predicted, acceleration, normal.row, free)
-    for c in range(count):
-        contact[PENETRATION, c], contact[LOAD, c] = free[c], 0.0
-        contact[REVERSED, c] = reversed_[c]
+    jacobian, problem = model.jacobian, room.problem
+    set_friction(model, speed, where, room)
+    set_free(model, step.newmark, where, room)
+    for c in range(contact.shape[1]):
+        contact[PENETRATION, c], contact[LOAD, c] = problem.free[c], 0.0
+        contact[REVERSED, c] = problem.reversed[c]
     for i in range(state.shape[1]):
         state[PUSH, i] = 0.0
-    chosen = find_near(contacts, jacobian.mesh_of, free)
-    if chosen.size == 0:
+    near = find_near(problem)
+    if near == 0:
         return CONVERGED
-    pushing = empty_rows(count, wide, hubs)
-    moved = set_forces(model, step, where, chosen, friction, normal, pushing)
-    soft = newmark.beta * newmark.h**2 * (1.0 - newmark.alpha_f)
-    compliance = np.empty((chosen.size, chosen.size))
-    x, newton = np.empty(chosen.size), np.empty((3, chosen.size))
-    for p in range(chosen.size):
-        c = chosen[p]
-        x[p] = free[c]
-        for s in range(chosen.size):
-            d = chosen[s]
-            compliance[p, s] = soft * step_compliance(
-                jacobian, hubs, normal, pushing, moved, c, d
-            ) + residual_compliance(contacts, jacobian, friction, where, c, d)
-    problem = ContactProblem(
-        contacts, jacobian.mesh_of, chosen, compliance, free, where, reversed_
-    )
-    status = solve_penetrations(problem, x, newton)
-    for p in range(chosen.size):
-        c = chosen[p]
+    set_forces(model, step, where, near, room)
+    set_compliance(model, step, where, near, room)
+    status = solve_penetrations(problem, near)
+    for p in range(near):
+        c, load = problem.chosen[p], problem.newton[LOADS, p]
         m = jacobian.mesh_of[c]
-        contact[PENETRATION, c], contact[LOAD, c] = x[p], newton[0, p]
+        contact[PENETRATION, c], contact[LOAD, c] = problem.newton[X, p], load
         for k in range(jacobian.widths[m]):
-            i = jacobian.columns[m, k]
-            state[PUSH, i] -= pushing.row[c, k] * newton[0, p]
+            state[PUSH, jacobian.columns[m, k]] -= room.pushing.row[c, k] * load
     return status
 
 
-@compiled_part
+@inlined
 def record_meshes(kinematics, contacts, state, contact, out):
     """What is recorded of every mesh (5, m)."""
     deflection, first, side = kinematics.deflection, contacts.first, contacts.side
@@ -401,7 +391,7 @@ def record_meshes(kinematics, contacts, state, contact, out):
             out[kind, m] = max(out[kind, m], contact[PENETRATION, c])
 
 
-@compiled_part
+@inlined
 def record_step(model, state, contact, record, n):
     record_meshes(model.kinematics, model.contacts, state, contact, record.mesh[n])
     for c in range(contact.shape[1]):
@@ -411,39 +401,73 @@ def record_step(model, state, contact, record, n):
             record.hub[n, k, a] = state[k, a]
 
 
+@allocating
+def make_room(model, where):
+    """Working arrays of the steps."""
+    modal, jacobian = model.modal, model.jacobian
+    count, wide = jacobian.mesh_of.size, jacobian.columns.shape[1]
+    hubs = modal.damping.size
+    size = hubs + modal.rigidity.size
+    return Room(
+        np.empty((2, size)),
+        np.empty(size),
+        np.empty(size),
+        np.empty(hubs),
+        np.empty((jacobian.widths.size, 2)),
+        np.empty(count),
+        Row(np.empty((count, wide)), np.empty((count, hubs)), np.empty((count, wide))),
+        Row(np.empty((count, wide)), np.empty((count, hubs)), np.empty((count, wide))),
+        np.empty((count, hubs)),
+        contact_problem(model.contacts, jacobian.mesh_of, where),
+    )
+
+
 @compiled
 def integrate(model, step, clock, state, contact, record):
     """Advance by as many steps as there is room to record; (status, steps done).
 
     model : ModelArrays; state (4, n) and contact (3, c) are advanced in place
     """
-    modal, kinematics, newmark = model.modal, model.kinematics, step.newmark
     where = start_position(model.contacts)
-    set_position(kinematics.rate, model.contacts, clock.cycle, clock.start, where)
-    predicted = np.empty((2, state.shape[1]))
-    right, acceleration = np.empty(state.shape[1]), np.empty(state.shape[1])
+    room = make_room(model, where)
+    return march(model, step, clock, state, contact, record, where, room)
+
+
+@inlined
+def march(model, step, clock, state, contact, record, where, room):
+    """As `integrate`, with working arrays."""
+    rate = model.kinematics.rate
+    set_position(rate, model.contacts, clock.cycle, clock.start, where)
     steps = record.mesh.shape[0] - 1
     for n in range(steps):
         record_step(model, state, contact, record, n)
         now = clock.start + n
         if clock.speed != 0.0:
-            pass_teeth(modal, kinematics, clock, now, state)
-            set_position(kinematics.rate, model.contacts, clock.cycle, now + 1, where)
-        predict(newmark, state, predicted)
-        set_balance(modal, newmark, state, predicted, right)
-        solve_step(modal, step, right, acceleration)
-        status = find_contact(
-            model, step, clock.speed, where, predicted, acceleration, state, contact
-        )
+            pass_teeth(model.modal, model.kinematics, clock, now, state)
+            set_position(rate, model.contacts, clock.cycle, now + 1, where)
+        status = advance(model, step, clock.speed, where, state, contact, room)
         if status != CONVERGED:
             return UNSOLVED, n
-        for i in range(right.size):
-            right[i] = (1.0 - newmark.alpha_f) * state[PUSH, i]
-        solve_step(modal, step, right, state[A])
-        for i in range(right.size):
-            acceleration[i] += state[A, i]
-        correct(newmark, predicted, acceleration, state)
         if not bounded(state[Q], state[V], clock.limit):
             return DIVERGED, n
     record_step(model, state, contact, record, steps)
     return FINISHED, steps
+
+
+@inlined
+def advance(model, step, speed, where, state, contact, room):
+    """One step, at whose end the meshes stand at `where`; the status."""
+    modal, newmark, right = model.modal, step.newmark, room.right
+    predict(newmark, state, room.predicted)
+    set_balance(modal, newmark, state, room.predicted, right)
+    solve_step(modal, step, right, room.acceleration, room.reduced)
+    status = find_contact(model, step, speed, where, state, contact, room)
+    if status != CONVERGED:
+        return status
+    for i in range(right.size):
+        right[i] = (1.0 - newmark.alpha_f) * state[PUSH, i]
+    solve_step(modal, step, right, state[A], room.reduced)
+    for i in range(right.size):
+        room.acceleration[i] += state[A, i]
+    correct(newmark, room.predicted, room.acceleration, state)
+    return status

@@ -19,7 +19,7 @@ from fegear.dynamics.kernels.arrays import Clock
 from fegear.dynamics.model import DynamicModel, ElasticGear, dynamic_model
 from fegear.dynamics.scheme import generalized_alpha
 from fegear.dynamics.sides import MeshLaws
-from fegear.dynamics.stepper import MotionState, ReducedStepper, empty_record
+from fegear.dynamics.stepper import MotionState, ReducedStepper, Steps, empty_record
 from fegear.elasticity.cyclic_gear import cyclic_gear
 from fegear.elasticity.material import PlaneMaterial
 from fegear.elasticity.modes import gear_modes
@@ -162,30 +162,19 @@ class Track:
 
 @pytest.fixture(scope="session")
 def track() -> Callable[..., Track]:
-    """March step by step: (stepper, state, frequency, step, steps, cycle, start).
+    """March step by step and keep every state: (stepper, state, steps)."""
 
-    frequency : of the first mesh [Hz], 0 for gears that stand still
-    cycle : steps of a cycle of the first mesh; start : of them since it began
-    """
-
-    def march(
-        stepper: ReducedStepper,
-        state: MotionState,
-        frequency: float,
-        step: float,
-        steps: int,
-        cycle: int,
-        start: int = 0,
-    ) -> Track:
+    def march(stepper: ReducedStepper, state: MotionState, steps: Steps) -> Track:
         from fegear.dynamics.kernels import reduced as kernel
 
-        model, made = stepper.model, stepper.step(step)
+        model, made = stepper.model, stepper.step(steps.size)
         motion, contact = state.motion.copy(), state.contact.copy()
         record = empty_record(model, 1)
         motions, contactes, deflections = [motion.copy()], [contact.copy()], []
-        for n in range(steps):
-            number = start + n if frequency else start
-            clock = Clock(2.0 * np.pi * frequency, cycle, number, np.inf)
+        for n in range(steps.count):
+            number = steps.start + (n if steps.frequency else 0)
+            speed = 2.0 * np.pi * steps.frequency
+            clock = Clock(speed, steps.cycle, number, np.inf)
             status, _ = kernel.integrate(
                 model.arrays, made, clock, motion, contact, record
             )

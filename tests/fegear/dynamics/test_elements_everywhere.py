@@ -13,7 +13,7 @@ from fegear.cli import app
 from fegear.dynamics.build import FiniteElements, modes_once, prepare
 from fegear.dynamics.contact_history import ContactHistory
 from fegear.dynamics.cross_mesh import _flank_table
-from fegear.dynamics.stepper import DynamicSettings
+from fegear.dynamics.stepper import DynamicSettings, Steps
 from fegear.elasticity import sector
 from fegear.elasticity.material import PlaneMaterial
 from fegear.excitation import Excitations, Source
@@ -87,7 +87,7 @@ def test_plane_strain_is_plane_stress_of_another_material(idler, fidelity):
 def marched(gear_set, fidelity, torque):
     stepper = prepared(gear_set, STRESS, fidelity, torque)
     size, steps = 1.0 / (SPEED * 128), 128
-    _, motion = stepper.integrate(stepper.start(), SPEED, size, steps, steps)
+    _, motion = stepper.integrate(stepper.start(), Steps(SPEED, size, steps, steps))
     return motion.deflection
 
 

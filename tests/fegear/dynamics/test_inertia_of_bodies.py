@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from fegear.dynamics.build import FiniteElements, prepare
-from fegear.dynamics.stepper import DynamicSettings
+from fegear.dynamics.stepper import DynamicSettings, Steps
 from fegear.errors import InputError
 from fegear.excitation import Excitations, Source
 from fegear.gearset import read_gear_set
@@ -49,7 +49,9 @@ def test_modes_and_all_freedoms_agree_from_rest(prepared):
     for fidelity in ("full", "reduced", "auto"):
         stepper = prepared(fidelity)
         size = 1.0 / (speed * steps)
-        _, motion = stepper.integrate(stepper.start(), speed, size, 3 * steps, steps)
+        _, motion = stepper.integrate(
+            stepper.start(), Steps(speed, size, 3 * steps, steps)
+        )
         found.append(motion.deflection[:, 0])
     full, *others = found
     for motion in others:

@@ -10,7 +10,7 @@ import pytest
 from fegear.dynamics import memory
 from fegear.dynamics.build import FiniteElements, prepare
 from fegear.dynamics.memory import full_bytes, require_memory
-from fegear.dynamics.stepper import DynamicSettings
+from fegear.dynamics.stepper import DynamicSettings, Steps
 from fegear.errors import InputError
 from fegear.excitation import Excitations, Source
 from fegear.gearset import load_gear_set
@@ -45,7 +45,7 @@ def test_estimate_is_above_what_is_used_and_near_it(made, monkeypatch, name):
     stepper = made(name).stepper
     state = stepper.start()
     for size in 1e-5 * np.array([1.0, 1.1, 1.2]):
-        state, _ = stepper.integrate(state, 1000.0, size, 3, 100)
+        state, _ = stepper.integrate(state, Steps(1000.0, size, 3, 100))
     used = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
     assert 0.3 * noted[-1] < used < noted[-1]

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fegear.dynamics.kernels import reduced as kernel
-from fegear.dynamics.stepper import DynamicSettings
+from fegear.dynamics.stepper import DynamicSettings, Steps
 from lumped.steady_state import steady_state
 
 CUTOFF = 30e3  # Hz
@@ -31,7 +31,9 @@ def kicked(stepper, speed):
 def deflections(stepper, state, frequency, cells, fine):
     """At the ends of position cells, `fine` steps in each."""
     step = 1.0 / (1600.0 * CYCLE * fine)
-    _, motion = stepper.integrate(state, frequency, step, cells * fine, CYCLE * fine)
+    _, motion = stepper.integrate(
+        state, Steps(frequency, step, cells * fine, CYCLE * fine)
+    )
     return motion.deflection[::fine, 0], motion.force[::fine, 0]
 
 

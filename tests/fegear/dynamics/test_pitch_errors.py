@@ -11,7 +11,7 @@ from fegear.dynamics import stepper as stepping
 from fegear.dynamics.build import FiniteElements, prepare
 from fegear.dynamics.history import history_table
 from fegear.dynamics.sides import BACK, DRIVE
-from fegear.dynamics.stepper import DynamicSettings, steps_per_cycle
+from fegear.dynamics.stepper import DynamicSettings, Steps, steps_per_cycle
 from fegear.errors import InputError
 from fegear.excitation import Excitations, Source
 from fegear.gearset.phases import mesh_phases
@@ -130,7 +130,7 @@ def test_steps_are_those_of_the_equations(uneven):
     )
     steps = 128 * 8
     _, motion = stepper.integrate(
-        state, frequency, 1.0 / (frequency * steps), cycles * steps, steps
+        state, Steps(frequency, 1.0 / (frequency * steps), cycles * steps, steps)
     )
     found = motion.deflection[::8, 0]
     exact = states[:, 0, : shape.size] @ shape
@@ -143,11 +143,11 @@ def test_a_later_start_is_another_pair(uneven):
     stepper, cycle = uneven.stepper(None), 128
     size = 1.0 / (1600.0 * cycle)
     first = stepper.start()
-    _, whole = stepper.integrate(first, 1600.0, size, 4 * cycle, cycle)
-    half, _ = stepper.integrate(first, 1600.0, size, 2 * cycle, cycle)
-    _, later = stepper.integrate(half, 1600.0, size, 2 * cycle, cycle, 2 * cycle)
+    _, whole = stepper.integrate(first, Steps(1600.0, size, 4 * cycle, cycle))
+    half, _ = stepper.integrate(first, Steps(1600.0, size, 2 * cycle, cycle))
+    _, later = stepper.integrate(half, Steps(1600.0, size, 2 * cycle, cycle, 2 * cycle))
     np.testing.assert_array_equal(later.deflection, whole.deflection[2 * cycle :])
-    _, again = stepper.integrate(half, 1600.0, size, 2 * cycle, cycle)
+    _, again = stepper.integrate(half, Steps(1600.0, size, 2 * cycle, cycle))
     assert np.abs(again.pair_load - later.pair_load).max() > 10.0
 
 

@@ -13,7 +13,7 @@ import pytest
 import fegear.statics as statics
 from fegear.contact.problem import solve_cycle
 from fegear.dynamics.kernels import reduced as kernel
-from fegear.dynamics.stepper import MotionState
+from fegear.dynamics.stepper import MotionState, Steps
 from fegear.gearset.model import GearSet
 from fegear.statics import Resolution, StaticsSettings, contact_problem
 from fegear.train import train_of
@@ -45,7 +45,7 @@ def at_rest(stepper, track):
     found, moment = [], []
     for n in range(POSITIONS):
         place = n * CYCLE // POSITIONS
-        run = track(stepper, state, 0.0, 1e-2, 6, CYCLE, place)
+        run = track(stepper, state, Steps(0.0, 1e-2, 6, CYCLE, place))
         motion = run.motion[-1]
         motion[1:3] = 0.0
         state = MotionState(motion, run.contact[-1])
@@ -100,7 +100,7 @@ def test_slow_motion_with_friction_is_static(case_of, track, relief):
     stepper = case.stepper(CUTOFF, remaining=0.0)
     frequency, steps = 0.5, 64 * POSITIONS
     _, motion = stepper.integrate(
-        stepper.start(), frequency, 1.0 / (frequency * steps), steps, steps
+        stepper.start(), Steps(frequency, 1.0 / (frequency * steps), steps, steps)
     )
     found = motion.deflection[: -1 : steps // POSITIONS, 0]
     # at the pitch point itself, and off balance at the very start
@@ -204,7 +204,9 @@ def test_a_march_is_continuous_where_teeth_are_counted_anew(case_of, track):
     stepper = case_of("liu-idler-small-hubs").stepper(CUTOFF)
     steps = 1024
     run = track(
-        stepper, stepper.start(), 300.0, 1.0 / (300.0 * steps), 2 * steps, steps
+        stepper,
+        stepper.start(),
+        Steps(300.0, 1.0 / (300.0 * steps), 2 * steps, steps),
     )
     force = np.stack(
         [
@@ -263,7 +265,7 @@ def test_a_mirrored_train_moves_alike(both_ways, cutoff):
         kick = np.linalg.pinv(deflection) @ [0.2, -0.2]  # m/s
         state.motion[kernel.V, : kick.size] += kick
         step = 1.0 / (1500.0 * 256)
-        runs.append(stepper.integrate(state, 1500.0, step, 512, 256)[1])
+        runs.append(stepper.integrate(state, Steps(1500.0, step, 512, 256))[1])
     force = runs[0].force
     assert (force == 0.0).any()
     assert (force < 0.0).any()

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from fegear.dynamics.kernels import reduced as kernel
+from fegear.dynamics.stepper import Steps
 from validation.oracles import reduced_motion
 
 CUTOFF = 30e3  # Hz
@@ -32,7 +33,7 @@ def run(request, case_of):
 def marched(stepper, state, fine):
     steps = POSITIONS * fine
     _, motion = stepper.integrate(
-        state, FREQUENCY, 1.0 / (FREQUENCY * steps), PERIODS * steps, steps
+        state, Steps(FREQUENCY, 1.0 / (FREQUENCY * steps), PERIODS * steps, steps)
     )
     return motion
 
