@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from fegear.dynamics.build import FiniteElements
+from fegear.errors import InputError
 from fegear.excitation import Excitations
 from fegear.gearset import load_gear_set
 from lumped.csv_text import format_records
@@ -51,6 +52,18 @@ def test_errors_shrink_with_the_steps_at_equal_cost_per_step(bench_of):
         for n in (64, 128, 256)
     ]
     assert errors[0] > 3.0 * errors[1] > 9.0 * errors[2]
+
+
+def test_cutoffs_below_all_elastic_modes_are_left_out(bench_of):
+    bench = bench_of(2)
+    stepper, _, _ = bench.stepper(FiniteElements(fidelity="reduced"))
+    others = study.others_with_modes(stepper)
+    left = [each for each in study.OTHERS if each not in others]
+    assert [setting for _, setting, _ in left] == [10e3]
+    _, _, elements = others[len(study.MESHES) + 1]
+    assert bench.stepper(elements)[1] > 0
+    with pytest.raises(InputError, match="no elastic mode"):
+        bench.stepper(left[0][2])
 
 
 def test_rows_grow_by_coordinates(bench_of):
