@@ -29,7 +29,6 @@ from fegear.cli.options import (
     Outputs,
     given,
     named_options,
-    progress_bar,
     refuse_idle,
 )
 from fegear.cli.screen import complain, say
@@ -190,8 +189,7 @@ def dynamics_command(
         entries=edit_entries(changes),
         tell=complain,
     )
-    bar = progress_bar(enabled=not outputs.as_json)
-    with bar as report, named_options("root_stress"):
+    with outputs.progress() as report, named_options("root_stress"):
         result = sweep_elements(
             gear_set, torques, frequencies, settings, records, report
         )

@@ -12,7 +12,6 @@ from fegear.cli.lumped_options import LoadCase, middle_torque
 from fegear.cli.options import (
     Elements,
     Outputs,
-    progress_bar,
     require,
 )
 from fegear.cli.screen import number, ruled_table, screen
@@ -138,7 +137,7 @@ def identify_command(
 
     known = measured.of(gear_set, at)
     settings = StaticsSettings(**elements.given)
-    with progress_bar(enabled=not outputs.as_json) as report:
+    with outputs.progress() as report:
         model = stiffness_model(gear_set, known.torque, settings, report)
         found = identify(model, known, unknowns.hold_width, start, report)
     values = identification_values(gear_set, known, found)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -23,13 +22,8 @@ from fegear.cli.map_axes import parsed_axes
 from fegear.cli.map_report import map_summary, map_warnings, print_map
 from fegear.cli.options import (
     FREQUENCY,
-    AsJson,
-    Plot,
-    progress_bar,
+    Outputs,
     refuse_idle,
-    require_outputs,
-    save_plot,
-    show,
 )
 from fegear.cli.screen import complain
 from fegear.errors import InputError
@@ -80,7 +74,7 @@ class Response:
 
 
 @dataclass(frozen=True, kw_only=True)
-class MapOutputs:
+class MapOutputs(Outputs):
     """Where the map goes; its points are kept as they are finished."""
 
     output: Path | None = option(
@@ -93,8 +87,6 @@ class MapOutputs:
         "Compute the points in --output anew.",
         default=False,
     )
-    plot: Plot = None
-    as_json: AsJson = False
 
     def __post_init__(self) -> None:
         if self.output is None:
@@ -126,7 +118,7 @@ def map_command(
     The same command goes on with an interrupted map.
     """
     begin = time.perf_counter()
-    require_outputs([outputs.output], [subject.set_name], outputs.plot)
+    outputs.require(subject.set_name)
     from fegear.parameter_maps import compute_map, digest, take_up
 
     varied = _varied(subject, parsed_axes(over), model, torque)
@@ -142,13 +134,13 @@ def map_command(
             grid = take_up(grid, outputs.output)
         except InputError as error:
             raise InputError(f"{error}; choose another -o or --overwrite") from None
-    with progress_bar(enabled=not outputs.as_json) as report:
+    with outputs.progress() as report:
         found = compute_map(grid, varied, evaluate, outputs.output, report, complain)
     values = map_summary(found, response.words)
     values["warnings"] = list(map_warnings(found, varied.gear_set))
     values["wall_time_s"] = round(time.perf_counter() - begin, 3)
-    save_plot(outputs.plot, partial(_figure, found))
-    show(values, outputs.as_json, print_map)
+    outputs.draw(lambda: _figure(found))
+    outputs.show(values, print_map)
 
 
 def _varied(

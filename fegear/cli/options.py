@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -100,13 +100,21 @@ class Outputs:
 
     def draw(self, figure: Callable[[], Figure]) -> None:
         """The plot, where one is asked for."""
-        save_plot(self.plot, figure)
+        from fegear.output import write_whole
+        from fegear.plots import save_figure
+
+        if self.plot is not None:
+            write_whole(self.plot, lambda place: save_figure(figure(), place))
 
     def show(
         self, values: dict[str, Any], print_values: Callable[[dict[str, Any]], None]
     ) -> None:
         """On the screen, as JSON or by the function; warnings follow."""
         show(values, self.as_json, print_values)
+
+    def progress(self) -> AbstractContextManager[Progress]:
+        """A bar, unless the screen is for JSON."""
+        return progress_bar(enabled=not self.as_json)
 
 
 def show(
@@ -122,15 +130,6 @@ def show(
     else:
         print_values(values)
     warn(values.get("warnings", ()))
-
-
-def save_plot(path: Path | None, figure: Callable[[], Figure]) -> None:
-    """Draw into a file, if there is one."""
-    if path is not None:
-        from fegear.output import write_whole
-        from fegear.plots import save_figure
-
-        write_whole(path, lambda place: save_figure(figure(), place))
 
 
 def require(ok: bool, option: str, value: float, allowed: str) -> None:

@@ -17,7 +17,6 @@ from fegear.cli.options import (
     SetName,
     driver_torques,
     given,
-    progress_bar,
     require_mesh,
 )
 from fegear.cli.screen import number, ruled_table, screen
@@ -83,7 +82,7 @@ def stiffness_command(
     from fegear.statics import solve_mesh
     from lumped.table import format_table
 
-    with progress_bar(enabled=not outputs.as_json) as report:
+    with outputs.progress() as report:
         result = solve_mesh(gear_set, mesh - 1, torques, statics.settings, report)
     outputs.write(lambda: format_table(result.table))
     outputs.draw(lambda: draw_table(result))

@@ -18,7 +18,7 @@ from fegear.cli.lumped_options import (
     directions,
     speeds_of,
 )
-from fegear.cli.options import Outputs, progress_bar
+from fegear.cli.options import Outputs
 from fegear.cli.sweep_report import tell_sweep
 from fegear.errors import InputError
 
@@ -75,7 +75,7 @@ def sweep_command(
         integration=numerics,
         directions=directions(swept.direction),
     )
-    with progress_bar(enabled=not outputs.as_json) as report:
+    with outputs.progress() as report:
         result = sweep_speeds(gear_set, torques, frequencies, settings, report)
     header = result.header | edit_entries(changes)
     tell_sweep(replace(result, header=header), outputs, begin)

@@ -9,7 +9,7 @@ from fegear.gearset.model import Gear, GearSet, Mesh, Relief, Shaft
 from fegear.gearset.pitch_errors import require_room
 from fegear.gearset.problems import nearest, shown
 from fegear.gearset.schema import Document, GearEntry, MeshEntry
-from fegear.gearset.teeth import MM, UM, Blank, Tip
+from fegear.gearset.teeth import MM, UM, Tip, blank_of
 from fegear.gearset.tips import Spacing, find_tips, spacing
 from fegear.gearset.torques import mesh_torques
 from fegear.gearset.zones import relief
@@ -19,7 +19,7 @@ from meshes import GearPair, GeometryError, SpurGear
 def build_gear_set(document: Document) -> GearSet:
     """The gear set; raises InputError on the first thing that does not fit."""
     require_known_gears(document)
-    blanks = [Blank(entry) for entry in document.gear]
+    blanks = list(map(blank_of, document.gear))
     index = {name: i for i, name in enumerate(document.gear_names)}
     spacings = [
         spacing(mesh, blanks[index[mesh.driver]], blanks[index[mesh.driven]])

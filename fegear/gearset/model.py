@@ -89,6 +89,10 @@ class Mesh:
     load_share: float | None = None
 
     @property
+    def gears(self) -> tuple[int, int]:
+        return self.driver, self.driven
+
+    @property
     def direction(self) -> float:
         """The centre line [rad], along x where none is given."""
         return 0.0 if self.center_line is None else self.center_line
@@ -132,8 +136,7 @@ class GearSet:
 
     def common_width(self, mesh: int) -> float:
         """Face width of the narrower gear of a mesh [m]."""
-        pair = self.meshes[mesh].driver, self.meshes[mesh].driven
-        return min(self.gears[gear].face_width for gear in pair)
+        return min(self.gears[gear].face_width for gear in self.meshes[mesh].gears)
 
     def axis(self, gear: int) -> tuple[int, ...]:
         """The gears that turn about a gear's axis with it, itself first."""

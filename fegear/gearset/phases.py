@@ -100,29 +100,29 @@ def first_teeth(gear_set: GearSet) -> dict[tuple[int, int], int]:
     teeth: dict[tuple[int, int], int] = {}
     for number, phase in enumerate(mesh_phases(gear_set)):
         mesh = gear_set.meshes[number]
-        for gear in _gears(mesh):
+        for gear in mesh.gears:
             pitch = gear_set.gears[gear].geometry.pitch_angle
-            axis = _tooth_axis(mesh, gear, senses[gear])
+            axis = _axis(mesh, gear, senses[gear])
             axis += senses[gear] * phase.value * pitch
             first.setdefault(gear, axis)
             teeth[number, gear] = -round((axis - first[gear]) / pitch)
     return teeth
 
 
-def drive_flank(mesh: Mesh) -> float:
-    """Angle from the driver's tooth axis to its drive flank at the pitch point."""
-    pair = mesh.pair
-    return pair.driver.half_angle(
-        pair.driver.base_radius / math.cos(pair.operating_pressure_angle)
-    )
+def tooth_axis(mesh: Mesh, drives: bool, sense: int, direction: float) -> float:
+    """Direction of a tooth's axis at position 0 of the mesh [rad].
 
-
-def driven_flank(mesh: Mesh) -> float:
-    """The same for the driven gear's loaded flank."""
+    drives : whether of the driver or of the driven gear
+    sense : of that gear; direction : of the centre line
+    """
     pair = mesh.pair
-    return pair.driven.half_angle(
-        pair.driven.base_radius / math.cos(pair.operating_pressure_angle)
+    gear = pair.driver if drives else pair.driven
+    to_flank = gear.half_angle(
+        gear.base_radius / math.cos(pair.operating_pressure_angle)
     )
+    if drives:
+        return direction - sense * to_flank
+    return direction + math.pi + sense * to_flank
 
 
 def _given_phases(gear_set: GearSet) -> dict[int, MeshPhase]:
@@ -137,7 +137,7 @@ def _given_phases(gear_set: GearSet) -> dict[int, MeshPhase]:
 def _links(gear_set: GearSet, number: int, known: Collection[int]) -> list[Link]:
     """Links of a mesh that fix its position, to those of the known meshes."""
     mesh, links = gear_set.meshes[number], []
-    near = {n for gear in _gears(mesh) for n in gear_set.meshes_of[gear]} - {number}
+    near = {n for gear in mesh.gears for n in gear_set.meshes_of[gear]} - {number}
     for index in sorted(near.intersection(known)):
         other = gear_set.meshes[index]
         common = {mesh.driver, mesh.driven} & {other.driver, other.driven}
@@ -163,15 +163,12 @@ def _linked_phase(gear_set: GearSet, link: Link, position: float) -> float:
     mesh, other = gear_set.meshes[link.mesh], gear_set.meshes[link.other]
     sense = gear_set.senses[link.gear]
     pitch_angle = gear_set.gears[link.gear].geometry.pitch_angle
-    turned = _tooth_axis(other, link.gear, sense) - _tooth_axis(mesh, link.gear, sense)
+    turned = _axis(other, link.gear, sense) - _axis(mesh, link.gear, sense)
     return math.remainder(position + sense * turned / pitch_angle, 1.0)
 
 
-def _tooth_axis(mesh: Mesh, gear: int, sense: int) -> float:
-    """Direction of a tooth's axis at position 0 of the mesh."""
-    if gear == mesh.driver:
-        return mesh.direction - sense * drive_flank(mesh)
-    return mesh.direction + math.pi + sense * driven_flank(mesh)
+def _axis(mesh: Mesh, gear: int, sense: int) -> float:
+    return tooth_axis(mesh, gear == mesh.driver, sense, mesh.direction)
 
 
 def _derivation(gear_set: GearSet, link: Link) -> str:
@@ -185,14 +182,10 @@ def _derivation(gear_set: GearSet, link: Link) -> str:
 def _choice(gear_set: GearSet, number: int, known: Collection[int]) -> str:
     """Why a mesh without links to any known one may be at 0."""
     mesh = gear_set.meshes[number]
-    gears = {g for n in known for g in _gears(gear_set.meshes[n])}
-    if not gears.isdisjoint(_gears(mesh)):
+    gears = {g for n in known for g in gear_set.meshes[n].gears}
+    if not gears.isdisjoint(mesh.gears):
         return "chosen, no centre line is given where the train branches"
-    turning = {g for gear in _gears(mesh) for g in gear_set.axis(gear)}
+    turning = {g for gear in mesh.gears for g in gear_set.axis(gear)}
     if not gears.isdisjoint(turning):
         return "chosen, gears on a shaft can be clocked at will"
     return "chosen, not linked to the first mesh"
-
-
-def _gears(mesh: Mesh) -> tuple[int, int]:
-    return mesh.driver, mesh.driven

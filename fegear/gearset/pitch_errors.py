@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fegear.errors import InputError
-from fegear.gearset.model import GearSet, Mesh
+from fegear.gearset.model import GearSet
 from fegear.gearset.phases import first_teeth
 from lumped.pitch_errors import pair_errors
 
@@ -28,18 +28,15 @@ def mesh_errors(gear_set: GearSet, number: int) -> tuple[Errors, Errors]:
     Of the flanks that carry load in the mesh, the tooth of the reference pair first,
     then those that come into contact after it.
     """
-    mesh = gear_set.meshes[number]
-    driver, driven = (
-        _seen_errors(gear_set, number, gear) for gear in (mesh.driver, mesh.driven)
-    )
-    return driver, driven
+    one, other = gear_set.meshes[number].gears
+    return _seen_errors(gear_set, number, one), _seen_errors(gear_set, number, other)
 
 
 def _seen_errors(gear_set: GearSet, number: int, gear: int) -> Errors:
     errors = gear_set.gears[gear].pitch_errors
     if not any(errors):
         return ()
-    first_mesh = next(mesh for mesh in gear_set.meshes if gear in _gears(mesh))
+    first_mesh = next(mesh for mesh in gear_set.meshes if gear in mesh.gears)
     drives = gear_set.meshes[number].driver == gear
     sign = 1.0 if drives == (first_mesh.driver == gear) else -1.0
     teeth = tooth_in_cycles(gear_set, number, gear, np.arange(len(errors)))
@@ -73,7 +70,7 @@ def require_room(gear_set: GearSet) -> None:
         errors = tooth_pair_errors(gear_set, number)
         step = float(np.abs(errors - np.roll(errors, 1)).max(initial=0.0))
         if step > mesh.backlash:
-            names = [gear_set.gears[gear].name for gear in _gears(mesh)]
+            names = [gear_set.gears[gear].name for gear in mesh.gears]
             raise InputError(
                 f'mesh "{names[0]}"-"{names[1]}": pitch_errors_um of tooth pairs in a '
                 f"row differ by {1e6 * step:.5g} um; backlash {1e6 * mesh.backlash:.5g}"
@@ -92,7 +89,3 @@ def without_pitch_errors(gear_set: GearSet) -> GearSet:
     """The gear set with teeth that are all equal."""
     gears = (replace(gear, pitch_errors=()) for gear in gear_set.gears)
     return replace(gear_set, gears=tuple(gears))
-
-
-def _gears(mesh: Mesh) -> tuple[int, int]:
-    return mesh.driver, mesh.driven

@@ -9,7 +9,7 @@ import math
 from dataclasses import dataclass
 
 from fegear.gearset.model import GearSet, Mesh
-from fegear.gearset.phases import MeshPhase, drive_flank, driven_flank, mesh_phases
+from fegear.gearset.phases import mesh_phases, tooth_axis
 
 
 @dataclass(frozen=True)
@@ -53,15 +53,21 @@ def layout(gear_set: GearSet) -> Layout:
         row = _row(gear_set, mesh, directions)
         if mesh.driven in places and _found(gear_set, mesh.driver, places) is None:
             directions[number] = row
-            places |= _place_before(mesh, places[mesh.driven], row)
+            driven = places[mesh.driven]
+            places[mesh.driver] = _mate_place(mesh, driven, False, row)
             continue
-        places |= _driver_place(gear_set, mesh, phases[number], row, places)
+        if mesh.driver not in places:  # clocked to the mesh's phase
+            sense = gear_set.senses[mesh.driver]
+            turn = sense * phases[number].value * mesh.pair.driver.pitch_angle
+            angle = tooth_axis(mesh, True, sense, row) + turn
+            places[mesh.driver] = _new_place(gear_set, mesh.driver, angle, places)
         driver = places[mesh.driver]
-        directions[number] = _direction(mesh, driver, row)
+        directions[number] = direction = _direction(mesh, driver, row)
         if mesh.driven not in places:  # in closed trains leave it as it is
-            places |= _place_after(mesh, driver, directions[number])
+            places[mesh.driven] = _mate_place(mesh, driver, True, direction)
     for index in range(len(gear_set.gears)):
-        places |= _lone_place(gear_set, index, places)
+        if index not in places:
+            places[index] = _new_place(gear_set, index, 0.0, places)
     return Layout(places, directions)
 
 
@@ -106,83 +112,45 @@ def _found(gear_set: GearSet, index: int, places: dict[int, Place]) -> int | Non
     return next((gear for gear in gear_set.axis(index) if gear in places), None)
 
 
-def _driver_place(
-    gear_set: GearSet,
-    mesh: Mesh,
-    phase: MeshPhase,
-    direction: float,
-    places: dict[int, Place],
-) -> dict[int, Place]:
-    """The driver's place; clocked to the mesh's phase where nothing holds it."""
-    found = _found(gear_set, mesh.driver, places)
-    if found == mesh.driver:
-        return {}
-    sense = gear_set.senses[mesh.driver]
-    ahead = phase.value * mesh.pair.driver.pitch_angle - drive_flank(mesh)
-    angle = direction + sense * ahead
+def _new_place(
+    gear_set: GearSet, index: int, tooth_angle: float, places: dict[int, Place]
+) -> Place:
+    """Of a gear that no mesh holds: on its shaft's axis, or below everything else."""
+    found = _found(gear_set, index, places)
     if found is None:
-        below = _free_height(gear_set, mesh.driver, places)
-        return {mesh.driver: Place(0.0, below, angle, sense)}
+        below, sense = _free_height(gear_set, index, places), gear_set.senses[index]
+        return Place(0.0, below, tooth_angle, sense)
     axis = places[found]
-    return {mesh.driver: Place(axis.x, axis.y, angle, axis.sense, axis.layer + 1)}
+    return Place(axis.x, axis.y, tooth_angle, axis.sense, axis.layer + 1)
 
 
 def _direction(mesh: Mesh, driver: Place, row: float) -> float:
     """From driver to driven: along the row, or near it where a phase asks for it."""
     if mesh.phase is None or mesh.center_line is not None:
         return row
-    ahead = driver.tooth_angle + driver.sense * drive_flank(mesh) - row
+    ahead = driver.tooth_angle - tooth_axis(mesh, True, driver.sense, row)
     pitch = mesh.pair.driver.pitch_angle
     return row + math.remainder(ahead - driver.sense * mesh.phase * pitch, pitch)
 
 
-def _place_after(mesh: Mesh, driver: Place, direction: float) -> dict[int, Place]:
-    """The driven gear with a loaded flank on the driver's drive flank."""
-    pair, sense = mesh.pair, driver.sense
-    ahead = driver.tooth_angle + sense * drive_flank(mesh) - direction
-    turned = ahead * pair.driver.base_radius / pair.driven.base_radius
-    return {
-        mesh.driven: Place(
-            driver.x + pair.center_distance * math.cos(direction),
-            driver.y + pair.center_distance * math.sin(direction),
-            direction + math.pi - sense * driven_flank(mesh) - turned,
-            -sense,
-            driver.layer,
-        )
-    }
+def _mate_place(mesh: Mesh, place: Place, drives: bool, direction: float) -> Place:
+    """Of the other gear of a mesh, with its loaded flank on the placed gear's.
 
-
-def _place_before(mesh: Mesh, driven: Place, direction: float) -> dict[int, Place]:
-    """The driver with a drive flank on the driven gear's loaded flank."""
-    pair, sense = mesh.pair, -driven.sense
-    behind = direction + math.pi - sense * driven_flank(mesh) - driven.tooth_angle
-    turned = behind * pair.driven.base_radius / pair.driver.base_radius
-    return {
-        mesh.driver: Place(
-            driven.x - pair.center_distance * math.cos(direction),
-            driven.y - pair.center_distance * math.sin(direction),
-            direction - sense * drive_flank(mesh) + turned,
-            sense,
-            driven.layer,
-        )
-    }
-
-
-def _lone_place(
-    gear_set: GearSet, index: int, places: dict[int, Place]
-) -> dict[int, Place]:
-    """A gear without a mesh, on its shaft's axis or below everything else."""
-    found = _found(gear_set, index, places)
-    if found == index:
-        return {}
-    if found is not None:
-        axis = places[found]
-        return {index: Place(axis.x, axis.y, 0.0, axis.sense, axis.layer + 1)}
-    return {
-        index: Place(
-            0.0, _free_height(gear_set, index, places), 0.0, gear_set.senses[index]
-        )
-    }
+    drives : whether the placed gear is the driver
+    """
+    own, mate = mesh.pair.driver, mesh.pair.driven
+    distance, sense = mesh.pair.center_distance, place.sense
+    if not drives:
+        own, mate, distance = mate, own, -distance
+    ahead = place.tooth_angle - tooth_axis(mesh, drives, sense, direction)
+    turned = ahead * own.base_radius / mate.base_radius
+    return Place(
+        place.x + distance * math.cos(direction),
+        place.y + distance * math.sin(direction),
+        tooth_axis(mesh, not drives, -sense, direction) - turned,
+        -sense,
+        place.layer,
+    )
 
 
 def _free_height(gear_set: GearSet, index: int, places: dict[int, Place]) -> float:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from fegear.errors import InputError
 from fegear.gearset.problems import shown
 from fegear.gearset.schema import GearEntry
-from meshes.gear import GeometryError, SpurGear, floored
+from meshes.gear import GeometryError, Involute, SpurGear, floored
 
 MM, UM = 1e-3, 1e-6
 
@@ -38,31 +38,11 @@ class Tip:
         return f"tip radius {error.message}"
 
 
-@dataclass(frozen=True)
-class Blank:
+@dataclass(frozen=True, kw_only=True)
+class Blank(Involute):
     """A gear before its tip is known; lengths in metres, angle in radians."""
 
     entry: GearEntry
-
-    @property
-    def module(self) -> float:
-        return self.entry.module_mm * MM
-
-    @property
-    def pressure_angle(self) -> float:
-        return math.radians(self.entry.pressure_angle_deg)
-
-    @property
-    def reference_radius(self) -> float:
-        return 0.5 * self.module * self.entry.teeth
-
-    @property
-    def base_radius(self) -> float:
-        return self.reference_radius * math.cos(self.pressure_angle)
-
-    @property
-    def base_pitch(self) -> float:
-        return math.pi * self.module * math.cos(self.pressure_angle)
 
     @property
     def dedendum(self) -> float:
@@ -146,3 +126,12 @@ class Blank:
             "rack_tip_radius_mm": self.rack_tip_radius / MM,
         }
         return f"{key} = {shown(filled.get(key, getattr(self.entry, key)))} by default"
+
+
+def blank_of(entry: GearEntry) -> Blank:
+    return Blank(
+        teeth=entry.teeth,
+        module=entry.module_mm * MM,
+        pressure_angle=math.radians(entry.pressure_angle_deg),
+        entry=entry,
+    )

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from fegear.errors import InputError
 from fegear.gearset.problems import shown
 from fegear.gearset.schema import Document, MeshEntry
-from fegear.gearset.teeth import MM, Blank, Tip
+from fegear.gearset.teeth import MM, Blank, Tip, blank_of
 from meshes.gear import ceiled, floored
 
 HIGHEST_ADDENDUM = 3.0  # modules, far beyond any pointed tooth
@@ -73,7 +73,7 @@ def find_tips(document: Document, spacings: Sequence[Spacing]) -> list[Tip]:
 
     Of a mesh's gears, those still without a tip get the same addendum.
     """
-    blanks = {entry.name: Blank(entry) for entry in document.gear}
+    blanks = {entry.name: blank_of(entry) for entry in document.gear}
     tips = {name: tip for name, blank in blanks.items() if (tip := blank.given_tip)}
     for mesh, place in zip(document.mesh, spacings, strict=True):
         if mesh.contact_ratio is None:

@@ -20,7 +20,7 @@ from fegear.contact.problem import ContactProblem, run_kernel
 from fegear.elasticity.body_stress import von_mises
 from fegear.errors import InputError
 from fegear.gearset.model import GearSet, Mesh
-from fegear.gearset.phases import drive_flank, driven_flank
+from fegear.gearset.phases import tooth_axis
 from fegear.gearset.placing import layout
 from fegear.rendering.frames import Frame, View, turned
 from fegear.rendering.recorded import Instant
@@ -176,11 +176,7 @@ class MeshScene:
             return Frame(other.center, other.turn @ np.diag([-1.0, 1.0]))
         index, sense = (0, self.sense) if role == "driver" else (1, -self.sense)
         gear = self.bodies[index].sector.gear
-        # where the reference tooth's axis is: see fegear.gearset.phases
-        if role == "driver":
-            axis = self.direction - sense * drive_flank(self.mesh)
-        else:
-            axis = self.direction + math.pi + sense * driven_flank(self.mesh)
+        axis = tooth_axis(self.mesh, role == "driver", sense, self.direction)
         axis += sense * position * gear.pitch_angle
         mirrored = self.sense > 0
         right = tooth * gear.pitch_angle
@@ -225,18 +221,15 @@ def mesh_scene(
     spec = gear_set.meshes[mesh]
     problem = contact_problem(gear_set, mesh, settings, report)
     bodies: list[LoadableGear] = []
-    for index in (spec.driver, spec.driven):
-        gear = gear_set.gears[index]
+    gears = [gear_set.gears[index] for index in spec.gears]
+    for gear in gears:
         report(f"elements of {gear.name}", len(bodies), 2)
         bodies.append(loadable_gear(settings.sector(gear), settings.friction > 0.0))
     placed = layout(gear_set)
     place = placed.places[spec.driver]
     return MeshScene(
         name=gear_set.name,
-        gear_names=(
-            gear_set.gears[spec.driver].name,
-            gear_set.gears[spec.driven].name,
-        ),
+        gear_names=(gears[0].name, gears[1].name),
         mesh=spec,
         problem=problem,
         bodies=(bodies[0], bodies[1]),

@@ -6,6 +6,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any, cast, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +22,11 @@ Pair = tuple[int, bool]  # base pitches ahead of the reference pair, back flanks
 REPEATS = 1e-2  # of a column's range within which a cycle is the same as another
 FILMED = 16  # mesh cycles, at most, of a film
 WHAT = "allowed are files of fegear dynamics --history"
+
+
+def mesh_force(loads: Mapping[Pair, Any]) -> Any:
+    """Sum of the pairs' loads, numbers or arrays, negative on the back flanks."""
+    return sum(-load if back else load for (_, back), load in loads.items())
 
 
 @dataclass(frozen=True)
@@ -44,7 +50,7 @@ class Instant:
     @property
     def force(self) -> float:
         """Mesh force, negative on the back flanks [N]."""
-        return sum(-load if back else load for (_, back), load in self.loads.items())
+        return float(mesh_force(self.loads))
 
     @property
     def back(self) -> bool:
@@ -70,6 +76,14 @@ class HistoryFile:
         if name not in self.columns:
             raise InputError(f"{self.path}: column {name} is missing; {WHAT}")
         return self.columns[name]
+
+    @property
+    def plane(self) -> Plane:
+        """Of the finite elements; files without it are of plane stress."""
+        plane = self.header.get("plane", "stress")
+        if plane not in get_args(Plane):
+            raise InputError(f"{self.path}: plane = {plane}; {WHAT}")
+        return cast(Plane, plane)
 
     @property
     def edits(self) -> dict[str, str]:
@@ -107,8 +121,7 @@ class RecordedMotion:
     @property
     def force(self) -> Array:
         """Mesh force (t,), negative on the back flanks [N]."""
-        signed = [-each if back else each for (_, back), each in self.loads.items()]
-        return np.sum(signed, axis=0)
+        return mesh_force(self.loads)
 
     @property
     def cycles(self) -> int:
@@ -236,7 +249,7 @@ def mesh_motion(file: HistoryFile, gear_set: GearSet, mesh: int) -> RecordedMoti
         direction=file.header.get("direction", ""),
         friction=file.number("friction coefficient"),
         torque=file.number("torque_Nm"),
-        plane=_plane(file),
+        plane=file.plane,
         edits=file.edits,
         time=time,
         pitch=pitch,
@@ -245,17 +258,9 @@ def mesh_motion(file: HistoryFile, gear_set: GearSet, mesh: int) -> RecordedMoti
     )
 
 
-def _plane(file: HistoryFile) -> Plane:
-    """Of the finite elements; files without it are of plane stress."""
-    plane = file.header.get("plane", "stress")
-    if plane == "stress":
-        return "stress"
-    if plane == "strain":
-        return "strain"
-    raise InputError(f"{file.path}: plane = {plane}; {WHAT}")
-
-
 def _require_set(file: HistoryFile, gear_set: GearSet) -> None:
+    from fegear.dynamics.history import gear_words
+
     name = file.header["gear set"]
     if name != gear_set.name:
         raise InputError(
@@ -267,15 +272,9 @@ def _require_set(file: HistoryFile, gear_set: GearSet) -> None:
         for column in file.columns
         if column.endswith("_rotation_rad")
     }
-    missing = [word for word in _words(gear_set) if word not in moving]
-    if missing or len(moving) != len(gear_set.gears):
+    known = gear_words(gear_set)
+    if moving != set(known):
         raise InputError(
             f"{file.path}: is of the gears {', '.join(sorted(moving))}; allowed are "
-            f"histories of {', '.join(_words(gear_set))}"
+            f"histories of {', '.join(known)}"
         )
-
-
-def _words(gear_set: GearSet) -> list[str]:
-    from fegear.dynamics.history import gear_words
-
-    return gear_words(gear_set)

@@ -83,29 +83,6 @@ def test_model_1_beside(tmp_path):
     assert picture.read_bytes().startswith(b"\x89PNG")
 
 
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
-        (["--friction", "0.7"], "--friction = 0.7; allowed 0 to below 0.5"),
-        (["--elastic-damping", "1"], "--elastic-damping = 1; allowed 0 to below 1"),
-        (["--elastic-damping", "0.1"], "= 0.1; --fidelity quasistatic has no elastic"),
-        (["--steps", "3"], "--steps must be 8 to 100000, got 3"),
-        (["--cutoff", "9"], "--cutoff = 9; --fidelity quasistatic has no elastic"),
-        (["--resume"], "--resume needs the --output"),
-        (["--root-stress", "pinion"], "--root-stress needs --history"),
-    ],
-)
-def test_wrong_input_in_one_line(words, message):
-    done = subprocess.run(
-        [*MAIN, *PAIR, "--speeds", "1000", *words],
-        capture_output=True,
-        text=True,
-    )
-    assert done.returncode == 2
-    assert message in done.stderr
-    assert len(done.stderr.strip().splitlines()) == 1
-
-
 def test_unknown_gear_for_root_stress(tmp_path):
     words = ["--speeds", "1000", "--history", str(tmp_path), "--root-stress", "moon"]
     done = subprocess.run([*MAIN, *PAIR, *words], capture_output=True, text=True)

@@ -7,12 +7,14 @@ import sys
 import time
 import unicodedata
 from importlib import import_module
+from pathlib import Path
 
 import pytest
 
 from fegear.cli import run
 from fegear.printable import HARMFUL, printable
 
+WRONG = Path(__file__).with_name("wrong_inputs.txt")  # command | part of its line
 FULL = OSError(28, "No space left on device")
 RECTANGULAR = ["liu-idler", "--excitation", "rectangular", "--torque", "100"]
 QUASISTATIC = ["dynamics", "liu-pair", "--fidelity", "quasistatic", "--torque", "100"]
@@ -213,3 +215,15 @@ def test_names_are_without_control_characters(capsys, tmp_path, letter):
     path = tmp_path / "own.toml"
     path.write_text(CHAIN.replace('"chain"', f'"chain{letter}"'))
     assert "control or format characters" in refused(capsys, "show", path)
+
+
+@pytest.mark.parametrize("line", WRONG.read_text("utf-8").splitlines())
+def test_wrong_input_is_one_line_before_anything_is_done(
+    capsys, monkeypatch, tmp_path, line
+):
+    monkeypatch.chdir(tmp_path)
+    words, _, message = line.partition(" | ")
+    told = refused(capsys, *words.split())
+    assert message in told
+    assert told.count("\n") == 1
+    assert not list(tmp_path.iterdir())

@@ -5,12 +5,11 @@ from __future__ import annotations
 import inspect
 import re
 import shlex
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, get_type_hints
 
 import pytest
-import typer
+from cli_commands import commands
 from typer.testing import CliRunner
 
 from fegear.cli import app
@@ -33,16 +32,7 @@ WITHOUT_DEFAULT = {
 }
 
 
-def commands(group: Any, path: str = "") -> Iterator[tuple[str, Any]]:
-    for name, command in group.commands.items():
-        words = f"{path} {name}".strip()
-        if hasattr(command, "commands"):
-            yield from commands(command, words)
-        else:
-            yield words, command
-
-
-COMMANDS = dict(commands(typer.main.get_command(app)))
+COMMANDS = dict(commands())
 OPTIONS = [
     (words, param)
     for words, command in COMMANDS.items()

@@ -73,24 +73,6 @@ def test_along_chooses_the_gear_of_the_valley():
     assert hubs == sorted(hubs)
 
 
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
-        (("--mean", "-1"), r"--mean = -1; allowed above 0 to below 1e\+12 N/m"),
-        (("--mean", "nan"), "--mean = nan; allowed above 0"),
-        (("--variation", "1.5"), "--variation = 1.5; allowed above 0 to below 1"),
-        (("--mean-spread", "0"), "--mean-spread = 0; allowed above 0"),
-        (("--variation-spread", "inf"), "--variation-spread = inf; allowed above 0"),
-        (("--mean", "1e8", "--mean", "1e8"), "--mean is given 2 times; liu-pair has 1"),
-        (("--along", "nobody"), "--along nobody; liu-pair has pinion, idler"),
-        (("--torque", "0"), "--torque = 0; must be positive"),
-    ],
-)
-def test_wrong_input_names_the_option(words, message):
-    with pytest.raises(InputError, match=message):
-        CliRunner().invoke(app, (*FAST, *words), catch_exceptions=False)
-
-
 def test_teeth_must_be_equal():
     errors = "gear.1.pitch_errors_um=[" + ", ".join(["0", "3"] * 19) + "]"
     with pytest.raises(InputError, match=r"pinion.* has pitch_errors_um"):

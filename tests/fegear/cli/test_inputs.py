@@ -17,11 +17,11 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import pytest
-import typer
+from cli_commands import ROOF, commands
 from history_files import written
 from pydantic import BaseModel
 
-from fegear.cli import app, run
+from fegear.cli import run
 from fegear.gearset import read_gear_set
 from fegear.gearset.edit import LISTS, edited
 from fegear.gearset.problems import model_of
@@ -394,29 +394,16 @@ OPTIONS: dict[str, dict[str, Case]] = {
 AT_THE_ROOF = {"--debug", "--version", "--install-completion", "--show-completion"}
 
 
-def commands(group: Any, path: str = "") -> Iterator[tuple[str, Any]]:
-    """Commands by their words, those of groups too."""
-    for name, command in group.commands.items():
-        words = f"{path} {name}".strip()
-        if hasattr(command, "commands"):
-            yield from commands(command, words)
-        else:
-            yield words, command
-
-
 def option_name(param: Any) -> str:
     """`--torque` of an option, `SET` of an argument."""
     named = [name for name in param.opts if name.startswith("--")]
     return named[0] if named else param.metavar
 
 
-ROOF = typer.main.get_command(app)
-
-
 def test_every_option_of_every_command_has_a_case():
     listed = {
         words: {option_name(param) for param in command.params}
-        for words, command in commands(ROOF)
+        for words, command in commands()
     }
     assert {words: set(cases) for words, cases in OPTIONS.items()} == listed
     assert {option_name(param) for param in ROOF.params} == AT_THE_ROOF
@@ -652,18 +639,3 @@ def test_a_default_is_the_same_as_the_key_in_every_gear(name):
     by_gear = own | {"gear": [g | extra for g in bare], "defaults": shared}
     assert read_gear_set(toml(by_default)) == read_gear_set(toml(by_gear))
     assert read_gear_set(toml(by_default)) != read_gear_set(toml(own))
-
-
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
-        (["--set", "mesh.1.load_share=0.1"], "finite elements or a table take its"),
-        (["--set", "mesh.1.mean_stiffness_N_per_m=1e5"], "take its place"),
-        (["--set", "gear.1.mass_kg=5"], "changes nothing without --translations"),
-        (["--torque", "1e-9"], "--torque = 1e-09; must be 0, or at least 1e-6"),
-    ],
-)
-@pytest.mark.parametrize("command", ["sweep", "dynamics"])
-def test_what_a_run_does_not_read_is_refused(capsys, command, words, message):
-    assert run([command, "liu-pair", "--speeds", "2000", *words]) == 2
-    assert message in capsys.readouterr().err

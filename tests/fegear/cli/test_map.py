@@ -194,20 +194,6 @@ def test_one_of_at_and_band_is_needed():
         run(*SMALL)
 
 
-@pytest.mark.parametrize(
-    ("over", "message"),
-    [
-        ("foo=1:2:3", "must name a table"),
-        ("mesh.1.tip_relief.magnitude=1:2:2", "unknown key"),
-        ("mesh.7.phase=0,1", "no mesh 7"),
-        ("mesh.1.contact_ratio=3,4", "no point of the map is possible"),
-    ],
-)
-def test_maps_without_a_point_are_errors(over, message):
-    with pytest.raises(InputError, match=message):
-        run(*BASE, "--over", over, "--at", 1700)
-
-
 def test_whole_numbers_are_whole(tmp_path):
     path = tmp_path / "m.csv"
     run(*BASE, "--over", "gear.3.teeth=94,95", "--at", 1700, "-o", path)

@@ -154,36 +154,6 @@ def test_film_has_all_frames_and_ends_where_it_began(tmp_path):
     assert np.abs(frames[-1] - frames[0]).mean() < 2.0 * max(steps)
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (("-o", "a.xyz"), "allowed endings .png, .gif, .mp4, .html, .vtu"),
-        (("-o", "none/a.png"), "cannot be written"),
-        (("--mesh", "2", "-o", "a.png"), "--mesh = 2; liu-pair has 1"),
-        (("--position", "1.5", "-o", "a.png"), "--position = 1.5; allowed 0 to 1"),
-        (("--position", "nan", "-o", "a.png"), "--position = nan"),
-        (("--position", "0.5", "-o", "a.gif"), "a film shows all positions"),
-        (("--torque", "0", "-o", "a.png"), "--torque = 0; must be at least 1e-6"),
-        (("--friction", "0.5", "-o", "a.png"), "--friction = 0.5; allowed"),
-        (("--scale", "big", "-o", "a.png"), "--scale = big; allowed auto"),
-        (("--scale", "-1", "-o", "a.png"), "--scale = -1; allowed auto"),
-        (("--scale", "nan", "-o", "a.png"), "--scale = nan; allowed auto"),
-        (("--frames", "1", "-o", "a.gif"), "--frames = 1; allowed 2 to 1000"),
-        (("--width", "961", "-o", "a.mp4"), "--width = 961; allowed even numbers"),
-        (("--width", "8000", "-o", "a.png"), "--width = 8000; allowed even numbers"),
-        (("--time-history", "none.csv", "-o", "a.png"), "none.csv: cannot be read"),
-        (("no-such-set", "-o", "a.png"), "no-such-set"),
-    ],
-)
-def test_wrong_options_end_in_one_line(arguments, message, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    with pytest.raises(InputError) as caught:
-        run(*arguments)
-    assert message in str(caught.value)
-    assert "\n" not in str(caught.value)
-    assert not list(tmp_path.iterdir())
-
-
 def mp4_frames(path) -> tuple[dict, list[np.ndarray]]:
     reader = imageio_ffmpeg.read_frames(str(path))
     about = next(reader)

@@ -10,7 +10,6 @@ import typer
 from typer.testing import CliRunner
 
 from fegear.cli.wave import wave_command
-from fegear.errors import InputError
 
 app = typer.Typer()
 app.command("wave")(wave_command)
@@ -70,20 +69,3 @@ def test_finite_elements():
     values = json.loads(run("liu-pair", "--speed", "2000", "--json"))
     assert values["excitation"] == "finite elements"
     assert values["meshes"][0]["dte_rms_m"] > 0.0
-
-
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
-        (["--speed", "0"], "--speed = 0; allowed above 0"),
-        (["--speed", "nan"], "--speed = nan"),
-        (["--speed", "900", "--from-speed", "-1"], "--from-speed = -1"),
-        (["--speed", "900", "--from-speed", "900"], "must differ from --speed"),
-        (["--speed", "900", "--torque", "-1"], "--torque = -1"),
-        (["--speed", "900", "--model", "0"], "--model = 0"),
-        (["--speed", "900", "--plot", "missing/w.png"], "missing/w.png"),
-    ],
-)
-def test_wrong_input_is_named(words, message):
-    with pytest.raises(InputError, match=message):
-        run("liu-pair", *words)
