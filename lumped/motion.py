@@ -122,6 +122,12 @@ def time_history(
     )
 
 
+def speeds_between(start: float, end: float) -> list[float]:
+    """Both frequencies [Hz] and even steps of APPROACH_STEP at most, or one."""
+    count = math.ceil(abs(end - start) / APPROACH_STEP - 1e-9)
+    return [float(f) for f in np.linspace(start, end, count + 1)]
+
+
 def arrive(
     system: LumpedSystem, start: float, end: float, settings: Settings | None = None
 ) -> Array | None:
@@ -129,12 +135,11 @@ def arrive(
 
     The branch on which a motion ends depends on where it comes from.
     """
-    count = math.ceil(abs(end - start) / APPROACH_STEP - 1e-9)
-    if count == 0:
+    *speeds, _ = speeds_between(start, end)
+    if not speeds:
         return None
-    speeds = np.linspace(start, end, count + 1)[:-1]
     direction: Direction = "up" if end > start else "down"
-    branch = sweep(system, list(speeds), direction, settings)
+    branch = sweep(system, speeds, direction, settings)
     _require_bounded(branch.responses[-1])
     state: Array = branch.responses[-1].state
     return state

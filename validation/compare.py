@@ -44,8 +44,7 @@ class _Solved:
     """One solved torque and what the closed forms need to know of it."""
 
     result: StaticsResult
-    driver: Gear
-    driven: Gear
+    gears: tuple[Gear, Gear]  # driver and driven
 
     @property
     def pair(self) -> GearPair:
@@ -75,8 +74,7 @@ def compare_mesh(
     spec = gear_set.meshes[mesh]
     solved = _Solved(
         result=solve_mesh(without_pitch_errors(gear_set), mesh, [torque], settings),
-        driver=gear_set.gears[spec.driver],
-        driven=gear_set.gears[spec.driven],
+        gears=(gear_set.gears[spec.driver], gear_set.gears[spec.driven]),
     )
     rows = (
         *_average_slopes(solved, settings.plane),
@@ -90,7 +88,7 @@ def compare_mesh(
 def _unknown_to_closed_forms(solved: _Solved) -> Iterator[str]:
     """What the gears have and the closed forms have not."""
     problem = solved.result.problem
-    for gear, role in ((solved.driver, "driver"), (solved.driven, "driven")):
+    for gear, role in zip(solved.gears, ("driver", "driven"), strict=True):
         for place in ("tip", "root"):
             if getattr(problem, f"{role}_{place}_relief"):
                 yield (
@@ -107,16 +105,16 @@ def _unknown_to_closed_forms(solved: _Solved) -> Iterator[str]:
 def _average_slopes(solved: _Solved, plane: Plane) -> list[Comparison]:
     """Force over deflection, beside the potential-energy method."""
     oracle = "potential energy, Sainsot body"
-    gears = _analytic(solved.driver), _analytic(solved.driven)
+    driver, driven = map(_analytic, solved.gears)
     at = solved.pair.operating_pressure_angle
     load = solved.force, solved.width
     table = solved.result.table
     stiffness = table["stiffness_N_per_m"][0]
     energy = potential_energy.mesh_stiffness(
-        *gears, at, table.position, *load, contact_law=plane
+        driver, driven, at, table.position, *load, contact_law=plane
     )
     (pair,) = potential_energy.pair_stiffness(
-        *gears, at, [solved.pair.pitch_point], *load, contact_law=plane
+        driver, driven, at, [solved.pair.pitch_point], *load, contact_law=plane
     )
     rows = [
         ("mean mesh stiffness", "N/m", stiffness.mean(), energy.mean()),
@@ -137,9 +135,8 @@ def _average_slopes(solved: _Solved, plane: Plane) -> list[Comparison]:
 def _local_slopes(solved: _Solved) -> list[Comparison]:
     """Slope of force over deflection, beside ISO 6336, with and without bodies."""
     iso = _iso_mesh_stiffness(solved)
-    series = 1.0 / (
-        1.0 / iso + _twist(solved.driver, solved) + _twist(solved.driven, solved)
-    )
+    twists = [_twist(gear, solved) for gear in solved.gears]
+    series = 1.0 / (1.0 / iso + twists[0] + twists[1])
     local = float(solved.result.table["local_stiffness_N_per_m"][0].mean())
     names = ("ISO 6336 c_gamma", "ISO 6336 in series with both ring twists")
     return [
@@ -150,7 +147,7 @@ def _local_slopes(solved: _Solved) -> list[Comparison]:
 
 def _iso_mesh_stiffness(solved: _Solved) -> float:
     """Method B for solid discs: c_gamma b [N/m] at the load solved and materials."""
-    gears = sorted((solved.driver, solved.driven), key=lambda gear: gear.geometry.teeth)
+    gears = sorted(solved.gears, key=lambda gear: gear.geometry.teeth)
     pinion, wheel = (gear.geometry for gear in gears)
     # two basic racks count with the mean of their factors, clause 9.3.1
     rack_factors = [
@@ -164,7 +161,7 @@ def _iso_mesh_stiffness(solved: _Solved) -> float:
         (pinion.profile_shift, wheel.profile_shift),
         (iso6336.CORRECTION, 1.0, sum(rack_factors) / 2.0),
     )
-    driver = solved.driver.geometry
+    driver = solved.gears[0].geometry
     tangential = solved.force * driver.base_radius / driver.reference_radius
     moduli = gears[0].young_modulus, gears[1].young_modulus
     return (
@@ -179,8 +176,7 @@ def _pressure(solved: _Solved, plane: Plane) -> Comparison:
     s1 = solved.pair.pitch_point
     radius = hertz.effective_radius(s1, solved.pair.line_of_action - s1)
     materials = [
-        hertz.Material(gear.young_modulus, gear.poisson_ratio)
-        for gear in (solved.driver, solved.driven)
+        hertz.Material(gear.young_modulus, gear.poisson_ratio) for gear in solved.gears
     ]
     modulus = hertz.effective_modulus(materials[0], materials[1], plane)
     load = float(solved.result.cycle.load[0, 0, 0]) / solved.width

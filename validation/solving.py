@@ -18,7 +18,7 @@ from fegear.lumped_system import LumpedModel, lumped_system
 from fegear.memory import MemoryLevel, memory_level
 from fegear.statics import Progress
 from fegear.store import Checkpoint
-from lumped.motion import APPROACH_STEP
+from lumped.motion import speeds_between
 from lumped.response import Response, Status
 from lumped.settings import Settings
 from lumped.steady_state import Stepper, steady_state
@@ -99,7 +99,7 @@ class SpeedCount:
 
 
 @dataclass(frozen=True, eq=False)
-class Mover:
+class Integrator:
     """What integrates a task's motion.
 
     checkpoint : where finished speeds are found and kept, None if nowhere
@@ -134,7 +134,7 @@ class Mover:
         )
 
     def steps_to_settle(self, response: Response) -> int:
-        """0 for a motion that diverged."""
+        """Steps until the motion had settled, 0 where that is not known."""
         frequency, stepper = response.frequency, self.stepper
         periods = response.settling_time * frequency
         if not math.isfinite(periods):
@@ -170,9 +170,9 @@ def solve_task(
         cost = Cost(prepare_s=time.perf_counter() - begin)
         return RunResult(system, statics, (), (), _with_memory(cost, level))
     report(f"{_name(task)}: preparation", 0, 1)
-    mover = Mover(*_stepper(task, system, excitations), checkpoint)
+    integrator = Integrator(*_stepper(task, system, excitations), checkpoint)
     ready = time.perf_counter()
-    branches, cycles, integrated = _integrate(task, mover, report)
+    branches, cycles, integrated = _integrate(task, integrator, report)
     end = time.perf_counter()
     responses = [each for branch in branches for each in branch.responses]
     cost = Cost(
@@ -180,7 +180,7 @@ def solve_task(
         march_s=end - ready,
         timed_speeds=integrated,
         speeds=len(responses),
-        steps=sum(map(mover.steps_to_settle, responses)),
+        steps=sum(map(integrator.steps_to_settle, responses)),
     )
     return RunResult(system, statics, branches, cycles, _with_memory(cost, level))
 
@@ -223,28 +223,28 @@ def _stepper(
 
 
 def _integrate(
-    task: Task, mover: Mover, report: Progress
+    task: Task, integrator: Integrator, report: Progress
 ) -> tuple[list[Branch], list[ForceCycle], int]:
     """Sweeps, forces at single speeds, and speeds that no checkpoint held."""
     case = task.case
     total = len(case.directions) * len(case.speeds)
-    progress = mover.progress(report, _name(task), total, case.directions)
+    progress = integrator.progress(report, _name(task), total, case.directions)
     branches = [
-        mover.sweep(case.speeds, direction, direction, progress)
+        integrator.sweep(case.speeds, direction, direction, progress)
         for direction in case.directions
         if case.speeds
     ]
     cycles, integrated = [], progress.integrated
     for number, single in enumerate(task.single_speeds, start=1):
         name, what = f"wave-{number}", f"{_name(task)}, wave {number}"
-        progress = mover.progress(report, what, len(approach(single)), [name])
-        cycles += _cycles_at(single, mover, name, progress)
+        progress = integrator.progress(report, what, len(approach(single)), [name])
+        cycles += _cycles_at(single, integrator, name, progress)
         integrated += progress.integrated
     return branches, cycles, integrated
 
 
 def _cycles_at(
-    single: SingleSpeed, mover: Mover, name: str, progress: SpeedCount
+    single: SingleSpeed, integrator: Integrator, name: str, progress: SpeedCount
 ) -> list[ForceCycle]:
     """Force over a cycle of each mesh, after the way to its single speed.
 
@@ -254,13 +254,13 @@ def _cycles_at(
     """
     *way, last = approach(single)
     direction: Direction = "up" if not way or way[0] <= last else "down"
-    branch = mover.sweep(way, direction, name, progress)
+    branch = integrator.sweep(way, direction, name, progress)
     system, label = branch.system, single.label
     if branch.complete:
         state = branch.responses[-1].state if way else None
         before = way[-1] if way else None
         response, motion = steady_state(
-            mover.stepper, last, mover.settings, state, before, progress.watch
+            integrator.stepper, last, integrator.settings, state, before, progress.watch
         )
         progress.passed()
         if response.status != Status.DIVERGED:
@@ -281,8 +281,4 @@ def _cycles_at(
 
 def approach(single: SingleSpeed) -> list[float]:
     """Speeds on the way to a single one, which is the last [Hz]."""
-    if single.from_speed_Hz is None:
-        return [single.speed_Hz]
-    start, end = single.from_speed_Hz, single.speed_Hz
-    count = math.ceil(abs(end - start) / APPROACH_STEP - 1e-9)
-    return [float(f) for f in np.linspace(start, end, count + 1)]
+    return speeds_between(single.from_speed_Hz or single.speed_Hz, single.speed_Hz)
