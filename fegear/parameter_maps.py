@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from fegear.errors import InputError, file_error
 from fegear.excitation import ExcitationSource
@@ -21,6 +23,7 @@ from fegear.lumped_system import (
 )
 from fegear.output import write_text
 from fegear.sweeps import BOTH, Progress
+from fegear.unphysical import doubts_of_meshes
 from lumped.maps import (
     Axis,
     Cell,
@@ -178,3 +181,66 @@ def _require_possible(found: ParameterMap) -> ParameterMap:
     if all(reason.startswith("impossible") for reason in reasons):
         raise InputError(f"no point of the map is possible: {min(reasons)[12:]}")
     return found
+
+
+def summarise_map(found: ParameterMap, gear_set: GearSet) -> dict[str, Any]:
+    """Smallest and largest vibration of every mesh, where, and doubts about them."""
+
+    statuses = [cell.status.partition(":")[0] for cell in found.cells.values()]
+    names = [axis.name for axis in found.axes]
+    extremes = []
+    for mesh in range(found.meshes):
+        rms = found.on_grid("dte_rms_m", mesh).ravel()
+        for kind, pick in (("smallest", np.nanargmin), ("largest", np.nanargmax)):
+            if np.isnan(rms).all():
+                continue
+            place = int(pick(rms))
+            extremes.append(
+                {
+                    "mesh": mesh + 1,
+                    "extreme": kind,
+                    "dte_rms_m": float(rms[place]),
+                    "at": dict(zip(names, found.points[place], strict=True)),
+                }
+            )
+    return {
+        "gear_set": found.header["gear set"],
+        "excitation": found.header["excitation"],
+        "response": found.header["response"],
+        "points": len(found.points),
+        "statuses": {
+            status: statuses.count(status) for status in sorted(set(statuses))
+        },
+        "reasons": sorted(
+            {c.status for c in found.cells.values() if c.status.startswith("imp")}
+        ),
+        "extremes": extremes,
+        "warnings": list(_map_warnings(found, gear_set)),
+    }
+
+
+def _map_warnings(found: ParameterMap, gear_set: GearSet) -> Iterator[str]:
+    """What changes nothing, and where the largest values cannot be physical."""
+    for place, axis in enumerate(found.axes):
+        if len(axis.values) > 1 and _changes_nothing(found, place):
+            yield f"{axis.name} does not change the response"
+    peaks, backs = (
+        [
+            float(np.fmax.reduce(found.on_grid(name, m), axis=None))
+            for m in range(found.meshes)
+        ]
+        for name in ("dte_peak_m", "back_side_fraction")
+    )
+    where = ", at its worst point"
+    yield from doubts_of_meshes(gear_set.meshes, where, peaks, backs)
+
+
+def _changes_nothing(found: ParameterMap, place: int) -> bool:
+    """Whether all vibrations along an axis are the same, to the bit."""
+    if len(found.cells) < len(found.points):
+        return False
+    sizes = [found.on_grid("dte_rms_m", m) for m in range(found.meshes)]
+    return all(
+        np.array_equal(rms, np.take(rms, [0], place).repeat(rms.shape[place], place))
+        for rms in sizes
+    )

@@ -98,12 +98,16 @@ def _closed(table: MeshTable, values: NDArray) -> tuple[NDArray, NDArray]:
     )
 
 
-def _draw_stiffness(axes: Axes, table: MeshTable, middle: int) -> None:
+def _draw_shaded(axes: Axes, table: MeshTable, values: NDArray, label: str) -> None:
+    """A curve for each torque, darker from one to the next."""
     shades = np.linspace(0.55, 0.0, table.torque_Nm.size)
-    for t, torque in enumerate(table.torque_Nm):
-        position, k = _closed(table, table["stiffness_N_per_m"][t])
-        label = f"total at {torque:.4g} N m"
-        axes.plot(position, 1e-6 * k, color=str(shades[t]), label=label)
+    for torque, shade, curve in zip(table.torque_Nm, shades, values, strict=True):
+        place = _closed(table, curve)
+        axes.plot(*place, color=str(shade), label=label.format(torque))
+
+
+def _draw_stiffness(axes: Axes, table: MeshTable, middle: int) -> None:
+    _draw_shaded(axes, table, 1e-6 * table["stiffness_N_per_m"], "total at {:.4g} N m")
     torque = table.torque_Nm[middle]
     position, k = _closed(table, table["local_stiffness_N_per_m"][middle])
     axes.plot(
@@ -125,11 +129,7 @@ def _draw_stiffness(axes: Axes, table: MeshTable, middle: int) -> None:
 
 
 def _draw_error(axes: Axes, table: MeshTable) -> None:
-    shades = np.linspace(0.55, 0.0, table.torque_Nm.size)
-    for t, torque in enumerate(table.torque_Nm):
-        position, ste = _closed(table, table["ste_m"][t])
-        label = f"loaded, {torque:.4g} N m"
-        axes.plot(position, 1e6 * ste, color=str(shades[t]), label=label)
+    _draw_shaded(axes, table, 1e6 * table["ste_m"], "loaded, {:.4g} N m")
     position, nlte = _closed(table, table["nlte_m"][0])
     axes.plot(position, 1e6 * nlte, "r--", lw=1.2, label="no load")
     axes.set_ylabel("static transmission\nerror δ [um]")

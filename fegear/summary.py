@@ -8,7 +8,7 @@ import numpy as np
 
 from fegear.contact.problem import corner_positions
 from fegear.memory import peak_memory_MB
-from fegear.unphysical import Extremes, doubts
+from fegear.unphysical import doubts
 
 if TYPE_CHECKING:
     from fegear.statics import StaticsResult
@@ -75,12 +75,10 @@ def warnings(result: StaticsResult) -> list[str]:
         line
         for t, torque in enumerate(table.torque_Nm)
         for line in doubts(
-            Extremes(
-                where=f"mesh {table.header['mesh'].split()[0]} at {torque:g} N m",
-                module=result.problem.pair.driver.module,
-                transmission_error=float(np.abs(table["ste_m"][t]).max()),
-                pressure=_pressure_on_path(result, t),
-            )
+            f"mesh {table.header['mesh'].split()[0]} at {torque:g} N m",
+            result.problem.pair.driver.module,
+            transmission_error=float(np.abs(table["ste_m"][t]).max()),
+            pressure=_pressure_on_path(result, t),
         )
     ]
 

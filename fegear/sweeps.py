@@ -38,6 +38,8 @@ UNITS = {
     "frequency_from": "frequency_from_Hz",
     "frequency_to": "frequency_to_Hz",
     "dte_rms": "dte_rms_m",
+    "dte_mean": "dte_mean_m",
+    "dte_peak": "dte_peak_m",
     "dte_rms_from": "dte_rms_from_m",
     "dte_rms_to": "dte_rms_to_m",
     "force_peak": "force_peak_N",

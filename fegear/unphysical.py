@@ -6,7 +6,6 @@ The equations are linear in the teeth and know no strength, so they answer any l
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
 from math import inf
 from typing import TYPE_CHECKING
 
@@ -18,42 +17,40 @@ STEEL = 1.5e9  # Pa, contact pressure that case-hardened gears endure
 PRESSURE = 10.0 * STEEL
 
 
-@dataclass(frozen=True, kw_only=True)
-class Extremes:
-    """The largest values of a mesh in a result; what is not known is left out.
+def doubts(
+    where: str,
+    module: float,
+    *,
+    transmission_error: float = 0.0,
+    pressure: float = 0.0,
+    backlash: float = inf,
+    back_side: float = 0.0,
+) -> Iterator[str]:
+    """A line for each reason why a result of a mesh cannot be physical.
+
+    Of its largest values; what is not known is left out.
 
     where : such as `mesh 1 at 100 N m`
     module : [m]; transmission_error : of either sign [m]; pressure : [Pa]
     backlash : [m]; back_side : part of the time with contact of the back flanks
     """
-
-    where: str
-    module: float
-    transmission_error: float = 0.0
-    pressure: float = 0.0
-    backlash: float = inf
-    back_side: float = 0.0
-
-
-def doubts(extremes: Extremes) -> Iterator[str]:
-    """A line for each reason why the result cannot be physical."""
-    limit = DEFLECTION * extremes.module
-    if abs(extremes.transmission_error) > limit:
+    limit = DEFLECTION * module
+    if abs(transmission_error) > limit:
         yield (
-            f"{extremes.where}: transmission error "
-            f"{1e6 * abs(extremes.transmission_error):.4g} um exceeds a tenth of the "
+            f"{where}: transmission error "
+            f"{1e6 * abs(transmission_error):.4g} um exceeds a tenth of the "
             f"module, {1e6 * limit:.4g} um; the result cannot be physical"
         )
-    if extremes.pressure > PRESSURE:
+    if pressure > PRESSURE:
         yield (
-            f"{extremes.where}: contact pressure {1e-6 * extremes.pressure:.4g} MPa "
+            f"{where}: contact pressure {1e-6 * pressure:.4g} MPa "
             f"exceeds {1e-6 * PRESSURE:.4g} MPa, ten times what steel endures; the "
             "result cannot be physical"
         )
-    if extremes.backlash == 0.0 and extremes.back_side > 0.0:
+    if backlash == 0.0 and back_side > 0.0:
         yield (
-            f"{extremes.where}: without backlash the back flanks touch for "
-            f"{100.0 * extremes.back_side:.3g} % of the time and the teeth jam; set "
+            f"{where}: without backlash the back flanks touch for "
+            f"{100.0 * back_side:.3g} % of the time and the teeth jam; set "
             "backlash_um, or center_distance_mm and tooth_thinning_um"
         )
 
@@ -67,16 +64,14 @@ def doubts_of_meshes(
     """`doubts` of every mesh of a motion.
 
     where : follows the mesh's number, such as ` at 100 N m`
-    dte_peak : largest dynamic transmission errors [m]; back_side : as in `Extremes`
+    dte_peak : largest dynamic transmission errors [m]; back_side : as in `doubts`
     """
     each = zip(meshes, dte_peak, back_side, strict=True)
     for number, (mesh, peak, back) in enumerate(each, start=1):
         yield from doubts(
-            Extremes(
-                where=f"mesh {number}{where}",
-                module=mesh.pair.driver.module,
-                transmission_error=float(peak),
-                backlash=mesh.backlash,
-                back_side=float(back),
-            )
+            f"mesh {number}{where}",
+            mesh.pair.driver.module,
+            transmission_error=float(peak),
+            backlash=mesh.backlash,
+            back_side=float(back),
         )

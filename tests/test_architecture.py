@@ -40,6 +40,7 @@ ALLOWED = {
     "fegear.modes.py": {"fegear", "lumped"},
     "fegear.parameter_maps.py": {"fegear", "lumped"},
     "fegear.sweeps.py": {"fegear", "lumped"},
+    "fegear.waves.py": {"fegear", "lumped"},
     "fegear.dynamic_sweeps.py": {"fegear", "lumped"},
     # the same motions by other means: responses and their files are the lumped ones
     "fegear.dynamics": {"fegear", "meshes", "lumped"},

@@ -14,11 +14,12 @@ from fegear.cli.groups import Range, option
 from fegear.cli.options import (
     RATIO,
     Elements,
+    allowed_torques,
     given,
     named_options,
     refuse_idle,
     require,
-    require_once,
+    required_torques,
 )
 from fegear.errors import InputError
 
@@ -251,15 +252,9 @@ def chosen_torques(gear_set: GearSet, asked: Sequence[float]) -> tuple[float, ..
     """Torques on the input gear [N m]: as asked, or the gear set's load cases."""
     from fegear.train import input_torques
 
-    for value in asked:
-        ok = value == 0.0 or 1e-6 <= value < 1e9
-        allowed = "must be 0, or at least 1e-6 and below 1e9 N m, on the input gear"
-        require(ok, "--torque", value, allowed)
-    require_once("--torque", asked)
-    torques = tuple(asked) or input_torques(gear_set)
-    if not torques:
-        raise InputError(f"--torque is missing; {gear_set.name} has no load case")
-    return torques
+    allowed = "must be 0, or at least 1e-6 and below 1e9 N m, on the input gear"
+    torques = allowed_torques(asked, allowed, zero=True) or input_torques(gear_set)
+    return required_torques(torques, f"{gear_set.name} has no load case")
 
 
 def middle_torque(gear_set: GearSet, asked: float | None) -> float:

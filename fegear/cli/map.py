@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import itertools
 import time
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -19,13 +20,13 @@ from fegear.cli.lumped_options import (
     speeds_of,
 )
 from fegear.cli.map_axes import parsed_axes
-from fegear.cli.map_report import map_summary, map_warnings, print_map
 from fegear.cli.options import (
     FREQUENCY,
     Outputs,
+    counted,
     refuse_idle,
 )
-from fegear.cli.screen import complain
+from fegear.cli.screen import complain, number, screen
 from fegear.errors import InputError
 
 if TYPE_CHECKING:
@@ -119,7 +120,7 @@ def map_command(
     """
     begin = time.perf_counter()
     outputs.require(subject.set_name)
-    from fegear.parameter_maps import compute_map, digest, take_up
+    from fegear.parameter_maps import compute_map, digest, summarise_map, take_up
 
     varied = _varied(subject, parsed_axes(over), model, torque)
     settings = integration.settings
@@ -136,8 +137,7 @@ def map_command(
             raise InputError(f"{error}; choose another -o or --overwrite") from None
     with outputs.progress() as report:
         found = compute_map(grid, varied, evaluate, outputs.output, report, complain)
-    values = map_summary(found, response.words)
-    values["warnings"] = list(map_warnings(found, varied.gear_set))
+    values = summarise_map(found, varied.gear_set)
     values["wall_time_s"] = round(time.perf_counter() - begin, 3)
     outputs.draw(lambda: _figure(found))
     outputs.show(values, print_map)
@@ -151,9 +151,13 @@ def _varied(
 ) -> VariedSet:
     """Checks that every axis is known and none is fixed as well."""
     from fegear.gearset.edit import require_known_key
-    from fegear.parameter_maps import SHORT, TORQUE, VariedSet
+    from fegear.parameter_maps import DAMPING, SHORT, TORQUE, VariedSet
 
-    _refuse_overruled({axis.name for axis in axes}, torque, model.train.damping)
+    names, ratio = {axis.name for axis in axes}, model.train.damping
+    if TORQUE in names:
+        refuse_idle(f"--over {TORQUE} replaces it, leave it out", torque=torque)
+    if {DAMPING, SHORT[DAMPING]} & names:
+        refuse_idle(f"--over {DAMPING} replaces it, leave it out", damping=ratio)
     gear_set, fixed = model.load(subject, torque)
     for axis in axes:
         key = SHORT.get(axis.name, axis.name)
@@ -167,19 +171,25 @@ def _varied(
     return VariedSet(subject.set_name, gear_set, axes, load, description, fixed)
 
 
-def _refuse_overruled(
-    names: set[str], torque: float | None, damping: float | None
-) -> None:
-    """What an axis varies cannot be given by an option as well."""
-    from fegear.parameter_maps import DAMPING, SHORT, TORQUE
-
-    if TORQUE in names:
-        refuse_idle(f"--over {TORQUE} replaces it, leave it out", torque=torque)
-    if {DAMPING, SHORT[DAMPING]} & names:
-        refuse_idle(f"--over {DAMPING} replaces it, leave it out", damping=damping)
-
-
 def _figure(found: ParameterMap) -> Figure:
     from lumped.map_figure import draw_map
 
     return draw_map(found)
+
+
+def print_map(values: dict[str, Any]) -> None:
+    console = screen()
+    counts = ", ".join(f"{n} {status}" for status, n in values["statuses"].items())
+    console.print(
+        f"{values['gear_set']}, {values['excitation']}, {values['response']}\n"
+        f"{counted(values['points'], 'point', 'points')}: {counts}"
+    )
+    for reason in itertools.islice(values["reasons"], 3):
+        console.print(reason)
+    for extreme in values["extremes"]:
+        place = ", ".join(f"{name} = {v:g}" for name, v in extreme["at"].items())
+        console.print(
+            f"mesh {extreme['mesh']}: {extreme['extreme']} RMS of DTE "
+            f"{number(1e6 * extreme['dte_rms_m'], 4)} um at {place}"
+        )
+    console.print(f"wall time {values['wall_time_s']:.2f} s")

@@ -185,16 +185,28 @@ def driver_torques(
 
     mesh : counted from 1
     """
+    # less is lost in round-off of the no-load error
+    allowed = "must be at least 1e-6 and below 1e9 N m, on the driving gear"
+    torques = allowed_torques(asked, allowed) or gear_set.meshes[mesh - 1].torques
+    return required_torques(
+        torques, f"{gear_set.name} has no load case for mesh {mesh}"
+    )
+
+
+def allowed_torques(
+    asked: Sequence[float], words: str, zero: bool = False
+) -> tuple[float, ...]:
+    """As asked [N m], each once; words : what is allowed, 0 as well if so said."""
     for value in asked:
-        ok = 1e-6 <= value < 1e9  # less is lost in round-off of the no-load error
-        allowed = "must be at least 1e-6 and below 1e9 N m, on the driving gear"
-        require(ok, "--torque", value, allowed)
-    require_once("--torque", asked)
-    torques = tuple(asked) or gear_set.meshes[mesh - 1].torques
+        ok = (zero and value == 0.0) or 1e-6 <= value < 1e9
+        require(ok, "--torque", value, words)
+        require(asked.count(value) == 1, "--torque", value, "is given more than once")
+    return tuple(asked)
+
+
+def required_torques(torques: tuple[float, ...], reason: str) -> tuple[float, ...]:
     if not torques:
-        raise InputError(
-            f"--torque is missing; {gear_set.name} has no load case for mesh {mesh}"
-        )
+        raise InputError(f"--torque is missing; {reason}")
     return torques
 
 
@@ -202,11 +214,6 @@ def driver_torque(gear_set: GearSet, mesh: int, asked: float | None) -> float:
     """The torque asked for on the driver [N m], or the middle one of the load cases."""
     torques = driver_torques(gear_set, mesh, [] if asked is None else [asked])
     return torques[len(torques) // 2]
-
-
-def require_once(option: str, values: Sequence[float]) -> None:
-    for value in values:
-        require(values.count(value) == 1, option, value, "is given more than once")
 
 
 def require_picture(path: Path) -> None:

@@ -2,20 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
-
 from fegear.cli.options import AsJson
 from fegear.cli.screen import print_json, ruled_table, screen
 
 EXAMPLE = "fegear sets"
-
-
-@dataclass(frozen=True)
-class BuiltIn:
-    name: str
-    gears: int
-    meshes: int
-    description: str
 
 
 def sets_command(as_json: AsJson = False) -> None:
@@ -25,13 +15,12 @@ def sets_command(as_json: AsJson = False) -> None:
     found = []
     for name in builtin_names():
         gear_set = load_gear_set(name)
-        counts = len(gear_set.gears), len(gear_set.meshes)
-        found.append(BuiltIn(name, *counts, gear_set.description))
+        counts = {"gears": len(gear_set.gears), "meshes": len(gear_set.meshes)}
+        found.append({"name": name, **counts, "description": gear_set.description})
     if as_json:
-        print_json({"gear_sets": [asdict(each) for each in found]})
+        print_json({"gear_sets": found})
         return
-    columns = ("name", "gears", "meshes", "description")
-    table = ruled_table(*columns, words=("name", "description"))
+    table = ruled_table(*found[0], words=("name", "description"))
     for each in found:
-        table.add_row(*map(str, asdict(each).values()))
+        table.add_row(*map(str, each.values()))
     screen().print(table)

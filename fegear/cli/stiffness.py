@@ -19,7 +19,7 @@ from fegear.cli.options import (
     given,
     require_mesh,
 )
-from fegear.cli.screen import number, ruled_table, screen
+from fegear.cli.screen import Cells, cell, filled_table, screen
 
 if TYPE_CHECKING:
     from fegear.statics import StaticsSettings
@@ -105,7 +105,7 @@ def print_summary(values: dict[str, Any]) -> None:
             f"with pitch errors, tooth pairs repeat after {values['base_pitches']} "
             "base pitches: all of them are in the table"
         )
-    console.print(_torque_table(values["torques"]))
+    console.print(filled_table(TORQUE_COLUMNS, values["torques"]))
     for line in _evidence_lines(values["evidence"]):
         console.print(line)
     stages = ", ".join(f"{name} {s:.3f} s" for name, s in values["seconds"].items())
@@ -114,24 +114,17 @@ def print_summary(values: dict[str, Any]) -> None:
     console.print(f"time: {stages}{memory}")
 
 
-def _torque_table(torques: list[dict[str, float]]) -> Any:
-    columns = {
-        "mean k\n1e8 N/m": ("mean_stiffness_N_per_m", 1e-8, 5),
-        "k p-p/\nmean k": ("peak_to_peak_over_mean", 1.0, 4),
-        "local k\n1e8 N/m": ("mean_local_stiffness_N_per_m", 1e-8, 5),
-        "STE\nmean um": ("ste_mean_um", 1.0, 4),
-        "STE\np-p um": ("ste_peak_to_peak_um", 1.0, 4),
-        "NLTE\np-p um": ("nlte_peak_to_peak_um", 1.0, 4),
-        "p pitch\nMPa": ("pressure_at_pitch_point_MPa", 1.0, 4),
-        "friction\nbending": ("friction_bending_ratio_mean", 1.0, 3),
-    }
-    table = ruled_table("torque\nN m", *columns, words=())
-    for row in torques:
-        table.add_row(
-            f"{row['torque_Nm']:g}",
-            *(number(scale * row[key], n) for key, scale, n in columns.values()),
-        )
-    return table
+TORQUE_COLUMNS: Cells = {
+    "torque\nN m": lambda row: f"{row['torque_Nm']:g}",
+    "mean k\n1e8 N/m": cell("mean_stiffness_N_per_m", 1e-8),
+    "k p-p/\nmean k": cell("peak_to_peak_over_mean", figures=4),
+    "local k\n1e8 N/m": cell("mean_local_stiffness_N_per_m", 1e-8),
+    "STE\nmean um": cell("ste_mean_um", figures=4),
+    "STE\np-p um": cell("ste_peak_to_peak_um", figures=4),
+    "NLTE\np-p um": cell("nlte_peak_to_peak_um", figures=4),
+    "p pitch\nMPa": cell("pressure_at_pitch_point_MPa", figures=4),
+    "friction\nbending": cell("friction_bending_ratio_mean", figures=3),
+}
 
 
 def _evidence_lines(values: dict[str, float | None]) -> list[str]:

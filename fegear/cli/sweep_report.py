@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import typer
 
 from fegear.cli.options import Outputs, counted
-from fegear.cli.screen import complain, number, ruled_table, screen
+from fegear.cli.screen import Cells, cell, complain, filled_table, screen
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -69,13 +68,17 @@ def print_sweep(values: dict[str, Any]) -> None:
 def _print_branches(
     console: Console, branches: list[dict[str, Any]], speeds: int
 ) -> None:
-    title = "Largest vibration" if speeds > 1 else None
-    if any(branch["peaks"] for branch in branches):
-        console.print(_response_table("Peaks", _entries(branches, "peaks")))
-    else:
-        console.print(_response_table(title, _entries(branches, "largest")))
-    if any(branch["jumps"] for branch in branches):
-        console.print(_jump_table(_entries(branches, "jumps")))
+    title: str | None = "Peaks"
+    kind = "peaks"
+    if not any(branch["peaks"] for branch in branches):
+        kind, title = "largest", "Largest vibration" if speeds > 1 else None
+    responses = [branch | entry for branch in branches for entry in branch[kind]]
+    touches_back = any(row["back_side_fraction"] > 0.0 for row in responses)
+    columns = RESPONSE | BACK if touches_back else RESPONSE
+    console.print(filled_table(columns, responses, title, WORDS))
+    jumps = [branch | jump for branch in branches for jump in branch["jumps"]]
+    if jumps:
+        console.print(filled_table(JUMP, jumps, "Jumps", WORDS))
     elif speeds > 1 and any(branch["finished_speeds"] > 1 for branch in branches):
         console.print("no jumps")
     for branch in branches:
@@ -92,49 +95,27 @@ def _print_branches(
             )
 
 
-PLACE = ("torque\n[N m]", "direction", "mesh")  # of a response or jump
-Entries = Sequence[tuple[dict[str, Any], dict[str, Any]]]  # branch, what it holds
-
-
-def _entries(branches: Sequence[dict[str, Any]], kind: str) -> Entries:
-    return [(branch, entry) for branch in branches for entry in branch[kind]]
-
-
-def _response_table(title: str | None, entries: Entries) -> Any:
-    """A row for each response; contact of the back flanks where there is any."""
-    columns = ("at\n[Hz]", "RMS of\nDTE [um]", "peak\nforce [N]", "contact\nlost [%]")
-    back = any(entry["back_side_fraction"] > 0.0 for _, entry in entries)
-    table = ruled_table(*PLACE, *columns, title=title, words=("direction",))
-    if back:
-        table.add_column("back\nside [%]", justify="right")
-    for branch, entry in entries:
-        parts = [entry["contact_loss_fraction"], entry["back_side_fraction"]]
-        table.add_row(
-            *_place(branch, entry),
-            f"{entry['frequency_Hz']:.6g}",
-            number(1e6 * entry["dte_rms_m"], 4),
-            number(entry["force_peak_N"], 4),
-            *(f"{100.0 * part:.1f}" for part in parts[: 1 + back]),
-        )
-    return table
-
-
-def _jump_table(entries: Entries) -> Any:
-    columns = ("from\n[Hz]", "to\n[Hz]", "RMS of DTE\nfrom [um]", "to\n[um]")
-    table = ruled_table(*PLACE, *columns, title="Jumps", words=("direction",))
-    for branch, jump in entries:
-        table.add_row(
-            *_place(branch, jump),
-            f"{jump['frequency_from_Hz']:.6g}",
-            f"{jump['frequency_to_Hz']:.6g}",
-            number(1e6 * jump["dte_rms_from_m"], 4),
-            number(1e6 * jump["dte_rms_to_m"], 4),
-        )
-    return table
-
-
-def _place(branch: dict[str, Any], entry: dict[str, Any]) -> tuple[str, str, str]:
-    return f"{branch['torque_Nm']:g}", branch["direction"], str(entry["mesh"])
+WORDS = ("direction",)  # columns of text
+PLACE: Cells = {
+    "torque\n[N m]": lambda row: f"{row['torque_Nm']:g}",
+    "direction": lambda row: str(row["direction"]),
+    "mesh": lambda row: str(row["mesh"]),
+}
+RESPONSE: Cells = PLACE | {
+    "at\n[Hz]": lambda row: f"{row['frequency_Hz']:.6g}",
+    "RMS of\nDTE [um]": cell("dte_rms_m", 1e6, 4),
+    "peak\nforce [N]": cell("force_peak_N", figures=4),
+    "contact\nlost [%]": lambda row: f"{100.0 * row['contact_loss_fraction']:.1f}",
+}
+BACK: Cells = {
+    "back\nside [%]": lambda row: f"{100.0 * row['back_side_fraction']:.1f}",
+}
+JUMP: Cells = PLACE | {
+    "from\n[Hz]": lambda row: f"{row['frequency_from_Hz']:.6g}",
+    "to\n[Hz]": lambda row: f"{row['frequency_to_Hz']:.6g}",
+    "RMS of DTE\nfrom [um]": cell("dte_rms_from_m", 1e6, 4),
+    "to\n[um]": cell("dte_rms_to_m", 1e6, 4),
+}
 
 
 def _end(found: Branches, csv: Path | None) -> None:

@@ -21,12 +21,10 @@ from fegear.errors import InputError
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-    from rich.console import Console
 
     from lumped.motion import TimeHistory
 
 EXAMPLE = "fegear wave liu-idler --speed 2100 --from-speed 3000 --plot w.png"
-LINES = 5  # largest ones of a spectrum, in the summary
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -72,32 +70,20 @@ def wave_command(
     outputs.require(subject.set_name, *(model.table or ()))
     gear_set, changes = model.load(subject, torque)
     settings, at = integration.settings, middle_torque(gear_set, torque)
-    from fegear.lumped_system import file_header, integration_in_words, lumped_system
-    from fegear.unphysical import doubts_of_meshes
-    from lumped.motion import DivergedError, arrive, time_history, wave_csv
+    from fegear.waves import settle_motion
+    from lumped.motion import DivergedError, wave_csv
 
+    speeds = approach.start, approach.speed
     description = model.lumped_model(gear_set)
-    system = lumped_system(gear_set, at, description)
     try:
-        state = arrive(system, approach.start, approach.speed, settings)
-        motion = time_history(system, approach.speed, settings, state)
+        found = settle_motion(gear_set, at, speeds, description, settings)
     except DivergedError as error:
         complain(str(error))
         raise typer.Exit(1) from None
-    words, ratio = integration_in_words(settings), system.train.damping_ratio
-    header = file_header(gear_set, description, ratio, words) | edit_entries(changes)
-    header |= {
-        "model": str(model.model),
-        "torque_Nm": f"{at:g}",
-        "speed_Hz": f"{approach.speed!r}",
-    }
-    outputs.write(lambda: wave_csv(motion, header))
-    outputs.draw(lambda: _figure(motion, header))
-    found = motion.response
-    where = f" at {at:g} N m"
-    warnings = doubts_of_meshes(gear_set.meshes, where, found.dte_peak, found.back_side)
-    values = wave_summary(motion, header) | {"warnings": list(warnings)}
-    outputs.show(values, print_wave)
+    header = {**found.header, **edit_entries(changes)}
+    outputs.write(lambda: wave_csv(found.motion, header))
+    outputs.draw(lambda: _figure(found.motion, header))
+    outputs.show(found.summary, print_wave)
 
 
 def _figure(motion: TimeHistory, header: dict[str, str]) -> Figure:
@@ -111,53 +97,6 @@ def _figure(motion: TimeHistory, header: dict[str, str]) -> Figure:
     return draw_time_history(motion, title)
 
 
-def wave_summary(motion: TimeHistory, header: dict[str, str]) -> dict[str, Any]:
-    """Plain values, ready for JSON."""
-    response = motion.response
-    return {
-        "gear_set": header["gear set"],
-        "model": int(header["model"]),
-        "excitation": header["excitation"],
-        "damping_ratio": float(header["damping ratio"]),
-        "torque_Nm": float(header["torque_Nm"]),
-        "speed_Hz": float(response.frequency),
-        "status": str(response.status),
-        "settling_time_s": float(response.settling_time),
-        "shown_time_s": float(motion.history.time[-1]),
-        "section_points": len(motion.section_rate),
-        "meshes": [_mesh_summary(motion, m) for m in range(len(motion.pairs))],
-    }
-
-
-def _mesh_summary(motion: TimeHistory, m: int) -> dict[str, Any]:
-    response, pairs = motion.response, motion.pairs[m]
-    return {
-        "mesh": m + 1,
-        "period_multiple": int(response.period_multiple[m]),
-        "dte_rms_m": float(response.dte_rms[m]),
-        "dte_mean_m": float(response.dte_mean[m]),
-        "dte_peak_m": float(response.dte_peak[m]),
-        "force_peak_N": float(response.force_peak[m]),
-        "contact_loss_fraction": float(response.contact_loss[m]),
-        "back_side_fraction": float(response.back_side[m]),
-        "engaged_pairs": sorted({int(count) for count in pairs.count}),
-        "contact_conditions": dict(pairs.conditions),
-        "largest_lines": _largest_lines(motion, m),
-    }
-
-
-def _largest_lines(motion: TimeHistory, m: int) -> list[dict[str, float]]:
-    """The largest lines of the spectrum by falling amplitude, without the mean."""
-    order = 1 + motion.spectrum[1:, m].argsort(kind="stable")[::-1][:LINES]
-    return [
-        {
-            "frequency_Hz": float(motion.spectrum_frequency[i]),
-            "amplitude_m": float(motion.spectrum[i, m]),
-        }
-        for i in order
-    ]
-
-
 def print_wave(values: dict[str, Any]) -> None:
     console = screen()
     console.print(
@@ -168,7 +107,9 @@ def print_wave(values: dict[str, Any]) -> None:
         f"{counted(values['section_points'], 'point', 'points')} in the Poincaré "
         "section"
     )
-    _print_figures(console, values["meshes"])
+    columns = {f"mesh {mesh['mesh']}": _cells(mesh) for mesh in values["meshes"]}
+    labels = [*ROWS, "repeats after periods of the mesh", "largest amplitudes [um]"]
+    print_columns(console, "", labels, columns)
     from lumped.motion import CONDITIONS
 
     for mesh in values["meshes"]:
@@ -188,12 +129,6 @@ ROWS = {
     "contact lost [% of the time]": ("contact_loss_fraction", 100.0),
     "back side [% of the time]": ("back_side_fraction", 100.0),
 }
-
-
-def _print_figures(console: Console, meshes: list[dict[str, Any]]) -> None:
-    labels = [*ROWS, "repeats after periods of the mesh", "largest amplitudes [um]"]
-    columns = {f"mesh {mesh['mesh']}": _cells(mesh) for mesh in meshes}
-    print_columns(console, "", labels, columns)
 
 
 def _cells(mesh: dict[str, Any]) -> list[str]:

@@ -6,7 +6,7 @@ import cmath
 import math
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -120,19 +120,31 @@ def _label_gears(axes: Axes, gear_set: GearSet, placed: Layout) -> None:
     for index, gear in enumerate(gear_set.gears):
         place, teeth = placed.places[index], gear.geometry
         away, aligned = (-1.0, "top") if place.layer == 0 else (1.0, "bottom")
-        axes.annotate(
-            f"{gear.name}, {teeth.teeth} teeth",
-            (MM * place.x, MM * (place.y + away * teeth.tip_radius)),
-            xytext=(0.0, 4.0 * away),
-            textcoords="offset points",
-            ha="center",
-            va=aligned,
-            fontsize=8,
-            zorder=30,
-            bbox={"fc": "white", "ec": "none", "alpha": 0.75, "pad": 0.8},
-        )
+        at = MM * place.x, MM * (place.y + away * teeth.tip_radius)
+        style = {"ha": "center", "va": aligned}
+        _write(axes, f"{gear.name}, {teeth.teeth} teeth", at, (0.0, 4.0 * away), style)
         _draw_rotation(axes, teeth, place, COLOURS[index % len(COLOURS)])
     axes.margins(0.09)
+
+
+def _write(
+    axes: Axes,
+    text: str,
+    at: tuple[float, float],
+    offset: tuple[float, float],
+    style: dict[str, Any],
+) -> None:
+    """Small text on white; offset : from the place, in points."""
+    axes.annotate(
+        text,
+        at,
+        xytext=offset,
+        textcoords="offset points",
+        fontsize=8,
+        zorder=30,
+        bbox={"fc": "white", "ec": "none", "alpha": 0.75, "pad": 0.8},
+        **style,
+    )
 
 
 def _draw_rotation(axes: Axes, gear: SpurGear, place: Place, colour: str) -> None:
@@ -203,16 +215,7 @@ def _draw_detail(axes: Axes, gear_set: GearSet, placed: Layout) -> None:
     for roll_length, name in stops:
         x, y = line.at(roll_length)
         axes.plot(x, y, "o", mfc="white", mec=ACTION, ms=5, zorder=22)
-        axes.annotate(
-            name,
-            (x, y),
-            xytext=(10, -3),
-            textcoords="offset points",
-            fontsize=8,
-            color=ACTION,
-            zorder=30,
-            bbox={"fc": "white", "ec": "none", "alpha": 0.75, "pad": 0.8},
-        )
+        _write(axes, name, (x, y), (10, -3), {"color": ACTION})
     x, y = line.at(pair.pitch_point)
     half = ZOOM * MM * pair.driver.module
     axes.set_xlim(x - half, x + half)

@@ -30,7 +30,7 @@ from fegear.statics import (
     StaticsSettings,
     contact_problem,
 )
-from fegear.unphysical import Extremes, doubts
+from fegear.unphysical import doubts
 from meshes.profile import flank_frame
 
 Array = NDArray[np.float64]
@@ -243,7 +243,7 @@ def require_drawable(scene: MeshScene, ste: float) -> None:
     """Refuse a transmission error [m] beyond which teeth are not in mesh."""
     where = f"{scene.name}, {' and '.join(scene.gear_names)}"
     module = scene.mesh.pair.driver.module
-    for doubt in doubts(Extremes(where=where, module=module, transmission_error=ste)):
+    for doubt in doubts(where, module, transmission_error=ste):
         raise InputError(doubt)
 
 

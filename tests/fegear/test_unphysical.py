@@ -10,23 +10,21 @@ from fegear.cli import run
 from fegear.gearset import load_gear_set
 from fegear.statics import StaticsSettings, solve_mesh
 from fegear.summary import warnings
-from fegear.unphysical import PRESSURE, Extremes, doubts
+from fegear.unphysical import PRESSURE, doubts
 
-USUAL = Extremes(
-    where="mesh 1",
-    module=2e-3,
-    transmission_error=2e-5,
-    pressure=1.2e9,
-    backlash=1e-4,
-    back_side=0.3,
-)
+USUAL = {
+    "transmission_error": 2e-5,
+    "pressure": 1.2e9,
+    "backlash": 1e-4,
+    "back_side": 0.3,
+}
 COARSE = ["--resolution", "coarse"]
 TIGHT = ["--set", "mesh.1.backlash_um=0"]
 RECTANGULAR = ["liu-pair", "--excitation", "rectangular", "--torque", "50"]
 
 
 def reasons(**changes) -> list[str]:
-    return list(doubts(Extremes(**{**vars(USUAL), **changes})))
+    return list(doubts("mesh 1", 2e-3, **(USUAL | changes)))
 
 
 def test_a_usual_result_is_not_doubted():

@@ -1,0 +1,109 @@
+"""The settled motion of a gear set's lumped train at one speed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from fegear.gearset.model import GearSet
+from fegear.lumped_system import (
+    LumpedModel,
+    file_header,
+    integration_in_words,
+    lumped_system,
+)
+from fegear.sweeps import UNITS
+from fegear.unphysical import doubts_of_meshes
+from lumped.motion import TimeHistory, arrive, time_history
+from lumped.response import FIGURES
+from lumped.settings import Settings
+
+LINES = 5  # largest ones of a spectrum, in the summary
+
+
+@dataclass(frozen=True, eq=False)
+class SettledMotion:
+    """A motion over time and the header of its file."""
+
+    gear_set: GearSet
+    header: Mapping[str, str]
+    motion: TimeHistory
+
+    @property
+    def summary(self) -> dict[str, Any]:
+        """Plain values, ready for JSON."""
+        header, motion, response = self.header, self.motion, self.motion.response
+        doubts = doubts_of_meshes(
+            self.gear_set.meshes,
+            f" at {header['torque_Nm']} N m",
+            *(response.dte_peak, response.back_side),
+        )
+        return {
+            "gear_set": header["gear set"],
+            "model": int(header["model"]),
+            "excitation": header["excitation"],
+            "damping_ratio": float(header["damping ratio"]),
+            "torque_Nm": float(header["torque_Nm"]),
+            "speed_Hz": float(response.frequency),
+            "status": str(response.status),
+            "settling_time_s": float(response.settling_time),
+            "shown_time_s": float(motion.history.time[-1]),
+            "section_points": len(motion.section_rate),
+            "meshes": [_mesh_summary(motion, m) for m in range(len(motion.pairs))],
+            "warnings": list(doubts),
+        }
+
+
+def settle_motion(
+    gear_set: GearSet,
+    torque: float,
+    speeds: tuple[float, float],
+    model: LumpedModel,
+    integration: Settings,
+) -> SettledMotion:
+    """Time history, tooth pairs, section and spectrum of the settled motion.
+
+    torque : on the input gear [N m]
+    speeds : mesh frequency of the first mesh [Hz] at which the motion settles first,
+        and the one to which it is followed
+    Raises DivergedError.
+    """
+    start, speed = speeds
+    system = lumped_system(gear_set, torque, model)
+    state = arrive(system, start, speed, integration)
+    motion = time_history(system, speed, integration, state)
+    words, ratio = integration_in_words(integration), system.train.damping_ratio
+    header = file_header(gear_set, model, ratio, words) | {
+        "model": str(model.number),
+        "torque_Nm": f"{torque:g}",
+        "speed_Hz": f"{speed!r}",
+    }
+    return SettledMotion(gear_set, header, motion)
+
+
+def _mesh_summary(motion: TimeHistory, m: int) -> dict[str, Any]:
+    response, pairs = motion.response, motion.pairs[m]
+    figures = {
+        UNITS[name]: float(getattr(response, name)[m])
+        for name in FIGURES
+        if name in UNITS
+    }
+    return {
+        "mesh": m + 1,
+        "period_multiple": int(response.period_multiple[m]),
+        **figures,
+        "engaged_pairs": sorted({int(count) for count in pairs.count}),
+        "contact_conditions": dict(pairs.conditions),
+        "largest_lines": _largest_lines(motion, m),
+    }
+
+
+def _largest_lines(motion: TimeHistory, m: int) -> list[dict[str, float]]:
+    """The largest lines of the spectrum by falling amplitude, without the mean."""
+    order = 1 + motion.spectrum[1:, m].argsort(kind="stable")[::-1][:LINES]
+    places = motion.spectrum_frequency[order], motion.spectrum[order, m]
+    return [
+        {"frequency_Hz": float(frequency), "amplitude_m": float(amplitude)}
+        for frequency, amplitude in zip(*places, strict=True)
+    ]
