@@ -20,8 +20,8 @@ from validation.oracles.piecewise import (
     Disk,
     PiecewiseTrain,
     Toothing,
-    hunting_pairs,
     march,
+    rectangular_pairs,
 )
 
 RADII, INERTIAS, TORQUE = (0.04535, 0.05831), (2.6e-3, 1.1e-2), 100.0
@@ -55,18 +55,25 @@ def system_of(errors, model=1, teeth=(7, 9), **changes) -> LumpedSystem:
     return LumpedSystem(train_of(teeth, **changes), (excitation,))
 
 
-def pairs_of(errors):
-    """Pieces of all pairs of teeth, counted as they pass the pitch point."""
+def toothing_of(errors, backlash=BACKLASH):
+    """All pairs of teeth, counted as they pass the pitch point."""
     one, two = errors
     count = math.lcm(len(one), len(two))
     gaps = [one[n % len(one)] + two[n % len(two)] for n in range(count)]
-    return hunting_pairs(MEAN, VARIATION, RATIO, gaps)
+    return Toothing(
+        driver=0,
+        driven=1,
+        pairs=rectangular_pairs(MEAN, VARIATION, RATIO, gaps=gaps),
+        mean_stiffness=MEAN,
+        backlash=backlash,
+    )
 
 
 def touching(errors, x):
     """Gap of each engaged pair at a position, in rising order, and its stiffness."""
-    pieces = [piece for pair in pairs_of(errors) for piece in pair]
-    engaged = [piece for piece in pieces if piece.start <= x < piece.end]
+    toothing = toothing_of(errors)
+    found = [toothing.piece(pair, x) for pair in range(toothing.period)]
+    engaged = [each[0] for each in found if each]
     return sorted(piece.gap_start for piece in engaged), engaged[0].stiffness
 
 
@@ -76,15 +83,7 @@ def exact_motion(errors, frequency, backlash=BACKLASH):
         Disk(radius=r, inertia=i, torque=t)
         for r, i, t in zip(RADII, INERTIAS, TORQUES, strict=True)
     )
-    mesh = Toothing(
-        driver=0,
-        driven=1,
-        pairs=pairs_of(errors),
-        mean_stiffness=MEAN,
-        backlash=backlash,
-        period=63,
-    )
-    train = PiecewiseTrain(disks, (mesh,), DAMPING)
+    train = PiecewiseTrain(disks, (toothing_of(errors, backlash),), DAMPING)
     start = np.array([FORCE / MEAN / r / 2.0 for r in RADII] + [0.0, 0.0])
     return march(train, frequency, start, 3.0 * 63.0)
 

@@ -40,7 +40,7 @@ class Disk:
 class Piece:
     """Where a pair carries: constant stiffness [N/m], linear gap [m].
 
-    start, end : in base pitches of the toothing's period
+    start, end : in base pitches of the toothing's period, or before it
     """
 
     start: float
@@ -55,8 +55,8 @@ class Toothing:
     """A mesh: S = sense (r_driver theta_driver + r_driven theta_driven).
 
     sense : 1 where the driver turns counter-clockwise, else -1, eq. (2.3)
-    pairs : pieces of each tooth pair, which carries nothing elsewhere
-    period : base pitches after which the same teeth meet again
+    pairs : pieces of each tooth pair, which carries nothing elsewhere; the same pairs
+        meet again after as many base pitches
     mean_stiffness : that modal damping refers to [N/m]
     rate : mesh frequency over that of the first mesh
     """
@@ -69,7 +69,19 @@ class Toothing:
     backlash: float = math.inf
     phase: float = 0.0
     rate: float = 1.0
-    period: int = 1
+
+    @property
+    def period(self) -> int:
+        return len(self.pairs)
+
+    def piece(self, pair: int, position: float) -> tuple[Piece, float] | None:
+        """Where a pair carries at a position, and how far it came in there."""
+        x = position % self.period
+        for piece in self.pairs[pair]:
+            for ahead in (x - piece.start, x - piece.start - self.period):
+                if 0.0 <= ahead < piece.end - piece.start:
+                    return piece, ahead
+        return None
 
 
 @dataclass(frozen=True)
@@ -212,58 +224,31 @@ class Motion:
 
 
 def rectangular_pairs(
-    mean: float, variation: float, contact_ratio: float, relief: float = 0.0
+    mean: float,
+    variation: float,
+    contact_ratio: float,
+    relief: float = 0.0,
+    gaps: Sequence[float] = (0.0, 0.0),
 ) -> tuple[tuple[Piece, ...], ...]:
-    """Pieces of both pairs for a contact ratio between 1 and 2, shared equally.
+    """Pieces of every pair for a contact ratio between 1 and 2, shared equally.
 
-    Contact lasts from c / 2 before to c / 2 after the pitch point.
+    k [1 + eps (1 - c)] in single and half of k [1 + eps (2 - c)] in double contact,
+    above eq. (2.28); contact lasts from c / 2 before to c / 2 after the pitch point.
     relief : of both tips [m], linear from the highest point of single contact
-    """
-    single, shared = pair_stiffness(mean, variation, contact_ratio)
-    enter, leave = 1.0 - 0.5 * contact_ratio, 0.5 * contact_ratio
-    leaving = Piece(0.0, enter, single), Piece(enter, leave, shared, 0.0, relief)
-    entering = Piece(enter, leave, shared, relief, 0.0), Piece(leave, 1.0, single)
-    return leaving, entering
-
-
-def hunting_pairs(
-    mean: float, variation: float, contact_ratio: float, gaps: Sequence[float]
-) -> tuple[tuple[Piece, ...], ...]:
-    """The same without relief, pair after pair until the same teeth meet again.
-
-    gaps : of the pairs that pass the pitch point at 0, 1, ... base pitches [m]
-    """
-    single, shared = pair_stiffness(mean, variation, contact_ratio)
-    enter, leave = 1.0 - 0.5 * contact_ratio, 0.5 * contact_ratio
-    parts = (
-        (-leave, -enter, shared),
-        (-enter, 0.0, single),
-        (0.0, enter, single),
-        (enter, leave, shared),
-    )
-    pairs = []
-    for n, gap in enumerate(gaps):
-        # what lies before the pitch point of the first pair ends the period
-        at = [n + (len(gaps) if n == 0 and end <= 0.0 else 0) for _, end, _ in parts]
-        pairs.append(
-            tuple(
-                Piece(n + start, n + end, stiffness, gap, gap)
-                for n, (start, end, stiffness) in zip(at, parts, strict=True)
-            )
-        )
-    return tuple(pairs)
-
-
-def pair_stiffness(
-    mean: float, variation: float, contact_ratio: float
-) -> tuple[float, float]:
-    """Of a pair alone, k [1 + eps (1 - c)], and of one of two [N/m].
-
-    Two have k [1 + eps (2 - c)] together, above eq. (2.28).
+    gaps : of each pair besides [m], two or more
     """
     c = contact_ratio
-    together = mean * (1.0 + variation * (2.0 - c))
-    return mean * (1.0 + variation * (1.0 - c)), 0.5 * together
+    single = mean * (1.0 + variation * (1.0 - c))
+    shared = 0.5 * mean * (1.0 + variation * (2.0 - c))
+    enter, leave = 1.0 - 0.5 * c, 0.5 * c
+    return tuple(
+        (
+            Piece(n - leave, n - enter, shared, gap + relief, gap),
+            Piece(n - enter, n + enter, single, gap, gap),
+            Piece(n + enter, n + leave, shared, gap, gap + relief),
+        )
+        for n, gap in enumerate(gaps)
+    )
 
 
 def march(
@@ -323,13 +308,13 @@ def _springs(
     for m, toothing in enumerate(train.toothings):
         speed = toothing.rate * frequency
         middle = toothing.phase + speed * 0.5 * (begin + end)
-        middle %= toothing.period
-        for pair in toothing.pairs:
-            piece = next((p for p in pair if p.start <= middle < p.end), None)
-            if piece is None or piece.stiffness == 0.0:
+        for pair in range(toothing.period):
+            found = toothing.piece(pair, middle)
+            if found is None:
                 continue
+            piece, ahead = found
             slope = (piece.gap_end - piece.gap_start) / (piece.end - piece.start)
-            ahead = middle - speed * 0.5 * (end - begin) - piece.start
+            ahead -= speed * 0.5 * (end - begin)
             row = np.zeros(2 * n + 2)
             row[:n] = train.row(toothing)
             row[-2:] = -(piece.gap_start + slope * ahead), -slope * speed
