@@ -6,6 +6,7 @@ the keys. Every tolerance says why it is what it is.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property
@@ -24,11 +25,18 @@ from fegear.output import read_text
 from fegear.speeds import parsed_speeds
 from lumped.sweep import Direction
 from validation.metrics import METRICS
+from validation.printed import require_key
 
 FOLDER = Path(__file__).parent / "cases"
 MOST_SPEEDS = 10_000
 STRICT = ConfigDict(extra="forbid", allow_inf_nan=False)
 Fidelity = Literal["full", "reduced", "quasistatic"]
+
+
+def _require_name(name: str) -> str:
+    if not re.fullmatch("[a-z0-9][a-z0-9-]*", name):
+        raise ValueError("must be small letters, digits and hyphens, no hyphen first")
+    return name
 
 
 def _require_edit(text: str) -> str:
@@ -62,11 +70,6 @@ Number = Annotated[float, Field(strict=True)]
 Positive = Annotated[Number, Field(gt=0.0, lt=1e9)]
 Speeds = Annotated[str, AfterValidator(_require_speeds)]
 Edit = Annotated[str, AfterValidator(_require_edit)]
-FIGURES = (
-    r"^(natural|mesh[1-9]\.(mean_stiffness|stiffness_variation"
-    r"|friction_(recess|approach)|(up|down)\.(jump|peak)"
-    r"|wave[1-9]\.(force_peak|contact_loss)))$"
-)
 Flag = Annotated[bool, Field(strict=True)]
 
 
@@ -127,7 +130,7 @@ class SingleSpeed:
 class Printed:
     """A value that the source prints; whether it is met is a finding, no verdict.
 
-    figure : the key of the computed figure that it stands beside, if there is one; of
+    figure : key of the figure that it stands beside, see `validation.printed`; of
         jumps, peaks and natural frequencies the one nearest to the value
     """
 
@@ -137,7 +140,7 @@ class Printed:
     value: Number
     unit: str
     where: Text
-    figure: Annotated[str, Field(pattern=FIGURES)] | None = None
+    figure: Annotated[str, AfterValidator(require_key)] | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -152,7 +155,7 @@ class Case:
 
     __pydantic_config__ = STRICT
 
-    name: Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9-]*$")]
+    name: Annotated[str, AfterValidator(_require_name)]
     title: Text
     gear_set: Text
     torques_Nm: Annotated[tuple[Positive, ...], Field(min_length=1)]

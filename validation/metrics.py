@@ -18,6 +18,7 @@ from lumped.response import History
 from lumped.sweep import Direction
 
 Array = NDArray[np.float64]
+FE = "fe"  # source of what the finite elements give, beside the names of models
 SAME_FEATURE = 0.15  # of the frequency: jumps or peaks further apart are two
 CYCLE_POINTS = 256  # of a cycle
 

@@ -16,13 +16,11 @@ run is handed on as read from these files, so that a reused one is the same.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from math import nan
 from pathlib import Path
-
-import numpy as np
 
 from fegear.errors import InputError
 from fegear.excitation import Excitations, Source
@@ -31,10 +29,7 @@ from fegear.statics import Progress
 from fegear.store import Checkpoint, open_checkpoint
 from validation.cases import Case
 from validation.metrics import (
-    Curve,
-    ForceCycle,
     Measured,
-    Statics,
     Verdict,
     curve_measures,
     cycle_measures,
@@ -46,7 +41,6 @@ from validation.solving import solve_task
 from validation.tasks import FE, Task, tasks_of
 
 CHECKPOINT = "checkpoint"  # file in the directory of a run
-NEAR = 1.0 / 3.0  # of the frequency: what is further from a printed one is another
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,55 +115,6 @@ def _measures(reference: Run, found: Run) -> Iterator[tuple[str, Measured]]:
     for fe_statics, statics in zip(reference.statics, found.statics, strict=True):
         where = f"mesh {statics.mesh}"
         yield from ((where, each) for each in static_measures(fe_statics, statics))
-
-
-def printed_figure(run: Run, key: str, near: float) -> float:
-    """A figure of a run by the key of `validation.cases.Printed`; NaN if it has none.
-
-    near : of jumps, peaks and natural frequencies the nearest to it counts [Hz], but
-        none that is off by more than NEAR; the finite elements have no natural ones
-    """
-    if key == "natural":
-        return _nearest(() if run.source == FE else run.natural_Hz, near)
-    where, *words = key.split(".")
-    mesh = int(where.removeprefix("mesh"))
-    if words[0] in ("up", "down"):
-        curves = [c for c in run.curves if (c.mesh, c.direction) == (mesh, words[0])]
-        return _nearest((f for c in curves for f in _features(c, words[1])), near)
-    if words[0].startswith("wave"):
-        cycles = [cycle for cycle in run.cycles if cycle.mesh == mesh]
-        number = int(words[0].removeprefix("wave"))
-        return _of_cycle(cycles[number - 1], words[1]) if number <= len(cycles) else nan
-    statics = [each for each in run.statics if each.mesh == mesh]
-    return _of_statics(statics[0], words[0]) if statics else nan
-
-
-def _nearest(values: Iterable[float], near: float) -> float:
-    close = (v for v in values if abs(v - near) <= NEAR * max(v, near))
-    return min(close, key=lambda value: abs(value - near), default=nan)
-
-
-def _features(curve: Curve, kind: str) -> list[float]:
-    """Frequencies of a curve's peaks, or of the last speeds before its jumps [Hz]."""
-    if kind == "peak":
-        return [peak.frequency for peak in curve.peaks]
-    return [jump.frequency_from for jump in curve.jumps]
-
-
-def _of_cycle(cycle: ForceCycle, name: str) -> float:
-    if name == "contact_loss":
-        return cycle.contact_loss
-    return float(np.abs(cycle.force).max())
-
-
-def _of_statics(statics: Statics, name: str) -> float:
-    values = {
-        "mean_stiffness": statics.mean_stiffness,
-        "stiffness_variation": statics.variation,
-        "friction_recess": statics.friction_change(0.0, 0.5),
-        "friction_approach": statics.friction_change(0.5, 1.0),
-    }
-    return values[name]
 
 
 def _found_or_made(

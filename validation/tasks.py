@@ -21,9 +21,9 @@ from fegear.store import digest
 from fegear.version import package_version
 from lumped.settings import Settings
 from validation.cases import Case, Model, SingleSpeed
+from validation.metrics import FE
 
 FORMAT = "fegear validation run 3"  # of the files and of what stands in them
-FE = "fe"
 PACKAGES = {  # those whose sources results depend on, and which of their files
     meshes: ("**/*.py",),
     lumped: ("**/*.py",),
@@ -32,7 +32,7 @@ PACKAGES = {  # those whose sources results depend on, and which of their files
         *("dynamics/**/*.py", "excitation.py", "lumped_system.py", "statics.py"),
         *("store.py", "train.py"),
     ),
-    validation: ("deflection.py", "metrics.py", "run_files.py"),
+    validation: ("deflection.py", "metrics.py", "run_files.py", "solving.py"),
 }
 
 

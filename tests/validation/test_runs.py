@@ -30,6 +30,7 @@ from lumped.waves import Wave as PeriodicWave
 from validation import runs, solving
 from validation.cases import Model, SingleSpeed, Tolerance, load_case
 from validation.deflection import mesh_statics, static_deflection
+from validation.printed import printed_figure
 from validation.run_files import NAMES, features
 from validation.solving import approach
 from validation.tasks import tasks_of
@@ -389,22 +390,30 @@ def test_a_wrong_inertia_fails_where_the_right_one_passes(tmp_path):
     assert min(shift) == pytest.approx(1.3**-0.5 - 1.0, abs=0.04)
 
 
+def printed_value(run, key, near):
+    return printed_figure(run, key, near)[0]
+
+
 def test_printed_figures(few):
     reference, model = few[1].runs
-    stiffness = runs.printed_figure(model, "mesh1.mean_stiffness", 0.0)
+    stiffness = printed_value(model, "mesh1.mean_stiffness", 0.0)
     assert stiffness == pytest.approx(2.98e8, rel=5e-3)
-    assert runs.printed_figure(reference, "mesh1.stiffness_variation", 0.0) == (
+    assert printed_value(reference, "mesh1.stiffness_variation", 0.0) == (
         pytest.approx(0.31, abs=0.02)
     )
-    natural = runs.printed_figure(model, "natural", 2900.0)
+    natural = printed_value(model, "natural", 2900.0)
     assert natural in model.natural_Hz
-    assert math.isnan(runs.printed_figure(reference, "natural", 2900.0))
-    assert math.isnan(runs.printed_figure(model, "natural", 10.0 * natural))
-    force = runs.printed_figure(reference, "mesh1.wave1.force_peak", 0.0)
+    assert math.isnan(printed_value(reference, "natural", 2900.0))
+    assert math.isnan(printed_value(model, "natural", 10.0 * natural))
+    force = printed_value(reference, "mesh1.wave1.force_peak", 0.0)
     assert force == np.abs(reference.cycles[0].force).max()
-    assert runs.printed_figure(reference, "mesh1.wave1.contact_loss", 0.0) == 0.0
+    assert printed_value(reference, "mesh1.wave1.contact_loss", 0.0) == 0.0
+    files = {"natural": "result.json", "mesh1.up.peak": "sweep.csv"}
+    files |= {"mesh1.wave1.contact_loss": "waves.csv"}
+    files |= {"mesh1.friction_recess": "statics.csv"}
+    assert {key: printed_figure(model, key, 1.0)[1] for key in files} == files
     for key in ("mesh1.up.jump", "mesh1.wave2.force_peak", "mesh1.friction_recess"):
-        value = runs.printed_figure(model, key, 1.0)
+        value = printed_value(model, key, 1.0)
         assert math.isnan(value)
 
 
@@ -413,7 +422,7 @@ def test_friction_changes_the_deflection_of_single_pairs(tmp_path):
     result = runs.run_case(replace(load_case("friction-pair"), edits=edits), tmp_path)
     reference = result.of("fe")[0]
     changes = [
-        runs.printed_figure(reference, f"mesh1.friction_{stretch}", 0.0)
+        printed_value(reference, f"mesh1.friction_{stretch}", 0.0)
         for stretch in ("recess", "approach")
     ]
     assert all(1e-9 < abs(change) < 1e-6 for change in changes)

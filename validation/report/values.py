@@ -10,9 +10,10 @@ from typing import Any
 
 from validation.cases import Printed, Tolerance
 from validation.metrics import METRICS, Verdict
+from validation.printed import printed_figure
 from validation.provenance import provenance
 from validation.run_files import Run
-from validation.runs import CaseResult, printed_figure
+from validation.runs import CaseResult
 from validation.tasks import FE
 
 STATIC = ("mean_stiffness", "stiffness_variation", "static_deflection")
@@ -145,7 +146,7 @@ def _verdict_values(
 
 
 def _csv_of(metric: str) -> str:
-    """The file of a run that a metric or a printed figure is taken from."""
+    """The file of a run that a metric is taken from."""
     if metric.startswith("wave"):
         return "waves.csv"
     return "statics.csv" if metric in STATIC else "sweep.csv"
@@ -157,20 +158,11 @@ def _file(run: Run, name: str, output: Path) -> str:
 
 def _printed_values(result: CaseResult, entry: Printed, output: Path) -> dict[str, Any]:
     """A printed value and what each run has beside it."""
-    kind = (entry.figure or "").split(".")[-2:]
-    name = "waves.csv" if kind[0].startswith("wave") else _csv_of(kind[-1])
-    if kind[-1].startswith("friction"):
-        name = "statics.csv"
-    found = [
-        {
-            "source": run.source,
-            "torque_Nm": run.torque,
-            "value": printed_figure(run, entry.figure or "", entry.value),
-            # natural frequencies stand in no table of their own
-            "csv": _file(run, "result.json" if kind == ["natural"] else name, output),
-        }
-        for run in (result.runs if entry.figure else ())
-    ]
+    found = []
+    for run in result.runs if entry.figure else ():
+        value, name = printed_figure(run, entry.figure or "", entry.value)
+        place = {"source": run.source, "torque_Nm": run.torque}
+        found.append(place | {"value": value, "csv": _file(run, name, output)})
     return asdict(entry) | {"found": found}
 
 
