@@ -16,7 +16,7 @@ from fegear.gearset.model import GearSet
 from fegear.gearset.pitch_errors import tooth_pair_errors, without_pitch_errors
 from fegear.statics import StaticsSettings, solve_mesh
 from lumped.table import format_table, parse_table
-from validation.deflection import static_deflection
+from validation.solving import static_deflection
 
 PINION, WHEEL = (0.0, 3e-6), (1e-6, -2e-6, 0.5e-6, 2e-6, -1e-6)  # repeated around
 PITCHES = 10

@@ -29,10 +29,9 @@ from lumped.steppers import FixedStepper
 from lumped.waves import Wave as PeriodicWave
 from validation import runs, solving
 from validation.cases import Model, SingleSpeed, Tolerance, load_case
-from validation.deflection import mesh_statics, static_deflection
 from validation.printed import printed_figure
 from validation.run_files import NAMES, features
-from validation.solving import approach
+from validation.solving import approach, mesh_statics, static_deflection
 from validation.tasks import tasks_of
 
 METRICS = (
