@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from fegear.gearset.model import GearSet
 from fegear.lumped_system import (
@@ -15,9 +15,13 @@ from fegear.lumped_system import (
 )
 from fegear.sweeps import UNITS
 from fegear.unphysical import doubts_of_meshes
+from lumped.figures import draw_time_history
 from lumped.motion import TimeHistory, arrive, time_history
 from lumped.response import FIGURES
 from lumped.settings import Settings
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 LINES = 5  # largest ones of a spectrum, in the summary
 
@@ -53,6 +57,16 @@ class SettledMotion:
             "meshes": [_mesh_summary(motion, m) for m in range(len(motion.pairs))],
             "warnings": list(doubts),
         }
+
+    def draw(self) -> Figure:
+        """Time history, tooth pairs, phase plane and spectrum."""
+        header = self.header
+        title = (
+            f"{header['gear set']} at {self.motion.response.frequency:g} Hz and "
+            f"{header['torque_Nm']} N m, model {header['model']}, "
+            f"{header['excitation']}, damping ratio {header['damping ratio']}"
+        )
+        return draw_time_history(self.motion, title)
 
 
 def settle_motion(

@@ -13,14 +13,10 @@ from fegear.cli.edits import EditedSet, edit_entries, refuse_idle_edits
 from fegear.cli.groups import Range, grouped, option
 from fegear.cli.lumped_options import (
     LoadCases,
-    MaxPeriods,
-    Speeds,
-    SweepDirection,
-    Tolerance,
+    Settling,
+    SweptSpeeds,
     Train,
     chosen_torques,
-    directions,
-    speeds_of,
 )
 from fegear.cli.options import (
     RATIO,
@@ -97,26 +93,19 @@ class MovingElements:
 
 
 @dataclass(frozen=True, kw_only=True)
-class ImplicitIntegration:
+class ImplicitIntegration(Settling):
     """Time integration of the finite elements."""
 
     steps: int = option(
         "Least number of time steps per period of the fastest mesh.",
         default=128,
     )
-    tolerance: Tolerance = 1e-4
-    max_periods: MaxPeriods = None
 
     @property
     def settings(self) -> DynamicSettings:
         from fegear.dynamics.stepper import DynamicSettings
 
-        with named_options("steps", "tolerance", "max_periods"):
-            return DynamicSettings(
-                steps=self.steps,
-                tolerance=self.tolerance,
-                max_periods=self.max_periods,
-            )
+        return self.settings_of(DynamicSettings, steps=self.steps)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -148,8 +137,7 @@ class DynamicsOutputs(Outputs):
 def dynamics_command(
     *,
     subject: EditedSet,
-    speeds: Speeds = None,
-    direction: SweepDirection = "both",
+    swept: SweptSpeeds,
     torque: LoadCases = None,
     moving: MovingElements,
     integration: ImplicitIntegration,
@@ -172,10 +160,9 @@ def dynamics_command(
     settings = replace(
         moving.settings,
         integration=integration.settings,
-        directions=directions(direction),
+        directions=swept.directions,
         model_1=model_1,
     )
-    frequencies = [] if speeds is None else speeds_of(speeds)
     torques = chosen_torques(gear_set, torque or [])
     begin = time.perf_counter()
     from fegear.dynamic_sweeps import Records, sweep_elements
@@ -191,7 +178,7 @@ def dynamics_command(
     )
     with outputs.progress() as report, named_options("root_stress"):
         result = sweep_elements(
-            gear_set, torques, frequencies, settings, records, report
+            gear_set, torques, swept.frequencies, settings, records, report
         )
     if not outputs.as_json:
         for at, reason in result.reasons:

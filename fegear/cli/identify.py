@@ -9,11 +9,7 @@ from typing import TYPE_CHECKING, Any
 from fegear.cli.edits import EditedSet
 from fegear.cli.groups import Range, grouped, option
 from fegear.cli.lumped_options import LoadCase, middle_torque
-from fegear.cli.options import (
-    Elements,
-    Outputs,
-    require,
-)
+from fegear.cli.options import Elements, Outputs, require
 from fegear.cli.screen import number, ruled_table, screen
 from fegear.errors import InputError
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal, cast
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar
 
 import typer
 
@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from lumped.sweep import Direction
 
 
+T = TypeVar("T")
 Kind = Literal["fe", "rectangular", "trapezoid", "fourier"]
 Damping = Annotated[
     float | None,
@@ -47,14 +48,6 @@ Translations = Annotated[
         help="Let gears with bearing stiffnesses move in the plane, not rotate only.",
     ),
 ]
-Speeds = Annotated[
-    str | None,
-    typer.Option(
-        metavar="A:B:STEP",
-        help="Mesh frequencies of the first mesh [Hz]; a number, or several with "
-        "commas, as well. [default: 0.5 to 1.3 times the resonances]",
-    ),
-]
 LoadCases = Annotated[
     list[float] | None,
     typer.Option(
@@ -69,24 +62,52 @@ LoadCase = Annotated[
         "gear set]"
     ),
 ]
-SweepDirection = Annotated[
-    Literal["up", "down", "both"],
-    typer.Option(help="Whether the speed rises, falls, or first rises and then falls."),
-]
-Tolerance = Annotated[
-    float,
-    typer.Option(
-        help="Relative settling tolerance: distance to the periodic motion over the "
-        "range of the deflection."
-    ),
-]
-MaxPeriods = Annotated[
-    int | None,
-    typer.Option(
-        help="Periods of the first mesh after which a motion that has not settled "
-        "counts as aperiodic. [default: what the damping needs, 2000 or more]"
-    ),
-]
+
+
+@dataclass(frozen=True, kw_only=True)
+class SweptSpeeds:
+    """Speeds, and the order in which they are passed."""
+
+    speeds: str | None = option(
+        "Mesh frequencies of the first mesh [Hz]; a number, or several with commas, as "
+        "well. [default: 0.5 to 1.3 times the resonances]",
+        metavar="A:B:STEP",
+    )
+    direction: Literal["up", "down", "both"] = option(
+        "Whether the speed rises, falls, or first rises and then falls.",
+        default="both",
+    )
+
+    @property
+    def directions(self) -> tuple[Direction, ...]:
+        """Of the speed, in order."""
+        return ("up", "down") if self.direction == "both" else (self.direction,)
+
+    @property
+    def frequencies(self) -> list[float]:
+        """Of the first mesh [Hz], none if none are given."""
+        return [] if self.speeds is None else speeds_of(self.speeds)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Settling:
+    """When a motion counts as settled."""
+
+    tolerance: float = option(
+        "Relative settling tolerance: distance to the periodic motion over the range "
+        "of the deflection.",
+        default=1e-4,
+    )
+    max_periods: int | None = option(
+        "Periods of the first mesh after which a motion that has not settled counts "
+        "as aperiodic. [default: what the damping needs, 2000 or more]"
+    )
+
+    def settings_of(self, kind: type[T], **others: Any) -> T:
+        """Settings of that kind; an InputError names the option."""
+        limits = given(tolerance=self.tolerance, max_periods=self.max_periods)
+        with named_options("steps", "tolerance", "max_periods"):
+            return kind(**limits, **given(**others))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -199,7 +220,7 @@ def refuse_unused(elements: Elements, used: bool) -> None:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Integration:
+class Integration(Settling):
     """Time integration of lumped models."""
 
     steps: int | None = option(
@@ -211,8 +232,6 @@ class Integration:
         "of fifth order that end on every change of contact.",
         default="rk4",
     )
-    tolerance: Tolerance = 1e-4
-    max_periods: MaxPeriods = None
 
     @property
     def settings(self) -> Settings:
@@ -221,18 +240,7 @@ class Integration:
 
         if self.method != "rk4":
             refuse_idle(f"{self.method} chooses its own steps", steps=self.steps)
-        with named_options("steps", "tolerance", "max_periods"):
-            return Settings(
-                method=self.method,
-                tolerance=self.tolerance,
-                max_periods=self.max_periods,
-                **given(steps=self.steps),
-            )
-
-
-def directions(chosen: str) -> tuple[Direction, ...]:
-    """Of the speed, in order, from `up`, `down` or `both`."""
-    return ("up", "down") if chosen == "both" else (cast("Direction", chosen),)
+        return self.settings_of(Settings, method=self.method, steps=self.steps)
 
 
 def speeds_of(text: str, option: str = "--speeds") -> list[float]:

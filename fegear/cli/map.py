@@ -20,20 +20,13 @@ from fegear.cli.lumped_options import (
     speeds_of,
 )
 from fegear.cli.map_axes import parsed_axes
-from fegear.cli.options import (
-    FREQUENCY,
-    Outputs,
-    counted,
-    refuse_idle,
-)
-from fegear.cli.screen import complain, number, screen
+from fegear.cli.options import FREQUENCY, Outputs, refuse_idle
+from fegear.cli.screen import complain, counted, number, screen
 from fegear.errors import InputError
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
     from fegear.parameter_maps import Evaluate, VariedSet
-    from lumped.maps import Axis, ParameterMap
+    from lumped.maps import Axis
     from lumped.settings import Settings
 
 EXAMPLE = "fegear map liu-idler --over mesh.2.phase=0:1:41 --at 1605 --plot map.png"
@@ -121,6 +114,7 @@ def map_command(
     begin = time.perf_counter()
     outputs.require(subject.set_name)
     from fegear.parameter_maps import compute_map, digest, summarise_map, take_up
+    from lumped.map_figure import draw_map
 
     varied = _varied(subject, parsed_axes(over), model, torque)
     settings = integration.settings
@@ -139,7 +133,7 @@ def map_command(
         found = compute_map(grid, varied, evaluate, outputs.output, report, complain)
     values = summarise_map(found, varied.gear_set)
     values["wall_time_s"] = round(time.perf_counter() - begin, 3)
-    outputs.draw(lambda: _figure(found))
+    outputs.draw(lambda: draw_map(found))
     outputs.show(values, print_map)
 
 
@@ -169,12 +163,6 @@ def _varied(
     load = max(on_axis[0]) if on_axis else middle_torque(gear_set, torque)
     description = model.lumped_model(gear_set)
     return VariedSet(subject.set_name, gear_set, axes, load, description, fixed)
-
-
-def _figure(found: ParameterMap) -> Figure:
-    from lumped.map_figure import draw_map
-
-    return draw_map(found)
 
 
 def print_map(values: dict[str, Any]) -> None:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 from fegear.cli.groups import Range, option
+from fegear.cli.screen import counted
 from fegear.errors import InputError
 
 if TYPE_CHECKING:
@@ -158,11 +159,6 @@ def require_mesh(gear_set: GearSet, mesh: int) -> None:
     count = len(gear_set.meshes)
     of = f"{gear_set.name} has {counted(count, 'mesh', 'meshes')}"
     require(1 <= mesh <= count, "--mesh", mesh, of)
-
-
-def counted(count: int, one: str, many: str) -> str:
-    """`1 mesh`, `2 meshes`."""
-    return f"{count} {one if count == 1 else many}"
 
 
 def refuse_idle(reason: str, **options: Any) -> None:

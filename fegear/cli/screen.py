@@ -146,6 +146,11 @@ def number(value: float, figures: int = 5) -> str:
     return f"{value:.{max(0, decimals)}f}"
 
 
+def counted(count: int, one: str, many: str) -> str:
+    """`1 mesh`, `2 meshes`."""
+    return f"{count} {one if count == 1 else many}"
+
+
 def _harmless(segment: Segment) -> Segment:
     """Text that is shown; control segments are the console's own."""
     if segment.control:

@@ -11,11 +11,9 @@ from fegear.cli.groups import grouped, option
 from fegear.cli.lumped_options import (
     Integration,
     LoadCases,
-    Speeds,
-    SweepDirection,
+    SweptSpeeds,
     TabledOptions,
     chosen_torques,
-    directions,
     speeds_of,
 )
 from fegear.cli.options import Outputs
@@ -29,31 +27,29 @@ EXAMPLE = "fegear sweep liu-idler --speeds 800:4200:20 -o s.csv --plot s.png"
 
 
 @dataclass(frozen=True, kw_only=True)
-class SweptSpeeds:
-    """Speeds by either option, and the order in which they are passed."""
+class SpeedsOfEither(SweptSpeeds):
+    """Speeds by mesh frequency or by rotation."""
 
-    speeds: Speeds = None
     rpm: str | None = option(
         "Rotational speeds of the first mesh's driver [rpm], in place of --speeds.",
         metavar="A:B:STEP",
     )
-    direction: SweepDirection = "both"
 
-    def frequencies(self, gear_set: GearSet) -> list[float]:
+    def frequencies_of(self, gear_set: GearSet) -> list[float]:
         """Of the first mesh [Hz], none if neither option is given."""
-        if self.speeds is not None and self.rpm is not None:
+        if self.rpm is None:
+            return self.frequencies
+        if self.speeds is not None:
             raise InputError("--speeds and --rpm exclude each other")
-        if self.rpm is not None:
-            teeth = gear_set.gears[gear_set.meshes[0].driver].geometry.teeth
-            return [turns * teeth / 60.0 for turns in speeds_of(self.rpm, "--rpm")]
-        return [] if self.speeds is None else speeds_of(self.speeds)
+        teeth = gear_set.gears[gear_set.meshes[0].driver].geometry.teeth
+        return [turns * teeth / 60.0 for turns in speeds_of(self.rpm, "--rpm")]
 
 
 @grouped
 def sweep_command(
     *,
     subject: EditedSet,
-    swept: SweptSpeeds,
+    swept: SpeedsOfEither,
     torque: LoadCases = None,
     model: TabledOptions,
     integration: Integration,
@@ -65,7 +61,7 @@ def sweep_command(
     """
     outputs.require(subject.set_name, *(model.table or ()))
     gear_set, changes = model.load(subject, torque)
-    numerics, frequencies = integration.settings, swept.frequencies(gear_set)
+    numerics, frequencies = integration.settings, swept.frequencies_of(gear_set)
     torques = chosen_torques(gear_set, torque or [])
     begin = time.perf_counter()
     from fegear.sweeps import SweepSettings, sweep_speeds
@@ -73,7 +69,7 @@ def sweep_command(
     settings = SweepSettings(
         model=model.lumped_model(gear_set),
         integration=numerics,
-        directions=directions(swept.direction),
+        directions=swept.directions,
     )
     with outputs.progress() as report:
         result = sweep_speeds(gear_set, torques, frequencies, settings, report)

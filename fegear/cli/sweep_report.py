@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
-from fegear.cli.options import Outputs, counted
-from fegear.cli.screen import Cells, cell, complain, filled_table, screen
+from fegear.cli.options import Outputs
+from fegear.cli.screen import Cells, cell, complain, counted, filled_table, screen
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import MISSING, dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import typer
 
@@ -15,14 +15,9 @@ from fegear.cli.lumped_options import (
     TabledOptions,
     middle_torque,
 )
-from fegear.cli.options import FREQUENCY, Outputs, counted
-from fegear.cli.screen import complain, number, print_columns, screen
+from fegear.cli.options import FREQUENCY, Outputs
+from fegear.cli.screen import complain, counted, number, print_columns, screen
 from fegear.errors import InputError
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from lumped.motion import TimeHistory
 
 EXAMPLE = "fegear wave liu-idler --speed 2100 --from-speed 3000 --plot w.png"
 
@@ -82,19 +77,8 @@ def wave_command(
         raise typer.Exit(1) from None
     header = {**found.header, **edit_entries(changes)}
     outputs.write(lambda: wave_csv(found.motion, header))
-    outputs.draw(lambda: _figure(found.motion, header))
+    outputs.draw(found.draw)
     outputs.show(found.summary, print_wave)
-
-
-def _figure(motion: TimeHistory, header: dict[str, str]) -> Figure:
-    from lumped.figures import draw_time_history
-
-    title = (
-        f"{header['gear set']} at {motion.response.frequency:g} Hz and "
-        f"{header['torque_Nm']} N m, model {header['model']}, "
-        f"{header['excitation']}, damping ratio {header['damping ratio']}"
-    )
-    return draw_time_history(motion, title)
 
 
 def print_wave(values: dict[str, Any]) -> None:

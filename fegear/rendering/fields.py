@@ -25,11 +25,7 @@ from fegear.gearset.placing import layout
 from fegear.rendering.frames import Frame, View, turned
 from fegear.rendering.recorded import Instant
 from fegear.rendering.sector_field import LoadableGear, SectorField, loadable_gear
-from fegear.statics import (
-    Progress,
-    StaticsSettings,
-    contact_problem,
-)
+from fegear.statics import Progress, StaticsSettings, contact_problem
 from fegear.unphysical import doubts
 from meshes.profile import flank_frame
 
