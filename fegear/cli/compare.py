@@ -12,8 +12,8 @@ from fegear.cli.options import (
     Mesh,
     Plane,
     SetName,
+    chosen,
     driver_torque,
-    given,
     require_mesh,
     show,
 )
@@ -45,7 +45,7 @@ def compare_command(
     from fegear.statics import StaticsSettings
     from validation.compare import compare_mesh
 
-    settings = StaticsSettings(estimate_error=False, **given(plane=plane))
+    settings = StaticsSettings(estimate_error=False, **chosen(plane=plane))
     found = compare_mesh(gear_set, mesh - 1, at, settings)
     rows = [asdict(row) | {"per_cent": row.per_cent} for row in found.rows]
     values = {"gear_set": gear_set.name, "torque_Nm": at, "comparisons": rows}

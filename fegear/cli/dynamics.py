@@ -23,12 +23,12 @@ from fegear.cli.options import (
     Elements,
     Friction,
     Outputs,
-    given,
+    chosen,
     named_options,
     refuse_idle,
 )
 from fegear.cli.screen import complain, say
-from fegear.cli.sweep_report import tell_sweep
+from fegear.cli.sweep_report import show_sweep
 from fegear.errors import InputError
 
 if TYPE_CHECKING:
@@ -82,13 +82,13 @@ class MovingElements:
         elements = FiniteElements(
             fidelity=self.fidelity,
             cutoff_Hz=self.cutoff,
-            **given(friction=self.friction, elastic_damping=self.elastic_damping),
+            **chosen(friction=self.friction, elastic_damping=self.elastic_damping),
         )
         return DynamicsSettings(
             elements=elements,
             translations=self.train.translations,
             damping_ratio=self.train.damping,
-            source=Source(**self.elements.given),
+            source=Source(**self.elements.choices),
         )
 
 
@@ -185,4 +185,4 @@ def dynamics_command(
             say(f"{at:g} N m, {reason}")
     if output is not None and not all(branch.complete for _, branch in result.found):
         complain(f"{output}.partial is kept, --resume goes on there")
-    tell_sweep(result, outputs, begin)
+    show_sweep(result, outputs, begin)

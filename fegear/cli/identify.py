@@ -132,7 +132,7 @@ def identify_command(
     from fegear.statics import StaticsSettings
 
     known = measured.of(gear_set, at)
-    settings = StaticsSettings(**elements.given)
+    settings = StaticsSettings(**elements.choices)
     with outputs.progress() as report:
         model = stiffness_model(gear_set, known.torque, settings, report)
         found = identify(model, known, unknowns.hold_width, start, report)

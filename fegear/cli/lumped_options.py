@@ -15,7 +15,7 @@ from fegear.cli.options import (
     RATIO,
     Elements,
     allowed_torques,
-    given,
+    chosen,
     named_options,
     refuse_idle,
     require,
@@ -105,9 +105,9 @@ class Settling:
 
     def settings_of(self, kind: type[T], **others: Any) -> T:
         """Settings of that kind; an InputError names the option."""
-        limits = given(tolerance=self.tolerance, max_periods=self.max_periods)
+        limits = chosen(tolerance=self.tolerance, max_periods=self.max_periods)
         with named_options("steps", "tolerance", "max_periods"):
-            return kind(**limits, **given(**others))
+            return kind(**limits, **chosen(**others))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -158,8 +158,8 @@ class LumpedOptions:
         """Where the mesh stiffness comes from; refuses elements that nothing needs."""
         from fegear.excitation import Source
 
-        shape = given(kind=self.excitation, ramp=self.ramp, harmonics=self.harmonics)
-        source = Source(**shape, **self.elements.given)
+        shape = chosen(kind=self.excitation, ramp=self.ramp, harmonics=self.harmonics)
+        source = Source(**shape, **self.elements.choices)
         refuse_unused(self.elements, source.solves_elements(gear_set))
         return source
 
@@ -198,7 +198,7 @@ class TabledOptions(LumpedOptions):
     def __post_init__(self) -> None:
         if self.table:
             reason = "--table replaces it, leave it out"
-            refuse_idle(reason, excitation=self.excitation, **self.elements.given)
+            refuse_idle(reason, excitation=self.excitation, **self.elements.choices)
         super().__post_init__()
 
     def stiffness(self, gear_set: GearSet) -> Source | GivenTables:
@@ -216,7 +216,7 @@ def refuse_unused(elements: Elements, used: bool) -> None:
     """Refuse options of finite elements where none are solved."""
     if not used:
         reason = "the gear set gives all stiffness figures, nothing is solved"
-        refuse_idle(reason, **elements.given)
+        refuse_idle(reason, **elements.choices)
 
 
 @dataclass(frozen=True, kw_only=True)

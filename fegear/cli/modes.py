@@ -50,7 +50,7 @@ def modes_command(
     else:
         at = middle_torque(gear_set, torque)
     refuse_unused(elements, used=at is not None)
-    source = Source(**elements.given)
+    source = Source(**elements.choices)
     values = summarise_modes(gear_set, at, translations, source, use_given)
     show(values, as_json, print_modes)
 

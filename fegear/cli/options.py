@@ -71,9 +71,9 @@ class Elements:
     resolution: Resolution = None
 
     @property
-    def given(self) -> dict[str, Any]:
+    def choices(self) -> dict[str, Any]:
         """What was asked for, by the names of the library's settings."""
-        return given(plane=self.plane, resolution=self.resolution)
+        return chosen(plane=self.plane, resolution=self.resolution)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -138,7 +138,7 @@ def require(ok: bool, option: str, value: float, allowed: str) -> None:
         raise InputError(f"{option} = {value:.12g}; {allowed}")
 
 
-def given(**values: Any) -> dict[str, Any]:
+def chosen(**values: Any) -> dict[str, Any]:
     """Those that are given, for settings whose defaults stand in the library."""
     return {name: value for name, value in values.items() if value is not None}
 

@@ -16,8 +16,8 @@ from fegear.cli.options import (
     Friction,
     Mesh,
     SetName,
+    chosen,
     driver_torque,
-    given,
     named_options,
     progress_bar,
     refuse_idle,
@@ -97,7 +97,7 @@ class Picture:
             zoom=self.zoom,
             motion_scale=_scale(self.scale or "auto"),
             width=self.width,
-            **given(shown=self.field, frames=self.frames),
+            **chosen(shown=self.field, frames=self.frames),
         )
 
 
@@ -131,7 +131,9 @@ def render_command(
         )
     require_drawable_file(output)
     settings = picture.settings(output.suffix)
-    statics = StaticsSettings(**given(friction=drawn.friction), **drawn.elements.given)
+    statics = StaticsSettings(
+        **chosen(friction=drawn.friction), **drawn.elements.choices
+    )
     contact = (_moving_contact if drawn.time_history else _contact)(drawn, statics)
     with progress_bar(enabled=True) as report:
         draw_contact(contact, output, settings, report)

@@ -15,8 +15,8 @@ from fegear.cli.options import (
     Mesh,
     Outputs,
     SetName,
+    chosen,
     driver_torques,
-    given,
     require_mesh,
 )
 from fegear.cli.screen import Cells, cell, filled_table, screen
@@ -51,8 +51,8 @@ class StaticsOptions:
         return StaticsSettings(
             positions=self.positions,
             corner_contact=self.corner_contact,
-            **given(friction=self.friction),
-            **self.elements.given,
+            **chosen(friction=self.friction),
+            **self.elements.choices,
         )
 
 

@@ -17,7 +17,7 @@ from fegear.cli.lumped_options import (
     speeds_of,
 )
 from fegear.cli.options import Outputs
-from fegear.cli.sweep_report import tell_sweep
+from fegear.cli.sweep_report import show_sweep
 from fegear.errors import InputError
 
 if TYPE_CHECKING:
@@ -74,4 +74,4 @@ def sweep_command(
     with outputs.progress() as report:
         result = sweep_speeds(gear_set, torques, frequencies, settings, report)
     header = result.header | edit_entries(changes)
-    tell_sweep(replace(result, header=header), outputs, begin)
+    show_sweep(replace(result, header=header), outputs, begin)

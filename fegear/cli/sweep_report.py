@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from fegear.sweeps import Branches, SweepResult
 
 
-def tell_sweep(result: SweepResult, outputs: Outputs, begin: float) -> None:
+def show_sweep(result: SweepResult, outputs: Outputs, begin: float) -> None:
     """Write, draw and print; exits after a divergence or Ctrl-C.
 
     begin : clock when the work began

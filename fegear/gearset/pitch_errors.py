@@ -28,11 +28,12 @@ def mesh_errors(gear_set: GearSet, number: int) -> tuple[Errors, Errors]:
     Of the flanks that carry load in the mesh, the tooth of the reference pair first,
     then those that come into contact after it.
     """
-    one, other = gear_set.meshes[number].gears
-    return _seen_errors(gear_set, number, one), _seen_errors(gear_set, number, other)
+    gears = gear_set.meshes[number].gears
+    driver, driven = (_errors_in_mesh(gear_set, number, gear) for gear in gears)
+    return driver, driven
 
 
-def _seen_errors(gear_set: GearSet, number: int, gear: int) -> Errors:
+def _errors_in_mesh(gear_set: GearSet, number: int, gear: int) -> Errors:
     errors = gear_set.gears[gear].pitch_errors
     if not any(errors):
         return ()

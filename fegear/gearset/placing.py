@@ -51,7 +51,7 @@ def layout(gear_set: GearSet) -> Layout:
         number = _next_mesh(gear_set, waiting, places)
         mesh = waiting.pop(number)
         row = _row(gear_set, mesh, directions)
-        if mesh.driven in places and _found(gear_set, mesh.driver, places) is None:
+        if mesh.driven in places and _on_axis(gear_set, mesh.driver, places) is None:
             directions[number] = row
             driven = places[mesh.driven]
             places[mesh.driver] = _mate_place(mesh, driven, False, row)
@@ -97,7 +97,7 @@ def _next_mesh(
     driven = {mesh.driven for mesh in waiting.values()}
     ranks = {
         number: (
-            _found(gear_set, mesh.driver, places) is None,
+            _on_axis(gear_set, mesh.driver, places) is None,
             mesh.driven not in places,
             not driven.isdisjoint(gear_set.axis(mesh.driver)),
             number,
@@ -107,7 +107,7 @@ def _next_mesh(
     return min(ranks, key=lambda number: ranks[number])
 
 
-def _found(gear_set: GearSet, index: int, places: dict[int, Place]) -> int | None:
+def _on_axis(gear_set: GearSet, index: int, places: dict[int, Place]) -> int | None:
     """A placed gear that stands on the same axis, None if there is none."""
     return next((gear for gear in gear_set.axis(index) if gear in places), None)
 
@@ -116,7 +116,7 @@ def _new_place(
     gear_set: GearSet, index: int, tooth_angle: float, places: dict[int, Place]
 ) -> Place:
     """Of a gear that no mesh holds: on its shaft's axis, or below everything else."""
-    found = _found(gear_set, index, places)
+    found = _on_axis(gear_set, index, places)
     if found is None:
         below, sense = _free_height(gear_set, index, places), gear_set.senses[index]
         return Place(0.0, below, tooth_angle, sense)

@@ -302,8 +302,8 @@ def sector_fields(
     What is out of view costs nothing.
     """
     body = scene.bodies[0 if role == "driver" else 1]
-    felt = tooth_loads(loads, role)
-    teeth = {load.tooth for load in felt}
+    on_teeth = tooth_loads(loads, role)
+    teeth = {load.tooth for load in on_teeth}
     if view is not None:
         half = body.sector.gear.teeth // 2
         corners = body.sector.mesh.points[np.unique(body.sector.mesh.triangles[:, :3])]
@@ -312,7 +312,7 @@ def sector_fields(
             for tooth in range(-half, body.sector.gear.teeth - half)
             if view.contains(scene.frame(role, position, tooth, back).places(corners))
         }
-    return body.sectors(felt, sorted(teeth))
+    return body.sectors(on_teeth, sorted(teeth))
 
 
 def _gear_field(

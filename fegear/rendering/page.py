@@ -68,10 +68,10 @@ def _table(pairs: Sequence[PairField]) -> str:
 class Plain:
     """Both gears in straight triangles (m, 3) and lines (k, 2).
 
-    kept : the nodes they need, of both gears' in a row; first : how many of the driver
+    nodes : those needed, of both gears' in a row; first : how many of the driver
     """
 
-    kept: Indices
+    nodes: Indices
     first: int
     triangles: Indices
     lines: Indices
@@ -88,7 +88,7 @@ def _plain(field: ContactField) -> Plain:
     # an outline has mid-side nodes of elements that were cut into finer ones
     kept = np.union1d(triangles, lines)
     return Plain(
-        kept=kept,
+        nodes=kept,
         first=int(np.searchsorted(kept, len(field.gears[0].points))),
         triangles=np.searchsorted(kept, triangles),
         lines=np.searchsorted(kept, lines),
@@ -104,8 +104,8 @@ def _data(field: ContactField, looks: Sequence[Look]) -> dict[str, Any]:
         "half": MM * view.half_height,
         "aspect": view.aspect,
         "scale": look.motion_scale,
-        "points": _floats(MM * (field.of_both("points")[plain.kept] - view.middle)),
-        "motion": _rough(MM * field.of_both("motion")[plain.kept]),
+        "points": _floats(MM * (field.of_both("points")[plain.nodes] - view.middle)),
+        "motion": _rough(MM * field.of_both("motion")[plain.nodes]),
         "triangles": _indices(plain.triangles),
         "outline": _indices(plain.lines),
         "fields": [_field(field, plain, each) for each in looks],
@@ -119,7 +119,7 @@ def _field(field: ContactField, plain: Plain, look: Look) -> dict[str, Any]:
     colours = COLOURS[look.shown]
     values: Array = np.empty(0)
     if look.shown != "pressure":
-        values = colours.scale * field.of_both(colours.quantity)[plain.kept]
+        values = colours.scale * field.of_both(colours.quantity)[plain.nodes]
     return {
         "title": colours.title.replace("\n", " "),
         "unit": colours.unit,
