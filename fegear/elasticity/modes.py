@@ -177,7 +177,7 @@ def _solve_modes(
         count,
         M=M,
         sigma=0.0,
-        OPinv=_inverse(sector.condensation, K, phase),
+        OPinv=cyclic_inverse(sector.condensation, K, phase),
         v0=np.random.default_rng(0).standard_normal(K.shape[0]),
     )
     order = np.argsort(values)
@@ -189,7 +189,7 @@ def _solve_modes(
     return CyclicModes(nodal_diameters, np.sqrt(values[order]), fields)
 
 
-def _inverse(
+def cyclic_inverse(
     condensed: Condensation, stiffness: csr_array, phase: complex
 ) -> LinearOperator:
     """Inverse of the constrained stiffness by elimination of the interior.

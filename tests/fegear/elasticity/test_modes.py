@@ -1,7 +1,6 @@
 """Modes from one sector against a whole gear, a thick ring and statics.
 
-The whole gear repeats the sector mesh around the axis, merges the nodes on the cuts,
-holds the hub and asks ARPACK; it shares only the mesh with the program.
+See `whole_gear` for what the whole gear shares with the program.
 """
 
 from __future__ import annotations
@@ -11,16 +10,11 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from conftest import make_gear
 from scipy.linalg import eigh
-from scipy.sparse.linalg import eigsh, spsolve
-from scipy.spatial import cKDTree
-from skfem import Basis, BilinearForm, ElementTriP2, ElementVector, MeshTri2
-from skfem.helpers import dot
-from skfem.models.elasticity import linear_elasticity
+from scipy.sparse.linalg import spsolve
+from whole_gear import COARSE, DENSITY, STEEL, WholeGear, small_gear
 
 from fegear.elasticity.flank import REACH, flank_compliance
-from fegear.elasticity.material import PlaneMaterial
 from fegear.elasticity.modes import (
     cyclic_modes,
     gear_modes,
@@ -29,20 +23,10 @@ from fegear.elasticity.modes import (
 from fegear.elasticity.ring import nodal_diameter_phase
 from fegear.elasticity.sector import LEFT, RIGHT, CyclicSector
 from meshes import MeshSize, SectorMesh, sector_mesh
-from meshes.profile import flank_tangents, polar, roll_length_at_arc, turn
+from meshes.profile import polar
 from validation.oracles.thick_ring_modes import ThickRing, frequencies
 
-STEEL = PlaneMaterial(206e9, 0.3)
-DENSITY = 7850.0
-COARSE = MeshSize(
-    flank_edges=6, flank_grading=2.0, fillet_edges=3, tooth_size=0.6, hub_size=2.4
-)
 CUTOFF = 200e3  # modes at every n, of body and teeth
-
-
-def small_gear(teeth):
-    reference = 0.5 * 2.54e-3 * teeth
-    return make_gear(teeth, 5e-3, profile_shift=0.4, tip_radius=reference + 3.36e-3)
 
 
 @pytest.fixture(scope="module")
@@ -58,60 +42,6 @@ def sector(gear):
 @pytest.fixture(scope="module")
 def modes(gear):
     return gear_modes(CyclicSector(gear, STEEL, COARSE), DENSITY, CUTOFF)
-
-
-class WholeGear:
-    def __init__(self, gear, size, cutoff_Hz):
-        self.gear, self.sector = gear, sector_mesh(gear, size)
-        angles = 2.0 * np.pi * np.arange(gear.teeth) / gear.teeth
-        copies = np.vstack([turn(self.sector.points, a) for a in angles])
-        near = cKDTree(copies).query_ball_point(copies, 1e-9)
-        kept, merged = np.unique([min(n) for n in near], return_inverse=True)
-        shift = len(self.sector.points) * np.arange(gear.teeth)[:, None, None]
-        triangles = (self.sector.triangles[None] + shift).reshape(-1, 6)
-        mesh = MeshTri2(copies[kept].T.copy(), merged[triangles].T.copy())
-        basis = Basis(mesh, ElementVector(ElementTriP2()), intorder=6)
-        E, nu = 206e9, 0.3
-        law = linear_elasticity(E * nu / (1 - nu**2), 0.5 * E / (1 + nu))
-        stiff_basis = Basis(mesh, ElementVector(ElementTriP2()), intorder=4)
-        self.stiffness = law.assemble(stiff_basis).tocsc()
-        form = BilinearForm(lambda u, v, _: DENSITY * dot(u, v))
-        self.mass = form.assemble(basis).tocsc()
-        self.places = basis.doflocs.T
-        self.along_y = np.isin(np.arange(basis.N), basis.split_indices()[1])
-        radius = np.hypot(*self.places.T)
-        self.free = np.flatnonzero(radius > gear.hub_radius * (1 + 1e-6))
-        self._solve(cutoff_Hz)
-
-    def _solve(self, cutoff_Hz):
-        K, M = (A[self.free][:, self.free] for A in (self.stiffness, self.mass))
-        values, vectors = eigsh(K, 70, M, sigma=0.0)
-        frequency = np.sqrt(values) / (2.0 * np.pi)
-        assert frequency.max() > cutoff_Hz, "all modes below the cut-off are there"
-        self.frequencies = frequency[frequency < cutoff_Hz]
-        self.fields = np.zeros((len(self.places), len(self.frequencies)))
-        self.fields[self.free] = vectors[:, frequency < cutoff_Hz]
-
-    def rigid(self):
-        """Fields of a unit clockwise turn and of unit shifts, (freedoms, 3)."""
-        x, y = self.places.T
-        turned = np.where(self.along_y, -x, y)
-        return np.stack([turned, ~self.along_y, self.along_y], axis=1).astype(float)
-
-    def flank(self, tooth, side, normal=True):
-        """Inward (else rootward) displacement of flank points, (modes, points)."""
-        angle = 2.0 * np.pi * tooth / self.gear.teeth
-        arcs = self.sector.flank_arcs[1:]
-        root = -flank_tangents(self.gear, roll_length_at_arc(self.gear, arcs))
-        wanted = np.stack([root[:, 1], -root[:, 0]], axis=1) if normal else root
-        mirror = [1.0, 1.0] if side == RIGHT else [-1.0, 1.0]
-        points = turn(self.sector.points[self.sector.flank_nodes[1:]] * mirror, angle)
-        wanted = turn(wanted * mirror, angle)
-        found = cKDTree(self.places).query_ball_point(points, 1e-9)
-        pairs = np.array(
-            [sorted(pair, key=lambda d: self.along_y[d]) for pair in found]
-        )
-        return np.einsum("icm,ic->mi", self.fields[pairs], wanted)
 
 
 @pytest.fixture(scope="module")

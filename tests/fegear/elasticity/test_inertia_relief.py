@@ -1,0 +1,95 @@
+"""Compliance in mean axes: the inertia relief of a gear that is free to turn."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.sparse import block_array, csr_array, hstack
+from scipy.sparse.linalg import splu
+from whole_gear import COARSE, DENSITY, STEEL, WholeGear, small_gear
+
+from fegear.elasticity.flank import REACH, flank_compliance
+from fegear.elasticity.inertia_relief import inertia_relief
+from fegear.elasticity.modes import gear_modes
+from fegear.elasticity.sector import RIGHT, CyclicSector
+
+TEETH = 12
+
+
+@pytest.fixture(scope="module")
+def sector():
+    return CyclicSector(small_gear(TEETH), STEEL, COARSE)
+
+
+@pytest.fixture(scope="module")
+def whole():
+    return WholeGear(small_gear(TEETH), COARSE, 20e3)
+
+
+def free_gear_displacement(whole, load, inertia):
+    """Displacement of a gear under a load, in mean axes, and its acceleration.
+
+    The hub turns as a rigid body about the centre; stiffness and mass of all nodes
+    are singular in the turn, which the condition r'M x = 0 takes out:
+    K x + M r a = f with r'M x = 0.
+    """
+    turn = whole.rigid()[:, 0]
+    hub = np.zeros_like(turn)
+    held = np.setdiff1d(np.arange(turn.size), whole.free)
+    hub[held] = turn[held]
+    eye = csr_array(np.eye(turn.size)[:, whole.free])
+    basis = hstack([csr_array(hub[:, None]), eye]).tocsc()
+    K, M = (basis.T @ A @ basis for A in (whole.stiffness, whole.mass))
+    rigid = np.concatenate([[1.0], turn[whole.free]])
+    momentum = M @ rigid
+    momentum[0] += inertia - rigid @ momentum  # of the hub, beyond the mesh
+    column = csr_array(1e9 * momentum[:, None])  # so that entries are of like size
+    system = block_array([[K, column], [column.T, None]]).tocsc()
+    found = splu(system).solve(np.append(basis.T @ load, 0.0))
+    return basis @ found[:-1], 1e9 * found[-1]
+
+
+@pytest.mark.parametrize("extra", [0.0, 0.7])
+def test_compliance_in_mean_axes_is_that_of_a_free_whole_gear(sector, whole, extra):
+    """C - (arm / J) (p_i + p_j) + arm^2 q / J^2, of all flank points, to 1e-8."""
+    turn = whole.rigid()[:, 0]
+    inertia = (1.0 + extra) * float(turn @ (whole.mass @ turn))
+    relief = inertia_relief(sector, DENSITY)
+    held = flank_compliance(sector, split=False).normal[REACH]
+    flank = sector.flanks[RIGHT]
+    rigid = sector.rigid_fields[:, 0]
+    arm = np.einsum("ic,ic->i", rigid[flank.freedoms], flank.inward)
+    p, q = relief.inward, relief.work
+    expected = held - (p[:, None] * arm + arm[:, None] * p) / inertia
+    expected += np.outer(arm, arm) * q / inertia**2
+    whole.fields = np.eye(len(whole.places))
+    rows = whole.flank(0, RIGHT).T  # (points, freedoms)
+    found = np.empty_like(held)
+    for j, load in enumerate(rows):
+        field, acceleration = free_gear_displacement(whole, load, inertia)
+        assert acceleration == pytest.approx(arm[j] / inertia, rel=1e-9)
+        found[:, j] = rows @ field
+    assert np.abs(found - expected).max() < 1e-8 * np.abs(held).max()
+    assert np.abs(expected - held).max() > 1e-2 * np.abs(held).max()
+
+
+def test_sum_of_modes_tends_to_it(sector):
+    """p and q are sums over the modes that turn with the body, by rising frequency."""
+    relief, errors = inertia_relief(sector, DENSITY), []
+    for cutoff in (60e3, 120e3, 240e3):
+        modes = gear_modes(sector, DENSITY, cutoff)
+        softness = modes.rotation_coupling / (2.0 * np.pi * modes.frequencies_Hz) ** 2
+        p = softness @ modes.normal_at(0)
+        q = softness @ modes.rotation_coupling
+        errors.append(
+            [np.abs(p - relief.inward).max() / np.abs(p).max(), 1.0 - q / relief.work]
+        )
+    errors = np.abs(errors)
+    assert (errors[-1] < 1e-3).all()
+    assert (errors[-1] <= errors[0]).all()
+
+
+def test_it_is_in_proportion_to_the_density_and_mirrored_on_left_flanks(sector):
+    one, two = (inertia_relief(sector, rho) for rho in (DENSITY, 2.0 * DENSITY))
+    np.testing.assert_allclose(two.inward, 2.0 * one.inward, rtol=1e-12)
+    np.testing.assert_allclose(two.work, 4.0 * one.work, rtol=1e-12)
