@@ -28,6 +28,7 @@ from numba.core import event
 IMPORTED = re.compile(r"^from ((?:fegear|lumped)\.[\w.]+) import", re.MULTILINE)
 F = TypeVar("F", bound=Callable[..., Any])
 PART = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+INLINED = {**PART, "_nrt": False, "forceinline": True}
 LOG = logging.getLogger(__name__)
 
 
@@ -140,7 +141,7 @@ def inlined(function: F) -> F:
 
     Arrays are handed over in many words each, so that calls cost more than the work.
     """
-    return _compile(function, _nrt=False, forceinline=True, **PART)
+    return _compile(function, **INLINED)
 
 
 def allocating(function: F) -> F:

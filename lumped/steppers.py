@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +15,7 @@ from lumped.steady_state import Diverged, Speed, new_convergence
 from lumped.system import LumpedSystem
 
 if TYPE_CHECKING:
-    from lumped.kernels.arrays import AdaptiveRules, Convergence, Samples
+    from lumped.kernels.arrays import AdaptiveRules, Convergence
 
 Array = NDArray[np.float64]
 FINEST = 512  # fixed steps per period, beyond which nothing hangs on them
@@ -49,10 +49,17 @@ class LumpedStepper:
 class FixedStepper(LumpedStepper):
     """Classical Runge-Kutta, of fourth order."""
 
-    def _samples(self, at: Speed) -> Samples:
-        steps = steps_per_period(self.system, at.frequency, at.settings)
-        samples = self.system.samples(steps)
-        return samples._replace(h=samples.h / at.frequency)
+    def _driven(self, at: Speed) -> tuple[Any, Any]:
+        """The system and the steps of a common period, as the kernels take them."""
+        system, frequency = self.system, at.frequency
+        steps = steps_per_period(system, frequency, at.settings)
+        if system.coupled_arrays is None:
+            samples = system.samples(steps)
+            return system.arrays, samples._replace(h=samples.h / frequency)
+        from lumped.kernels.coupled import coupled_steps
+
+        h = np.full(system.common_period[0] * steps, 1.0 / (frequency * steps))
+        return system.coupled_arrays, coupled_steps(system.coupled_arrays, h, steps)
 
     def advance(
         self, state: Array, at: Speed, check: Convergence, most: int
@@ -61,12 +68,7 @@ class FixedStepper(LumpedStepper):
 
         system, now = self.system, np.array(state)
         status, part, settled = rk4.settle_rk4(
-            system.arrays,
-            self._samples(at),
-            system.limit,
-            now,
-            check,
-            most,
+            *self._driven(at), system.limit, now, check, most
         )
         if status:
             raise Diverged(part)
@@ -76,11 +78,9 @@ class FixedStepper(LumpedStepper):
         from lumped.kernels import rk4
 
         system, now = self.system, np.array(state)
-        samples = self._samples(at)
-        time, out = _room(system, samples.h, periods)
-        status, _ = rk4.record_rk4(
-            system.arrays, samples, periods, now, system.limit, out
-        )
+        arrays, steps = self._driven(at)
+        time, out = _room(system, steps.h, periods)
+        status, _ = rk4.record_rk4(arrays, steps, periods, now, system.limit, out)
         if status:
             raise Diverged(0.0)
         return now, History(time, *out.transpose(1, 0, 2))

@@ -9,8 +9,15 @@ from functools import cached_property, lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from lumped.coupled import CoupledContacts, in_mean_axes
 from lumped.excitation import MeshExcitation, PairExcitation
-from lumped.kernels.arrays import PITCH, ModalSystem, Pieces, Samples
+from lumped.kernels.arrays import (
+    PITCH,
+    CoupledSystem,
+    ModalSystem,
+    Pieces,
+    Samples,
+)
 from lumped.modes import Modes, natural_modes
 from lumped.train import Train, TrainError
 from lumped.waves import SAME
@@ -30,10 +37,14 @@ class LumpedSystem:
 
     Modes that strain no mesh, rigid rotation among them, take no part in the
     motion; raises TrainError where torques do not balance on one that is free.
+
+    contacts : of the coupled model, which then move the train; the excitations, of
+        Model-1, give its modes and by them its damping
     """
 
     train: Train
     excitations: tuple[MeshExcitation, ...]
+    contacts: CoupledContacts | None = None
 
     def __post_init__(self) -> None:
         if len(self.excitations) != len(self.train.meshes):
@@ -74,6 +85,19 @@ class LumpedSystem:
             mean_stiffness=modes.mean_stiffness,
             backlash=np.array([mesh.backlash for mesh in self.train.meshes]),
             first_pair=np.concatenate([[0], np.cumsum(pairs)]),
+        )
+
+    @cached_property
+    def coupled_arrays(self) -> CoupledSystem | None:
+        """The coupled model as the kernels take it, None for models 1 to 3."""
+        if self.contacts is None:
+            return None
+        known, shapes = self.arrays, self.arrays.shapes
+        meshes = np.einsum("m,mi,mj->ij", known.mean_stiffness, shapes, shapes)
+        rates = np.array([float(rate) for rate in self.train.mesh_rates])
+        springs = np.diag(known.rigidity) - meshes
+        return in_mean_axes(
+            self.contacts, springs, known.damping, known.load, shapes, rates
         )
 
     @cached_property

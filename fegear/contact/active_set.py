@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lumped.compiled import allocating, compiled_part
+from lumped.kernels.elimination import eliminate
 
 ALL_AT_ONCE = 40  # sweeps that exchange every violated node together
 CONVERGED, NOT_CONVERGED, NOT_FINITE = 0, 1, 2
@@ -37,41 +38,6 @@ class NodeConditions(NamedTuple):
     arm: NDArray[np.float64]
 
 
-@compiled_part
-def eliminate(matrix, right, n):
-    """Solve the n first equations of matrix x = right (.., 2) in place.
-
-    Gauss with partial pivoting; a call to LAPACK takes as long to run at this
-    size and ten times as long to compile.
-    """
-    for k in range(n):
-        pivot = k
-        for i in range(k + 1, n):
-            if abs(matrix[i, k]) > abs(matrix[pivot, k]):
-                pivot = i
-        if pivot != k:
-            for j in range(k, n):
-                swap = matrix[k, j]
-                matrix[k, j] = matrix[pivot, j]
-                matrix[pivot, j] = swap
-            for j in range(2):
-                swap = right[k, j]
-                right[k, j] = right[pivot, j]
-                right[pivot, j] = swap
-        for i in range(k + 1, n):
-            factor = matrix[i, k] / matrix[k, k]
-            for j in range(k + 1, n):
-                matrix[i, j] -= factor * matrix[k, j]
-            right[i, 0] -= factor * right[k, 0]
-            right[i, 1] -= factor * right[k, 1]
-    for i in range(n - 1, -1, -1):
-        for j in range(i + 1, n):
-            right[i, 0] -= matrix[i, j] * right[j, 0]
-            right[i, 1] -= matrix[i, j] * right[j, 1]
-        right[i, 0] /= matrix[i, i]
-        right[i, 1] /= matrix[i, i]
-
-
 @allocating
 def solve_active(C, nodes, kind, given, active, q):
     """(transmission error, slope d torque / d ste) with the active nodes in contact.
@@ -86,20 +52,20 @@ def solve_active(C, nodes, kind, given, active, q):
         if active[i]:
             chosen[n] = i
             n += 1
-    matrix, right = np.empty((n, n)), np.empty((n, 2))
+    matrix = np.empty((n, n + 2))  # preload and closing on the right
     for i in range(n):
-        right[i, 0] = nodes.gap[chosen[i]]
-        right[i, 1] = nodes.closing[chosen[i]]
+        matrix[i, n] = nodes.gap[chosen[i]]
+        matrix[i, n + 1] = nodes.closing[chosen[i]]
         for j in range(n):
             matrix[i, j] = C[chosen[i], chosen[j]]
-    eliminate(matrix, right, n)
+    eliminate(matrix, n, n + 2)
     slope, preload = 0.0, 0.0
     for i in range(n):
-        preload += nodes.arm[chosen[i]] * right[i, 0]
-        slope += nodes.arm[chosen[i]] * right[i, 1]
+        preload += nodes.arm[chosen[i]] * matrix[i, n]
+        slope += nodes.arm[chosen[i]] * matrix[i, n + 1]
     d = given if kind == STE else (given + preload) / slope
     for i in range(n):
-        q[chosen[i]] = d * right[i, 1] - right[i, 0]
+        q[chosen[i]] = d * matrix[i, n + 1] - matrix[i, n]
     return d, slope
 
 

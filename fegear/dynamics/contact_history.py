@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fegear.contact.pair_laws import NOMINAL
-from fegear.dynamics.kernels.contact import STICKING
 from fegear.dynamics.model import DynamicModel
 from fegear.dynamics.root_stress import FlankLoad
 from fegear.dynamics.sides import DRIVE, ContactSide
 from fegear.dynamics.stepper import Motion
+from lumped.kernels.contact import STICKING
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from fegear.dynamics.elastic import Rayleigh
 from fegear.dynamics.kernels import full as kernel
-from fegear.dynamics.kernels.arrays import Newmark, Position
+from fegear.dynamics.kernels.arrays import Newmark
 from fegear.dynamics.model import DynamicModel, dynamic_model
 from fegear.dynamics.scheme import Scheme
 from fegear.dynamics.sides import ContactSide, MeshLaws, contact_sides
@@ -35,6 +35,7 @@ from fegear.dynamics.stepper import (
 from fegear.elasticity.cyclic_gear import CyclicGear, Factors
 from fegear.elasticity.flank_grid import flank_stencils
 from fegear.gearset.model import GearSet
+from lumped.kernels.arrays import Position
 from lumped.steady_state import Diverged
 from lumped.system import LumpedSystem
 

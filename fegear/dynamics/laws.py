@@ -9,9 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
-from fegear.dynamics.kernels.arrays import ContactJacobian, Contacts, ModalMatrices
+from fegear.dynamics.kernels.arrays import ContactJacobian, ModalMatrices
 from fegear.dynamics.sides import DRIVE, ContactSide
 from fegear.gearset.pitch_errors import error_periods
+from lumped.kernels.arrays import Contacts
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]

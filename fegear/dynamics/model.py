@@ -20,7 +20,6 @@ from numpy.typing import NDArray
 from fegear.dynamics.elastic import ElasticGear, elastic_body
 from fegear.dynamics.kernels.arrays import (
     ContactJacobian,
-    Contacts,
     Kinematics,
     ModalMatrices,
     ModelArrays,
@@ -29,6 +28,7 @@ from fegear.dynamics.laws import contact_laws
 from fegear.dynamics.rows import contact_rows, held
 from fegear.dynamics.sides import ContactSide, MeshLaws, contact_sides
 from fegear.gearset.model import GearSet
+from lumped.kernels.arrays import Contacts
 from lumped.system import LumpedSystem
 
 Array = NDArray[np.float64]

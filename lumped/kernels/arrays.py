@@ -138,3 +138,117 @@ class AdaptiveWork(NamedTuple):
     gap: Array
     deflection: Array
     limits: Array
+
+
+class Contacts(NamedTuple):
+    """The laws of the contacts.
+
+    first (m + 1,) where each mesh's contacts begin
+    side (c,) 1 on the drive side, -1 on the back
+    gap (c, p + 1) penetration that is missing where the deflection is 0 [m]
+    sliding (c, p + 1) direction of friction at nominal speeds
+    arms (2, c, p + 1) of friction about driver and driven centre [m]
+    knots (m, j + 1), law (c, p + 1, 2, j, 4) cubics of the load [N] in the penetration
+        beyond each knot; friction as it is nominally, and reversed
+    normal_compliance, tangential_compliance (p + 1, c, c) static, besides that of the
+        coordinates [m/N]
+    errors (c, n) gap that comes to each contact in the cycles of its mesh, one after
+        another, from pitch errors [m]; (c, 0) where there are none
+    """
+
+    first: Array
+    side: Array
+    gap: Array
+    sliding: Array
+    arms: Array
+    knots: Array
+    law: Array
+    normal_compliance: Array
+    tangential_compliance: Array
+    errors: Array
+
+
+class Position(NamedTuple):
+    """Where the meshes (m,) stand in their tables.
+
+    place, part : grid point and the part of a cell beyond it
+    cycle : number of the mesh cycle
+    gap : (c, p + 1) gaps of the contacts with the pitch errors of these cycles [m]
+    """
+
+    place: Array
+    part: Array
+    cycle: Array
+    gap: Array
+
+
+class ContactProblem(NamedTuple):
+    """The equations for the penetrations of the n first `chosen` contacts, of all c.
+
+    knots, law : as in Contacts; place, part : as in Position; mesh_of : (c,)
+    reversed : (c,) whether a contact slides against its nominal direction
+    free : (c,) penetrations without contact forces [m]; start : (c,) first guess
+    chosen : (c,); Q : (c, c) [m/N], of those chosen
+    newton : (6, c), loaded : (c,), matrix : (c, c + 1) working arrays
+    """
+
+    knots: Array
+    law: Array
+    place: Array
+    part: Array
+    mesh_of: Array
+    reversed: Array
+    free: Array
+    start: Array
+    chosen: Array
+    Q: Array
+    newton: Array
+    loaded: Array
+    matrix: Array
+
+
+class CoupledSystem(NamedTuple):
+    """A train in modal coordinates whose contacts deflect each other.
+
+    Coordinates are mean rotations of the gears' masses: see `lumped.coupled`.
+
+    stiffness (n, n) of all springs but the meshes [1/s^2]; damping (n,), load (n,)
+    shapes (m, n) mesh deflection of each mode; rate (m,) cycles per cycle of the first
+    mesh_of (c,); rows (c, p + 1, n) penetration of each contact per coordinate
+    inertial (c, p + 1, n) penetration per acceleration of each coordinate, reversed
+    work (n, n) how far the hubs are ahead of the coordinates, per acceleration
+    contacts : of all meshes, compliance in mean axes
+    """
+
+    stiffness: Array
+    damping: Array
+    load: Array
+    shapes: Array
+    rate: Array
+    mesh_of: Array
+    rows: Array
+    inertial: Array
+    work: Array
+    contacts: Contacts
+
+
+class CoupledSteps(NamedTuple):
+    """Equal steps of a common period and working arrays for an instant.
+
+    h (s,) step sizes [s]; cycle : half steps of a cycle of the first mesh
+    row, inertial (c, n), penetration [m], load [N] (c,) of an instant
+    free (n,) acceleration without contact and damping, acceleration (n,) with them
+    turned (n,) by how much contact forces turn the hubs on
+    """
+
+    h: Array
+    cycle: int
+    where: Position
+    problem: ContactProblem
+    row: Array
+    inertial: Array
+    penetration: Array
+    load: Array
+    free: Array
+    acceleration: Array
+    turned: Array

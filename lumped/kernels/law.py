@@ -30,11 +30,13 @@ def mesh_force(deflection, stiffness, gap, first, last, backlash):
 
 
 @inlined
-def set_acceleration(system, stiffness, gap, q, v, a, s):
+def set_spring_acceleration(system, samples, instant, q, v, a, s):
     """Modal accelerations (n,) and mesh deflections (m,) at one instant.
 
-    stiffness, gap : (p,) of all pairs
+    samples : Samples; instant : step, and 0, 1 or 2 for its start, middle or end
     """
+    k, stage = instant
+    stiffness, gap = samples.stiffness[k, stage], samples.gap[k, stage]
     shapes, first_pair = system.shapes, system.first_pair
     for i in range(q.size):
         a[i] = system.load[i] - system.damping[i] * v[i] - system.rigidity[i] * q[i]

@@ -7,9 +7,12 @@ changes its contact; a change costs an error of second order once.
 from __future__ import annotations
 
 import numpy as np
+from numba.extending import overload
 
-from lumped.compiled import compiled, inlined
-from lumped.kernels.law import record, record_before, set_acceleration
+from lumped.compiled import INLINED, compiled, inlined
+from lumped.kernels.arrays import CoupledSteps
+from lumped.kernels.coupled import record_coupled, set_coupled_acceleration
+from lumped.kernels.law import record, record_before, set_spring_acceleration
 from lumped.kernels.settling import (
     FINISHED,
     NOT_FINITE,
@@ -21,6 +24,39 @@ from lumped.kernels.settling import (
 )
 
 
+def set_acceleration(system, steps, instant, q, v, a, s):
+    """Modal accelerations (n,) and mesh deflections (m,) at an instant.
+
+    Of springs along Samples, of contacts along CoupledSteps.
+    """
+
+
+@overload(set_acceleration, jit_options=INLINED)
+def _set_acceleration(system, steps, instant, q, v, a, s):
+    if steps.instance_class is CoupledSteps:
+        return lambda system, steps, instant, q, v, a, s: set_coupled_acceleration(
+            system, steps, instant, q, v, a, s
+        )
+    return lambda system, steps, instant, q, v, a, s: set_spring_acceleration(
+        system, steps, instant, q, v, a, s
+    )
+
+
+def record_row(system, steps, k, q, v, out):
+    """The meshes (6, m) at the start of step k; see `lumped.kernels.law.record`."""
+
+
+@overload(record_row, jit_options=INLINED)
+def _record_row(system, steps, k, q, v, out):
+    if steps.instance_class is CoupledSteps:
+        return lambda system, steps, k, q, v, out: record_coupled(
+            system, steps, k, q, v, out
+        )
+    return lambda system, steps, k, q, v, out: record_springs(
+        system, steps, k, q, v, out
+    )
+
+
 @inlined
 def rk4_step(system, samples, k, q, v, work, s, later):
     """Advance q and v (n,) in place by step k of the samples.
@@ -30,35 +66,34 @@ def rk4_step(system, samples, k, q, v, work, s, later):
 
     work : (5, n), later : (m,); s : (m,) gets the deflections at the start of the step
     """
-    h, stiffness, gap = samples.h[k], samples.stiffness[k], samples.gap[k]
-    n = q.size
+    h, n = samples.h[k], q.size
     qs, vs, a, qsum, vsum = work[0], work[1], work[2], work[3], work[4]
-    set_acceleration(system, stiffness[0], gap[0], q, v, a, s)
+    set_acceleration(system, samples, (k, 0), q, v, a, s)
     for i in range(n):
         qsum[i] = v[i]
         vsum[i] = a[i]
         qs[i] = q[i] + 0.5 * h * v[i]
         vs[i] = v[i] + 0.5 * h * a[i]
-    set_acceleration(system, stiffness[1], gap[1], qs, vs, a, later)
+    set_acceleration(system, samples, (k, 1), qs, vs, a, later)
     for i in range(n):
         qsum[i] += 2.0 * vs[i]
         vsum[i] += 2.0 * a[i]
         qs[i] = q[i] + 0.5 * h * vs[i]
         vs[i] = v[i] + 0.5 * h * a[i]
-    set_acceleration(system, stiffness[1], gap[1], qs, vs, a, later)
+    set_acceleration(system, samples, (k, 1), qs, vs, a, later)
     for i in range(n):
         qsum[i] += 2.0 * vs[i]
         vsum[i] += 2.0 * a[i]
         qs[i] = q[i] + h * vs[i]
         vs[i] = v[i] + h * a[i]
-    set_acceleration(system, stiffness[2], gap[2], qs, vs, a, later)
+    set_acceleration(system, samples, (k, 2), qs, vs, a, later)
     for i in range(n):
         q[i] += h / 6.0 * (qsum[i] + vs[i])
         v[i] += h / 6.0 * (vsum[i] + a[i])
 
 
 @inlined
-def record_row(system, samples, k, q, v, out):
+def record_springs(system, samples, k, q, v, out):
     """The meshes (6, m) at the start of step k; see `record`."""
     before = k - 1 if k > 0 else samples.h.size - 1
     record(system, samples.stiffness[k, 0], samples.gap[k, 0], q, v, out)

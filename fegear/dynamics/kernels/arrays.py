@@ -12,6 +12,8 @@ from typing import Any, NamedTuple
 
 from numpy.typing import NDArray
 
+from lumped.kernels.arrays import ContactProblem, Contacts
+
 Array = NDArray[Any]
 
 
@@ -77,34 +79,6 @@ class Kinematics(NamedTuple):
     deflection: Array
 
 
-class Contacts(NamedTuple):
-    """The laws of the contacts.
-
-    first (m + 1,) where each mesh's contacts begin
-    side (c,) 1 on the drive side, -1 on the back
-    gap (c, p + 1) penetration that is missing where the deflection is 0 [m]
-    sliding (c, p + 1) direction of friction at nominal speeds
-    arms (2, c, p + 1) of friction about driver and driven centre [m]
-    knots (m, j + 1), law (c, p + 1, 2, j, 4) cubics of the load [N] in the penetration
-        beyond each knot; friction as it is nominally, and reversed
-    normal_compliance, tangential_compliance (p + 1, c, c) static, besides that of the
-        coordinates [m/N]
-    errors (c, n) gap that comes to each contact in the cycles of its mesh, one after
-        another, from pitch errors [m]; (c, 0) where there are none
-    """
-
-    first: Array
-    side: Array
-    gap: Array
-    sliding: Array
-    arms: Array
-    knots: Array
-    law: Array
-    normal_compliance: Array
-    tangential_compliance: Array
-    errors: Array
-
-
 class ModelArrays(NamedTuple):
     """All that the kernels know of a gear set."""
 
@@ -122,44 +96,6 @@ class Newmark(NamedTuple):
     alpha_f: float
     gamma: float
     beta: float
-
-
-class Position(NamedTuple):
-    """Where the meshes (m,) stand in their tables.
-
-    place, part : grid point and the part of a cell beyond it
-    cycle : number of the mesh cycle
-    gap : (c, p + 1) gaps of the contacts with the pitch errors of these cycles [m]
-    """
-
-    place: Array
-    part: Array
-    cycle: Array
-    gap: Array
-
-
-class ContactProblem(NamedTuple):
-    """The equations for the penetrations of the n first `chosen` contacts, of all c.
-
-    knots, law : as in Contacts; place, part : as in Position; mesh_of : (c,)
-    reversed : (c,) whether a contact slides against its nominal direction
-    free : (c,) penetrations without contact forces [m]
-    chosen : (c,); Q : (c, c) [m/N], of those chosen
-    newton : (5, c), matrix : (c, c), right : (c, 2) working arrays
-    """
-
-    knots: Array
-    law: Array
-    place: Array
-    part: Array
-    mesh_of: Array
-    reversed: Array
-    free: Array
-    chosen: Array
-    Q: Array
-    newton: Array
-    matrix: Array
-    right: Array
 
 
 class Step(NamedTuple):

@@ -4,25 +4,25 @@ from __future__ import annotations
 
 import numpy as np
 
-from fegear.dynamics.kernels import reduced
-from fegear.dynamics.kernels.contact import (
-    CONVERGED,
-    LOADS,
-    X,
-    contact_problem,
-    set_reversed,
-    solve_penetrations,
-)
 from fegear.dynamics.kernels.newmark import newmark_correct, newmark_predict
 from fegear.dynamics.kernels.reduced import (
     LOAD,
     PENETRATION,
     REVERSED,
-    find_near,
     record_step,
-    start_position,
 )
 from lumped.compiled import compiled
+from lumped.kernels.contact import (
+    CONVERGED,
+    LOADS,
+    X,
+    contact_problem,
+    find_near,
+    set_position,
+    set_reversed,
+    solve_penetrations,
+    start_position,
+)
 
 __all__ = [
     "CONVERGED",
@@ -39,7 +39,7 @@ __all__ = [
 def find_position(rate, contacts, cycle, number):
     """Where each mesh stands in its tables at step `number`; see `set_position`."""
     where = start_position(contacts)
-    reduced.set_position(rate, contacts, cycle, number, where)
+    set_position(rate, contacts, cycle, number, where)
     return where
 
 
@@ -98,6 +98,9 @@ def find_loads(contacts, mesh_of, Q, free, where, contact):
     """
     problem = contact_problem(contacts, mesh_of, where)
     for c in range(free.size):
+        problem.start[c] = (
+            contact[PENETRATION, c] if contact[LOAD, c] > 0.0 else free[c]
+        )
         contact[PENETRATION, c], contact[LOAD, c] = free[c], 0.0
         problem.free[c], problem.reversed[c] = free[c], int(contact[REVERSED, c])
     near = find_near(problem)

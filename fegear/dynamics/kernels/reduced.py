@@ -13,26 +13,28 @@ import math
 
 import numpy as np
 
-from fegear.dynamics.kernels.arrays import Position, Room, Row
-from fegear.dynamics.kernels.contact import (
+from fegear.dynamics.kernels.arrays import Room, Row
+from fegear.dynamics.kernels.newmark import newmark_correct, newmark_predict
+from lumped.compiled import allocating, compiled, compiled_part, inlined
+from lumped.kernels.contact import (
     CONVERGED,
     LOADS,
-    NEAR,
     X,
     between,
     contact_problem,
+    find_near,
+    set_position,
     set_reversed,
+    set_row,
     solve_penetrations,
+    start_position,
 )
-from fegear.dynamics.kernels.newmark import newmark_correct, newmark_predict
-from lumped.compiled import allocating, compiled, compiled_part, inlined
 from lumped.kernels.settling import bounded
 
 FINISHED, DIVERGED, UNSOLVED = 0, 1, 2
 Q, V, A, PUSH = 0, 1, 2, 3  # rows of a state
 PENETRATION, LOAD, REVERSED = 0, 1, 2  # rows of a contact state
 DEFLECTION, RATE, FORCE, DRIVE, BACK = 0, 1, 2, 3, 4  # recorded of every mesh
-ON_GRID = 1e-6  # of a cell within which a position is on the grid
 
 
 @inlined
@@ -141,37 +143,6 @@ def count_anew(modal, gear, state):
                 state[k, hubs + j] = modal.cosine[j] * two + modal.sine[j] * one
 
 
-@inlined
-def set_position(rate, contacts, cycle, number, where):
-    """Bring the meshes to step `number`, with `cycle` steps of the first mesh's."""
-    positions, errors = contacts.gap.shape[1] - 1, contacts.errors
-    for m in range(rate.size):
-        cycles = rate[m] * number / cycle
-        now = math.floor(cycles + 1e-9)
-        at = max(cycles - now, 0.0) * positions
-        where.place[m] = min(int(at + ON_GRID), positions - 1)
-        where.part[m] = at - where.place[m]
-        if abs(where.part[m]) < ON_GRID:
-            where.part[m] = 0.0
-        if errors.shape[1] == 0 or now == where.cycle[m]:
-            continue
-        where.cycle[m] = now
-        for c in range(contacts.first[m], contacts.first[m + 1]):
-            error = errors[c, now % errors.shape[1]]
-            for p in range(positions + 1):
-                where.gap[c, p] = contacts.gap[c, p] + error
-
-
-@allocating
-def start_position(contacts):
-    """Room for the position of the meshes; gaps change with pitch errors only."""
-    meshes = contacts.first.size - 1
-    gap = contacts.gap.copy() if contacts.errors.shape[1] > 0 else contacts.gap
-    return Position(
-        np.zeros(meshes, np.int64), np.zeros(meshes), np.full(meshes, -1), gap
-    )
-
-
 @compiled_part
 def set_rotation(kinematics, modal, speed, predicted, rotation):
     """Speeds (m, 2) of the gears of each mesh in their nominal sense [rad/s]."""
@@ -183,15 +154,6 @@ def set_rotation(kinematics, modal, speed, predicted, rotation):
             for i in range(modal.rotation.shape[1]):
                 turn += modal.rotation[g, i] * predicted[1, i]
             rotation[m, k] = turn * np.sign(nominal[g])
-
-
-@inlined
-def set_row(values, width, c, place, part, out):
-    """Entries (width,) of a contact's row of the Jacobian at a position."""
-    for k in range(width):
-        out[k] = values[c, place, k]
-        if part > 0.0:
-            out[k] += part * (values[c, place + 1, k] - out[k])
 
 
 @inlined
@@ -294,17 +256,6 @@ def set_free(model, newmark, where, room):
 
 
 @inlined
-def find_near(problem):
-    """Number of contacts that touch or are so little apart that they may: `chosen`."""
-    near = 0
-    for c in range(problem.free.size):
-        if not problem.free[c] < -NEAR * problem.knots[problem.mesh_of[c], -1]:
-            problem.chosen[near] = c
-            near += 1
-    return near
-
-
-@inlined
 def set_forces(model, step, where, near, room):
     """Rows of penetration and of contact force, and how a unit force moves the hubs.
 
@@ -356,6 +307,8 @@ def find_contact(model, step, speed, where, state, contact, room):
     set_friction(model, speed, where, room)
     set_free(model, step.newmark, where, room)
     for c in range(contact.shape[1]):
+        loaded = contact[LOAD, c] > 0.0
+        problem.start[c] = contact[PENETRATION, c] if loaded else problem.free[c]
         contact[PENETRATION, c], contact[LOAD, c] = problem.free[c], 0.0
         contact[REVERSED, c] = problem.reversed[c]
     for i in range(state.shape[1]):
