@@ -24,6 +24,7 @@ from typing import Any, TypeVar
 
 from numba import config, njit
 from numba.core import event
+from numba.extending import overload
 
 IMPORTED = re.compile(r"^from ((?:fegear|lumped)\.[\w.]+) import", re.MULTILINE)
 F = TypeVar("F", bound=Callable[..., Any])
@@ -147,3 +148,18 @@ def inlined(function: F) -> F:
 def allocating(function: F) -> F:
     """A part that makes arrays, once in a run."""
     return _compile(function, **PART)
+
+
+def chosen_by_record(function: F, record: type, one: F, other: F) -> None:
+    """Let compiled code take `function` for `one` or `other`, by its second argument.
+
+    one : where that is such a record. All have the same arguments; Python calls
+    `function` as it stands.
+    """
+
+    def choose(system, steps, *others):  # type: ignore[no-untyped-def]
+        chosen: Any = one if steps.instance_class is record else other
+        return chosen.py_func
+
+    options: Any = {**INLINED, "error_model": "numpy", "nogil": True}
+    overload(function, jit_options=options, strict=False)(choose)

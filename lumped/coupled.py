@@ -20,7 +20,8 @@ accelerates this is statics: x + C F(x) = R z - gap.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,6 +29,10 @@ from numpy.typing import NDArray
 from lumped.kernels.arrays import Contacts, CoupledSystem
 
 Array = NDArray[np.float64]
+Ingredient = Literal["hardening", "pairs", "body", "meshes"]
+INGREDIENTS: tuple[Ingredient, ...] = get_args(Ingredient)
+MOST_ROUNDS = 60  # of Newton's method for static equilibrium
+EXACT = 1e-12  # of the reach of the contacts' tables
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,6 +45,7 @@ class CoupledContacts:
     inertial : (c, p + 1, n) U, penetration under the inertial loads of all bodies per
         acceleration of each coordinate, reversed [s2/sqrt(kg)]
     work : (n, n) W, work of these loads on themselves [s2]
+    without : what of the coupled model is left out
     """
 
     contacts: Contacts
@@ -47,21 +53,67 @@ class CoupledContacts:
     rows: Array
     inertial: Array
     work: Array
+    without: tuple[Ingredient, ...] = ()
 
 
-def in_mean_axes(
-    found: CoupledContacts,
-    springs: Array,
-    damping: Array,
-    load: Array,
-    shapes: Array,
-    rate: Array,
-) -> CoupledSystem:
-    """The system as the kernels take it, see there.
+@dataclass(frozen=True, eq=False)
+class Springs:
+    """A train without its meshes, in n modal coordinates of unit mass.
 
-    springs : (n, n) K, stiffness besides the meshes [1/s2]
+    stiffness : (n, n) K of shafts, couplings and bearings [1/s2]
+    damping, load : (n,); shapes : (m, n) mesh deflection of each mode
+    rate : (m,) cycles of each mesh per cycle of the first
+    start : (n,) displacement near to static equilibrium
     """
-    R, U, W, K = found.rows, found.inertial, found.work, springs
+
+    stiffness: Array
+    damping: Array
+    load: Array
+    shapes: Array
+    rate: Array
+    start: Array
+
+
+@dataclass(frozen=True, eq=False)
+class LoadedState:
+    """Static equilibrium at p + 1 positions of a mesh cycle, and stiffness about it.
+
+    deflection : (p + 1, m) of the meshes [m]; load : (p + 1, c) of the contacts [N]
+    penetration : (p + 1, c) [m]
+    stiffness : (p + 1, n, n) tangent, in modal coordinates in mean axes [1/s2]
+    """
+
+    deflection: Array
+    load: Array
+    penetration: Array
+    stiffness: Array
+
+    @property
+    def frequency_Hz(self) -> Array:
+        """Natural frequencies (n,) about the mean tangent stiffness [Hz]."""
+        mean = self.stiffness[:-1].mean(axis=0)  # the end is the start of the next
+        squares = np.linalg.eigvalsh(mean)
+        return np.asarray(np.sqrt(np.maximum(squares, 0.0)) / (2.0 * np.pi))
+
+
+def coupled_system(found: CoupledContacts, train: Springs) -> CoupledSystem:
+    """The system as the kernels take it, without what is to be left out."""
+    if "body" in found.without:
+        nothing = np.zeros_like(found.inertial), np.zeros_like(found.work)
+        found = replace(found, inertial=nothing[0], work=nothing[1])
+    system = _in_mean_axes(found, train)
+    contacts = system.contacts
+    for name in ("meshes", "pairs", "hardening"):
+        if name in found.without:
+            # about the state that the model has with what is not left out yet
+            loaded = loaded_state(system, train.start)
+            contacts = LEAVE_OUT[name](system, loaded)
+            system = system._replace(contacts=contacts)
+    return system
+
+
+def _in_mean_axes(found: CoupledContacts, train: Springs) -> CoupledSystem:
+    R, U, W, K = found.rows, found.inertial, found.work, train.stiffness
     S = np.linalg.inv(np.eye(len(W)) + K @ W)
     P = U - R @ W
     both = np.einsum("cpi,dpi->pcd", U, R)
@@ -70,13 +122,126 @@ def in_mean_axes(
     compliance -= np.einsum("cpi,ij,dpj->pcd", P, S @ K, P)
     return CoupledSystem(
         stiffness=S @ K,
-        damping=damping,
-        load=S @ load,
-        shapes=shapes,
-        rate=rate,
+        damping=train.damping,
+        load=S @ train.load,
+        shapes=train.shapes,
+        rate=train.rate,
         mesh_of=found.mesh_of,
         rows=R,
         inertial=P,
         work=W,
         contacts=found.contacts._replace(normal_compliance=compliance),
     )
+
+
+def _without_meshes(system: CoupledSystem, loaded: LoadedState) -> Contacts:
+    """Contacts of different meshes do not deflect each other."""
+    compliance = system.contacts.normal_compliance.copy()
+    compliance[:, system.mesh_of[:, None] != system.mesh_of] = 0.0
+    return system.contacts._replace(normal_compliance=compliance)
+
+
+def _without_pairs(system: CoupledSystem, loaded: LoadedState) -> Contacts:
+    """What pairs of a mesh deflect each other statically becomes their own compliance.
+
+    That is what springs in parallel stand for: right at rest under the load.
+    """
+    compliance = system.contacts.normal_compliance.copy()
+    others = system.mesh_of[:, None] == system.mesh_of
+    np.fill_diagonal(others, False)
+    shared = np.einsum("pcd,pd->pc", compliance * others, loaded.load)
+    own = np.divide(shared, loaded.load, np.zeros_like(shared), where=loaded.load > 0.0)
+    compliance[:, others] = 0.0
+    every = np.arange(system.mesh_of.size)
+    compliance[:, every, every] += own
+    return system.contacts._replace(normal_compliance=compliance)
+
+
+def _without_hardening(system: CoupledSystem, loaded: LoadedState) -> Contacts:
+    """The secant of every contact at the largest load that it has at rest."""
+    contacts = system.contacts
+    top = np.maximum(loaded.penetration.max(axis=0), 1e-3 * contacts.knots[0, -1])
+    load, _ = contact_loads(system, np.tile(top, (len(loaded.load), 1)))
+    law = np.zeros_like(contacts.law)
+    secant = (load / top).T[:, :, None, None]
+    law[..., 1] = secant
+    law[..., 0] = secant * contacts.knots[system.mesh_of][:, None, None, :-1]
+    return contacts._replace(law=law)
+
+
+LEAVE_OUT = {
+    "meshes": _without_meshes,
+    "pairs": _without_pairs,
+    "hardening": _without_hardening,
+}
+
+
+def loaded_state(system: CoupledSystem, start: Array) -> LoadedState:
+    """Equilibrium under the constant loads, as if gears stood at each position.
+
+    start : (n,) coordinates near to it
+    Raises ArithmeticError where none is found.
+    """
+    K, P = system.stiffness, system.inertial.transpose(1, 0, 2)
+    B = system.rows.transpose(1, 0, 2) + P @ K
+    Q, gap = system.contacts.normal_compliance, system.contacts.gap.T + P @ system.load
+    positions, count, n = B.shape
+    q, eye = np.tile(start, (positions, 1)), np.eye(count)
+    x = _times(B, q) - gap
+    exact = EXACT * system.contacts.knots[:, -1].max()
+    for _ in range(MOST_ROUNDS):
+        F, D = contact_loads(system, x)
+        miss = [
+            x + _times(Q, F) - _times(B, q) + gap,
+            q @ K + _times(B.transpose(0, 2, 1), F) - system.load,
+        ]
+        matrix = np.zeros((positions, count + n, count + n))
+        matrix[:, :count, :count] = eye + Q * D[:, None, :]
+        matrix[:, :count, count:] = -B
+        matrix[:, count:, :count] = B.transpose(0, 2, 1) * D[:, None, :]
+        matrix[:, count:, count:] = K
+        step = _solve(matrix, np.concatenate(miss, axis=1))
+        x, q = x - step[:, :count], q - step[:, count:]
+        if not np.isfinite(step).all():
+            break
+        if (np.abs(step[:, :count]) < exact).all():
+            return _about(system, x, q, B)
+    raise ArithmeticError("no static equilibrium of the contacts was found")
+
+
+def _about(system: CoupledSystem, x: Array, q: Array, B: Array) -> LoadedState:
+    K, P = system.stiffness, system.inertial.transpose(1, 0, 2)
+    F, D = contact_loads(system, x)
+    w = _times(P.transpose(0, 2, 1), F)
+    hubs = q + w + (system.load - (q + w) @ K) @ system.work
+    Q, eye = system.contacts.normal_compliance, np.eye(len(system.mesh_of))
+    pressed = np.linalg.solve(eye + D[:, :, None] * Q, D[:, :, None] * B)
+    return LoadedState(
+        deflection=hubs @ system.shapes.T,
+        load=F,
+        penetration=x,
+        stiffness=K + B.transpose(0, 2, 1) @ pressed,
+    )
+
+
+def contact_loads(system: CoupledSystem, x: Array) -> tuple[Array, Array]:
+    """Loads [N] and slopes [N/m] of the contacts at penetrations, all (p + 1, c)."""
+    law, knots = system.contacts.law[:, :, 0], system.contacts.knots[system.mesh_of]
+    reach, cells = knots[:, -1], law.shape[2]
+    inside = np.clip(x, 0.0, reach)
+    cell = np.minimum((cells * np.sqrt(inside / reach)).astype(int), cells - 1)
+    contact, place = np.arange(x.shape[1])[None, :], np.arange(len(x))[:, None]
+    cell -= inside < knots[contact, cell]  # rounding of the root
+    t = inside - knots[contact, cell]
+    c0, c1, c2, c3 = np.moveaxis(law[contact, place, cell], -1, 0)
+    load = (c0 + t * (c1 + t * (c2 + t * c3))) * (x > 0.0)
+    slope = (c1 + t * (2.0 * c2 + t * 3.0 * c3)) * (x > 0.0)
+    return load + slope * np.maximum(x - reach, 0.0), slope
+
+
+def _times(matrices: Array, vectors: Array) -> Array:
+    return np.asarray((matrices @ vectors[..., None])[..., 0])
+
+
+def _solve(matrices: Array, vectors: Array) -> Array:
+    return np.asarray(np.linalg.solve(matrices, vectors[..., None])[..., 0])

@@ -9,7 +9,12 @@ from functools import cached_property, lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.coupled import CoupledContacts, in_mean_axes
+from lumped.coupled import (
+    CoupledContacts,
+    Springs,
+    coupled_system,
+    loaded_state,
+)
 from lumped.excitation import MeshExcitation, PairExcitation
 from lumped.kernels.arrays import (
     PITCH,
@@ -94,11 +99,22 @@ class LumpedSystem:
             return None
         known, shapes = self.arrays, self.arrays.shapes
         meshes = np.einsum("m,mi,mj->ij", known.mean_stiffness, shapes, shapes)
-        rates = np.array([float(rate) for rate in self.train.mesh_rates])
-        springs = np.diag(known.rigidity) - meshes
-        return in_mean_axes(
-            self.contacts, springs, known.damping, known.load, shapes, rates
+        train = Springs(
+            stiffness=np.diag(known.rigidity) - meshes,
+            damping=known.damping,
+            load=known.load,
+            shapes=shapes,
+            rate=np.array([float(rate) for rate in self.train.mesh_rates]),
+            start=self.static_state[0],
         )
+        return coupled_system(self.contacts, train)
+
+    @cached_property
+    def resonances_Hz(self) -> Array:
+        """Natural frequencies of the modes that move; under load if coupled."""
+        if self.coupled_arrays is None:
+            return np.asarray(self.modes.frequency_Hz[self.moving])
+        return loaded_state(self.coupled_arrays, self.static_state[0]).frequency_Hz
 
     @cached_property
     def static_state(self) -> Array:

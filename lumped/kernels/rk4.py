@@ -7,9 +7,8 @@ changes its contact; a change costs an error of second order once.
 from __future__ import annotations
 
 import numpy as np
-from numba.extending import overload
 
-from lumped.compiled import INLINED, compiled, inlined
+from lumped.compiled import chosen_by_record, compiled, inlined
 from lumped.kernels.arrays import CoupledSteps
 from lumped.kernels.coupled import record_coupled, set_coupled_acceleration
 from lumped.kernels.law import record, record_before, set_spring_acceleration
@@ -24,37 +23,34 @@ from lumped.kernels.settling import (
 )
 
 
+@inlined
+def record_springs(system, samples, k, q, v, out):
+    """The meshes (6, m) at the start of step k; see `record`."""
+    before = k - 1 if k > 0 else samples.h.size - 1
+    record(system, samples.stiffness[k, 0], samples.gap[k, 0], q, v, out)
+    record_before(system, samples.stiffness[before, 2], samples.gap[before, 2], q, out)
+
+
 def set_acceleration(system, steps, instant, q, v, a, s):
     """Modal accelerations (n,) and mesh deflections (m,) at an instant.
 
     Of springs along Samples, of contacts along CoupledSteps.
     """
-
-
-@overload(set_acceleration, jit_options=INLINED)
-def _set_acceleration(system, steps, instant, q, v, a, s):
-    if steps.instance_class is CoupledSteps:
-        return lambda system, steps, instant, q, v, a, s: set_coupled_acceleration(
-            system, steps, instant, q, v, a, s
-        )
-    return lambda system, steps, instant, q, v, a, s: set_spring_acceleration(
-        system, steps, instant, q, v, a, s
-    )
+    coupled = isinstance(steps, CoupledSteps)
+    chosen = set_coupled_acceleration if coupled else set_spring_acceleration
+    chosen(system, steps, instant, q, v, a, s)
 
 
 def record_row(system, steps, k, q, v, out):
     """The meshes (6, m) at the start of step k; see `lumped.kernels.law.record`."""
+    chosen = record_coupled if isinstance(steps, CoupledSteps) else record_springs
+    chosen(system, steps, k, q, v, out)
 
 
-@overload(record_row, jit_options=INLINED)
-def _record_row(system, steps, k, q, v, out):
-    if steps.instance_class is CoupledSteps:
-        return lambda system, steps, k, q, v, out: record_coupled(
-            system, steps, k, q, v, out
-        )
-    return lambda system, steps, k, q, v, out: record_springs(
-        system, steps, k, q, v, out
-    )
+chosen_by_record(
+    set_acceleration, CoupledSteps, set_coupled_acceleration, set_spring_acceleration
+)
+chosen_by_record(record_row, CoupledSteps, record_coupled, record_springs)
 
 
 @inlined
@@ -90,14 +86,6 @@ def rk4_step(system, samples, k, q, v, work, s, later):
     for i in range(n):
         q[i] += h / 6.0 * (qsum[i] + vs[i])
         v[i] += h / 6.0 * (vsum[i] + a[i])
-
-
-@inlined
-def record_springs(system, samples, k, q, v, out):
-    """The meshes (6, m) at the start of step k; see `record`."""
-    before = k - 1 if k > 0 else samples.h.size - 1
-    record(system, samples.stiffness[k, 0], samples.gap[k, 0], q, v, out)
-    record_before(system, samples.stiffness[before, 2], samples.gap[before, 2], q, out)
 
 
 @compiled
