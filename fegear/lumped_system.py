@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from decimal import Decimal
+from typing import Literal
 
 from fegear.errors import InputError
 from fegear.excitation import Excitations, ExcitationSource, GivenTables, Source
@@ -12,10 +13,12 @@ from fegear.gearset.model import GearSet
 from fegear.gearset.pitch_errors import error_periods
 from fegear.train import mesh_torques_at, train_of
 from fegear.version import package_version
+from lumped.coupled import INGREDIENTS
 from lumped.settings import Settings
 from lumped.system import LumpedSystem
 from lumped.train import TrainError
 
+Number = int | Literal["coupled"]
 COUPLED = 0.05  # of a mode's strain energy in meshes, to count for the usual speeds
 USUAL_SPEEDS = 400  # at most, where none are given
 
@@ -26,16 +29,39 @@ class LumpedModel:
 
     number : 1, every tooth pair with its own stiffness and gap; 2, mean mesh stiffness
         excited by the loaded static transmission error; 3, total mesh stiffness and
-        no-load transmission error
+        no-load transmission error; "coupled", see `lumped.coupled`
+    without : which of `lumped.coupled.INGREDIENTS` are left out
     translations : gears with bearings move in the plane, else they rotate only
     damping_ratio : of every mode, None for the gear set's
     stiffness : where the mesh stiffness comes from, or mesh tables that give it
     """
 
-    number: int = 1
+    number: Number = 1
+    without: tuple[str, ...] = ()
     translations: bool = False
     damping_ratio: float | None = None
     stiffness: Source | GivenTables = field(default_factory=Source)
+
+    def __post_init__(self) -> None:
+        if self.number not in (1, 2, 3, "coupled"):
+            raise ValueError(f"number must be 1, 2, 3 or coupled, got {self.number}")
+        if self.without and self.number != "coupled":
+            raise ValueError(f"without needs the coupled model, got {self.number}")
+        for name in self.without:
+            if name not in INGREDIENTS:
+                allowed = ", ".join(INGREDIENTS)
+                raise ValueError(f"without must be of {allowed}, got {name!r}")
+
+    @property
+    def springs(self) -> int:
+        """The model that gives the modes and their damping."""
+        return 1 if self.number == "coupled" else self.number
+
+    @property
+    def name(self) -> str:
+        """As files and screens call it."""
+        left_out = "".join(f", without {name}" for name in self.without)
+        return f"{self.number}{left_out}"
 
     @property
     def excitations(self) -> ExcitationSource:
@@ -57,17 +83,37 @@ def lumped_system(
     Raises InputError where the gear set gives no train, or one that would accelerate.
     """
     model = model or LumpedModel()
+    coupled = model.number == "coupled"
     source = excitations or model.excitations
     train = train_of(gear_set, torque, model.translations, model.damping_ratio)
     on_meshes = mesh_torques_at(gear_set, torque)
     driven = tuple(
-        source.of(gear_set, mesh, on_mesh, model.number)
+        source.of(gear_set, mesh, on_mesh, model.springs)
         for mesh, on_mesh in enumerate(on_meshes)
     )
     try:
-        return LumpedSystem(train, driven)
+        system = LumpedSystem(train, driven)
     except TrainError as error:
         raise InputError(f"{gear_set.name}: {error}") from None
+    if not coupled:
+        return system
+    from fegear.dynamics.coupled import coupled_contacts
+
+    if not isinstance(source, Excitations) or source.source.kind != "fe":
+        raise InputError(
+            "model = coupled; its contacts come from finite elements, mesh tables and "
+            "other excitations than fe know nothing of them"
+        )
+    contacts = coupled_contacts(gear_set, torque, system, source, model.without)
+    return replace(system, contacts=contacts)
+
+
+def require_method(model: LumpedModel, settings: Settings) -> None:
+    """Adaptive steps end where springs open; the coupled model has none."""
+    if model.number == "coupled" and settings.method != "rk4":
+        raise InputError(
+            f"method = {settings.method}; the coupled model takes rk4 only"
+        )
 
 
 def usual_speeds(system: LumpedSystem) -> list[float]:
@@ -97,7 +143,7 @@ def _round_up(value: float) -> float:
 
 def natural_frequencies(system: LumpedSystem) -> list[float]:
     """Of the modes that strain a mesh [Hz]."""
-    return [float(f) for f in system.modes.frequency_Hz[system.moving]]
+    return [float(f) for f in system.resonances_Hz]
 
 
 def file_header(

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
 from fegear.excitation import Excitations, Source, unmodified
 from fegear.gearset.model import GearSet
+from fegear.lumped_system import LumpedModel, lumped_system
 from fegear.train import mesh_torques_at, train_of
 from lumped.modes import Modes, natural_modes
 
@@ -39,6 +42,43 @@ def summarise_modes(
                 "kind": name_mode(modes, i),
             }
             for i in range(modes.frequency_Hz.size)
+        ],
+    }
+
+
+def summarise_loaded_modes(
+    gear_set: GearSet, torque: float, translations: bool, source: Source
+) -> dict[str, Any]:
+    """Of the coupled model about its loaded state at a torque [N m], as plain values.
+
+    Mean stiffnesses are tangents of the meshes.
+    """
+    model = LumpedModel(number="coupled", translations=translations, stiffness=source)
+    system = lumped_system(gear_set, torque, model)
+    loaded, shapes = system.loaded, system.arrays.shapes
+    assert loaded is not None
+    own = np.einsum("mi,mij,mj->m", shapes, loaded.meshes, shapes)
+    stiffness = own / (shapes**2).sum(axis=1) ** 2
+    moved = system.modes.shapes[:, system.moving] @ loaded.shapes
+    origin = f"tangent of the coupled model at {torque:g} N m on the input gear"
+    kinetic = system.modes.coordinates.mass[:, None] * moved**2
+    labels = system.modes.coordinates.labels
+    return {
+        "gear_set": gear_set.name,
+        "torque_Nm": torque,
+        "translations": translations,
+        "damping_ratio": system.train.damping_ratio,
+        "mean_stiffness": [
+            {"mesh": m + 1, "stiffness_N_per_m": float(value), "origin": origin}
+            for m, value in enumerate(stiffness)
+        ],
+        "modes": [
+            {
+                "frequency_Hz": float(frequency),
+                "mesh_energy": [float(part) for part in loaded.mesh_energy[:, i]],
+                "kind": " ".join(labels[int(kinetic[:, i].argmax())]),
+            }
+            for i, frequency in enumerate(loaded.frequency_Hz)
         ],
     }
 

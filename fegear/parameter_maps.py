@@ -20,6 +20,7 @@ from fegear.lumped_system import (
     file_header,
     integration_in_words,
     lumped_system,
+    require_method,
 )
 from fegear.output import write_text
 from fegear.sweeps import BOTH, Progress
@@ -82,11 +83,12 @@ class VariedSet:
 
         entries : added to its header
         """
+        require_method(self.model, settings)
         first = lumped_system(self.gear_set, self.load, self.model, self.excitations)
         names = {axis.name for axis in self.axes}
         ratio, words = first.train.damping_ratio, integration_in_words(settings)
         header = file_header(self.gear_set, self.model, ratio, words)
-        header |= {"model": str(self.model.number)}
+        header |= {"model": self.model.name}
         if {DAMPING, SHORT[DAMPING]} & names:
             del header["damping ratio"]
         if TORQUE not in names:

@@ -17,6 +17,7 @@ from fegear.lumped_system import (
     integration_in_words,
     lumped_system,
     natural_frequencies,
+    require_method,
     usual_speeds,
 )
 from fegear.output import write_text
@@ -110,6 +111,7 @@ def sweep_speeds(
     After Ctrl-C branches hold the speeds that were finished and are not complete.
     """
     settings = settings or SweepSettings()
+    require_method(settings.model, settings.integration)
     torques = required_torques(gear_set, torques)
     progress("stiffness", 0, 1)
     excitations = settings.model.excitations
@@ -126,7 +128,7 @@ def sweep_speeds(
     ratio = systems[0].train.damping_ratio
     return SweepResult(
         gear_set=gear_set,
-        model=str(settings.model.number),
+        model=settings.model.name,
         header=file_header(gear_set, settings.model, ratio, words),
         frequencies=frequencies,
         found=at_torques(torques, settings.directions, branches),

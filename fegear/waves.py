@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from fegear.errors import InputError
 from fegear.gearset.model import GearSet
 from fegear.lumped_system import (
     LumpedModel,
@@ -83,13 +84,17 @@ def settle_motion(
         and the one to which it is followed
     Raises DivergedError.
     """
+    if model.number == "coupled":
+        raise InputError(
+            "model = coupled; time histories are those of models 1, 2 and 3"
+        )
     start, speed = speeds
     system = lumped_system(gear_set, torque, model)
     state = arrive(system, start, speed, integration)
     motion = time_history(system, speed, integration, state)
     words, ratio = integration_in_words(integration), system.train.damping_ratio
     header = file_header(gear_set, model, ratio, words) | {
-        "model": str(model.number),
+        "model": model.name,
         "torque_Nm": f"{torque:g}",
         "speed_Hz": f"{speed!r}",
     }

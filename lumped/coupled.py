@@ -21,17 +21,23 @@ accelerates this is statics: x + C F(x) = R z - gap.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Literal, get_args
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.kernels.arrays import Contacts, CoupledSystem
+from lumped.kernels.arrays import (
+    ContactProblem,
+    Contacts,
+    CoupledSteps,
+    CoupledSystem,
+)
 
 Array = NDArray[np.float64]
-Ingredient = Literal["hardening", "pairs", "body", "meshes"]
-INGREDIENTS: tuple[Ingredient, ...] = get_args(Ingredient)
+INGREDIENTS = "hardening", "pairs", "body", "meshes"
 MOST_ROUNDS = 60  # of Newton's method for static equilibrium
+ROUNDING = 1e-9  # of a mesh cycle
 EXACT = 1e-12  # of the reach of the contacts' tables
 
 
@@ -45,7 +51,7 @@ class CoupledContacts:
     inertial : (c, p + 1, n) U, penetration under the inertial loads of all bodies per
         acceleration of each coordinate, reversed [s2/sqrt(kg)]
     work : (n, n) W, work of these loads on themselves [s2]
-    without : what of the coupled model is left out
+    without : which of INGREDIENTS are left out
     """
 
     contacts: Contacts
@@ -53,7 +59,7 @@ class CoupledContacts:
     rows: Array
     inertial: Array
     work: Array
-    without: tuple[Ingredient, ...] = ()
+    without: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,20 +86,43 @@ class LoadedState:
 
     deflection : (p + 1, m) of the meshes [m]; load : (p + 1, c) of the contacts [N]
     penetration : (p + 1, c) [m]
-    stiffness : (p + 1, n, n) tangent, in modal coordinates in mean axes [1/s2]
+    springs : (n, n) stiffness besides the meshes, in modal coordinates in mean axes
+    tangent : (p, m, n, n) stiffness of each mesh [1/s2]; a load that passes on to
+        another mesh counts half for each
     """
 
     deflection: Array
     load: Array
     penetration: Array
-    stiffness: Array
+    springs: Array
+    tangent: Array
+
+    @property
+    def meshes(self) -> Array:
+        """Mean tangent stiffness (m, n, n) of each mesh over the cycle [1/s2]."""
+        return np.asarray(self.tangent.mean(axis=0))
 
     @property
     def frequency_Hz(self) -> Array:
         """Natural frequencies (n,) about the mean tangent stiffness [Hz]."""
-        mean = self.stiffness[:-1].mean(axis=0)  # the end is the start of the next
-        squares = np.linalg.eigvalsh(mean)
-        return np.asarray(np.sqrt(np.maximum(squares, 0.0)) / (2.0 * np.pi))
+        return self._modes[0]
+
+    @property
+    def shapes(self) -> Array:
+        """Modes (n, n) in the modal coordinates, a column each."""
+        return self._modes[1]
+
+    @property
+    def mesh_energy(self) -> Array:
+        """Part (m, n) of each mode's strain energy that is in each mesh."""
+        strain = np.einsum("in,mij,jn->mn", self.shapes, self.meshes, self.shapes)
+        squares = (2.0 * np.pi * self.frequency_Hz) ** 2
+        return np.divide(strain, squares, np.zeros_like(strain), where=squares > 0.0)
+
+    @cached_property
+    def _modes(self) -> tuple[Array, Array]:
+        squares, shapes = np.linalg.eigh(self.springs + self.meshes.sum(axis=0))
+        return np.sqrt(np.maximum(squares, 0.0)) / (2.0 * np.pi), shapes
 
 
 def coupled_system(found: CoupledContacts, train: Springs) -> CoupledSystem:
@@ -110,6 +139,72 @@ def coupled_system(found: CoupledContacts, train: Springs) -> CoupledSystem:
             contacts = LEAVE_OUT[name](system, loaded)
             system = system._replace(contacts=contacts)
     return system
+
+
+def coupled_steps(system: CoupledSystem, cycle: int, periods: Array) -> CoupledSteps:
+    """The contacts at half steps, `cycle` steps in a cycle of the first mesh.
+
+    periods : (m,) cycles of each mesh after which all repeat but for pitch errors
+    Step sizes are left to be set, see `with_room`.
+    """
+    grid, mesh_of = system.contacts.gap.shape[1] - 1, system.mesh_of
+    cycles = system.rate * np.arange(2 * cycle * periods[0])[:, None] / (2 * cycle)
+    turn = np.floor(cycles + ROUNDING).astype(np.int64)
+    at = np.maximum(cycles - turn, 0.0) * grid
+    place = np.minimum((at + ROUNDING * grid).astype(np.int64), grid - 1)
+    part = np.where(np.abs(at - place) < ROUNDING * grid, 0.0, at - place)
+
+    def between(table: Array) -> Array:
+        """Entries (i, c, ...) of a table (c, p + 1, ...) at the half steps."""
+        every, here = np.arange(len(mesh_of)), place[:, mesh_of]
+        share = part[:, mesh_of].reshape(*here.shape, *[1] * (table.ndim - 2))
+        return (1.0 - share) * table[every, here] + share * table[every, here + 1]
+
+    compliance = np.swapaxes(system.contacts.normal_compliance, 0, 1)
+    return CoupledSteps(
+        h=np.empty(0),
+        place=place,
+        part=part,
+        turn=turn,
+        periods=np.array(periods),
+        gap=between(system.contacts.gap),
+        rows=between(system.rows),
+        inertial=between(system.inertial),
+        compliance=between(compliance),
+        **_room(system),
+    )
+
+
+def with_room(steps: CoupledSteps, system: CoupledSystem, h: Array) -> CoupledSteps:
+    """The same half steps with step sizes and working arrays of their own."""
+    return steps._replace(h=h, **_room(system))
+
+
+def _room(system: CoupledSystem) -> dict[str, Any]:
+    count, n = len(system.mesh_of), len(system.load)
+    problem = ContactProblem(
+        knots=system.contacts.knots,
+        law=system.contacts.law,
+        place=np.zeros(system.rate.size, np.int64),
+        part=np.zeros(system.rate.size),
+        mesh_of=system.mesh_of,
+        reversed=np.zeros(count, np.int64),
+        free=np.empty(count),
+        start=np.zeros(count),
+        chosen=np.empty(count, np.int64),
+        Q=np.empty((count, count)),
+        newton=np.empty((6, count)),
+        loaded=np.empty(count, np.int64),
+        matrix=np.empty((count, count + 1)),
+    )
+    return {
+        "penetration": np.zeros(count),
+        "load": np.zeros(count),
+        "free": np.empty(n),
+        "acceleration": np.empty(n),
+        "turned": np.empty(n),
+        "problem": problem,
+    }
 
 
 def _in_mean_axes(found: CoupledContacts, train: Springs) -> CoupledSystem:
@@ -150,11 +245,14 @@ def _without_pairs(system: CoupledSystem, loaded: LoadedState) -> Contacts:
     others = system.mesh_of[:, None] == system.mesh_of
     np.fill_diagonal(others, False)
     shared = np.einsum("pcd,pd->pc", compliance * others, loaded.load)
-    own = np.divide(shared, loaded.load, np.zeros_like(shared), where=loaded.load > 0.0)
+    carries = loaded.load > 0.0
+    own = np.divide(shared, loaded.load, np.zeros_like(shared), where=carries)
     compliance[:, others] = 0.0
     every = np.arange(system.mesh_of.size)
     compliance[:, every, every] += own
-    return system.contacts._replace(normal_compliance=compliance)
+    # pairs that others keep apart at rest stay apart
+    gap = system.contacts.gap + np.where(carries, 0.0, shared).T
+    return system.contacts._replace(normal_compliance=compliance, gap=gap)
 
 
 def _without_hardening(system: CoupledSystem, loaded: LoadedState) -> Contacts:
@@ -216,11 +314,15 @@ def _about(system: CoupledSystem, x: Array, q: Array, B: Array) -> LoadedState:
     hubs = q + w + (system.load - (q + w) @ K) @ system.work
     Q, eye = system.contacts.normal_compliance, np.eye(len(system.mesh_of))
     pressed = np.linalg.solve(eye + D[:, :, None] * Q, D[:, :, None] * B)
+    # the end of the cycle is the start of the next
+    of_mesh = np.eye(system.rate.size)[system.mesh_of]  # (c, m)
+    tangent = np.einsum("cm,pci,pcj->pmij", of_mesh, B[:-1], pressed[:-1])
     return LoadedState(
         deflection=hubs @ system.shapes.T,
         load=F,
         penetration=x,
-        stiffness=K + B.transpose(0, 2, 1) @ pressed,
+        springs=K,
+        tangent=0.5 * (tangent + np.swapaxes(tangent, 2, 3)),
     )
 
 

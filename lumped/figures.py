@@ -116,7 +116,7 @@ def _mark_resonances(axes: Axes, system: LumpedSystem, m: int) -> None:
     """Thin lines at first-mesh frequencies at which a mesh excites a mode."""
     rates = sorted({float(rate) for rate in system.train.mesh_rates}, reverse=True)
     low, high = axes.get_xlim()
-    for natural in system.modes.frequency_Hz[system.moving]:
+    for natural in system.resonances_Hz:
         for rate in rates:
             at = natural / rate
             if not low < at < high:
@@ -284,7 +284,7 @@ def _draw_spectrum(axes: Axes, motion: TimeHistory, m: int) -> None:
     axes.set_yscale("log")
     axes.set_ylim(floor, 3.0 * max(float(height.max()), 2.0 * floor))
     axes.set_xlim(0.0, SHOWN_ORDERS + 0.5)
-    modes = motion.system.modes.frequency_Hz[motion.system.moving]
+    modes = motion.system.resonances_Hz
     for natural in modes[modes < (SHOWN_ORDERS + 0.5) * frequency]:
         axes.axvline(natural / frequency, color="tab:blue", lw=0.8, ls=":")
     axes.set_xlabel(

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from lumped.coupled import with_room
 from lumped.response import History
 from lumped.settings import Settings
 from lumped.steady_state import Diverged, Speed, new_convergence
@@ -56,10 +57,9 @@ class FixedStepper(LumpedStepper):
         if system.coupled_arrays is None:
             samples = system.samples(steps)
             return system.arrays, samples._replace(h=samples.h / frequency)
-        from lumped.kernels.coupled import coupled_steps
-
         h = np.full(system.common_period[0] * steps, 1.0 / (frequency * steps))
-        return system.coupled_arrays, coupled_steps(system.coupled_arrays, h, steps)
+        halves = system.coupled_steps(steps)
+        return system.coupled_arrays, with_room(halves, system.coupled_arrays, h)
 
     def advance(
         self, state: Array, at: Speed, check: Convergence, most: int
@@ -83,7 +83,8 @@ class FixedStepper(LumpedStepper):
         status, _ = rk4.record_rk4(arrays, steps, periods, now, system.limit, out)
         if status:
             raise Diverged(0.0)
-        return now, History(time, *out.transpose(1, 0, 2))
+        history = History(time, *out.transpose(1, 0, 2))
+        return now, history if system.contacts is None else _with_rates(history)
 
     def refined(
         self, frequency: float, settings: Settings, repeats: bool
@@ -166,6 +167,8 @@ def stepper_of(
     """The stepper of the settings' method."""
     if settings.method == "rk4":
         return FixedStepper(system)
+    if system.contacts is not None:
+        raise ValueError("method must be rk4 for the coupled model, got dopri5")
     return AdaptiveStepper(system)
 
 
@@ -173,6 +176,17 @@ def _room(system: LumpedSystem, h: Array, periods: int) -> tuple[Array, Array]:
     """Times (t,) in the unit of the steps, and room to record (t, 6, m)."""
     time = np.concatenate([[0.0], np.cumsum(np.tile(h, periods))])
     return time, np.full((time.size, 6, len(system.excitations)), np.nan)
+
+
+def _with_rates(history: History) -> History:
+    """With the rates of the hubs' deflections, which the coupled model does not have.
+
+    The hubs follow the mean rotations and the contact forces.
+    """
+    from scipy.interpolate import CubicSpline
+
+    rate = CubicSpline(history.time, history.deflection, axis=0)(history.time, 1)
+    return replace(history, rate=np.asarray(rate))
 
 
 def steps_per_period(system: LumpedSystem, frequency: float, settings: Settings) -> int:

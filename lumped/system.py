@@ -11,13 +11,16 @@ from numpy.typing import NDArray
 
 from lumped.coupled import (
     CoupledContacts,
+    LoadedState,
     Springs,
+    coupled_steps,
     coupled_system,
     loaded_state,
 )
 from lumped.excitation import MeshExcitation, PairExcitation
 from lumped.kernels.arrays import (
     PITCH,
+    CoupledSteps,
     CoupledSystem,
     ModalSystem,
     Pieces,
@@ -110,11 +113,18 @@ class LumpedSystem:
         return coupled_system(self.contacts, train)
 
     @cached_property
+    def loaded(self) -> LoadedState | None:
+        """Static equilibrium of the coupled model over a mesh cycle."""
+        if self.coupled_arrays is None:
+            return None
+        return loaded_state(self.coupled_arrays, self.static_state[0])
+
+    @cached_property
     def resonances_Hz(self) -> Array:
         """Natural frequencies of the modes that move; under load if coupled."""
-        if self.coupled_arrays is None:
+        if self.loaded is None:
             return np.asarray(self.modes.frequency_Hz[self.moving])
-        return loaded_state(self.coupled_arrays, self.static_state[0]).frequency_Hz
+        return self.loaded.frequency_Hz
 
     @cached_property
     def static_state(self) -> Array:
@@ -218,6 +228,13 @@ class LumpedSystem:
         """
         # long ones are not kept: to make them takes a part of the time of a period
         return self._samples(steps) if self.rounds > 1 else self._kept_samples(steps)
+
+    @lru_cache(maxsize=16)  # noqa: B019  the system is immutable and short-lived
+    def coupled_steps(self, steps: int) -> CoupledSteps:
+        """The same for the coupled model, but for the step sizes."""
+        assert self.coupled_arrays is not None
+        periods = np.array(self.train.common_period)
+        return coupled_steps(self.coupled_arrays, steps, periods)
 
     @lru_cache(maxsize=16)  # noqa: B019  the system is immutable and short-lived
     def _kept_samples(self, steps: int) -> Samples:

@@ -27,6 +27,7 @@ ALLOWED = {
         "fegear",
         "meshes",
         "lumped.compiled",
+        "lumped.kernels.elimination",
         "lumped.csv_text",
         "lumped.table",
         "lumped.train",

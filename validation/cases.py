@@ -78,13 +78,13 @@ class Model:
     """A lumped model and what excites it.
 
     number : 1 every tooth pair with its gap; 2 mean stiffness and loaded transmission
-        error; 3 total stiffness and no-load error
+        error; 3 total stiffness and no-load error; coupled, see `lumped.coupled`
     edits : of the gear set for this model only, on top of the case's
     """
 
     __pydantic_config__ = STRICT
 
-    number: Annotated[int, Field(strict=True, ge=1, le=3)]
+    number: Annotated[int, Field(strict=True, ge=1, le=3)] | Literal["coupled"]
     excitation: Kind = "fe"
     edits: tuple[Edit, ...] = ()
 

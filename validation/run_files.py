@@ -70,7 +70,7 @@ def contents(task: Task, found: RunResult) -> dict[str, str]:
         "source": task.source,
         "torque_Nm": task.torque,
         "machine": machine(),
-        "natural_Hz": [f for f in system.modes.frequency_Hz.tolist() if f > 0.0],
+        "natural_Hz": [f for f in system.resonances_Hz.tolist() if f > 0.0],
         "cost": asdict(found.cost),
         "curves": features(found.branches),
         "statics": [{"mesh": s.mesh, "force_N": s.force} for s in found.statics],

@@ -169,8 +169,8 @@ def solve_task(
     report(f"{_name(task)}: statics", 0, 1)
     system = lumped_system(task.gear_set, task.torque, _model(task), excitations)
     statics = [
-        mesh_statics(task, excitations, m, each)
-        for m, each in enumerate(system.excitations)
+        mesh_statics(task, excitations, m, system)
+        for m in range(len(system.excitations))
     ]
     if not task.speeds:
         cost = Cost(prepare_s=time.perf_counter() - begin)
@@ -192,7 +192,7 @@ def solve_task(
 
 
 def mesh_statics(
-    task: Task, excitations: Excitations, mesh: int, excitation: MeshExcitation
+    task: Task, excitations: Excitations, mesh: int, system: LumpedSystem
 ) -> Statics:
     """Static deflection of a mesh (from 0) under the task's torque.
 
@@ -215,6 +215,9 @@ def mesh_statics(
             table["ste_m"][0] - free["ste_m"][0],
             free["n_pairs"][0] == 1,
         )
+    if system.loaded is not None:
+        return _coupled_statics(system, mesh, force)
+    excitation = system.excitations[mesh]
     pitches, each = error_periods(gear_set)[mesh], CYCLE_POINTS
     if pitches > 1:
         each = excitations.source.statics_of(gear_set, mesh).positions
@@ -222,6 +225,17 @@ def mesh_statics(
     deflection = static_deflection(excitation, force, position)
     still, none = np.zeros_like(position), np.zeros(position.size, bool)
     return Statics(mesh + 1, force, position, deflection, still, none)
+
+
+def _coupled_statics(system: LumpedSystem, mesh: int, force: float) -> Statics:
+    """Between the positions where the contacts of the coupled model are tabulated."""
+    assert system.loaded is not None
+    found = system.loaded.deflection[:-1, mesh]
+    place = np.arange(found.size) / found.size + system.train.meshes[mesh].phase
+    position = np.arange(CYCLE_POINTS) / CYCLE_POINTS
+    found = np.interp(position, place, found, period=1.0)
+    still, none = np.zeros_like(found), np.zeros(found.size, bool)
+    return Statics(mesh + 1, force, position, found, still, none)
 
 
 def static_deflection(

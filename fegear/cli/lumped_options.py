@@ -18,7 +18,6 @@ from fegear.cli.options import (
     chosen,
     named_options,
     refuse_idle,
-    require,
     required_torques,
 )
 from fegear.errors import InputError
@@ -32,6 +31,7 @@ if TYPE_CHECKING:
 
 
 T = TypeVar("T")
+INGREDIENTS = "hardening", "pairs", "body", "meshes"  # of the coupled model
 Kind = Literal["fe", "rectangular", "trapezoid", "fourier"]
 Damping = Annotated[
     float | None,
@@ -122,11 +122,17 @@ class Train:
 class LumpedOptions:
     """A lumped model of a gear set, but for mesh tables that are given."""
 
-    model: int = option(
+    model: str = option(
         "Lumped model. 1: every tooth pair with its own stiffness and gap; 2: mean "
         "mesh stiffness, excited by the loaded static transmission error; 3: total "
-        "mesh stiffness and no-load transmission error.",
-        default=1,
+        "mesh stiffness and no-load transmission error; coupled: tooth pairs that "
+        "stiffen with load and deflect each other through elastic bodies with inertia.",
+        default="1",
+    )
+    without: list[str] | None = option(
+        "Part of --model coupled to leave out; may be repeated. hardening: contact "
+        "stiffens with load; pairs: tooth pairs deflect each other; body: inertia of "
+        "the elastic bodies; meshes: meshes of one gear deflect each other."
     )
     train: Train
     excitation: Kind | None = option(
@@ -148,7 +154,14 @@ class LumpedOptions:
     elements: Elements
 
     def __post_init__(self) -> None:
-        require(self.model in (1, 2, 3), "--model", self.model, "allowed 1, 2 and 3")
+        if self.model not in ("1", "2", "3", "coupled"):
+            raise InputError(f"--model = {self.model}; allowed 1, 2, 3 and coupled")
+        if self.model != "coupled":
+            refuse_idle("needs --model coupled", without=self.without)
+        for name in self.without or ():
+            if name not in INGREDIENTS:
+                allowed = ", ".join(INGREDIENTS)
+                raise InputError(f"--without = {name}; allowed {allowed}")
         if self.excitation != "trapezoid":
             refuse_idle("needs --excitation trapezoid", ramp=self.ramp)
         if self.excitation != "fourier":
@@ -179,7 +192,8 @@ class LumpedOptions:
         from fegear.lumped_system import LumpedModel
 
         return LumpedModel(
-            number=self.model,
+            number="coupled" if self.model == "coupled" else int(self.model),
+            without=tuple(self.without or ()),
             translations=self.train.translations,
             damping_ratio=self.train.damping,
             stiffness=self.stiffness(gear_set),

@@ -27,11 +27,11 @@ def modes_command(
     torque: LoadCase = None,
     translations: Translations = False,
     stiffness: Annotated[
-        Literal["given", "fe"],
+        Literal["given", "fe", "coupled"],
         typer.Option(
             help="Mean mesh stiffness. given: mean_stiffness_N_per_m of the gear set, "
             "by finite elements where it is missing; fe: by finite elements, at the "
-            "torque.",
+            "torque; coupled: of the coupled model about its state under the torque.",
         ),
     ] = "given",
     elements: Elements,
@@ -40,7 +40,7 @@ def modes_command(
     """Natural frequencies of a train, and what they strain."""
     gear_set, _ = subject.load()
     from fegear.excitation import Source
-    from fegear.modes import summarise_modes
+    from fegear.modes import summarise_loaded_modes, summarise_modes
 
     use_given = stiffness == "given"
     at = None  # N m, where something depends on it
@@ -51,7 +51,10 @@ def modes_command(
         at = middle_torque(gear_set, torque)
     refuse_unused(elements, used=at is not None)
     source = Source(**elements.choices)
-    values = summarise_modes(gear_set, at, translations, source, use_given)
+    if stiffness == "coupled" and at is not None:
+        values = summarise_loaded_modes(gear_set, at, translations, source)
+    else:
+        values = summarise_modes(gear_set, at, translations, source, use_given)
     show(values, as_json, print_modes)
 
 

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from fegear.contact.pair_laws import pair_laws
 from fegear.dynamics.choice import (
     Choice,
     ElasticModes,
@@ -21,6 +20,7 @@ from fegear.dynamics.choice import (
 from fegear.dynamics.cross_mesh import cross_mesh_compliance
 from fegear.dynamics.elastic import ElasticGear, Rayleigh, mass_damping
 from fegear.dynamics.memory import full_bytes, require_memory
+from fegear.dynamics.mesh_laws import all_mesh_laws, equal_tables
 from fegear.dynamics.model import DynamicModel, dynamic_model
 from fegear.dynamics.sides import MeshLaws
 from fegear.dynamics.stepper import DynamicSettings, ImplicitStepper, ReducedStepper
@@ -29,10 +29,7 @@ from fegear.errors import InputError
 from fegear.excitation import Excitations
 from fegear.gearset.inertia import require_inertia_of_bodies
 from fegear.gearset.model import Gear, GearSet
-from fegear.gearset.phases import mesh_phases
-from fegear.gearset.pitch_errors import tooth_pair_errors, without_pitch_errors
-from fegear.statics import StaticsSettings, contact_problem
-from fegear.train import mesh_torques_at
+from fegear.statics import StaticsSettings
 from lumped.system import LumpedSystem
 from lumped.table import MeshTable
 
@@ -42,11 +39,6 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 Fidelity = Literal["full", "reduced", "quasistatic", "auto"]
-POSITIONS = 128  # of a mesh cycle at which pair laws are solved
-REACH = (
-    6.0  # times the largest static deflection: penetration up to which laws are curved
-)
-BACK = 20.0  # times the same: larger backlash is out of reach
 HARMONICS = 7.0  # of the highest mesh frequency, whose modes are looked at
 modes_once = lru_cache(maxsize=16)(gear_modes)  # equal gears, and all torques
 SHEAR_WAVES = 3.0  # along the tip circle: modes below that frequency are looked at
@@ -101,16 +93,9 @@ def prepare(
     """
     if elements.fidelity != "quasistatic":
         require_inertia_of_bodies(gear_set)
-    equal = without_pitch_errors(gear_set)  # errors are offsets of the laws
-    tables = [
-        excitations.table(equal, mesh, on_mesh)
-        for mesh, on_mesh in enumerate(mesh_torques_at(gear_set, torque))
-    ]
+    tables = equal_tables(gear_set, torque, excitations)
     statics = replace(excitations.source.statics, friction=elements.friction)
-    laws = [
-        mesh_laws(gear_set, mesh, float(table["ste_m"].max()), statics)
-        for mesh, table in enumerate(tables)
-    ]
+    laws = all_mesh_laws(gear_set, tables, statics)
     far = cross_mesh_compliance(gear_set, laws, statics)
     if elements.fidelity == "full":
         wholes = _whole_gears(gear_set, statics, elements.mesh, max(speeds))
@@ -199,27 +184,6 @@ def _asked_for(choice: Choice, modes: Sequence[GearModes]) -> str:
         f"reduced: as asked for, with {counts} elastic modes of the gears; "
         "without, elastic inertia would change the mesh compliance by "
         f"up to {100.0 * choice.bound:.2g} % of the excitation's RMS"
-    )
-
-
-def mesh_laws(
-    gear_set: GearSet, mesh: int, static: float, settings: StaticsSettings
-) -> MeshLaws:
-    """Laws of a mesh (index from 0) whose largest static deflection is `static` [m].
-
-    static : of equal teeth; pitch errors press some pairs on by as much again
-    """
-    problem = contact_problem(gear_set, mesh, settings)
-    phase = mesh_phases(gear_set)[mesh].value
-    position = phase + np.arange(POSITIONS + 1) / POSITIONS
-    static += float(np.ptp([0.0, *tooth_pair_errors(gear_set, mesh)]))
-    reach, backlash = REACH * static, gear_set.meshes[mesh].backlash
-    near = backlash < BACK * static
-    return MeshLaws(
-        drive=pair_laws(problem, position, reach),
-        back=pair_laws(problem, position, reach, back=True) if near else None,
-        backlash=backlash,
-        friction=problem.friction,
     )
 
 

@@ -3,47 +3,71 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
 from fegear.dynamics.cross_mesh import cross_mesh_compliance
+from fegear.dynamics.elastic import ElasticGear
+from fegear.dynamics.mesh_laws import all_mesh_laws, equal_tables
 from fegear.dynamics.model import dynamic_model
 from fegear.dynamics.sides import ContactSide, MeshLaws
 from fegear.elasticity.inertia_relief import InertiaRelief, inertia_relief
 from fegear.elasticity.sector import RIGHT
+from fegear.excitation import Excitations
+from fegear.gearset.inertia import require_inertia_of_bodies
 from fegear.gearset.model import GearSet
 from fegear.statics import StaticsSettings
 from lumped.coupled import CoupledContacts
 from lumped.system import LumpedSystem
 
 Array = NDArray[np.float64]
+relief_once = lru_cache(maxsize=16)(inertia_relief)  # equal gears, and all torques
 
 
 def coupled_contacts(
+    gear_set: GearSet,
+    torque: float,
+    reference: LumpedSystem,
+    excitations: Excitations,
+    without: tuple[str, ...] = (),
+) -> CoupledContacts:
+    """Of all meshes, in the modal coordinates of a lumped system.
+
+    torque : on the input gear [N m]; reference : Model-1 at that torque
+    without : which of `lumped.coupled.INGREDIENTS` are left out
+    """
+    if "body" not in without:
+        require_inertia_of_bodies(gear_set)
+    settings = excitations.source.statics
+    tables = equal_tables(gear_set, torque, excitations)
+    laws = all_mesh_laws(gear_set, tables, settings)
+    found = contacts_of(gear_set, reference, laws, settings)
+    return replace(found, without=without)
+
+
+def contacts_of(
     gear_set: GearSet,
     reference: LumpedSystem,
     laws: Sequence[MeshLaws],
     settings: StaticsSettings,
 ) -> CoupledContacts:
-    """Of all meshes, in the modal coordinates of a lumped system.
-
-    reference : Model-1 at the same torque
-    """
+    """The same from the pair laws of all meshes."""
     far = cross_mesh_compliance(gear_set, laws, settings)
     beside = None if far is None else (far, np.zeros_like(far))
-    rigid = [None] * len(gear_set.gears)
+    rigid: list[ElasticGear | None] = [None] * len(gear_set.gears)
     model = dynamic_model(gear_set, reference, laws, rigid, beside)
     moving, modes = reference.moving, reference.modes
     places = modes.coordinates.places
     turns = [modes.shapes[places[g, "rotation"]] for g in range(len(rigid))]
-    reliefs = [inertia_relief(settings.sector(g), g.density) for g in gear_set.gears]
+    reliefs = [relief_once(settings.sector(g), g.density) for g in gear_set.gears]
     inertial = np.concatenate([_inertial(side, reliefs, turns) for side in model.sides])
-    work = sum(
-        gear.face_width * relief.work * np.outer(turn, turn)
-        for gear, relief, turn in zip(gear_set.gears, reliefs, turns, strict=True)
-    )
+    widths = [gear.face_width for gear in gear_set.gears]
+    works = [relief.work * width for relief, width in zip(reliefs, widths, strict=True)]
+    work = np.einsum("g,gi,gj->ij", works, turns, turns)
     return CoupledContacts(
         contacts=model.contacts,
         mesh_of=model.jacobian.mesh_of,

@@ -233,22 +233,29 @@ class CoupledSystem(NamedTuple):
 
 
 class CoupledSteps(NamedTuple):
-    """Equal steps of a common period and working arrays for an instant.
+    """Equal steps of a common period, and the contacts at their i half steps.
 
-    h (s,) step sizes [s]; cycle : half steps of a cycle of the first mesh
-    row, inertial (c, n), penetration [m], load [N] (c,) of an instant
+    h (s,) step sizes [s]; half steps repeat after all meshes do, pitch errors aside
+    place, part (i, m) in the tables; turn (i, m) whole cycles of each mesh
+    periods (m,) cycles of each mesh after which the half steps repeat
+    gap (i, c) [m]; rows, inertial (i, c, n); compliance (i, c, c) [m/N]
+    penetration [m], load [N] (c,) of an instant
     free (n,) acceleration without contact and damping, acceleration (n,) with them
     turned (n,) by how much contact forces turn the hubs on
     """
 
     h: Array
-    cycle: int
-    where: Position
-    problem: ContactProblem
-    row: Array
+    place: Array
+    part: Array
+    turn: Array
+    periods: Array
+    gap: Array
+    rows: Array
     inertial: Array
+    compliance: Array
     penetration: Array
     load: Array
     free: Array
     acceleration: Array
     turned: Array
+    problem: ContactProblem

@@ -15,35 +15,14 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
-from lumped.compiled import compiled, inlined
-from lumped.kernels.arrays import CoupledSteps
+from lumped.compiled import inlined
 from lumped.kernels.contact import (
     CONVERGED,
     LOADS,
     X,
-    between,
-    contact_problem,
     find_near,
-    set_position,
-    set_row,
     solve_penetrations,
-    start_position,
 )
-
-
-@compiled
-def coupled_steps(system, h, cycle):
-    """Steps h (s,) [s] of a common period, `cycle` of them in a first mesh's."""
-    count, n = system.rows.shape[0], system.rows.shape[2]
-    where = start_position(system.contacts)
-    problem = contact_problem(system.contacts, system.mesh_of, where)
-    return CoupledSteps(
-        *(h, 2 * cycle, where, problem),
-        *(np.empty((count, n)), np.empty((count, n)), np.empty(count), np.zeros(count)),
-        *(np.empty(n), np.empty(n), np.empty(n)),
-    )
 
 
 @inlined
@@ -54,49 +33,52 @@ def set_coupled_acceleration(system, steps, instant, q, v, a, s):
     """
     stiffness, free, turned = system.stiffness, steps.free, steps.turned
     number = 2 * instant[0] + instant[1]
-    set_position(system.rate, system.contacts, steps.cycle, number, steps.where)
-    n = q.size
-    for i in range(n):
-        free[i], turned[i] = system.load[i], 0.0
-        for j in range(n):
-            free[i] -= stiffness[i, j] * q[j]
-        a[i] = -system.damping[i] * v[i]
-    set_free_penetrations(system, steps, q)
-    set_loads(system, steps)
+    i, n = number % steps.gap.shape[0], q.size
+    for j in range(n):
+        free[j], turned[j] = system.load[j], 0.0
+        for k in range(n):
+            free[j] -= stiffness[j, k] * q[k]
+        a[j] = -system.damping[j] * v[j]
+    set_free_penetrations(system, steps, i, number // steps.gap.shape[0], q)
+    set_loads(steps, i)
     for c in range(steps.load.size):
-        for i in range(n):
-            a[i] -= steps.row[c, i] * steps.load[c]
-            turned[i] += steps.inertial[c, i] * steps.load[c]
-    for i in range(n):
-        for j in range(n):
-            free[i] -= stiffness[i, j] * turned[j]
-        a[i] += free[i]
+        load = steps.load[c]
+        if load != 0.0:
+            for j in range(n):
+                a[j] -= steps.rows[i, c, j] * load
+                turned[j] += steps.inertial[i, c, j] * load
+    for j in range(n):
+        for k in range(n):
+            free[j] -= stiffness[j, k] * turned[k]
+        a[j] += free[j]
     for m in range(s.size):
         s[m] = 0.0
-        for i in range(n):
-            hub = q[i] + turned[i]
-            for j in range(n):
-                hub += system.work[i, j] * free[j]
-            s[m] += system.shapes[m, i] * hub
+        for j in range(n):
+            hub = q[j] + turned[j]
+            for k in range(n):
+                hub += system.work[j, k] * free[k]
+            s[m] += system.shapes[m, j] * hub
 
 
 @inlined
-def set_free_penetrations(system, steps, q):
-    """Of all contacts (c,) without their forces, and the rows of this instant."""
-    problem, where = steps.problem, steps.where
-    mesh_of, row, inertial = problem.mesh_of, steps.row, steps.inertial
-    for c in range(mesh_of.size):
-        place, part = where.place[mesh_of[c]], where.part[mesh_of[c]]
-        set_row(system.rows, q.size, c, place, part, row[c])
-        set_row(system.inertial, q.size, c, place, part, inertial[c])
-        x = -between(where.gap, c, place, part)
-        for i in range(q.size):
-            x += row[c, i] * q[i] - inertial[c, i] * steps.free[i]
+def set_free_penetrations(system, steps, i, passed, q):
+    """Of all contacts (c,) without forces; passed : whole rounds of half steps."""
+    problem, errors = steps.problem, system.contacts.errors
+    for m in range(steps.place.shape[1]):
+        problem.place[m], problem.part[m] = steps.place[i, m], steps.part[i, m]
+    for c in range(steps.load.size):
+        x = -steps.gap[i, c]
+        if errors.shape[1] > 0:
+            m = problem.mesh_of[c]
+            cycle = steps.turn[i, m] + passed * steps.periods[m]
+            x -= errors[c, cycle % errors.shape[1]]
+        for j in range(q.size):
+            x += steps.rows[i, c, j] * q[j] - steps.inertial[i, c, j] * steps.free[j]
         problem.free[c] = x
 
 
 @inlined
-def set_loads(system, steps):
+def set_loads(steps, i):
     """Penetrations [m] and loads [N] of all contacts (c,).
 
     NaN where they were not found, so that the motion ends as one that diverged.
@@ -108,25 +90,12 @@ def set_loads(system, steps):
     near = find_near(problem)
     for p in range(near):
         for s in range(near):
-            problem.Q[p, s] = compliance_between(
-                system.contacts, steps, problem.chosen[p], problem.chosen[s]
-            )
+            problem.Q[p, s] = steps.compliance[i, problem.chosen[p], problem.chosen[s]]
     if near > 0 and solve_penetrations(problem, near) != CONVERGED:
         problem.newton[LOADS, 0] = math.nan
     for p in range(near):
         c = problem.chosen[p]
         load[c], steps.penetration[c] = problem.newton[LOADS, p], problem.newton[X, p]
-
-
-@inlined
-def compliance_between(contacts, steps, c, d):
-    """Penetration of contact c per load on contact d, of meshes in step [m/N]."""
-    m, values = steps.problem.mesh_of[c], contacts.normal_compliance
-    place, part = steps.where.place[m], steps.where.part[m]
-    value = values[place, c, d]
-    if part > 0.0:
-        value += part * (values[place + 1, c, d] - value)
-    return value
 
 
 @inlined

@@ -12,10 +12,11 @@ import numpy as np
 import pytest
 from conftest import SMALL_HUBS
 
-from fegear.dynamics.build import elastic_damping, mesh_laws
+from fegear.dynamics.build import elastic_damping
 from fegear.dynamics.cross_mesh import cross_mesh_compliance
 from fegear.dynamics.full import FullStepper, full_model
 from fegear.dynamics.kernels.arrays import Clock
+from fegear.dynamics.mesh_laws import mesh_laws
 from fegear.dynamics.model import DynamicModel, ElasticGear, dynamic_model
 from fegear.dynamics.scheme import generalized_alpha
 from fegear.dynamics.sides import MeshLaws

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from fegear.dynamics.checkpoint import StoredBranch
+from fegear.dynamics.coupled import contacts_of
 from fegear.dynamics.stepper import DynamicSettings
 from fegear.store import open_checkpoint
 from lumped.response import FIGURES, Status
@@ -24,6 +25,7 @@ COARSE = DynamicSettings(steps=32, hub_angle=10.0, step_angle=10.0, tolerance=1e
 SETTINGS = {
     "rk4": Settings(steps=32, step_angle=2.0, tolerance=1e-5),
     "dopri5": Settings(method="dopri5", accuracy=1e-4, tolerance=1e-5),
+    "coupled": Settings(steps=32, step_angle=2.0, tolerance=1e-5),
     "quasistatic": COARSE,
     "reduced": COARSE,
     "full": replace(COARSE, steps=16, tolerance=1e-4),
@@ -47,11 +49,17 @@ def stepper(kind, case_of, full_of):
     make = {
         "rk4": lambda: FixedStepper(case.reference),
         "dopri5": lambda: AdaptiveStepper(case.reference),
+        "coupled": lambda: FixedStepper(coupled(case)),
         "quasistatic": lambda: case.stepper(None),
         "reduced": lambda: case.stepper(30e3),
         "full": lambda: full_of(damping=DAMPED),
     }
     return make[kind]()
+
+
+def coupled(case):
+    given = case.gear_set, case.reference, case.laws, case.settings
+    return replace(case.reference, contacts=contacts_of(*given))
 
 
 @pytest.fixture(scope="module")

@@ -1,0 +1,66 @@
+"""The pair laws of a gear set's meshes, solved as far as its torque needs them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from fegear.contact.pair_laws import pair_laws
+from fegear.dynamics.sides import MeshLaws
+from fegear.excitation import Excitations
+from fegear.gearset.model import GearSet
+from fegear.gearset.phases import mesh_phases
+from fegear.gearset.pitch_errors import tooth_pair_errors, without_pitch_errors
+from fegear.statics import StaticsSettings, contact_problem
+from fegear.train import mesh_torques_at
+from lumped.table import MeshTable
+
+POSITIONS = 128  # of a mesh cycle at which pair laws are solved
+REACH = 6.0  # times the largest static deflection: penetration up to which laws curve
+BACK = 20.0  # times the same: larger backlash is out of reach
+
+
+def equal_tables(
+    gear_set: GearSet, torque: float, excitations: Excitations
+) -> list[MeshTable]:
+    """Mesh tables without pitch errors, which are offsets of the laws.
+
+    torque : on the input gear [N m]
+    """
+    equal = without_pitch_errors(gear_set)
+    return [
+        excitations.table(equal, mesh, on_mesh)
+        for mesh, on_mesh in enumerate(mesh_torques_at(gear_set, torque))
+    ]
+
+
+def all_mesh_laws(
+    gear_set: GearSet, tables: Sequence[MeshTable], settings: StaticsSettings
+) -> list[MeshLaws]:
+    """Laws of every mesh, by its table of equal teeth at the torque."""
+    return [
+        mesh_laws(gear_set, mesh, float(table["ste_m"].max()), settings)
+        for mesh, table in enumerate(tables)
+    ]
+
+
+def mesh_laws(
+    gear_set: GearSet, mesh: int, static: float, settings: StaticsSettings
+) -> MeshLaws:
+    """Laws of a mesh (index from 0) whose largest static deflection is `static` [m].
+
+    static : of equal teeth; pitch errors press some pairs on by as much again
+    """
+    problem = contact_problem(gear_set, mesh, settings)
+    phase = mesh_phases(gear_set)[mesh].value
+    position = phase + np.arange(POSITIONS + 1) / POSITIONS
+    static += float(np.ptp([0.0, *tooth_pair_errors(gear_set, mesh)]))
+    reach, backlash = REACH * static, gear_set.meshes[mesh].backlash
+    near = backlash < BACK * static
+    return MeshLaws(
+        drive=pair_laws(problem, position, reach),
+        back=pair_laws(problem, position, reach, back=True) if near else None,
+        backlash=backlash,
+        friction=problem.friction,
+    )

@@ -1,0 +1,140 @@
+"""The coupled lumped model against the finite elements that it stands for."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.linalg import eigh
+
+from fegear.dynamics.coupled import contacts_of
+from fegear.dynamics.stepper import DynamicSettings
+from fegear.gearset.phases import mesh_phases
+from lumped.coupled import INGREDIENTS, contact_loads
+from lumped.settings import Settings
+from lumped.steady_state import steady_state
+from lumped.steppers import FixedStepper
+
+HIGH = 120e3  # Hz, elastic modes of the finite elements
+
+
+@pytest.fixture(scope="module", params=["liu-pair", "liu-idler"])
+def case(request, case_of):
+    return case_of(request.param)
+
+
+@pytest.fixture(scope="module")
+def system(case):
+    return coupled(case)
+
+
+def coupled(case, **changes):
+    given = case.gear_set, case.reference, case.laws, case.settings
+    contacts = replace(contacts_of(*given), **changes)
+    return replace(case.reference, contacts=contacts)
+
+
+def frequencies_of_elements(model, system, place):
+    """With gears that vibrate about a position, by the same contacts [Hz]."""
+    modal, rows = model.modal, model.jacobian
+    hubs, size = modal.damping.size, model.size
+    mass, stiffness = np.eye(size), np.zeros((size, size))
+    coupling = modal.coupling[:, None] * modal.rotation[modal.owner]
+    mass[hubs:, :hubs], mass[:hubs, hubs:] = coupling, coupling.T
+    stiffness[:hubs, :hubs] = modal.stiffness
+    stiffness[hubs:, hubs:] = np.diag(modal.rigidity)
+    jacobian = np.zeros((model.contact_count, size))
+    for c, m in enumerate(rows.mesh_of):
+        width = rows.widths[m]
+        jacobian[c, rows.columns[m, :width]] = rows.normal[c, place, :width]
+    _, slopes = contact_loads(system.coupled_arrays, system.loaded.penetration)
+    Q, D = model.contacts.normal_compliance[place], np.diag(slopes[place])
+    pressed = np.linalg.solve(np.eye(len(D)) + D @ Q, D @ jacobian)
+    squares = eigh(stiffness + jacobian.T @ pressed, mass, eigvals_only=True)
+    found = np.sqrt(np.maximum(squares, 0.0)) / (2.0 * math.pi)
+    return found[found > 1.0][: system.moving.size]
+
+
+def frequencies_of(system, place):
+    loaded = system.loaded
+    stiffness = loaded.springs + loaded.tangent[place].sum(axis=0)
+    return np.sqrt(np.linalg.eigvalsh(stiffness)) / (2.0 * math.pi)
+
+
+@pytest.mark.parametrize("place", [0, 20, 50, 90])
+def test_natural_frequencies_are_those_of_the_elements(case, system, place):
+    """What is left out are modes of the free gears: second order in the ratio."""
+    found = frequencies_of_elements(case.model(HIGH), system, place)
+    error = np.abs(frequencies_of(system, place) / found - 1.0)
+    first = math.sqrt(case.model(HIGH).modal.rigidity.min()) / (2.0 * math.pi)
+    assert (error < 0.1 * (found / first) ** 2 + 1e-5).all()
+    assert (error < 0.01).all()
+    held = frequencies_of(coupled(case, without=("body",)), place)
+    assert np.abs(held / found - 1.0).max() > 3.0 * error.max()
+
+
+def test_at_rest_it_is_the_static_contact_of_the_elements(case, system):
+    """Within what pair laws cost; the idler's meshes deflect each other besides."""
+    for m, phase in enumerate(mesh_phases(case.gear_set)):
+        ste = system.loaded.deflection[:-1, m]
+        alone = coupled(case, without=("meshes",)).loaded.deflection[:-1, m]
+        assert np.ptp(ste) > 1e-6
+        np.testing.assert_allclose(alone, ste, rtol=0.05)
+        assert phase.value < 1.0
+
+
+def test_loads_at_rest_balance_the_torque(case, system):
+    train, loads = case.reference.train, system.loaded.load
+    for m, mesh in enumerate(train.meshes):
+        own = loads[:, system.contacts.mesh_of == m].sum(axis=1)
+        gear = train.gears[0]
+        # of an idler in both meshes; springs that hold the ends take half a per cent
+        force = abs(gear.torque) / gear.base_radius
+        assert mesh.driver in (0, 1)
+        np.testing.assert_allclose(own, force, rtol=1e-2)
+
+
+def test_compliance_in_mean_axes_is_symmetric(system):
+    """To what the compliance between pairs is interpolated to."""
+    compliance = system.coupled_arrays.contacts.normal_compliance
+    skew = np.abs(compliance - compliance.transpose(0, 2, 1)).max()
+    assert skew < 1e-4 * np.abs(compliance).max()
+
+
+@pytest.mark.parametrize("speed", [1200.0, 2000.0, 2400.0])
+def test_vibration_is_that_of_the_reduced_elements(case, system, speed):
+    elements = case.stepper(HIGH, remaining=0.9)
+    settings = DynamicSettings(tolerance=1e-5)
+    found, _ = steady_state(elements, speed, settings)
+    response, _ = steady_state(FixedStepper(system), speed, Settings(tolerance=1e-5))
+    springs, _ = steady_state(FixedStepper(case.reference), speed, Settings())
+    np.testing.assert_allclose(response.dte_rms, found.dte_rms, rtol=0.05)
+    np.testing.assert_allclose(response.force_peak, found.force_peak, rtol=0.05)
+    errors = [
+        np.abs(r.dte_rms / found.dte_rms - 1.0).max() for r in (springs, response)
+    ]
+    assert errors[1] < errors[0]
+
+
+@pytest.mark.parametrize("name", INGREDIENTS)
+def test_each_ingredient_changes_what_it_should(case_of, name):
+    case = case_of("liu-idler")
+    whole, less = coupled(case), coupled(case, without=(name,))
+    ratio = less.resonances_Hz[1:] / whole.resonances_Hz[1:]
+    assert (np.abs(ratio - 1.0) > 1e-4).any()
+    # pairs and hardening are left out about the loaded state, body in motion only
+    at_rest = less.loaded.deflection / whole.loaded.deflection
+    allowed = {"hardening": 0.03, "pairs": 1e-9, "body": 1e-9, "meshes": 0.05}[name]
+    assert np.abs(at_rest - 1.0).max() < allowed
+
+
+def test_two_models_left_out_of_all_are_one(case_of):
+    """Without anything the order of the names does not matter."""
+    case = case_of("liu-idler")
+    one, two = (
+        coupled(case, without=names).resonances_Hz
+        for names in (INGREDIENTS, INGREDIENTS[::-1])
+    )
+    np.testing.assert_array_equal(one, two)
