@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, TypeVar
 
 import typer
 
@@ -125,14 +125,8 @@ class LumpedOptions:
     model: str = option(
         "Lumped model. 1: every tooth pair with its own stiffness and gap; 2: mean "
         "mesh stiffness, excited by the loaded static transmission error; 3: total "
-        "mesh stiffness and no-load transmission error; coupled: tooth pairs that "
-        "stiffen with load and deflect each other through elastic bodies with inertia.",
+        "mesh stiffness and no-load transmission error.",
         default="1",
-    )
-    without: list[str] | None = option(
-        "Part of --model coupled to leave out; may be repeated. hardening: contact "
-        "stiffens with load; pairs: tooth pairs deflect each other; body: inertia of "
-        "the elastic bodies; meshes: meshes of one gear deflect each other."
     )
     train: Train
     excitation: Kind | None = option(
@@ -152,16 +146,10 @@ class LumpedOptions:
         allowed=Range(least=1, most=1000),
     )
     elements: Elements
+    models: ClassVar[tuple[str, ...]] = ("1", "2", "3")
 
     def __post_init__(self) -> None:
-        if self.model not in ("1", "2", "3", "coupled"):
-            raise InputError(f"--model = {self.model}; allowed 1, 2, 3 and coupled")
-        if self.model != "coupled":
-            refuse_idle("needs --model coupled", without=self.without)
-        for name in self.without or ():
-            if name not in INGREDIENTS:
-                allowed = ", ".join(INGREDIENTS)
-                raise InputError(f"--without = {name}; allowed {allowed}")
+        require_one_of("--model", self.model, self.models)
         if self.excitation != "trapezoid":
             refuse_idle("needs --excitation trapezoid", ramp=self.ramp)
         if self.excitation != "fourier":
@@ -193,11 +181,41 @@ class LumpedOptions:
 
         return LumpedModel(
             number="coupled" if self.model == "coupled" else int(self.model),
-            without=tuple(self.without or ()),
             translations=self.train.translations,
             damping_ratio=self.train.damping,
             stiffness=self.stiffness(gear_set),
         )
+
+
+@dataclass(frozen=True, kw_only=True)
+class CoupledOptions(LumpedOptions):
+    """A lumped model of a gear set, the coupled one among them."""
+
+    model: str = option(
+        "Lumped model. 1: every tooth pair with its own stiffness and gap; 2: mean "
+        "mesh stiffness, excited by the loaded static transmission error; 3: total "
+        "mesh stiffness and no-load transmission error; coupled: tooth pairs that "
+        "stiffen with load and deflect each other through elastic bodies with inertia.",
+        default="1",
+    )
+    without: list[str] | None = option(
+        "Part of --model coupled to leave out; may be repeated. hardening: contact "
+        "stiffens with load; pairs: tooth pairs deflect each other; body: inertia of "
+        "the elastic bodies; meshes: meshes of one gear deflect each other. "
+        "[default: none]"
+    )
+    models: ClassVar[tuple[str, ...]] = ("1", "2", "3", "coupled")
+
+    def __post_init__(self) -> None:
+        if self.model != "coupled":
+            refuse_idle("needs --model coupled", without=self.without)
+        for name in self.without or ():
+            require_one_of("--without", name, INGREDIENTS)
+        super().__post_init__()
+
+    def lumped_model(self, gear_set: GearSet) -> LumpedModel:
+        model = super().lumped_model(gear_set)
+        return replace(model, without=tuple(self.without or ()))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -224,6 +242,17 @@ class TabledOptions(LumpedOptions):
             return read_mesh_tables(self.table, gear_set)
         except InputError as error:
             raise InputError(f"--table: {error}") from None
+
+
+@dataclass(frozen=True, kw_only=True)
+class AnyModel(CoupledOptions, TabledOptions):
+    """The coupled model, or models of mesh tables that are given."""
+
+
+def require_one_of(name: str, value: str, allowed: Sequence[str]) -> None:
+    if value not in allowed:
+        *others, last = allowed
+        raise InputError(f"{name} = {value}; allowed {', '.join(others)} and {last}")
 
 
 def refuse_unused(elements: Elements, used: bool) -> None:

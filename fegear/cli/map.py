@@ -13,9 +13,9 @@ import typer
 from fegear.cli.edits import EditedSet, edit_entries
 from fegear.cli.groups import grouped, option
 from fegear.cli.lumped_options import (
+    CoupledOptions,
     Integration,
     LoadCase,
-    LumpedOptions,
     middle_torque,
     speeds_of,
 )
@@ -104,7 +104,7 @@ def map_command(
     response: Response,
     outputs: MapOutputs,
     torque: LoadCase = None,
-    model: LumpedOptions,
+    model: CoupledOptions,
     integration: Integration,
 ) -> None:
     """Vibration of a lumped train over a grid of parameters.
@@ -140,7 +140,7 @@ def map_command(
 def _varied(
     subject: EditedSet,
     axes: tuple[Axis, ...],
-    model: LumpedOptions,
+    model: CoupledOptions,
     torque: float | None,
 ) -> VariedSet:
     """Checks that every axis is known and none is fixed as well."""

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 from fegear.cli.edits import EditedSet, edit_entries
 from fegear.cli.groups import grouped, option
 from fegear.cli.lumped_options import (
+    AnyModel,
     Integration,
     LoadCases,
     SweptSpeeds,
-    TabledOptions,
     chosen_torques,
     speeds_of,
 )
@@ -51,7 +51,7 @@ def sweep_command(
     subject: EditedSet,
     swept: SpeedsOfEither,
     torque: LoadCases = None,
-    model: TabledOptions,
+    model: AnyModel,
     integration: Integration,
     outputs: Outputs,
 ) -> None:

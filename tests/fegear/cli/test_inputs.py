@@ -197,9 +197,14 @@ IDENTIFY = f"identify SET {COARSE} --json"
 MODES = "modes SET --json"
 MESH = f"mesh SET {COARSE} -o m.vtu"
 SWEEP = "sweep SET --speeds 2000,4000 --excitation rectangular --json"
+COUPLED = f"sweep SET {COARSE} --speeds 2000 --model coupled --json"
 WAVE = "wave SET --speed 2100 --excitation rectangular --json"
 MAP = "map SET --at 3000 --over gear.a.mass_kg=0.1,0.2 --excitation rectangular --json"
 QUASI = f"dynamics SET {COARSE} --fidelity quasistatic --speeds 3000 --direction up"
+COUPLED_MAP = (
+    f"map SET {COARSE} --at 3000 --over gear.a.inertia_kg_m2=1e-3,2e-3 "
+    "--model coupled --json"
+)
 RENDER = f"render SET {COARSE} --width 480 -o p.png"
 VALIDATE = "validate CASE -o out --json"
 
@@ -295,6 +300,7 @@ OPTIONS: dict[str, dict[str, Case]] = {
         "--direction": plus(SWEEP, "--direction up"),
         "--table": plus("sweep SET --speeds 2000 --model 3 --json", "--table TABLE"),
         "--output": plus(SWEEP, "-o s.csv"),
+        "--without": plus(f"{COUPLED} --direction up", "--without body"),
     },
     "wave": lumped(WAVE)
     | {
@@ -308,6 +314,7 @@ OPTIONS: dict[str, dict[str, Case]] = {
         "--over": plus(MAP, "--over mesh.1.stiffness_variation=0.3,0.4"),
         "--at": swap(MAP, "3000", "4000"),
         "--band": swap(MAP, "--at 3000", "--band 3000,4000"),
+        "--without": plus(COUPLED_MAP, "--without body"),
         "--output": plus(MAP, "-o m.csv"),
         "--overwrite": plus(MAP, "--overwrite", refused=True),
     },
