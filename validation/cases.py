@@ -57,6 +57,12 @@ def _require_speeds(text: str) -> str:
     return text
 
 
+def _require_model(number: Any) -> Any:
+    if number != "coupled" and (type(number) is not int or number not in (1, 2, 3)):
+        raise ValueError("must be 1, 2, 3 or coupled")
+    return number
+
+
 def _require_own_names(values: tuple[Any, ...]) -> tuple[Any, ...]:
     names = [value.name for value in values]
     for name in names:
@@ -79,19 +85,28 @@ class Model:
 
     number : 1 every tooth pair with its gap; 2 mean stiffness and loaded transmission
         error; 3 total stiffness and no-load error; coupled, see `lumped.coupled`
+    without : parts of the coupled model that are left out
     edits : of the gear set for this model only, on top of the case's
     """
 
     __pydantic_config__ = STRICT
 
-    number: Annotated[int, Field(strict=True, ge=1, le=3)] | Literal["coupled"]
+    number: Annotated[Any, AfterValidator(_require_model)]
     excitation: Kind = "fe"
+    without: tuple[Literal["hardening", "pairs", "body", "meshes"], ...] = ()
     edits: tuple[Edit, ...] = ()
+
+    def __post_init__(self) -> None:
+        if self.number == "coupled" and self.excitation != "fe":
+            raise ValueError("the coupled model takes excitation fe only")
+        if self.without and self.number != "coupled":
+            raise ValueError("without needs the coupled model")
 
     @property
     def name(self) -> str:
-        """Such as model-1 or model-1-rectangular."""
+        """Such as model-1, model-1-rectangular or model-coupled-without-body."""
         parts = [f"model-{self.number}"]
+        parts += [f"without-{name}" for name in self.without]
         parts += [] if self.excitation == "fe" else [self.excitation]
         return "-".join(parts + (["edited"] if self.edits else []))
 

@@ -259,6 +259,7 @@ def _model(task: Task) -> LumpedModel:
     """That of the task, or the one whose modes the finite elements are counted in."""
     return LumpedModel(
         number=1 if task.model is None else task.model.number,
+        without=() if task.model is None else task.model.without,
         translations=task.case.translations,
         damping_ratio=task.case.damping_ratio,
     )

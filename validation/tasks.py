@@ -79,6 +79,7 @@ class Task:
             return common | {"source": FE, "settings": settings}
         source = Source(kind=model.excitation)
         words = {"model": repr(model.number), "excitation": repr(source)}
+        words |= {"without": ", ".join(model.without)} if model.without else {}
         return common | {"source": "lumped", "settings": repr(Settings())} | words
 
     @property

@@ -98,8 +98,12 @@ def test_a_file_is_named_by_its_path(tmp_path):
         ("allowed = 0.2", "allowed = nan", "allowed = nan; must be finite"),
         ('reason = "for a test"', "", "metric 1, reason is missing"),
         ('"rms_distance"', '"distance"', 'name = "distance"; must be one of rms_dist'),
-        ("number = 1", "number = 4", "model 1, number = 4; must be at most 3"),
-        ("number = 1", "number = 1.5", "model 1, number = 1.5; must be a whole number"),
+        ("number = 1", "number = 4", "model 1, number = 4; must be 1, 2, 3 or coupled"),
+        (
+            "number = 1",
+            "number = 1.5",
+            "model 1, number = 1.5; must be 1, 2, 3 or coupled",
+        ),
         ("torques_Nm = [100]", "torques_Nm = []", "torques_Nm"),
         ("torques_Nm = [100]", "torques_Nm = [-5]", "entry 1 = -5; must be above 0"),
         (

@@ -206,6 +206,7 @@ COUPLED_MAP = (
     "--model coupled --json"
 )
 RENDER = f"render SET {COARSE} --width 480 -o p.png"
+BUDGET = "budget SET --speeds 2000 --json"
 VALIDATE = "validate CASE -o out --json"
 
 
@@ -365,6 +366,14 @@ OPTIONS: dict[str, dict[str, Case]] = {
         "--resolution": less(RENDER, COARSE),
         "--width": swap(RENDER, "480", "640"),
         "--frames": plus(RENDER, "--frames 4", refused=True),
+    },
+    "budget": {
+        "SET": swap(BUDGET, "SET", "OTHER"),
+        "--speeds": swap(BUDGET, "2000", "2100"),
+        "--torque": plus(BUDGET, "--torque 30"),
+        "--tolerance": plus(BUDGET, "--tolerance 0.9"),
+        "--runs": plus(BUDGET, "--runs kept"),
+        "--json": less(BUDGET, "--json"),
     },
     "validate": {
         "CASE": swap(VALIDATE, "CASE", "THIRD"),
