@@ -229,10 +229,19 @@ class LumpedSystem:
         # long ones are not kept: to make them takes a part of the time of a period
         return self._samples(steps) if self.rounds > 1 else self._kept_samples(steps)
 
-    @lru_cache(maxsize=16)  # noqa: B019  the system is immutable and short-lived
+    @lru_cache(maxsize=4)  # noqa: B019  the system is immutable and short-lived
     def coupled_steps(self, steps: int) -> CoupledSteps:
         """The same for the coupled model, but for the step sizes."""
         assert self.coupled_arrays is not None
+        count, _, n = self.coupled_arrays.rows.shape
+        needed = 16 * self.train.common_period[0] * steps * count * (count + 2 * n + 1)
+        if needed > MOST_BYTES:
+            raise TrainError(
+                f"{count} contacts over {self.train.common_period[0]} periods of the "
+                f"first mesh of {steps} steps each: {needed / 1e9:.3g} GB, more than a "
+                "run should hold in memory; allowed are fewer meshes, higher speeds or "
+                "simpler tooth ratios, or a model of springs"
+            )
         periods = np.array(self.train.common_period)
         return coupled_steps(self.coupled_arrays, steps, periods)
 

@@ -214,7 +214,7 @@ WORDS: dict[str, list[str]] = {  # by option; what is not here is a flag
     "--friction": ["0.1", "0", "0.5", "-1", "nan"],
     "--plane": ["strain", "stress", "both"],
     "--resolution": ["coarse"],
-    "--model": ["1", "2", "3", "4"],
+    "--model": ["1", "2", "3", "4", "coupled"],
     "--speeds": ["900", "500,3000", "1000:3000:1000", "1:9e8:1", "0", "x", "1:2"],
     "--speed": ["900", "5000", "0", "1e300"],
     "--from-speed": ["1000", "0"],
@@ -247,12 +247,14 @@ WORDS: dict[str, list[str]] = {  # by option; what is not here is a flag
     "--zoom": ["tooth"],
     "--width": ["480", "7"],
     "--frames": ["2", "0"],
-    "--stiffness": ["given", "fe"],
+    "--stiffness": ["given", "fe", "coupled"],
     "--mean": ["1e8", "-1"],
     "--variation": ["0.3", "2"],
     "--mean-spread": ["0.05", "0"],
     "--variation-spread": ["0.05", "0"],
     "--along": ["a", "nobody"],
+    "--without": ["body", "pairs", "teeth"],
+    "--runs": ["kept", "set.toml"],
 }
 # what keeps a command short; and how often it is drawn
 BASE = {
@@ -268,6 +270,7 @@ BASE = {
     "identify": ("SET --resolution coarse", 1),
     "validate": ("case.toml --output out", 2),
     "render": ("SET --resolution coarse --width 480 --output out.png", 1),
+    "budget": ("SET --speeds 1500", 1),
     "sets": ("", 1),
 }
 

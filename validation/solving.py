@@ -22,6 +22,7 @@ from fegear.statics import Progress, solve_mesh
 from fegear.store import Checkpoint
 from fegear.train import mesh_torques_at
 from lumped.analytic import lowest_deflection
+from lumped.coupled import loaded_state
 from lumped.excitation import MeshExcitation
 from lumped.motion import speeds_between
 from lumped.response import Response, Status
@@ -215,27 +216,36 @@ def mesh_statics(
             table["ste_m"][0] - free["ste_m"][0],
             free["n_pairs"][0] == 1,
         )
-    if system.loaded is not None:
-        return _coupled_statics(system, mesh, force)
-    excitation = system.excitations[mesh]
     pitches, each = error_periods(gear_set)[mesh], CYCLE_POINTS
     if pitches > 1:
         each = excitations.source.statics_of(gear_set, mesh).positions
     position = np.arange(pitches * each) / each
-    deflection = static_deflection(excitation, force, position)
+    if system.coupled_arrays is None:
+        deflection = static_deflection(system.excitations[mesh], force, position)
+    else:
+        deflection = _coupled_deflection(system, mesh, position, pitches)
     still, none = np.zeros_like(position), np.zeros(position.size, bool)
     return Statics(mesh + 1, force, position, deflection, still, none)
 
 
-def _coupled_statics(system: LumpedSystem, mesh: int, force: float) -> Statics:
-    """Between the positions where the contacts of the coupled model are tabulated."""
-    assert system.loaded is not None
-    found = system.loaded.deflection[:-1, mesh]
-    place = np.arange(found.size) / found.size + system.train.meshes[mesh].phase
-    position = np.arange(CYCLE_POINTS) / CYCLE_POINTS
-    found = np.interp(position, place, found, period=1.0)
-    still, none = np.zeros_like(found), np.zeros(found.size, bool)
-    return Statics(mesh + 1, force, position, found, still, none)
+def _coupled_deflection(
+    system: LumpedSystem, mesh: int, position: Array, pitches: int
+) -> Array:
+    """Of the coupled model at mesh positions (n,) in so many base pitches [m]."""
+    arrays, found = system.coupled_arrays, []
+    assert arrays is not None
+    contacts = arrays.contacts
+    for cycle in range(pitches):
+        errors = contacts.errors
+        gap = contacts.gap
+        if errors.size:
+            gap = gap + errors[:, [cycle % errors.shape[1]]]
+        shifted = arrays._replace(contacts=contacts._replace(gap=gap))
+        state = loaded_state(shifted, system.static_state[0])
+        found.append(state.deflection[:-1, mesh])
+    grid = len(found[0])
+    place = np.arange(pitches * grid) / grid + system.train.meshes[mesh].phase
+    return np.interp(position, place, np.concatenate(found), period=float(pitches))
 
 
 def static_deflection(

@@ -22,6 +22,7 @@ from fegear.dynamics.stepper import ReducedStepper
 from fegear.errors import InputError
 from fegear.excitation import Excitations
 from fegear.gearset import load_gear_set
+from fegear.lumped_system import LumpedModel, lumped_system
 from fegear.store import open_checkpoint
 from lumped.excitation import MeshExcitation, PairExcitation
 from lumped.steady_state import Diverged
@@ -465,7 +466,7 @@ def test_approach_ends_at_the_speed():
     assert (way[0], way[-1], len(way)) == (950.0, 900.0, 4)
 
 
-@pytest.mark.parametrize("number", [1, 2, 3])
+@pytest.mark.parametrize("number", [1, 2, 3, "coupled"])
 def test_statics_go_on_until_pitch_errors_repeat(number):
     """Model and finite elements at the same positions, pair after pair."""
     errors = {"gear.1.pitch_errors_um": [0, 3] * 19}
@@ -478,7 +479,9 @@ def test_statics_go_on_until_pitch_errors_repeat(number):
             replace(task, model=model),
             excitations,
             0,
-            excitations.of(task.gear_set, 0, 100.0, number),
+            lumped_system(
+                task.gear_set, 100.0, LumpedModel(number=number), excitations
+            ),
         )
         for model in (None, case.model[0])
     )
