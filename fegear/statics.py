@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from os import PathLike
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +21,7 @@ from fegear.elasticity.flank import FlankCompliance
 from fegear.elasticity.material import Plane, PlaneMaterial
 from fegear.elasticity.sector import CyclicSector, cyclic_sector
 from fegear.errors import InputError
+from fegear.gearset.inertia import inertia_of, require_inertia_of_bodies
 from fegear.gearset.model import Gear, GearSet
 from fegear.gearset.pitch_errors import error_periods, mesh_errors
 from fegear.output import write_text
@@ -58,15 +59,26 @@ RESOLUTIONS = {
 }
 
 
+BODIES = {
+    "held": "held at the hub",
+    "free": "free to accelerate, transmission errors of mean rotations",
+}
+
+
 @dataclass(frozen=True, kw_only=True)
 class StaticsSettings:
-    """How to compute a table; positions are per base pitch."""
+    """How to compute a table; positions are per base pitch.
+
+    body : held at the hub, or free to accelerate: transmission errors are then those of
+        the gears' mean rotations
+    """
 
     positions: int = 64
     friction: float = 0.0
     plane: Plane = "stress"
     resolution: str = "default"
     corner_contact: bool = True
+    body: Literal["held", "free"] = "held"
     estimate_error: bool = True
 
     def __post_init__(self) -> None:
@@ -219,7 +231,16 @@ def contact_problem(
     for i, gear in enumerate(gear_set.gears[g] for g in (spec.driver, spec.driven)):
         report(f"compliance of {gear.name}", i, 2)
         material = settings.material(gear)
-        flanks.append(cached_flank_compliance(gear.geometry, material, resolution.size))
+        flank = cached_flank_compliance(gear.geometry, material, resolution.size)
+        if settings.body == "free":
+            from fegear.elasticity.inertia_relief import in_mean_axes, inertia_relief
+
+            require_inertia_of_bodies(gear_set)
+            sector = cyclic_sector(gear.geometry, material, resolution.size)
+            relief = inertia_relief(sector, gear.density)
+            widths = gear_set.common_width(mesh), gear.face_width
+            flank = in_mean_axes(flank, relief, widths, inertia_of(gear))
+        flanks.append(flank)
     report("compliance", 2, 2)
     errors = mesh_errors(gear_set, mesh)
     return ContactProblem(
@@ -355,6 +376,7 @@ def table_header(
         "resolution": settings.resolution,
         "friction coefficient": f"{settings.friction:g}",
         "corner contact": "on" if settings.corner_contact else "off",
+        "body": BODIES[settings.body],
         "position": "base pitches past the pitch point of the reference pair",
         "units": "in column names; torque is on the driver; transmission errors are "
         "driver rotation times base radius, driven gear held",

@@ -253,6 +253,7 @@ WORDS: dict[str, list[str]] = {  # by option; what is not here is a flag
     "--mean-spread": ["0.05", "0"],
     "--variation-spread": ["0.05", "0"],
     "--along": ["a", "nobody"],
+    "--body": ["held", "free", "hung"],
     "--without": ["body", "pairs", "teeth"],
     "--runs": ["kept", "set.toml"],
 }

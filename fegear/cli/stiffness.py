@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import isfinite
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
@@ -38,6 +38,11 @@ class StaticsOptions:
     )
     friction: Friction = None
     elements: Elements
+    body: Literal["held", "free"] = option(
+        "What the bodies of the gears are held by. held: their hubs; free: nothing but "
+        "their inertia, the compliance of gears that vibrate.",
+        default="held",
+    )
     corner_contact: bool = option(
         "Contact of tip corners before and after the nominal path of contact.",
         "--corner-contact/--no-corner-contact",
@@ -51,6 +56,7 @@ class StaticsOptions:
         return StaticsSettings(
             positions=self.positions,
             corner_contact=self.corner_contact,
+            body=self.body,
             **chosen(friction=self.friction),
             **self.elements.choices,
         )

@@ -13,11 +13,12 @@ below their frequencies K u = c F - M r phi'' is left, the inertia relief.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from fegear.elasticity.flank import FlankCompliance
 from fegear.elasticity.modes import cyclic_inverse
 from fegear.elasticity.sector import RIGHT, CyclicSector
 from fegear.timing import stage
@@ -32,25 +33,60 @@ class InertiaRelief:
     M r loads the body when the whole gear is accelerated by 1 rad/s2 counter-clockwise.
 
     arcs : (n,) of the right flank's points from the tip corner [m]
-    inward : (n,) its normal displacement at them, p [m s2/rad]; of the left flank the
-        negative of it
+    inward, rootward : (n,) displacement at them, p [m s2/rad]; of the left flank the
+        inward one is the negative of it
+    inward_arm, rootward_arm : (n,) of a unit clockwise turn at them [m]
     work : r'M u of the whole gear per unit width, q [kg m]
     """
 
     arcs: Array
     inward: Array
+    rootward: Array
+    inward_arm: Array
+    rootward_arm: Array
     work: float
 
 
 def inertia_relief(sector: CyclicSector, density: float) -> InertiaRelief:
     """Solve for the zeroth harmonic: all sectors move alike; density in kg/m3."""
-    constraint = sector.cyclic_constraint(1.0)
-    momentum = sector.mass(density) @ sector.rigid_fields[:, 0]
+    constraint, turn = sector.cyclic_constraint(1.0), sector.rigid_fields[:, 0]
+    momentum = sector.mass(density) @ turn
     with stage("inertia relief"):
         stiffness = constraint.T @ sector.stiffness @ constraint
         inverse = cyclic_inverse(sector.condensation, stiffness, 1.0)
         field = constraint @ inverse.matvec(constraint.T @ momentum)
     flank = sector.flanks[RIGHT]
-    inward = np.einsum("ic,ic->i", field[flank.freedoms], flank.inward)
-    work = sector.gear.teeth * float(momentum @ field)
-    return InertiaRelief(flank.arcs, inward, work)
+
+    def along(directions: Array, values: Array) -> Array:
+        return np.einsum("ic,ic->i", values[flank.freedoms], directions)
+
+    return InertiaRelief(
+        arcs=flank.arcs,
+        inward=along(flank.inward, field),
+        rootward=along(flank.rootward, field),
+        inward_arm=along(flank.inward, turn),
+        rootward_arm=along(flank.rootward, turn),
+        work=sector.gear.teeth * float(momentum @ field),
+    )
+
+
+def in_mean_axes(
+    held: FlankCompliance, relief: InertiaRelief, widths: tuple[float, float], J: float
+) -> FlankCompliance:
+    """Flank compliance of a gear that is free to accelerate, C - (p a + a p) / J + ...
+
+    widths : of the contact and of the body [m]; J : inertia of the gear [kg m2]
+    """
+    contact, body = widths
+    p, a = relief.inward, relief.inward_arm
+    twice = relief.work * body / J
+
+    def freed(displacement: Array, arm: Array) -> Array:
+        twist = displacement[:, None] * a + arm[:, None] * p
+        return contact / J * (twist - twice * np.outer(arm, a))
+
+    return replace(
+        held,
+        normal=held.normal - freed(p, a),
+        tangential=held.tangential - freed(relief.rootward, relief.rootward_arm),
+    )

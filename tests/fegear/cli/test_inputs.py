@@ -257,6 +257,7 @@ OPTIONS: dict[str, dict[str, Case]] = {
         "--plane": plus(STIFF, "--plane strain"),
         "--resolution": less(STIFF, COARSE),
         "--corner-contact": plus(STIFF, "--no-corner-contact"),
+        "--body": plus(STIFF, "--body free"),
         "--output": plus(STIFF, "-o t.csv"),
         "--plot": plus(STIFF, "--plot p.png"),
         "--json": less(STIFF, "--json"),

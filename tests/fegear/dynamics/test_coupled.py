@@ -12,6 +12,7 @@ from scipy.linalg import eigh
 from fegear.dynamics.coupled import contacts_of
 from fegear.dynamics.stepper import DynamicSettings
 from fegear.gearset.phases import mesh_phases
+from fegear.statics import BODIES, solve_mesh
 from lumped.coupled import INGREDIENTS, contact_loads
 from lumped.settings import Settings
 from lumped.steady_state import steady_state
@@ -138,3 +139,21 @@ def test_two_models_left_out_of_all_are_one(case_of):
         for names in (INGREDIENTS, INGREDIENTS[::-1])
     )
     np.testing.assert_array_equal(one, two)
+
+
+def test_a_table_of_free_bodies_has_the_stiffness_of_the_coupled_model(case_of):
+    """By another way: contact of all nodes on the compliance in mean axes."""
+    case = case_of("liu-pair")
+    system, gear_set = coupled(case), case.gear_set
+    settings = replace(case.settings, positions=32, body="free", estimate_error=False)
+    table = solve_mesh(gear_set, 0, [100.0], settings).table
+    stiffness = table["local_stiffness_N_per_m"][0].mean()
+    gears = case.reference.train.gears
+    softness = sum(gear.base_radius**2 / gear.inertia for gear in gears)
+    found = math.sqrt(stiffness * softness) / (2.0 * math.pi)
+    assert found == pytest.approx(system.resonances_Hz[-1], rel=0.01)
+    held = solve_mesh(gear_set, 0, [100.0], replace(settings, body="held")).table
+    assert held["local_stiffness_N_per_m"].mean() < 0.97 * stiffness
+    assert (table.header["body"], held.header["body"]) == tuple(
+        BODIES[name] for name in ("free", "held")
+    )
