@@ -47,10 +47,12 @@ class LumpedModel:
             raise ValueError(f"number must be 1, 2, 3 or coupled, got {self.number}")
         if self.without and self.number != "coupled":
             raise ValueError(f"without needs the coupled model, got {self.number}")
-        for name in self.without:
-            if name not in INGREDIENTS:
-                allowed = ", ".join(INGREDIENTS)
-                raise ValueError(f"without must be of {allowed}, got {name!r}")
+        known = isinstance(self.without, tuple) and set(self.without) <= {*INGREDIENTS}
+        if not known or len(set(self.without)) < len(self.without):
+            allowed = ", ".join(INGREDIENTS)
+            raise ValueError(
+                f"without must be a tuple of {allowed}, each once, got {self.without!r}"
+            )
 
     @property
     def springs(self) -> int:
@@ -104,8 +106,18 @@ def lumped_system(
             "model = coupled; its contacts come from finite elements, mesh tables and "
             "other excitations than fe know nothing of them"
         )
+    if "meshes" in model.without and not shares_a_gear(gear_set):
+        raise InputError(
+            f"without = meshes; no gear of {gear_set.name} is in two meshes"
+        )
     contacts = coupled_contacts(gear_set, torque, system, source, model.without)
     return replace(system, contacts=contacts)
+
+
+def shares_a_gear(gear_set: GearSet) -> bool:
+    """Whether a gear is in two meshes."""
+    places = [g for mesh in gear_set.meshes for g in (mesh.driver, mesh.driven)]
+    return len(set(places)) < len(places)
 
 
 def require_method(model: LumpedModel, settings: Settings) -> None:

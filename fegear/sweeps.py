@@ -48,6 +48,8 @@ UNITS = {
     "back_side": "back_side_fraction",
 }
 
+QUASISTATIC = 0.4  # of the frequency of an elastic body, up to which it only yields
+
 
 @dataclass(frozen=True, kw_only=True)
 class SweepSettings:
@@ -207,7 +209,17 @@ def _gaps(result: SweepResult) -> dict[str, str]:
 
 
 def _warnings(result: SweepResult) -> Iterator[str]:
-    """Where the largest values of a torque cannot be physical, mesh by mesh."""
+    """Where a model leaves out too much, or values cannot be physical."""
+    system = result.found[0][1].system
+    if system.contacts is not None:
+        elastic, fastest = system.contacts.elastic_Hz, max(system.train.mesh_rates)
+        limit = QUASISTATIC * elastic / float(fastest)
+        if max(result.frequencies) > limit:
+            yield (
+                f"the body of a gear vibrates against its hub near {elastic:.3g} Hz; "
+                "the coupled model leaves that out, above a mesh frequency of "
+                f"{limit:.3g} Hz only finite elements in motion have it"
+            )
     for torque in dict.fromkeys(torque for torque, _ in result.found):
         responses = [
             response

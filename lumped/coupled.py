@@ -20,6 +20,7 @@ accelerates this is statics: x + C F(x) = R z - gap.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -51,6 +52,8 @@ class CoupledContacts:
     inertial : (c, p + 1, n) U, penetration under the inertial loads of all bodies per
         acceleration of each coordinate, reversed [s2/sqrt(kg)]
     work : (n, n) W, work of these loads on themselves [s2]
+    elastic_Hz : lowest frequency at which a body turns against its hub, a vibration
+        that is left out
     without : which of INGREDIENTS are left out
     """
 
@@ -59,6 +62,7 @@ class CoupledContacts:
     rows: Array
     inertial: Array
     work: Array
+    elastic_Hz: float = math.inf
     without: tuple[str, ...] = ()
 
 

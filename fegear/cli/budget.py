@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from fegear.cli.groups import Range, grouped
-from fegear.cli.lumped_options import LoadCase, middle_torque
+from fegear.cli.lumped_options import LoadCase, middle_torque, speeds_of
 from fegear.cli.options import AsJson, SetName, progress_bar, show
 from fegear.cli.screen import print_columns, say, screen
+from fegear.errors import InputError
 
 if TYPE_CHECKING:
     from validation.budget import Budget
@@ -44,8 +45,8 @@ def budget_command(
     tolerance: Annotated[
         float,
         typer.Option(
-            help="Relative tolerance of peaks, forces and curves: the cheapest model "
-            "inside it is recommended."
+            help="Relative tolerance of peaks, forces, curves and contact loss: the "
+            "cheapest model inside it, with the same peaks and jumps, is recommended."
         ),
         Range(above=0.0, most=1.0),
     ] = 0.05,
@@ -69,7 +70,11 @@ def budget_command(
     from validation.budget import budget, budget_case
 
     at = middle_torque(load_gear_set(set_name), torque)
-    case = budget_case(set_name, at, speeds)
+    speeds_of(speeds)
+    try:
+        case = budget_case(set_name, at, speeds)
+    except ValueError as error:
+        raise InputError(f"--speeds = {speeds}; {error}") from None
     with TemporaryDirectory() as temporary, progress_bar(enabled=not as_json) as report:
         store = make_directory(runs) if runs else Path(temporary)
         found = budget(case, store, tolerance, report)

@@ -211,6 +211,8 @@ class CoupledOptions(LumpedOptions):
             refuse_idle("needs --model coupled", without=self.without)
         for name in self.without or ():
             require_one_of("--without", name, INGREDIENTS)
+            if (self.without or []).count(name) > 1:
+                raise InputError(f"--without = {name}; is given more than once")
         super().__post_init__()
 
     def lumped_model(self, gear_set: GearSet) -> LumpedModel:

@@ -113,10 +113,13 @@ def prepare(
         )
     modes = modes_of(gear_set, speeds, statics, elements.cutoff_Hz)
     if not any(each.frequencies_Hz.size for each in modes):
-        raise InputError(
-            f"--cutoff = {elements.cutoff_Hz or 0.0:g}; no elastic mode of the gears "
-            "lies below it, allowed are more or --fidelity quasistatic"
-        )
+        if elements.cutoff_Hz is not None:
+            raise InputError(
+                f"--cutoff = {elements.cutoff_Hz:g}; no elastic mode of the gears "
+                "lies below it, allowed are more or --fidelity quasistatic"
+            )
+        reason = "quasistatic: no elastic mode of the gears is near these speeds"
+        return _prepared(rigid, settings, "quasistatic", reason, [])
     elastic = _elastic(gear_set, modes, elements.elastic_damping)
     model = dynamic_model(gear_set, reference, laws, elastic, beside)
     choice = _choice(model, tables, speeds, elements)

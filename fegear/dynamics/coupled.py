@@ -18,7 +18,7 @@ from fegear.dynamics.sides import ContactSide, MeshLaws
 from fegear.elasticity.inertia_relief import InertiaRelief, inertia_relief
 from fegear.elasticity.sector import RIGHT
 from fegear.excitation import Excitations
-from fegear.gearset.inertia import require_inertia_of_bodies
+from fegear.gearset.inertia import inertia_of, require_inertia_of_bodies
 from fegear.gearset.model import GearSet
 from fegear.statics import StaticsSettings
 from lumped.coupled import CoupledContacts
@@ -74,6 +74,10 @@ def contacts_of(
         rows=np.ascontiguousarray(model.jacobian.normal[..., moving]),
         inertial=inertial[..., moving],
         work=work[np.ix_(moving, moving)],
+        elastic_Hz=min(
+            relief.elastic_Hz(gear.face_width, inertia_of(gear))
+            for gear, relief in zip(gear_set.gears, reliefs, strict=True)
+        ),
     )
 
 

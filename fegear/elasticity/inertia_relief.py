@@ -13,6 +13,7 @@ below their frequencies K u = c F - M r phi'' is left, the inertia relief.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -36,7 +37,8 @@ class InertiaRelief:
     inward, rootward : (n,) displacement at them, p [m s2/rad]; of the left flank the
         inward one is the negative of it
     inward_arm, rootward_arm : (n,) of a unit clockwise turn at them [m]
-    work : r'M u of the whole gear per unit width, q [kg m]
+    work : r'M u of the whole gear per unit width, q [kg m s2]
+    kinetic : u'M u of the whole gear per unit width [kg m s4]
     """
 
     arcs: Array
@@ -45,12 +47,22 @@ class InertiaRelief:
     inward_arm: Array
     rootward_arm: Array
     work: float
+    kinetic: float
+
+    def elastic_Hz(self, width: float, J: float) -> float:
+        """Frequency at which the body of a free gear turns against its hub [Hz].
+
+        Rayleigh's quotient of u in mean axes, from above. width : [m]; J : [kg m2]
+        """
+        inertia = self.kinetic - width * self.work**2 / J
+        return math.sqrt(self.work / inertia) / (2.0 * math.pi)
 
 
 def inertia_relief(sector: CyclicSector, density: float) -> InertiaRelief:
     """Solve for the zeroth harmonic: all sectors move alike; density in kg/m3."""
     constraint, turn = sector.cyclic_constraint(1.0), sector.rigid_fields[:, 0]
-    momentum = sector.mass(density) @ turn
+    mass = sector.mass(density)
+    momentum = mass @ turn
     with stage("inertia relief"):
         stiffness = constraint.T @ sector.stiffness @ constraint
         inverse = cyclic_inverse(sector.condensation, stiffness, 1.0)
@@ -67,6 +79,7 @@ def inertia_relief(sector: CyclicSector, density: float) -> InertiaRelief:
         inward_arm=along(flank.inward, turn),
         rootward_arm=along(flank.rootward, turn),
         work=sector.gear.teeth * float(momentum @ field),
+        kinetic=sector.gear.teeth * float(field @ (mass @ field)),
     )
 
 

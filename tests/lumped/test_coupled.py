@@ -55,7 +55,12 @@ def one_mass(mass=1.0, count=1, without=(), **words):
     shape = 1.0 / math.sqrt(mass)
     rows = np.full((count, POSITIONS + 1, 1), shape)
     found = CoupledContacts(
-        contacts, mesh_of, rows, np.zeros_like(rows), np.zeros((1, 1)), tuple(without)
+        contacts,
+        mesh_of,
+        rows,
+        np.zeros_like(rows),
+        np.zeros((1, 1)),
+        without=tuple(without),
     )
     train = Springs(
         stiffness=np.zeros((1, 1)),
@@ -137,7 +142,9 @@ def free_rim(spring, without=()):
     # rim / spring; a contact is pressed in where the rim goes ahead
     inertial = np.full((1, POSITIONS + 1, 1), rim / spring * turn)
     work = np.array([[rim**2 / spring * turn**2]])
-    found = CoupledContacts(contacts, mesh_of, rows, inertial, work, tuple(without))
+    found = CoupledContacts(
+        contacts, mesh_of, rows, inertial, work, without=tuple(without)
+    )
     train = Springs(
         stiffness=np.zeros((1, 1)),
         damping=np.zeros(1),
