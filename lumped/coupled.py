@@ -135,13 +135,11 @@ def coupled_system(found: CoupledContacts, train: Springs) -> CoupledSystem:
         nothing = np.zeros_like(found.inertial), np.zeros_like(found.work)
         found = replace(found, inertial=nothing[0], work=nothing[1])
     system = _in_mean_axes(found, train)
-    contacts = system.contacts
-    for name in ("meshes", "pairs", "hardening"):
+    for name, leave_out in LEAVE_OUT.items():
         if name in found.without:
             # about the state that the model has with what is not left out yet
             loaded = loaded_state(system, train.start)
-            contacts = LEAVE_OUT[name](system, loaded)
-            system = system._replace(contacts=contacts)
+            system = system._replace(contacts=leave_out(system, loaded))
     return system
 
 
@@ -271,7 +269,7 @@ def _without_hardening(system: CoupledSystem, loaded: LoadedState) -> Contacts:
     return contacts._replace(law=law)
 
 
-LEAVE_OUT = {
+LEAVE_OUT = {  # in this order, besides the body
     "meshes": _without_meshes,
     "pairs": _without_pairs,
     "hardening": _without_hardening,
