@@ -14,8 +14,15 @@ penetrations and of themselves, per acceleration:
     x + (C - U R' - R U' + R W R') F(x) = R q - P f - gap.
 
 The torque f on the hubs of trains with shafts and couplings hangs on z. Solved for it,
-f = b - K1 P'F and b = S load - K1 q, with S = (1 + K W)^-1 and K1 = S K. Where nothing
-accelerates this is statics: x + C F(x) = R z - gap.
+f = S load - K1 (q + P'F), with S = (1 + K W)^-1 and K1 = S K, and with B = R + P K1
+
+    q'' = S load - K1 q - B'F
+    x + (C - U R' - R U' + R W R' - P K1 P') F(x) = B q - P S load - gap.
+
+Where nothing accelerates this is statics: x + C F(x) = R z - gap.
+
+Damping, by a torque -D z' on the hubs, is -T'D T q' where T is what a coordinate
+turns the hubs by, about the loaded state and on the mean of a mesh cycle.
 """
 
 from __future__ import annotations
@@ -89,7 +96,7 @@ class LoadedState:
     """Static equilibrium at p + 1 positions of a mesh cycle, and stiffness about it.
 
     deflection : (p + 1, m) of the meshes [m]; load : (p + 1, c) of the contacts [N]
-    penetration : (p + 1, c) [m]
+    penetration : (p + 1, c) [m]; pressed : (p + 1, c, n) its load per coordinate
     springs : (n, n) stiffness besides the meshes, in modal coordinates in mean axes
     tangent : (p, m, n, n) stiffness of each mesh [1/s2]; a load that passes on to
         another mesh counts half for each
@@ -98,6 +105,7 @@ class LoadedState:
     deflection: Array
     load: Array
     penetration: Array
+    pressed: Array
     springs: Array
     tangent: Array
 
@@ -134,13 +142,13 @@ def coupled_system(found: CoupledContacts, train: Springs) -> CoupledSystem:
     if "body" in found.without:
         nothing = np.zeros_like(found.inertial), np.zeros_like(found.work)
         found = replace(found, inertial=nothing[0], work=nothing[1])
-    system = _in_mean_axes(found, train)
+    system, hubs = _in_mean_axes(found, train)
     for name, leave_out in LEAVE_OUT.items():
         if name in found.without:
             # about the state that the model has with what is not left out yet
             loaded = loaded_state(system, train.start)
             system = system._replace(contacts=leave_out(system, loaded))
-    return system
+    return system._replace(damping=_damping(system, hubs, train))
 
 
 def coupled_steps(system: CoupledSystem, cycle: int, periods: Array) -> CoupledSteps:
@@ -171,7 +179,7 @@ def coupled_steps(system: CoupledSystem, cycle: int, periods: Array) -> CoupledS
         periods=np.array(periods),
         gap=between(system.contacts.gap),
         rows=between(system.rows),
-        inertial=between(system.inertial),
+        ahead=between(system.ahead),
         compliance=between(compliance),
         **_room(system),
     )
@@ -202,32 +210,54 @@ def _room(system: CoupledSystem) -> dict[str, Any]:
     return {
         "penetration": np.zeros(count),
         "load": np.zeros(count),
-        "free": np.empty(n),
         "acceleration": np.empty(n),
-        "turned": np.empty(n),
         "problem": problem,
     }
 
 
-def _in_mean_axes(found: CoupledContacts, train: Springs) -> CoupledSystem:
+@dataclass(frozen=True, eq=False)
+class Hubs:
+    """Where the hubs (n,) stand: per coordinate (n, n), per load (c, p + 1, n)."""
+
+    turn: Array
+    ahead: Array
+
+
+def _in_mean_axes(found: CoupledContacts, train: Springs) -> tuple[CoupledSystem, Hubs]:
     R, U, W, K = found.rows, found.inertial, found.work, train.stiffness
     S = np.linalg.inv(np.eye(len(W)) + K @ W)
-    P = U - R @ W
+    P, load = U - R @ W, S @ train.load
+    turn = np.eye(len(W)) - W @ S @ K
+    hubs = Hubs(turn, P @ turn.T)
     both = np.einsum("cpi,dpi->pcd", U, R)
     compliance = found.contacts.normal_compliance - both - both.transpose(0, 2, 1)
     compliance += np.einsum("cpi,ij,dpj->pcd", R, W, R)
     compliance -= np.einsum("cpi,ij,dpj->pcd", P, S @ K, P)
-    return CoupledSystem(
+    contacts = found.contacts._replace(
+        normal_compliance=compliance, gap=found.contacts.gap + P @ load
+    )
+    system = CoupledSystem(
         stiffness=S @ K,
-        damping=train.damping,
-        load=S @ train.load,
-        shapes=train.shapes,
+        damping=np.diag(train.damping),
+        load=load,
+        shapes=train.shapes @ turn,
+        offset=train.shapes @ W @ load,
         rate=train.rate,
         mesh_of=found.mesh_of,
-        rows=R,
-        inertial=P,
-        work=W,
-        contacts=found.contacts._replace(normal_compliance=compliance),
+        rows=R + P @ S @ K,
+        ahead=hubs.ahead @ train.shapes.T,
+        contacts=contacts,
+    )
+    return system, hubs
+
+
+def _damping(system: CoupledSystem, hubs: Hubs, train: Springs) -> Array:
+    """(n, n), of the torques that damp the hubs."""
+    loaded = loaded_state(system, train.start)
+    turned = hubs.turn + np.einsum("cpi,pcj->pij", hubs.ahead, loaded.pressed)
+    return np.asarray(
+        np.einsum("pki,k,pkj->ij", turned[:-1], train.damping, turned[:-1])
+        / (len(turned) - 1)
     )
 
 
@@ -282,9 +312,8 @@ def loaded_state(system: CoupledSystem, start: Array) -> LoadedState:
     start : (n,) coordinates near to it
     Raises ArithmeticError where none is found.
     """
-    K, P = system.stiffness, system.inertial.transpose(1, 0, 2)
-    B = system.rows.transpose(1, 0, 2) + P @ K
-    Q, gap = system.contacts.normal_compliance, system.contacts.gap.T + P @ system.load
+    K, B = system.stiffness, system.rows.transpose(1, 0, 2)
+    Q, gap = system.contacts.normal_compliance, system.contacts.gap.T
     positions, count, n = B.shape
     q, eye = np.tile(start, (positions, 1)), np.eye(count)
     x = _times(B, q) - gap
@@ -310,20 +339,19 @@ def loaded_state(system: CoupledSystem, start: Array) -> LoadedState:
 
 
 def _about(system: CoupledSystem, x: Array, q: Array, B: Array) -> LoadedState:
-    K, P = system.stiffness, system.inertial.transpose(1, 0, 2)
     F, D = contact_loads(system, x)
-    w = _times(P.transpose(0, 2, 1), F)
-    hubs = q + w + (system.load - (q + w) @ K) @ system.work
+    by_loads = np.einsum("cpm,pc->pm", system.ahead, F)
     Q, eye = system.contacts.normal_compliance, np.eye(len(system.mesh_of))
     pressed = np.linalg.solve(eye + D[:, :, None] * Q, D[:, :, None] * B)
     # the end of the cycle is the start of the next
     of_mesh = np.eye(system.rate.size)[system.mesh_of]  # (c, m)
     tangent = np.einsum("cm,pci,pcj->pmij", of_mesh, B[:-1], pressed[:-1])
     return LoadedState(
-        deflection=hubs @ system.shapes.T,
+        deflection=system.offset + q @ system.shapes.T + by_loads,
         load=F,
         penetration=x,
-        springs=K,
+        pressed=pressed,
+        springs=system.stiffness,
         tangent=0.5 * (tangent + np.swapaxes(tangent, 2, 3)),
     )
 

@@ -234,7 +234,8 @@ class LumpedSystem:
         """The same for the coupled model, but for the step sizes."""
         assert self.coupled_arrays is not None
         count, _, n = self.coupled_arrays.rows.shape
-        needed = 16 * self.train.common_period[0] * steps * count * (count + 2 * n + 1)
+        entries = count * (count + n + len(self.excitations) + 1)
+        needed = 16 * self.train.common_period[0] * steps * entries
         if needed > MOST_BYTES:
             raise TrainError(
                 f"{count} contacts over {self.train.common_period[0]} periods of the "

@@ -212,23 +212,23 @@ class CoupledSystem(NamedTuple):
 
     Coordinates are mean rotations of the gears' masses: see `lumped.coupled`.
 
-    stiffness (n, n) of all springs but the meshes [1/s^2]; damping (n,), load (n,)
-    shapes (m, n) mesh deflection of each mode; rate (m,) cycles per cycle of the first
-    mesh_of (c,); rows (c, p + 1, n) penetration of each contact per coordinate
-    inertial (c, p + 1, n) penetration per acceleration of each coordinate, reversed
-    work (n, n) how far the hubs are ahead of the coordinates, per acceleration
-    contacts : of all meshes, compliance in mean axes
+    stiffness (n, n) of all springs but the meshes [1/s^2]; damping (n, n), load (n,)
+    shapes (m, n), offset (m,) mesh deflection by the hubs per coordinate, and of all 0
+    rate (m,) cycles of each mesh per cycle of the first; mesh_of (c,)
+    rows (c, p + 1, n) penetration of each contact per coordinate
+    ahead (c, p + 1, m) mesh deflection by the hubs per load of each contact [m/N]
+    contacts : of all meshes, compliance in mean axes, gaps under the constant loads
     """
 
     stiffness: Array
     damping: Array
     load: Array
     shapes: Array
+    offset: Array
     rate: Array
     mesh_of: Array
     rows: Array
-    inertial: Array
-    work: Array
+    ahead: Array
     contacts: Contacts
 
 
@@ -238,10 +238,8 @@ class CoupledSteps(NamedTuple):
     h (s,) step sizes [s]; half steps repeat after all meshes do, pitch errors aside
     place, part (i, m) in the tables; turn (i, m) whole cycles of each mesh
     periods (m,) cycles of each mesh after which the half steps repeat
-    gap (i, c) [m]; rows, inertial (i, c, n); compliance (i, c, c) [m/N]
-    penetration [m], load [N] (c,) of an instant
-    free (n,) acceleration without contact and damping, acceleration (n,) with them
-    turned (n,) by how much contact forces turn the hubs on
+    gap (i, c) [m]; rows (i, c, n), ahead (i, c, m); compliance (i, c, c) [m/N]
+    penetration [m], load [N] (c,) of an instant; acceleration (n,)
     """
 
     h: Array
@@ -251,11 +249,9 @@ class CoupledSteps(NamedTuple):
     periods: Array
     gap: Array
     rows: Array
-    inertial: Array
+    ahead: Array
     compliance: Array
     penetration: Array
     load: Array
-    free: Array
     acceleration: Array
-    turned: Array
     problem: ContactProblem

@@ -2,13 +2,13 @@
 
 At an instant the coordinates q, mean rotations, give every contact c the penetration
 
-    x_c + sum_d Q_cd F_d(x_d) = R_c q - P_c b - gap_c,   b = load - K q,
+    x_c + sum_d Q_cd F_d(x_d) = B_c q - gap_c,
 
-and the coordinates, with w = sum_c P_c F_c, the accelerations
+and the loads F the accelerations
 
-    a = b - K w - D q' - sum_c R_c F_c.
+    a = load - K q - D q' - sum_c B_c F_c.
 
-The hubs are at q + w + W (b - K w). See `lumped.coupled`.
+What the hubs deflect the meshes by follows from q and F. See `lumped.coupled`.
 """
 
 from __future__ import annotations
@@ -31,33 +31,26 @@ def set_coupled_acceleration(system, steps, instant, q, v, a, s):
 
     instant : step of the common period, and 0, 1 or 2 for its start, middle or end
     """
-    stiffness, free, turned = system.stiffness, steps.free, steps.turned
+    stiffness, damping, shapes = system.stiffness, system.damping, system.shapes
     number = 2 * instant[0] + instant[1]
     i, n = number % steps.gap.shape[0], q.size
-    for j in range(n):
-        free[j], turned[j] = system.load[j], 0.0
-        for k in range(n):
-            free[j] -= stiffness[j, k] * q[k]
-        a[j] = -system.damping[j] * v[j]
     set_free_penetrations(system, steps, i, number // steps.gap.shape[0], q)
     set_loads(steps, i)
+    for j in range(n):
+        a[j] = system.load[j]
+        for k in range(n):
+            a[j] -= stiffness[j, k] * q[k] + damping[j, k] * v[k]
+    for m in range(s.size):
+        s[m] = system.offset[m]
+        for j in range(n):
+            s[m] += shapes[m, j] * q[j]
     for c in range(steps.load.size):
         load = steps.load[c]
         if load != 0.0:
             for j in range(n):
                 a[j] -= steps.rows[i, c, j] * load
-                turned[j] += steps.inertial[i, c, j] * load
-    for j in range(n):
-        for k in range(n):
-            free[j] -= stiffness[j, k] * turned[k]
-        a[j] += free[j]
-    for m in range(s.size):
-        s[m] = 0.0
-        for j in range(n):
-            hub = q[j] + turned[j]
-            for k in range(n):
-                hub += system.work[j, k] * free[k]
-            s[m] += system.shapes[m, j] * hub
+            for m in range(s.size):
+                s[m] += steps.ahead[i, c, m] * load
 
 
 @inlined
@@ -73,7 +66,7 @@ def set_free_penetrations(system, steps, i, passed, q):
             cycle = steps.turn[i, m] + passed * steps.periods[m]
             x -= errors[c, cycle % errors.shape[1]]
         for j in range(q.size):
-            x += steps.rows[i, c, j] * q[j] - steps.inertial[i, c, j] * steps.free[j]
+            x += steps.rows[i, c, j] * q[j]
         problem.free[c] = x
 
 

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from scipy.linalg import eigh
 
 from lumped.coupled import (
     CoupledContacts,
@@ -124,10 +125,14 @@ def test_contacts_of_other_meshes_are_left_alone_without_meshes():
     assert not apart.contacts.normal_compliance.any()
 
 
-def free_rim(spring, without=()):
-    """A rim of inertia 2 on a hub of inertia 1; a contact presses on the rim.
+DAMPER = 1e3  # N m s on the hub of `free_rim`
 
-    Moment arm 1. The system, and natural angular frequencies of hub and rim.
+
+def free_rim(spring, without=()):
+    """A rim of inertia 2 on a damped hub of inertia 1; a contact presses on the rim.
+
+    Moment arm 1. The system, its train, and angular frequency and damping of the
+    lowest mode.
     """
     hub, rim = 1.0, 2.0
     total = hub + rim
@@ -147,36 +152,44 @@ def free_rim(spring, without=()):
     )
     train = Springs(
         stiffness=np.zeros((1, 1)),
-        damping=np.zeros(1),
+        damping=np.array([DAMPER * turn**2]),
         load=np.array([LOAD * turn]),
         shapes=np.array([[turn]]),
         rate=np.ones(1),
         start=np.array([LOAD / STIFFNESS / turn]),
     )
-    exact = np.linalg.eigvals(
-        np.array(
-            [
-                [spring / hub, -spring / hub],
-                [-spring / rim, (spring + STIFFNESS) / rim],
-            ]
-        )
-    )
-    return coupled_system(found, train), train, math.sqrt(np.sort(exact)[0])
+    springs = np.array([[spring, -spring], [-spring, spring + STIFFNESS]])
+    squares, shapes = eigh(springs, np.diag([hub, rim]))
+    lowest = math.sqrt(squares[0]), DAMPER * shapes[0, 0] ** 2
+    return coupled_system(found, train), train, lowest
 
 
 def test_a_rim_on_a_spring_is_right_to_second_order():
     """With stiffer spokes the error falls as the square of the frequency ratio."""
     errors, ratios = [], []
     for spring in (2e9, 8e9, 32e9):
-        system, train, exact = free_rim(spring)
+        system, train, (exact, _) = free_rim(spring)
         loaded = loaded_state(system, train.start)
         errors.append(abs(2.0 * math.pi * loaded.frequency_Hz[0] / exact - 1.0))
         ratios.append(exact**2 / (spring * 1.5))  # over the free rim's own
     orders = np.diff(np.log(errors)) / np.diff(np.log(ratios))
     assert (orders > 1.8).all(), "of the frequency squared: fourth in the ratio itself"
-    system, train, exact = free_rim(2e9, without=["body"])
-    held = loaded_state(system, train.start)
-    assert abs(2.0 * math.pi * held.frequency_Hz[0] / exact - 1.0) > 10.0 * errors[0]
+    system, train, (exact, _) = free_rim(2e9, without=["body"])
+    held = 2.0 * math.pi * loaded_state(system, train.start).frequency_Hz[0]
+    assert abs(held / exact - 1.0) > 10.0 * errors[0]
+
+
+def test_damping_acts_where_the_hub_is():
+    """The rim and its hub swing by different angles: to the same order."""
+    errors, ratios = [], []
+    for spring in (2e9, 8e9, 32e9):
+        system, _, (angular, exact) = free_rim(spring)
+        errors.append(abs(system.damping[0, 0] / exact - 1.0))
+        ratios.append(angular**2 / (spring * 1.5))
+    orders = np.diff(np.log(errors)) / np.diff(np.log(ratios))
+    assert (orders > 1.8).all()
+    system, _, (_, exact) = free_rim(2e9, without=["body"])
+    assert abs(system.damping[0, 0] / exact - 1.0) > 10.0 * errors[0]
 
 
 def test_at_rest_the_hub_stands_as_with_the_hub_held():
