@@ -287,7 +287,7 @@ class Excitations:
                 mean=mean,
                 variation=variation,
                 contact_ratio=pair.contact_ratio,
-                approach=(pair.pitch_point - pair.path_start) / pair.base_pitch,
+                approach=-pair.path[0],
                 load_share=0.5 if spec.load_share is None else spec.load_share,
                 ramp=self.source.ramp if self.source.kind == "trapezoid" else 0.0,
             )
@@ -337,11 +337,7 @@ def gap_points(mesh: Mesh) -> Points:
     """
     if not any(getattr(mesh, name) for name in RELIEFS):
         return ()
-    pair = mesh.pair
-    start, end = (
-        (at - pair.pitch_point) / pair.base_pitch
-        for at in (pair.path_start, pair.path_end)
-    )
+    start, end = mesh.pair.path
     marks = {start, end}
     for name in RELIEFS:
         marks |= {x for x in _marks(mesh, name) if start < x < end}
@@ -370,10 +366,9 @@ def _position(mesh: Mesh, name: str, roll_length: float) -> float:
 
 def _end(mesh: Mesh, name: str) -> float:
     """Position at which a relief has grown to its magnitude."""
-    pair = mesh.pair
     late = name in ("driver_tip_relief", "driven_root_relief")
-    at = pair.path_end if late else pair.path_start
-    return (at - pair.pitch_point) / pair.base_pitch
+    start, end = mesh.pair.path
+    return end if late else start
 
 
 def _relief_at(mesh: Mesh, name: str, x: float) -> float:

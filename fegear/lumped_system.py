@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from decimal import Decimal
 from typing import Literal
@@ -20,6 +21,7 @@ from lumped.train import TrainError
 
 Number = int | Literal["coupled"]
 COUPLED = 0.05  # of a mode's strain energy in meshes, to count for the usual speeds
+QUASISTATIC = 0.4  # of the frequency of an elastic body, up to which it only yields
 USUAL_SPEEDS = 400  # at most, where none are given
 
 
@@ -125,6 +127,20 @@ def require_method(model: LumpedModel, settings: Settings) -> None:
     if model.number == "coupled" and settings.method != "rk4":
         raise InputError(
             f"method = {settings.method}; the coupled model takes rk4 only"
+        )
+
+
+def doubts_of_bodies(system: LumpedSystem, frequency: float) -> Iterator[str]:
+    """A line where the coupled model leaves out too much at a mesh frequency [Hz]."""
+    if system.contacts is None:
+        return
+    elastic, fastest = system.contacts.elastic_Hz, max(system.train.mesh_rates)
+    limit = QUASISTATIC * elastic / float(fastest)
+    if frequency > limit:
+        yield (
+            f"the body of a gear vibrates against its hub near {elastic:.3g} Hz; "
+            "the coupled model leaves that out, above a mesh frequency of "
+            f"{limit:.3g} Hz only finite elements in motion have it"
         )
 
 

@@ -13,6 +13,7 @@ from fegear.errors import InputError
 from fegear.gearset.model import GearSet
 from fegear.lumped_system import (
     LumpedModel,
+    doubts_of_bodies,
     file_header,
     integration_in_words,
     lumped_system,
@@ -47,8 +48,6 @@ UNITS = {
     "contact_loss": "contact_loss_fraction",
     "back_side": "back_side_fraction",
 }
-
-QUASISTATIC = 0.4  # of the frequency of an elastic body, up to which it only yields
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -211,15 +210,7 @@ def _gaps(result: SweepResult) -> dict[str, str]:
 def _warnings(result: SweepResult) -> Iterator[str]:
     """Where a model leaves out too much, or values cannot be physical."""
     system = result.found[0][1].system
-    if system.contacts is not None:
-        elastic, fastest = system.contacts.elastic_Hz, max(system.train.mesh_rates)
-        limit = QUASISTATIC * elastic / float(fastest)
-        if max(result.frequencies) > limit:
-            yield (
-                f"the body of a gear vibrates against its hub near {elastic:.3g} Hz; "
-                "the coupled model leaves that out, above a mesh frequency of "
-                f"{limit:.3g} Hz only finite elements in motion have it"
-            )
+    yield from doubts_of_bodies(system, max(result.frequencies))
     for torque in dict.fromkeys(torque for torque, _ in result.found):
         responses = [
             response

@@ -4,20 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from os import PathLike
 from typing import TYPE_CHECKING, Any
 
-from fegear.errors import InputError
 from fegear.gearset.model import GearSet
 from fegear.lumped_system import (
     LumpedModel,
+    doubts_of_bodies,
     file_header,
     integration_in_words,
     lumped_system,
+    require_method,
 )
+from fegear.output import write_text
 from fegear.sweeps import UNITS
 from fegear.unphysical import doubts_of_meshes
 from lumped.figures import draw_time_history
-from lumped.motion import TimeHistory, arrive, time_history
+from lumped.motion import TimeHistory, arrive, time_history, wave_csv
 from lumped.response import FIGURES
 from lumped.settings import Settings
 
@@ -39,14 +42,17 @@ class SettledMotion:
     def summary(self) -> dict[str, Any]:
         """Plain values, ready for JSON."""
         header, motion, response = self.header, self.motion, self.motion.response
-        doubts = doubts_of_meshes(
-            self.gear_set.meshes,
-            f" at {header['torque_Nm']} N m",
-            *(response.dte_peak, response.back_side),
-        )
+        doubts = [
+            *doubts_of_bodies(motion.system, response.frequency),
+            *doubts_of_meshes(
+                self.gear_set.meshes,
+                f" at {header['torque_Nm']} N m",
+                *(response.dte_peak, response.back_side),
+            ),
+        ]
         return {
             "gear_set": header["gear set"],
-            "model": int(header["model"]),
+            "model": header["model"],
             "excitation": header["excitation"],
             "damping_ratio": float(header["damping ratio"]),
             "torque_Nm": float(header["torque_Nm"]),
@@ -56,8 +62,12 @@ class SettledMotion:
             "shown_time_s": float(motion.history.time[-1]),
             "section_points": len(motion.section_rate),
             "meshes": [_mesh_summary(motion, m) for m in range(len(motion.pairs))],
-            "warnings": list(doubts),
+            "warnings": doubts,
         }
+
+    def to_csv(self, path: str | PathLike[str]) -> None:
+        """Write the motion with its header, a row for every time."""
+        write_text(path, wave_csv(self.motion, self.header))
 
     def draw(self) -> Figure:
         """Time history, tooth pairs, phase plane and spectrum."""
@@ -73,23 +83,23 @@ class SettledMotion:
 def settle_motion(
     gear_set: GearSet,
     torque: float,
-    speeds: tuple[float, float],
-    model: LumpedModel,
-    integration: Settings,
+    speed: float,
+    model: LumpedModel | None = None,
+    integration: Settings | None = None,
+    from_speed: float | None = None,
 ) -> SettledMotion:
     """Time history, tooth pairs, section and spectrum of the settled motion.
 
     torque : on the input gear [N m]
-    speeds : mesh frequency of the first mesh [Hz] at which the motion settles first,
-        and the one to which it is followed
+    speed : mesh frequency of the first mesh [Hz]
+    from_speed : the same at which the motion settles first, to be followed from there;
+        None for the speed itself, from rest
     Raises DivergedError.
     """
-    if model.number == "coupled":
-        raise InputError(
-            "model = coupled; time histories are those of models 1, 2 and 3"
-        )
-    start, speed = speeds
+    model, integration = model or LumpedModel(), integration or Settings()
+    require_method(model, integration)
     system = lumped_system(gear_set, torque, model)
+    start = speed if from_speed is None else from_speed
     state = arrive(system, start, speed, integration)
     motion = time_history(system, speed, integration, state)
     words, ratio = integration_in_words(integration), system.train.damping_ratio

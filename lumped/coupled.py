@@ -55,6 +55,10 @@ class CoupledContacts:
 
     contacts : with the gears' hubs held, see `lumped.kernels.arrays.Contacts`
     mesh_of : (c,) mesh of each
+    pairs : (c,) base pitches by which each one's tooth pair is ahead of the mesh's
+        reference pair
+    paths : (m, 2) start and end of the nominal path of contact, base pitches past the
+        pitch point
     rows : (c, p + 1, n) R, penetration per modal coordinate [1/sqrt(kg)]
     inertial : (c, p + 1, n) U, penetration under the inertial loads of all bodies per
         acceleration of each coordinate, reversed [s2/sqrt(kg)]
@@ -66,6 +70,8 @@ class CoupledContacts:
 
     contacts: Contacts
     mesh_of: NDArray[np.int64]
+    pairs: NDArray[np.int64]
+    paths: Array
     rows: Array
     inertial: Array
     work: Array

@@ -199,7 +199,7 @@ def _draw_over_time(
     force.set_ylabel("force [kN]")
     force.set_ylim(top=1.2 * force.get_ylim()[1])
     force.legend(fontsize=8, ncols=2, loc="upper right")
-    _draw_states(state, x, pairs.state[shown], pairs.engaged[shown])
+    _draw_states(state, x, pairs.state[shown], pairs.in_mesh[shown])
     for axes in shown_in:
         axes.set_xlim(0.0, x[-1])
     left = "" if shown.all() else f", of {periods[-1]:.0f}"
@@ -217,7 +217,7 @@ def _draw_teeth(
     periods = motion.history.time[shown] * _mesh_frequency(motion, m)
     phase = motion.system.train.meshes[m].phase
     cycle = np.floor(periods + phase + 1e-9).astype(int)
-    force = np.where(pairs.engaged[shown], 1e-3 * pairs.force[shown], np.nan)
+    force = np.where(pairs.in_mesh[shown], 1e-3 * pairs.force[shown], np.nan)
     rows, places = np.arange(cycle.size), force.shape[1]
     for tooth in range(cycle[0] - places + 1, cycle[-1] + 1):
         place = cycle - tooth
@@ -237,13 +237,13 @@ def _draw_states(
     axes: Axes,
     x: Array,
     state: NDArray[np.int64],
-    engaged: NDArray[np.bool_],
+    in_mesh: NDArray[np.bool_],
 ) -> None:
-    """A lane for each pair, coloured while it is engaged."""
+    """A lane for each pair, coloured while it is in mesh."""
     pairs = state.shape[1]
     for p in range(pairs):
         for value, color in STATE_COLORS.items():
-            inside = (state[:-1, p] == value) & engaged[:-1, p]
+            inside = (state[:-1, p] == value) & in_mesh[:-1, p]
             bars = [(x[i], x[i + 1] - x[i]) for i in np.flatnonzero(inside)]
             axes.broken_barh(bars, (p + 0.6, 0.8), color=color, lw=0.0)
     axes.set_ylim(0.4, pairs + 0.6)

@@ -11,25 +11,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lumped.csv_text import format_csv
+from lumped.pair_motions import PairMotion, pair_motions
 from lumped.respond import respond_confirmed, respond_with_history
 from lumped.response import History, Response, Status
 from lumped.settings import Settings
-from lumped.steppers import steps_per_period
 from lumped.sweep import Direction, sweep
 from lumped.system import LumpedSystem
 
 Array = NDArray[np.float64]
 SECTION_PERIODS = 64  # common periods of a section where the motion does not repeat
 APPROACH_STEP = 20.0  # Hz between the speeds that lead to the one that is asked for
-PARTS = 16  # of a step, for the time that contact conditions last
-CONDITIONS = {
-    "I": "no pair touches",
-    "II": "the entering pair is lost",
-    "III": "all pairs touch",
-    "IV": "the leaving pair is lost",
-    "back": "a pair touches on its back side",
-    "other": "only a pair in the middle touches, or is lost",
-}
 
 
 class DivergedError(ArithmeticError):
@@ -40,28 +31,6 @@ class DivergedError(ArithmeticError):
             f"diverged at {frequency:g} Hz within {time:.6g} s after the start of "
             "that speed; more --steps or damping may help"
         )
-
-
-@dataclass(frozen=True, eq=False)
-class PairMotion:
-    """Tooth pairs of one mesh, t points and p pairs from the entering one on.
-
-    force : (t, p) [N], negative on the back side
-    state : (t, p) 1 drive side, 0 no contact, -1 back side
-    engaged : (t, p) whether the pair is where it could carry a force
-    conditions : part of the time by key of CONDITIONS, while two pairs or more
-        are engaged; empty where this never is so
-    """
-
-    force: Array
-    state: NDArray[np.int64]
-    engaged: NDArray[np.bool_]
-    conditions: Mapping[str, float]
-
-    @property
-    def count(self) -> NDArray[np.int64]:
-        """Engaged pairs (t,)."""
-        return self.engaged.sum(axis=1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,93 +119,6 @@ def _require_bounded(response: Response) -> None:
         raise DivergedError(response.frequency, response.settling_time)
 
 
-def pair_motions(
-    system: LumpedSystem, frequency: float, settings: Settings, history: History
-) -> tuple[PairMotion, ...]:
-    """Every pair's force and contact, k_p (s - g_p) and so on of `excitation`.
-
-    The history stands on the grid of the samples, repeated.
-    """
-    h, stiffness, gap = system.samples(steps_per_period(system, frequency, settings))
-    rows = np.arange(history.time.size) % h.size
-    first = system.arrays.first_pair
-    return tuple(
-        _pair_motion(
-            stiffness[rows][:, :, first[m] : first[m + 1]],
-            gap[rows][:, :, first[m] : first[m + 1]],
-            history.deflection[:, m],
-            np.diff(history.time),
-            mesh.backlash,
-        )
-        for m, mesh in enumerate(system.train.meshes)
-    )
-
-
-def _pair_motion(
-    stiffness: Array, gap: Array, s: Array, h: Array, backlash: float
-) -> PairMotion:
-    """stiffness, gap : (t, 3, p) at start, middle and end of the step from there."""
-    elastic = s[:, None] - gap[:, 0]
-    k = stiffness[:, 0]
-    state = np.where(elastic > 0.0, 1, np.where(elastic < -backlash, -1, 0))
-    state = np.where(k > 0.0, state, 0)
-    overlap = np.where(state == -1, elastic + backlash, elastic)
-    force = np.where(state == 0, 0.0, k * overlap)
-    before = s[1:, None] - gap[:-1, 2]
-    # not where a pair fades in or out within a step: its gap is out of bounds there
-    throughout = stiffness[:-1].min(axis=1) > 0.0
-    conditions = contact_conditions(elastic[:-1], before, throughout, h, backlash)
-    return PairMotion(force, state, k > 0.0, conditions)
-
-
-def contact_conditions(
-    start: Array, end: Array, engaged: NDArray[np.bool_], h: Array, backlash: float
-) -> dict[str, float]:
-    """Part of the time that each of CONDITIONS lasts, but those that never occur.
-
-    Counted while two pairs or more are engaged, over the whole time; the first
-    engaged pair is the entering one, the last the leaving one.
-
-    start, end : (n, p) deflection minus gap at the ends of n steps [m], taken as
-        straight between them
-    engaged : (n, p) throughout the steps
-    h : (n,) [s]
-    """
-    found = dict.fromkeys(CONDITIONS, 0.0)
-    several = np.flatnonzero(engaged.sum(axis=1) >= 2)
-    part = (np.arange(PARTS) + 0.5) / PARTS
-    start, end, engaged = start[several], end[several], engaged[several]
-    elastic = start[:, None] + (end - start)[:, None] * part[:, None]
-    there = engaged[:, None]
-    touch, back = (elastic > 0.0) & there, (elastic < -backlash) & there
-    count, touching = there.sum(axis=-1), touch.sum(axis=-1)
-    entering, leaving = (_at_the_end(touch, engaged, end) for end in (0, -1))
-    one_lost = touching == count - 1
-    kinds = {
-        "back": back.any(axis=-1),
-        "I": touching == 0,
-        "III": touching == count,
-        "II": one_lost & ~entering,
-        "IV": one_lost & ~leaving,
-    }
-    kind = np.select(list(kinds.values()), range(len(kinds)), len(kinds))
-    for i, name in enumerate([*kinds, "other"]):
-        found[name] = float(((kind == i).mean(axis=1) * h[several]).sum() / h.sum())
-    return {name: value for name, value in found.items() if value > 0.0}
-
-
-def _at_the_end(
-    touch: NDArray[np.bool_], engaged: NDArray[np.bool_], end: int
-) -> NDArray[np.bool_]:
-    """Whether the first (0) or last (-1) engaged pair touches (n, PARTS)."""
-    pairs = engaged.shape[1]
-    if end == 0:
-        place = engaged.argmax(axis=1)
-    else:
-        place = pairs - 1 - engaged[:, ::-1].argmax(axis=1)
-    return np.take_along_axis(touch, place[:, None, None], axis=2)[..., 0]
-
-
 def _section(
     system: LumpedSystem, frequency: float, history: History
 ) -> tuple[Array, Array]:
@@ -273,7 +155,7 @@ def spectrum(history: History) -> tuple[Array, Array]:
 def wave_csv(motion: TimeHistory, header: Mapping[str, str] | None = None) -> str:
     """The motion as CSV text: a row per time, columns by mesh and pair from 1.
 
-    A pair that is not engaged has no state: its cell is empty.
+    A pair that is not in mesh has no state: its cell is empty.
     """
     columns = _wave_columns(motion)
     rows = zip(*columns.values(), strict=True)
@@ -298,7 +180,7 @@ def _wave_columns(motion: TimeHistory) -> dict[str, list[Any]]:
         for p in range(pairs.force.shape[1]):
             name = f"mesh{m + 1}_pair{p + 1}"
             columns[f"{name}_force_N"] = pairs.force[:, p].tolist()
-            each = zip(pairs.state[:, p], pairs.engaged[:, p], strict=True)
-            states = [int(state) if engaged else None for state, engaged in each]
+            each = zip(pairs.state[:, p], pairs.in_mesh[:, p], strict=True)
+            states = [int(state) if in_mesh else None for state, in_mesh in each]
             columns[f"{name}_state"] = states
     return columns

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Any
 
@@ -37,6 +37,7 @@ class History:
     force : (t, m) [N], negative on the back side
     drive_overlap, back_overlap : (t, m) of the nearest flanks, negative apart [m]
     force_before : (t, m) [N], other than the force where a stiffness jumps
+    contacts : (t, 2, c) loads [N] and penetrations [m] of the coupled model's contacts
     """
 
     time: Array
@@ -46,6 +47,7 @@ class History:
     drive_overlap: Array
     back_overlap: Array
     force_before: Array
+    contacts: Array | None = field(default=None, kw_only=True)
 
 
 @dataclass(frozen=True, eq=False)

@@ -83,8 +83,8 @@ class FixedStepper(LumpedStepper):
         status, _ = rk4.record_rk4(arrays, steps, periods, now, system.limit, out)
         if status:
             raise Diverged(0.0)
-        history = History(time, *out.transpose(1, 0, 2))
-        return now, history if system.contacts is None else _with_rates(history)
+        history = History(time, *out[:, :6].transpose(1, 0, 2))
+        return now, _with_contacts(history, system, out)
 
     def refined(
         self, frequency: float, settings: Settings, repeats: bool
@@ -173,20 +173,27 @@ def stepper_of(
 
 
 def _room(system: LumpedSystem, h: Array, periods: int) -> tuple[Array, Array]:
-    """Times (t,) in the unit of the steps, and room to record (t, 6, m)."""
+    """Times (t,) in the unit of the steps, and room to record (t, 6, m) or more."""
     time = np.concatenate([[0.0], np.cumsum(np.tile(h, periods))])
-    return time, np.full((time.size, 6, len(system.excitations)), np.nan)
+    most = 0 if system.contacts is None else np.bincount(system.contacts.mesh_of).max()
+    return time, np.full((time.size, 6 + 2 * most, len(system.excitations)), np.nan)
 
 
-def _with_rates(history: History) -> History:
-    """With the rates of the hubs' deflections, which the coupled model does not have.
+def _with_contacts(history: History, system: LumpedSystem, out: Array) -> History:
+    """With what was recorded of the contacts, and the rates of the hubs' deflections.
 
-    The hubs follow the mean rotations and the contact forces.
+    The coupled model has none of its own: hubs follow the mean rotations and the
+    contact forces.
     """
+    if system.contacts is None:
+        return history
     from scipy.interpolate import CubicSpline
 
     rate = CubicSpline(history.time, history.deflection, axis=0)(history.time, 1)
-    return replace(history, rate=np.asarray(rate))
+    mesh_of = system.contacts.mesh_of
+    place = np.arange(mesh_of.size) - np.searchsorted(mesh_of, mesh_of)
+    contacts = np.stack([out[:, 6 + 2 * place + i, mesh_of] for i in range(2)], axis=1)
+    return replace(history, rate=np.asarray(rate), contacts=contacts)
 
 
 def steps_per_period(system: LumpedSystem, frequency: float, settings: Settings) -> int:

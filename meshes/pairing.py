@@ -64,6 +64,15 @@ class GearPair:
         return self.driver.tip_roll_length
 
     @property
+    def path(self) -> tuple[float, float]:
+        """Start and end of the path of contact, base pitches past the pitch point."""
+        start, end = (
+            self.path_start - self.pitch_point,
+            self.path_end - self.pitch_point,
+        )
+        return start / self.base_pitch, end / self.base_pitch
+
+    @property
     def contact_ratio(self) -> float:
         return (self.path_end - self.path_start) / self.base_pitch
 

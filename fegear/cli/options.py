@@ -169,8 +169,9 @@ def refuse_idle(reason: str, **options: Any) -> None:
     """
     for name, value in options.items():
         if value is not None and value is not False:
-            number = f"{value:.12g}" if isinstance(value, float) else value
-            shown = "" if value is True else f" = {number}"
+            given = value if isinstance(value, list) else [value]
+            words = (f"{v:.12g}" if isinstance(v, float) else str(v) for v in given)
+            shown = "" if value is True else f" = {', '.join(words)}"
             raise InputError(f"--{name.replace('_', '-')}{shown}; {reason}")
 
 

@@ -10,9 +10,9 @@ import typer
 from fegear.cli.edits import EditedSet, edit_entries
 from fegear.cli.groups import grouped, option
 from fegear.cli.lumped_options import (
+    AnyModel,
     Integration,
     LoadCase,
-    TabledOptions,
     middle_torque,
 )
 from fegear.cli.options import FREQUENCY, Outputs
@@ -42,11 +42,6 @@ class Approach:
                 f"--from-speed {self.from_speed:g}; must differ from --speed"
             )
 
-    @property
-    def start(self) -> float:
-        """Speed at which the motion settles first [Hz]."""
-        return self.speed if self.from_speed is None else self.from_speed
-
 
 @grouped
 def wave_command(
@@ -54,7 +49,7 @@ def wave_command(
     subject: EditedSet,
     approach: Approach,
     torque: LoadCase = None,
-    model: TabledOptions,
+    model: AnyModel,
     integration: Integration,
     outputs: Outputs,
 ) -> None:
@@ -68,10 +63,12 @@ def wave_command(
     from fegear.waves import settle_motion
     from lumped.motion import DivergedError, wave_csv
 
-    speeds = approach.start, approach.speed
     description = model.lumped_model(gear_set)
     try:
-        found = settle_motion(gear_set, at, speeds, description, settings)
+        found = settle_motion(
+            *(gear_set, at, approach.speed, description, settings),
+            approach.from_speed,
+        )
     except DivergedError as error:
         complain(str(error))
         raise typer.Exit(1) from None
@@ -94,7 +91,7 @@ def print_wave(values: dict[str, Any]) -> None:
     columns = {f"mesh {mesh['mesh']}": _cells(mesh) for mesh in values["meshes"]}
     labels = [*ROWS, "repeats after periods of the mesh", "largest amplitudes [um]"]
     print_columns(console, "", labels, columns)
-    from lumped.motion import CONDITIONS
+    from lumped.pair_motions import CONDITIONS
 
     for mesh in values["meshes"]:
         for name, part in mesh["contact_conditions"].items():

@@ -315,10 +315,9 @@ def solve_drive_side(
 
 def candidate_pairs(pair: GearPair, position: Array) -> Indices:
     """Pairs that may touch at some position, the reference pair first."""
-    start = (pair.path_start - pair.pitch_point) / pair.base_pitch - 0.5
-    end = (pair.path_end - pair.pitch_point) / pair.base_pitch + 0.5
-    low = math.ceil(start - float(position.max()))
-    high = math.floor(end - float(position.min()))
+    start, end = pair.path
+    low = math.ceil(start - 0.5 - float(position.max()))
+    high = math.floor(end + 0.5 - float(position.min()))
     return np.array(sorted(range(low, high + 1), key=lambda k: (abs(k), k)), np.int64)
 
 

@@ -71,6 +71,8 @@ def contacts_of(
     return CoupledContacts(
         contacts=model.contacts,
         mesh_of=model.jacobian.mesh_of,
+        pairs=np.array([pair for _, pair, _ in model.contact_labels]),
+        paths=np.array([mesh.pair.path for mesh in gear_set.meshes]),
         rows=np.ascontiguousarray(model.jacobian.normal[..., moving]),
         inertial=inertial[..., moving],
         work=work[np.ix_(moving, moving)],

@@ -93,9 +93,10 @@ def set_loads(steps, i):
 
 @inlined
 def record_coupled(system, steps, k, q, v, out):
-    """The meshes (6, m) at the start of step k, see `lumped.kernels.law.record`.
+    """The meshes (6 + 2 k, m) at the start of step k, see `lumped.kernels.law.record`.
 
     The rate is that of the mean rotations. Forces pass through every instant smoothly.
+    After those rows come loads and penetrations of each mesh's contacts, k at most.
     """
     first, side = system.contacts.first, system.contacts.side
     start = (k, 0)
@@ -105,6 +106,8 @@ def record_coupled(system, steps, k, q, v, out):
         for i in range(q.size):
             rate += system.shapes[m, i] * v[i]
         for c in range(first[m], first[m + 1]):
+            row = 6 + 2 * (c - first[m])
+            out[row, m], out[row + 1, m] = steps.load[c], steps.penetration[c]
             force += side[c] * steps.load[c]
             if side[c] > 0.0:
                 drive = max(drive, steps.penetration[c])

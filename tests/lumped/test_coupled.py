@@ -58,6 +58,8 @@ def one_mass(mass=1.0, count=1, without=(), **words):
     found = CoupledContacts(
         contacts,
         mesh_of,
+        np.arange(count),
+        np.tile([-1.0, 1.0], (mesh_of[-1] + 1, 1)),
         rows,
         np.zeros_like(rows),
         np.zeros((1, 1)),
@@ -148,7 +150,14 @@ def free_rim(spring, without=()):
     inertial = np.full((1, POSITIONS + 1, 1), rim / spring * turn)
     work = np.array([[rim**2 / spring * turn**2]])
     found = CoupledContacts(
-        contacts, mesh_of, rows, inertial, work, without=tuple(without)
+        contacts,
+        mesh_of,
+        np.zeros(1, np.int64),
+        np.array([[-1.0, 1.0]]),
+        rows,
+        inertial,
+        work,
+        without=tuple(without),
     )
     train = Springs(
         stiffness=np.zeros((1, 1)),

@@ -16,12 +16,12 @@ from lumped import motion as module
 from lumped.motion import (
     DivergedError,
     arrive,
-    contact_conditions,
     resampled,
     spectrum,
     time_history,
     wave_csv,
 )
+from lumped.pair_motions import contact_conditions
 
 
 def idler_system(torque=100.0):
@@ -135,7 +135,7 @@ def conditions(rows, engaged=None, backlash=5.0):
     elastic = np.array(rows)
     there = np.ones(elastic.shape, bool) if engaged is None else np.array(engaged)
     h = np.full(len(rows), 0.1)
-    return contact_conditions(elastic, elastic, there, h, backlash)
+    return contact_conditions(elastic, elastic, there[:, None], h, backlash)
 
 
 def test_every_condition_is_told_apart():
@@ -152,7 +152,7 @@ def test_conditions_look_at_engaged_pairs_only():
 
 def test_a_change_within_a_step_counts_in_parts():
     start, end = np.array([[1.0, 1.0]]), np.array([[-1.0, 1.0]])
-    there = np.ones((1, 2), bool)
+    there = np.ones((1, 1, 2), bool)
     found = contact_conditions(start, end, there, np.array([1.0]), math.inf)
     assert found == pytest.approx({"II": 0.5, "III": 0.5})
 

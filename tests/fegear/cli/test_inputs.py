@@ -198,6 +198,7 @@ MODES = "modes SET --json"
 MESH = f"mesh SET {COARSE} -o m.vtu"
 SWEEP = "sweep SET --speeds 2000,4000 --excitation rectangular --json"
 COUPLED = f"sweep SET {COARSE} --speeds 2000 --model coupled --json"
+COUPLED_WAVE = f"wave SET {COARSE} --speed 2000 --model coupled --json"
 WAVE = "wave SET --speed 2100 --excitation rectangular --json"
 MAP = "map SET --at 3000 --over gear.a.mass_kg=0.1,0.2 --excitation rectangular --json"
 QUASI = f"dynamics SET {COARSE} --fidelity quasistatic --speeds 3000 --direction up"
@@ -310,6 +311,7 @@ OPTIONS: dict[str, dict[str, Case]] = {
         "--from-speed": plus(WAVE, "--from-speed 2101"),
         "--table": plus("wave SET --speed 2000 --model 3 --json", "--table TABLE"),
         "--output": plus(WAVE, "-o w.csv"),
+        "--without": plus(COUPLED_WAVE, "--without body"),
     },
     "map": lumped(MAP)
     | {

@@ -9,10 +9,13 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
+from fegear.cli.sweep import sweep_command
 from fegear.cli.wave import wave_command
 
 app = typer.Typer()
 app.command("wave")(wave_command)
+sweep = typer.Typer()
+sweep.command("sweep")(sweep_command)
 FAST = ("liu-idler", "--excitation", "rectangular")
 
 
@@ -69,3 +72,23 @@ def test_finite_elements():
     values = json.loads(run("liu-pair", "--speed", "2000", "--json"))
     assert values["excitation"] == "finite elements"
     assert values["meshes"][0]["dte_rms_m"] > 0.0
+
+
+def test_the_coupled_model_repeats_the_sweep():
+    """The same motion at the same speed, and a pair's force in every column."""
+    at = ("liu-pair", "--torque", 100, "--model", "coupled", "--json")
+    found = json.loads(run(*at, "--speed", 2500))
+    words = list(map(str, (*at, "--speeds", 2500, "--direction", "up")))
+    swept = json.loads(CliRunner().invoke(sweep, words).stdout)["branches"][0]
+    (mesh,) = found["meshes"]
+    assert found["model"] == "coupled"
+    assert mesh["dte_rms_m"] == swept["largest"][0]["dte_rms_m"]
+    assert mesh["engaged_pairs"] == [1, 2]
+    assert found["warnings"] == []
+
+
+def test_the_coupled_model_warns_near_the_resonance_of_a_body():
+    values = json.loads(
+        run("liu-pair", "--model", "coupled", "--speed", 9000, "--json")
+    )
+    assert "vibrates against its hub" in values["warnings"][0]
