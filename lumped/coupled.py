@@ -348,7 +348,9 @@ def _about(system: CoupledSystem, x: Array, q: Array, B: Array) -> LoadedState:
     F, D = contact_loads(system, x)
     by_loads = np.einsum("cpm,pc->pm", system.ahead, F)
     Q, eye = system.contacts.normal_compliance, np.eye(len(system.mesh_of))
-    pressed: Array = np.linalg.solve(eye + D[:, :, None] * Q, D[:, :, None] * B)
+    pressed = np.asarray(
+        np.linalg.solve(eye + D[:, :, None] * Q, D[:, :, None] * B), float
+    )
     # the end of the cycle is the start of the next
     of_mesh = np.eye(system.rate.size)[system.mesh_of]  # (c, m)
     tangent = np.einsum("cm,pci,pcj->pmij", of_mesh, B[:-1], pressed[:-1])
