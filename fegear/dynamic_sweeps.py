@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import threading
-import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -32,7 +31,7 @@ from fegear.sweeps import BOTH, Progress, SweepResult, at_torques, required_torq
 from lumped.sweep import (
     Branch,
     Direction,
-    Observer,
+    reporting,
     run_branches,
     sweep_all,
     sweep_branch,
@@ -41,7 +40,6 @@ from lumped.system import LumpedSystem
 
 Keep = Callable[[int, Direction, float, Motion], None]
 DERIVED = "elastic freedoms"  # of a header, from the gear set and the speeds
-REFRESH = 0.2  # s between two words on a running speed
 WORKERS = 2  # sweeps at a time; each holds its own models
 
 
@@ -229,7 +227,7 @@ def _sweep_model_1(run: Run, progress: Progress) -> list[Branch]:
         run.systems,
         run.frequencies,
         run.settings.directions,
-        report=lambda done, total: progress("Model-1", done, total),
+        report=lambda what, done, total: progress(f"Model-1, {what}", done, total),
     )
 
 
@@ -289,21 +287,8 @@ def _sweep_branches(
     run: Run, checkpoint: Checkpoint | None, keep: Keep, progress: Progress
 ) -> list[Branch]:
     """Branches side by side; on Ctrl-C each ends after the period that runs."""
-    total, done = len(run.branches) * len(run.frequencies), 0
-    stop, lock, shown = threading.Event(), threading.Lock(), 0.0
-
-    def passed() -> None:
-        nonlocal done
-        with lock:
-            done += 1
-            progress("sweep", done, total)
-
-    def watch(frequency: float, period: int) -> None:
-        nonlocal shown
-        now = time.perf_counter()
-        if now - shown > REFRESH:
-            shown = now
-            progress(f"{frequency:g} Hz, period {period}", done, total)
+    observer = reporting(progress, len(run.branches) * len(run.frequencies))
+    stop = threading.Event()
 
     def sweep(number: int, direction: Direction, name: str) -> Branch:
         return sweep_branch(
@@ -313,7 +298,7 @@ def _sweep_branches(
             run.settings.integration,
             store=None if checkpoint is None else StoredBranch(checkpoint, name),
             keep=partial(keep, number, direction),
-            observer=Observer(passed, watch),
+            observer=observer,
             stop=stop,
         )
 

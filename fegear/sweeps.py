@@ -123,7 +123,7 @@ def sweep_speeds(
     frequencies = list(frequencies) or usual_speeds(systems[0])
     branches = sweep_all(
         *(systems, frequencies, settings.directions, settings.integration),
-        lambda done, total: progress("sweep", done, total),
+        progress,
     )
     words = integration_in_words(settings.integration)
     ratio = systems[0].train.damping_ratio

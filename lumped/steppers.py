@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from lumped.kernels.arrays import AdaptiveRules, Convergence
 
 Array = NDArray[np.float64]
+WATCHED = 100_000  # fixed steps or a common period, whichever is more, between looks
 FINEST = 512  # fixed steps per period, beyond which nothing hangs on them
 
 
@@ -66,13 +67,18 @@ class FixedStepper(LumpedStepper):
     ) -> tuple[Array, bool]:
         from lumped.kernels import rk4
 
-        system, now = self.system, np.array(state)
-        status, part, settled = rk4.settle_rk4(
-            *self._driven(at), system.limit, now, check, most
-        )
-        if status:
-            raise Diverged(part)
-        return now, settled
+        now, (arrays, steps), before = np.array(state), self._driven(at), check.period
+        few = max(1, WATCHED // steps.h.size)
+        while True:
+            left = most - (check.period - before)
+            status, part, settled = rk4.settle_rk4(
+                arrays, steps, self.system.limit, now, check, min(few, left)
+            )
+            if status:
+                raise Diverged(part)
+            if settled or left <= few:
+                return now, settled
+            at.watch(check.period - before)
 
     def record(self, state: Array, at: Speed, periods: int) -> tuple[Array, History]:
         from lumped.kernels import rk4

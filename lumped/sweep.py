@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import threading
+import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -22,7 +23,8 @@ from lumped.system import LumpedSystem
 Array = NDArray[np.float64]
 Direction = Literal["up", "down"]
 Keep = Callable[[float, Any], None]  # (frequency [Hz], what was recorded there)
-Report = Callable[[int, int], None]  # (speeds done, of how many)
+Report = Callable[[str, int, int], None]  # (what, speeds done, of how many)
+REFRESH = 0.2  # s between reports from within a speed
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,6 +60,26 @@ class Observer:
 
 
 SILENT = Observer()
+
+
+def reporting(report: Report, total: int) -> Observer:
+    """Reports the speeds that are done, of `total`, and how one goes on that lasts."""
+    lock, done, shown = threading.Lock(), 0, time.perf_counter()
+
+    def passed() -> None:
+        nonlocal done
+        with lock:
+            done += 1
+            report("sweep", done, total)
+
+    def watch(frequency: float, period: int) -> None:
+        nonlocal shown
+        now = time.perf_counter()
+        if now - shown > REFRESH:
+            shown = now
+            report(f"{frequency:g} Hz, period {period}", done, total)
+
+    return Observer(passed, watch)
 
 
 class BranchStore(Protocol):
@@ -152,7 +174,7 @@ def sweep_all(
     frequencies: Sequence[float] | Array,
     directions: Sequence[Direction] = ("up", "down"),
     settings: Settings | None = None,
-    report: Report = lambda done, total: None,
+    report: Report = lambda what, done, total: None,
     workers: int | None = None,
 ) -> list[Branch]:
     """A branch for every system and direction, in this order, on all cores.
@@ -161,21 +183,14 @@ def sweep_all(
     speeds that were finished and are not complete.
     """
     tasks = [(system, direction) for system in systems for direction in directions]
-    total = len(tasks) * len(frequencies)
-    stop, lock, done = threading.Event(), threading.Lock(), 0
-
-    def passed() -> None:
-        nonlocal done
-        with lock:
-            done += 1
-            report(done, total)
-
+    observer = reporting(report, len(tasks) * len(frequencies))
+    stop = threading.Event()
     return run_branches(
         [
             partial(
                 sweep,
                 *(system, frequencies, direction, settings),
-                observer=Observer(passed),
+                observer=observer,
                 stop=stop,
             )
             for system, direction in tasks

@@ -35,6 +35,7 @@ UNTOUCHED = 1e-20  # part of strain energy in the meshes below which a mode is l
 BALANCED = 1e-3  # of the torques on a motion that nothing holds; less is rounding
 MOST_BYTES = 1e9  # of the excitation on the steps of a common period
 MOTION_BYTES = 150  # of a step and mesh, while a motion is recorded and measured
+CONTACT_BYTES = 32  # of a step and contact of the coupled model, recorded twice over
 GAP_POINTS = 256  # per base pitch
 RUNAWAY = 1e6  # times the largest velocity that statics and gaps suggest
 
@@ -233,16 +234,7 @@ class LumpedSystem:
     def coupled_steps(self, steps: int) -> CoupledSteps:
         """The same for the coupled model, but for the step sizes."""
         assert self.coupled_arrays is not None
-        count, _, n = self.coupled_arrays.rows.shape
-        entries = count * (count + n + len(self.excitations) + 1)
-        needed = 16 * self.train.common_period[0] * steps * entries
-        if needed > MOST_BYTES:
-            raise TrainError(
-                f"{count} contacts over {self.train.common_period[0]} periods of the "
-                f"first mesh of {steps} steps each: {needed / 1e9:.3g} GB, more than a "
-                "run should hold in memory; allowed are fewer meshes, higher speeds or "
-                "simpler tooth ratios, or a model of springs"
-            )
+        self._require_memory(steps)
         periods = np.array(self.train.common_period)
         return coupled_steps(self.coupled_arrays, steps, periods)
 
@@ -276,11 +268,20 @@ class LumpedSystem:
 
     def _bytes(self, steps: int) -> int:
         """Of the excitation on steps, and of the motion where the period is long."""
-        pairs = sum(len(excitation.pairs) for excitation in self.excitations)
-        each = 48 * pairs
+        meshes = len(self.excitations)
+        if self.contacts is None:
+            length, each = self.common_period[0], 48 * self.arrays.first_pair[-1]
+            contacts = 0
+        else:
+            contacts, _, n = self.contacts.rows.shape
+            # pitch errors come to half steps that repeat with the meshes
+            length = self.train.common_period[0]
+            each = 16 * contacts * (contacts + n + meshes + 1)
+        found = int(each) * length * steps
         if self.rounds > 1:
-            each += MOTION_BYTES * len(self.excitations)
-        return each * self.common_period[0] * steps
+            motion = MOTION_BYTES * meshes + CONTACT_BYTES * contacts
+            found += motion * self.common_period[0] * steps
+        return found
 
     def _require_memory(self, steps: int) -> None:
         if self.holds(steps):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 from dataclasses import replace
 
 import numpy as np
@@ -634,6 +635,22 @@ def test_threads_do_not_change_a_bit(system, method):
     for other in found[1:]:
         for one, two in zip(found[0], other, strict=True):
             assert same_bits(one, two)
+
+
+def test_a_long_speed_reports_its_periods_and_changes_no_bit(system, monkeypatch):
+    """Where a period takes long it is told how far the speed has come."""
+    built, speeds, told = system(), [1000.0, 1240.0], []
+    (plain,) = sweep_all([built], speeds, ["up"], report=lambda *words: None)
+    monkeypatch.setattr("lumped.steppers.WATCHED", 1)
+    monkeypatch.setattr(sys.modules["lumped.sweep"], "REFRESH", -1.0)
+    (watched,) = sweep_all([built], speeds, ["up"], report=lambda *w: told.append(w))
+    assert same_bits(plain, watched)
+    first = told[: told.index(("sweep", 1, 2))]
+    count = round(plain.responses[0].settling_time * 1000.0)
+    assert first[:2] == [("1000 Hz, period 1", 0, 2), ("1000 Hz, period 2", 0, 2)]
+    assert first[-1][0] == f"1000 Hz, period {count}"
+    assert count > 5
+    assert told[-1] == ("sweep", 2, 2)
 
 
 def test_order_of_the_speeds_given_does_not_matter(system):

@@ -9,6 +9,7 @@ import pytest
 
 from fegear.dynamics.coupled import contacts_of
 from fegear.statics import solve_mesh
+from lumped import TrainError, respond
 from lumped.motion import arrive, time_history
 from lumped.table import pair_names, pair_teeth
 
@@ -105,3 +106,12 @@ def test_corners_carry_before_the_nominal_path(slow):
     beyond = (pairs.state == 1) & ~pairs.engaged
     assert 0.05 < beyond.any(axis=1).mean() < 0.5
     assert pairs.in_mesh[beyond].all()
+
+
+def test_a_motion_that_memory_cannot_hold_is_refused_with_its_length(case_of):
+    rng = np.random.default_rng(2)
+    errors = tuple(tuple(rng.uniform(-1e-6, 1e-6, z).tolist()) for z in (38, 55, 94))
+    system = coupled(case_of("liu-idler", errors=errors))
+    with pytest.raises(TrainError, match=r"98230 periods .* GB of motion, .* allowed"):
+        respond(system, 1600.0)
+    assert coupled(case_of("liu-idler")).holds(64)
