@@ -321,7 +321,7 @@ def loaded_state(system: CoupledSystem, start: Array) -> LoadedState:
     K, B = system.stiffness, system.rows.transpose(1, 0, 2)
     Q, gap = system.contacts.normal_compliance, system.contacts.gap.T
     positions, count, n = B.shape
-    q, eye = np.tile(start, (positions, 1)), np.eye(count)
+    q, eye = start + _closing(system, start), np.eye(count)
     x = _times(B, q) - gap
     exact = EXACT * system.contacts.knots[:, -1].max()
     for _ in range(MOST_ROUNDS):
@@ -342,6 +342,20 @@ def loaded_state(system: CoupledSystem, start: Array) -> LoadedState:
         if (np.abs(step[:, :count]) < exact).all():
             return _about(system, x, q, B)
     raise ArithmeticError("no static equilibrium of the contacts was found")
+
+
+def _closing(system: CoupledSystem, start: Array) -> Array:
+    """Coordinates (p + 1, n) by which the flanks that are to carry first touch.
+
+    Newton's method finds no way out of a gap, where nothing yields.
+    """
+    contacts, first = system.contacts, system.contacts.first
+    gaps = np.empty((contacts.gap.shape[1], len(first) - 1))
+    for m, side in enumerate(np.where(system.shapes @ start < 0.0, -1.0, 1.0)):
+        own = slice(first[m], first[m + 1])
+        facing = contacts.gap[own][contacts.side[own] == side]
+        gaps[:, m] = side * facing.min(axis=0) if len(facing) else 0.0
+    return np.asarray(gaps @ np.linalg.pinv(system.shapes).T)
 
 
 def _about(system: CoupledSystem, x: Array, q: Array, B: Array) -> LoadedState:

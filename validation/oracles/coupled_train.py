@@ -1,0 +1,84 @@
+"""The energy of a train whose contacts deflect each other, by SciPy's root finder.
+
+Hubs stand at z, contacts press with F(x) and yield with the bodies by C F, and bodies
+accelerate with a = load - K z - R'F in mean coordinates q, one per mode:
+
+    q = z - U'F - W a,    x = R z - gap - C F - U a.
+
+That is what the coupled model eliminates; here all of it is solved for at once.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import PPoly
+from scipy.optimize import root
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Instant:
+    """c contacts and n modal coordinates at a position of the meshes.
+
+    knots : (j + 1,) penetrations [m]; law : (c, j, 4) cubics of the load beyond each,
+        rising powers [N]
+    gap : (c,) [m]; compliance : (c, c) C with hubs held [m/N]
+    rows, inertial : (c, n) R, U; work, stiffness : (n, n) W, K; load : (n,)
+    """
+
+    knots: Array
+    law: Array
+    gap: Array
+    compliance: Array
+    rows: Array
+    inertial: Array
+    work: Array
+    stiffness: Array
+    load: Array
+
+    def loads(self, x: Array) -> Array:
+        """Of the contacts at penetrations (c,) [N]."""
+        closed = zip(self._cubics, np.maximum(x, 0.0), strict=True)
+        return np.array([float(cubics(at)) for cubics, at in closed])
+
+    @cached_property
+    def _cubics(self) -> list[PPoly]:
+        return [PPoly(law[:, ::-1].T, self.knots) for law in self.law]
+
+    def solve(self, q: Array) -> tuple[Array, Array, Array]:
+        """Hubs z (n,), penetrations x (c,) and accelerations a (n,) at coordinates."""
+        n, scale = q.size, self.knots[-1]
+
+        def parts(unknowns: Array) -> tuple[Array, Array, Array, Array]:
+            z, x = unknowns[:n] * unit, unknowns[n:] * scale
+            F = self.loads(x)
+            return z, x, F, self.load - self.stiffness @ z - self.rows.T @ F
+
+        def residual(unknowns: Array) -> Array:
+            z, x, F, a = parts(unknowns)
+            mean = z - self.inertial.T @ F - self.work @ a - q
+            closed = self.rows @ z - self.gap - self.compliance @ F - self.inertial @ a
+            return np.concatenate([mean / unit, (closed - x) / scale])
+
+        unit = scale / np.abs(self.rows).max()
+        start = np.concatenate([q / unit, (self.rows @ q - self.gap) / scale])
+        found = root(residual, start, tol=1e-13)
+        if not np.abs(found.fun).max() < 1e-9:
+            raise ArithmeticError(f"not solved: {found.message}")
+        z, x, _, a = parts(found.x)
+        return z, x, a
+
+    def potential(self, q: Array) -> float:
+        """Energy of springs, contacts and bodies, less the loads' work [J]."""
+        z, x, a = self.solve(q)
+        F = self.loads(x)
+        closed = zip(self._cubics, np.maximum(x, 0.0), strict=True)
+        contacts = sum(float(cubics.integrate(0.0, at)) for cubics, at in closed)
+        bodies = 0.5 * F @ self.compliance @ F + F @ self.inertial @ a
+        bodies += 0.5 * a @ self.work @ a
+        return float(0.5 * z @ self.stiffness @ z - self.load @ z + contacts + bodies)
