@@ -173,6 +173,8 @@ class Rims:
         found = CoupledContacts(
             contacts=self._contacts(np.tile(static, (grid, 1, 1))),
             mesh_of=np.array([m for m, _, _ in self.contacts]),
+            pairs=np.array([k for _, k, _ in self.contacts]),
+            paths=np.tile([0.0, float(self.pairs)], (self.last, 1)),
             rows=np.repeat((arms @ shapes)[:, None], grid, axis=1),
             inertial=np.repeat(
                 ((arms * rim * self.compliance) @ shapes)[:, None], grid, axis=1
