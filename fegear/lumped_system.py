@@ -13,6 +13,7 @@ from fegear.excitation import Excitations, ExcitationSource, GivenTables, Source
 from fegear.gearset.model import GearSet
 from fegear.gearset.pitch_errors import error_periods
 from fegear.train import mesh_torques_at, train_of
+from fegear.unphysical import doubts_of_meshes
 from fegear.version import package_version
 from lumped.coupled import INGREDIENTS
 from lumped.settings import Settings
@@ -112,8 +113,20 @@ def lumped_system(
         raise InputError(
             f"without = meshes; no gear of {gear_set.name} is in two meshes"
         )
+    require_physical(gear_set, torque, system)
     contacts = coupled_contacts(gear_set, torque, system, source, model.without)
     return replace(system, contacts=contacts)
+
+
+def require_physical(gear_set: GearSet, torque: float, system: LumpedSystem) -> None:
+    """Raise InputError where meshes yield too much at rest for their contacts to exist.
+
+    torque : on the input gear [N m]
+    """
+    rest = abs(system.static_deflection)
+    where = f" at {torque:g} N m on the input gear"
+    for doubt in doubts_of_meshes(gear_set.meshes, where, rest, 0.0 * rest):
+        raise InputError(f"{gear_set.name}: {doubt}")
 
 
 def shares_a_gear(gear_set: GearSet) -> bool:

@@ -235,7 +235,7 @@ def contact_problem(
         if settings.body == "free":
             from fegear.elasticity.inertia_relief import in_mean_axes, inertia_relief
 
-            require_inertia_of_bodies(gear_set)
+            require_inertia_of_bodies(gear_set, "bodies that are held count no inertia")
             sector = cyclic_sector(gear.geometry, material, resolution.size)
             relief = inertia_relief(sector, gear.density)
             widths = gear_set.common_width(mesh), gear.face_width

@@ -82,6 +82,15 @@ class SweepResult:
         return sweep_table(self.found, self.model, self.header | _gaps(self))
 
     @property
+    def natural(self) -> str:
+        """Which natural frequencies are shown."""
+        if self.found[0][1].system.contacts is not None:
+            return "about the loaded state"
+        if self.model in ("1", "2", "3"):
+            return "about the mean mesh stiffness"
+        return "of model 1"  # beside finite elements
+
+    @property
     def summary(self) -> dict[str, Any]:
         """Peaks, jumps and doubts, plain values ready for JSON."""
         return summarise(self)
@@ -164,6 +173,7 @@ def summarise(result: SweepResult) -> dict[str, Any]:
         "speeds": len(result.frequencies),
         "first_speed_Hz": min(result.frequencies),
         "last_speed_Hz": max(result.frequencies),
+        "natural_frequencies": result.natural,
         "natural_frequencies_Hz": natural_frequencies(result.found[0][1].system),
         "branches": _summarise_branches(result.found),
     }

@@ -46,8 +46,13 @@ class Curve:
         return ", ".join(filter(None, (f"{self.torque_Nm:g} N m", self.model)))
 
 
-def draw_sweep(curves: Sequence[Curve], title: str = "") -> Figure:
-    """RMS of the dynamic transmission error over speed, a panel for each mesh."""
+def draw_sweep(
+    curves: Sequence[Curve], title: str = "", natural: str = "natural frequency"
+) -> Figure:
+    """RMS of the dynamic transmission error over speed, a panel for each mesh.
+
+    natural : what the lines at resonances are, in the legend
+    """
     system = curves[0].branch.system
     meshes = len(system.excitations)
     figure, rows = panels(meshes, size=(9.0, 1.2 + 3.4 * meshes), share=True)
@@ -62,9 +67,10 @@ def draw_sweep(curves: Sequence[Curve], title: str = "") -> Figure:
         _mark_resonances(axes, system, m)
     rows[-1][0].set_xlabel(_speed_label(system))
     torques = list(dict.fromkeys(curve.torque_Nm for curve in curves))
-    _legend_of_sweep(
-        figure, names, torques, {curve.branch.direction for curve in curves}
-    )
+    if len(torques) > 1:
+        natural += f", {torques[0]:g} N m"
+    directions: set[str] = {curve.branch.direction for curve in curves}
+    _legend_of_sweep(figure, names, directions, natural)
     draw_title(figure, title)
     return figure
 
@@ -140,8 +146,8 @@ def _mark_resonances(axes: Axes, system: LumpedSystem, m: int) -> None:
 def _legend_of_sweep(
     figure: Figure,
     names: Sequence[str],
-    torques: Sequence[float],
     directions: set[str],
+    natural: str,
 ) -> None:
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
@@ -156,9 +162,6 @@ def _legend_of_sweep(
         down = Line2D([], [], ls="--", marker="s", mfc="white", **plain)
         down.set_label("speed down")
         entries.append(down)
-    natural = "natural frequency"
-    if len(torques) > 1:
-        natural += f", {torques[0]:g} N m"
     entries += [
         Patch(color="0.85", label="contact lost in part"),
         Line2D([], [], color="black", marker=">", lw=1.3, label="jump"),

@@ -32,6 +32,7 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 INGREDIENTS = "hardening", "pairs", "body", "meshes"  # of the coupled model
+NAMED = "model", "without", "method"  # in errors of the library as the options are
 Kind = Literal["fe", "rectangular", "trapezoid", "fourier"]
 Damping = Annotated[
     float | None,

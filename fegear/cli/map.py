@@ -13,6 +13,7 @@ import typer
 from fegear.cli.edits import EditedSet, edit_entries
 from fegear.cli.groups import grouped, option
 from fegear.cli.lumped_options import (
+    NAMED,
     CoupledOptions,
     Integration,
     LoadCase,
@@ -20,7 +21,7 @@ from fegear.cli.lumped_options import (
     speeds_of,
 )
 from fegear.cli.map_axes import parsed_axes
-from fegear.cli.options import FREQUENCY, Outputs, refuse_idle
+from fegear.cli.options import FREQUENCY, Outputs, named_options, refuse_idle
 from fegear.cli.screen import complain, counted, number, screen
 from fegear.errors import InputError
 
@@ -123,7 +124,8 @@ def map_command(
         "digest of the gear set": digest(varied.gear_set),
         "response": response.words,
     }
-    grid = varied.grid(settings, entries)
+    with named_options(*NAMED):
+        grid = varied.grid(settings, entries)
     if not outputs.overwrite:
         try:
             grid = take_up(grid, outputs.output)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from fegear.cli.edits import EditedSet, edit_entries
 from fegear.cli.groups import grouped, option
 from fegear.cli.lumped_options import (
+    NAMED,
     AnyModel,
     Integration,
     LoadCases,
@@ -16,7 +17,7 @@ from fegear.cli.lumped_options import (
     chosen_torques,
     speeds_of,
 )
-from fegear.cli.options import Outputs
+from fegear.cli.options import Outputs, named_options
 from fegear.cli.sweep_report import show_sweep
 from fegear.errors import InputError
 
@@ -71,7 +72,7 @@ def sweep_command(
         integration=numerics,
         directions=swept.directions,
     )
-    with outputs.progress() as report:
+    with outputs.progress() as report, named_options(*NAMED):
         result = sweep_speeds(gear_set, torques, frequencies, settings, report)
     header = result.header | edit_entries(changes)
     show_sweep(replace(result, header=header), outputs, begin)

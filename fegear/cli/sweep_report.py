@@ -44,7 +44,7 @@ def _figure(result: SweepResult) -> Figure:
     ).strip()
     curves = [Curve(torque, branch, name) for torque, branch in result.found]
     curves += [Curve(torque, branch, "Model-1") for torque, branch in result.beside]
-    return draw_sweep(curves, title)
+    return draw_sweep(curves, title, f"natural frequency {result.natural}")
 
 
 def print_sweep(values: dict[str, Any]) -> None:
@@ -55,7 +55,8 @@ def print_sweep(values: dict[str, Any]) -> None:
     console.print(
         f"{values['gear_set']}, model {values['model']}, {values['excitation']}, "
         f"damping ratio {values['damping_ratio']:g}\n"
-        f"natural frequencies that strain a mesh [Hz]: {lines}\n"
+        f"natural frequencies {values['natural_frequencies']} that strain a mesh "
+        f"[Hz]: {lines}\n"
         f"{counted(values['speeds'], 'speed', 'speeds')}, {span} of the first mesh"
     )
     _print_branches(console, values["branches"], values["speeds"])

@@ -10,12 +10,13 @@ import typer
 from fegear.cli.edits import EditedSet, edit_entries
 from fegear.cli.groups import grouped, option
 from fegear.cli.lumped_options import (
+    NAMED,
     AnyModel,
     Integration,
     LoadCase,
     middle_torque,
 )
-from fegear.cli.options import FREQUENCY, Outputs
+from fegear.cli.options import FREQUENCY, Outputs, named_options
 from fegear.cli.screen import complain, counted, number, print_columns, screen
 from fegear.errors import InputError
 
@@ -64,11 +65,10 @@ def wave_command(
     from lumped.motion import DivergedError, wave_csv
 
     description = model.lumped_model(gear_set)
+    given = gear_set, at, approach.speed, description, settings, approach.from_speed
     try:
-        found = settle_motion(
-            *(gear_set, at, approach.speed, description, settings),
-            approach.from_speed,
-        )
+        with named_options(*NAMED):
+            found = settle_motion(*given)
     except DivergedError as error:
         complain(str(error))
         raise typer.Exit(1) from None

@@ -41,7 +41,8 @@ def coupled_contacts(
     without : which of `lumped.coupled.INGREDIENTS` are left out
     """
     if "body" not in without:
-        require_inertia_of_bodies(gear_set)
+        otherwise = "the coupled model without body counts none of it"
+        require_inertia_of_bodies(gear_set, otherwise)
     settings = excitations.source.statics
     tables = equal_tables(gear_set, torque, excitations)
     laws = all_mesh_laws(gear_set, tables, settings)

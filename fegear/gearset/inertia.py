@@ -32,11 +32,15 @@ def inertia_of(gear: Gear) -> float:
     return body_inertia(gear) if gear.inertia is None else gear.inertia
 
 
-def require_inertia_of_bodies(gear_set: GearSet) -> None:
+def require_inertia_of_bodies(
+    gear_set: GearSet, otherwise: str = "fidelity quasistatic has no elastic body"
+) -> None:
     """Raise InputError for a gear whose body alone exceeds the given inertia.
 
     An elastic body brings its own inertia, and what it leaves of the given one is the
     hub's: without anything left the motion has no solution.
+
+    otherwise : what has no elastic body
     """
     for gear in gear_set.gears:
         given, body = inertia_of(gear), body_inertia(gear)
@@ -46,6 +50,5 @@ def require_inertia_of_bodies(gear_set: GearSet) -> None:
                 f"less than the {body:.6g} kg m2 of the body between bore and tooth "
                 "outline; where the body is elastic, give its inertia or more, a "
                 "smaller face_width_mm, a larger hub_radius_mm, or a smaller "
-                "density_kg_per_m3 for a body with holes; "
-                "fidelity quasistatic has no elastic body"
+                f"density_kg_per_m3 for a body with holes; {otherwise}"
             )

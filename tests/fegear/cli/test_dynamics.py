@@ -37,6 +37,7 @@ def test_rows_and_summary(tmp_path):
     assert table.header["fidelity"] == "quasistatic"
     found = json.loads(result.stdout)
     assert found["speeds"] == 3
+    assert found["natural_frequencies"] == "of model 1"
     assert [branch["direction"] for branch in found["branches"]] == ["up", "down"]
     assert not (tmp_path / "d.csv.partial").exists()
 

@@ -85,6 +85,7 @@ def test_the_summary_lists_peaks_and_jumps():
     peak = next(p for p in branch["peaks"] if p["mesh"] == 2)
     assert peak["contact_loss_fraction"] > 0.2
     assert branch["complete"]
+    assert values["natural_frequencies"] == "about the mean mesh stiffness"
     assert values["natural_frequencies_Hz"][1:] == pytest.approx([1605.0, 3230.6], 1e-3)
     printed = run(*words)
     for text in ("Peaks", "Jumps", "[Hz]", "RMS of", "wall time"):

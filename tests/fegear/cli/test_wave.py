@@ -79,7 +79,9 @@ def test_the_coupled_model_repeats_the_sweep():
     at = ("liu-pair", "--torque", 100, "--model", "coupled", "--json")
     found = json.loads(run(*at, "--speed", 2500))
     words = list(map(str, (*at, "--speeds", 2500, "--direction", "up")))
-    swept = json.loads(CliRunner().invoke(sweep, words).stdout)["branches"][0]
+    values = json.loads(CliRunner().invoke(sweep, words).stdout)
+    swept = values["branches"][0]
+    assert values["natural_frequencies"] == "about the loaded state"
     (mesh,) = found["meshes"]
     assert found["model"] == "coupled"
     assert mesh["dte_rms_m"] == swept["largest"][0]["dte_rms_m"]

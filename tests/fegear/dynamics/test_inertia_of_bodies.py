@@ -15,7 +15,7 @@ from fegear.errors import InputError
 from fegear.excitation import Excitations, Source
 from fegear.gearset import read_gear_set
 from fegear.gearset.inertia import body_inertia, inertia_of, require_inertia_of_bodies
-from fegear.lumped_system import lumped_system
+from fegear.lumped_system import LumpedModel, lumped_system
 from lumped.steady_state import steady_state
 
 README = Path(__file__).parents[3] / "README.md"
@@ -84,6 +84,14 @@ def test_less_inertia_than_the_elastic_body_has_is_refused(example, fidelity):
     assert "less than the 0.000174676 kg m2 of the body" in line
     for key in ("face_width_mm", "hub_radius_mm", "density_kg_per_m3"):
         assert key in line
+
+
+def test_the_coupled_model_says_what_would_do_without(example):
+    model = LumpedModel(number="coupled")
+    with pytest.raises(InputError, match="without body counts none of it"):
+        lumped_system(light(example, 0.99), 120.0, model)
+    left_out = replace(model, without=("body",))
+    assert lumped_system(light(example, 0.99), 120.0, left_out).contacts is not None
 
 
 def test_inertia_as_it_is_printed_is_taken(example):
