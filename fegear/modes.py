@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -11,7 +11,9 @@ from fegear.gearset.model import GearSet
 from fegear.lumped_system import LumpedModel, lumped_system
 from fegear.train import mesh_torques_at, train_of
 from lumped.modes import Modes, natural_modes
+from lumped.system import LumpedSystem
 
+Stiffness = Literal["given", "fe", "coupled"]
 UNSTRAINED = 1e-6  # part of the strain energy in the meshes below which there is none
 
 
@@ -20,21 +22,37 @@ def summarise_modes(
     torque: float | None,
     translations: bool,
     source: Source,
-    use_given: bool = True,
+    stiffness: Stiffness = "given",
 ) -> dict[str, Any]:
     """Plain values, ready for JSON.
 
     torque : on the input gear [N m], None where all mean stiffnesses are given
     """
-    stiffness = mean_stiffnesses(gear_set, torque or 0.0, source, use_given)
-    train = train_of(gear_set, torque or 0.0, translations)
-    modes = natural_modes(train, [entry["stiffness_N_per_m"] for entry in stiffness])
+    if stiffness == "coupled":
+        coupled = LumpedModel(
+            number="coupled", translations=translations, stiffness=source
+        )
+        system = lumped_system(gear_set, torque or 0.0, coupled)
+        train, modes = system.train, modes_under_load(system)
+        origin = f"tangent of the coupled model at {torque:g} N m on the input gear"
+        origins = [origin] * len(gear_set.meshes)
+    else:
+        given = stiffness == "given"
+        found = mean_stiffnesses(gear_set, torque or 0.0, source, given)
+        origins = [origin for _, origin in found]
+        train = train_of(gear_set, torque or 0.0, translations)
+        modes = natural_modes(train, [value for value, _ in found])
     return {
         "gear_set": gear_set.name,
         "torque_Nm": torque,
         "translations": translations,
         "damping_ratio": train.damping_ratio,
-        "mean_stiffness": stiffness,
+        "mean_stiffness": [
+            {"mesh": m, "stiffness_N_per_m": float(value), "origin": origin}
+            for m, (value, origin) in enumerate(
+                zip(modes.mean_stiffness, origins, strict=True), start=1
+            )
+        ],
         "modes": [
             {
                 "frequency_Hz": float(modes.frequency_Hz[i]),
@@ -46,47 +64,28 @@ def summarise_modes(
     }
 
 
-def summarise_loaded_modes(
-    gear_set: GearSet, torque: float, translations: bool, source: Source
-) -> dict[str, Any]:
-    """Of the coupled model about its loaded state at a torque [N m], as plain values.
+def modes_under_load(system: LumpedSystem) -> Modes:
+    """Modes of the coupled model about its loaded state; those that strain a mesh.
 
     Mean stiffnesses are tangents of the meshes.
     """
-    model = LumpedModel(number="coupled", translations=translations, stiffness=source)
-    system = lumped_system(gear_set, torque, model)
-    loaded, shapes = system.loaded, system.arrays.shapes
+    loaded, shapes, modes = system.loaded, system.arrays.shapes, system.modes
     assert loaded is not None
     own = np.einsum("mi,mij,mj->m", shapes, loaded.meshes, shapes)
-    stiffness = own / (shapes**2).sum(axis=1) ** 2
-    moved = system.modes.shapes[:, system.moving] @ loaded.shapes
-    origin = f"tangent of the coupled model at {torque:g} N m on the input gear"
-    kinetic = system.modes.coordinates.mass[:, None] * moved**2
-    labels = system.modes.coordinates.labels
-    return {
-        "gear_set": gear_set.name,
-        "torque_Nm": torque,
-        "translations": translations,
-        "damping_ratio": system.train.damping_ratio,
-        "mean_stiffness": [
-            {"mesh": m + 1, "stiffness_N_per_m": float(value), "origin": origin}
-            for m, value in enumerate(stiffness)
-        ],
-        "modes": [
-            {
-                "frequency_Hz": float(frequency),
-                "mesh_energy": [float(part) for part in loaded.mesh_energy[:, i]],
-                "kind": " ".join(labels[int(kinetic[:, i].argmax())]),
-            }
-            for i, frequency in enumerate(loaded.frequency_Hz)
-        ],
-    }
+    return Modes(
+        coordinates=modes.coordinates,
+        mean_stiffness=own / (shapes**2).sum(axis=1) ** 2,
+        frequency_Hz=loaded.frequency_Hz,
+        shapes=modes.shapes[:, system.moving] @ loaded.shapes,
+        mesh_shapes=shapes @ loaded.shapes,
+        mesh_energy=loaded.mesh_energy,
+    )
 
 
 def mean_stiffnesses(
     gear_set: GearSet, torque: float, source: Source, use_given: bool
-) -> list[dict[str, Any]]:
-    """Mean stiffness of every mesh and where it comes from."""
+) -> list[tuple[float, str]]:
+    """Mean stiffness of every mesh [N/m], and where it comes from."""
     excitations, found = Excitations(source), []
     for mesh, driving in enumerate(mesh_torques_at(gear_set, torque)):
         given = gear_set.meshes[mesh].mean_stiffness
@@ -96,7 +95,7 @@ def mean_stiffnesses(
         else:
             table = excitations.table(unmodified(gear_set, mesh), mesh, driving)
             value = float(table["stiffness_N_per_m"].mean())
-        found.append({"mesh": mesh + 1, "stiffness_N_per_m": value, "origin": origin})
+        found.append((value, origin))
     return found
 
 

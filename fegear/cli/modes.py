@@ -40,7 +40,7 @@ def modes_command(
     """Natural frequencies of a train, and what they strain."""
     gear_set, _ = subject.load()
     from fegear.excitation import Source
-    from fegear.modes import summarise_loaded_modes, summarise_modes
+    from fegear.modes import summarise_modes
 
     use_given = stiffness == "given"
     at = None  # N m, where something depends on it
@@ -51,10 +51,7 @@ def modes_command(
         at = middle_torque(gear_set, torque)
     refuse_unused(elements, used=at is not None)
     source = Source(**elements.choices)
-    if stiffness == "coupled" and at is not None:
-        values = summarise_loaded_modes(gear_set, at, translations, source)
-    else:
-        values = summarise_modes(gear_set, at, translations, source, use_given)
+    values = summarise_modes(gear_set, at, translations, source, stiffness)
     show(values, as_json, print_modes)
 
 

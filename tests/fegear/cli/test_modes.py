@@ -55,6 +55,21 @@ def test_stiffness_by_finite_elements():
     assert entry["stiffness_N_per_m"] == pytest.approx(2.98e8, rel=0.015)
 
 
+def test_the_loaded_state_of_the_coupled_model():
+    figures = json.loads(run("liu-pair", "--stiffness", "coupled", "--json"))
+    (mode,) = figures["modes"]
+    (held,) = (m for m in modes("liu-pair", "--stiffness", "fe") if m["frequency_Hz"])
+    assert 1.03 < mode["frequency_Hz"] / held["frequency_Hz"] < 1.12
+    assert mode["mesh_energy"] == pytest.approx([1.0])
+    assert mode["kind"] == held["kind"]
+    (entry,) = figures["mean_stiffness"]
+    assert (
+        entry["origin"] == "tangent of the coupled model at 100 N m on the input gear"
+    )
+    squares = (mode["frequency_Hz"] / held["frequency_Hz"]) ** 2
+    assert entry["stiffness_N_per_m"] == pytest.approx(squares * 2.98e8, rel=0.02)
+
+
 @pytest.mark.parametrize(
     ("words", "message"),
     [
