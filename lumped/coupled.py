@@ -207,6 +207,7 @@ def _room(system: CoupledSystem) -> dict[str, Any]:
         reversed=np.zeros(count, np.int64),
         free=np.empty(count),
         start=np.zeros(count),
+        cell=np.zeros(count, np.int64),
         chosen=np.empty(count, np.int64),
         Q=np.empty((count, count)),
         newton=np.empty((6, count)),

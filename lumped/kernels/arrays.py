@@ -188,6 +188,7 @@ class ContactProblem(NamedTuple):
     knots, law : as in Contacts; place, part : as in Position; mesh_of : (c,)
     reversed : (c,) whether a contact slides against its nominal direction
     free : (c,) penetrations without contact forces [m]; start : (c,) first guess
+    cell : (c,) of the law where the last penetration was looked up
     chosen : (c,); Q : (c, c) [m/N], of those chosen
     newton : (6, c), loaded : (c,), matrix : (c, c + 1) working arrays
     """
@@ -200,6 +201,7 @@ class ContactProblem(NamedTuple):
     reversed: Array
     free: Array
     start: Array
+    cell: Array
     chosen: Array
     Q: Array
     newton: Array

@@ -23,7 +23,8 @@ MOST_ROUNDS = 60
 CONVERGED, NOT_CONVERGED = 0, 1
 X, LOADS, SLOPES, ERRORS, BEFORE, STEP = range(6)  # rows of Newton's method
 ON_GRID = 1e-6  # of a cell within which a position is on the grid
-LAST = 1e-7  # of the law's reach: a step after which no other is needed
+LAST = 1e-7  # of the law's reach: a step after which no other is needed,
+SMALL = 3e-5  # or of the penetration: what is left is of the order of its square
 EXACT = 1e-11  # of the law's reach, of penetrations
 STICKING = 5e-3  # m/s: a slower reversal of sliding does not reverse the friction
 NEAR = 0.05  # of the law's reach: contacts so little apart are solved for
@@ -34,14 +35,15 @@ def load_at(problem, c, penetration):
     """(load [N], slope [N/m]) of contact c, linear between positions of its table."""
     if not penetration > 0.0:
         return 0.0 * penetration, 0.0  # NaN stays NaN
-    m, side = problem.mesh_of[c], problem.reversed[c]
+    m, side, cell = problem.mesh_of[c], problem.reversed[c], problem.cell[c]
     knots, law, cells = problem.knots, problem.law, problem.knots.shape[1] - 1
     reach, place, part = knots[m, cells], problem.place[m], problem.part[m]
-    cell = min(int(cells * math.sqrt(penetration / reach)), cells - 1)
-    x = min(penetration, reach) - knots[m, cell]
-    if x < 0.0:  # rounding of the root
+    while cell < cells - 1 and penetration >= knots[m, cell + 1]:
+        cell += 1
+    while penetration < knots[m, cell]:
         cell -= 1
-        x = penetration - knots[m, cell]
+    problem.cell[c] = cell
+    x = min(penetration, reach) - knots[m, cell]
     load, slope = 0.0, 0.0
     for power in range(3, -1, -1):
         coefficient = law[c, place, side, cell, power]
@@ -125,7 +127,7 @@ def contact_problem(contacts, mesh_of, where):
     return ContactProblem(
         *(contacts.knots, contacts.law, where.place, where.part, mesh_of),
         *(np.zeros(count, np.int64), np.empty(count), np.zeros(count)),
-        np.empty(count, np.int64),
+        *(np.zeros(count, np.int64), np.empty(count, np.int64)),
         *(np.empty((count, count)), np.empty((6, count)), np.empty(count, np.int64)),
         np.empty((count, count + 1)),
     )
@@ -161,7 +163,7 @@ def set_errors(problem, n):
 
 @inlined
 def set_newton_step(problem, n):
-    """Newton's step of n penetrations, by those that are loaded; the largest."""
+    """Newton's step of n penetrations by those that are loaded; whether it is small."""
     newton, matrix, Q = problem.newton, problem.matrix, problem.Q
     loaded, count = problem.loaded, 0
     for i in range(n):
@@ -175,15 +177,15 @@ def set_newton_step(problem, n):
             matrix[a, b] = Q[i, loaded[b]] * newton[SLOPES, loaded[b]]
         matrix[a, a] += 1.0
     eliminate(matrix, count, count + 1)
-    largest = 0.0
+    small, least = True, LAST * problem.knots[0, -1]
     for i in range(n):
         step = newton[ERRORS, i]
         for b in range(count):
             slope = newton[SLOPES, loaded[b]]
             step -= Q[i, loaded[b]] * slope * matrix[b, count]
         newton[STEP, i] = step
-        largest = max(largest, abs(step))
-    return largest
+        small &= abs(step) <= max(least, SMALL * abs(newton[X, i]))
+    return small
 
 
 @compiled_part
@@ -202,9 +204,7 @@ def solve_penetrations(problem, n):
             return CONVERGED
         if not error < math.inf:
             return NOT_CONVERGED
-        largest = set_newton_step(problem, n)
-        if largest <= LAST * scale:
-            # what is left is of the order of its square
+        if set_newton_step(problem, n):
             for i in range(n):
                 newton[X, i] -= newton[STEP, i]
                 newton[LOADS, i] -= newton[SLOPES, i] * newton[STEP, i]

@@ -67,7 +67,17 @@ def set_free_penetrations(system, steps, i, passed, q):
             x -= errors[c, cycle % errors.shape[1]]
         for j in range(q.size):
             x += steps.rows[i, c, j] * q[j]
+        set_start(problem, c, steps.penetration[c], x)
         problem.free[c] = x
+
+
+@inlined
+def set_start(problem, c, before, free):
+    """First guess of a penetration: where it goes on, nearly in proportion."""
+    problem.start[c] = free
+    if before > 0.0:
+        known = problem.free[c]
+        problem.start[c] = before * free / known if known > 0.5 * before else before
 
 
 @inlined
@@ -78,7 +88,6 @@ def set_loads(steps, i):
     """
     problem, load = steps.problem, steps.load
     for c in range(load.size):
-        problem.start[c] = steps.penetration[c] if load[c] > 0.0 else problem.free[c]
         load[c], steps.penetration[c] = 0.0, problem.free[c]
     near = find_near(problem)
     for p in range(near):
