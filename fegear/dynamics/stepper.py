@@ -306,6 +306,7 @@ def joined(parts: list[Motion]) -> Motion:
             + [getattr(parts[-1], name)]
         )
         for name in (field.name for field in fields(Motion))
+        if getattr(parts[0], name) is not None
     }
     whole["time"] = parts[0].time[1] * np.arange(float(len(whole["rate"])))
     return Motion(**whole)
