@@ -13,6 +13,8 @@ from lumped import TrainError, respond
 from lumped.motion import arrive, time_history
 from lumped.table import pair_names, pair_teeth
 
+PINION, WHEEL = (0.0, 3e-6), (1e-6, -2e-6, 0.5e-6, 2e-6, -1e-6)  # repeated around
+ERRORS = (PINION * 19, WHEEL * 11)
 SLOW = 20.0  # Hz, where only the change of stiffness itself still excites vibration
 
 
@@ -24,6 +26,12 @@ def coupled(case):
 @pytest.fixture(scope="module")
 def slow(case_of):
     return time_history(coupled(case_of("liu-pair")), SLOW)
+
+
+@pytest.fixture(scope="module")
+def uneven(case_of):
+    """Tooth pairs that repeat after ten mesh cycles."""
+    return time_history(coupled(case_of("liu-pair", errors=ERRORS)), SLOW)
 
 
 @pytest.fixture(scope="module")
@@ -50,10 +58,13 @@ def test_forces_of_the_pairs_add_up_to_that_of_the_mesh(name, request):
         assert set(pairs.count) == {1, 2}
 
 
-def test_slow_motion_has_the_load_sharing_of_the_static_table(slow, case_of):
-    """Within the vibration that is left, 0.6 % of the load at 20 Hz, and 0.04 % on
-    average."""
-    case = case_of("liu-pair")
+@pytest.mark.parametrize(("motion", "errors"), [("slow", ()), ("uneven", ERRORS)])
+def test_slow_motion_has_the_load_sharing_of_the_static_table(
+    motion, errors, case_of, request
+):
+    """Within the vibration that is left at 20 Hz: 0.6 % of the load, 1.1 % where teeth
+    that stand out come into contact, and 0.04 % on average."""
+    found, case = request.getfixturevalue(motion), case_of("liu-pair", errors=errors)
     settings = replace(case.settings, positions=64, estimate_error=False)
     table = solve_mesh(case.gear_set, 0, [100.0], settings).table
     gear = case.gear_set.meshes[0].pair.driver
@@ -62,10 +73,10 @@ def test_slow_motion_has_the_load_sharing_of_the_static_table(slow, case_of):
     error = []
     for p, k in enumerate(sorted(shares)):
         static = np.nan_to_num(table[shares[k]][0]) * 100.0 / gear.base_radius
-        place = SLOW * slow.history.time
-        force = np.interp(table.position, place, slow.pairs[0].force[:, p])
+        place = SLOW * found.history.time
+        force = np.interp(table.position, place, found.pairs[0].force[:, p])
         error.append(np.abs(force - static) * gear.base_radius / 100.0)
-    assert np.max(error) < 0.01
+    assert np.max(error) < 0.015
     assert np.mean(error) < 0.001
 
 
