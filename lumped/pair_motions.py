@@ -20,9 +20,11 @@ from lumped.system import LumpedSystem
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
-NOWHERE = -1.0  # m, penetration of a pair that has no contact on a side
+Ends = tuple[Array, Array]  # at the starts and ends of steps
+FAR = -1.0  # m, penetration of a pair that has no contact on a side
 PARTS = 16  # of a step, for the time that contact conditions last
-MIDDLES = (np.arange(PARTS) + 0.5) / PARTS
+MIDDLES = (np.arange(PARTS)[:, None] + 0.5) / PARTS
+ROWS = 8192  # steps whose parts are looked at together
 CONDITIONS = {
     "I": "no pair touches",
     "II": "the entering pair is lost",
@@ -100,9 +102,9 @@ def _spring_motion(
     force = np.where(state == 0, 0.0, k * overlap)
     before = s[1:, None] - gap[:-1, 2]
     # not where a pair fades in or out within a step: its gap is out of bounds there
-    throughout = stiffness[:-1].min(axis=1) > 0.0
+    inside = np.where(stiffness[:-1].min(axis=1) > 0.0, 1.0, -1.0)
     conditions = contact_conditions(
-        elastic[:-1], before, throughout[:, None], h, backlash
+        (elastic[:-1], before), (inside, inside), h, backlash
     )
     return PairMotion(force, state, k > 0.0, conditions)
 
@@ -119,23 +121,23 @@ def _contact_motion(
     cycles = _mesh_cycles(system, m, frequency, history)
     turn = np.floor(cycles + ROUNDING).astype(np.int64)
     pitch = np.floor(mesh.phase + cycles + ROUNDING).astype(np.int64)
-    ahead, columns = _pair_columns(system, m, turn - pitch)
-    loads, drive, back = _by_pairs(history, columns)
+    ahead, loads, (drive, back) = _by_pairs(system, m, turn - pitch, history)
     force = loads[0] - loads[1] + 0.0  # no negative zeros
     state = np.where(back > 0.0, -1, np.where(drive > 0.0, 1, 0))
     position = (mesh.phase + cycles - pitch)[:, None] + ahead
-    engaged = (position > low) & (position < high)
-    way = position[:-1, None] + np.diff(cycles)[:, None, None] * MIDDLES[:, None]
+    inside = np.minimum(position - low, high - position)
+    engaged = inside > 0.0
     # flanks that do not face each other are out of bounds
     apart = np.maximum(drive, -mesh.backlash)
     elastic = np.where(back > 0.0, -mesh.backlash - back, apart)
     # a pair that passes the pitch point in a step takes the next place
     places = np.diff(pitch)[:, None] + np.arange(ahead.size)
-    end = np.take_along_axis(np.pad(elastic[1:], ((0, 0), (0, 1))), places, axis=1)
-    conditions = contact_conditions(
-        *(elastic[:-1], end, (way > low) & (way < high)),
-        *(np.diff(history.time), mesh.backlash),
+    elastic_ends, inside_ends = (
+        (v[:-1], np.take_along_axis(np.pad(v[1:], ((0, 0), (0, 1))), places, axis=1))
+        for v in (elastic, inside)
     )
+    h = np.diff(history.time)
+    conditions = contact_conditions(elastic_ends, inside_ends, h, mesh.backlash)
     used = np.flatnonzero((engaged | (state != 0)).any(axis=0))
     kept = slice(used[0], used[-1] + 1)
     return PairMotion(force[:, kept], state[:, kept], engaged[:, kept], conditions)
@@ -151,62 +153,69 @@ def _mesh_cycles(
     return rate * periods * np.arange(last + 1) / last
 
 
-def _pair_columns(
-    system: LumpedSystem, m: int, shift: Indices
-) -> tuple[Indices, tuple[Indices, Indices]]:
-    """Base pitches (p,) by which pairs are ahead, and their contacts (t, p), or -1.
+def _by_pairs(
+    system: LumpedSystem, m: int, shift: Indices, history: History
+) -> tuple[Indices, Array, Array]:
+    """Base pitches (p,) by which pairs of a mesh are ahead, and their contacts.
 
-    shift : (t,) from these pairs to those that the contacts count
-    The contacts of the drive side come first, those of the back side second.
+    Loads [N] and penetrations [m], of the drive and of the back side (2, t, p).
+
+    shift : (t,) base pitches by which the contacts count a pair further ahead
     """
-    found = system.contacts
+    found, recorded = system.contacts, history.contacts
     assert found is not None
-    own = found.mesh_of == m
+    assert recorded is not None
+    own = np.flatnonzero(found.mesh_of == m)
     counted = found.pairs[own]
     ahead = np.arange(counted.min() - shift.max(), counted.max() - shift.min() + 1)
-    wanted = shift[:, None] + ahead
-    columns = []
-    for side in (1.0, -1.0):
-        contact = np.full(np.ptp(wanted) + 1, -1)
-        for c in np.flatnonzero(own & (found.contacts.side == side)):
-            contact[found.pairs[c] - wanted.min()] = c
-        columns.append(contact[wanted - wanted.min()])
-    return ahead, (columns[0], columns[1])
-
-
-def _by_pairs(
-    history: History, columns: tuple[Indices, Indices]
-) -> tuple[Array, Array, Array]:
-    """Loads (2, t, p) of both sides [N], penetrations (t, p) of each [m]."""
-    assert history.contacts is not None
-    rows = np.arange(history.time.size)[:, None]
-    load, penetration = history.contacts.transpose(1, 0, 2)
-    loads = [np.where(c < 0, 0.0, load[rows, c]) for c in columns]
-    drive, back = (np.where(c < 0, NOWHERE, penetration[rows, c]) for c in columns)
-    return np.array(loads), drive, back
+    pairs = shift[:, None] + ahead
+    loads, penetrations = np.zeros((2, *pairs.shape)), np.full((2, *pairs.shape), FAR)
+    for c in own:
+        side = int(found.contacts.side[c] < 0.0)
+        rows, places = np.nonzero(pairs == found.pairs[c])
+        loads[side, rows, places] = recorded[rows, 0, c]
+        penetrations[side, rows, places] = recorded[rows, 1, c]
+    return ahead, loads, penetrations
 
 
 def contact_conditions(
-    start: Array, end: Array, engaged: NDArray[np.bool_], h: Array, backlash: float
+    elastic: Ends, inside: Ends, h: Array, backlash: float
 ) -> dict[str, float]:
     """Part of the time that each of CONDITIONS lasts, but those that never occur.
 
     Counted while two pairs or more are engaged, over the whole time; the first
     engaged pair is the entering one, the last the leaving one.
 
-    start, end : (n, p) deflection minus gap at the ends of n steps [m], taken as
-        straight between them
-    engaged : (n, 1, p) throughout the steps, or (n, PARTS, p) in parts of them
-    h : (n,) [s]
+    elastic : (n, p) deflection minus gap at the starts and ends of n steps [m]
+    inside : (n, p) the same of a figure that is positive while a pair is engaged
+    h : (n,) [s]; within steps all is taken as straight
     """
-    found = dict.fromkeys(CONDITIONS, 0.0)
-    several = np.flatnonzero((engaged.sum(axis=-1) >= 2).any(axis=1))
-    start, end, there = start[several], end[several], engaged[several]
-    elastic = start[:, None] + (end - start)[:, None] * MIDDLES[:, None]
-    there = np.broadcast_to(there, elastic.shape)
-    touch, back = (elastic > 0.0) & there, (elastic < -backlash) & there
-    count, touching = there.sum(axis=-1), touch.sum(axis=-1)
-    entering, leaving = (_at_the_end(touch, there, end) for end in (0, -1))
+    time = np.zeros(len(CONDITIONS))
+    for first in range(0, h.size, ROWS):
+        rows = slice(first, first + ROWS)
+        deflected, engaged = (
+            start[rows, None] + (end[rows] - start[rows])[:, None] * MIDDLES
+            for start, end in (elastic, inside)
+        )
+        kind = _conditions_of(deflected, engaged > 0.0, backlash)
+        for i in range(time.size):
+            time[i] += ((kind == i).mean(axis=1) * h[rows]).sum()
+    found = zip(CONDITIONS, time / h.sum(), strict=True)
+    return {name: float(part) for name, part in found if part > 0.0}
+
+
+def _conditions_of(
+    elastic: Array, engaged: NDArray[np.bool_], backlash: float
+) -> Indices:
+    """Places in CONDITIONS of pairs (..., p); -1 where fewer than two are engaged."""
+    touch, back = (elastic > 0.0) & engaged, (elastic < -backlash) & engaged
+    count, touching = engaged.sum(axis=-1), touch.sum(axis=-1)
+    first = engaged.argmax(axis=-1)[..., None]
+    last = -1 - engaged[..., ::-1].argmax(axis=-1)[..., None]
+    entering, leaving = (
+        np.take_along_axis(touch, at % touch.shape[-1], axis=-1)[..., 0]
+        for at in (first, last)
+    )
     one_lost = touching == count - 1
     kinds = {
         "": count < 2,
@@ -216,20 +225,5 @@ def contact_conditions(
         "II": one_lost & ~entering,
         "IV": one_lost & ~leaving,
     }
-    kind = np.select(list(kinds.values()), range(len(kinds)), len(kinds))
-    for i, name in enumerate([*kinds, "other"][1:], start=1):
-        found[name] = float(((kind == i).mean(axis=1) * h[several]).sum() / h.sum())
-    return {name: value for name, value in found.items() if value > 0.0}
-
-
-def _at_the_end(
-    touch: NDArray[np.bool_], engaged: NDArray[np.bool_], end: int
-) -> NDArray[np.bool_]:
-    """Whether the first (0) or last (-1) engaged pair touches (n, PARTS).
-
-    touch, engaged : (n, PARTS, p)
-    """
-    place = engaged.argmax(axis=-1)
-    if end == -1:
-        place = engaged.shape[-1] - 1 - engaged[..., ::-1].argmax(axis=-1)
-    return np.take_along_axis(touch, place[..., None], axis=-1)[..., 0]
+    places = [list(CONDITIONS).index(name) if name else -1 for name in kinds]
+    return np.select(list(kinds.values()), places, len(CONDITIONS) - 1)

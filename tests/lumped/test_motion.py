@@ -135,7 +135,8 @@ def conditions(rows, engaged=None, backlash=5.0):
     elastic = np.array(rows)
     there = np.ones(elastic.shape, bool) if engaged is None else np.array(engaged)
     h = np.full(len(rows), 0.1)
-    return contact_conditions(elastic, elastic, there[:, None], h, backlash)
+    inside = np.where(there, 1.0, -1.0)
+    return contact_conditions((elastic, elastic), (inside, inside), h, backlash)
 
 
 def test_every_condition_is_told_apart():
@@ -152,9 +153,12 @@ def test_conditions_look_at_engaged_pairs_only():
 
 def test_a_change_within_a_step_counts_in_parts():
     start, end = np.array([[1.0, 1.0]]), np.array([[-1.0, 1.0]])
-    there = np.ones((1, 1, 2), bool)
-    found = contact_conditions(start, end, there, np.array([1.0]), math.inf)
+    ones = np.ones((1, 2))
+    found = contact_conditions((start, end), (ones, ones), np.array([1.0]), math.inf)
     assert found == pytest.approx({"II": 0.5, "III": 0.5})
+    leaves = ones, np.array([[1.0, -3.0]])
+    found = contact_conditions((start, end), leaves, np.array([1.0]), math.inf)
+    assert found == pytest.approx({"III": 0.25})
 
 
 def test_csv_has_a_row_for_each_time_and_empty_states_out_of_mesh(lost):
