@@ -122,6 +122,14 @@ class GivenTables:
         names = ", ".join(Path(name).name for name, _ in self.tables)
         return {"excitation": printable(f"tables {names}")}
 
+    @property
+    def statics(self) -> StaticsSettings:
+        """Finite elements, in the plane of the tables, for what those do not give."""
+        from fegear.statics import StaticsSettings
+
+        strain = all(table.header.get("plane") == "strain" for _, table in self.tables)
+        return StaticsSettings(plane="strain" if strain else "stress")
+
     def of(
         self, gear_set: GearSet, mesh: int, torque: float, model: int
     ) -> MeshExcitation:
@@ -185,6 +193,11 @@ class Excitations:
 
     source: Source = field(default_factory=Source)
     _tables: dict[tuple[object, ...], MeshTable] = field(default_factory=dict)
+
+    @property
+    def statics(self) -> StaticsSettings:
+        """How the finite elements solve a table."""
+        return self.source.statics
 
     def of(
         self, gear_set: GearSet, mesh: int, torque: float, model: int

@@ -88,8 +88,10 @@ def lumped_system(
     Raises InputError where the gear set gives no train, or one that would accelerate.
     """
     model = model or LumpedModel()
-    coupled = model.number == "coupled"
     source = excitations or model.excitations
+    known = None
+    if model.number == "coupled":
+        known = _known_contacts(gear_set, model, source)
     train = train_of(gear_set, torque, model.translations, model.damping_ratio)
     on_meshes = mesh_torques_at(gear_set, torque)
     driven = tuple(
@@ -100,22 +102,35 @@ def lumped_system(
         system = LumpedSystem(train, driven)
     except TrainError as error:
         raise InputError(f"{gear_set.name}: {error}") from None
-    if not coupled:
+    if known is None:
         return system
     from fegear.dynamics.coupled import coupled_contacts
 
-    if not isinstance(source, Excitations) or source.source.kind != "fe":
+    require_physical(gear_set, torque, system)
+    contacts = coupled_contacts(gear_set, torque, system, known, model.without)
+    return replace(system, contacts=contacts)
+
+
+def _known_contacts(
+    gear_set: GearSet, model: LumpedModel, source: ExcitationSource
+) -> Excitations | GivenTables:
+    """What gives the contacts of the coupled model; what it leaves out is there."""
+    if isinstance(source, GivenTables):
+        if max(error_periods(gear_set)) > 1:
+            raise InputError(
+                f"pitch_errors_um of {gear_set.name}; the coupled model of mesh tables "
+                "is that of equal teeth, allowed are none or finite elements"
+            )
+    elif not isinstance(source, Excitations) or source.source.kind != "fe":
         raise InputError(
-            "model = coupled; its contacts come from finite elements, mesh tables and "
-            "other excitations than fe know nothing of them"
+            "model = coupled; its contacts come from finite elements or mesh tables, "
+            "other excitations know nothing of them"
         )
     if "meshes" in model.without and not shares_a_gear(gear_set):
         raise InputError(
             f"without = meshes; no gear of {gear_set.name} is in two meshes"
         )
-    require_physical(gear_set, torque, system)
-    contacts = coupled_contacts(gear_set, torque, system, source, model.without)
-    return replace(system, contacts=contacts)
+    return source
 
 
 def require_physical(gear_set: GearSet, torque: float, system: LumpedSystem) -> None:

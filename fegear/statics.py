@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from itertools import combinations
 from os import PathLike
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+from fegear.contact.pair_laws import pair_coupling
 from fegear.contact.problem import (
     ContactCycle,
     ContactProblem,
@@ -28,7 +30,7 @@ from fegear.output import write_text
 from fegear.summary import summary
 from fegear.timing import recorded_stages, stage
 from fegear.version import package_version
-from lumped.table import MeshTable, format_table
+from lumped.table import MeshTable, format_table, pair_compliance_name
 from meshes import MeshSize
 
 if TYPE_CHECKING:
@@ -189,12 +191,15 @@ def solve_mesh(
         error = None
         if settings.estimate_error:
             error = _estimate(gear_set, mesh, settings, cycle, report)
+    columns = table_columns(cycle)
     header = table_header(gear_set, mesh, settings, cycle, error)
     if pitches > 1:
         header["pitch errors"] = (
             f"tooth pairs repeat after {pitches} base pitches; pairs count anew in each"
         )
-    table = mesh_table(cycle, header)
+    else:
+        columns |= pair_compliances(problem, cycle)
+    table = MeshTable(cycle.torque, cycle.position, columns, header)
     return StaticsResult(table, cycle, problem, error, dict(seconds), pitches)
 
 
@@ -283,11 +288,12 @@ def _joined(cycles: list[ContactCycle]) -> ContactCycle:
     """Cycles over consecutive positions as one; pairs are matched by tooth."""
     teeth = sorted({int(k) for c in cycles for k in c.teeth}, key=lambda k: (abs(k), k))
     empty = {"load": 0.0, "pressure": 0.0, "gap": np.inf, "friction_bending": np.nan}
+    empty |= {"arc": 0.0, "closing": 1.0}
 
     def by_pair(cycle: ContactCycle, name: str) -> Array:
         values = getattr(cycle, name)
-        out = np.full((*values.shape[:2], len(teeth)), empty[name])
-        out[..., [teeth.index(k) for k in cycle.teeth]] = values
+        out = np.full((*values.shape[:2], len(teeth), *values.shape[3:]), empty[name])
+        out[:, :, [teeth.index(k) for k in cycle.teeth]] = values
         return out
 
     rows = ("ste", "no_load", "local_stiffness", "driven_torque", "residual")
@@ -326,9 +332,8 @@ def _estimate(
     )
 
 
-def mesh_table(cycle: ContactCycle, header: dict[str, str]) -> MeshTable:
-    """The table of a contact cycle; pairs that never carry load are left out."""
-    used = np.flatnonzero((cycle.load != 0.0).any(axis=(0, 1)))
+def table_columns(cycle: ContactCycle) -> dict[str, Array]:
+    """Columns of a contact cycle; pairs that never carry load are left out."""
     share = cycle.load_share
     bending = np.nansum(share * cycle.friction_bending, axis=2)
     columns = {
@@ -341,7 +346,7 @@ def mesh_table(cycle: ContactCycle, header: dict[str, str]) -> MeshTable:
         "friction_bending_ratio": bending,
         "driven_torque_Nm": cycle.driven_torque,
     }
-    for number, k in enumerate(used, start=1):
+    for number, k in enumerate(_used_pairs(cycle), start=1):
         gap = np.where(np.isfinite(cycle.gap[..., k]), cycle.gap[..., k], np.nan)
         columns |= {
             f"pair{number}_stiffness_N_per_m": cycle.pair_stiffness[..., k],
@@ -350,9 +355,29 @@ def mesh_table(cycle: ContactCycle, header: dict[str, str]) -> MeshTable:
             f"pair{number}_max_pressure_Pa": cycle.pressure[..., k],
             f"pair{number}_friction_bending_ratio": cycle.friction_bending[..., k],
         }
-    pairs = " ".join(f"pair{i}={cycle.teeth[k]:+d}" for i, k in enumerate(used, 1))
-    header = header | {"pairs ahead of the reference pair [base pitches]": pairs}
-    return MeshTable(cycle.torque, cycle.position, columns, header)
+    return columns
+
+
+def pair_compliances(problem: ContactProblem, cycle: ContactCycle) -> dict[str, Array]:
+    """Columns of the transmission error of either pair per load of the other.
+
+    Empty where one of them faces no flank.
+    """
+    used = _used_pairs(cycle)
+    arc = cycle.arc[:, :, used].reshape(-1, used.size, 2)
+    normal, _ = pair_coupling(problem, cycle.teeth[used], arc)
+    compliance = normal.reshape(*cycle.ste.shape, used.size, used.size)
+    facing = np.isfinite(cycle.gap[..., used])
+    closing = np.where(facing, cycle.closing[..., used], np.nan)
+    return {
+        pair_compliance_name(i, j): compliance[..., i, j]
+        / (closing[..., i] * closing[..., j])
+        for i, j in combinations(range(used.size), 2)
+    }
+
+
+def _used_pairs(cycle: ContactCycle) -> NDArray[np.intp]:
+    return np.flatnonzero((cycle.load != 0.0).any(axis=(0, 1)))
 
 
 def table_header(
@@ -364,6 +389,8 @@ def table_header(
 ) -> dict[str, str]:
     spec = gear_set.meshes[mesh]
     driver, driven = gear_set.gears[spec.driver], gear_set.gears[spec.driven]
+    used = enumerate(_used_pairs(cycle), start=1)
+    pairs = " ".join(f"pair{i}={cycle.teeth[k]:+d}" for i, k in used)
     header = {
         "format": "fegear mesh table 1",
         "fegear version": package_version(),
@@ -377,9 +404,11 @@ def table_header(
         "friction coefficient": f"{settings.friction:g}",
         "corner contact": "on" if settings.corner_contact else "off",
         "body": BODIES[settings.body],
+        "pairs ahead of the reference pair [base pitches]": pairs,
         "position": "base pitches past the pitch point of the reference pair",
         "units": "in column names; torque is on the driver; transmission errors are "
-        "driver rotation times base radius, driven gear held",
+        "driver rotation times base radius, driven gear held; compliance of two pairs "
+        "is the transmission error of either per load of the other",
         "largest complementarity residual": f"{cycle.residual.max():.3g}",
     }
     if error is not None:

@@ -149,6 +149,12 @@ def pair_names(table: MeshTable, quantity: str) -> list[str]:
     return [f"pair{pair}_{quantity}" for pair in range(1, table.pair_count + 1)]
 
 
+def pair_compliance_name(one: int, other: int) -> str:
+    """Column of how two pairs, from 0, deflect each other; the lower number first."""
+    first, second = sorted((one, other))
+    return f"pair{first + 1}_pair{second + 1}_compliance_m_per_N"
+
+
 def pair_teeth(table: MeshTable) -> list[int]:
     """How many base pitches each pair is ahead of the reference pair.
 

@@ -227,7 +227,8 @@ class TabledOptions(LumpedOptions):
 
     table: list[Path] | None = option(
         "Mesh table (CSV) in place of finite elements; give one for each mesh, in "
-        "order."
+        "order. The coupled model needs columns of tooth pairs, at two or more torques "
+        "unless without hardening."
     )
 
     def __post_init__(self) -> None:

@@ -91,7 +91,7 @@ def pair_laws(
         if problem.friction > 0.0:
             found = _solve_pair(problem, teeth[column], place[here], ste, True)
             load[here, column, REVERSED, 1:] = found.load * problem.face_width
-    normal, tangential = _coupling(problem, teeth, arc)
+    normal, tangential = pair_coupling(problem, teeth, arc)
     return PairLaws(
         teeth=-teeth if back else teeth,
         gap=gap[:, kept],
@@ -122,10 +122,14 @@ def _solve_pair(
     return cells.reshape(ste.shape).view(np.recarray)
 
 
-def _coupling(
+def pair_coupling(
     problem: ContactProblem, teeth: NDArray[np.int64], arc: Array
 ) -> tuple[Array, Array]:
-    """Smooth compliance between the points of contact of different pairs."""
+    """Smooth compliance between the points of contact of different pairs.
+
+    teeth : (k,) base pitches ahead; arc : (n, k, 2) of the points from the tip corners
+    Normal and tangential (n, k, k) [m/N], see `PairLaws`.
+    """
     _, flanks, tables = kernel_inputs(problem)
     positions, pairs = arc.shape[:2]
     count = tables.shape[3]

@@ -84,6 +84,9 @@ class ContactCycle:
     friction_bending : (t, n, k) reduction of a pair's deflection by friction toward
         the tooth roots, per unit friction force, over its deflection per unit
         normal force; NaN where the pair carries no load
+    arc : (t, n, k, 2) of the load's centre, or of the closest point, from the tip
+        corners of driver and driven [m]
+    closing : (t, n, k) penetration per transmission error, 1 on the nominal path
     driven_torque : (t, n) reaction of the driven gear [N m]
     residual : (t, n) of the complementarity problem, relative
     """
@@ -99,6 +102,8 @@ class ContactCycle:
     gap: Array
     pressure: Array
     friction_bending: Array
+    arc: Array
+    closing: Array
     driven_torque: Array
     residual: Array
 
@@ -414,6 +419,8 @@ def _collect(
         gap=np.where(cells.gap >= FAR, np.inf, cells.gap),
         pressure=cells.pressure,
         friction_bending=np.where(cells.load > 0.0, cells.bending, np.nan),
+        arc=cells.arc,
+        closing=cells.lever[..., 0] / problem.pair.driver.base_radius,
         driven_torque=(load * arm).sum(axis=2),
         residual=rows.residual,
     )

@@ -15,9 +15,10 @@ from fegear.dynamics.elastic import ElasticGear
 from fegear.dynamics.mesh_laws import all_mesh_laws, equal_tables
 from fegear.dynamics.model import dynamic_model
 from fegear.dynamics.sides import ContactSide, MeshLaws
+from fegear.dynamics.table_laws import all_table_laws
 from fegear.elasticity.inertia_relief import InertiaRelief, inertia_relief
 from fegear.elasticity.sector import RIGHT
-from fegear.excitation import Excitations
+from fegear.excitation import Excitations, GivenTables
 from fegear.gearset.inertia import inertia_of, require_inertia_of_bodies
 from fegear.gearset.model import GearSet
 from fegear.statics import StaticsSettings
@@ -32,20 +33,25 @@ def coupled_contacts(
     gear_set: GearSet,
     torque: float,
     reference: LumpedSystem,
-    excitations: Excitations,
+    excitations: Excitations | GivenTables,
     without: tuple[str, ...] = (),
 ) -> CoupledContacts:
     """Of all meshes, in the modal coordinates of a lumped system.
 
     torque : on the input gear [N m]; reference : Model-1 at that torque
+    excitations : finite elements, or tables that give the contacts; what bodies do
+        while they accelerate, and from mesh to mesh, comes from finite elements anyway
     without : which of `lumped.coupled.INGREDIENTS` are left out
     """
     if "body" not in without:
         otherwise = "the coupled model without body counts none of it"
         require_inertia_of_bodies(gear_set, otherwise)
-    settings = excitations.source.statics
-    tables = equal_tables(gear_set, torque, excitations)
-    laws = all_mesh_laws(gear_set, tables, settings)
+    settings = excitations.statics
+    if isinstance(excitations, GivenTables):
+        laws = all_table_laws(gear_set, torque, excitations, without)
+    else:
+        tables = equal_tables(gear_set, torque, excitations)
+        laws = all_mesh_laws(gear_set, tables, settings)
     found = contacts_of(gear_set, reference, laws, settings)
     return replace(found, without=without)
 

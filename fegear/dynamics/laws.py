@@ -35,12 +35,14 @@ def contact_laws(
         tangential += cross_mesh[1]
     penetrations = {side.mesh: side.laws.penetration for side in sides}
     arms = np.concatenate([s.laws.lever.T[2:] for s in sides], axis=1)
+    gap = np.concatenate([s.laws.gap.T + s.backlash for s in sides])
+    # the back flanks slide the other way
+    sliding = np.concatenate([s.side * s.laws.sliding.T for s in sides])
     return Contacts(
         first=np.searchsorted(mesh_of, np.arange(mesh_of[-1] + 2)),
         side=np.concatenate([np.full(s.laws.teeth.size, float(s.side)) for s in sides]),
-        gap=np.concatenate([s.laws.gap.T + s.backlash for s in sides]),
-        # the back flanks slide the other way
-        sliding=np.concatenate([s.side * s.laws.sliding.T for s in sides]),
+        gap=np.ascontiguousarray(gap),  # kernels are compiled for one layout
+        sliding=np.ascontiguousarray(sliding),
         arms=np.ascontiguousarray(arms),
         knots=np.array(list(penetrations.values())),
         law=np.concatenate([_cubics(s.laws.penetration, _loads(s)) for s in sides]),

@@ -1,0 +1,124 @@
+"""The pair laws of a gear set's meshes, from mesh tables that are given."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import PchipInterpolator
+
+from fegear.contact.pair_laws import REACH, PairLaws
+from fegear.contact.problem import back_side_position
+from fegear.dynamics.mesh_laws import BACK, POSITIONS
+from fegear.dynamics.sides import MeshLaws
+from fegear.errors import InputError
+from fegear.excitation import GivenTables
+from fegear.gearset.model import GearSet
+from fegear.gearset.phases import mesh_phases
+from fegear.train import mesh_torques_at
+from lumped.excitation import at_torque
+from lumped.path_laws import FAR_GAP, PathLaws, path_laws
+from meshes import GearPair
+
+Array = NDArray[np.float64]
+SAME = 1e-9  # base pitches
+
+
+def all_table_laws(
+    gear_set: GearSet, torque: float, given: GivenTables, without: Sequence[str]
+) -> list[MeshLaws]:
+    """Laws of every mesh; raises InputError that names the table.
+
+    torque : on the input gear [N m]; without : parts that the model leaves out
+    """
+    torques = mesh_torques_at(gear_set, torque)
+    longest = max(table.position.size for _, table in given.tables)
+    positions = longest * -(-POSITIONS // longest)  # finer, on the same places
+    laws = []
+    for mesh, (name, table) in enumerate(given.tables):
+        try:
+            path = path_laws(
+                table, gear_set.meshes[mesh].pair.driver.base_radius, without
+            )
+            largest = float(at_torque(table, "ste_m", torques[mesh]).max())
+            laws.append(table_laws(gear_set, mesh, path, largest, positions))
+        except ValueError as error:
+            raise InputError(f"{name}: {error}") from None
+    return laws
+
+
+def table_laws(
+    gear_set: GearSet, mesh: int, path: PathLaws, static: float, positions: int
+) -> MeshLaws:
+    """Laws of a mesh (index from 0) over its cycle from those along its path.
+
+    static : largest static deflection [m]; positions : of the cycle
+    """
+    pair, backlash = gear_set.meshes[mesh].pair, gear_set.meshes[mesh].backlash
+    phase = mesh_phases(gear_set)[mesh].value
+    position = phase + np.arange(positions + 1) / positions
+    near = backlash < BACK * static
+    return MeshLaws(
+        drive=laws_at(path, pair, position),
+        back=laws_at(path, pair, position, back=True) if near else None,
+        backlash=backlash,
+        friction=0.0,
+    )
+
+
+def laws_at(
+    path: PathLaws, pair: GearPair, position: Array, back: bool = False
+) -> PairLaws:
+    """Laws at positions (n,) of those along the path, as `pair_laws` solves them.
+
+    Teeth are symmetric: back contact is drive contact in a mirror. In corner contact
+    loads count as if they acted along the line of action, where the path ends.
+    """
+    position = back_side_position(pair, position) if back else position
+    low, high = (path.place[i] - position for i in (0, -1))
+    ahead = np.arange(np.floor(low.min()), np.ceil(high.max()) + 1).astype(np.int64)
+    gap = _read(path, path.gap, position[:, None] + ahead, FAR_GAP)
+    kept = gap.min(axis=0) < REACH * path.penetration[-1]
+    teeth, place = ahead[kept], position[:, None] + ahead[kept]
+    roll = pair.pitch_point + pair.base_pitch * place
+    roll = np.clip(roll, pair.path_start, pair.path_end)
+    rolls = np.stack([roll, pair.line_of_action - roll], axis=2)
+    gears = pair.driver, pair.driven
+    arms = np.array([gear.base_radius for gear in gears])
+    tips = np.array([gear.tip_roll_length for gear in gears])
+    load = _read(path, path.load, place, 0.0)
+    none = np.zeros((*place.shape, teeth.size))
+    return PairLaws(
+        teeth=-teeth if back else teeth,
+        gap=gap[:, kept],
+        lever=np.concatenate([np.broadcast_to(arms, rolls.shape), rolls], axis=2),
+        arc=np.maximum(tips**2 - rolls**2, 0.0) / (2.0 * arms),
+        sliding=np.sign(pair.pitch_point - roll),
+        penetration=path.penetration,
+        load=np.repeat(load[:, :, None], 2, axis=2),
+        pressure=np.full(load.shape, np.nan),
+        normal=_between_pairs(path, teeth, place),
+        tangential=none,
+    )
+
+
+def _between_pairs(path: PathLaws, teeth: NDArray[np.int64], place: Array) -> Array:
+    """Compliance (n, k, k) between pairs at places (n, k) of the path [m/N]."""
+    normal = np.zeros((*place.shape, teeth.size))
+    for i, j in np.ndindex(teeth.size, teeth.size):
+        values = path.compliance.get(int(teeth[j] - teeth[i]))
+        if values is not None:
+            normal[:, i, j] = _read(path, values, place[:, i], 0.0)
+    return normal
+
+
+def _read(path: PathLaws, values: Array, place: Array, outside: float) -> Array:
+    """Values (..., j) at places (...) of the path from those (s, j).
+
+    The last holds until the base pitch ends, where another pair takes its first.
+    """
+    (low, second), high = path.place[:2], path.place[-1]
+    found = PchipInterpolator(path.place, values)(np.clip(place, low, high))
+    off = (place < low - SAME) | (place > high + (second - low) - SAME)
+    return np.where(off.reshape(off.shape + (1,) * (values.ndim - 1)), outside, found)
