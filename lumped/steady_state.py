@@ -30,6 +30,7 @@ MOST_PERIODS = 200_000  # that a motion may take to settle
 MATTERS = 1e-3  # part of a mode's strain energy in the meshes
 FEWEST_WINDOWS = 4  # that a long common period leaves of those asked for
 WINDOW_PERIODS = 2_000  # of the first mesh that more of them together may take
+LONG = 100  # cycles of the first mesh after which nothing repeats by chance
 LEAP = 0.25  # relative change of an RMS from speed to speed that may be a jump
 ALIKE = 0.05  # relative difference of two responses that are one
 
@@ -284,9 +285,12 @@ def no_motion(system: LumpedSystem) -> History:
 
 
 def new_convergence(
-    shapes: Array, angular: Array, settings: SteadySettings
+    shapes: Array, angular: Array, settings: SteadySettings, cycles: int = 1
 ) -> Convergence:
-    """Nothing remembered yet, of coordinates (n,) with mesh deflections (m, n)."""
+    """Nothing remembered yet, of coordinates (n,) with mesh deflections (m, n).
+
+    cycles : of the first mesh in a common period
+    """
     from lumped.kernels.arrays import Convergence
 
     meshes = shapes.shape[0]
@@ -299,4 +303,5 @@ def new_convergence(
         noise=np.zeros(meshes),
         scale=np.empty(meshes),
         counts=np.zeros(3, np.int64),
+        at_once=cycles >= LONG,
     )

@@ -36,8 +36,9 @@ class LumpedStepper:
         return self.system.static_state
 
     def begin(self, state: Array, settings: Settings) -> Convergence:
-        system = self.system.arrays
-        check = new_convergence(system.shapes, np.sqrt(system.rigidity), settings)
+        system, cycles = self.system.arrays, self.system.common_period[0]
+        angular = np.sqrt(system.rigidity)
+        check = new_convergence(system.shapes, angular, settings, cycles)
         check.sections[0] = state[0], state[1] / check.angular
         return check
 

@@ -149,7 +149,8 @@ class ImplicitStepper(ABC):
         angular = self.system.modes.angular
         angular = np.where(angular > 0.0, angular, 1.0)
         shapes = self.model.kinematics.deflection
-        check = new_convergence(shapes, angular, settings)
+        cycles = self.system.common_period[0]
+        check = new_convergence(shapes, angular, settings, cycles)
         place, velocity = state.motion[:2, : angular.size]
         check.sections[0] = place, velocity / angular
         return check

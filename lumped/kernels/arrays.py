@@ -84,6 +84,8 @@ class Convergence(NamedTuple):
     noise (m,) what the integrator adds to the deflection in a period [m]
     scale (m,) range of deflection that distances are relative to [m]
     counts (3,) common periods passed, the multiple that was found, how often in a row
+    at_once : whether sections that are the same but for round-off need no confirmation,
+        as after a long common period
     """
 
     sections: Array
@@ -94,6 +96,7 @@ class Convergence(NamedTuple):
     noise: Array
     scale: Array
     counts: Array
+    at_once: bool
 
     @property
     def period(self) -> int:

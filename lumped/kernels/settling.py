@@ -109,8 +109,9 @@ def largest_part(check):
 
 @inlined
 def find_multiple(check):
-    """Common periods after which the motion repeats; 0 while it still settles.
+    """Common periods after which the motion repeats, and whether but for round-off.
 
+    0 while it still settles.
     Steps d that shrink by a complex factor mu leave |mu d / (1 - mu)| to go, which is
     the square of the last step over the size of the second difference (Aitken).
     """
@@ -134,8 +135,8 @@ def find_multiple(check):
             if not d * d <= tolerance * bend:
                 continue  # the periodic motion is still further away
         if distinct(check, p):
-            return p
-    return 0
+            return p, lost
+    return 0, False
 
 
 @inlined
@@ -164,16 +165,19 @@ def distinct(check, p):
 def close_section(check, q, v):
     """Take up the section at the end of a period; whether the motion is periodic.
 
-    A multiple counts when it was found several times in a row.
+    A multiple counts when it was found several times in a row, or at once after a long
+    period at whose ends nothing but round-off differs.
     """
     counts = check.counts
     counts[PERIOD] += 1
     set_section(check, q, v)
     set_scale(check)
-    found = find_multiple(check)
+    found, lost = find_multiple(check)
     counts[STREAK] = (
         counts[STREAK] + 1 if found > 0 and found == counts[MULTIPLE] else 0
     )
+    if lost and check.at_once:
+        counts[STREAK] = max(LEAST_STREAK, found + 1)
     counts[MULTIPLE] = found
     return settled(check)
 

@@ -18,10 +18,10 @@ MULTIPLES = 8
 MOST = 40_000  # periods
 
 
-def memory(shape, tolerance, noise=0.0):
+def memory(shape, tolerance, noise=0.0, cycles=1):
     """Of coordinates (n,) that move one mesh, over a range of 1 m."""
     n, settings = len(shape), Settings(tolerance=tolerance, multiples=MULTIPLES)
-    check = new_convergence(np.array([shape]), np.ones(n), settings)
+    check = new_convergence(np.array([shape]), np.ones(n), settings, cycles)
     check.limits[:] = [[-0.5], [0.5]]
     check.noise[:] = noise
     return check
@@ -37,14 +37,14 @@ def first_settled(sections, check):
     return -1
 
 
-def settle(way, tolerance=1e-4, shape=(1.0,), noise=0.0):
+def settle(way, tolerance=1e-4, shape=(1.0,), noise=0.0, cycles=1):
     """way : (periods, n) complex, displacement + i velocity; a range of 1 m.
 
-    noise : of the integrator in a period [m]
+    noise : of the integrator in a period [m]; cycles : of a mesh in a period
     """
     way = np.asarray(way, complex).reshape(len(way), -1)
     sections = np.ascontiguousarray(np.stack([way.real, way.imag], axis=1))
-    check = memory(shape, tolerance, noise)
+    check = memory(shape, tolerance, noise, cycles)
     period = first_settled(sections, check)
     return (period, check.multiple) if period >= 0 else (len(way), 0)
 
@@ -209,3 +209,19 @@ def test_noise_hides_no_motion():
     way = orbit([0.0, 1e-3], 4000)
     assert settle(way, 1e-4, noise=1.0)[1] == 2
     assert settle(transient(cmath.exp(0.3j), 1e-3, 4000), 1e-4, noise=1.0)[1] == 0
+
+
+@pytest.mark.parametrize("value", [0.3, 0.0])
+def test_after_a_long_period_one_repetition_is_enough(value):
+    """Nothing is left of the start; shorter periods are confirmed."""
+    way = value + transient(1e-12, periods=20)
+    assert settle(way, cycles=2090) == (2, 1)
+    assert settle(way) == (5, 1)
+
+
+@pytest.mark.parametrize("multiplier", [0.99, -0.9, 0.5])
+def test_what_still_decays_after_a_long_period_is_confirmed(multiplier):
+    way = 0.3 + transient(1e-3) + 1e-2 * transient(multiplier)
+    period, multiple = settle(way)
+    assert settle(way, cycles=2090) == (period, multiple)
+    assert abs(1e-2 * multiplier**period) < 3e-4
