@@ -179,7 +179,9 @@ def summarise(result: SweepResult) -> dict[str, Any]:
     }
     if result.beside:
         values["model_1_branches"] = _summarise_branches(result.beside)
-    return values | {"warnings": list(_warnings(result))}
+    found = (*result.found, *result.beside)
+    doubts = doubts_of_sweep(result.gear_set, found, max(result.frequencies))
+    return values | {"warnings": list(doubts)}
 
 
 def _summarise_branches(found: Branches) -> list[dict[str, Any]]:
@@ -217,14 +219,18 @@ def _gaps(result: SweepResult) -> dict[str, str]:
     return {"incomplete": f"{done} of {total} speeds"} if done < total else {}
 
 
-def _warnings(result: SweepResult) -> Iterator[str]:
-    """Where a model leaves out too much, or values cannot be physical."""
-    system = result.found[0][1].system
-    yield from doubts_of_bodies(system, max(result.frequencies))
-    for torque in dict.fromkeys(torque for torque, _ in result.found):
+def doubts_of_sweep(
+    gear_set: GearSet, found: Branches, highest: float
+) -> Iterator[str]:
+    """Where a model leaves out too much, or values cannot be physical.
+
+    highest : mesh frequency of the first mesh that was asked for [Hz]
+    """
+    yield from doubts_of_bodies(found[0][1].system, highest)
+    for torque in dict.fromkeys(torque for torque, _ in found):
         responses = [
             response
-            for at, branch in (*result.found, *result.beside)
+            for at, branch in found
             for response in branch.responses
             if at == torque and response.status != "diverged"
         ]
@@ -234,7 +240,7 @@ def _warnings(result: SweepResult) -> Iterator[str]:
                 for name in ("dte_peak", "back_side")
             )
             where = f" at {torque:g} N m"
-            yield from doubts_of_meshes(result.gear_set.meshes, where, peaks, backs)
+            yield from doubts_of_meshes(gear_set.meshes, where, peaks, backs)
 
 
 def edits_in_words(header: Mapping[str, str]) -> str:

@@ -29,7 +29,9 @@ from validation.printed import require_key
 
 FOLDER = Path(__file__).parent / "cases"
 MOST_SPEEDS = 10_000
+LADDER = "model-1", "model-coupled"  # from where to where a budget leads
 STRICT = ConfigDict(extra="forbid", allow_inf_nan=False)
+Part = Literal["hardening", "pairs", "body", "meshes"]  # of the coupled model
 Fidelity = Literal["full", "reduced", "quasistatic"]
 
 
@@ -93,7 +95,7 @@ class Model:
 
     number: Annotated[Any, AfterValidator(_require_model)]
     excitation: Kind = "fe"
-    without: tuple[Literal["hardening", "pairs", "body", "meshes"], ...] = ()
+    without: tuple[Part, ...] = ()
     edits: tuple[Edit, ...] = ()
 
     def __post_init__(self) -> None:
@@ -166,6 +168,8 @@ class Case:
         and commas, or empty where nothing moves; directions : of the speed
     friction : Coulomb coefficient of the finite elements; lumped models have none
     damping_ratio : of every vibration mode, None for the gear set's
+    budget : whether the coupled model is run without each of its parts as well, for
+        the error budget; these are what it is made of and no claims, none is judged
     """
 
     __pydantic_config__ = STRICT
@@ -189,6 +193,7 @@ class Case:
     fidelity: Fidelity = "reduced"
     wave: tuple[SingleSpeed, ...] = ()
     printed: tuple[Printed, ...] = ()
+    budget: Flag = False
     notes: str = ""
 
     @cached_property
@@ -239,6 +244,7 @@ def read_case(text: str, source: str = "case") -> Case:
             raise InputError(
                 f"{source}: metric {metric.name} needs {needed}, which is missing"
             )
+    _require_budget(case, source)
     if len(set(case.torques_Nm)) < len(case.torques_Nm):
         raise InputError(
             f"{source}: torques_Nm = {list(case.torques_Nm)}; each is allowed once"
@@ -251,6 +257,17 @@ def read_case(text: str, source: str = "case") -> Case:
                 f"torques_Nm, {known}"
             )
     return case
+
+
+def _require_budget(case: Case, source: str) -> None:
+    """Nothing to ask of a case without a budget."""
+    names = {model.name for model in case.model}
+    if case.budget and not names >= set(LADDER):
+        raise InputError(
+            f"{source}: budget = true; needs models 1 and coupled, excited by fe"
+        )
+    if case.budget and not case.speeds:
+        raise InputError(f"{source}: budget = true; needs speeds_Hz, which is missing")
 
 
 _ADAPTER = TypeAdapter(Case)

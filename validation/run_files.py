@@ -45,6 +45,7 @@ class Run:
     reused : whether nothing was computed
     machine : on which it was made
     natural_Hz : of the lumped train, all above 0; also beside the finite elements
+    warnings : where the source leaves out too much, or values cannot be physical
     """
 
     source: str
@@ -57,6 +58,7 @@ class Run:
     cycles: tuple[ForceCycle, ...]
     machine: str
     natural_Hz: tuple[float, ...]
+    warnings: tuple[str, ...]
     cost: Cost
 
 
@@ -71,6 +73,7 @@ def contents(task: Task, found: RunResult) -> dict[str, str]:
         "torque_Nm": task.torque,
         "machine": machine(),
         "natural_Hz": [f for f in system.resonances_Hz.tolist() if f > 0.0],
+        "warnings": list(found.warnings),
         "cost": asdict(found.cost),
         "curves": features(found.branches),
         "statics": [{"mesh": s.mesh, "force_N": s.force} for s in found.statics],
@@ -159,6 +162,7 @@ def read_run(task: Task, directory: Path, reused: bool) -> Run | None:
         cycles=tuple(_read_cycles(result["waves"], _rows(texts[WAVES]))),
         machine=result["machine"],
         natural_Hz=tuple(result["natural_Hz"]),
+        warnings=tuple(result["warnings"]),
         cost=Cost(**result["cost"]),
     )
 

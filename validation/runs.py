@@ -45,7 +45,11 @@ CHECKPOINT = "checkpoint"  # file in the directory of a run
 
 @dataclass(frozen=True, eq=False)
 class CaseResult:
-    """Runs of a case, one of each source at each torque, and the verdicts on them."""
+    """Runs of a case, one of each source at each torque, and the verdicts on them.
+
+    Sources are the finite elements, the models that are judged, and where the case asks
+    for an error budget the coupled model without each of its parts.
+    """
 
     case: Case
     runs: tuple[Run, ...]
@@ -54,6 +58,11 @@ class CaseResult:
     @property
     def models(self) -> tuple[str, ...]:
         return tuple(model.name for model in self.case.model)
+
+    @property
+    def judged(self) -> tuple[Run, ...]:
+        """Without the runs that only the error budget needs."""
+        return tuple(run for run in self.runs if run.source in (FE, *self.models))
 
     def of(self, source: str) -> list[Run]:
         return [run for run in self.runs if run.source == source]
@@ -91,18 +100,33 @@ def run_case(
     return CaseResult(case, tuple(runs), tuple(case_verdicts(case, runs)))
 
 
+def warnings_of(result: CaseResult) -> Iterator[str]:
+    """Each once, those that one source alone has with its name."""
+    sources: dict[str, dict[str, None]] = {}
+    for run in result.runs:
+        for warning in run.warnings:
+            sources.setdefault(warning, {})[run.source] = None
+    for warning, names in sources.items():
+        yield f"{next(iter(names))}: {warning}" if len(names) == 1 else warning
+
+
 def case_verdicts(case: Case, runs: Sequence[Run]) -> Iterator[Verdict]:
     """Every metric that the case has a tolerance for, for each model and torque."""
     tolerances = {entry.name: entry for entry in case.metric}
     references = {run.torque: run for run in runs if run.source == FE}
-    for run in runs:
-        if run.source == FE:
-            continue
-        for where, (name, place, value) in _measures(references[run.torque], run):
+    judged = {model.name for model in case.model}
+    for run in (run for run in runs if run.source in judged):
+        for where, (name, place, value) in measures(references[run.torque], run):
             if name in tolerances:
                 entry = tolerances[name]
-                at = ", ".join(filter(None, (f"{run.torque:g} N m", where, place)))
+                at = ", ".join(filter(None, (where, place)))
                 yield verdict(name, run.source, at, value, entry.allowed, entry.reason)
+
+
+def measures(reference: Run, found: Run) -> Iterator[tuple[str, Measured]]:
+    """All metrics of a run, each with where it was taken, `100 N m, up, mesh 1`."""
+    for where, each in _measures(reference, found):
+        yield f"{found.torque:g} N m, {where}", each
 
 
 def _measures(reference: Run, found: Run) -> Iterator[tuple[str, Measured]]:

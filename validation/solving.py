@@ -20,6 +20,7 @@ from fegear.lumped_system import LumpedModel, lumped_system
 from fegear.memory import MemoryLevel, memory_level
 from fegear.statics import Progress, solve_mesh
 from fegear.store import Checkpoint
+from fegear.sweeps import doubts_of_sweep
 from fegear.train import mesh_torques_at
 from lumped.analytic import lowest_deflection
 from lumped.coupled import loaded_state
@@ -75,6 +76,7 @@ class RunResult:
     branches: Sequence[Branch]
     cycles: Sequence[ForceCycle]
     cost: Cost
+    warnings: tuple[str, ...] = ()
 
 
 @dataclass
@@ -189,7 +191,10 @@ def solve_task(
         speeds=len(responses),
         steps=sum(map(integrator.steps_to_settle, responses)),
     )
-    return RunResult(system, statics, branches, cycles, _with_memory(cost, level))
+    swept = [(task.torque, branch) for branch in branches]
+    doubts = doubts_of_sweep(task.gear_set, swept, max(task.speeds)) if swept else ()
+    cost = _with_memory(cost, level)
+    return RunResult(system, statics, branches, cycles, cost, tuple(doubts))
 
 
 def mesh_statics(

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
+from typing import get_args
 
 import fegear
 import lumped
@@ -17,20 +18,21 @@ from fegear.dynamics.stepper import DynamicSettings
 from fegear.excitation import Source
 from fegear.gearset import load_gear_set
 from fegear.gearset.model import GearSet
+from fegear.lumped_system import shares_a_gear
 from fegear.store import digest
 from fegear.version import package_version
 from lumped.settings import Settings
-from validation.cases import Case, Model, SingleSpeed
+from validation.cases import Case, Model, Part, SingleSpeed
 from validation.metrics import FE
 
-FORMAT = "fegear validation run 3"  # of the files and of what stands in them
+FORMAT = "fegear validation run 4"  # of the files and of what stands in them
 PACKAGES = {  # those whose sources results depend on, and which of their files
     meshes: ("**/*.py",),
     lumped: ("**/*.py",),
     fegear: (
         *(f"{folder}/**/*.py" for folder in ("contact", "elasticity", "gearset")),
         *("dynamics/**/*.py", "excitation.py", "lumped_system.py", "statics.py"),
-        *("store.py", "train.py"),
+        *("store.py", "sweeps.py", "train.py", "unphysical.py"),
     ),
     validation: ("metrics.py", "run_files.py", "solving.py"),
 }
@@ -93,10 +95,24 @@ class Task:
 
 def tasks_of(case: Case) -> Iterator[Task]:
     """The finite elements first: what they take without tables at hand is theirs."""
-    for model in (None, *case.model):
+    for model in (None, *case.model, *parts_of(case)):
         gear_set = load_gear_set(case.gear_set, case.edits_of(model))
         for torque in case.torques_Nm:
             yield Task(case=case, model=model, torque=torque, gear_set=gear_set)
+
+
+def parts_of(case: Case) -> tuple[Model, ...]:
+    """The coupled model without each of its parts, where an error budget needs it."""
+    if not case.budget:
+        return ()
+    shared = shares_a_gear(load_gear_set(case.gear_set, case.edits_of()))
+    parts = (
+        Model(number="coupled", without=(part,))
+        for part in get_args(Part)
+        if shared or part != "meshes"
+    )
+    judged = {model.name for model in case.model}
+    return tuple(model for model in parts if model.name not in judged)
 
 
 @lru_cache(maxsize=1)

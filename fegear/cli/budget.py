@@ -2,37 +2,46 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import dataclass
+from math import isfinite
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from fegear.cli.groups import Range, grouped
+from fegear.cli.edits import EditedSet, edit_entries, refuse_idle_edits
+from fegear.cli.groups import Range, grouped, option
 from fegear.cli.lumped_options import LoadCase, middle_torque, speeds_of
-from fegear.cli.options import AsJson, SetName, progress_bar, show
-from fegear.cli.screen import print_columns, say, screen
+from fegear.cli.options import AsJson, Plot, progress_bar, require_outputs, show
+from fegear.cli.screen import number, print_columns, say, screen
 from fegear.errors import InputError
 
 if TYPE_CHECKING:
     from validation.budget import Budget
 
 EXAMPLE = "fegear budget liu-idler --torque 100 --speeds 800:4200:100"
-HEADS = {
-    "peak_frequency": "peak frequency [%]",
-    "peak_amplitude": "peak amplitude [%]",
-    "off_jump_distance": "curve off jumps [%]",
-    "peak_force": "peak force [%]",
-    "contact_loss": "contact loss [points]",
-    "jump_frequency": "jump [Hz]",
-    "static_deflection": "static vibration [%]",
-}
+CORNER = "largest error against finite\nelements (change to coupled)"
+
+
+@dataclass(frozen=True, kw_only=True)
+class BudgetOutputs:
+    """What is left of a budget besides the screen."""
+
+    runs: Path | None = option(
+        "Directory where the runs are kept, so that the same command goes on with "
+        "them. [default: none is kept]",
+        metavar="DIR",
+    )
+    plot: Plot = None
+    as_json: AsJson = False
 
 
 @grouped
 def budget_command(
     *,
-    set_name: SetName,
+    subject: EditedSet,
     speeds: Annotated[
         str,
         typer.Option(
@@ -50,77 +59,93 @@ def budget_command(
         ),
         Range(above=0.0, most=1.0),
     ] = 0.05,
-    runs: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="DIR",
-            help="Directory where the runs are kept, so that the same command goes on "
-            "with them. [default: none is kept]",
-        ),
-    ] = None,
-    as_json: AsJson = False,
+    outputs: BudgetOutputs,
 ) -> None:
     """What each part of the coupled model brings.
 
     Sweeps up and down by finite elements, model 1, the coupled model and the coupled
     model without each of its parts.
     """
-    from fegear.gearset import load_gear_set
     from fegear.output import make_directory
     from validation.budget import budget, budget_case
 
-    at = middle_torque(load_gear_set(set_name), torque)
+    require_outputs([], [subject.set_name], outputs.plot)
+    gear_set, changes = subject.load(torque=torque)
+    refuse_idle_edits(changes, translations=False)
+    at = middle_torque(gear_set, torque)
     speeds_of(speeds)
     try:
-        case = budget_case(set_name, at, speeds)
+        case = budget_case(subject.set_name, at, speeds, subject.edits or ())
     except ValueError as error:
         raise InputError(f"--speeds = {speeds}; {error}") from None
-    with TemporaryDirectory() as temporary, progress_bar(enabled=not as_json) as report:
-        store = make_directory(runs) if runs else Path(temporary)
-        found = budget(case, store, tolerance, report)
-    values = _plain(found) | {"gear_set": set_name, "torque_Nm": at}
-    show(values, as_json, lambda _: _print(found, f"{set_name}, {at:g} N m"))
+    shown = progress_bar(enabled=not outputs.as_json)
+    with TemporaryDirectory() as temporary, shown as report:
+        store = make_directory(outputs.runs) if outputs.runs else Path(temporary)
+        found = budget(case, store, report)
+    values = {"gear_set": gear_set.name, "torque_Nm": at, **edit_entries(changes)}
+    values |= _plain(found, tolerance)
+    if outputs.plot is not None:
+        _draw(found, _title(values), outputs.plot)
+    show(values, outputs.as_json, _print)
 
 
-def _plain(found: Budget) -> dict[str, Any]:
-    from validation.budget import units
+def _title(values: dict[str, Any]) -> str:
+    from fegear.sweeps import edits_in_words
 
-    best = found.recommended
+    at = f"{values['gear_set']}, {values['torque_Nm']:g} N m"
+    return ", ".join(filter(None, [at, edits_in_words(values)]))
+
+
+def _draw(found: Budget, title: str, path: Path) -> None:
+    from fegear.output import write_whole
+    from fegear.plots import save_figure
+    from lumped.drawing import draw_title
+    from validation.report.figures import draw_budget
+
+    figure = draw_budget(found)
+    draw_title(figure, f"{title}\ndifferences from the finite elements")
+    write_whole(path, lambda place: save_figure(figure, place))
+
+
+def _plain(found: Budget, tolerance: float) -> dict[str, Any]:
+    from validation.report.values import budget_values
+
+    best = found.recommended(tolerance)
     return {
-        "tolerance": found.tolerance,
-        "units": units(),
+        "tolerance": tolerance,
         "fe_per_speed_s": found.fe_per_speed_s,
-        "models": [
-            {
-                "model": row.model,
-                **row.errors,
-                "unmatched": row.unmatched,
-                "per_speed_s": row.per_speed_s,
-            }
-            for row in found.rows
-        ],
-        "recommended": None if best is None else best.model,
+        **budget_values(found),
+        "recommended": None if best is None else best.label,
+        "recommended_largest_error": None if best is None else best.worst,
+        "warnings": list(found.warnings),
     }
 
 
-def _print(found: Budget, title: str) -> None:
+def _print(values: dict[str, Any]) -> None:
     columns = {}
-    for row in found.rows:
-        cells = [
-            f"{error:.0f}" if name == "jump_frequency" else f"{100.0 * error:.1f}"
-            for name, error in row.errors.items()
-        ]
-        name = row.model.removeprefix("model-").replace("coupled-without-", "without\n")
-        columns[name] = [*cells, str(row.unmatched), f"{1e3 * row.per_speed_s:.1f}"]
-    labels = [*HEADS.values(), "peaks, jumps unmatched", "cost [ms a speed]"]
-    corner = "largest error against\nfinite elements"
-    print_columns(screen(), corner, labels, columns, title)
-    say(f"finite elements take {1e3 * found.fe_per_speed_s:.1f} ms a speed")
-    best, allowed = found.recommended, f"{100.0 * found.tolerance:g} %"
+    for i, model in enumerate(values["models"]):
+        cells = [_cell(each["models"][i]) for each in values["quantities"]]
+        cells += [str(model["unmatched"]), number(1e3 * model["per_speed_s"], 2)]
+        columns[model["model"].replace(" ", "\n")] = cells
+    labels = [f"{each['quantity']} [{each['unit']}]" for each in values["quantities"]]
+    labels += ["peaks, jumps unmatched", "cost [ms a speed]"]
+    print_columns(screen(), CORNER, labels, columns, _title(values))
+    say(f"finite elements take {1e3 * values['fe_per_speed_s']:.1f} ms a speed")
+    best, allowed = values["recommended"], f"{100.0 * values['tolerance']:g} %"
     if best is None:
         say(f"no lumped model is within {allowed}: use fegear dynamics")
     else:
+        error = 100.0 * values["recommended_largest_error"]
         say(
-            f"{best.model} is the cheapest within {allowed}: its largest error is "
-            f"{100.0 * best.worst:.1f} %"
+            f"{best} is the cheapest within {allowed}: its largest error is "
+            f"{error:.1f} %"
         )
+
+
+def _cell(model: Mapping[str, Any]) -> str:
+    """`3.1 (-2.5)`: the largest error, and what the model lacks would change."""
+    if not model["places"]:
+        return "-"
+    error = f"{model['largest_error']:.1f}"
+    lacks = model["model"] != "coupled" and isfinite(model["brought"])
+    return f"{error} ({model['brought']:+.1f})" if lacks else error

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lumped.drawing import panels
+from validation.budget import QUANTITIES, WHOLE, Budget
 from validation.metrics import METRICS, Curve, ForceCycle, Verdict
 from validation.run_files import Run
 from validation.runs import CaseResult
@@ -181,6 +182,39 @@ def _over_allowed(verdict: Verdict) -> float:
     return float(np.clip(np.nan_to_num(ratio, nan=np.inf), *SPAN))
 
 
+def draw_budget(budget: Budget) -> Figure:
+    """Of every quantity what each model has beside the finite elements.
+
+    A dot for each torque, direction, mesh and peak, a bar at their mean; the models
+    stand below one another, from Model-1 to the coupled one.
+    """
+    shown = {
+        name: quantity
+        for name, quantity in QUANTITIES.items()
+        if any(row.measured[name] for row in budget.rows)
+    }
+    lines = (len(shown) + 1) // 2
+    height = 0.62 + 0.17 * len(budget.rows)
+    figure, panels_ = _grid(lines, 2, (WIDTH, 0.3 + height * lines))
+    labels = [row.label for row in budget.rows]
+    for number, (name, quantity) in enumerate(shown.items()):
+        axes = panels_[number // 2][number % 2]
+        for place, row in enumerate(budget.rows):
+            values = quantity.factor * np.array([*row.measured[name].values()])
+            color = "black" if row.model == WHOLE else COLORS[place % len(COLORS)]
+            level = np.full(values.size, float(place))
+            axes.plot(values, level, "o", ms=3.0, alpha=0.5, color=color, mew=0.0)
+            if values.size:
+                axes.plot(values.mean(), place, "|", ms=9.0, mew=2.0, color=color)
+        axes.axvline(0.0, color="black", lw=0.8)
+        axes.set_ylim(len(labels) - 0.5, -0.5)
+        axes.set_yticks(range(len(labels)), labels if number % 2 == 0 else [])
+        axes.set_title(f"{quantity.label} [{quantity.unit}]", fontsize=9)
+    for axes in (each for row in panels_ for each in row):
+        axes.set_visible(axes.has_data())
+    return figure
+
+
 def draw_cost(results: Sequence[CaseResult]) -> Figure | None:
     """Seconds per speed against the distance from the finite elements.
 
@@ -238,21 +272,29 @@ def _cost_points(
 
 def _panels(count: int, height: float) -> tuple[Figure, list[Axes]]:
     """Panels over one another with one abscissa, each of a height in inches."""
+    size = WIDTH, 0.9 + height * count
+    figure, rows = _grid(count, 1, size, share=True)
+    return figure, [axes for (axes,) in rows]
+
+
+def _grid(
+    rows: int, columns: int, size: tuple[float, float], share: bool = False
+) -> tuple[Figure, list[list[Axes]]]:
+    """Panels by row and column in the look of a report."""
     import matplotlib
 
     style: dict[Any, Any] = {"font.size": 9.0, "axes.facecolor": "none"}
     with matplotlib.rc_context(style):
-        figure, rows = panels(count, size=(WIDTH, 0.9 + height * count), share=True)
-    stack = [axes for (axes,) in rows]
-    for axes in stack:
+        figure, every = panels(rows, columns, size=size, share=share)
+    for axes in (each for row in every for each in row):
         axes.grid(alpha=0.18, color="black", lw=0.6)
         axes.spines[["top", "right"]].set_visible(False)
-    return figure, stack
+    return figure, every
 
 
 def _at(result: CaseResult, torque: float) -> list[Run]:
     """Runs at a torque, the finite elements first."""
-    runs = [run for run in result.runs if run.torque == torque]
+    runs = [run for run in result.judged if run.torque == torque]
     return sorted(runs, key=lambda run: run.source != FE)
 
 

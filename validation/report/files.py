@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from fegear.output import make_directory, strict_json, write_text
 from fegear.statics import Progress
 from lumped.csv_text import format_records
+from validation.budget import budget_of
 from validation.pages import SavedFigure, filled, save_figure
 from validation.report import figures
 from validation.report.tables import report_tables
@@ -55,14 +56,14 @@ class Drawn(NamedTuple):
     """A figure of a case, before it is saved.
 
     torque_Nm : of the runs that it shows, None for all
-    file : of every run that it is drawn from, empty for the table of verdicts
+    file : of every run that it is drawn from, else a table of the report
     """
 
     name: str
     caption: str
     figure: Figure
     torque_Nm: float | None = None
-    file: str = ""
+    file: str = "tables/verdicts.csv"
 
 
 def _cost_figure(
@@ -81,7 +82,7 @@ def _cost_figure(
 
 def _saved(result: CaseResult, output: Path, command: str) -> Iterator[SavedFigure]:
     for drawn in _drawn(result):
-        runs = [run for run in result.runs if drawn.torque_Nm in (None, run.torque)]
+        runs = [run for run in result.judged if drawn.torque_Nm in (None, run.torque)]
         data = tuple(
             (run.source, (run.directory / drawn.file).relative_to(output).as_posix())
             for run in runs
@@ -92,13 +93,18 @@ def _saved(result: CaseResult, output: Path, command: str) -> Iterator[SavedFigu
             f"{result.case.name}-{drawn.name}",
             drawn.caption,
             command,
-            data if drawn.file else (("verdicts", "tables/verdicts.csv"),),
+            ((Path(drawn.file).stem, drawn.file),) if "/" in drawn.file else data,
         )
 
 
 def _drawn(result: CaseResult) -> Iterator[Drawn]:
     caption = "verdicts, a mark for each torque, mesh and direction"
     yield Drawn("verdicts", caption, figures.draw_verdicts(result))
+    budget = budget_of(result)
+    if budget is not None:
+        figure = figures.draw_budget(budget)
+        caption = "error budget: models beside the finite elements, which stand at 0"
+        yield Drawn("budget", caption, figure, file="tables/budget.csv")
     for torque in result.case.torques_Nm:
         yield from _drawn_at(result, torque)
 

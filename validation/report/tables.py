@@ -15,6 +15,7 @@ def report_tables(values: Mapping[str, Any]) -> dict[str, list[Row]]:
     tables: Mapping[str, Callable[[Mapping[str, Any]], Iterable[Row]]] = {
         "overview": _overview,
         "verdicts": lambda case: case["verdicts"],
+        "budget": _budget,
         "costs": _costs,
         "printed": _printed,
     }
@@ -27,6 +28,12 @@ def report_tables(values: Mapping[str, Any]) -> dict[str, list[Row]]:
 def _overview(case: Mapping[str, Any]) -> Iterator[Row]:
     for model in case["models"]:
         yield {k: v for k, v in model.items() if not isinstance(v, dict)}
+
+
+def _budget(case: Mapping[str, Any]) -> Iterator[Row]:
+    for quantity in case["budget"].get("quantities", ()):
+        common = {name: quantity[name] for name in ("quantity", "unit")}
+        yield from (common | row for row in quantity["models"])
 
 
 def _costs(case: Mapping[str, Any]) -> Iterator[Row]:

@@ -8,12 +8,13 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+from validation.budget import QUANTITIES, Budget, budget_of
 from validation.cases import Printed, Tolerance
 from validation.metrics import METRICS, Verdict
 from validation.printed import printed_figure
 from validation.provenance import provenance
 from validation.run_files import Run
-from validation.runs import CaseResult
+from validation.runs import CaseResult, warnings_of
 from validation.tasks import FE
 
 STATIC = ("mean_stiffness", "stiffness_variation", "static_deflection")
@@ -50,8 +51,11 @@ def case_values(result: CaseResult, output: Path) -> dict[str, Any]:
         "fidelity": case.fidelity,
         "settings": dict(_settings(result)),
         "notes": case.notes,
+        "warnings": list(warnings_of(result)),
         "models": [_model_values(result, model) for model in result.models],
         "metrics": [_metric_values(result, entry) for entry in case.metric],
+        "budget": budget_values(budget_of(result)),
+        "sources": [FE, *result.models],
         "printed": [_printed_values(result, entry, output) for entry in case.printed],
         "verdicts": [_verdict_values(result, v, output) for v in result.verdicts],
         "runs": [_run_values(run, output) for run in result.runs],
@@ -122,6 +126,42 @@ def _metric_of_model(result: CaseResult, metric: str, model: str) -> dict[str, A
     }
 
 
+def budget_values(budget: Budget | None) -> dict[str, Any]:
+    """Models and quantities of an error budget, see `validation.budget`.
+
+    brought : what changes on the mean from the model to the coupled one
+    """
+    if budget is None:
+        return {}
+    lacking = [budget.brought(row) for row in budget.rows]
+    return {
+        "models": [
+            {
+                "model": row.label,
+                "unmatched": row.unmatched,
+                "per_speed_s": row.per_speed_s,
+            }
+            for row in budget.rows
+        ],
+        "quantities": [
+            {
+                "quantity": quantity.label,
+                "unit": quantity.unit,
+                "models": [
+                    {
+                        "model": row.label,
+                        "places": len(row.measured[name]),
+                        "largest_error": quantity.factor * row.largest(name),
+                        "brought": round(quantity.factor * brought[name], 9),
+                    }
+                    for row, brought in zip(budget.rows, lacking, strict=True)
+                ],
+            }
+            for name, quantity in QUANTITIES.items()
+        ],
+    }
+
+
 def worst(verdicts: Sequence[Verdict]) -> Verdict:
     """The one furthest from what is allowed; NaN is further than any."""
 
@@ -159,7 +199,7 @@ def _file(run: Run, name: str, output: Path) -> str:
 def _printed_values(result: CaseResult, entry: Printed, output: Path) -> dict[str, Any]:
     """A printed value and what each run has beside it."""
     found = []
-    for run in result.runs if entry.figure else ():
+    for run in result.judged if entry.figure else ():
         value, name = printed_figure(run, entry.figure or "", entry.value)
         place = {"source": run.source, "torque_Nm": run.torque}
         found.append(place | {"value": value, "csv": _file(run, name, output)})

@@ -375,7 +375,9 @@ OPTIONS: dict[str, dict[str, Case]] = {
         "--speeds": swap(BUDGET, "2000", "2100"),
         "--torque": plus(BUDGET, "--torque 30"),
         "--tolerance": plus(BUDGET, "--tolerance 0.9"),
+        "--set": plus(BUDGET, "--set gear.a.inertia_kg_m2=1e-3"),
         "--runs": plus(BUDGET, "--runs kept"),
+        "--plot": plus(BUDGET, "--plot p.png"),
         "--json": less(BUDGET, "--json"),
     },
     "validate": {
