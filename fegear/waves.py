@@ -17,12 +17,19 @@ from fegear.lumped_system import (
     require_method,
 )
 from fegear.output import write_text
-from fegear.sweeps import UNITS
+from fegear.sweeps import UNITS, Progress
 from fegear.unphysical import doubts_of_meshes
 from lumped.figures import draw_time_history
-from lumped.motion import TimeHistory, arrive, time_history, wave_csv
+from lumped.motion import (
+    TimeHistory,
+    arrive,
+    speeds_between,
+    time_history,
+    wave_csv,
+)
 from lumped.response import FIGURES
 from lumped.settings import Settings
+from lumped.sweep import reporting
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -87,6 +94,7 @@ def settle_motion(
     model: LumpedModel | None = None,
     integration: Settings | None = None,
     from_speed: float | None = None,
+    progress: Progress = lambda what, done, total: None,
 ) -> SettledMotion:
     """Time history, tooth pairs, section and spectrum of the settled motion.
 
@@ -98,10 +106,12 @@ def settle_motion(
     """
     model, integration = model or LumpedModel(), integration or Settings()
     require_method(model, integration)
+    progress("stiffness", 0, 1)
     system = lumped_system(gear_set, torque, model)
     start = speed if from_speed is None else from_speed
-    state = arrive(system, start, speed, integration)
-    motion = time_history(system, speed, integration, state)
+    observer = reporting(progress, len(speeds_between(start, speed)))
+    state = arrive(system, start, speed, integration, observer)
+    motion = time_history(system, speed, integration, state, watch=observer.watch)
     words, ratio = integration_in_words(integration), system.train.damping_ratio
     header = file_header(gear_set, model, ratio, words) | {
         "model": model.name,

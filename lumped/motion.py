@@ -15,7 +15,8 @@ from lumped.pair_motions import PairMotion, pair_motions
 from lumped.respond import respond_confirmed, respond_with_history
 from lumped.response import History, Response, Status
 from lumped.settings import Settings
-from lumped.sweep import Direction, sweep
+from lumped.steady_state import Watch
+from lumped.sweep import SILENT, Direction, Observer, sweep
 from lumped.system import LumpedSystem
 
 Array = NDArray[np.float64]
@@ -63,14 +64,18 @@ def time_history(
     settings: Settings | None = None,
     state: Array | None = None,
     section_periods: int = SECTION_PERIODS,
+    watch: Watch = lambda frequency, period: None,
 ) -> TimeHistory:
     """Settle at a frequency of the first mesh [Hz] and take the motion apart.
 
     section_periods : common periods of the section of a motion that does not repeat;
         one that repeats has the same points in every period of its own
+    watch : called while the motion settles, see `lumped.steady_state`
     Raises DivergedError, which names the speed and the time.
     """
-    response, history, settings = respond_confirmed(system, frequency, settings, state)
+    response, history, settings = respond_confirmed(
+        system, frequency, settings, state, watch=watch
+    )
     _require_bounded(response)
     stroboscope = history
     if not response.multiple:
@@ -98,7 +103,11 @@ def speeds_between(start: float, end: float) -> list[float]:
 
 
 def arrive(
-    system: LumpedSystem, start: float, end: float, settings: Settings | None = None
+    system: LumpedSystem,
+    start: float,
+    end: float,
+    settings: Settings | None = None,
+    observer: Observer = SILENT,
 ) -> Array | None:
     """State (2, n) after passing from one frequency to near another [Hz].
 
@@ -108,7 +117,7 @@ def arrive(
     if not speeds:
         return None
     direction: Direction = "up" if end > start else "down"
-    branch = sweep(system, speeds, direction, settings)
+    branch = sweep(system, speeds, direction, settings, observer=observer)
     _require_bounded(branch.responses[-1])
     state: Array = branch.responses[-1].state
     return state

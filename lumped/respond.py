@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from lumped.response import History, Response
 from lumped.settings import Settings
-from lumped.steady_state import confirmed, steady_state
+from lumped.steady_state import Watch, confirmed, steady_state
 from lumped.steppers import stepper_of
 from lumped.system import LumpedSystem
 
@@ -45,12 +45,13 @@ def respond_confirmed(
     settings: Settings | None = None,
     state: Array | None = None,
     before: Response | None = None,
+    watch: Watch = lambda frequency, period: None,
 ) -> tuple[Response, History, Settings]:
     """As `respond_with_history`, confirmed by finer steps, see `confirmed`."""
     settings = settings or Settings()
     start = _checked(system, state)
     stepper = stepper_of(system, settings)
-    return confirmed(stepper, frequency, settings, start, before)
+    return confirmed(stepper, frequency, settings, start, before, watch)
 
 
 def _checked(system: LumpedSystem, state: Array | None) -> Array | None:

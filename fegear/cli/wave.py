@@ -67,8 +67,8 @@ def wave_command(
     description = model.lumped_model(gear_set)
     given = gear_set, at, approach.speed, description, settings, approach.from_speed
     try:
-        with named_options(*NAMED):
-            found = settle_motion(*given)
+        with outputs.progress() as report, named_options(*NAMED):
+            found = settle_motion(*given, report)
     except DivergedError as error:
         complain(str(error))
         raise typer.Exit(1) from None

@@ -192,6 +192,8 @@ def test_a_divergence_names_speed_and_time(system, monkeypatch):
     from types import SimpleNamespace
 
     gone = SimpleNamespace(status="diverged", frequency=1234.0, settling_time=0.5)
-    monkeypatch.setattr(module, "respond_confirmed", lambda *_: (gone, None, None))
+    monkeypatch.setattr(
+        module, "respond_confirmed", lambda *_, **__: (gone, None, None)
+    )
     with pytest.raises(DivergedError, match=r"1234 Hz within 0\.5 s"):
         time_history(system, 1234.0)

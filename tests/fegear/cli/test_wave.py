@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import sys
 
 import pytest
 import typer
@@ -94,3 +95,23 @@ def test_the_coupled_model_warns_near_the_resonance_of_a_body():
         run("liu-pair", "--model", "coupled", "--speed", 9000, "--json")
     )
     assert "vibrates against its hub" in values["warnings"][0]
+
+
+def test_progress_tells_the_speed_on_the_way(monkeypatch):
+    import fegear
+
+    monkeypatch.setattr(sys.modules["lumped.sweep"], "REFRESH", -1.0)
+    model = fegear.LumpedModel(stiffness=fegear.Source(kind="rectangular"))
+    gears, told = fegear.load_gear_set("liu-pair"), []
+    fegear.settle_motion(
+        *(gears, 100.0, 2030.0, model),
+        from_speed=2000.0,
+        progress=lambda *words: told.append(words),
+    )
+    assert told[0] == ("stiffness", 0, 1)
+    assert [words for words in told if words[0] == "sweep"] == [
+        ("sweep", 1, 3),
+        ("sweep", 2, 3),
+    ]
+    assert told[1][0].startswith("2000 Hz, period ")
+    assert told[-1][0].startswith("2030 Hz, period ")
