@@ -289,8 +289,8 @@ class LumpedSystem:
         what, teeth, ways = "excitation", "", "higher speeds or simpler tooth ratios"
         if self.rounds > 1:
             what, teeth = "motion", " and tooth pairs with pitch errors"
-            ways = "pitch errors of fewer gears or that repeat sooner, higher speeds or "
-            ways += "fewer steps"
+            ways = "pitch errors of fewer gears or that repeat sooner, higher speeds"
+            ways += " or fewer steps"
         raise TrainError(
             f"{self.common_period[0]} periods of the first mesh, after which all "
             f"meshes{teeth} repeat, of {steps:.3g} steps each: "
