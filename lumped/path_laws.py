@@ -27,12 +27,17 @@ FAR_GAP = 1e-2  # [m] beyond any deflection
 CELLS = 256  # penetrations of a law, denser toward zero
 BEYOND = 2.0  # times the table's largest penetration, up to which laws curve
 LEAST = 1e-4  # of that penetration: points below it are rounding
-SURE = 1e-3  # of it: points from which a law goes on to larger penetrations
+SURE = 1e-1  # of it: points from which a law goes on to larger penetrations
 WRONG = 1e-2  # of it: by more a table contradicts itself
 MOST_HARDENING = 0.5  # largest relative slope of F / x over log x that is carried on
 FLOOR = 0.1  # of F / x at the first point, toward zero
 WHOLE = 1e-2  # by how much load shares may miss 1
 NEEDED = "the coupled model needs"
+CONTRADICTS = (
+    "ste_m, gap_m, load_share and compliance contradict each other: a pair must carry "
+    "where it is pressed in and nowhere else"
+)
+FALLS = "the load of a pair must grow with its penetration"
 
 
 @dataclass(frozen=True, eq=False)
@@ -205,7 +210,7 @@ def _hardening(points: Sequence[tuple[Array, Array]]) -> float:
 def _stiffness(points: tuple[Array, Array], hardening: float, at: Array) -> Array:
     """F / x [N/m] at logarithms of penetrations (j,), from those at points.
 
-    hardening : relative slope through a point that is the only one
+    hardening : usual relative slope, near to which the curve goes on beyond its ends
     """
     from scipy.interpolate import PchipInterpolator
 
@@ -213,17 +218,12 @@ def _stiffness(points: tuple[Array, Array], hardening: float, at: Array) -> Arra
     if x.size == 1:
         x, k = np.array([x[0] - 1.0, x[0]]), k * np.array([1.0 - hardening, 1.0])
     curve = PchipInterpolator(x, k)
-    low, high = np.clip(curve(x[[0, -1]], 1), 0.0, MOST_HARDENING * k[[0, -1]])
+    low, high = curve(x[[0, -1]], 1)
+    low = np.clip(low, 0.0, MOST_HARDENING * k[0])
+    high = np.clip(high, 0.0, 2.0 * hardening * k[-1])  # not of a trace of load alone
     inside = np.clip(at, x[0], x[-1])
     beyond = np.where(at < x[0], low, high) * (at - inside)
     return np.asarray(np.maximum(curve(inside) + beyond, FLOOR * k[0]))
-
-
-CONTRADICTS = (
-    "ste_m, gap_m, load_share and compliance contradict each other: a pair must carry "
-    "where it is pressed in and nowhere else"
-)
-FALLS = "the load of a pair must grow with its penetration"
 
 
 def _require_agreement(

@@ -237,6 +237,15 @@ class TabledOptions(LumpedOptions):
             refuse_idle(reason, excitation=self.excitation, **self.elements.choices)
         super().__post_init__()
 
+    def load(self, subject: EditedSet, torque: Any) -> tuple[GearSet, dict[str, Any]]:
+        gear_set, changes = super().load(subject, torque)
+        for key in changes:
+            if self.table and "_relief" in key:
+                raise InputError(
+                    f"--set {key}; --table has the teeth with their relief"
+                )
+        return gear_set, changes
+
     def stiffness(self, gear_set: GearSet) -> Source | GivenTables:
         from fegear.excitation import read_mesh_tables
 

@@ -21,6 +21,7 @@ from fegear.cli.sweep import sweep_command
 from fegear.errors import InputError
 from fegear.gearset import load_gear_set
 from fegear.lumped_system import lumped_system, usual_speeds
+from fegear.statics import StaticsSettings, solve_mesh
 from lumped.analytic import StiffnessFigures, analytic_excitation
 from lumped.response import Status
 from lumped.sweep_table import read_sweep
@@ -126,6 +127,33 @@ def test_tables_take_the_place_of_finite_elements(tmp_path):
         run(*words, "--model", 3)
     with pytest.raises(InputError, match="fourier; --table replaces it"):
         run(*words, "--excitation", "fourier")
+
+
+def test_the_coupled_model_takes_tables_of_several_torques(tmp_path):
+    """As solved from its own finite elements, and what a table lacks is named."""
+    table, one, out = (tmp_path / name for name in ("t.csv", "one.csv", "s.csv"))
+    pair, coarse = load_gear_set("liu-pair"), StaticsSettings(resolution="coarse")
+    solve_mesh(pair, 0, [60.0, 150.0], coarse).to_csv(table)
+    solve_mesh(pair, 0, [100.0], coarse).to_csv(one)
+    words = ("liu-pair", "--torque", 100, "--speeds", "1500,2800", "--direction", "up")
+    words += ("--model", "coupled")
+    solved = strict(run(*words, "--resolution", "coarse", "--json"))
+    words += ("--table",)
+    found = strict(run(*words, table, "-o", out, "--json"))
+    assert found["excitation"] == "tables t.csv"
+    assert read_sweep(str(out)).rows[0].model == "coupled"
+    for name in ("dte_rms_m", "force_peak_N"):
+        a, b = (each["branches"][0]["largest"][0][name] for each in (solved, found))
+        assert b == pytest.approx(a, rel=0.01)
+    a, b = (each["natural_frequencies_Hz"] for each in (solved, found))
+    assert b == pytest.approx(a, rel=1e-3)
+    with pytest.raises(InputError, match=r"one.csv: torques = 1; .* without hardening"):
+        run(*words, one)
+    run(*words, one, "--without", "hardening")
+    with pytest.raises(InputError, match="torque 200 N m is outside of the mesh table"):
+        run("liu-pair", "--torque", 200, *words[3:], table)
+    with pytest.raises(InputError, match=r"relief.magnitude_um; --table has the teeth"):
+        run(*words, table, "--set", "mesh.1.tip_relief.magnitude_um=5")
 
 
 def test_a_divergence_keeps_the_rows_before_it(tmp_path, monkeypatch):
