@@ -23,6 +23,7 @@ from meshes import GearPair
 
 Array = NDArray[np.float64]
 SAME = 1e-9  # base pitches
+MOST_POSITIONS = 512  # of a mesh cycle
 
 
 def all_table_laws(
@@ -34,7 +35,8 @@ def all_table_laws(
     """
     torques = mesh_torques_at(gear_set, torque)
     longest = max(table.position.size for _, table in given.tables)
-    positions = longest * -(-POSITIONS // longest)  # finer, on the same places
+    # finer on the same places, but for a table that would fill the memory
+    positions = min(longest * -(-POSITIONS // longest), MOST_POSITIONS)
     laws = []
     for mesh, (name, table) in enumerate(given.tables):
         try:
