@@ -1,0 +1,208 @@
+"""Steady vibration near a resonance: amplitudes, frequencies, stability.
+
+With d = 2 (1 - Omega / w_r) - B + 2i zeta the solvability condition of
+`lumped.closed_forms.resonance` is, in steady state, d u + p conj(u) + f = 0, so that
+
+    u = (p conj(f) - f conj(d)) / (|d|^2 - |p|^2).
+
+Valid to first order in the stiffness variation, in zeta and in the part of the time
+without contact; `lumped.closed_forms.limits` says where that is left.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lumped.closed_forms.resonance import Resonance
+from lumped.closed_forms.separation import (
+    contact_loss_amplitude,
+    lost_stiffness,
+    lost_stiffness_slope,
+    separation_angle,
+)
+
+Array = NDArray[np.float64]
+REAL = 1e-7  # imaginary over absolute part below which a root is real
+SAME = 1e-9  # of the detuning, below which two roots are one
+
+
+@dataclass(frozen=True, eq=False)
+class SteadyVibration:
+    """y_j = C_j + 2 v_jr alpha cos(Omega t - gamma), eq. 3.25 and 4.15.
+
+    frequency : of the first mesh, in the unit of the system
+    amplitude : alpha, of the mode; mesh deflections have 2 |v_jr| alpha [m]
+    phase : gamma [rad]
+    separation : (m,) angles theta_j [rad]
+    stable : against small changes of amplitude and phase
+    """
+
+    frequency: float
+    amplitude: float
+    phase: float
+    separation: Array
+    stable: bool
+
+
+def linear_amplitude(resonance: Resonance, frequency: float) -> float:
+    """Modal amplitude alpha at a mesh frequency, while no contact is lost.
+
+    Eq. 2.24, and 2.25 where p = 0; 4 zeta^2 stands where both print zeta^2. Raises
+    ValueError where a second harmonic makes the linear motion grow without limit.
+    """
+    d = complex(_detuning(resonance, frequency), 2.0 * resonance.damping_ratio)
+    f, p = resonance.drive, resonance.parametric
+    if abs(p) >= abs(d):
+        raise ValueError(
+            f"frequency = {frequency:g} is inside of a parametric instability, where "
+            "linear motion has no limit"
+        )
+    return abs(p * f.conjugate() - f * d.conjugate()) / (abs(d) ** 2 - abs(p) ** 2)
+
+
+def _detuning(resonance: Resonance, frequency: float) -> float:
+    return 2.0 * (1.0 - frequency / resonance.at)
+
+
+def steady_vibrations(
+    resonance: Resonance, amplitude: float
+) -> tuple[SteadyVibration, ...]:
+    """All steady vibrations with a modal amplitude alpha, by rising frequency.
+
+    With p = 0 two, below and above the backbone, eq. 3.31, 3.37 and 4.21, up to the
+    peak; with f = 0 two at all amplitudes, eq. 3.35 and 4.26, if damping lets them be.
+    With both up to four, from (|d|^2 - |p|^2) alpha = |p conj(f) - f conj(d)|, in place
+    of eq. 3.28, which has no lost contact, and of 4.28, which takes the modulus of
+    f / alpha + p without the phase between them, other than derived.
+    """
+    lost = lost_stiffness(resonance, amplitude)
+    found = [
+        _vibration(resonance, amplitude, lost, x)
+        for x in sorted(_detunings(resonance, amplitude), reverse=True)
+    ]
+    return tuple(each for each in found if each is not None)
+
+
+def _detunings(resonance: Resonance, amplitude: float) -> list[float]:
+    """Real parts of d."""
+    f, p, zeta = resonance.drive, resonance.parametric, resonance.damping_ratio
+    if f == 0.0 or p == 0.0:
+        square = (abs(p) ** 2 if f == 0.0 else abs(f / amplitude) ** 2) - 4.0 * zeta**2
+        root = math.sqrt(square) if square >= 0.0 else math.nan
+        return [] if square < 0.0 else [root, -root][: 1 + (root > 0.0)]
+    # x^2 + q is |d|^2 - |p|^2, and the right side squared a quadratic in x
+    q, g = 4.0 * zeta**2 - abs(p) ** 2, _right_side(resonance)
+    quartic = np.array([1.0, 0.0, 2.0 * q, 0.0, q**2])
+    quartic[2:] -= g / amplitude**2
+    return _real_roots(quartic)
+
+
+def _right_side(resonance: Resonance) -> Array:
+    """|p conj(f) - f conj(d)|^2, d = x + 2i zeta: coefficients of x^2, x and 1."""
+    f, p = resonance.drive, resonance.parametric
+    constant = p * f.conjugate() + 2j * resonance.damping_ratio * f
+    return np.array(
+        [abs(f) ** 2, -2.0 * (constant * f.conjugate()).real, abs(constant) ** 2]
+    )
+
+
+def _real_roots(polynomial: Array) -> list[float]:
+    """Each once, of a polynomial with the highest power first."""
+    roots = np.roots(polynomial)
+    scale = np.abs(roots).max(initial=1e-300)
+    real = np.sort(roots[np.abs(roots.imag) <= REAL * scale].real)
+    return [float(x) for x in real[np.diff(real, prepend=-np.inf) > SAME * scale]]
+
+
+def _vibration(
+    resonance: Resonance, amplitude: float, lost: float, x: float
+) -> SteadyVibration | None:
+    """The one of a detuning, None where p and d cancel and leave the phase open."""
+    f, p = resonance.drive, resonance.parametric
+    d = complex(x, 2.0 * resonance.damping_ratio)
+    if f == 0.0:
+        turn = -p / d  # u / conj(u)
+        u = amplitude * turn**0.5
+    else:
+        size = abs(d) ** 2 - abs(p) ** 2
+        if size == 0.0:
+            return None
+        u = (p * f.conjugate() - f * d.conjugate()) / size
+        turn = u / u.conjugate()
+    # eigenvalues of the linearised condition have the sum -2 zeta w_r
+    slope = 0.5 * lost_stiffness_slope(resonance, amplitude)
+    stable = abs(d - slope) > abs(p - slope * turn)
+    return SteadyVibration(
+        frequency=resonance.at * (1.0 - 0.5 * (x + lost)),
+        amplitude=amplitude,
+        phase=float(-np.angle(u)),
+        separation=separation_angle(resonance, amplitude),
+        stable=bool(stable),
+    )
+
+
+def peak_amplitude(resonance: Resonance) -> float:
+    """Largest modal amplitude alpha of a direct resonance; infinite if |p| >= 2 zeta.
+
+    With p = 0 it is |f| / (2 zeta), eq. 3.34; 4.23 prints c_s where c_s^2 is right.
+    Lost contact changes where the peak stands, not how high it is.
+    """
+    f, p, zeta = resonance.drive, resonance.parametric, resonance.damping_ratio
+    if f == 0.0:
+        raise ValueError("drive must not be 0, got a resonance without a peak")
+    if abs(p) >= 2.0 * zeta:
+        return math.inf
+    # square of the amplitude is g / s^2, which peaks where g' s = 2 g s'
+    g, s = np.poly1d(_right_side(resonance)), np.poly1d([1.0, 0.0, 4.0 * zeta**2])
+    s = s - abs(p) ** 2
+    peaks = _real_roots((g.deriv() * s - 2.0 * g * s.deriv()).coeffs)
+    return max(math.sqrt(float(g(x))) / float(s(x)) for x in peaks)
+
+
+def peak(resonance: Resonance) -> SteadyVibration:
+    """The vibration with the largest amplitude, eq. 3.34."""
+    top = peak_amplitude(resonance)
+    if math.isinf(top):
+        raise ValueError("parametric drive must be below 2 zeta, got no finite peak")
+    below = steady_vibrations(resonance, top * (1.0 - 1e-9))
+    return min(below, key=lambda each: abs(each.frequency - _middle(below)))
+
+
+def _middle(found: tuple[SteadyVibration, ...]) -> float:
+    return 0.5 * (found[0].frequency + found[-1].frequency)
+
+
+def transition_frequencies(resonance: Resonance, mesh: int) -> tuple[float, ...]:
+    """Mesh frequencies at which a mesh begins to lose contact, rising; none if never.
+
+    Eq. 3.33 and 4.22 for the mesh that is first, and for the others with the contact
+    that is lost before; eq. 3.43 prints the first term without 1 / c_r^2. A subharmonic
+    has them where its vertical branches begin to bend, which is where it begins.
+    """
+    amplitude = float(contact_loss_amplitude(resonance)[mesh])
+    if math.isinf(amplitude):
+        return ()
+    return tuple(each.frequency for each in steady_vibrations(resonance, amplitude))
+
+
+def instability_interval(resonance: Resonance) -> tuple[float, float] | None:
+    """Mesh frequencies between which rest, or a forced motion, grows; None if stable.
+
+    2 w_r (1 -+ sqrt(|p|^2 - 4 zeta^2) / 2) / (2 h): eq. 3.44, 4.26 and 2.27, where 2.27
+    prints half of it with a quarter of the damping term. None from the damping ratio on
+    that `critical_damping` gives.
+    """
+    square = abs(resonance.parametric) ** 2 - 4.0 * resonance.damping_ratio**2
+    if square < 0.0:
+        return None
+    half = 0.5 * math.sqrt(square)
+    return resonance.at * (1.0 - half), resonance.at * (1.0 + half)
+
+
+def critical_damping(resonance: Resonance) -> float:
+    """Damping ratio |p| / 2 from which on a subharmonic is gone, below eq. 3.44."""
+    return 0.5 * abs(resonance.parametric)

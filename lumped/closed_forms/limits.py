@@ -1,0 +1,97 @@
+"""Where the closed forms stop being one: what they assume, checked for a resonance."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from itertools import product
+
+import numpy as np
+
+from lumped.closed_forms.frequency_response import peak_amplitude
+from lumped.closed_forms.parametric import ParametricSystem
+from lumped.closed_forms.resonance import Resonance, harmonics_at
+from lumped.closed_forms.separation import contact_loss_amplitude, separation_angle
+from lumped.closed_forms.superharmonic import forced_vibration
+
+VARIATION = 0.5  # first harmonic 2 |z_j1|, below eq. 3.12: "in practice less"
+SEPARATION = 0.41  # part of a cycle without contact, the largest of figure 3.8
+OTHERS = 0.5  # of a mesh's mean deflection, vibration of other modes
+
+
+def limits(system: ParametricSystem, resonance: Resonance) -> tuple[str, ...]:
+    """Sentences on what a resonance assumes and the system leaves; none if it holds."""
+    return (
+        *_variation(system),
+        *_other_modes(system, resonance),
+        *_combinations(system, resonance),
+        *_at_the_peak(system, resonance),
+    )
+
+
+def _variation(system: ParametricSystem) -> Iterator[str]:
+    for j, first in enumerate(2.0 * np.abs(system.stiffness_harmonics[:, 0]), start=1):
+        if first >= VARIATION:
+            yield (
+                f"stiffness of mesh {j} varies by {first:.2g} of its mean in the first "
+                f"harmonic, small is below {VARIATION:g}"
+            )
+
+
+def _other_modes(system: ParametricSystem, resonance: Resonance) -> Iterator[str]:
+    """Meshes that other modes or other harmonics move as much as their mean."""
+    for order in system.orders:
+        if order == resonance.order:
+            continue
+        motion = 2.0 * np.abs(forced_vibration(system, order, resonance.at))
+        part = float((motion / system.elastic).max())
+        if part > OTHERS:
+            nearest = np.abs(system.frequency - float(order) * resonance.at).argmin()
+            yield (
+                f"{float(order):g} times the mesh frequency is near mode {nearest + 1} "
+                f"and moves a mesh by {part:.2g} of its mean deflection as well"
+            )
+
+
+def _combinations(system: ParametricSystem, resonance: Resonance) -> Iterator[str]:
+    """Combination instabilities of this mode with another, by the same averaging.
+
+    Where s w is near w_r + w_l both grow for
+    |s w - w_r - w_l| < (w_r + w_l) sqrt(|p_rl|^2 - 4 zeta^2) / 2.
+    """
+    own = resonance.mode
+    for other, order in product(range(system.modes), system.orders):
+        total = system.frequency[own] + system.frequency[other]
+        shapes = system.shapes[:, own] * system.shapes[:, other]
+        p = abs((system.stiffness * shapes * harmonics_at(system, order)).sum())
+        width = p**2 - 4.0 * system.damping_ratio**2
+        gap = abs(float(order) * resonance.at - total) / total
+        if other != own and width > 0.0 and gap < 0.5 * math.sqrt(width):
+            yield (
+                f"{float(order):g} times the mesh frequency is near the sum of modes "
+                f"{own + 1} and {other + 1}, which grow together"
+            )
+
+
+def _at_the_peak(system: ParametricSystem, resonance: Resonance) -> Iterator[str]:
+    if resonance.drive == 0.0:
+        return
+    top = peak_amplitude(resonance)
+    if math.isinf(top):
+        yield (
+            f"stiffness at twice its frequency, {abs(resonance.parametric):.2g}, is "
+            "2 damping ratios or more: no peak at this order"
+        )
+        return
+    part = float(separation_angle(resonance, top).max()) / math.pi
+    if part > SEPARATION:
+        yield (
+            f"contact is lost for {part:.2g} of the cycle at the peak, small is below "
+            f"{SEPARATION:g}"
+        )
+    reach = resonance.amplitudes(top) - system.elastic
+    for j in np.flatnonzero(reach > system.backlash):
+        yield f"the peak takes mesh {j + 1} through its backlash to the back side"
+    lost = (contact_loss_amplitude(resonance) < top).any()
+    if lost and np.abs(system.gap_harmonics).any():
+        yield "contact is lost beside gaps of tooth pairs, which the forms do not have"

@@ -1,0 +1,116 @@
+"""What drives a mode at a mesh frequency near one of its resonances.
+
+A mode that vibrates at Omega = h w, w the frequency of the first mesh, takes part in
+four kinds of resonance of the multi-mesh source, which differ in the order h only:
+
+    h = 1      fundamental           eq. 3.31 and 3.28, 2.24, case 1 of 4.21
+    h = 2      second harmonic       eq. 3.37, 2.26
+    h = 1/2    subharmonic           eq. 3.35, 2.27, case 1 of 4.26
+    h = rho_j  of a mesh j with another mesh frequency, 4.21 to 4.28
+
+All follow from one solvability condition. The resonant mode is
+u_r = U_r + (A e^(i w_r t) + c.c.), A = u e^(i (Omega - w_r) t). No secular terms ask
+
+    2i u' / w_r + (d - B(|u|)) u + p conj(u) + f = 0,
+    d = 2 (1 - Omega / w_r) + 2i zeta,
+
+    f = sum_j [k_j v_jr C_j z_j(h) - v_jr L_j(h)]      what drives directly,
+    p = sum_j k_j v_jr^2 z_j(2h)                       what drives parametrically,
+
+where z_j(h), L_j(h) are the harmonics that fall on h w, zero if none does: eq. 2.21,
+3.24, 3.36, 4.25, 4.27 and 4.28. In the source's symbols f = R3 / c_r (or Lambda, or
+R3 tilde), p = Q3 / c_r^2 (Theta, R4), B = -(R1 + R2 / alpha) / c_r^2 of lost contact.
+Where eq. 3.27 prints mean deflections and mode shapes in R4, derivation gives p.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lumped.closed_forms.parametric import ComplexArray, ParametricSystem
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Resonance:
+    """A mode r of a train with m meshes, excited at Omega = order times w.
+
+    mode : its index
+    frequency : natural frequency w_r, in the unit of the system
+    order : h, frequency of the vibration over the first mesh's
+    shapes : (m,) v_jr; energy : (m,) parts k_j v_jr^2 of the strain energy
+    elastic : (m,) mean deflections that press the teeth together [m]
+    damping_ratio : zeta
+    driven_by : (m,) f of each mesh, in the unit of amplitudes
+    parametric_by : (m,) p of each mesh
+    """
+
+    mode: int
+    frequency: float
+    order: Fraction
+    shapes: Array
+    energy: Array
+    elastic: Array
+    damping_ratio: float
+    driven_by: ComplexArray
+    parametric_by: ComplexArray
+
+    @property
+    def drive(self) -> complex:
+        """f"""
+        return complex(self.driven_by.sum())
+
+    @property
+    def parametric(self) -> complex:
+        """p"""
+        return complex(self.parametric_by.sum())
+
+    @property
+    def at(self) -> float:
+        """Frequency of the first mesh at which Omega is the natural frequency."""
+        return float(self.frequency / self.order)
+
+    def amplitudes(self, amplitude: float) -> Array:
+        """(m,) of the mesh deflections [m], 2 |v_jr| alpha, with |u| = alpha."""
+        return 2.0 * np.abs(self.shapes) * amplitude
+
+
+def resonance(
+    system: ParametricSystem, mode: int, order: Fraction | int = 1
+) -> Resonance:
+    """The resonance of a mode (from 0) at Omega = order times the mesh frequency.
+
+    Raises ValueError unless there is such a mode and the order is positive.
+    """
+    if not 0 <= mode < system.modes:
+        raise ValueError(f"mode must be 0 to {system.modes - 1}, got {mode}")
+    if not order > 0:
+        raise ValueError(f"order must be positive, got {order}")
+    h = Fraction(order)
+    v, k = system.shapes[:, mode], system.stiffness
+    direct, twice = (harmonics_at(system, s) for s in (h, 2 * h))
+    gaps = harmonics_at(system, h, "gap_harmonics")
+    return Resonance(
+        mode=mode,
+        frequency=float(system.frequency[mode]),
+        order=h,
+        shapes=v,
+        energy=system.energy[:, mode],
+        elastic=system.elastic,
+        damping_ratio=system.damping_ratio,
+        driven_by=k * v * system.deflection * direct - v * gaps,
+        parametric_by=k * v**2 * twice,
+    )
+
+
+def harmonics_at(
+    system: ParametricSystem, order: Fraction, name: str = "stiffness_harmonics"
+) -> ComplexArray:
+    """(m,) amplitudes of all meshes at `order` times the first mesh's frequency."""
+    meshes = range(system.stiffness.size)
+    return np.array([system.harmonic(name, j, order) for j in meshes])

@@ -1,0 +1,59 @@
+"""How lost contact softens a mode: eq. 3.30 and the backbone of eq. 3.31."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lumped.closed_forms.resonance import Resonance
+
+Array = NDArray[np.float64]
+
+
+def contact_loss_amplitude(resonance: Resonance) -> Array:
+    """Modal amplitudes alpha (m,) at which each mesh begins to lose contact.
+
+    |C_j / (2 v_jr)|, eq. 3.33 and 4.22, infinite where the mode leaves the mesh at
+    rest. C_j is the elastic part of the mean deflection.
+    """
+    with np.errstate(divide="ignore"):
+        return 0.5 * resonance.elastic / np.abs(resonance.shapes)
+
+
+def separation_angle(resonance: Resonance, amplitude: float) -> Array:
+    """theta_j (m,) [rad], half of the angle of a cycle without contact.
+
+    cos(theta_j) = C_j / (2 |v_jr| alpha), 0 below the amplitude of first loss; eq. 3.30
+    and 4.16, which print two cases for what is one. Contact is lost for the part
+    theta_j / pi of a cycle, about the lowest point of that mesh: all meshes whose v_jr
+    have the same sign at once, the others half a cycle later.
+    """
+    if not amplitude > 0.0:
+        raise ValueError(f"amplitude must be positive, got {amplitude:g}")
+    return np.arccos(np.minimum(contact_loss_amplitude(resonance) / amplitude, 1.0))
+
+
+def lost_stiffness(resonance: Resonance, amplitude: float) -> float:
+    """B, the part of the modal stiffness that lost contact takes away on average.
+
+    sum_j k_j v_jr^2 (theta_j - sin(theta_j) cos(theta_j)) / pi, the first harmonic of
+    the force over the amplitude. It is -(R1 + R2 / alpha) / c_r^2 of eq. 3.32 and 4.20,
+    or of Q1 and Q2 in 3.36, with C_j = 2 |v_jr| alpha cos(theta_j) put in.
+    """
+    theta = separation_angle(resonance, amplitude)
+    lost = (theta - np.sin(theta) * np.cos(theta)) / np.pi
+    return float(resonance.energy @ lost)
+
+
+def lost_stiffness_slope(resonance: Resonance, amplitude: float) -> float:
+    """alpha dB / d alpha, from d theta_j / d alpha = cot(theta_j) / alpha."""
+    theta = separation_angle(resonance, amplitude)
+    return float(resonance.energy @ np.sin(2.0 * theta)) / np.pi
+
+
+def backbone(resonance: Resonance, amplitude: float) -> float:
+    """Mesh frequency of free vibration of an amplitude, below eq. 3.32.
+
+    w = w_r (1 - B / 2) / h: softening, as contact is lost.
+    """
+    return resonance.at * (1.0 - 0.5 * lost_stiffness(resonance, amplitude))

@@ -1,0 +1,62 @@
+"""Resonances that two stiffness harmonics excite together, eq. 3.39 to 3.42.
+
+Off resonance, harmonic a of the stiffness moves the meshes at a w; harmonic b times
+this motion is a force at (a + b) w. Where h = a + b falls on a mode it resonates, with
+a drive of second order in the variation: the only one where harmonic h is missing.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from fractions import Fraction
+
+import numpy as np
+
+from lumped.closed_forms.parametric import ComplexArray, ParametricSystem
+from lumped.closed_forms.resonance import Resonance, harmonics_at, resonance
+
+
+def forced_vibration(
+    system: ParametricSystem, order: Fraction, frequency: float
+) -> ComplexArray:
+    """Amplitudes (m,) of e^(i order w t) in the mesh deflections [m], eq. 3.39.
+
+    To first order in the stiffness variation, with all modes; the sum of the modes'
+    B_l = -f_l / (1 - (order w / w_l)^2 + 2i zeta order w / w_l), in which eq. 3.39 has
+    no damping.
+
+    frequency : w, of the first mesh, in the unit of the system
+    """
+    v = system.shapes
+    stiff = system.stiffness * system.deflection * harmonics_at(system, order)
+    force = v.T @ (harmonics_at(system, order, "gap_harmonics") - stiff)
+    ratio = float(order) * frequency / system.frequency
+    return v @ (force / (1.0 - ratio**2 + 2j * system.damping_ratio * ratio))
+
+
+def superharmonic(
+    system: ParametricSystem, mode: int, order: Fraction | int = 2
+) -> Resonance:
+    """The resonance of a mode at Omega = order times w, driven at second order only.
+
+    Its drive is W of eq. 3.42 (over c_r), here with all pairs of harmonics of the
+    system whose sum is the order; with one harmonic kept, as printed. Use it as any
+    resonance: eq. 3.41 prints 1 / (2 alpha c_r), 1 / (4 alpha c_r) follows as in 3.37.
+    The shift of the natural frequency, of second order too, is left out.
+    """
+    h = Fraction(order)
+    known = resonance(system, mode, h)
+    driven = np.zeros(system.stiffness.size, complex)
+    for s in (sign * order for order in system.orders for sign in (1, -1)):
+        motion = h - s
+        if motion != 0 and abs(motion) != h:
+            y = forced_vibration(system, motion, known.at)
+            driven += harmonics_at(system, s) * y
+    driven *= system.stiffness * known.shapes
+    return replace(known, driven_by=driven)
+
+
+def with_superharmonic(system: ParametricSystem, known: Resonance) -> Resonance:
+    """A resonance with its drives of first and second order together."""
+    second = superharmonic(system, known.mode, known.order)
+    return replace(known, driven_by=known.driven_by + second.driven_by)

@@ -1,0 +1,116 @@
+"""Closed forms against integrated motion, and how fast they part from it."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+from lumped import Settings, respond_with_history, sweep
+from lumped.closed_forms import (
+    contact_loss_amplitude,
+    instability_interval,
+    linear_amplitude,
+    parametric_system,
+    peak,
+    peak_amplitude,
+    resonance,
+    superharmonic,
+    transition_frequencies,
+)
+
+EXACT = Settings(method="dopri5", tolerance=1e-7)
+SCALES = np.array([0.5, 0.25, 0.125])
+
+
+def integrated(system, frequency, order=1):
+    """Amplitudes (m,) of e^(i order w t) of the settled mesh deflections [m]."""
+    response, history = respond_with_history(system, frequency, EXACT)
+    assert response.contact_loss.max() == 0.0
+    turn = np.exp(-2j * np.pi * order * frequency * history.time)
+    area = np.trapezoid(history.deflection * turn[:, None], history.time, axis=0)
+    return 2.0 * np.abs(area) / (history.time[-1] - history.time[0])
+
+
+def fitted_order(errors):
+    return np.polyfit(np.log(SCALES), np.log(errors), 1)[0]
+
+
+def beside_resonance(chapter_3, scale):
+    """Error of the amplitude beside the first mode, its detuning scaled as well."""
+    system = chapter_3(scale)
+    near = resonance(parametric_system(system), 0)
+    frequency = near.at * (1.0 + 0.15 * scale)
+    expected = near.amplitudes(linear_amplitude(near, frequency))
+    return np.abs(integrated(system, frequency) / expected - 1.0).max()
+
+
+def test_a_fundamental_resonance_is_right_to_first_order(chapter_3):
+    errors = [beside_resonance(chapter_3, scale) for scale in SCALES]
+    assert fitted_order(errors) == pytest.approx(1.0, abs=0.1)
+    assert errors[-1] < 0.03
+
+
+def test_large_variations_leave_the_form(chapter_3):
+    """Of 70 and 80 % peak to peak: other modes and higher orders are not small."""
+    assert beside_resonance(chapter_3, 2.0) > 0.25
+
+
+def test_a_superharmonic_peak_is_right_to_first_order(chapter_3):
+    """Waves of one harmonic: nothing but eq. 3.42 drives twice the mesh frequency."""
+    errors = []
+    for scale in SCALES:
+        system = chapter_3(scale, harmonics=1)
+        near = superharmonic(parametric_system(system, harmonics=1), 0, 2)
+        expected = near.amplitudes(peak_amplitude(near))
+        errors.append(np.abs(integrated(system, near.at, 2) / expected - 1.0).max())
+    assert errors[-1] < 1e-3
+    assert fitted_order(errors) > 0.9
+
+
+def test_the_peak_where_contact_is_lost(chapter_3):
+    """Swept down its upper branch; damping such that mesh 2 is lost for a seventh."""
+    scale = 0.25
+    near = resonance(parametric_system(chapter_3(scale)), 0)
+    over = peak_amplitude(near) / contact_loss_amplitude(near).min()
+    system = chapter_3(scale, damping=0.04 * over / 1.1)
+    near = resonance(parametric_system(system), 0)
+    top = peak(near)
+    assert top.separation[0] == 0.0
+    speeds = top.frequency * (1.0 + scale * np.array([0.02, 0.01, 0.0, -0.01]))
+    found = sweep(system, speeds, "down", EXACT)
+    rms = found.column("dte_rms").max(axis=0)
+    np.testing.assert_allclose(
+        np.sqrt(2.0) * rms, near.amplitudes(top.amplitude), 0.015
+    )
+    lost = found.column("contact_loss").max(axis=0)
+    np.testing.assert_allclose(lost, top.separation / np.pi, atol=0.015)
+
+
+def test_contact_is_first_lost_where_the_transitions_say(chapter_3):
+    """Toward the resonance from either side, within the second order of the variation.
+
+    Below it another motion that loses contact is possible as well, hence the sweep.
+    """
+    system = chapter_3(0.25)
+    near = resonance(parametric_system(system), 0)
+    below, above = transition_frequencies(near, 1)
+    margin = 0.15 * (above - below)
+    steps = margin * np.array([-4.0, -1.0, 1.0])
+    for direction, speeds in (("up", below + steps), ("down", above - steps)):
+        lost = sweep(system, speeds, direction, EXACT).column("contact_loss")[:, 1]
+        assert (lost > 0.0).tolist() == [False, False, True]
+
+
+def test_a_subharmonic_grows_inside_of_its_interval_only(chapter_3):
+    """Below the interval the motion of twice the period goes on once it is there."""
+    system = chapter_3(0.25, damping=0.03)
+    near = resonance(parametric_system(system), 0, Fraction(1, 2))
+    low, high = instability_interval(near)
+    step = 0.2 * (high - low)
+    speeds = (high + step, high - step, low + step, low - step)
+    found = sweep(system, speeds, "down", EXACT)
+    lost = found.column("contact_loss").min(axis=1)
+    assert (lost > 0.0).tolist() == [False, True, True, True]
+    assert [each.multiple for each in found.responses[1:]] == [2, 2, 2]
