@@ -1,21 +1,15 @@
-"""Trying to break the lumped models: what is promised, and what was measured.
-
-Every attempt returns one number and the bound that it must keep; NaN keeps none.
-"""
+"""Trying to break the lumped models of springs."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import astuple, dataclass, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fegear.statics import Progress
 from lumped.analytic import StiffnessFigures, analytic_excitation
-from lumped.csv_text import format_csv
 from lumped.excitation import MeshExcitation, PairExcitation
 from lumped.respond import respond, respond_with_history
 from lumped.response import History, Response
@@ -24,6 +18,7 @@ from lumped.sweep import sweep, sweep_all
 from lumped.system import LumpedSystem
 from lumped.train import Gear, Mesh, Train
 from lumped.waves import constant
+from validation.trials import Family, Trial, Trials
 
 Array = NDArray[np.float64]
 ADAPTIVE = Settings(method="dopri5", accuracy=1e-8)
@@ -33,20 +28,6 @@ TEETH = (38, 55, 94)
 COUPLINGS = (3389.6, 0.0, 11297.9)
 NO_COUPLINGS = (0.0, 0.0, 0.0)
 MEANS, VARIATIONS, RATIOS = (2.9831e8, 3.2108e8), (0.35, 0.40), (1.504, 1.510)
-
-
-@dataclass(frozen=True)
-class Trial:
-    """One attempt: a promise, the figure that was measured, and its bound."""
-
-    name: str
-    promise: str
-    measured: float
-    bound: float
-
-    @property
-    def kept(self) -> bool:
-        return self.measured <= self.bound
 
 
 @dataclass(frozen=True)
@@ -127,23 +108,13 @@ def _relative(one: Array, two: Array) -> float:
     return float(np.max(np.abs(one - two) / np.max(np.abs(two))))
 
 
-Trials = Iterator[Trial]
-TRIALS: list[Callable[[], Trials]] = []
+TRIALS: list[Family] = []
 
 
-def trial(function: Callable[[], Trials]) -> Callable[[], Trials]:
+def trial(function: Family) -> Family:
     """Add a family of attempts to the list."""
     TRIALS.append(function)
     return function
-
-
-def run_trials(
-    report: Progress = lambda what, done, total: None,
-) -> Iterator[Trial]:
-    """All attempts, one by one."""
-    for done, family in enumerate(TRIALS):
-        report(family.__name__.replace("_", " "), done, len(TRIALS))
-        yield from family()
 
 
 OVER_STATIC = "RMS over the static deflection"
@@ -402,9 +373,3 @@ def bad_numbers() -> Trials:
     plausible = found.status != "diverged" or np.isfinite(found.dte_rms).any()
     promise = "called diverged (0), figures NaN"
     yield Trial("negative stiffness, runaway", promise, float(plausible), 0.0)
-
-
-def trials_csv(trials: Sequence[Trial]) -> str:
-    names = ("attempt", "promise", "measured", "bound", "kept")
-    rows = ([*astuple(trial), "yes" if trial.kept else "no"] for trial in trials)
-    return format_csv(names, rows)

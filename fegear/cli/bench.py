@@ -236,12 +236,15 @@ def _cell(value: str | float) -> str:
 def _run_stress(output: Path | None, as_json: bool) -> None:
     """The table of promises and measurements; exit code 1 if one is not kept."""
     from fegear.output import make_directory, write_text
-    from validation.stress_lumped import run_trials, trials_csv
+    from validation import stress_coupled, stress_lumped
+    from validation.trials import run_trials, trials_csv
+
+    families = [*stress_lumped.TRIALS, *stress_coupled.TRIALS]
 
     path = None if output is None else make_directory(output) / "stress.csv"
     require_outputs([path])
     with progress_bar(enabled=not as_json) as report:
-        trials = list(run_trials(report))
+        trials = list(run_trials(families, report))
     if path is not None:
         write_text(path, trials_csv(trials))
     kept = sum(trial.kept for trial in trials)

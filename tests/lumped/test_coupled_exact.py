@@ -33,7 +33,7 @@ from lumped.coupled import CoupledContacts
 from lumped.kernels.arrays import Contacts
 from lumped.steady_state import Speed
 from lumped.steppers import FixedStepper
-from validation.oracles.coupled_train import Instant
+from validation.oracles.coupled_train import instant_of
 from validation.oracles.rim_train import RimTrain
 
 RADII = np.array([0.04535, 0.06564, 0.11218])  # m, Table 2.1
@@ -494,30 +494,6 @@ def test_linear_contacts_know_no_load_and_no_stiffness_of_their_own(load, stiff)
 MOVING = replace(
     FIRM, spokes=SOFT, in_rim=0.6, hardening=1e13, gap=WAVES, positions=32, phase=0.0
 )
-
-
-def instant_of(system, cycle):
-    """The contacts as the oracle takes them, at a part of the mesh cycle."""
-    found, space = system.contacts, system.modes.coordinates
-    grid = found.rows.shape[1] - 1
-    place, part = divmod(cycle * grid, 1.0)
-    place = int(place) % grid
-
-    def at(table):
-        return (1.0 - part) * table[:, place] + part * table[:, place + 1]
-
-    held = space.spring_rows @ system.modes.shapes[:, system.moving]
-    return Instant(
-        knots=found.contacts.knots[0],
-        law=at(found.contacts.law)[:, 0],
-        gap=at(found.contacts.gap),
-        compliance=at(found.contacts.normal_compliance.swapaxes(0, 1)),
-        rows=at(found.rows),
-        inertial=at(found.inertial),
-        work=found.work,
-        stiffness=(held.T * space.spring_stiffness) @ held,
-        load=system.arrays.load,
-    )
 
 
 def test_undamped_motion_in_one_place_keeps_its_energy():

@@ -9,7 +9,9 @@ from lumped.respond import respond
 from lumped.settings import Settings
 from validation.bench_lumped import Point, growth, races, with_disks
 from validation.oracles.scipy_train import ScipyTrain, scipy_rms
+from validation.stress_coupled import TRIALS as COUPLED
 from validation.stress_lumped import TRIALS, Idler
+from validation.trials import Trial
 
 
 @pytest.mark.parametrize("method", ["DOP853", "LSODA"])
@@ -21,15 +23,17 @@ def test_scipy_finds_the_same_response(method):
     np.testing.assert_allclose(theirs, ours.dte_rms, rtol=2e-4)
 
 
-@pytest.mark.parametrize("family", TRIALS, ids=lambda family: family.__name__)
-def test_every_promise_is_kept(family):
-    broken = [trial for trial in family() if not trial.kept]
-    assert not broken
+NAMED = {f"{f.__module__}.{f.__name__}": f for f in (*TRIALS, *COUPLED)}
+
+
+@pytest.mark.parametrize("name", NAMED)
+def test_every_promise_is_kept(name):
+    found = list(NAMED[name]())
+    assert found
+    assert not [trial for trial in found if not trial.kept]
 
 
 def test_nan_keeps_no_promise():
-    from validation.stress_lumped import Trial
-
     assert not Trial("a", "b", float("nan"), 1.0).kept
 
 

@@ -22,7 +22,7 @@ def law_of(stiff, curved):
 
 def instant(**changes):
     values = {
-        "knots": KNOTS,
+        "knots": np.array([KNOTS, KNOTS]),
         "law": np.array([law_of(STIFF, CURVED), law_of(0.5 * STIFF, 0.0)]),
         "gap": np.array([1e-6, 3e-6]),
         "compliance": np.array([[2e-9, 1e-9], [1e-9, 3e-9]]),
@@ -39,7 +39,7 @@ def test_a_single_spring_in_a_body():
     """Compliances in series; inertia takes no part where nothing accelerates."""
     one = np.ones((1, 1))
     spring = Instant(
-        knots=KNOTS,
+        knots=KNOTS[None],
         law=law_of(STIFF, 0.0)[None],
         gap=np.array([1e-6]),
         compliance=1e-9 * one,

@@ -13,6 +13,7 @@ from typer.testing import CliRunner
 
 from fegear.cli import app
 from validation.metrics import Verdict
+from validation.pages.templates import shown
 from validation.report.values import worst
 
 MOVING = """
@@ -23,12 +24,13 @@ torques_Nm = [50, 100]
 speeds_Hz = "1000:1200:50"
 fidelity = "quasistatic"
 notes = "a note"
+budget = true
 
 [[model]]
 number = 1
 
 [[model]]
-number = 2
+number = "coupled"
 
 [[metric]]
 name = "rms_distance"
@@ -132,7 +134,7 @@ def test_first_table_has_every_case_and_model(page):
     assert head[:4] == ["case", "model", "within", "out\xadside"]
     assert [row[:2] for row in rows] == [
         ["moving", "model-1"],
-        ["moving", "model-2"],
+        ["moving", "model-coupled"],
         *(["friction-pair", f"model-{i}"] for i in (1, 2, 3)),
     ]
     assert all(cell for row in rows for cell in row)
@@ -154,6 +156,26 @@ def test_every_number_of_a_verdict_stands_in_the_table_beside(folder):
     }
     moving = [v for v in verdicts if v["metric"] == "rms_distance"]
     assert len({v["csv"] for v in moving}) == 4  # two models at two torques
+
+
+def test_the_budget_stands_in_its_table_and_figure(folder, page):
+    with (folder / "tables" / "budget.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert {row["case"] for row in rows} == {"moving"}
+    models = ["model 1", *(f"without {n}" for n in ("hardening", "pairs", "body"))]
+    (table,) = (t for t in page.tables if "model 1" in t[0])
+    assert table[0] == ["quantity", *models, "coupled"]
+    (force,) = (row for row in table if row[0] == "peak force [%]")
+    written = [row for row in rows if row["quantity"] == "peak force"]
+    assert [row["model"] for row in written] == table[0][1:]
+    for cell, row in zip(force[1:], written, strict=True):
+        assert cell.startswith(shown(float(row["largest_error"]), 2))
+    assert "without hardening" in (folder / "report.md").read_text(encoding="utf-8")
+    assert "budget" in " ".join(page.ids)
+    # what is not judged stands in no other table or figure
+    assert not any("without" in cell for row in page.tables[0] for cell in row)
+    drawn = (folder / "figures" / "moving-dte-rms-100Nm.svg").read_text()
+    assert "without" not in drawn
 
 
 def test_figures_are_whole_and_named_in_both_texts(folder):

@@ -12,11 +12,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import PPoly
 from scipy.optimize import root
+
+if TYPE_CHECKING:
+    from lumped.system import LumpedSystem
 
 Array = NDArray[np.float64]
 
@@ -25,8 +29,8 @@ Array = NDArray[np.float64]
 class Instant:
     """c contacts and n modal coordinates at a position of the meshes.
 
-    knots : (j + 1,) penetrations [m]; law : (c, j, 4) cubics of the load beyond each,
-        rising powers [N]
+    knots : (c, j + 1) penetrations [m]; law : (c, j, 4) cubics of the load beyond
+        each, rising powers [N]
     gap : (c,) [m]; compliance : (c, c) C with hubs held [m/N]
     rows, inertial : (c, n) R, U; work, stiffness : (n, n) W, K; load : (n,)
     """
@@ -48,11 +52,12 @@ class Instant:
 
     @cached_property
     def _cubics(self) -> list[PPoly]:
-        return [PPoly(law[:, ::-1].T, self.knots) for law in self.law]
+        laws = zip(self.law, self.knots, strict=True)
+        return [PPoly(law[:, ::-1].T, knots) for law, knots in laws]
 
     def solve(self, q: Array) -> tuple[Array, Array, Array]:
         """Hubs z (n,), penetrations x (c,) and accelerations a (n,) at coordinates."""
-        n, scale = q.size, self.knots[-1]
+        n, scale = q.size, float(self.knots.max())
 
         def parts(unknowns: Array) -> tuple[Array, Array, Array, Array]:
             z, x = unknowns[:n] * unit, unknowns[n:] * scale
@@ -82,3 +87,27 @@ class Instant:
         bodies = 0.5 * F @ self.compliance @ F + F @ self.inertial @ a
         bodies += 0.5 * a @ self.work @ a
         return float(0.5 * z @ self.stiffness @ z - self.load @ z + contacts + bodies)
+
+
+def instant_of(system: LumpedSystem, cycle: float) -> Instant:
+    """The contacts of a train at a part of the mesh cycle, between its tables' rows."""
+    found, space = system.contacts, system.modes.coordinates
+    assert found is not None
+    grid = found.rows.shape[1] - 1
+    place, part = int(cycle * grid) % grid, cycle * grid - int(cycle * grid)
+
+    def at(table: Array) -> Array:
+        return (1.0 - part) * table[:, place] + part * table[:, place + 1]
+
+    held = space.spring_rows @ system.modes.shapes[:, system.moving]
+    return Instant(
+        knots=found.contacts.knots[found.mesh_of],
+        law=at(found.contacts.law)[:, 0],
+        gap=at(found.contacts.gap),
+        compliance=at(found.contacts.normal_compliance.swapaxes(0, 1)),
+        rows=at(found.rows),
+        inertial=at(found.inertial),
+        work=found.work,
+        stiffness=(held.T * space.spring_stiffness) @ held,
+        load=system.arrays.load,
+    )
