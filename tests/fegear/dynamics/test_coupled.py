@@ -11,7 +11,10 @@ from scipy.linalg import eigh
 
 from fegear.dynamics.coupled import contacts_of
 from fegear.dynamics.stepper import DynamicSettings
+from fegear.excitation import Source
+from fegear.gearset import load_gear_set
 from fegear.gearset.phases import mesh_phases
+from fegear.lumped_system import LumpedModel, lumped_system
 from fegear.statics import BODIES, solve_mesh
 from lumped.coupled import INGREDIENTS, contact_loads
 from lumped.settings import Settings
@@ -157,3 +160,37 @@ def test_a_table_of_free_bodies_has_the_stiffness_of_the_coupled_model(case_of):
     assert (table.header["body"], held.header["body"]) == tuple(
         BODIES[name] for name in ("free", "held")
     )
+
+
+def reversed_torque(system):
+    """The same gears, turned the other way against their back flanks."""
+    train = system.train
+    gears = tuple(replace(gear, torque=-gear.torque) for gear in train.gears)
+    return replace(system, train=replace(train, gears=gears))
+
+
+def test_back_flanks_are_as_stiff_as_drive_flanks(case_of):
+    """Teeth are symmetric; the cycle is passed the other way and begins elsewhere."""
+    case = case_of("liu-pair", backlash=2e-5)
+    drive = coupled(case)
+    back = reversed_torque(drive)
+    (gap,) = {mesh.backlash for mesh in drive.train.meshes}
+    np.testing.assert_allclose(back.resonances_Hz, drive.resonances_Hz, rtol=1e-3)
+    one = drive.loaded.deflection[:-1, 0]
+    two = -gap - back.loaded.deflection[:-1, 0]
+    sizes = [np.abs(np.fft.rfft(each))[:8] / each.size for each in (one, two)]
+    np.testing.assert_allclose(sizes[1], sizes[0], rtol=2e-3, atol=1e-3 * np.ptp(one))
+    sides = back.loaded.load[:, drive.contacts.contacts.side > 0.0]
+    assert not sides.any(), "drive flanks are apart"
+
+
+def test_it_does_not_matter_which_gear_drives():
+    """Statics pass the cycle the other way round; natural frequencies are the same."""
+    turned = {"mesh.1.driver": "idler", "mesh.1.driven": "pinion", "load.gear": "idler"}
+    model = LumpedModel(number="coupled", stiffness=Source(positions=64))
+    one = lumped_system(load_gear_set("liu-pair"), 100.0, model)
+    other = load_gear_set("liu-pair", turned)
+    two = lumped_system(other, 100.0 * 55.0 / 38.0, model)
+    np.testing.assert_allclose(two.resonances_Hz, one.resonances_Hz, rtol=1e-3)
+    forward, back = (each.loaded.deflection[:, 0] for each in (one, two))
+    np.testing.assert_allclose(back[::-1], forward, rtol=5e-3)
