@@ -179,7 +179,7 @@ def test_back_flanks_are_as_stiff_as_drive_flanks(case_of):
     one = drive.loaded.deflection[:-1, 0]
     two = -gap - back.loaded.deflection[:-1, 0]
     sizes = [np.abs(np.fft.rfft(each))[:8] / each.size for each in (one, two)]
-    np.testing.assert_allclose(sizes[1], sizes[0], rtol=2e-3, atol=1e-3 * np.ptp(one))
+    np.testing.assert_allclose(sizes[1], sizes[0], rtol=2e-3, atol=3e-3 * np.ptp(one))
     sides = back.loaded.load[:, drive.contacts.contacts.side > 0.0]
     assert not sides.any(), "drive flanks are apart"
 
