@@ -147,5 +147,7 @@ def _cell(model: Mapping[str, Any]) -> str:
     if not model["places"]:
         return "-"
     error = f"{model['largest_error']:.1f}"
-    lacks = model["model"] != "coupled" and isfinite(model["brought"])
-    return f"{error} ({model['brought']:+.1f})" if lacks else error
+    if model["model"] == "coupled" or not isfinite(model["brought"]):
+        return error
+    change = round(model["brought"], 1) + 0.0  # -0 is 0
+    return f"{error} ({change:+.1f})"

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import get_args
 
 import numpy as np
 import pytest
 
+from fegear.cli import lumped_options
 from fegear.errors import InputError
+from lumped.coupled import INGREDIENTS
 from validation.budget import (
     QUANTITIES,
     Budget,
@@ -17,7 +20,7 @@ from validation.budget import (
     budget_case,
     budget_of,
 )
-from validation.cases import load_case, read_case
+from validation.cases import Part, load_case, read_case
 from validation.report.figures import draw_budget
 from validation.report.values import budget_values
 from validation.runs import run_case
@@ -132,6 +135,10 @@ def test_the_figure_has_a_panel_for_what_was_measured(small):
     )
     measured = [v for each in found.rows for v in each.measured["peak_force"].values()]
     np.testing.assert_allclose(dots, 100.0 * np.array(measured))
+
+
+def test_parts_have_one_name_everywhere():
+    assert get_args(Part) == INGREDIENTS == lumped_options.INGREDIENTS
 
 
 def test_a_case_asks_for_its_budget():
