@@ -1,8 +1,8 @@
 """The coupled model where it must be exact: one ingredient at a time, and limits.
 
-Gears are rims on elastic spokes. Where all inertia is in the hub nothing but static
-compliance is missing in Model-1; where all is in the rim the hub follows it, and the
-inertia relief of the body is exact.
+Gears are rims on elastic spokes, `rim_gears`. Where all inertia is in the hub nothing
+but static compliance is missing in Model-1; where all is in the rim the hub follows it,
+and the inertia relief of the body is exact.
 """
 
 from __future__ import annotations
@@ -16,239 +16,18 @@ import pytest
 from hypothesis import given
 from hypothesis import settings as checked
 from hypothesis import strategies as st
+from rim_gears import FREE, INERTIAS, RADII, STIFF, TORQUE, RimGears
 from scipy.integrate import quad
 
-from lumped import (
-    Gear,
-    LumpedSystem,
-    Mesh,
-    MeshExcitation,
-    PairExcitation,
-    Settings,
-    Train,
-    Wave,
-    respond,
-)
-from lumped.coupled import CoupledContacts
-from lumped.kernels.arrays import Contacts
+from lumped import Settings, respond
 from lumped.steady_state import Speed
 from lumped.steppers import FixedStepper
 from validation.oracles.coupled_train import instant_of
-from validation.oracles.rim_train import RimTrain
 
-RADII = np.array([0.04535, 0.06564, 0.11218])  # m, Table 2.1
-INERTIAS = np.array([0.002621, 0.01091, 0.1193])  # kg m2
-GROUND = (3e4, 5e4, 1e6)  # N m/rad, firm, so that all modes decay soon
-FREE = (0.0, 0.0, 0.0)
-STIFF = 3e8  # N/m
-TORQUE = 100.0  # N m
 FORCE = TORQUE / RADII[0]
-CELLS = 8  # of a law
 EXACT = Settings(steps=256, tolerance=1e-9)
 RIGHT = 3e-6  # what settling leaves
 CLOSE = Settings(steps=128, step_angle=2.0, tolerance=1e-9)  # on all corners
-
-
-@dataclass(frozen=True, kw_only=True)
-class Rims:
-    """A row of gears that are rims on spokes.
-
-    spokes : m of deflection at the base circle per newton, of every gear
-    in_rim : part of the inertia in the rim
-    pairs : contacts of each mesh; gap : (pairs, 2) mean and amplitude over the cycle
-        of each [m]; stiffness : likewise [N/m]
-    hardening : of every contact [N/m2]
-    ground : couplings of the gears [N m/rad]
-    backlash : of meshes with back flanks [m]
-    """
-
-    gears: int = 2
-    spokes: float = 0.0
-    in_rim: float = 0.0
-    pairs: int = 1
-    gap: tuple[tuple[float, float], ...] = ((0.0, 0.0),) * 4
-    stiffness: tuple[tuple[float, float], ...] = ((STIFF, 0.0),) * 4
-    hardening: float = 0.0
-    without: tuple[str, ...] = ()
-    torque: float = TORQUE
-    ground: tuple[float, ...] = tuple(GROUND)
-    damping: float = 0.04
-    backlash: float = math.inf
-    phase: float = 0.0
-    inertias: tuple[float, ...] = tuple(INERTIAS)
-    radii: tuple[float, ...] = tuple(RADII)
-    positions: int = 64
-
-    @property
-    def train(self) -> Train:
-        last, turn = self.gears - 1, 1.0 if self.gears % 2 else -1.0
-        torques = [0.0] * self.gears
-        torques[0] = self.torque
-        torques[last] = -turn * self.torque * self.radii[last] / self.radii[0]
-        gears = [
-            Gear(
-                name=f"gear {g}",
-                teeth=40 + g,
-                base_radius=self.radii[g],
-                inertia=self.inertias[g],
-                coupling_stiffness=self.ground[g],
-                torque=torques[g],
-            )
-            for g in range(self.gears)
-        ]
-        phases = [0.0, self.phase]
-        meshes = [
-            Mesh(
-                driver=m,
-                driven=m + 1,
-                pressure_angle=0.37,
-                backlash=self.backlash,
-                phase=phases[m],
-            )
-            for m in range(last)
-        ]
-        return Train(
-            gears=tuple(gears), meshes=tuple(meshes), damping_ratio=self.damping
-        )
-
-    @property
-    def model_1(self) -> LumpedSystem:
-        """Of rigid gears, with the same springs."""
-        return LumpedSystem(self.train, tuple(map(self._excitation, range(self.last))))
-
-    @property
-    def last(self) -> int:
-        return self.gears - 1
-
-    def _at(self, values: tuple[tuple[float, float], ...], mesh: int, pair: int):
-        """(p + 1,) over the cycle of a mesh."""
-        mean, size = values[mesh * self.pairs + pair]
-        p = np.arange(self.positions + 1) / self.positions
-        phase = self.train.meshes[mesh].phase + 0.25 * pair
-        return mean + size * np.cos(2.0 * np.pi * (p + phase))
-
-    def _excitation(self, mesh: int) -> MeshExcitation:
-        pairs = []
-        breaks = np.arange(self.positions + 1) / self.positions
-        # tables of contacts begin at the phase of their mesh, waves at position 0
-        shift = round(self.train.meshes[mesh].phase * self.positions)
-        for pair in range(self.pairs):
-            waves = []
-            for values in (self.stiffness, self.gap):
-                y = np.roll(self._at(values, mesh, pair)[:-1], shift)
-                y = np.append(y, y[0])
-                rows = np.zeros((self.positions, 4))
-                rows[:, 0], rows[:, 1] = y[:-1], np.diff(y) * self.positions
-                corners = tuple(breaks[:-1]) if np.ptp(y) else ()
-                waves.append(Wave(breaks, rows, corners))
-            pairs.append(PairExcitation(*waves))
-        mean = sum(self.stiffness[mesh * self.pairs + k][0] for k in range(self.pairs))
-        return MeshExcitation(tuple(pairs), mean)
-
-    @property
-    def contacts(self) -> list[tuple[int, int, float]]:
-        """Mesh, pair and side of each."""
-        sides = (1.0, -1.0) if self.backlash < math.inf else (1.0,)
-        meshes, pairs = range(self.last), range(self.pairs)
-        return [(m, k, side) for m in meshes for side in sides for k in pairs]
-
-    @property
-    def arms(self) -> np.ndarray:
-        """Penetration (c, n) per turn of each gear's rim [m]."""
-        rows = self.model_1.modes.coordinates.mesh_rows
-        return np.array([side * rows[m] for m, _, side in self.contacts])
-
-    @property
-    def compliance(self) -> np.ndarray:
-        """Of the spokes of each gear (n,) [rad/(N m)]."""
-        return self.spokes / np.array(self.radii[: self.gears]) ** 2
-
-    @property
-    def coupled(self) -> LumpedSystem:
-        reference, arms = self.model_1, self.arms
-        shapes = reference.modes.shapes[:, reference.moving]
-        rim = self.in_rim * np.array(self.inertias[: self.gears])
-        static = (arms * self.compliance) @ arms.T
-        grid = self.positions + 1
-        found = CoupledContacts(
-            contacts=self._contacts(np.tile(static, (grid, 1, 1))),
-            mesh_of=np.array([m for m, _, _ in self.contacts]),
-            pairs=np.array([k for _, k, _ in self.contacts]),
-            paths=np.tile([0.0, float(self.pairs)], (self.last, 1)),
-            rows=np.repeat((arms @ shapes)[:, None], grid, axis=1),
-            inertial=np.repeat(
-                ((arms * rim * self.compliance) @ shapes)[:, None], grid, axis=1
-            ),
-            work=(shapes.T * (rim**2 * self.compliance)) @ shapes,
-            without=self.without,
-        )
-        return replace(reference, contacts=found)
-
-    def _contacts(self, static: np.ndarray) -> Contacts:
-        count, grid = static.shape[1:], self.positions + 1
-        reach = 20.0 * abs(self.torque) / self.radii[0] / STIFF
-        knots = reach * np.linspace(0.0, 1.0, CELLS + 1) ** 2
-        law, gap = np.zeros((count[0], grid, 2, CELLS, 4)), np.empty((count[0], grid))
-        for c, (m, k, side) in enumerate(self.contacts):
-            stiff = self._at(self.stiffness, m, k)[:, None, None]
-            law[c, ..., 0] = stiff * knots[:-1] + self.hardening * knots[:-1] ** 2
-            law[c, ..., 1] = stiff + 2.0 * self.hardening * knots[:-1]
-            own = self._at(self.gap, m, k)
-            gap[c] = own if side > 0.0 else self.backlash - own
-        law[..., 2] = self.hardening
-        meshes = [m for m, _, _ in self.contacts]
-        return Contacts(
-            first=np.searchsorted(meshes, np.arange(self.gears)),
-            side=np.array([side for _, _, side in self.contacts]),
-            gap=gap,
-            sliding=np.ones((count[0], grid)),
-            arms=np.zeros((2, count[0], grid)),
-            knots=np.tile(knots, (self.last, 1)),
-            law=law,
-            normal_compliance=static,
-            tangential_compliance=np.zeros_like(static),
-            errors=np.zeros((count[0], 0)),
-        )
-
-    @property
-    def dense(self) -> RimTrain:
-        """The same by hubs and rims, all contacts closed and linear."""
-        inertia = np.array(self.inertias[: self.gears])
-        train = self.train
-        return RimTrain(
-            hub=(1.0 - self.in_rim) * inertia,
-            rim=self.in_rim * inertia,
-            spokes=1.0 / self.compliance,
-            ground=np.array([gear.coupling_stiffness for gear in train.gears]),
-            torque=np.array([gear.torque for gear in train.gears]),
-            rows=self.arms,
-            stiffness=np.array(
-                [self.stiffness[m * self.pairs + k][0] for m, k, _ in self.contacts]
-            ),
-        )
-
-    def exact_rms(self, frequency: float) -> np.ndarray:
-        """Of the meshes' deflections by their hubs (m,), contacts closed [m]."""
-        phases = [
-            self._at(((0.0, 1.0),) * 4, m, k)[0]
-            + 1j * self._at(((0.0, 1.0),) * 4, m, k)[3 * self.positions // 4]
-            for m, k, _ in self.contacts
-        ]
-        size = [self.gap[m * self.pairs + k][1] for m, k, _ in self.contacts]
-        n, modes = self.gears, self.model_1.modes
-        damping = np.zeros((2 * n, 2 * n))
-        damping[:n, :n] = modes.damping_matrix(self.damping)
-        turns = self.dense.harmonic_turns(
-            2.0 * np.pi * frequency, np.array(size) * phases, damping
-        )
-        return np.abs(modes.coordinates.mesh_rows @ turns[:n]) / math.sqrt(2.0)
-
-    @property
-    def exact_static(self) -> np.ndarray:
-        """Deflections (m,) by the hubs under the mean gaps [m]."""
-        gaps = np.array([self.gap[m * self.pairs + k][0] for m, k, _ in self.contacts])
-        turns = self.dense.static_turns(gaps)[: self.gears]
-        return np.asarray(self.model_1.modes.coordinates.mesh_rows @ turns)
 
 
 WAVES = ((0.0, 3e-7), (1e-6, 2e-7), (5e-7, 2e-7), (0.0, 3e-7))
@@ -256,9 +35,9 @@ SOFT = 1.5e-9  # m/N of a gear's spokes: half of a contact's compliance
 RELIEVED = ((0.0, 0.0), (1.2e-5, 2e-7), *WAVES[2:])  # the second pair carries little
 TWO = ((STIFF / 2.0, 0.0),) * 4
 CASES = {
-    "pairs": Rims(spokes=SOFT, pairs=2, gap=RELIEVED, stiffness=TWO),
-    "meshes": Rims(gears=3, spokes=SOFT, gap=WAVES),
-    "body": Rims(spokes=SOFT, in_rim=1.0, gap=WAVES, damping=0.01),
+    "pairs": RimGears(spokes=SOFT, pairs=2, gap=RELIEVED, stiffness=TWO),
+    "meshes": RimGears(gears=3, spokes=SOFT, gap=WAVES),
+    "body": RimGears(spokes=SOFT, in_rim=1.0, gap=WAVES, damping=0.01),
 }
 
 
@@ -296,7 +75,7 @@ def test_vibration_is_that_of_rims_on_spokes(name, part):
 
 def test_a_body_that_is_all_rim_is_as_if_its_spokes_were_rigid():
     """Held by its hub it would be softer by a factor that is known."""
-    case = Rims(spokes=SOFT, in_rim=1.0, ground=FREE)
+    case = RimGears(spokes=SOFT, in_rim=1.0, ground=FREE)
     free, held = (
         replace(case, without=names).coupled.resonances_Hz[-1] * 2.0 * math.pi
         for names in ((), ("body",))
@@ -308,7 +87,7 @@ def test_a_body_that_is_all_rim_is_as_if_its_spokes_were_rigid():
 
 def test_an_idler_without_its_meshes_is_off_by_what_they_share():
     """Equal ends: the modes see the sum and the difference of two compliances."""
-    case = Rims(
+    case = RimGears(
         gears=3,
         spokes=SOFT,
         ground=FREE,
@@ -329,7 +108,7 @@ def test_relief_opens_one_of_two_pairs_that_share_a_body(part):
     """The second pair touches when the first's own spring yields by the gap."""
     gap = part * 1e-6
     touches = 0.5 * STIFF * gap  # of the load, whatever the body yields
-    case = Rims(
+    case = RimGears(
         spokes=SOFT,
         pairs=2,
         stiffness=TWO,
@@ -381,7 +160,7 @@ HARDENING = 2e13  # N/m2
 
 def test_free_vibration_of_a_hardening_contact_has_the_period_of_its_energy():
     """Of finite size, by the integral over the potential well."""
-    case = Rims(ground=FREE, hardening=HARDENING, damping=0.0)
+    case = RimGears(ground=FREE, hardening=HARDENING, damping=0.0)
     mass = 1.0 / (RADII[:2] ** 2 / INERTIAS[:2]).sum()
     size = 2e-6
     period, rest = free_period(mass, size)
@@ -404,7 +183,7 @@ def test_free_vibration_of_a_hardening_contact_has_the_period_of_its_energy():
     assert back_after(less, period) == pytest.approx(expected, rel=1e-3)
 
 
-FIRM = Rims(
+FIRM = RimGears(
     gears=3,
     pairs=2,
     stiffness=((2e8, 9e7), (2e8, 9e7), (1.8e8, 6e7), (1.8e8, 6e7)),
