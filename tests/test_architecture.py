@@ -41,6 +41,8 @@ ALLOWED = {
     "fegear.modes.py": {"fegear", "lumped"},
     "fegear.parameter_maps.py": {"fegear", "lumped"},
     "fegear.sweeps.py": {"fegear", "lumped"},
+    "fegear.theory.py": {"fegear", "lumped"},
+    "fegear.theory_figure.py": {"fegear", "lumped"},
     "fegear.waves.py": {"fegear", "lumped"},
     "fegear.dynamic_sweeps.py": {"fegear", "lumped"},
     # the same motions by other means: responses and their files are the lumped ones

@@ -24,6 +24,12 @@ from lumped.closed_forms.indicators import (
 )
 from lumped.closed_forms.limits import limits
 from lumped.closed_forms.parametric import ParametricSystem, parametric_system
+from lumped.closed_forms.predictions import Prediction, predictions
+from lumped.closed_forms.relief import (
+    ReliefContours,
+    optimal_relief,
+    relief_contours,
+)
 from lumped.closed_forms.resonance import Resonance, resonance
 from lumped.closed_forms.separation import (
     backbone,
@@ -36,6 +42,8 @@ from lumped.closed_forms.superharmonic import superharmonic, with_superharmonic
 __all__ = [
     "ParametricSystem",
     "PhaseExtremes",
+    "Prediction",
+    "ReliefContours",
     "Resonance",
     "SteadyVibration",
     "backbone",
@@ -45,12 +53,15 @@ __all__ = [
     "limits",
     "linear_amplitude",
     "lost_stiffness",
+    "optimal_relief",
     "parametric_system",
     "peak",
     "peak_amplitude",
     "phase_extremes",
+    "predictions",
     "rectangular_harmonic",
     "rectangular_indicator",
+    "relief_contours",
     "resonance",
     "separation_angle",
     "steady_vibrations",

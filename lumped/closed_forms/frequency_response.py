@@ -135,7 +135,7 @@ def _vibration(
         turn = u / u.conjugate()
     # eigenvalues of the linearised condition have the sum -2 zeta w_r
     slope = 0.5 * lost_stiffness_slope(resonance, amplitude)
-    stable = abs(d - slope) > abs(p - slope * turn)
+    stable = abs(d - slope) > abs(p - slope * turn) * (1.0 + SAME)
     return SteadyVibration(
         frequency=resonance.at * (1.0 - 0.5 * (x + lost)),
         amplitude=amplitude,

@@ -16,6 +16,7 @@ from lumped.closed_forms.superharmonic import forced_vibration
 
 VARIATION = 0.5  # first harmonic 2 |z_j1|, below eq. 3.12: "in practice less"
 SEPARATION = 0.41  # part of a cycle without contact, the largest of figure 3.8
+GAPS = 0.25  # of what the stiffness variation of a mesh drives, by gaps of tooth pairs
 OTHERS = 0.5  # of a mesh's mean deflection, vibration of other modes
 
 
@@ -46,10 +47,11 @@ def _other_modes(system: ParametricSystem, resonance: Resonance) -> Iterator[str
         motion = 2.0 * np.abs(forced_vibration(system, order, resonance.at))
         part = float((motion / system.elastic).max())
         if part > OTHERS:
-            nearest = np.abs(system.frequency - float(order) * resonance.at).argmin()
+            away = np.abs(system.frequency - float(order) * resonance.at)
             yield (
-                f"{float(order):g} times the mesh frequency is near mode {nearest + 1} "
-                f"and moves a mesh by {part:.2g} of its mean deflection as well"
+                f"{float(order):.4g} times the mesh frequency is near the mode at "
+                f"{system.frequency[away.argmin()]:.5g} and moves a mesh by {part:.2g} "
+                "of its mean deflection as well"
             )
 
 
@@ -68,8 +70,9 @@ def _combinations(system: ParametricSystem, resonance: Resonance) -> Iterator[st
         gap = abs(float(order) * resonance.at - total) / total
         if other != own and width > 0.0 and gap < 0.5 * math.sqrt(width):
             yield (
-                f"{float(order):g} times the mesh frequency is near the sum of modes "
-                f"{own + 1} and {other + 1}, which grow together"
+                f"{float(order):.4g} times the mesh frequency is near the sum of the "
+                f"modes at {system.frequency[own]:.5g} and "
+                f"{system.frequency[other]:.5g}, which grow together"
             )
 
 
@@ -93,5 +96,7 @@ def _at_the_peak(system: ParametricSystem, resonance: Resonance) -> Iterator[str
     for j in np.flatnonzero(reach > system.backlash):
         yield f"the peak takes mesh {j + 1} through its backlash to the back side"
     lost = (contact_loss_amplitude(resonance) < top).any()
-    if lost and np.abs(system.gap_harmonics).any():
-        yield "contact is lost beside gaps of tooth pairs, which the forms do not have"
+    by_gaps = np.abs(system.gap_harmonics[:, 0])
+    by_stiffness = np.abs(system.stiffness_harmonics[:, 0]) * system.stiffness
+    if lost and (by_gaps > GAPS * by_stiffness * system.deflection).any():
+        yield "contact is lost where tooth pairs have gaps, which the forms do not have"

@@ -207,6 +207,7 @@ COUPLED_MAP = (
     "--model coupled --json"
 )
 RENDER = f"render SET {COARSE} --width 480 -o p.png"
+THEORY = "theory SET --excitation rectangular --json"
 BUDGET = "budget SET --speeds 2000 --json"
 VALIDATE = "validate CASE -o out --json"
 
@@ -313,6 +314,12 @@ OPTIONS: dict[str, dict[str, Case]] = {
         "--output": plus(WAVE, "-o w.csv"),
         "--without": plus(COUPLED_WAVE, "--without body"),
     },
+    "theory": {
+        name: case
+        for name, case in lumped(THEORY).items()
+        if name not in ("--steps", "--method", "--tolerance", "--max-periods")
+    }
+    | {"--output": plus(THEORY, "-o t.csv")},
     "map": lumped(MAP)
     | {
         "--over": plus(MAP, "--over mesh.1.stiffness_variation=0.3,0.4"),

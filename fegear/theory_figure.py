@@ -1,0 +1,85 @@
+"""Pictures of closed forms: frequency response with its unstable branches."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lumped.closed_forms import contact_loss_amplitude, steady_vibrations
+from lumped.closed_forms.predictions import Prediction
+from lumped.drawing import color_of, draw_legend, draw_title, panels
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from fegear.theory import Theory
+
+Array = NDArray[np.float64]
+AMPLITUDES = 400  # along a curve
+OPEN = 2.0  # times that of first lost contact, up to which an open curve is shown
+NEAR = 0.25  # of the resonant speed, how far from it a curve goes
+STABLE: dict[str, Any] = {"linestyle": "", "marker": "o", "markersize": 1.8}
+UNSTABLE = STABLE | {"alpha": 0.08}
+
+
+def draw_theory(theory: Theory) -> Figure:
+    """RMS of the DTE [um] over the mesh frequency, a panel for each mesh."""
+    meshes = theory.parametric.stiffness.size
+    figure, rows = panels(meshes, size=(9.0, 1.2 + 3.4 * meshes), share=True)
+    names = list(dict.fromkeys(_kind(each) for each in theory.found))
+    for each in theory.found:
+        color = color_of(names.index(_kind(each)))
+        amplitude, frequency, stable = response_points(each)
+        for m, (axes,) in enumerate(rows):
+            rms = 1e6 * math.sqrt(2.0) * abs(each.resonance.shapes[m]) * amplitude
+            for flags, look in ((stable, STABLE), (~stable, UNSTABLE)):
+                axes.plot(frequency[flags], rms[flags], color=color, **look)
+    for m, (axes,) in enumerate(rows):
+        axes.set_ylabel(f"mesh {m + 1}: RMS of dynamic\ntransmission error [um]")
+        axes.set_ylim(bottom=0.0)
+    rows[-1][0].set_xlabel("mesh frequency of the first mesh [Hz]")
+    draw_legend(figure, _handles(names), columns=4)
+    header = theory.header
+    draw_title(
+        figure,
+        f"{header['gear set']} by closed forms, {header['torque_Nm']} N m, model "
+        f"{header['model']}, {header['excitation']}, damping ratio "
+        f"{header['damping ratio']}",
+    )
+    return figure
+
+
+def _kind(prediction: Prediction) -> str:
+    return " and ".join(dict.fromkeys(prediction.kinds.values()))
+
+
+def _handles(names: list[str]) -> list[object]:
+    from matplotlib.lines import Line2D
+
+    large = {"markersize": 5}
+    found: list[object] = [
+        Line2D([], [], color=color_of(i), label=name, **(STABLE | large))
+        for i, name in enumerate(names)
+    ]
+    pale = UNSTABLE | large | {"alpha": 0.3}
+    return [*found, Line2D([], [], color="black", label="unstable", **pale)]
+
+
+def response_points(prediction: Prediction) -> tuple[Array, Array, NDArray[np.bool_]]:
+    """Amplitudes of the mode, mesh frequencies and stability of n vibrations, (n,)."""
+    near, top = prediction.resonance, prediction.top
+    if top is None:
+        most = OPEN * float(contact_loss_amplitude(near).min())
+    else:
+        most = top.amplitude
+    found = [
+        (each.amplitude, each.frequency, each.stable)
+        for amplitude in most * np.linspace(0.01, 1.0, AMPLITUDES)
+        for each in steady_vibrations(near, float(amplitude))
+        if abs(each.frequency / near.at - 1.0) < NEAR
+    ]
+    values = np.array(found, float).reshape(-1, 3)
+    return values[:, 0], values[:, 1], values[:, 2] > 0.5

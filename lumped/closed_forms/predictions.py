@@ -1,0 +1,89 @@
+"""Every resonance that the meshes of a train excite, with what is foretold of it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+
+from lumped.closed_forms.frequency_response import (
+    SteadyVibration,
+    critical_damping,
+    instability_interval,
+    peak,
+    peak_amplitude,
+    transition_frequencies,
+)
+from lumped.closed_forms.limits import limits
+from lumped.closed_forms.parametric import ParametricSystem
+from lumped.closed_forms.resonance import Resonance, resonance
+from lumped.closed_forms.superharmonic import with_superharmonic
+
+KINDS = {
+    Fraction(1, 2): "subharmonic",
+    Fraction(1): "fundamental",
+    Fraction(2): "second harmonic",
+}
+STRAINED = 0.05  # of a mode's energy in the meshes, from which on they excite it
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Prediction:
+    """A resonance and its closed forms, frequencies of the first mesh.
+
+    kinds : what it is, for each mesh by its index that excites it
+    top : vibration at the peak, None where nothing drives directly or no peak is finite
+    transitions : for each mesh, between which it loses contact, None where it does not;
+        the upper one is where it begins
+    unstable : between which a motion of half the frequency grows, None where none does
+    critical_damping : ratio from which on none does
+    limits : sentences, where the forms are left
+    """
+
+    resonance: Resonance
+    kinds: Mapping[int, str]
+    top: SteadyVibration | None
+    transitions: tuple[tuple[float, float] | None, ...]
+    unstable: tuple[float, float] | None
+    critical_damping: float
+    limits: tuple[str, ...]
+
+
+def predictions(system: ParametricSystem) -> tuple[Prediction, ...]:
+    """Fundamental, second-harmonic and subharmonic resonances, by rising frequency.
+
+    Of all modes with a part of their strain energy in the meshes; second harmonics with
+    what the first ones drive together, see `superharmonic`.
+    """
+    found = [_predict(system, mode, order) for mode, order in _resonances(system)]
+    return tuple(sorted(found, key=lambda each: each.resonance.at))
+
+
+def _resonances(system: ParametricSystem) -> Iterator[tuple[int, Fraction]]:
+    orders = sorted({kind * rate for kind in KINDS for rate in system.rates})
+    for mode in range(system.modes):
+        if system.energy[:, mode].sum() >= STRAINED:
+            yield from ((mode, order) for order in orders)
+
+
+def _predict(system: ParametricSystem, mode: int, order: Fraction) -> Prediction:
+    near = resonance(system, mode, order)
+    by_mesh = {
+        mesh: KINDS[order / rate]
+        for mesh, rate in enumerate(system.rates)
+        if order / rate in KINDS
+    }
+    if "second harmonic" in by_mesh.values():
+        near = with_superharmonic(system, near)
+    finite = near.drive != 0.0 and math.isfinite(peak_amplitude(near))
+    pairs = (transition_frequencies(near, j) for j in range(near.shapes.size))
+    return Prediction(
+        resonance=near,
+        kinds=by_mesh,
+        top=peak(near) if finite else None,
+        transitions=tuple((min(p), max(p)) if p else None for p in pairs),
+        unstable=instability_interval(near),
+        critical_damping=critical_damping(near),
+        limits=limits(system, near),
+    )
