@@ -27,7 +27,7 @@ FREE = (0.0, 0.0, 0.0)
 STIFF = 3e8  # N/m
 TORQUE = 100.0  # N m
 CELLS = 8  # of a law
-Pairs = tuple[tuple[float, float], ...]
+Harmonics = tuple[tuple[float, float], ...]  # mean and amplitude of each contact
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -48,8 +48,8 @@ class RimGears:
     spokes: float = 0.0
     in_rim: float = 0.0
     pairs: int = 1
-    gap: Pairs = ((0.0, 0.0),) * 4
-    stiffness: Pairs = ((STIFF, 0.0),) * 4
+    gap: Harmonics = ((0.0, 0.0),) * 4
+    stiffness: Harmonics = ((STIFF, 0.0),) * 4
     hardening: float = 0.0
     without: tuple[str, ...] = ()
     torque: float = TORQUE
@@ -107,7 +107,7 @@ class RimGears:
         """By which the values of a contact are ahead of the first mesh's [rad]."""
         return 2.0 * math.pi * (self.train.meshes[mesh].phase + 0.25 * pair)
 
-    def _at(self, values: Pairs, mesh: int, pair: int) -> np.ndarray:
+    def _at(self, values: Harmonics, mesh: int, pair: int) -> np.ndarray:
         """(p + 1,) over the cycle of a mesh."""
         mean, size = values[mesh * self.pairs + pair]
         turn = 2.0 * np.pi * np.arange(self.positions + 1) / self.positions

@@ -1,0 +1,71 @@
+"""Error budgets on the screen: values, changes, what is left out, and the picture."""
+
+from __future__ import annotations
+
+import json
+import re
+
+import pytest
+from typer.testing import CliRunner
+
+from fegear.cli import app
+from fegear.cli.budget import _cell
+
+EDIT = "gear.1.hub_radius_mm=14"
+FAST = "budget liu-pair --torque 100 --speeds 7000,7100"  # beside an elastic body
+
+
+@pytest.fixture(scope="module")
+def place(tmp_path_factory):
+    return tmp_path_factory.mktemp("budget")
+
+
+@pytest.fixture(scope="module")
+def printed(place):
+    words = [*FAST.split(), "--set", EDIT, "--runs", str(place / "runs")]
+    words += ["--plot", str(place / "b.png")]
+    return CliRunner().invoke(app, words, catch_exceptions=False)
+
+
+@pytest.fixture(scope="module")
+def values(place, printed):
+    """Of the same runs."""
+    words = [*FAST.split(), "--set", EDIT, "--runs", str(place / "runs"), "--json"]
+    result = CliRunner().invoke(app, words, catch_exceptions=False)
+    return json.loads(result.stdout)
+
+
+def test_the_screen_shows_the_values(printed, values):
+    assert printed.exit_code == 0
+    assert f"liu-pair, 100 N m, {EDIT.replace('=', ' = ')}" in printed.stdout
+    (curve,) = (q for q in values["quantities"] if q["quantity"] == "curve off jumps")
+    assert curve["unit"] == "%"
+    for model in curve["models"]:
+        assert f" {model['largest_error']:.1f}" in printed.stdout
+    assert values[f"set {EDIT.split('=')[0]}"] == "14"
+    assert values["recommended"] is None
+    assert "no lumped model is within 5 %" in printed.stdout
+
+
+def test_what_the_coupled_model_leaves_out_is_told(printed, values):
+    (warning,) = values["warnings"]
+    assert "vibrates against its hub near" in warning
+    assert "warning: the body of a gear vibrates against its hub" in printed.stderr
+
+
+def test_the_picture_is_there(place, printed):
+    assert (place / "b.png").stat().st_size > 10_000
+
+
+def test_a_cell_holds_the_error_and_what_is_missing():
+    model = {
+        "model": "without body",
+        "places": 2,
+        "largest_error": 3.14,
+        "brought": -2.55,
+    }
+    assert re.fullmatch(r"3\.1 \(-2\.[56]\)", _cell(model))
+    assert _cell(model | {"brought": -1e-12}) == "3.1 (+0.0)"
+    assert _cell(model | {"brought": float("nan")}) == "3.1"
+    assert _cell(model | {"model": "coupled"}) == "3.1"
+    assert _cell(model | {"places": 0}) == "-"
