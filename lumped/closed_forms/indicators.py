@@ -47,7 +47,8 @@ def rectangular_indicator(
     With weights s_jr C_j k_j / k_1 it is |R3| of eq. 3.45 to 3.48 and 4.32 (3.49 and
     3.50 print it over eps, with 1/2 for Lambda_1 / pi), with s_jr^2 k_j / k_1 it is
     |Q3| of 3.47 and |R4| of 4.33. Eq. 4.35 has the first harmonic of a mesh of twice
-    the resonant frequency in |R3|; derived, it drives parametrically.
+    the resonant frequency in |R3|; derived, it drives parametrically. 4.35 and 4.38
+    have other numbers than 4.32 gives them, such as 1 / pi for 1 / pi^2.
 
     orders : harmonic of each mesh that falls on the resonance, 1 and z of eq. 4.32
     """
