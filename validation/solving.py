@@ -171,8 +171,9 @@ def solve_task(
     level, begin = memory_level(), time.perf_counter()
     report(f"{_name(task)}: statics", 0, 1)
     system = lumped_system(task.gear_set, task.torque, _model(task), excitations)
+    at_rest = _without_ground(task, system, excitations)
     statics = [
-        mesh_statics(task, excitations, m, system)
+        mesh_statics(task, excitations, m, at_rest)
         for m in range(len(system.excitations))
     ]
     if not task.speeds:
@@ -195,6 +196,21 @@ def solve_task(
     doubts = doubts_of_sweep(task.gear_set, swept, max(task.speeds)) if swept else ()
     cost = _with_memory(cost, level)
     return RunResult(system, statics, branches, cycles, cost, tuple(doubts))
+
+
+def _without_ground(
+    task: Task, system: LumpedSystem, excitations: Excitations
+) -> LumpedSystem:
+    """The coupled system of gears that neither couplings nor bearings hold.
+
+    So that its meshes carry at rest what those of the finite elements' tables do.
+    """
+    if system.contacts is None:
+        return system
+    free = [replace(gear, coupling_stiffness=0.0) for gear in task.gear_set.gears]
+    gear_set = replace(task.gear_set, gears=tuple(free))
+    model = replace(_model(task), translations=False)
+    return lumped_system(gear_set, task.torque, model, excitations)
 
 
 def mesh_statics(

@@ -489,3 +489,21 @@ def test_statics_go_on_until_pitch_errors_repeat(number):
     np.testing.assert_array_equal(fe.position, found.position)
     one, other = (s.deflection - s.deflection.mean() for s in (fe, found))
     assert np.sqrt(((one - other) ** 2).mean()) < 0.15 * one.std()
+
+
+def test_coupled_statics_are_those_of_gears_that_nothing_holds():
+    """As the finite elements' tables; a coupling would take a part of the load."""
+    held = tuple(f"gear.{g}.coupling_stiffness_Nm_per_rad=1e5" for g in (1, 2))
+    found = []
+    for edits in ((), held):
+        case = replace(CASE, speeds_Hz="", edits=(*CASE.edits, *edits))
+        case = replace(case, model=(Model(number="coupled"),))
+        _, task = tasks_of(case)
+        (statics,) = solving.solve_task(
+            task, None, Excitations(), lambda *_: None
+        ).statics
+        found.append(statics.deflection)
+    np.testing.assert_allclose(found[1], found[0], rtol=1e-6)
+    system = lumped_system(task.gear_set, 100.0, LumpedModel(number="coupled"))
+    part = 1.0 - system.loaded.deflection.mean() / found[0].mean()
+    assert part > 0.01, "as the train is at rest"
