@@ -151,29 +151,38 @@ def peak_amplitude(resonance: Resonance) -> float:
     With p = 0 it is |f| / (2 zeta), eq. 3.34; 4.23 prints c_s where c_s^2 is right.
     Lost contact changes where the peak stands, not how high it is.
     """
+    return _peak(resonance)[0]
+
+
+def _peak(resonance: Resonance) -> tuple[float, float]:
+    """Largest amplitude, and the real part of d there."""
     f, p, zeta = resonance.drive, resonance.parametric, resonance.damping_ratio
     if f == 0.0:
         raise ValueError("drive must not be 0, got a resonance without a peak")
     if abs(p) >= 2.0 * zeta:
-        return math.inf
+        return math.inf, math.nan
     # square of the amplitude is g / s^2, which peaks where g' s = 2 g s'
     g, s = np.poly1d(_right_side(resonance)), np.poly1d([1.0, 0.0, 4.0 * zeta**2])
     s = s - abs(p) ** 2
-    peaks = _real_roots((g.deriv() * s - 2.0 * g * s.deriv()).coeffs)
-    return max(math.sqrt(float(g(x))) / float(s(x)) for x in peaks)
+    places = _real_roots((g.deriv() * s - 2.0 * g * s.deriv()).coeffs)
+    return max((math.sqrt(float(g(x))) / float(s(x)), x) for x in places)
 
 
 def peak(resonance: Resonance) -> SteadyVibration:
-    """The vibration with the largest amplitude, eq. 3.34."""
-    top = peak_amplitude(resonance)
-    if math.isinf(top):
-        raise ValueError("parametric drive must be below 2 zeta, got no finite peak")
-    below = steady_vibrations(resonance, top * (1.0 - 1e-9))
-    return min(below, key=lambda each: abs(each.frequency - _middle(below)))
+    """The vibration with the largest amplitude, eq. 3.34.
 
-
-def _middle(found: tuple[SteadyVibration, ...]) -> float:
-    return 0.5 * (found[0].frequency + found[-1].frequency)
+    Raises ValueError where there is none, or none that is finite.
+    """
+    amplitude, x = _peak(resonance)
+    found = None
+    if math.isfinite(amplitude):
+        lost = lost_stiffness(resonance, amplitude)
+        found = _vibration(resonance, amplitude, lost, x)
+    if found is None:
+        raise ValueError(
+            f"parametric must be below 2 damping ratios, got {resonance.parametric:.3g}"
+        )
+    return found
 
 
 def transition_frequencies(resonance: Resonance, mesh: int) -> tuple[float, ...]:

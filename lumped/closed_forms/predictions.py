@@ -57,7 +57,8 @@ def predictions(system: ParametricSystem) -> tuple[Prediction, ...]:
     what the first ones drive together, see `superharmonic`.
     """
     found = [_predict(system, mode, order) for mode, order in _resonances(system)]
-    return tuple(sorted(found, key=lambda each: each.resonance.at))
+    driven = [p for p in found if p.resonance.drive or p.resonance.parametric]
+    return tuple(sorted(driven, key=lambda each: each.resonance.at))
 
 
 def _resonances(system: ParametricSystem) -> Iterator[tuple[int, Fraction]]:

@@ -11,6 +11,7 @@ from lumped import Settings, respond_with_history, sweep
 from lumped.closed_forms import (
     contact_loss_amplitude,
     instability_interval,
+    limits,
     linear_amplitude,
     parametric_system,
     peak,
@@ -86,6 +87,22 @@ def test_the_peak_where_contact_is_lost(chapter_3):
     )
     lost = found.column("contact_loss").max(axis=0)
     np.testing.assert_allclose(lost, top.separation / np.pi, atol=0.015)
+
+
+@pytest.mark.parametrize(
+    ("damping", "off"), [(0.08, (0.03, 0.06)), (0.04, (0.17, 0.22))]
+)
+def test_long_loss_of_contact_leaves_the_form_and_is_told(chapter_3, damping, off):
+    """The peak stands lower than it says: the mean deflection falls, which it holds."""
+    system = chapter_3(damping=damping)
+    known = parametric_system(system)
+    near = resonance(known, 0)
+    speeds = near.at * np.arange(0.68, 1.1, 0.01)
+    found = sweep(system, speeds, "down")
+    place = found.column("dte_rms")[:, 1].argmax()
+    late = peak(near).frequency / found.frequency_Hz[place] - 1.0
+    assert off[0] < late < off[1]
+    assert bool(limits(known, near)) == (late > 0.1)
 
 
 def test_contact_is_first_lost_where_the_transitions_say(chapter_3):

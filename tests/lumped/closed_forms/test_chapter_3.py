@@ -333,6 +333,12 @@ def test_printed_r4_of_lost_mean_deflections_is_not_taken(chapter_3):
 
 def test_limits_are_told(chapter_3, known):
     assert limits(known, resonance(known, 1)) == ()
+    uneven = parametric_system(chapter_3(contact_ratio=1.3, phases=(0.0, 0.4)))
+    # the third harmonic excites mode 2, the fourth both modes together
+    both = replace(uneven, frequency=np.array([1.0, 3.0]), damping_ratio=1e-3)
+    sentences = " ".join(limits(both, resonance(both, 0)))
+    assert "3 times the mesh frequency is near the mode at 3 " in sentences
+    assert "4 times the mesh frequency is near the sum" in sentences
 
     def told(order=1, mode=0, scale=1.0, **changes):
         system = parametric_system(chapter_3(scale, **changes))
