@@ -60,6 +60,8 @@ class CoupledContacts:
     paths : (m, 2) start and end of the nominal path of contact, base pitches past the
         pitch point
     rows : (c, p + 1, n) R, penetration per modal coordinate [1/sqrt(kg)]
+    closing : (c, p + 1) penetration per turn of its driver times the base radius, the
+        driven gear held
     inertial : (c, p + 1, n) U, penetration under the inertial loads of all bodies per
         acceleration of each coordinate, reversed [s2/sqrt(kg)]
     work : (n, n) W, work of these loads on themselves [s2]
@@ -73,6 +75,7 @@ class CoupledContacts:
     pairs: NDArray[np.int64]
     paths: Array
     rows: Array
+    closing: Array
     inertial: Array
     work: Array
     elastic_Hz: float = math.inf
@@ -228,6 +231,48 @@ class Hubs:
 
     turn: Array
     ahead: Array
+
+
+def static_transmission_error(
+    found: CoupledContacts, mesh: int, force: float, cycle: int = 0
+) -> Array:
+    """Driver's turn times base radius (p + 1,) of a mesh that stands alone [m].
+
+    As in a mesh table, with the driven gear held and no load on other meshes.
+
+    force : along the line of action [N]; cycle : of the mesh, which with pitch errors
+        has teeth of its own
+    Raises ArithmeticError where no equilibrium is found.
+    """
+    own = np.flatnonzero(found.mesh_of == mesh)
+    contacts, none = found.contacts, np.zeros((own.size, len(found.rows[0]), 1))
+    gap, errors = contacts.gap[own], contacts.errors[own]
+    if errors.size:
+        gap = gap + errors[:, [cycle % errors.shape[1]]]
+    alone = replace(
+        found,
+        mesh_of=np.zeros(own.size, np.int64),
+        rows=found.closing[own][:, :, None],
+        inertial=none,
+        work=np.zeros((1, 1)),
+        contacts=contacts._replace(
+            first=np.array([0, own.size]),
+            gap=gap,
+            knots=contacts.knots[[mesh]],
+            law=contacts.law[own],
+            normal_compliance=contacts.normal_compliance[:, own][:, :, own],
+        ),
+    )
+    one = np.ones(1)
+    train = Springs(
+        stiffness=np.zeros((1, 1)),
+        damping=0.0 * one,
+        load=force * one,
+        shapes=np.ones((1, 1)),
+        rate=one,
+        start=contacts.knots[mesh, -1] * one,
+    )
+    return loaded_state(coupled_system(alone, train), train.start).deflection[:, 0]
 
 
 def _in_mean_axes(found: CoupledContacts, train: Springs) -> tuple[CoupledSystem, Hubs]:

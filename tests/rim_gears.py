@@ -163,6 +163,7 @@ class RimGears:
             pairs=np.array([k for _, k, _ in self.contacts]),
             paths=np.tile([0.0, float(self.pairs)], (self.last, 1)),
             rows=np.repeat((arms @ shapes)[:, None], grid, axis=1),
+            closing=np.repeat([[side] for _, _, side in self.contacts], grid, axis=1),
             inertial=np.repeat(
                 ((arms * rim * self.compliance) @ shapes)[:, None], grid, axis=1
             ),

@@ -374,5 +374,9 @@ def static_measures(reference: Statics, model: Statics) -> Iterator[Measured]:
     mean = ratio_less_1(reference.mean_stiffness, model.mean_stiffness)
     yield "mean_stiffness", "", mean
     yield "stiffness_variation", "", model.variation - reference.variation
-    vibrations = (s.deflection - s.deflection.mean() for s in (reference, model))
+    pitches = math.ceil(reference.position[-1])
+    known = np.interp(
+        model.position, reference.position, reference.deflection, period=pitches
+    )
+    vibrations = (each - each.mean() for each in (known, model.deflection))
     yield "static_deflection", "", relative_distance(*vibrations)

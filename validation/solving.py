@@ -23,7 +23,7 @@ from fegear.store import Checkpoint
 from fegear.sweeps import doubts_of_sweep
 from fegear.train import mesh_torques_at
 from lumped.analytic import lowest_deflection
-from lumped.coupled import loaded_state
+from lumped.coupled import static_transmission_error
 from lumped.excitation import MeshExcitation
 from lumped.motion import speeds_between
 from lumped.response import Response, Status
@@ -171,9 +171,8 @@ def solve_task(
     level, begin = memory_level(), time.perf_counter()
     report(f"{_name(task)}: statics", 0, 1)
     system = lumped_system(task.gear_set, task.torque, _model(task), excitations)
-    at_rest = _without_ground(task, system, excitations)
     statics = [
-        mesh_statics(task, excitations, m, at_rest)
+        mesh_statics(task, excitations, m, system)
         for m in range(len(system.excitations))
     ]
     if not task.speeds:
@@ -196,21 +195,6 @@ def solve_task(
     doubts = doubts_of_sweep(task.gear_set, swept, max(task.speeds)) if swept else ()
     cost = _with_memory(cost, level)
     return RunResult(system, statics, branches, cycles, cost, tuple(doubts))
-
-
-def _without_ground(
-    task: Task, system: LumpedSystem, excitations: Excitations
-) -> LumpedSystem:
-    """The coupled system of gears that neither couplings nor bearings hold.
-
-    So that its meshes carry at rest what those of the finite elements' tables do.
-    """
-    if system.contacts is None:
-        return system
-    free = [replace(gear, coupling_stiffness=0.0) for gear in task.gear_set.gears]
-    gear_set = replace(task.gear_set, gears=tuple(free))
-    model = replace(_model(task), translations=False)
-    return lumped_system(gear_set, task.torque, model, excitations)
 
 
 def mesh_statics(
@@ -241,32 +225,31 @@ def mesh_statics(
     if pitches > 1:
         each = excitations.source.statics_of(gear_set, mesh).positions
     position = np.arange(pitches * each) / each
-    if system.coupled_arrays is None:
+    if system.contacts is None:
         deflection = static_deflection(system.excitations[mesh], force, position)
     else:
-        deflection = _coupled_deflection(system, mesh, position, pitches)
+        position, deflection = _coupled_deflection(system, mesh, force, pitches)
     still, none = np.zeros_like(position), np.zeros(position.size, bool)
     return Statics(mesh + 1, force, position, deflection, still, none)
 
 
 def _coupled_deflection(
-    system: LumpedSystem, mesh: int, position: Array, pitches: int
-) -> Array:
-    """Of the coupled model at mesh positions (n,) in so many base pitches [m]."""
-    arrays, found = system.coupled_arrays, []
-    assert arrays is not None
-    contacts = arrays.contacts
-    for cycle in range(pitches):
-        errors = contacts.errors
-        gap = contacts.gap
-        if errors.size:
-            gap = gap + errors[:, [cycle % errors.shape[1]]]
-        shifted = arrays._replace(contacts=contacts._replace(gap=gap))
-        state = loaded_state(shifted, system.static_state[0])
-        found.append(state.deflection[:-1, mesh])
-    grid = len(found[0])
+    system: LumpedSystem, mesh: int, force: float, pitches: int
+) -> tuple[Array, Array]:
+    """Positions (n,) over so many base pitches, and deflection of the coupled model.
+
+    At the positions of its own tables, see `static_transmission_error`.
+    """
+    assert system.contacts is not None
+    cycles = [
+        static_transmission_error(system.contacts, mesh, force, cycle)[:-1]
+        for cycle in range(pitches)
+    ]
+    grid = len(cycles[0])
     place = np.arange(pitches * grid) / grid + system.train.meshes[mesh].phase
-    return np.interp(position, place, np.concatenate(found), period=float(pitches))
+    position = np.mod(place, float(pitches))
+    order = np.argsort(position)
+    return position[order], np.concatenate(cycles)[order]
 
 
 def static_deflection(

@@ -81,6 +81,7 @@ def contacts_of(
         pairs=np.array([pair for _, pair, _ in model.contact_labels]),
         paths=np.array([mesh.pair.path for mesh in gear_set.meshes]),
         rows=np.ascontiguousarray(model.jacobian.normal[..., moving]),
+        closing=np.concatenate([_closing(side, gear_set) for side in model.sides]),
         inertial=inertial[..., moving],
         work=work[np.ix_(moving, moving)],
         elastic_Hz=min(
@@ -88,6 +89,12 @@ def contacts_of(
             for gear, relief in zip(gear_set.gears, reliefs, strict=True)
         ),
     )
+
+
+def _closing(side: ContactSide, gear_set: GearSet) -> Array:
+    """Penetration (k, p + 1) of a side's contacts, see `CoupledContacts`."""
+    driver = gear_set.meshes[side.mesh].pair.driver
+    return np.asarray(side.side * side.laws.lever[..., 0].T / driver.base_radius)
 
 
 def _inertial(

@@ -14,6 +14,7 @@ from lumped.coupled import (
     contact_loads,
     coupled_system,
     loaded_state,
+    static_transmission_error,
 )
 from lumped.kernels.arrays import Contacts
 
@@ -50,8 +51,15 @@ def contacts_of(count, hardening=0.0, coupling=0.0, mesh_of=None, gap=None):
     )
 
 
-def one_mass(mass=1.0, count=1, without=(), **words):
-    """A mass that `count` contacts hold, loaded by LOAD; rows are 1 / sqrt(mass)."""
+def one_mass(**words):
+    """A mass that contacts hold, loaded by LOAD: the system and its loaded state."""
+    found, train = found_of(**words)
+    system = coupled_system(found, train)
+    return system, loaded_state(system, train.start)
+
+
+def found_of(mass=1.0, count=1, without=(), **words):
+    """What `one_mass` is made of; rows are 1 / sqrt(mass), their meshes' shapes too."""
     mesh_of, contacts = contacts_of(count, **words)
     shape = 1.0 / math.sqrt(mass)
     rows = np.full((count, POSITIONS + 1, 1), shape)
@@ -61,6 +69,7 @@ def one_mass(mass=1.0, count=1, without=(), **words):
         np.arange(count),
         np.tile([-1.0, 1.0], (mesh_of[-1] + 1, 1)),
         rows,
+        np.ones(rows.shape[:2]),
         np.zeros_like(rows),
         np.zeros((1, 1)),
         without=tuple(without),
@@ -73,8 +82,7 @@ def one_mass(mass=1.0, count=1, without=(), **words):
         rate=np.ones(mesh_of[-1] + 1),
         start=np.array([LOAD / STIFFNESS / shape]),
     )
-    system = coupled_system(found, train)
-    return system, loaded_state(system, train.start)
+    return found, train
 
 
 def test_a_linear_contact_is_a_spring():
@@ -119,6 +127,18 @@ def test_pairs_deflect_each_other(gap):
     np.testing.assert_allclose(alone.load, loaded.load, rtol=1e-9)
 
 
+@pytest.mark.parametrize("mesh", [0, 1])
+def test_static_transmission_error_is_that_of_a_mesh_alone(mesh):
+    """Two meshes of two contacts each, of which one touches later than the other."""
+    coupling, gaps = 1.5e-9, np.array([0.0, 1e-6, 2e-6, 0.0])
+    found, _ = found_of(count=4, coupling=coupling, gap=gaps, mesh_of=[0, 0, 1, 1])
+    compliance = np.array([[1 / STIFFNESS, coupling], [coupling, 1 / STIFFNESS]])
+    stiff, own = np.linalg.inv(compliance), gaps[2 * mesh : 2 * mesh + 2]
+    expected = (LOAD + (stiff @ own).sum()) / stiff.sum()
+    error = static_transmission_error(found, mesh, LOAD)
+    np.testing.assert_allclose(error, expected, rtol=1e-9)
+
+
 def test_contacts_of_other_meshes_are_left_alone_without_meshes():
     words = {"count": 2, "coupling": 1e-9, "mesh_of": [0, 1]}
     coupled, _ = one_mass(**words)
@@ -155,6 +175,7 @@ def free_rim(spring, without=()):
         np.zeros(1, np.int64),
         np.array([[-1.0, 1.0]]),
         rows,
+        np.ones(rows.shape[:2]),
         inertial,
         work,
         without=tuple(without),
