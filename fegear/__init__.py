@@ -72,6 +72,7 @@ _HOMES = {
     "StaticsSettings": "statics",
     "SweepSettings": "sweeps",
     "builtin_names": "gearset",
+    "find_branches": "branches",
     "load_gear_set": "gearset",
     "lumped_system": "lumped_system",
     "make_gear_set": "gearset",

@@ -248,19 +248,32 @@ class LumpedSystem:
         middle = 0.5 * (times[:-1] + times[1:])
         points = ((times[:-1], 1), (middle, 1), (times[1:], -1))
         rounds = np.arange(self.rounds)[:, None]
-        pairs = [(m, p) for m, e in enumerate(self.excitations) for p in e.pairs]
-        shape = self.rounds, middle.size, 3, len(pairs)
-        stiffness, gap = np.empty(shape), np.empty(shape)
-        for p, (m, pair) in enumerate(pairs):
-            phase, rate = self._places[m]
-            pitch = self._whole[m] + rounds * self.train.common_period[m]
-            for i, (t, side) in enumerate(points):
-                at = phase + rate * t
-                stiffness[..., i, p] = pair.stiffness(at, side, pitch)
-                gap[..., i, p] = pair.gap(at, side, pitch)
-        flat = -1, 3, len(pairs)
+        found = [self.excitation_at(t, side, rounds) for t, side in points]
+        stiffness, gap = (np.stack(parts, axis=2) for parts in zip(*found, strict=True))
+        flat = -1, 3, stiffness.shape[-1]
         steps_in_all = np.tile(np.diff(times), self.rounds)
         return Samples(steps_in_all, stiffness.reshape(flat), gap.reshape(flat))
+
+    def excitation_at(
+        self, times: Array, side: int = 1, rounds: NDArray[np.intp] | int = 0
+    ) -> tuple[Array, Array]:
+        """Stiffness [N/m] and gap [m] of all pairs (..., p) at times.
+
+        times : in periods of the first mesh; side -1 takes the limit from below
+        rounds : whole common periods of the meshes that have passed, broadcast
+        """
+        stiffness, gap = [], []
+        for m, excitation in enumerate(self.excitations):
+            phase, rate = self._places[m]
+            pitch = self._whole[m] + np.asarray(rounds) * self.train.common_period[m]
+            at = phase + rate * times
+            for pair in excitation.pairs:
+                stiffness.append(pair.stiffness(at, side, pitch))
+                gap.append(pair.gap(at, side, pitch))
+        # a wave that does not vary has no shape of its own
+        shape = np.broadcast_shapes(times.shape, np.shape(rounds))
+        both = (np.broadcast_arrays(np.empty(shape), *p)[1:] for p in (stiffness, gap))
+        return tuple(np.stack(parts, axis=-1) for parts in both)  # type: ignore
 
     def holds(self, steps: int) -> bool:
         """Whether memory should hold a common period of so many steps a period."""

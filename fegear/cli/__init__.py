@@ -34,7 +34,8 @@ app = typer.Typer(name="fegear", help=ABOUT, **PLAIN)
 benchmarks = typer.Typer(help="Run time against error.", **PLAIN)
 COMMANDS = (  # each in a file of its name, in the order of the help
     *("sets", "show", "mesh", "stiffness", "compare", "identify", "modes", "sweep"),
-    *("wave", "map", "theory", "dynamics", "render", "validate", "budget"),
+    *("wave", "branches", "map", "theory", "dynamics", "render", "validate"),
+    "budget",
 )
 BENCHMARKS: dict[str, Callable[..., None]] = {
     "stiffness": bench.stiffness_benchmark,

@@ -119,6 +119,9 @@ class Train:
     translations: Translations = False
 
 
+HARMONICS = Range(least=1, most=1000)  # of Fourier waves
+
+
 @dataclass(frozen=True, kw_only=True)
 class LumpedOptions:
     """A lumped model of a gear set, but for mesh tables that are given."""
@@ -144,7 +147,7 @@ class LumpedOptions:
     harmonics: int | None = option(
         "Number of harmonics of the mesh frequency that --excitation fourier keeps. "
         "[default: 5]",
-        allowed=Range(least=1, most=1000),
+        allowed=HARMONICS,
     )
     elements: Elements
     models: ClassVar[tuple[str, ...]] = ("1", "2", "3")
@@ -154,13 +157,19 @@ class LumpedOptions:
         if self.excitation != "trapezoid":
             refuse_idle("needs --excitation trapezoid", ramp=self.ramp)
         if self.excitation != "fourier":
-            refuse_idle("needs --excitation fourier", harmonics=self.harmonics)
+            refuse_idle("needs --excitation fourier", **self.waves)
+
+    @property
+    def waves(self) -> dict[str, int | None]:
+        """How many harmonics a stiffness of Fourier waves has, by the option's name."""
+        return {"harmonics": self.harmonics}
 
     def stiffness(self, gear_set: GearSet) -> Source | GivenTables:
         """Where the mesh stiffness comes from; refuses elements that nothing needs."""
         from fegear.excitation import Source
 
-        shape = chosen(kind=self.excitation, ramp=self.ramp, harmonics=self.harmonics)
+        (harmonics,) = self.waves.values()
+        shape = chosen(kind=self.excitation, ramp=self.ramp, harmonics=harmonics)
         source = Source(**shape, **self.elements.choices)
         refuse_unused(self.elements, source.solves_elements(gear_set))
         return source

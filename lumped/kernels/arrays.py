@@ -260,3 +260,45 @@ class CoupledSteps(NamedTuple):
     load: Array
     acceleration: Array
     problem: ContactProblem
+
+
+class QuadratureGrid(NamedTuple):
+    """Pieces of a common period that end on corners, and the excitation in them.
+
+    edges (e + 1,) [periods of the first mesh]
+    stiffness, gap (e, 5, p) at `lumped.kernels.orbit.CHECKS` of each piece
+    """
+
+    edges: Array
+    stiffness: Array
+    gap: Array
+
+
+class Orbit(NamedTuple):
+    """A periodic motion as Fourier series of the mesh deflections.
+
+    series (2 h + 1, m) mean, then h cosines and h sines [m]
+    length : period, in periods of the first mesh
+    deflection (e, 5, m) at the checks of a QuadratureGrid [m]
+    waves : Pieces, its own
+    """
+
+    series: Array
+    length: float
+    deflection: Array
+    waves: Pieces
+
+
+class ContactPieces(NamedTuple):
+    """Pieces of a period in which no pair changes its contact, at three Gauss points.
+
+    start, length (n,) [periods of the first mesh]
+    whole (n,) piece of the grid that it is, -1 where that was cut
+    force (n, 3, m) [N]; slope (n, 3, m) tangent stiffness [N/m]
+    """
+
+    start: Array
+    length: Array
+    whole: Array
+    force: Array
+    slope: Array

@@ -207,6 +207,12 @@ COUPLED_MAP = (
     "--model coupled --json"
 )
 RENDER = f"render SET {COARSE} --width 480 -o p.png"
+BRANCHES = "branches SET --speeds 2000:2200 --excitation rectangular --json"
+BRANCHES_OF_ELEMENTS = "branches SET --speeds 2000:2200 --model 3 --json"
+DOUBLING = (
+    "branches SET --speeds 7200:7800 --excitation rectangular --damping 0.02 "
+    "--harmonics 6 --json"
+)
 THEORY = "theory SET --excitation rectangular --json"
 BUDGET = "budget SET --speeds 2000 --json"
 VALIDATE = "validate CASE -o out --json"
@@ -313,6 +319,21 @@ OPTIONS: dict[str, dict[str, Case]] = {
         "--table": plus("wave SET --speed 2000 --model 3 --json", "--table TABLE"),
         "--output": plus(WAVE, "-o w.csv"),
         "--without": plus(COUPLED_WAVE, "--without body"),
+    },
+    "branches": {
+        name: case
+        for name, case in lumped(BRANCHES).items()
+        if name not in ("--steps", "--method", "--tolerance", "--max-periods")
+    }
+    | {
+        "--speeds": swap(BRANCHES, "2000:2200", "2000:2300"),
+        "--period-multiple": plus(DOUBLING, "--period-multiple 1"),
+        "--harmonics": plus(BRANCHES, "--harmonics 2"),
+        "--wave-harmonics": plus(
+            BRANCHES.replace("rectangular", "fourier"), "--wave-harmonics 1"
+        ),
+        "--table": plus(BRANCHES_OF_ELEMENTS, "--table TABLE"),
+        "--output": plus(BRANCHES, "-o b.csv"),
     },
     "theory": {
         name: case

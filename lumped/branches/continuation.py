@@ -1,0 +1,233 @@
+"""Branches of solutions of equations with a parameter, followed by arc length.
+
+A predictor along the tangent, Newton's corrector on the plane across it, steps by how
+many corrections were needed and how far the branch bends: R. Seydel, Practical
+Bifurcation and Stability Analysis, 3rd ed., sections 4.3 to 4.6.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+MOST_CORRECTIONS = 12
+FEW, MANY = 3, 6  # corrections after which steps grow or shrink
+GROWTH, SHRINKAGE = 1.5, 0.4
+STRAIGHT = 0.95  # least cosine between tangents one step apart
+HOME = 0.6  # steps within which a branch has come back to where it began
+EXACT = 1e-10  # largest last correction, in units of the solution's size
+NEAR_ENOUGH = 1e-8  # of the arc between two points, where something is located
+MOST_HALVINGS = 60
+
+
+class Equations(Protocol):
+    """What a branch solves."""
+
+    def equations(self, x: Array, parameter: float) -> tuple[Array, Array, Array]:
+        """Errors (u,), by x (u, u) and by the parameter (u,); may raise
+        ArithmeticError."""
+
+
+@dataclass(frozen=True)
+class Steps:
+    """Arc lengths, in units of the solution's size and the parameter's.
+
+    size : of x; unit : of the parameter
+    """
+
+    size: float
+    unit: float
+    first: float = 0.02
+    most: float = 0.1
+    least: float = 1e-6
+    count: int = 5000
+
+
+@dataclass(frozen=True, eq=False)
+class Point:
+    """A solution and the unit tangent (u + 1,) of its branch there, scaled."""
+
+    x: Array
+    parameter: float
+    tangent: Array
+
+    @property
+    def along(self) -> float:
+        """How fast the parameter grows along the branch."""
+        return float(self.tangent[-1])
+
+
+@dataclass(frozen=True, eq=False)
+class Followed:
+    """Points in their order, and why no more came: a sentence."""
+
+    points: tuple[Point, ...]
+    reason: str
+    closed: bool = False
+
+
+class NoSolution(ArithmeticError):
+    """Newton's method found no solution."""
+
+
+@dataclass(frozen=True, eq=False)
+class Branch:
+    """Solutions of equations in scaled unknowns z = (x / size, parameter / unit)."""
+
+    problem: Equations
+    steps: Steps
+
+    def scaled(self, x: Array, parameter: float) -> Array:
+        return np.append(x / self.steps.size, parameter / self.steps.unit)
+
+    def _linear(self, z: Array) -> tuple[Array, Array]:
+        """Errors (u,) and their matrix (u, u + 1) in scaled unknowns."""
+        size, unit = self.steps.size, self.steps.unit
+        errors, by_x, by_parameter = self.problem.equations(z[:-1] * size, z[-1] * unit)
+        matrix = np.column_stack([by_x, by_parameter * (unit / size)])
+        return errors / size, matrix
+
+    def solve(
+        self, z: Array, row: Array, allowed: float = math.inf
+    ) -> tuple[Point, int]:
+        """The solution on the plane through z across `row`, and its corrections.
+
+        allowed : largest sum of corrections
+        Raises NoSolution.
+        """
+        start, z = z, z.copy()
+        for number in range(1, MOST_CORRECTIONS + 1):
+            errors, matrix = self._linear(z)
+            whole = np.vstack([matrix, row])
+            right = np.append(errors, row @ (z - start))
+            try:
+                step = np.linalg.solve(whole, right)
+            except np.linalg.LinAlgError:
+                break
+            z = z - step
+            if not np.isfinite(z).all() or np.linalg.norm(z - start) > allowed:
+                break
+            if np.abs(step).max() <= EXACT:
+                return self._point(z, self._tangent(matrix, row)), number
+        raise NoSolution("Newton's method found no solution")
+
+    def _tangent(self, matrix: Array, along: Array) -> Array:
+        right = np.zeros(along.size)
+        right[-1] = 1.0
+        tangent = np.linalg.solve(np.vstack([matrix, along]), right)
+        return np.asarray(tangent / np.linalg.norm(tangent))
+
+    def _point(self, z: Array, tangent: Array) -> Point:
+        return Point(z[:-1] * self.steps.size, float(z[-1] * self.steps.unit), tangent)
+
+    def at(self, x: Array, parameter: float, grows: bool = True) -> Point:
+        """The solution near x at a value of the parameter; Raises NoSolution."""
+        row = np.zeros(x.size + 1)
+        row[-1] = 1.0
+        point, _ = self.solve(self.scaled(x, parameter), row)
+        turned = point.tangent if (point.along > 0.0) == grows else -point.tangent
+        return Point(point.x, point.parameter, turned)
+
+    def follow(
+        self,
+        start: Point,
+        limits: tuple[float, float],
+        ends: Callable[[Point, Point], str] = lambda before, after: "",
+        watch: Callable[[float], None] = lambda parameter: None,
+    ) -> Followed:
+        """From a point along its tangent until the parameter leaves its limits.
+
+        The last point is on the limit. A branch that comes back to its start is closed.
+
+        ends : why the branch ends between two points, empty where it goes on
+        """
+        steps, points = self.steps, [start]
+        length, reason = steps.first, f"{steps.count} points, as many as were allowed"
+        low, high = limits
+        while len(points) < steps.count:
+            here = points[-1]
+            z = self.scaled(here.x, here.parameter)
+            try:
+                point, corrections = self.solve(
+                    z + length * here.tangent, here.tangent, 2.0 * length
+                )
+                turn = float(point.tangent @ here.tangent)
+            except ArithmeticError:
+                corrections, turn = MANY + 1, -1.0
+            if turn < STRAIGHT and length > steps.least:
+                length = max(SHRINKAGE * length, steps.least)
+                continue
+            if turn < 0.0:
+                reason = (
+                    f"no solution was found beyond {here.parameter:g}, however small "
+                    "the step"
+                )
+                break
+            if not low <= point.parameter <= high:
+                points.append(self._on_limit(here, point, limits))
+                reason = "the end of the range was reached"
+                break
+            points.append(point)
+            watch(point.parameter)
+            if reason_now := ends(here, point):
+                return Followed(tuple(points), reason_now)
+            if self._is_home(points, length):
+                return Followed((*points[:-1], start), "the branch closed", closed=True)
+            factor = GROWTH if corrections <= FEW else 1.0
+            factor = SHRINKAGE if corrections >= MANY else factor
+            length = min(factor * length, steps.most)
+        return Followed(tuple(points), reason)
+
+    def _on_limit(
+        self, before: Point, after: Point, limits: tuple[float, float]
+    ) -> Point:
+        limit = min(max(after.parameter, limits[0]), limits[1])
+        part = (limit - before.parameter) / (after.parameter - before.parameter)
+        x = before.x + part * (after.x - before.x)
+        return self.at(x, limit, after.along > 0.0)
+
+    def _is_home(self, points: list[Point], length: float) -> bool:
+        if len(points) < 8:
+            return False
+        first, last = points[0], points[-1]
+        apart = self.scaled(last.x - first.x, last.parameter - first.parameter)
+        near = np.linalg.norm(apart) < HOME * length
+        return bool(near and first.tangent @ last.tangent > STRAIGHT)
+
+    def between(
+        self, before: Point, after: Point, test: Callable[[Point], float]
+    ) -> Point:
+        """The point of the arc between two where a test function passes through zero.
+
+        By the Illinois rule; raises NoSolution where the arc is lost.
+        """
+        a, b = (
+            self.scaled(before.x, before.parameter),
+            self.scaled(after.x, after.parameter),
+        )
+        row = (b - a) / np.linalg.norm(b - a)
+        low, high, f_low, f_high = 0.0, 1.0, test(before), test(after)
+        point, side = after, 0
+        for _ in range(MOST_HALVINGS):
+            if high - low <= NEAR_ENOUGH or f_low == f_high:
+                break
+            part = (low * f_high - high * f_low) / (f_high - f_low)
+            point, _ = self.solve(a + part * (b - a), row)
+            value = test(point)
+            if value == 0.0:
+                break
+            if (value > 0.0) == (f_high > 0.0):
+                high, f_high = part, value
+                f_low = 0.5 * f_low if side == 1 else f_low
+                side = 1
+            else:
+                low, f_low = part, value
+                f_high = 0.5 * f_high if side == -1 else f_high
+                side = -1
+        return point

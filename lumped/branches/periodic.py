@@ -1,0 +1,352 @@
+"""Branches of periodic motions over the mesh frequency: stability, bifurcations.
+
+A motion is stable where no Floquet multiplier is beyond the unit circle. Along a
+branch a multiplier leaves it at +1 in a fold or where branches cross, at -1 where the
+period doubles, and as a pair elsewhere, where motions of two frequencies begin.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lumped.branches.balance import HarmonicBalance
+from lumped.branches.continuation import Branch, Followed, NoSolution, Point, Steps
+from lumped.respond import respond_with_history
+from lumped.response import History, Response, Status
+from lumped.settings import Settings
+from lumped.sweep import Direction, sweep
+from lumped.system import LumpedSystem
+
+Array = NDArray[np.float64]
+Multipliers = NDArray[np.complex128]
+FOLD, DOUBLING = "fold", "period doubling"
+CROSSING, TORUS = "branch point", "torus"
+HALVED = "the period is half of it again"
+KINDS = FOLD, DOUBLING, CROSSING, TORUS
+ASIDE = 0.03  # arc length to the first point of a branch that sets out from another
+REAL = 1e-9  # imaginary part of a multiplier that is real
+UPRIGHT = 1e-6  # of the tangent along the frequency: the branch stands upright
+SAME = 1e-5  # of the static deflection, for motions that are one
+
+
+@dataclass(frozen=True, kw_only=True)
+class BranchSettings:
+    """Numerical choices.
+
+    harmonics : of the first mesh's frequency
+    step, most_step : first and largest arc length, in which the static deflection and
+        the frequency unit count one
+    unit_Hz : the frequency unit
+    points : at most, of a branch
+    speeds : of the sweeps in which further branches are looked for
+    period_multiple : most common periods after which motions may repeat
+    """
+
+    harmonics: int = 20
+    step: float = 0.02
+    most_step: float = 0.1
+    unit_Hz: float = 1000.0
+    points: int = 5000
+    speeds: int = 41
+    period_multiple: int = 2
+
+
+@dataclass(frozen=True, eq=False)
+class BranchPoint:
+    """A periodic motion.
+
+    multipliers : Floquet's (2 n,); figures (m,) each as of a sweep's response
+    kind : of KINDS where it is a bifurcation, else empty
+    """
+
+    frequency: float
+    x: Array
+    multipliers: Multipliers
+    figures: dict[str, Array]
+    kind: str = ""
+
+    @property
+    def largest(self) -> float:
+        """Modulus of the largest multiplier."""
+        return float(np.abs(self.multipliers).max())
+
+    @property
+    def stable(self) -> bool:
+        return self.largest < 1.0
+
+
+@dataclass(frozen=True, eq=False)
+class PeriodicBranch:
+    """Motions in the order in which they were followed.
+
+    multiple : common periods after which they repeat
+    origin, reason : where it begins and why it ends, in words
+    """
+
+    multiple: int
+    points: tuple[BranchPoint, ...]
+    origin: str
+    reason: str
+    closed: bool = False
+
+    @property
+    def bifurcations(self) -> tuple[BranchPoint, ...]:
+        return tuple(point for point in self.points if point.kind)
+
+
+@dataclass
+class BranchFinder:
+    """Follows a system's branches from one to the next.
+
+    report : is told the number of the branch and the frequency on the way
+    """
+
+    system: LumpedSystem
+    limits: tuple[float, float]
+    settings: BranchSettings = field(default_factory=BranchSettings)
+    report: Callable[[int, float], None] = lambda number, frequency: None
+    found: list[PeriodicBranch] = field(default_factory=list)
+    doubled: int = 0  # of those found, the doublings of which were followed
+
+    def from_rest(self, frequency: float) -> None:
+        """The branch of the motion that a start at rest leads to.
+
+        Raises ArithmeticError where the motion diverges or does not repeat.
+        """
+        response, history = respond_with_history(self.system, frequency, Settings())
+        if response.status != Status.PERIODIC:
+            raise ArithmeticError(
+                f"the motion at {frequency:g} Hz is {response.status}: no branch can "
+                "begin there; allowed is a range that begins at another speed"
+            )
+        self._from_motion(response, history, f"from rest at {frequency:g} Hz")
+
+    def from_sweeps(self) -> None:
+        """Branches of motions that sweeps up and down reach and none yet holds."""
+        speeds = np.linspace(*self.limits, self.settings.speeds)
+        directions: tuple[Direction, ...] = ("up", "down")
+        for direction in directions:
+            for response in sweep(self.system, speeds, direction).responses:
+                repeats = response.status == Status.PERIODIC
+                if repeats and response.multiple <= self.settings.period_multiple:
+                    again, history = respond_with_history(
+                        *(self.system, response.frequency, Settings(), response.state)
+                    )
+                    origin = f"from a sweep {direction} at {response.frequency:g} Hz"
+                    if again.status == Status.PERIODIC:
+                        self._from_motion(again, history, origin)
+
+    def _from_motion(self, response: Response, history: History, origin: str) -> None:
+        """Follow the branch of a recorded motion, both ways if it is inside."""
+        balance = self._balance(response.multiple)
+        branch, frequency = self._branch(balance), response.frequency
+        x = balance.of_history(history, response.multiple)
+        try:
+            start = branch.at(x, frequency, grows=frequency < self.limits[1])
+        except NoSolution:
+            return
+        if self._is_known(balance, start):
+            return
+        self._follow(branch, start, origin)
+        inside = self.limits[0] < frequency < self.limits[1]
+        if inside and not self.found[-1].closed:
+            back = Point(start.x, start.parameter, -start.tangent)
+            self._follow(branch, back, origin)
+
+    def _is_known(self, balance: HarmonicBalance, motion: Point) -> bool:
+        """Whether a branch that is found passes through a motion.
+
+        It may begin in any of its common periods, or repeat sooner than it seemed to.
+        """
+        frequency, size = motion.parameter, self._branch(balance).steps.size
+        for found in self.found:
+            if balance.multiple % found.multiple:
+                continue
+            own, times = self._balance(found.multiple), balance.multiple
+            own_branch = self._branch(own)
+            for one, two in pairwise(found.points):
+                if (one.frequency - frequency) * (two.frequency - frequency) > 0.0:
+                    continue
+                apart = two.frequency - one.frequency
+                part = (frequency - one.frequency) / apart if apart else 0.0
+                try:
+                    near = own_branch.at(one.x + part * (two.x - one.x), frequency)
+                except NoSolution:
+                    continue
+                x = own.lengthened(near.x, times // found.multiple)
+                for periods in range(times):
+                    shifted = balance.delayed(x, periods)
+                    if np.abs(shifted - motion.x).max() < SAME * size:
+                        return True
+        return False
+
+    def doublings(self) -> None:
+        """Branches of twice the period that set out from those that are found."""
+        while self.doubled < len(self.found):
+            branch = self.found[self.doubled]
+            if 2 * branch.multiple <= self.settings.period_multiple:
+                for point in branch.bifurcations:
+                    if point.kind == DOUBLING and not self._ends_at(point, branch):
+                        self._double(branch, point, self.doubled)
+            self.doubled += 1
+
+    def _ends_at(self, point: BranchPoint, parent: PeriodicBranch) -> bool:
+        """Whether a branch of twice the period has come back to its parent there."""
+        return any(
+            branch.multiple == 2 * parent.multiple
+            and abs(branch.points[-1].frequency / point.frequency - 1.0) < SAME
+            for branch in self.found
+        )
+
+    def _double(self, parent: PeriodicBranch, point: BranchPoint, number: int) -> None:
+        balance = self._balance(2 * parent.multiple)
+        branch = self._branch(balance)
+        x = self._balance(parent.multiple).lengthened(point.x, 2)
+        aside = _softest(balance.equations(x, point.frequency)[1])
+        row = np.append(aside, 0.0)
+        try:
+            start, _ = branch.solve(
+                branch.scaled(x, point.frequency) + ASIDE * row, row, 10.0 * ASIDE
+            )
+        except NoSolution:
+            return
+        if self._is_known(balance, start):
+            return
+        if start.tangent @ row < 0.0:
+            start = Point(start.x, start.parameter, -start.tangent)
+        origin = f"period doubling of branch {number + 1} at {point.frequency:.6g} Hz"
+        self._follow(branch, start, origin)
+
+    def _balance(self, multiple: int) -> HarmonicBalance:
+        return HarmonicBalance(self.system, self.settings.harmonics, multiple)
+
+    def _branch(self, balance: HarmonicBalance) -> Branch:
+        settings = self.settings
+        steps = Steps(
+            size=float(np.abs(self.system.static_deflection).max()),
+            unit=settings.unit_Hz,
+            first=settings.step,
+            most=settings.most_step,
+            count=settings.points,
+        )
+        return Branch(balance, steps)
+
+    def _follow(self, branch: Branch, start: Point, origin: str) -> None:
+        """Follow a branch and keep it with its bifurcations.
+
+        It ends where its motions repeat after half of their period.
+        """
+        balance = branch.problem
+        assert isinstance(balance, HarmonicBalance)
+
+        def ends(before: Point, after: Point) -> str:
+            crosses = odd_part(balance, before) @ odd_part(balance, after) < 0.0
+            return HALVED if crosses and balance.multiple % 2 == 0 else ""
+
+        number = len(self.found)
+        followed = branch.follow(
+            start,
+            self.limits,
+            ends,
+            lambda frequency: self.report(number, frequency),
+        )
+        if followed.reason == HALVED:
+            followed = _cut_at_its_end(branch, followed)
+        points = tuple(with_bifurcations(branch, followed))
+        self.found.append(
+            PeriodicBranch(
+                balance.multiple, points, origin, followed.reason, followed.closed
+            )
+        )
+
+
+def odd_part(balance: HarmonicBalance, point: Point) -> Array:
+    """Harmonics of a series that motions of half the period do not have."""
+    series, H = point.x.reshape(balance.shape), balance.order
+    return np.concatenate([series[1 : H + 1 : 2], series[H + 1 :: 2]]).ravel()
+
+
+def _cut_at_its_end(branch: Branch, followed: Followed) -> Followed:
+    """The last point where motions of half the period are reached."""
+    balance, (*_, before, after) = branch.problem, followed.points
+    assert isinstance(balance, HarmonicBalance)
+    towards = odd_part(balance, before)
+    try:
+        last = branch.between(
+            before, after, lambda point: float(odd_part(balance, point) @ towards)
+        )
+    except ArithmeticError:
+        return followed
+    return replace(followed, points=(*followed.points[:-1], last))
+
+
+def _softest(matrix: Array) -> Array:
+    """Unit vector (u,) that a matrix (u, u) nearly takes to nothing."""
+    return np.asarray(np.linalg.svd(matrix)[2][-1])
+
+
+def with_bifurcations(branch: Branch, followed: Followed) -> Iterator[BranchPoint]:
+    """The points of a branch, and between them those where something changes."""
+    balance = branch.problem
+    assert isinstance(balance, HarmonicBalance)
+    points = [branch_point(balance, point) for point in followed.points]
+    for (a, here), (b, there) in pairwise(zip(followed.points, points, strict=True)):
+        yield here
+        for kind, test in _tests(balance, (a, here), (b, there)):
+            try:
+                between = branch.between(a, b, test)
+            except ArithmeticError:
+                continue
+            yield replace(branch_point(balance, between), kind=kind)
+    yield points[-1]
+
+
+def branch_point(balance: HarmonicBalance, point: Point) -> BranchPoint:
+    motion = balance.motion(point.x, point.parameter)
+    multipliers = np.linalg.eigvals(balance.monodromy(motion))
+    figures = balance.figures(motion)
+    return BranchPoint(point.parameter, point.x, multipliers.astype(complex), figures)
+
+
+Test = Callable[[Point], float]
+
+
+def _tests(
+    balance: HarmonicBalance,
+    before: tuple[Point, BranchPoint],
+    after: tuple[Point, BranchPoint],
+) -> Iterator[tuple[str, Test]]:
+    """What changes between two points, and the function whose sign tells."""
+
+    def multipliers(point: Point) -> Multipliers:
+        motion = balance.motion(point.x, point.parameter)
+        return np.linalg.eigvals(balance.monodromy(motion)).astype(complex)
+
+    (a, one), (b, two) = before, after
+    # a vertical branch, of a train that loses no contact, has no folds
+    turns = a.along * b.along < 0.0 and max(abs(a.along), abs(b.along)) > UPRIGHT
+    if turns:
+        yield FOLD, lambda point: point.along
+    for kind, at in ((DOUBLING, -1.0), (CROSSING, 1.0)):
+        crosses = beyond(one.multipliers, at) * beyond(two.multipliers, at) < 0.0
+        if crosses and not (turns and kind == CROSSING):
+            yield kind, lambda point, at=at: beyond(multipliers(point), at)  # type: ignore
+    pairs = pair_modulus(one.multipliers), pair_modulus(two.multipliers)
+    if (pairs[0] - 1.0) * (pairs[1] - 1.0) < 0.0:
+        yield TORUS, lambda point: pair_modulus(multipliers(point)) - 1.0
+
+
+def beyond(multipliers: Multipliers, at: float) -> float:
+    """Changes its sign where a real multiplier passes through 1 or -1."""
+    return float(np.prod(multipliers * at - 1.0).real)
+
+
+def pair_modulus(multipliers: Multipliers) -> float:
+    """Largest modulus of complex multipliers, NaN where all are real."""
+    pairs = np.abs(multipliers[np.abs(multipliers.imag) > REAL])
+    return float(pairs.max()) if pairs.size else float("nan")

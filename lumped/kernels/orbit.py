@@ -1,0 +1,262 @@
+"""Contact forces along a motion that is known as a Fourier series, compiled.
+
+A common period is cut into pieces, on all corners of the excitation and fine enough
+for the series. Where a pair changes its contact within a piece, the piece is cut there,
+so that Gauss points see smooth functions only. Time counts periods of the first mesh.
+
+With pieces that contact changes bound, the linearised motion along the orbit is smooth
+on each of them; forces have no jumps in the deflection, so that nothing is to be added
+at the cuts.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from lumped.compiled import compiled, inlined
+from lumped.kernels.arrays import OFFSET
+from lumped.kernels.elimination import eliminate
+from lumped.kernels.law import pair_force
+from lumped.kernels.waves import position, set_excitation, set_pitch, value_at
+
+# Gauss's points and weights of order 6 on (0, 1); collocation there, Hairer, Norsett
+# and Wanner, Solving Ordinary Differential Equations II, table IV.5.2
+ROOT = math.sqrt(15.0)
+POINTS = np.array([0.5 - ROOT / 10.0, 0.5, 0.5 + ROOT / 10.0])
+WEIGHTS = np.array([5.0 / 18.0, 4.0 / 9.0, 5.0 / 18.0])
+STAGES = np.array(
+    [
+        [5 / 36, 2 / 9 - ROOT / 15, 5 / 36 - ROOT / 30],
+        [5 / 36 + ROOT / 24, 2 / 9, 5 / 36 - ROOT / 24],
+        [5 / 36 + ROOT / 30, 2 / 9 + ROOT / 15, 5 / 36],
+    ]
+)
+CHECKS = np.array([0.0, POINTS[0], 0.5, POINTS[2], 1.0])  # of a piece
+MOST_CUTS = 32  # of a piece
+EXACT = 1e-13  # periods within which a contact change is located
+MOST_HALVINGS = 100
+
+
+@inlined
+def deflection_at(series, length, m, time):
+    """Of mesh m [m] at a time; series (2 H + 1, m) mean, cosines, sines."""
+    order = (series.shape[0] - 1) // 2
+    angle = 2.0 * math.pi * time / length
+    c, s = math.cos(angle), math.sin(angle)
+    cosine, sine, total = 1.0, 0.0, series[0, m]
+    for h in range(1, order + 1):
+        cosine, sine = cosine * c - sine * s, sine * c + cosine * s
+        total += series[h, m] * cosine + series[order + h, m] * sine
+    return total
+
+
+@inlined
+def overlap(orbit, p, m, shift, time):
+    """Deflection minus gap of pair p plus a shift [m]."""
+    waves = orbit.waves
+    x = position(waves, p, time)
+    gap = value_at(waves, 2 * p + 1, x, 1) + waves.place[p, OFFSET]
+    return deflection_at(orbit.series, orbit.length, m, time) - gap + shift
+
+
+@inlined
+def find_cut(orbit, p, m, shift, low, high):
+    """Time between two at which an overlap changes its sign, by the Illinois rule."""
+    a, b = overlap(orbit, p, m, shift, low), overlap(orbit, p, m, shift, high)
+    side = 0
+    for _ in range(MOST_HALVINGS):
+        if high - low <= EXACT or a == b:
+            break
+        time = (low * b - high * a) / (b - a)
+        value = overlap(orbit, p, m, shift, time)
+        if value == 0.0:
+            return time
+        if (value > 0.0) == (b > 0.0):
+            high, b = time, value
+            a = 0.5 * a if side == 1 else a
+            side = 1
+        else:
+            low, a = time, value
+            b = 0.5 * b if side == -1 else b
+            side = -1
+    return 0.5 * (low + high)
+
+
+@inlined
+def insert(cuts, count, cut):
+    """Keep `count` sorted times sorted with one more."""
+    k = count
+    while k > 0 and cuts[k - 1] > cut:
+        cuts[k] = cuts[k - 1]
+        k -= 1
+    cuts[k] = cut
+
+
+@inlined
+def add_cuts(orbit, grid, i, p, shift, cuts, count):
+    """Insert the times at which an overlap of pair p changes sign in piece i."""
+    m, start = orbit.waves.mesh_of[p], grid.edges[i]
+    size = grid.edges[i + 1] - start
+    before = orbit.deflection[i, 0, m] - grid.gap[i, 0, p] + shift
+    for c in range(1, CHECKS.size):
+        now = orbit.deflection[i, c, m] - grid.gap[i, c, p] + shift
+        if (before > 0.0) != (now > 0.0) and count < cuts.size:
+            low, high = start + CHECKS[c - 1] * size, start + CHECKS[c] * size
+            insert(cuts, count, find_cut(orbit, p, m, shift, low, high))
+            count += 1
+        before = now
+    return count
+
+
+@inlined
+def set_cuts(system, orbit, grid, i, cuts):
+    """Times at which contacts change in piece i, sorted; how many."""
+    count = 0
+    for p in range(grid.gap.shape[2]):
+        backlash, stiff = system.backlash[orbit.waves.mesh_of[p]], 0.0
+        for c in range(CHECKS.size):
+            stiff = max(stiff, grid.stiffness[i, c, p])
+        if stiff > 0.0:
+            count = add_cuts(orbit, grid, i, p, 0.0, cuts, count)
+            if 0.0 < backlash < math.inf:
+                count = add_cuts(orbit, grid, i, p, backlash, cuts, count)
+    return count
+
+
+@inlined
+def set_force(system, excitation, s, force, slope):
+    """Forces [N] and tangent stiffnesses [N/m] of the meshes (m,) at deflections s.
+
+    excitation : stiffness and gap (p,) of the pairs
+    """
+    stiffness, gap = excitation
+    for m in range(s.size):
+        force[m], slope[m] = 0.0, 0.0
+        for p in range(system.first_pair[m], system.first_pair[m + 1]):
+            elastic, backlash = s[m] - gap[p], system.backlash[m]
+            force[m] += pair_force(stiffness[p], elastic, backlash)
+            if elastic > 0.0 or elastic < -backlash:
+                slope[m] += stiffness[p]
+
+
+@inlined
+def set_cut_piece(system, orbit, pieces, number, room):
+    """Forces and slopes of a piece that begins or ends at a contact change.
+
+    room : stiffness and gap (p,) of the pairs, deflections (m,)
+    """
+    stiffness, gap, s = room
+    for g in range(3):
+        time = pieces.start[number] + POINTS[g] * pieces.length[number]
+        set_excitation(orbit.waves, time, 1, stiffness, gap)
+        for m in range(s.size):
+            s[m] = deflection_at(orbit.series, orbit.length, m, time)
+        force, slope = pieces.force[number, g], pieces.slope[number, g]
+        set_force(system, (stiffness, gap), s, force, slope)
+
+
+@compiled
+def set_pieces(system, orbit, grid, pieces):
+    """Cut the grid at contact changes and set what each piece has; how many.
+
+    0 where there are more of them than room.
+    """
+    count, pairs = 0, grid.gap.shape[2]
+    cuts, s = np.empty(MOST_CUTS + 1), np.empty(system.backlash.size)
+    room = np.empty(pairs), np.empty(pairs), s
+    for i in range(grid.edges.size - 1):
+        start, end = grid.edges[i], grid.edges[i + 1]
+        set_pitch(orbit.waves, 0.5 * (start + end), 1)
+        found = set_cuts(system, orbit, grid, i, cuts[:MOST_CUTS])
+        if count + found >= pieces.start.size:
+            return 0
+        cuts[found] = end
+        for part in range(found + 1):
+            pieces.start[count], pieces.length[count] = start, cuts[part] - start
+            pieces.whole[count] = -1 if found > 0 else i
+            if found > 0:
+                set_cut_piece(system, orbit, pieces, count, room)
+            start = cuts[part]
+            count += 1
+        for g in range(3 if found == 0 else 0):
+            force, slope = pieces.force[count - 1, g], pieces.slope[count - 1, g]
+            given = grid.stiffness[i, g + 1], grid.gap[i, g + 1]
+            set_force(system, given, orbit.deflection[i, g + 1], force, slope)
+    return count
+
+
+@compiled
+def monodromy(system, pieces, count, frequency, state):
+    """Carry small changes of state, columns of (2 n, k), over all pieces in place.
+
+    A state is modal displacement and velocity. Gauss collocation of order 6.
+
+    frequency : of the first mesh [Hz]
+    """
+    n, changes = system.rigidity.size, state.shape[1]
+    tangent, matrix = np.empty((3, n, n)), np.empty((3 * n, 3 * n + changes))
+    for piece in range(count):
+        h = pieces.length[piece] / frequency
+        if h > 0.0:
+            set_tangent(system, pieces.slope[piece], tangent)
+            set_collocation(system, tangent, h, state, matrix)
+            eliminate(matrix, 3 * n, 3 * n + changes)
+            carry(matrix, h, state)
+
+
+@inlined
+def set_tangent(system, slope, tangent):
+    """Stiffness (3, n, n) of the modes where meshes have slopes (3, m)."""
+    shapes, mean = system.shapes, system.mean_stiffness
+    n = tangent.shape[1]
+    for g in range(3):
+        for i in range(n):
+            for j in range(n):
+                total = system.rigidity[i] if i == j else 0.0
+                for m in range(mean.size):
+                    total += shapes[m, i] * (slope[g, m] - mean[m]) * shapes[m, j]
+                tangent[g, i, j] = total
+
+
+@inlined
+def carry(matrix, h, state):
+    """Changes of state over a piece [s], from their accelerations at its points."""
+    n = matrix.shape[0] // 3
+    for column in range(state.shape[1]):
+        for i in range(n):
+            moved, gained = 0.0, 0.0
+            for g in range(3):
+                a = matrix[g * n + i, 3 * n + column]
+                gained += WEIGHTS[g] * a
+                moved += WEIGHTS[g] * (1.0 - POINTS[g]) * a
+            state[i, column] += h * state[n + i, column] + h * h * moved
+            state[n + i, column] += h * gained
+
+
+@inlined
+def set_collocation(system, tangent, h, state, matrix):
+    """Equations for the accelerations at the three points, for each column of state.
+
+    a_g = -D v_g - K_g q_g, v_g = v + h sum_f A_gf a_f,
+    q_g = q + c_g h v + h^2 sum_f (A^2)_gf a_f
+    """
+    n = tangent.shape[1]
+    for g in range(3):
+        for i in range(n):
+            row = g * n + i
+            for f in range(3):
+                twice = 0.0
+                for e in range(3):
+                    twice += STAGES[g, e] * STAGES[e, f]
+                for j in range(n):
+                    matrix[row, f * n + j] = h * h * twice * tangent[g, i, j]
+                matrix[row, f * n + i] += h * STAGES[g, f] * system.damping[i]
+            matrix[row, row] += 1.0
+            for column in range(state.shape[1]):
+                total = -system.damping[i] * state[n + i, column]
+                for j in range(n):
+                    q = state[j, column] + POINTS[g] * h * state[n + j, column]
+                    total -= tangent[g, i, j] * q
+                matrix[row, 3 * n + column] = total

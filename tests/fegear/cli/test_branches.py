@@ -1,0 +1,101 @@
+"""`fegear branches`: table, summary, picture, and what is said on the way."""
+
+from __future__ import annotations
+
+import csv
+import json
+
+import numpy as np
+import pytest
+import typer
+from typer.testing import CliRunner
+
+from fegear.cli.branches import branches_command
+from lumped.csv_text import parse_csv
+
+app = typer.Typer()
+app.command("branches")(branches_command)
+FAST = ("liu-idler", "--excitation", "fourier", "--wave-harmonics", "3")
+SHORT = (*FAST, "--speeds", "1300:3600", "--harmonics", "8")
+
+
+def run(*words: object, code: int = 0) -> str:
+    result = CliRunner().invoke(app, list(map(str, words)))
+    assert result.exit_code == code, result.output
+    return result.stdout
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    """(values of the summary, rows of the file, folder)."""
+    folder = tmp_path_factory.mktemp("branches")
+    values = run(*SHORT, "--json", "-o", folder / "b.csv", "--plot", folder / "b.png")
+    text = (folder / "b.csv").read_text("utf-8")
+    lines = [line for line in text.splitlines() if not line.startswith("#")]
+    return json.loads(values), list(csv.DictReader(lines)), folder
+
+
+def test_rows_are_the_points_mesh_by_mesh(made):
+    values, rows, _ = made
+    assert list(rows[0]) == [
+        *("branch", "index", "mesh_frequency_Hz", "mesh", "dte_rms_m", "dte_peak_m"),
+        *("stable", "floquet_max", "kind", "period_multiple"),
+    ]
+    assert len(rows) == 2 * sum(branch["points"] for branch in values["branches"])
+    for row in rows:
+        assert row["stable"] == str(int(float(row["floquet_max"]) < 1.0))
+        assert float(row["dte_peak_m"]) > float(row["dte_rms_m"])
+
+
+def test_bifurcations_stand_in_the_table_and_in_the_summary(made):
+    values, rows, _ = made
+    listed = {
+        (place, found["kind"], found["frequency_Hz"])
+        for place, branch in enumerate(values["branches"], start=1)
+        for found in branch["bifurcations"]
+    }
+    marked = {
+        (int(r["branch"]), r["kind"], float(r["mesh_frequency_Hz"]))
+        for r in rows
+        if r["kind"]
+    }
+    assert listed == marked
+    assert {"fold", "period doubling"} <= {kind for _, kind, _ in listed}
+
+
+def test_branches_are_inside_the_range_and_say_why_they_end(made):
+    values, _, folder = made
+    for branch in values["branches"]:
+        assert 1300.0 <= branch["from_Hz"] <= branch["to_Hz"] <= 3600.0
+        assert branch["end"]
+    assert (folder / "b.png").stat().st_size > 10_000
+    text = (folder / "b.csv").read_text("utf-8")
+    assert parse_csv(text, "b.csv").header["harmonics"] == "8"
+
+
+def test_the_screen_names_every_bifurcation(made):
+    values, _, _ = made
+    shown = run(*SHORT)
+    for place, branch in enumerate(values["branches"], start=1):
+        assert f"branch {place}: {branch['points']} points" in shown
+        for found in branch["bifurcations"]:
+            assert f"{found['frequency_Hz']:.2f} Hz" in shown
+
+
+def test_harmonics_converge():
+    """The fold at 1438 Hz moves less and less."""
+    at = []
+    for harmonics in (6, 12, 24):
+        words = (*FAST, "--speeds", "1300:1600", "--harmonics", harmonics, "--json")
+        values = json.loads(run(*words, "--period-multiple", 1))
+        at.append(
+            max(
+                found["frequency_Hz"]
+                for branch in values["branches"]
+                for found in branch["bifurcations"]
+                if found["kind"] == "fold"
+            )
+        )
+    steps = np.abs(np.diff(at))
+    assert steps[1] < 0.2 * steps[0]
+    assert steps[1] < 1e-4 * at[-1]

@@ -1,0 +1,184 @@
+"""Harmonic balance beside closed forms, differences and time integration."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from lumped.branches.balance import HarmonicBalance
+from lumped.respond import respond_with_history
+from lumped.settings import Settings
+from lumped.steady_state import Speed
+from lumped.steppers import stepper_of
+from lumped.train import TrainError
+
+FINE = Settings(method="dopri5", accuracy=1e-10, tolerance=1e-10)
+LOST = 1600.0  # Hz at which the idler loses contact
+
+
+def solved(balance, frequency, x=None):
+    """Unknowns of the motion near that of an integration from rest."""
+    if x is None:
+        response, history = respond_with_history(balance.system, frequency, Settings())
+        x = balance.of_history(history, response.multiple)
+    for _ in range(12):
+        errors, jacobian, _ = balance.equations(x, frequency)
+        step = np.linalg.solve(jacobian, errors)
+        x = x - step
+        if np.abs(step).max() < 1e-16:
+            break
+    assert np.abs(step).max() < 1e-13
+    return x
+
+
+def integrated(system, state, frequency, periods):
+    """State (2, n) after so many common periods by adaptive steps."""
+    stepper = stepper_of(system, FINE)
+    return stepper.record(state, Speed(frequency, FINE), periods)[0]
+
+
+def test_constant_stiffness_is_the_linear_response(system):
+    """Model-2 below contact loss: the receptance at each harmonic, in closed form."""
+    linear = system(model=2, harmonics=3)
+    balance, frequency = HarmonicBalance(linear, harmonics=12), 900.0
+    x = solved(balance, frequency, balance.static.ravel())
+    arrays = linear.arrays
+    grid = np.linspace(0.0, 1.0, 4096, endpoint=False)
+    _, gaps = linear.excitation_at(grid)
+    waves = np.fft.rfft(gaps, axis=0)[:13] / grid.size
+    omega = 2.0 * math.pi * frequency * np.arange(13)
+    modes = arrays.rigidity - omega[:, None] ** 2
+    modes = 1.0 / (modes + 1j * omega[:, None] * arrays.damping)
+    G = np.einsum("hi,mi,ri->hmr", modes, arrays.shapes, arrays.shapes)
+    exact = np.einsum("hmr,r,hr->hm", G, arrays.mean_stiffness, waves)
+    exact[0] += linear.static_deflection
+    series = x.reshape(balance.shape)
+    found = 0.5 * (series[1:13] - 1j * series[13:])
+    np.testing.assert_allclose(series[0], exact[0].real, rtol=1e-6)
+    np.testing.assert_allclose(found, exact[1:], atol=1e-4 * np.abs(exact[1:]).max())
+
+
+@settings(max_examples=10)
+@given(seed=st.integers(0, 2**32 - 1), frequency=st.floats(700.0, 4000.0))
+def test_jacobian_is_that_of_differences(system, seed, frequency):
+    """With contact lost and regained, on any motion and not only on solutions."""
+    balance = HarmonicBalance(system(harmonics=3), harmonics=6)
+    random = np.random.default_rng(seed)
+    decay = np.concatenate([[0.0], *[1.0 / np.arange(1, 7) ** 2] * 2])[:, None]
+    x = (balance.static + 8e-6 * decay * random.standard_normal(balance.shape)).ravel()
+    along = random.standard_normal(x.size)
+    _, jacobian, by_frequency = balance.equations(x, frequency)
+    h = 1e-11
+    ahead, behind = (
+        balance.equations(x + s * h * along, frequency)[0] for s in (1, -1)
+    )
+    slope = (ahead - behind) / (2.0 * h)
+    np.testing.assert_allclose(jacobian @ along, slope, atol=2e-4 * np.abs(slope).max())
+    ahead, behind = (balance.equations(x, frequency + s)[0] for s in (0.1, -0.1))
+    slope = (ahead - behind) / 0.2
+    np.testing.assert_allclose(by_frequency, slope, atol=1e-5 * np.abs(slope).max())
+
+
+@pytest.mark.parametrize("frequency", [LOST, 2500.0])
+def test_state_comes_back_after_a_period(system, frequency):
+    """Adaptive steps from a state of the series, which share nothing with it."""
+    train = system(harmonics=3)
+    errors = []
+    for harmonics in (5, 10, 20, 40):
+        balance = HarmonicBalance(train, harmonics)
+        x = solved(balance, frequency)
+        state = balance.state(x, frequency)
+        after = integrated(train, state, frequency, 1)
+        size = np.abs(train.arrays.shapes @ state[0]).max()
+        errors.append(np.abs(train.arrays.shapes @ (after - state)[0]).max() / size)
+    assert errors[-1] < 1e-5
+    falls = [b < a for a, b in pairwise(errors) if a > 1e-9]
+    assert falls
+    assert all(falls)
+
+
+def test_order_in_the_number_of_harmonics(system):
+    """A kinked force leaves h^-4 of a deflection and a jump of stiffness h^-3; what
+    is left out of the RMS falls at least as fast as its square does."""
+    for waves, least in ((3, 3.0), (None, 2.0)):
+        train = system(harmonics=waves)
+        x = {n: solved(HarmonicBalance(train, n), LOST) for n in (8, 16, 32, 128)}
+        figures = {}
+        for n, unknowns in x.items():
+            balance = HarmonicBalance(train, n)
+            motion = balance.motion(unknowns, LOST)
+            figures[n] = motion.series
+        H = 128
+        errors = []
+        for n in (8, 16, 32):
+            error = figures[128].copy()
+            error[: n + 1] -= figures[n][: n + 1]
+            error[H + 1 : H + n + 1] -= figures[n][n + 1 :]
+            errors.append(np.sqrt((error**2).sum()))
+        orders = -np.diff(np.log2(errors))
+        assert (orders > least - 0.7).all(), (waves, orders)
+        assert errors[-1] < 1e-3 * np.abs(figures[128][1:]).max()
+
+
+def test_figures_are_those_of_the_integration(system):
+    train = system()
+    balance = HarmonicBalance(train, 40)
+    response, _ = respond_with_history(train, LOST, FINE)
+    found = balance.figures(balance.motion(solved(balance, LOST), LOST))
+    assert response.contact_loss.max() > 0.05
+    for name in ("dte_rms", "dte_mean", "dte_peak", "force_peak"):
+        np.testing.assert_allclose(found[name], getattr(response, name), rtol=2e-3)
+    np.testing.assert_allclose(found["contact_loss"], response.contact_loss, atol=2e-3)
+
+
+def test_monodromy_is_that_of_differences(system):
+    train = system()
+    balance = HarmonicBalance(train, 60)
+    motion = balance.motion(x := solved(balance, LOST), LOST)
+    state, n = balance.state(x, LOST), train.arrays.rigidity.size
+    transfer = balance.monodromy(motion)
+    scale = np.concatenate([np.full(n, 1e-9), np.full(n, 1e-5)]) * np.abs(state).max()
+    columns = []
+    for i, step in enumerate(scale):
+        change = np.zeros(2 * n)
+        change[i] = step
+        ahead, behind = (
+            integrated(train, state + s * change.reshape(2, n), LOST, 1).ravel()
+            for s in (1.0, -1.0)
+        )
+        columns.append((ahead - behind) / (2.0 * step))
+    found = np.abs(np.linalg.eigvals(np.array(columns).T))
+    exact = np.abs(np.linalg.eigvals(transfer))
+    np.testing.assert_allclose(np.sort(found), np.sort(exact), rtol=5e-3)
+
+
+def test_phase_space_shrinks_by_damping_alone(system):
+    """Liouville: the determinant of the monodromy knows neither contact nor waves."""
+    train = system()
+    balance = HarmonicBalance(train, 10)
+    motion = balance.motion(solved(balance, LOST), LOST)
+    exact = math.exp(-train.arrays.damping.sum() / LOST)
+    found = np.linalg.det(balance.monodromy(motion))
+    assert found == pytest.approx(exact, rel=1e-7)
+
+
+def test_a_motion_as_one_of_a_longer_period(system):
+    balance = HarmonicBalance(system(), 8)
+    x = solved(balance, LOST)
+    longer = balance.repeated(3)
+    errors, _, _ = longer.equations(balance.lengthened(x, 3), LOST)
+    assert np.abs(errors).max() < 1e-9 * np.abs(x).max()
+    delayed = longer.delayed(balance.lengthened(x, 3), 2)
+    np.testing.assert_allclose(delayed, balance.lengthened(x, 3), atol=1e-18)
+
+
+def test_what_cannot_be_is_refused(system):
+    with pytest.raises(ValueError, match="harmonics must be at least 1, got 0"):
+        HarmonicBalance(system(), 0)
+    with pytest.raises(TrainError, match="4002 unknowns, more than 3000"):
+        HarmonicBalance(system(), 1000)

@@ -1,0 +1,90 @@
+"""Branches of equations whose solutions are known."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from lumped.branches.continuation import Branch, NoSolution, Steps
+
+
+class Circle:
+    """x^2 + p^2 = 1."""
+
+    def equations(self, x, parameter):
+        return x**2 + parameter**2 - 1.0, np.diag(2.0 * x), np.array([2.0 * parameter])
+
+
+class Cubic:
+    """p = x^3 - x: folds at x = -1/sqrt(3) and 1/sqrt(3)."""
+
+    def equations(self, x, parameter):
+        return x**3 - x - parameter, np.diag(3.0 * x**2 - 1.0), np.array([-1.0])
+
+
+class Wall:
+    """A straight branch that cannot be evaluated beyond p = 0.5."""
+
+    def equations(self, x, parameter):
+        if parameter > 0.5:
+            raise ArithmeticError("beyond")
+        return x - parameter, np.eye(1), np.array([-1.0])
+
+
+def branch_of(problem, **steps):
+    return Branch(problem, Steps(size=1.0, unit=1.0, **steps))
+
+
+def test_a_circle_closes():
+    branch = branch_of(Circle())
+    found = branch.follow(branch.at(np.array([1.0]), 0.0), (-2.0, 2.0))
+    assert found.closed
+    radii = [math.hypot(point.x[0], point.parameter) for point in found.points]
+    np.testing.assert_allclose(radii, 1.0, rtol=1e-12)
+    assert len(found.points) > 50
+
+
+def test_folds_are_passed_and_located():
+    branch = branch_of(Cubic())
+    found = branch.follow(branch.at(np.array([-1.5]), -1.875), (-1.875, 1.875))
+    assert found.reason == "the end of the range was reached"
+    assert found.points[-1].parameter == pytest.approx(1.875, abs=1e-12)
+    folds = [
+        branch.between(a, b, lambda point: point.along)
+        for a, b in zip(found.points, found.points[1:], strict=False)
+        if a.along * b.along < 0.0
+    ]
+    at = sorted(point.x[0] for point in folds)
+    np.testing.assert_allclose(at, [-1.0 / math.sqrt(3.0), 1.0 / math.sqrt(3.0)], 1e-7)
+    values = sorted(point.parameter for point in folds)
+    np.testing.assert_allclose(values, [-2.0 / 27.0**0.5, 2.0 / 27.0**0.5], 1e-12)
+
+
+@pytest.mark.parametrize("grows", [True, False])
+def test_direction_of_the_start_is_that_of_the_parameter(grows):
+    branch = branch_of(Cubic())
+    start = branch.at(np.array([-1.5]), -1.8, grows)
+    assert (start.along > 0.0) == grows
+    end = branch.follow(start, (-2.0, -1.5)).points[-1]
+    assert end.parameter == (-1.5 if grows else -2.0)
+
+
+def test_a_branch_that_cannot_go_on_says_why_and_keeps_its_points():
+    branch = branch_of(Wall())
+    found = branch.follow(branch.at(np.array([0.0]), 0.0), (-1.0, 1.0))
+    assert found.reason.startswith("no solution was found beyond 0.5")
+    assert 0.4 < found.points[-1].parameter <= 0.5
+
+
+def test_points_are_limited():
+    branch = branch_of(Cubic(), count=5)
+    found = branch.follow(branch.at(np.array([-1.5]), -1.875), (-2.0, 2.0))
+    assert len(found.points) == 5
+    assert "5 points" in found.reason
+
+
+def test_no_solution_is_said():
+    with pytest.raises(NoSolution):
+        branch_of(Circle()).at(np.array([0.5]), 3.0)

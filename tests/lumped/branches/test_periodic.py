@@ -1,0 +1,131 @@
+"""Branches of the idler beside sweeps and perturbed motions."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from lumped.branches.balance import HarmonicBalance
+from lumped.branches.periodic import BranchFinder, BranchSettings
+from lumped.jumps import find_jumps
+from lumped.settings import Settings
+from lumped.steady_state import Speed
+from lumped.steppers import stepper_of
+from lumped.sweep import sweep
+
+LIMITS = 1300.0, 3600.0
+HARMONICS = 12
+
+
+@pytest.fixture(scope="module")
+def train(system):
+    return system(harmonics=3)
+
+
+@pytest.fixture(scope="module")
+def found(train):
+    finder = BranchFinder(train, LIMITS, BranchSettings(harmonics=HARMONICS))
+    finder.from_rest(LIMITS[0])
+    finder.doublings()
+    finder.from_sweeps()
+    finder.doublings()
+    return finder.found
+
+
+def stable_levels(found, frequency, multiple):
+    """RMS (m,) of all stable motions at a frequency, between points."""
+    for branch in found:
+        for one, two in pairwise(branch.points):
+            if (one.frequency - frequency) * (two.frequency - frequency) > 0.0:
+                continue
+            if branch.multiple == multiple and one.stable and two.stable:
+                part = (frequency - one.frequency) / (two.frequency - one.frequency)
+                a, b = one.figures["dte_rms"], two.figures["dte_rms"]
+                yield a + part * (b - a)
+
+
+@pytest.mark.parametrize("direction", ["up", "down"])
+def test_sweeps_run_along_stable_motions(train, found, direction):
+    branch = sweep(train, np.arange(*LIMITS, 25.0), direction, Settings(steps=256))
+    seen = 0
+    for response in branch.responses[1:]:
+        if response.multiple not in (1, 2):
+            continue
+        levels = stable_levels(found, response.frequency, response.multiple)
+        apart = [np.abs(level - response.dte_rms).max() for level in levels]
+        assert min(apart) < 0.01 * response.dte_rms.max(), response.frequency
+        seen += 1
+    assert seen > 70
+
+
+def test_sweeps_jump_at_bifurcations(train, found):
+    speeds = np.arange(*LIMITS, 10.0)
+    places = [p.frequency for branch in found for p in branch.bifurcations]
+    seen = 0
+    for direction in ("up", "down"):
+        branch = sweep(train, speeds, direction)
+        followed = {r.frequency: r.multiple in (1, 2) for r in branch.responses}
+        for jump in find_jumps(branch):
+            low, high = sorted((jump.frequency_from, jump.frequency_to))
+            if followed[low] and followed[high]:
+                assert any(low - 1.0 < place < high + 1.0 for place in places), jump
+                seen += 1
+    assert seen
+
+
+def test_stability_is_what_a_small_disturbance_does(train, found):
+    """On both kinds of motion: it dies away or grows."""
+    fine = Settings(method="dopri5", accuracy=1e-9)
+    stepper, random = stepper_of(train, fine), np.random.default_rng(1)
+    for stable in (True, False):
+        # the slow mode of the couplings takes a hundred periods to decay
+        points = [
+            (branch, point)
+            for branch in found
+            for point in branch.points
+            if (point.largest < 0.999 if stable else point.largest > 1.05)
+        ]
+        for branch, point in points[:: max(1, len(points) // 5)]:
+            balance = HarmonicBalance(train, HARMONICS, branch.multiple)
+            speed = Speed(point.frequency, fine)
+            start = balance.state(point.x, point.frequency)
+            size = np.abs(start).max(axis=1, keepdims=True)
+            other = start + 1e-6 * size * random.standard_normal(start.shape)
+            apart = [np.linalg.norm((other - start) / size)]
+            while len(apart) < 200 and apart[-1] < 100.0 * apart[0]:
+                start, _ = stepper.record(start, speed, branch.multiple)
+                other, _ = stepper.record(other, speed, branch.multiple)
+                apart.append(np.linalg.norm((other - start) / size))
+            # it may swell first, for disturbances are not of one mode
+            dies = apart[-1] < 0.5 * max(apart)
+            assert dies == stable, point.frequency
+
+
+def test_every_branch_says_how_it_begins_and_ends(found):
+    assert all(branch.origin and branch.reason for branch in found)
+    assert found[0].origin == "from rest at 1300 Hz"
+    assert found[0].reason == "the end of the range was reached"
+    assert {branch.multiple for branch in found} == {1, 2}
+
+
+def test_no_branch_is_found_twice(found):
+    starts = [(b.multiple, b.points[5].frequency, b.points[5].largest) for b in found]
+    for branch in found:
+        passed = [(branch.multiple, p.frequency, p.largest) for p in branch.points]
+        near = [any(np.allclose(s, p, rtol=1e-9) for p in passed) for s in starts]
+        assert sum(near) == 1
+
+
+def test_bifurcations_are_where_multipliers_are_on_the_circle(found):
+    kinds = {"fold": 1.0, "period doubling": -1.0, "branch point": 1.0}
+    seen = set()
+    for branch in found:
+        for point in branch.bifurcations:
+            if point.kind == "torus":
+                continue
+            nearest = np.abs(point.multipliers - kinds[point.kind]).min()
+            assert nearest < 2e-3, (point.kind, point.frequency)
+            seen.add(point.kind)
+    assert "fold" in seen
