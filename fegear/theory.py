@@ -176,8 +176,8 @@ def predict_resonances(
 
     torque : on the input gear [N m]; it must load the drive flanks of all meshes
     model : 1, 2 or 3; excitations : in place of the model's own
-    Raises InputError where the closed forms cannot be: no load, no damping, teeth that
-    differ.
+    Raises InputError where the closed forms cannot be: no load, no damping, nothing
+    that varies, teeth that differ.
     """
     model = model or LumpedModel()
     if model.number == "coupled":
@@ -197,13 +197,19 @@ def predict_resonances(
         parametric = parametric_system(system)
     except ValueError as error:
         raise InputError(f"{gear_set.name}: {error}") from None
+    found = predictions(parametric)
+    if not found:
+        raise InputError(
+            f"{gear_set.name}: neither stiffness nor transmission error of a mesh "
+            "varies, nothing resonates"
+        )
     order = f"closed forms, {parametric.stiffness_harmonics.shape[1]} harmonics"
     ratio = system.train.damping_ratio
     header = file_header(gear_set, model, ratio, order) | {
         "model": model.name,
         "torque_Nm": f"{torque:g}",
     }
-    return Theory(gear_set, header, system, parametric, predictions(parametric))
+    return Theory(gear_set, header, system, parametric, found)
 
 
 def _in_words(kinds: Mapping[int, str]) -> str:

@@ -54,9 +54,11 @@ def print_theory(values: dict[str, Any]) -> None:
     rows = list(_rows(values["resonances"]))
     direct = [row for row in rows if "subharmonic" not in row["resonance"]]
     grown = [row for row in rows if "subharmonic" in row["resonance"]]
+    phased = [row for row in rows if row["phase_of_least_drive"] is not None]
     for columns, chosen, title in (
         (PEAK, direct, "Peaks"),
         (SUBHARMONIC, grown, "Subharmonics"),
+        (PHASE, phased, "Mesh phases of least excitation"),
     ):
         if chosen:
             console.print(filled_table(columns, chosen, title, WORDS))
@@ -104,6 +106,13 @@ PLACE: Cells = {
     "excited\nby mesh": lambda row: str(row["exciting"]),
     "at\n[Hz]": lambda row: str(row["at"]),
     "mesh": lambda row: str(row["mesh"]),
+}
+PHASE: Cells = {
+    "resonance": lambda row: str(row["resonance"]).partition(" of ")[0],
+    "at\n[Hz]": lambda row: f"{row['mesh_frequency_Hz']:.5g}",
+    "mesh": lambda row: str(row["mesh"]),
+    "phase\n[base pitches]": _optional("phase_of_least_drive", figures=3),
+    "excitation\nover now": _optional("least_drive_over_drive", figures=3),
 }
 PEAK: Cells = PLACE | {
     "peak\nat [Hz]": _optional("peak_frequency_Hz"),

@@ -48,7 +48,8 @@ def rectangular_indicator(
     3.50 print it over eps, with 1/2 for Lambda_1 / pi), with s_jr^2 k_j / k_1 it is
     |Q3| of 3.47 and |R4| of 4.33. Eq. 4.35 has the first harmonic of a mesh of twice
     the resonant frequency in |R3|; derived, it drives parametrically. 4.35 and 4.38
-    have other numbers than 4.32 gives them, such as 1 / pi for 1 / pi^2.
+    have other numbers than 4.32 gives them, such as 1 / pi for 1 / pi^2. 4.34 is left
+    out with 4.28, on which it stands.
 
     orders : harmonic of each mesh that falls on the resonance, 1 and z of eq. 4.32
     """
@@ -76,7 +77,7 @@ class PhaseExtremes:
 
 
 def phase_extremes(by_mesh: ArrayLike, mesh: int, harmonic: int) -> PhaseExtremes:
-    """The critical mesh phases below eq. 3.46 to 3.48, of any waves.
+    """The critical mesh phases below eq. 3.46 to 3.48, and eq. 4.36, of any waves.
 
     by_mesh : (m,) drives or parametric drives, complex
     harmonic : of the mesh that gives its drive, 2 for a second harmonic

@@ -51,9 +51,9 @@ def _other_modes(system: ParametricSystem, resonance: Resonance) -> Iterator[str
         if part > OTHERS:
             away = np.abs(system.frequency - float(order) * resonance.at)
             yield (
-                f"{float(order):.4g} times the mesh frequency is near the mode at "
-                f"{system.frequency[away.argmin()]:.5g} and moves a mesh by {part:.2g} "
-                "of its mean deflection as well"
+                f"{float(order):.4g} times the mesh frequency, nearest to the mode at "
+                f"{system.frequency[away.argmin()]:.5g}, moves a mesh by {part:.2g} of "
+                "its mean deflection as well"
             )
 
 

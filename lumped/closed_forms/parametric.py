@@ -6,10 +6,11 @@ y_j = sum_r v_jr u_r and, until contact is lost,
     u_r'' / w_r^2 + 2 zeta u_r' / w_r + u_r
         + sum_j v_jr k_j sum_s z_js e^(i s rho_j w t) y_j = sum_j v_jr L_j(t) + const,
 
-with k_j z_js the Fourier coefficients of the mesh stiffness (eq. 3.12, 4.4 and 2.13
-of the multi-mesh source) and L_j the sum of pair stiffness times gap (eq. 2.12). Then
-k_j v_jr^2 is the part of the mode's strain energy that is in mesh j. The source's
-normalised modes are s_jr = c_r v_jr with frequencies c_r.
+summed over s = +-1, +-2, ..., with k_j z_js the Fourier coefficients of the mesh
+stiffness (eq. 3.12, 4.4 and 2.13 of the multi-mesh source) and L_j the sum of pair
+stiffness times gap (eq. 2.12). Then k_j v_jr^2 is the part of the mode's strain energy
+that is in mesh j. The source's normalised modes are s_jr = c_r v_jr, c_r its
+frequencies.
 """
 
 from __future__ import annotations

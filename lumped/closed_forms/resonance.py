@@ -8,8 +8,9 @@ four kinds of resonance of the multi-mesh source, which differ in the order h on
     h = 1/2    subharmonic           eq. 3.35, 2.27, case 1 of 4.26
     h = rho_j  of a mesh j with another mesh frequency, 4.21 to 4.28
 
-All follow from one solvability condition. The resonant mode is
-u_r = U_r + (A e^(i w_r t) + c.c.), A = u e^(i (Omega - w_r) t). No secular terms ask
+All follow from one solvability condition. The resonant mode
+u_r = U_r + (A e^(i w_r t) + c.c.) with A = u e^(i (Omega - w_r) t) has no secular
+terms if
 
     2i u' / w_r + (d - B(|u|)) u + p conj(u) + f = 0,
     d = 2 (1 - Omega / w_r) + 2i zeta,

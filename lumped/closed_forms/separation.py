@@ -38,7 +38,8 @@ def lost_stiffness(resonance: Resonance, amplitude: float) -> float:
 
     sum_j k_j v_jr^2 (theta_j - sin(theta_j) cos(theta_j)) / pi, the first harmonic of
     the force over the amplitude. It is -(R1 + R2 / alpha) / c_r^2 of eq. 3.32 and 4.20,
-    or of Q1 and Q2 in 3.36, with C_j = 2 |v_jr| alpha cos(theta_j) put in.
+    or of Q1 and Q2 in 3.36, with C_j = 2 |v_jr| alpha cos(theta_j) put in. Eq. 3.15
+    prints a series that counts h_0 and g_0 twice; 3.24 and 3.32 count them once.
     """
     theta = separation_angle(resonance, amplitude)
     lost = (theta - np.sin(theta) * np.cos(theta)) / np.pi

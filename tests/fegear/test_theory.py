@@ -101,7 +101,13 @@ def test_the_command_writes_what_the_library_finds(
     assert (tmp_path / "t.png").stat().st_size > 10_000
     assert run(words) == 0
     shown = capsys.readouterr().out
-    for text in ("Subharmonics", "0.0618", "range left", "best tip"):
+    for text in (
+        "Subharmonics",
+        "0.0618",
+        "range left",
+        "best tip",
+        "least excitation",
+    ):
         assert text in shown
 
 
@@ -130,6 +136,9 @@ def test_what_has_no_closed_form_is_refused():
     coupled = fegear.LumpedModel(number="coupled")
     with pytest.raises(fegear.InputError, match="those of models 1, 2 and 3"):
         predict_resonances(gears, 100.0, coupled)
+    even = fegear.load_gear_set("liu-pair", {"mesh.1.stiffness_variation": 0.0})
+    with pytest.raises(fegear.InputError, match="nothing resonates"):
+        predict_resonances(even, 100.0, RECTANGULAR)
     uneven = fegear.load_gear_set(
         "liu-pair", {"gear.1.pitch_errors_um": [1.0, *[0.0] * 37]}
     )

@@ -337,7 +337,7 @@ def test_limits_are_told(chapter_3, known):
     # the third harmonic excites mode 2, the fourth both modes together
     both = replace(uneven, frequency=np.array([1.0, 3.0]), damping_ratio=1e-3)
     sentences = " ".join(limits(both, resonance(both, 0)))
-    assert "3 times the mesh frequency is near the mode at 3 " in sentences
+    assert "3 times the mesh frequency, nearest to the mode at 3, " in sentences
     assert "4 times the mesh frequency is near the sum" in sentences
 
     def told(order=1, mode=0, scale=1.0, **changes):
