@@ -23,6 +23,7 @@ from lumped.closed_forms import (
     phase_extremes,
     predictions,
 )
+from lumped.closed_forms.parametric import LEAST_DAMPING
 from lumped.csv_text import format_csv
 from lumped.excitation import MeshExcitation
 from lumped.system import LumpedSystem
@@ -183,10 +184,11 @@ def predict_resonances(
     if model.number == "coupled":
         raise InputError("model = coupled; closed forms are those of models 1, 2 and 3")
     system = lumped_system(gear_set, torque, model, excitations)
-    if not 0.0 < system.train.damping_ratio < 1.0:
+    ratio = system.train.damping_ratio
+    if not LEAST_DAMPING <= ratio < 1.0:
         raise InputError(
-            f"damping_ratio = {system.train.damping_ratio:g}; closed forms need one "
-            "above 0 and below 1"
+            f"damping_ratio = {ratio:g}; closed forms need one from {LEAST_DAMPING:g} "
+            "to below 1"
         )
     if not (system.static_deflection > 0.0).all():
         raise InputError(
@@ -204,7 +206,6 @@ def predict_resonances(
             "varies, nothing resonates"
         )
     order = f"closed forms, {parametric.stiffness_harmonics.shape[1]} harmonics"
-    ratio = system.train.damping_ratio
     header = file_header(gear_set, model, ratio, order) | {
         "model": model.name,
         "torque_Nm": f"{torque:g}",

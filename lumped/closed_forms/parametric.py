@@ -27,6 +27,7 @@ from lumped.system import LumpedSystem
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 HARMONICS = 16  # of the mesh frequency that are kept
+LEAST_DAMPING = 1e-9  # ratio, below which peaks are beyond all numbers
 ROUND_OFF = 1e-12  # of the largest amplitude
 
 
@@ -79,9 +80,10 @@ class ParametricSystem:
             values = np.array([float(value) for value in getattr(self, name)])
             if not ((values > 0.0) & np.isfinite(values)).all():
                 raise ValueError(f"{name} must be positive, got {values}")
-        if not 0.0 < self.damping_ratio < 1.0:
+        if not LEAST_DAMPING <= self.damping_ratio < 1.0:
             raise ValueError(
-                f"damping_ratio must be above 0 to below 1, got {self.damping_ratio:g}"
+                f"damping_ratio must be {LEAST_DAMPING:g} to below 1, got "
+                f"{self.damping_ratio:g}"
             )
 
     @property

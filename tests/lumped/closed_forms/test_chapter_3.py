@@ -363,8 +363,9 @@ def test_inputs_are_checked(chapter_3, known):
         replace(known, elastic=-known.elastic)
     with pytest.raises(ValueError, match="shape"):
         replace(known, backlash=np.zeros(3))
-    with pytest.raises(ValueError, match="damping_ratio must be above 0"):
-        replace(known, damping_ratio=0.0)
+    for ratio in (0.0, 1e-300, 1.0):
+        with pytest.raises(ValueError, match="damping_ratio must be 1e-09 to below 1"):
+            replace(known, damping_ratio=ratio)
     with pytest.raises(ValueError, match="finite"):
         replace(known, deflection=np.array([np.nan, 1.0]))
     with pytest.raises(ValueError, match="drive flanks"):
