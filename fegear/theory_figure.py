@@ -29,10 +29,11 @@ def draw_theory(theory: Theory) -> Figure:
     """RMS of the DTE [um] over the mesh frequency, a panel for each mesh."""
     meshes = theory.parametric.stiffness.size
     figure, rows = panels(meshes, size=(9.0, 1.2 + 3.4 * meshes), share=True)
-    names = list(dict.fromkeys(_kind(each) for each in theory.found))
-    for each in theory.found:
+    points = [(each, *response_points(each)) for each in theory.found]
+    points = [entry for entry in points if entry[1].size]
+    names = list(dict.fromkeys(_kind(each) for each, *_ in points))
+    for each, amplitude, frequency, stable in points:
         color = color_of(names.index(_kind(each)))
-        amplitude, frequency, stable = response_points(each)
         for m, (axes,) in enumerate(rows):
             rms = 1e6 * math.sqrt(2.0) * abs(each.resonance.shapes[m]) * amplitude
             for flags, look in ((stable, STABLE), (~stable, UNSTABLE)):

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from lumped import Settings, respond_with_history, sweep
+from lumped.branches.periodic import BranchFinder, BranchSettings
 from lumped.closed_forms import (
     contact_loss_amplitude,
     instability_interval,
@@ -17,6 +18,7 @@ from lumped.closed_forms import (
     peak,
     peak_amplitude,
     resonance,
+    steady_vibrations,
     superharmonic,
     transition_frequencies,
 )
@@ -132,3 +134,42 @@ def test_a_subharmonic_grows_inside_of_its_interval_only(chapter_3):
     inside = sweep(system, (high - step, low + step, low - step), "down", EXACT)
     assert inside.column("contact_loss")[:, 1].min() > 0.0
     assert [each.multiple for each in inside.responses] == [2, 2, 2]
+
+
+def unstable_by_balance(system, near, scale):
+    """Frequencies and RMS of mesh 2 on the branch by harmonic balance, (n,) each."""
+    ends = near.at * (1.0 - 0.35 * scale), near.at * (1.0 + 0.25 * scale)
+    settings = BranchSettings(harmonics=12, unit_Hz=0.2 * scale * near.at)
+    finder = BranchFinder(system, ends, settings)
+    finder.from_rest(ends[1])
+    points = [point for branch in finder.found for point in branch.points]
+    unstable = [point for point in points if not point.stable]
+    rms = [point.figures["dte_rms"][1] for point in unstable]
+    return np.array([point.frequency for point in unstable]), np.array(rms)
+
+
+def test_the_unstable_branch_is_that_of_harmonic_balance(chapter_3):
+    """Between its folds, at variations of 5 %; no integration arrives there."""
+    scale = 0.125
+    near = resonance(parametric_system(chapter_3(scale)), 0)
+    over = peak_amplitude(near) / contact_loss_amplitude(near).min()
+    system = chapter_3(scale, damping=0.04 * over / 1.3)
+    near = resonance(parametric_system(system), 0)
+    first, last = contact_loss_amplitude(near).min(), peak_amplitude(near)
+    lower = [
+        steady_vibrations(near, alpha)[0]
+        for alpha in np.linspace(first, last, 2000)[1:-1]
+    ]
+    unstable = [each for each in lower if not each.stable]
+    speeds = np.array([each.frequency for each in unstable])
+    rms = np.array([near.amplitudes(each.amplitude)[1] for each in unstable])
+    rms /= np.sqrt(2.0)
+    exact_speeds, exact_rms = unstable_by_balance(system, near, scale)
+    # the fold at which the branch that keeps contact ends
+    fold, exact_fold = (1.0 - each.max() / near.at for each in (speeds, exact_speeds))
+    assert fold == pytest.approx(exact_fold, rel=0.05)
+    both = (exact_speeds > speeds.min()) & (exact_speeds < speeds.max())
+    assert both.sum() > 5
+    order = np.argsort(speeds)
+    found = np.interp(exact_speeds[both], speeds[order], rms[order])
+    np.testing.assert_allclose(found, exact_rms[both], rtol=0.06)
