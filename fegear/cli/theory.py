@@ -8,7 +8,7 @@ from typing import Any
 
 from fegear.cli.edits import EditedSet, edit_entries
 from fegear.cli.groups import grouped
-from fegear.cli.lumped_options import LoadCase, LumpedOptions, middle_torque
+from fegear.cli.lumped_options import LoadCase, TabledOptions, middle_torque
 from fegear.cli.options import Outputs, named_options
 from fegear.cli.screen import Cells, cell, filled_table, number, screen
 
@@ -22,7 +22,7 @@ def theory_command(
     *,
     subject: EditedSet,
     torque: LoadCase = None,
-    model: LumpedOptions,
+    model: TabledOptions,
     outputs: Outputs,
 ) -> None:
     """Resonances of a lumped train by closed forms.
@@ -30,7 +30,7 @@ def theory_command(
     Where meshes resonate and lose contact, how high peaks are, which damping ends a
     subharmonic and which tip relief is best, by multiple scales; nothing is integrated.
     """
-    outputs.require(subject.set_name)
+    outputs.require(subject.set_name, *(model.table or ()))
     gear_set, changes = model.load(subject, torque)
     at = middle_torque(gear_set, torque)
     from fegear.theory import predict_resonances

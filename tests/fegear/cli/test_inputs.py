@@ -340,7 +340,10 @@ OPTIONS: dict[str, dict[str, Case]] = {
         for name, case in lumped(THEORY).items()
         if name not in ("--steps", "--method", "--tolerance", "--max-periods")
     }
-    | {"--output": plus(THEORY, "-o t.csv")},
+    | {
+        "--table": plus("theory SET --model 3 --json", "--table TABLE"),
+        "--output": plus(THEORY, "-o t.csv"),
+    },
     "map": lumped(MAP)
     | {
         "--over": plus(MAP, "--over mesh.1.stiffness_variation=0.3,0.4"),

@@ -370,6 +370,12 @@ def test_inputs_are_checked(chapter_3, known):
         replace(known, deflection=np.array([np.nan, 1.0]))
     with pytest.raises(ValueError, match="drive flanks"):
         parametric_system(chapter_3(torque=-100.0))
+    with pytest.raises(ValueError, match="order must be 1 or more, got 0"):
+        rectangular_harmonic(0.3, 1.5, order=0)
+    with pytest.raises(ValueError, match="harmonic must be 1 or more, got 0"):
+        phase_extremes([1.0, 1.0], 1, 0)
+    with pytest.raises(ValueError, match="harmonics must be 1 or more, got 0"):
+        parametric_system(chapter_3(), harmonics=0)
     near = resonance(known, 0, HALF)
     with pytest.raises(ValueError, match="inside of a parametric instability"):
         linear_amplitude(near, near.at)
