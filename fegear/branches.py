@@ -126,8 +126,6 @@ def find_branches(
     ArithmeticError where no motion is found to begin with.
     """
     settings = settings or BranchSettings()
-    if model.number == "coupled":
-        raise InputError("model = coupled; branches are those of models 1, 2 and 3")
     low, high = limits
     if not 0.0 < low < high:
         raise InputError(

@@ -160,21 +160,21 @@ def coupled_system(found: CoupledContacts, train: Springs) -> CoupledSystem:
     return system._replace(damping=_damping(system, hubs, train))
 
 
-def coupled_steps(system: CoupledSystem, cycle: int, periods: Array) -> CoupledSteps:
-    """The contacts at half steps, `cycle` steps in a cycle of the first mesh.
+def coupled_steps(system: CoupledSystem, times: Array, periods: Array) -> CoupledSteps:
+    """The contacts at times (i,), in periods of the first mesh.
 
     periods : (m,) cycles of each mesh after which all repeat but for pitch errors
-    Step sizes are left to be set, see `with_room`.
+    Step sizes are left to be set, see `with_room`; between steps the times are halves.
     """
     grid, mesh_of = system.contacts.gap.shape[1] - 1, system.mesh_of
-    cycles = system.rate * np.arange(2 * cycle * periods[0])[:, None] / (2 * cycle)
+    cycles = system.rate * times[:, None]
     turn = np.floor(cycles + ROUNDING).astype(np.int64)
     at = np.maximum(cycles - turn, 0.0) * grid
     place = np.minimum((at + ROUNDING * grid).astype(np.int64), grid - 1)
     part = np.where(np.abs(at - place) < ROUNDING * grid, 0.0, at - place)
 
     def between(table: Array) -> Array:
-        """Entries (i, c, ...) of a table (c, p + 1, ...) at the half steps."""
+        """Entries (i, c, ...) of a table (c, p + 1, ...) at the times."""
         every, here = np.arange(len(mesh_of)), place[:, mesh_of]
         share = part[:, mesh_of].reshape(*here.shape, *[1] * (table.ndim - 2))
         return (1.0 - share) * table[every, here] + share * table[every, here + 1]

@@ -52,7 +52,7 @@ class LumpedStepper:
 class FixedStepper(LumpedStepper):
     """Classical Runge-Kutta, of fourth order."""
 
-    def _driven(self, at: Speed) -> tuple[Any, Any]:
+    def driven(self, at: Speed) -> tuple[Any, Any]:
         """The system and the steps of a common period, as the kernels take them."""
         system, frequency = self.system, at.frequency
         steps = steps_per_period(system, frequency, at.settings)
@@ -68,7 +68,7 @@ class FixedStepper(LumpedStepper):
     ) -> tuple[Array, bool]:
         from lumped.kernels import rk4
 
-        now, (arrays, steps), before = np.array(state), self._driven(at), check.period
+        now, (arrays, steps), before = np.array(state), self.driven(at), check.period
         few = max(1, WATCHED // steps.h.size)
         while True:
             left = most - (check.period - before)
@@ -85,13 +85,12 @@ class FixedStepper(LumpedStepper):
         from lumped.kernels import rk4
 
         system, now = self.system, np.array(state)
-        arrays, steps = self._driven(at)
+        arrays, steps = self.driven(at)
         time, out = _room(system, steps.h, periods)
         status, _ = rk4.record_rk4(arrays, steps, periods, now, system.limit, out)
         if status:
             raise Diverged(0.0)
-        history = History(time, *out[:, :6].transpose(1, 0, 2))
-        return now, _with_contacts(history, system, out)
+        return now, history_of(time, out, system)
 
     def refined(
         self, frequency: float, settings: Settings, repeats: bool
@@ -186,12 +185,13 @@ def _room(system: LumpedSystem, h: Array, periods: int) -> tuple[Array, Array]:
     return time, np.full((time.size, 6 + 2 * most, len(system.excitations)), np.nan)
 
 
-def _with_contacts(history: History, system: LumpedSystem, out: Array) -> History:
-    """With what was recorded of the contacts, and the rates of the hubs' deflections.
+def history_of(time: Array, out: Array, system: LumpedSystem) -> History:
+    """Of rows (t, 6, m) or more at times (t,), as kernels record them.
 
-    The coupled model has none of its own: hubs follow the mean rotations and the
-    contact forces.
+    The coupled model has contacts besides, and no rates of the hubs' deflections of its
+    own: hubs follow the mean rotations and the contact forces.
     """
+    history = History(time, *out[:, :6].transpose(1, 0, 2))
     if system.contacts is None:
         return history
     from scipy.interpolate import CubicSpline

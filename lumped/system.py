@@ -236,7 +236,8 @@ class LumpedSystem:
         assert self.coupled_arrays is not None
         self._require_memory(steps)
         periods = np.array(self.train.common_period)
-        return coupled_steps(self.coupled_arrays, steps, periods)
+        halves = np.arange(2 * steps * periods[0]) / (2 * steps)
+        return coupled_steps(self.coupled_arrays, halves, periods)
 
     @lru_cache(maxsize=16)  # noqa: B019  the system is immutable and short-lived
     def _kept_samples(self, steps: int) -> Samples:

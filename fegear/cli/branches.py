@@ -11,8 +11,8 @@ from fegear.cli.edits import EditedSet, edit_entries
 from fegear.cli.groups import Range, grouped, option
 from fegear.cli.lumped_options import (
     HARMONICS,
+    AnyModel,
     LoadCase,
-    TabledOptions,
     middle_torque,
 )
 from fegear.cli.options import Outputs
@@ -23,8 +23,8 @@ EXAMPLE = "fegear branches liu-idler --speeds 700:4500 -o b.csv --plot b.png"
 
 
 @dataclass(frozen=True, kw_only=True)
-class BranchModel(TabledOptions):
-    """A lumped model of springs, and how many harmonics its motions have."""
+class BranchModel(AnyModel):
+    """A lumped model, and how many harmonics its motions have."""
 
     harmonics: int = option(
         "Harmonics of the first mesh's frequency that motions are made of.",

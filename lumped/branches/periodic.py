@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from lumped.branches.balance import HarmonicBalance
 from lumped.branches.continuation import Branch, Followed, NoSolution, Point, Steps
-from lumped.respond import respond_with_history
-from lumped.response import History, Response, Status
+from lumped.respond import respond
+from lumped.response import Response, Status
 from lumped.settings import Settings
 from lumped.sweep import Direction, sweep
 from lumped.system import LumpedSystem
@@ -118,13 +118,13 @@ class BranchFinder:
 
         Raises ArithmeticError where the motion diverges or does not repeat.
         """
-        response, history = respond_with_history(self.system, frequency, Settings())
+        response = respond(self.system, frequency)
         if response.status != Status.PERIODIC:
             raise ArithmeticError(
                 f"the motion at {frequency:g} Hz is {response.status}: no branch can "
                 "begin there; allowed is a range that begins at another speed"
             )
-        self._from_motion(response, history, f"from rest at {frequency:g} Hz")
+        self._from_motion(response, f"from rest at {frequency:g} Hz")
 
     def from_sweeps(self) -> None:
         """Branches of motions that sweeps up and down reach and none yet holds."""
@@ -134,18 +134,14 @@ class BranchFinder:
             for response in sweep(self.system, speeds, direction).responses:
                 repeats = response.status == Status.PERIODIC
                 if repeats and response.multiple <= self.settings.period_multiple:
-                    again, history = respond_with_history(
-                        *(self.system, response.frequency, Settings(), response.state)
-                    )
                     origin = f"from a sweep {direction} at {response.frequency:g} Hz"
-                    if again.status == Status.PERIODIC:
-                        self._from_motion(again, history, origin)
+                    self._from_motion(response, origin)
 
-    def _from_motion(self, response: Response, history: History, origin: str) -> None:
-        """Follow the branch of a recorded motion, both ways if it is inside."""
+    def _from_motion(self, response: Response, origin: str) -> None:
+        """Follow the branch of a settled motion, both ways if it is inside."""
         balance = self._balance(response.multiple)
         branch, frequency = self._branch(balance), response.frequency
-        x = balance.of_history(history, response.multiple)
+        x = balance.of_response(response, Settings())
         try:
             start = branch.at(x, frequency, grows=frequency < self.limits[1])
         except NoSolution:
@@ -228,7 +224,7 @@ class BranchFinder:
     def _branch(self, balance: HarmonicBalance) -> Branch:
         settings = self.settings
         steps = Steps(
-            size=float(np.abs(self.system.static_deflection).max()),
+            size=float(np.abs(balance.forces.static).max()),
             unit=settings.unit_Hz,
             first=settings.step,
             most=settings.most_step,
@@ -267,7 +263,7 @@ class BranchFinder:
 
 def odd_part(balance: HarmonicBalance, point: Point) -> Array:
     """Harmonics of a series that motions of half the period do not have."""
-    series, H = point.x.reshape(balance.shape), balance.order
+    series, H = point.x.reshape(balance.shape), balance.series.order
     return np.concatenate([series[1 : H + 1 : 2], series[H + 1 :: 2]]).ravel()
 
 
@@ -307,10 +303,14 @@ def with_bifurcations(branch: Branch, followed: Followed) -> Iterator[BranchPoin
 
 
 def branch_point(balance: HarmonicBalance, point: Point) -> BranchPoint:
-    motion = balance.motion(point.x, point.parameter)
-    multipliers = np.linalg.eigvals(balance.monodromy(motion))
-    figures = balance.figures(motion)
-    return BranchPoint(point.parameter, point.x, multipliers.astype(complex), figures)
+    figures = balance.figures(point.x, point.parameter)
+    multipliers = _multipliers(balance, point)
+    return BranchPoint(point.parameter, point.x, multipliers, figures)
+
+
+def _multipliers(balance: HarmonicBalance, point: Point) -> Multipliers:
+    transfer = balance.monodromy(point.x, point.parameter)
+    return np.asarray(np.linalg.eigvals(transfer), complex)
 
 
 Test = Callable[[Point], float]
@@ -322,11 +322,6 @@ def _tests(
     after: tuple[Point, BranchPoint],
 ) -> Iterator[tuple[str, Test]]:
     """What changes between two points, and the function whose sign tells."""
-
-    def multipliers(point: Point) -> Multipliers:
-        motion = balance.motion(point.x, point.parameter)
-        return np.linalg.eigvals(balance.monodromy(motion)).astype(complex)
-
     (a, one), (b, two) = before, after
     # a vertical branch, of a train that loses no contact, has no folds
     turns = a.along * b.along < 0.0 and max(abs(a.along), abs(b.along)) > UPRIGHT
@@ -335,10 +330,10 @@ def _tests(
     for kind, at in ((DOUBLING, -1.0), (CROSSING, 1.0)):
         crosses = beyond(one.multipliers, at) * beyond(two.multipliers, at) < 0.0
         if crosses and not (turns and kind == CROSSING):
-            yield kind, lambda point, at=at: beyond(multipliers(point), at)  # type: ignore
+            yield kind, lambda point, at=at: beyond(_multipliers(balance, point), at)  # type: ignore
     pairs = pair_modulus(one.multipliers), pair_modulus(two.multipliers)
     if (pairs[0] - 1.0) * (pairs[1] - 1.0) < 0.0:
-        yield TORUS, lambda point: pair_modulus(multipliers(point)) - 1.0
+        yield TORUS, lambda point: pair_modulus(_multipliers(balance, point)) - 1.0
 
 
 def beyond(multipliers: Multipliers, at: float) -> float:

@@ -294,7 +294,8 @@ class ContactPieces(NamedTuple):
 
     start, length (n,) [periods of the first mesh]
     whole (n,) piece of the grid that it is, -1 where that was cut
-    force (n, 3, m) [N]; slope (n, 3, m) tangent stiffness [N/m]
+    force (n, 3, m) [N]; slope (n, 3, m) tangent stiffness [N/m]; of the coupled model
+    on its coordinates, slope as matrices
     """
 
     start: Array

@@ -17,8 +17,15 @@ import numpy as np
 
 from lumped.compiled import compiled, inlined
 from lumped.kernels.arrays import OFFSET
+from lumped.kernels.contact import SLOPES, find_near, load_at
+from lumped.kernels.coupled import (
+    record_coupled,
+    set_free_penetrations,
+    set_loads,
+)
 from lumped.kernels.elimination import eliminate
 from lumped.kernels.law import pair_force
+from lumped.kernels.rk4 import rk4_step
 from lumped.kernels.waves import position, set_excitation, set_pitch, value_at
 
 # Gauss's points and weights of order 6 on (0, 1); collocation there, Hairer, Norsett
@@ -188,36 +195,88 @@ def set_pieces(system, orbit, grid, pieces):
 
 
 @compiled
-def monodromy(system, pieces, count, frequency, state):
-    """Carry small changes of state, columns of (2 n, k), over all pieces in place.
+def set_contact_forces(system, steps, q, force, slope):
+    """Forces (t, n) of the coupled model's contacts on coordinates q (t, n), and their
+    slopes (t, n, n); NaN where they were not found.
 
-    A state is modal displacement and velocity. Gauss collocation of order 6.
-
-    frequency : of the first mesh [Hz]
+    steps : CoupledSteps at the t instants
     """
-    n, changes = system.rigidity.size, state.shape[1]
-    tangent, matrix = np.empty((3, n, n)), np.empty((3 * n, 3 * n + changes))
-    for piece in range(count):
-        h = pieces.length[piece] / frequency
-        if h > 0.0:
-            set_tangent(system, pieces.slope[piece], tangent)
-            set_collocation(system, tangent, h, state, matrix)
-            eliminate(matrix, 3 * n, 3 * n + changes)
-            carry(matrix, h, state)
+    n, problem = q.shape[1], steps.problem
+    matrix = np.empty((steps.load.size, steps.load.size + n))
+    for i in range(q.shape[0]):
+        set_free_penetrations(system, steps, i, 0, q[i])
+        set_loads(steps, i)
+        near = find_near(problem)
+        for j in range(n):
+            force[i, j] = 0.0
+            for c in range(steps.load.size):
+                force[i, j] += steps.rows[i, c, j] * steps.load[c]
+        set_pressed(steps, i, near, matrix)
+        for j in range(n):
+            for k in range(n):
+                slope[i, j, k] = 0.0
+                for a in range(near):
+                    row = steps.rows[i, problem.chosen[a], j]
+                    push = problem.newton[SLOPES, a] * matrix[a, near + k]
+                    slope[i, j, k] += row * push
 
 
 @inlined
-def set_tangent(system, slope, tangent):
-    """Stiffness (3, n, n) of the modes where meshes have slopes (3, m)."""
-    shapes, mean = system.shapes, system.mean_stiffness
-    n = tangent.shape[1]
-    for g in range(3):
-        for i in range(n):
-            for j in range(n):
-                total = system.rigidity[i] if i == j else 0.0
-                for m in range(mean.size):
-                    total += shapes[m, i] * (slope[g, m] - mean[m]) * shapes[m, j]
-                tangent[g, i, j] = total
+def set_pressed(steps, i, near, matrix):
+    """Penetrations per coordinate of the contacts that are near, beyond their columns.
+
+    x + Q F(x) = B q: (1 + Q F') dx/dq = B
+    """
+    problem, n = steps.problem, steps.rows.shape[2]
+    for a in range(near):
+        c = problem.chosen[a]
+        _, problem.newton[SLOPES, a] = load_at(problem, c, steps.penetration[c])
+    for a in range(near):
+        for b in range(near):
+            matrix[a, b] = problem.Q[a, b] * problem.newton[SLOPES, b]
+        matrix[a, a] += 1.0
+        for j in range(n):
+            matrix[a, near + j] = steps.rows[i, problem.chosen[a], j]
+    eliminate(matrix, near, near + n)
+
+
+@compiled
+def record_contacts(system, steps, q, v, out):
+    """Rows (t, 6 + 2 k, m) of `record_coupled` at every second of 2 t instants."""
+    for k in range(q.shape[0]):
+        record_coupled(system, steps, k, q[k], v[k], out[k])
+
+
+@compiled
+def trace(system, steps, state, out):
+    """Coordinates and velocities (t + 1, 2, n) through t steps of Runge-Kutta's rule.
+
+    state : (2, n), left where it is
+    """
+    q, v = state[0].copy(), state[1].copy()
+    work, meshes = np.empty((5, q.size)), system.shapes.shape[0]
+    s, later, whole = np.empty(meshes), np.empty(meshes), steps.h.size
+    for row in range(out.shape[0]):
+        out[row, 0], out[row, 1] = q, v
+        rk4_step(system, steps, row % whole, q, v, work, s, later)
+
+
+@compiled
+def carry_changes(tangent, damping, h, state):
+    """Carry small changes of state, columns of (2 n, k), over p pieces in place.
+
+    A state is displacement and velocity. Gauss collocation of order 6.
+
+    tangent : (p, 3, n, n) stiffness at the points [1/s2]; damping : (n, n) [1/s]
+    h : (p,) [s]
+    """
+    n, changes = damping.shape[0], state.shape[1]
+    matrix = np.empty((3 * n, 3 * n + changes))
+    for piece in range(h.size):
+        if h[piece] > 0.0:
+            set_collocation(tangent[piece], damping, h[piece], state, matrix)
+            eliminate(matrix, 3 * n, 3 * n + changes)
+            carry(matrix, h[piece], state)
 
 
 @inlined
@@ -236,7 +295,7 @@ def carry(matrix, h, state):
 
 
 @inlined
-def set_collocation(system, tangent, h, state, matrix):
+def set_collocation(tangent, damping, h, state, matrix):
     """Equations for the accelerations at the three points, for each column of state.
 
     a_g = -D v_g - K_g q_g, v_g = v + h sum_f A_gf a_f,
@@ -252,11 +311,11 @@ def set_collocation(system, tangent, h, state, matrix):
                     twice += STAGES[g, e] * STAGES[e, f]
                 for j in range(n):
                     matrix[row, f * n + j] = h * h * twice * tangent[g, i, j]
-                matrix[row, f * n + i] += h * STAGES[g, f] * system.damping[i]
+                    matrix[row, f * n + j] += h * STAGES[g, f] * damping[i, j]
             matrix[row, row] += 1.0
             for column in range(state.shape[1]):
-                total = -system.damping[i] * state[n + i, column]
+                total = 0.0
                 for j in range(n):
                     q = state[j, column] + POINTS[g] * h * state[n + j, column]
-                    total -= tangent[g, i, j] * q
+                    total -= tangent[g, i, j] * q + damping[i, j] * state[n + j, column]
                 matrix[row, 3 * n + column] = total

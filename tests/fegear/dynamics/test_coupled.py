@@ -16,7 +16,9 @@ from fegear.gearset import load_gear_set
 from fegear.gearset.phases import mesh_phases
 from fegear.lumped_system import LumpedModel, lumped_system
 from fegear.statics import BODIES, solve_mesh
+from lumped.branches.balance import HarmonicBalance
 from lumped.coupled import INGREDIENTS, contact_loads
+from lumped.respond import respond
 from lumped.settings import Settings
 from lumped.steady_state import steady_state
 from lumped.steppers import FixedStepper
@@ -194,3 +196,31 @@ def test_it_does_not_matter_which_gear_drives():
     np.testing.assert_allclose(two.resonances_Hz, one.resonances_Hz, rtol=1e-3)
     forward, back = (each.loaded.deflection[:, 0] for each in (one, two))
     np.testing.assert_allclose(back[::-1], forward, rtol=5e-3)
+
+
+def test_harmonic_balance_is_the_integrated_motion(case, system):
+    """Of the coupled model where it has lost contact, and its Jacobian."""
+    frequency = 0.97 * float(system.resonances_Hz[-1])
+    fine = Settings(steps=512)
+    response = respond(system, frequency, fine)
+    balance = HarmonicBalance(system, 16)
+    x = balance.of_response(response, fine)
+    for _ in range(8):
+        errors, jacobian, _ = balance.equations(x, frequency)
+        x = x - np.linalg.solve(jacobian, errors)
+    assert np.abs(balance.equations(x, frequency)[0]).max() < 1e-10 * np.abs(x).max()
+    found = balance.figures(x, frequency)
+    for name in ("dte_rms", "dte_mean", "force_peak"):
+        np.testing.assert_allclose(found[name], getattr(response, name), rtol=5e-3)
+    along = np.random.default_rng(0).standard_normal(x.size)
+    h = 1e-4 * np.abs(x[: balance.shape[1]]).max()
+    ahead, behind = (
+        balance.equations(x + s * h * along / np.abs(along).max(), frequency)[0]
+        for s in (1.0, -1.0)
+    )
+    slope = (ahead - behind) / (2.0 * h) * np.abs(along).max()
+    _, jacobian, _ = balance.equations(x, frequency)
+    np.testing.assert_allclose(jacobian @ along, slope, atol=0.02 * np.abs(slope).max())
+    transfer = balance.monodromy(x, frequency)
+    damping = np.trace(system.coupled_arrays.damping)
+    assert np.linalg.det(transfer) == pytest.approx(math.exp(-damping / frequency))

@@ -1,0 +1,119 @@
+"""Fourier series of periodic motions: mean, cosines and sines, (2 H + 1, d)."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+
+@dataclass(frozen=True)
+class Series:
+    """Series of H harmonics of a period, in periods of the first mesh.
+
+    Bases on a grid of pieces are kept, for they serve at every evaluation.
+    """
+
+    order: int
+    length: int
+    _kept: dict[str, Array] = field(default_factory=dict, compare=False, repr=False)
+
+    @property
+    def rows(self) -> int:
+        return 2 * self.order + 1
+
+    def times(self, edges: Array) -> Array:
+        """Checks (e, 5) of the pieces between edges (e + 1,)."""
+        from lumped.kernels.orbit import CHECKS
+
+        return np.asarray(edges[:-1, None] + np.diff(edges)[:, None] * CHECKS)
+
+    def basis(self, times: Array, order: int = 0) -> Array:
+        """Values (t, 2 H + 1) at times (t,); order : other than H."""
+        harmonics = np.arange(1, (order or self.order) + 1)
+        angle = 2.0 * math.pi / self.length * times[:, None] * harmonics
+        ones = np.ones((times.size, 1))
+        return np.concatenate([ones, np.cos(angle), np.sin(angle)], axis=1)
+
+    def at_checks(self, edges: Array, x: Array) -> Array:
+        """Values (e, 5, d) of a series on the pieces of a grid."""
+        if "checks" not in self._kept:
+            self._kept["checks"] = self.basis(self.times(edges).ravel())
+        return (self._kept["checks"] @ x).reshape(-1, 5, x.shape[1])
+
+    def at_points(self, edges: Array) -> Array:
+        """Basis (3 e, 4 H + 1) at Gauss points of the pieces, up to 2 H."""
+        if "points" not in self._kept:
+            times = self.times(edges)[:, 1:4].ravel()
+            self._kept["points"] = self.basis(times, 2 * self.order)
+        return self._kept["points"]
+
+    def slope(self, x: Array) -> Array:
+        """Series of the derivative by time in periods of the first mesh."""
+        H = self.order
+        turn = 2.0 * math.pi / self.length * np.arange(1, H + 1)[:, None]
+        found = np.zeros_like(x)
+        found[1 : H + 1], found[H + 1 :] = turn * x[H + 1 :], -turn * x[1 : H + 1]
+        return found
+
+    def waves(self, x: Array) -> Complex:
+        """Complex amplitudes (H + 1, d), of which a series is the real part."""
+        H = self.order
+        found = np.zeros((H + 1, *x.shape[1:]), complex)
+        found[0] = x[0]
+        found[1:] = x[1 : H + 1] - 1j * x[H + 1 :]
+        return found
+
+    def of_waves(self, waves: Complex) -> Array:
+        return np.concatenate([waves.real, -waves[1:].imag])
+
+    def of_samples(self, values: Array) -> Array:
+        """Series of values (t, d) at equal steps from the start of the period."""
+        at = self.length * np.arange(len(values)) / len(values)
+        found: Array = 2.0 * self.basis(at).T @ values / len(values)
+        found[0] *= 0.5
+        return found
+
+    def products(self, slope: Array) -> Array:
+        """Matrix (2 H + 1, 2 H + 1) that takes a series to its product with a function.
+
+        slope : (4 H + 1,) mean of the function's products with waves up to 2 H
+        """
+        H = self.order
+        h = np.arange(H + 1)
+        plus, minus = h[:, None] + h, h[:, None] - h
+        cosine = slope[: 2 * H + 1]
+        sine = np.concatenate([[0.0], slope[2 * H + 1 :]])
+        odd = np.sign(minus) * sine[np.abs(minus)]
+        matrix = np.empty((2 * H + 1, 2 * H + 1))
+        matrix[: H + 1, : H + 1] = cosine[plus] + cosine[np.abs(minus)]
+        matrix[: H + 1, H + 1 :] = (sine[plus] - odd)[:, 1:]
+        matrix[H + 1 :, : H + 1] = (sine[plus] + odd)[1:]
+        matrix[H + 1 :, H + 1 :] = (cosine[np.abs(minus)] - cosine[plus])[1:, 1:]
+        matrix[0] *= 0.5  # the mean
+        return matrix
+
+    def filtered(self, receptance: Complex, matrix: Array) -> Array:
+        """Columns of a matrix, series each, after a receptance (H + 1,)."""
+        H = self.order
+        real, imaginary = receptance.real[:, None], receptance.imag[:, None]
+        out = np.empty_like(matrix)
+        out[: H + 1] = real * matrix[: H + 1]
+        out[1 : H + 1] += imaginary[1:] * matrix[H + 1 :]
+        out[H + 1 :] = real[1:] * matrix[H + 1 :] - imaginary[1:] * matrix[1 : H + 1]
+        return out
+
+    def delayed(self, x: Array, periods: float) -> Array:
+        """The series of the same motion so many periods of the first mesh later."""
+        H = self.order
+        turn = 2.0 * math.pi / self.length * periods * np.arange(1, H + 1)[:, None]
+        cosines, sines = x[1 : H + 1], x[H + 1 :]
+        found = x.copy()
+        found[1 : H + 1] = np.cos(turn) * cosines + np.sin(turn) * sines
+        found[H + 1 :] = np.cos(turn) * sines - np.sin(turn) * cosines
+        return found

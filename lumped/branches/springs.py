@@ -1,0 +1,202 @@
+"""Forces of a train of springs, Model-1 to 3, along a motion known as a series.
+
+Coordinates are the deflections of the m meshes. The modes follow from the forces that
+the meshes carry beyond their mean stiffness k, harmonic by harmonic, so that
+
+    s_h = static_h - G(omega_h) (F - k s)_h,
+    G = sum_i phi_i phi_i' / (w_i^2 - omega^2 + i omega d_i).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lumped.branches.series import Series
+from lumped.kernels.arrays import (
+    ContactPieces,
+    ModalSystem,
+    Orbit,
+    Pieces,
+    QuadratureGrid,
+)
+from lumped.response import History
+from lumped.system import LumpedSystem
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+ROOM = 4  # times the pieces of the grid, for those that are cut
+
+
+@dataclass(frozen=True, eq=False)
+class SpringForces:
+    """Of a lumped system, evaluated on Gauss points between changes of contact.
+
+    series : what motions are made of
+    finest : pieces of a period of the first mesh, at least
+    """
+
+    system: LumpedSystem
+    series: Series
+    finest: float
+
+    @property
+    def arrays(self) -> ModalSystem:
+        return self.system.arrays
+
+    @property
+    def count(self) -> int:
+        """Number of coordinates d."""
+        return len(self.system.excitations)
+
+    @property
+    def stiffness(self) -> Array:
+        """Mean stiffness (d, d) that the receptance holds."""
+        return np.diag(self.arrays.mean_stiffness)
+
+    @property
+    def static(self) -> Array:
+        """Coordinates (d,) under the loads alone."""
+        return self.system.static_deflection
+
+    @property
+    def damping(self) -> Array:
+        """Of the modes (n, n) [1/s]."""
+        return np.diag(self.arrays.damping)
+
+    def receptance(self, omega: Array) -> tuple[Complex, Complex]:
+        """G (h, d, d) at angular frequencies (h,) [rad/s], and its derivative."""
+        arrays, omega = self.arrays, omega[:, None]
+        dynamic = arrays.rigidity - omega**2 + 1j * omega * arrays.damping
+        change = (2.0 * omega - 1j * arrays.damping) / dynamic**2
+        outer = arrays.shapes[:, None] * arrays.shapes[None]
+        return (
+            np.einsum("hi,mri->hmr", 1.0 / dynamic, outer),
+            np.einsum("hi,mri->hmr", change, outer),
+        )
+
+    @cached_property
+    def grid(self) -> QuadratureGrid:
+        times = self.series.times(self.edges)
+        inside = self.system.excitation_at(times[:, :4])
+        at_end = self.system.excitation_at(times[:, 4:], side=-1)
+        stiffness, gap = (
+            np.concatenate(both, axis=1) for both in zip(inside, at_end, strict=True)
+        )
+        return QuadratureGrid(self.edges, stiffness, gap)
+
+    @cached_property
+    def edges(self) -> Array:
+        """Corners and hand-overs of a period, and even parts between them."""
+        own, length = self.system.train.common_period[0], self.series.length
+        stops = self.system.pieces.stops
+        marks = (own * np.arange(length // own)[:, None] + stops).ravel()
+        marks = np.concatenate([[0.0], marks, [float(length)]])
+        marks = marks[np.append(np.diff(marks) > 1e-9, True)]
+        parts = [
+            np.linspace(a, b, math.ceil((b - a) * self.finest), endpoint=False)
+            for a, b in pairwise(marks)
+        ]
+        return np.concatenate([*parts, [float(length)]])
+
+    @cached_property
+    def _waves(self) -> Pieces:
+        return self.system.pieces_in(0)
+
+    @cached_property
+    def _room(self) -> ContactPieces:
+        count, meshes = ROOM * (self.edges.size - 1), self.count
+        return ContactPieces(
+            start=np.empty(count),
+            length=np.empty(count),
+            whole=np.empty(count, np.int64),
+            force=np.empty((count, 3, meshes)),
+            slope=np.empty((count, 3, meshes)),
+        )
+
+    def pieces(self, x: Array) -> ContactPieces:
+        """Contact along a motion (2 H + 1, d), slopes as matrices (n, 3, d, d).
+
+        Raises ArithmeticError where contacts change too often to be followed.
+        """
+        from lumped.kernels import orbit as kernel
+
+        orbit = Orbit(
+            np.ascontiguousarray(x),
+            float(self.series.length),
+            self.series.at_checks(self.grid.edges, x),
+            self._waves,
+        )
+        count = kernel.set_pieces(self.arrays, orbit, self.grid, self._room)
+        if not count:
+            raise ArithmeticError("contacts change too often in a period")
+        found = ContactPieces(*(part[:count].copy() for part in self._room))
+        return found._replace(slope=found.slope[..., None] * np.eye(self.count))
+
+    def modal(self, slope: Array) -> Array:
+        """Stiffness of the modes (..., n, n) where meshes have slopes (..., d, d)."""
+        shapes = self.arrays.shapes
+        excess = slope - self.stiffness
+        own: Array = np.diag(self.arrays.rigidity)
+        return own + shapes.T @ excess @ shapes
+
+    def modes(self, x: Complex, force: Complex, omega: Array) -> Complex:
+        """Modal displacements (h, n) of a motion with its forces, waves (h, d) each."""
+        arrays = self.arrays
+        omega = omega[:, None]
+        dynamic = arrays.rigidity - omega**2 + 1j * omega * arrays.damping
+        loads = -(force - x * arrays.mean_stiffness) @ arrays.shapes
+        loads[0] += arrays.load
+        return np.asarray(loads / dynamic)
+
+    def history(self, x: Array, frequency: float) -> History:
+        """A motion over its period on the grid's edges, as sweeps record theirs."""
+        grid, arrays = self.grid, self.arrays
+        s = self.series.at_checks(grid.edges, x)
+        rate = self.series.at_checks(grid.edges, self.series.slope(x)) * frequency
+        columns: dict[str, list[Array]] = {}
+        for m in range(self.count):
+            own = slice(arrays.first_pair[m], arrays.first_pair[m + 1])
+            waves = grid.stiffness[..., own], grid.gap[..., own]
+            for name, values in _contact(s[..., m], *waves, arrays.backlash[m]).items():
+                columns.setdefault(name, []).append(values)
+        joined = {name: np.stack(parts, axis=-1) for name, parts in columns.items()}
+
+        def at_edges(values: Array) -> Array:
+            return np.concatenate([values[:, 0], values[:1, 0]])
+
+        before = np.concatenate([joined["force"][-1:, 4], joined["force"][:, 4]])
+        return History(
+            time=grid.edges / frequency,
+            deflection=at_edges(s),
+            rate=at_edges(rate),
+            force=at_edges(joined["force"]),
+            drive_overlap=at_edges(joined["drive"]),
+            back_overlap=at_edges(joined["back"]),
+            force_before=before,
+        )
+
+    def of_modes(self, q: Array) -> Array:
+        """Coordinates (..., d) of modal ones (..., n)."""
+        return q @ self.arrays.shapes.T
+
+
+def _contact(
+    s: Array, stiffness: Array, gap: Array, backlash: float
+) -> dict[str, Array]:
+    """Force and overlaps of the nearest flanks of a mesh, of the shape of s."""
+    elastic = s[..., None] - gap
+    pressed = np.maximum(elastic, 0.0)
+    behind = -elastic - backlash
+    force = stiffness * (pressed - np.maximum(behind, 0.0))
+    stiff = stiffness > 0.0
+    return {
+        "force": force.sum(axis=-1),
+        "drive": np.where(stiff, elastic, -np.inf).max(axis=-1),
+        "back": np.where(stiff, behind, -np.inf).max(axis=-1),
+    }
