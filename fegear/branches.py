@@ -61,6 +61,7 @@ class BranchesResult:
     system: LumpedSystem
     header: Mapping[str, str]
     branches: tuple[PeriodicBranch, ...]
+    interrupted: bool = False
 
     def to_csv(self, header: Mapping[str, str] | None = None) -> str:
         """A row for each point and mesh; header : instead of the result's own."""
@@ -96,6 +97,7 @@ class BranchesResult:
             "damping_ratio": float(self.header["damping ratio"]),
             "harmonics": int(self.header["harmonics"]),
             "natural_frequencies_Hz": self.system.resonances_Hz.tolist(),
+            "interrupted": self.interrupted,
             "branches": [_plain(branch) for branch in self.branches],
         }
 
@@ -143,9 +145,11 @@ def find_branches(
         finder.doublings()
         finder.from_sweeps()
         finder.doublings()
+        interrupted = False
     except KeyboardInterrupt:
         if not finder.found:
             raise
+        interrupted = True
     words = f"harmonic balance, {settings.harmonics} harmonics of the first mesh"
     ratio = system.train.damping_ratio
     header = file_header(gear_set, model, ratio, words) | {
@@ -153,7 +157,9 @@ def find_branches(
         "torque_Nm": f"{torque:g}",
         "harmonics": str(settings.harmonics),
     }
-    return BranchesResult(system, header, tuple(finder.found))
+    if interrupted:
+        header["incomplete"] = f"{len(finder.found)} branches before it was interrupted"
+    return BranchesResult(system, header, tuple(finder.found), interrupted)
 
 
 def _plain(branch: PeriodicBranch) -> dict[str, Any]:

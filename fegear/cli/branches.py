@@ -86,6 +86,8 @@ def branches_command(
     outputs.write(found.to_csv)
     outputs.draw(found.draw)
     outputs.show(found.summary, print_branches)
+    if found.interrupted:
+        raise typer.Exit(130)
 
 
 def limits_of(text: str) -> tuple[float, float]:

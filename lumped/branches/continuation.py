@@ -24,6 +24,8 @@ HOME = 0.6  # steps within which a branch has come back to where it began
 EXACT = 1e-10  # largest last correction, in units of the solution's size
 NEAR_ENOUGH = 1e-8  # of the arc between two points, where something is located
 MOST_HALVINGS = 60
+LARGE = 5.0  # solution's size beyond which steps grow with it
+LARGEST = 1000.0  # solution's size at which a branch is given up
 
 
 class Equations(Protocol):
@@ -169,6 +171,12 @@ class Branch:
                     "the step"
                 )
                 break
+            if self._size(point) > LARGEST:
+                reason = (
+                    f"solutions beyond {here.parameter:g} are more than {LARGEST:g} "
+                    "times the static one"
+                )
+                break
             if not low <= point.parameter <= high:
                 points.append(self._on_limit(here, point, limits))
                 reason = "the end of the range was reached"
@@ -181,8 +189,13 @@ class Branch:
                 return Followed((*points[:-1], start), "the branch closed", closed=True)
             factor = GROWTH if corrections <= FEW else 1.0
             factor = SHRINKAGE if corrections >= MANY else factor
-            length = min(factor * length, steps.most)
+            most = steps.most * max(1.0, self._size(point) / LARGE)
+            length = min(factor * length, most)
         return Followed(tuple(points), reason)
+
+    def _size(self, point: Point) -> float:
+        """Of a solution, in units of the static one."""
+        return float(np.linalg.norm(point.x)) / self.steps.size
 
     def _on_limit(
         self, before: Point, after: Point, limits: tuple[float, float]

@@ -19,7 +19,7 @@ from lumped.branches.continuation import Branch, Followed, NoSolution, Point, St
 from lumped.respond import respond
 from lumped.response import Response, Status
 from lumped.settings import Settings
-from lumped.sweep import Direction, sweep
+from lumped.sweep import Direction, Observer, sweep
 from lumped.system import LumpedSystem
 
 Array = NDArray[np.float64]
@@ -131,11 +131,16 @@ class BranchFinder:
         speeds = np.linspace(*self.limits, self.settings.speeds)
         directions: tuple[Direction, ...] = ("up", "down")
         for direction in directions:
-            for response in sweep(self.system, speeds, direction).responses:
+            observer = Observer(watch=self._watch)
+            branch = sweep(self.system, speeds, direction, observer=observer)
+            for response in branch.responses:
                 repeats = response.status == Status.PERIODIC
                 if repeats and response.multiple <= self.settings.period_multiple:
                     origin = f"from a sweep {direction} at {response.frequency:g} Hz"
                     self._from_motion(response, origin)
+
+    def _watch(self, frequency: float, period: int) -> None:
+        self.report(len(self.found), frequency)
 
     def _from_motion(self, response: Response, origin: str) -> None:
         """Follow the branch of a settled motion, both ways if it is inside."""

@@ -99,3 +99,17 @@ def test_harmonics_converge():
     steps = np.abs(np.diff(at))
     assert steps[1] < 0.2 * steps[0]
     assert steps[1] < 1e-4 * at[-1]
+
+
+def test_ctrl_c_keeps_the_finished_branches(tmp_path, monkeypatch):
+    from lumped.branches.periodic import BranchFinder
+
+    def interrupt(self):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(BranchFinder, "from_sweeps", interrupt)
+    file = tmp_path / "b.csv"
+    run(*FAST, "--speeds", "2000:2200", "--harmonics", 4, "-o", file, code=130)
+    text = file.read_text("utf-8")
+    assert "# incomplete: 1 branches before it was interrupted" in text
+    assert len(text.splitlines()) > 20

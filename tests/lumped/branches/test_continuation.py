@@ -78,6 +78,22 @@ def test_a_branch_that_cannot_go_on_says_why_and_keeps_its_points():
     assert 0.4 < found.points[-1].parameter <= 0.5
 
 
+class Pole:
+    """x = 1 / (1 - p), which grows beyond every bound."""
+
+    def equations(self, x, parameter):
+        return x * (1.0 - parameter) - 1.0, np.diag([1.0 - parameter]), -x
+
+
+def test_a_branch_that_grows_without_bound_is_given_up():
+    branch = branch_of(Pole())
+    found = branch.follow(branch.at(np.array([1.0]), 0.0), (-1.0, 2.0))
+    assert "more than 1000 times" in found.reason
+    assert len(found.points) < 1000
+    exact = [1.0 / (1.0 - point.parameter) for point in found.points]
+    np.testing.assert_allclose([p.x[0] for p in found.points], exact, rtol=1e-6)
+
+
 def test_points_are_limited():
     branch = branch_of(Cubic(), count=5)
     found = branch.follow(branch.at(np.array([-1.5]), -1.875), (-2.0, 2.0))
