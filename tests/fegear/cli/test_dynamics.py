@@ -141,7 +141,7 @@ def test_resuming_tells_what_is_left_and_what_is_computed_again(tmp_path):
 
 def test_finished_speeds_are_not_thrown_away(tmp_path):
     path = tmp_path / "d.csv"
-    words = [*PAIR, "--speeds", "1000:1400:10", "--direction", "up", "-o", str(path)]
+    words = [*PAIR, "--speeds", "1000:1400:1", "--direction", "up", "-o", str(path)]
     started_and_killed(words, tmp_path / "d.csv.partial")
     kept = (tmp_path / "d.csv.partial").read_bytes()
     done = subprocess.run([*MAIN, *words], capture_output=True, text=True)
