@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
@@ -339,14 +340,27 @@ class LumpedSystem:
 
     def corners(self) -> Array:
         """Times until all meshes repeat at which some excitation has a corner."""
+        waves = [
+            [wave for pair in e.pairs for wave in (pair.stiffness, pair.gap)]
+            for e in self.excitations
+        ]
+        return self._times([{c for w in own for c in w.corners} for own in waves])
+
+    def breaks(self) -> Array:
+        """Times until all meshes repeat at which an excitation begins a new cubic."""
+        waves = [
+            [wave for pair in e.pairs for wave in (pair.stiffness, pair.gap)]
+            for e in self.excitations
+        ]
+        return self._times([{x for w in own for x in w.breaks} for own in waves])
+
+    def _times(self, positions: Sequence[Iterable[float]]) -> Array:
+        """Times, sorted, at which the meshes are at positions of their cycles."""
         length = self.train.common_period[0]
         found: set[float] = set()
-        for excitation, (phase, rate) in zip(
-            self.excitations, self._places, strict=True
-        ):
-            waves = [w for p in excitation.pairs for w in (p.stiffness, p.gap)]
-            for corner in {corner for wave in waves for corner in wave.corners}:
-                first = (corner - phase) % 1.0
+        for own, (phase, rate) in zip(positions, self._places, strict=True):
+            for position in own:
+                first = (position - phase) % 1.0
                 found |= {(first + i) / rate for i in range(round(length * rate))}
         times = np.sort([t for t in found if SAME < t < length - SAME])
         return times[np.diff(times, prepend=-1.0) > 1e3 * SAME]

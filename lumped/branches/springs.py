@@ -92,9 +92,12 @@ class SpringForces:
 
     @cached_property
     def edges(self) -> Array:
-        """Corners and hand-overs of a period, and even parts between them."""
+        """Corners, hand-overs and ends of paths of contact of a period, and even parts
+        between them."""
         own, length = self.system.train.common_period[0], self.series.length
-        stops = self.system.pieces.stops
+        # a path that ends within a piece would make its quadrature depend on where
+        # contact cuts it, which the Jacobian does not know
+        stops = np.union1d(self.system.pieces.stops, self.system.breaks())
         marks = (own * np.arange(length // own)[:, None] + stops).ravel()
         marks = np.concatenate([[0.0], marks, [float(length)]])
         marks = marks[np.append(np.diff(marks) > 1e-9, True)]

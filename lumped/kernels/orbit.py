@@ -69,10 +69,13 @@ def overlap(orbit, p, m, shift, time):
 
 
 @inlined
-def find_cut(orbit, p, m, shift, low, high):
-    """Time between two at which an overlap changes its sign, by the Illinois rule."""
-    a, b = overlap(orbit, p, m, shift, low), overlap(orbit, p, m, shift, high)
-    side = 0
+def find_cut(orbit, p, shift, low, high, a, b):
+    """Time between two at which an overlap changes its sign, by the Illinois rule.
+
+    a, b : overlaps there [m], of other signs. At the end of a piece, where a pair may
+        take the place of the next, that is the limit from below.
+    """
+    m, side = orbit.waves.mesh_of[p], 0
     for _ in range(MOST_HALVINGS):
         if high - low <= EXACT or a == b:
             break
@@ -111,7 +114,8 @@ def add_cuts(orbit, grid, i, p, shift, cuts, count):
         now = orbit.deflection[i, c, m] - grid.gap[i, c, p] + shift
         if (before > 0.0) != (now > 0.0) and count < cuts.size:
             low, high = start + CHECKS[c - 1] * size, start + CHECKS[c] * size
-            insert(cuts, count, find_cut(orbit, p, m, shift, low, high))
+            cut = find_cut(orbit, p, shift, low, high, before, now)
+            insert(cuts, count, cut)
             count += 1
         before = now
     return count

@@ -11,11 +11,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from lumped.branches.balance import HarmonicBalance
+from lumped.excitation import MeshExcitation, PairExcitation
 from lumped.respond import respond
 from lumped.settings import Settings
 from lumped.steady_state import Speed
 from lumped.steppers import stepper_of
+from lumped.system import LumpedSystem
 from lumped.train import TrainError
+from lumped.waves import constant, from_samples
 
 FINE = Settings(method="dopri5", accuracy=1e-10, tolerance=1e-10)
 LOST = 1600.0  # Hz at which the idler loses contact
@@ -81,6 +84,27 @@ def test_jacobian_is_that_of_differences(system, seed, frequency):
     ahead, behind = (balance.equations(x, frequency + s)[0] for s in (0.01, -0.01))
     slope = (ahead - behind) / 0.02
     np.testing.assert_allclose(by_frequency, slope, atol=1e-5 * np.abs(slope).max())
+
+
+def test_jacobian_where_a_sampled_stiffness_rises_within_a_step(idler):
+    """Quadrature must not depend on where contact cuts its pieces."""
+    samples = 3e8 * (np.arange(200) >= 30)  # N/m
+    pair = PairExcitation(from_samples(samples), constant(0.0))
+    train = LumpedSystem(idler(), (MeshExcitation((pair,), 2.5e8),) * 2)
+    balance = HarmonicBalance(train, harmonics=2)
+    x = np.zeros(balance.shape)
+    # contact is lost as the stiffness rises
+    for start in np.linspace(0.146, 0.156, 6):
+        angle = 2.0 * np.pi * (start - 0.25)
+        x[1], x[3] = 8e-6 * np.cos(angle), 8e-6 * np.sin(angle)
+        along = np.ones(x.size)
+        _, jacobian, _ = balance.equations(x.ravel(), LOST)
+        ahead, behind = (
+            balance.equations(x.ravel() + s * 1e-11 * along, LOST)[0] for s in (1, -1)
+        )
+        slope = (ahead - behind) / 2e-11
+        error = np.abs(jacobian @ along - slope).max()
+        assert error < 2e-5 * np.abs(slope).max(), start
 
 
 @pytest.mark.parametrize("frequency", [LOST, 2500.0])
