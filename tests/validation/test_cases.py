@@ -54,6 +54,7 @@ def test_built_in_cases_load_and_name_gear_sets_that_are_there(name):
 def test_the_comparisons_of_the_source_are_there():
     assert set(case_names()) == {
         "idler",
+        "idler-small-hubs",
         "idler-relief-a",
         "idler-relief-b",
         "idler-relief-a-50",
