@@ -213,6 +213,13 @@ class Branch:
         near = np.linalg.norm(apart) < HOME * length
         return bool(near and first.tangent @ last.tangent > STRAIGHT)
 
+    def middle(self, before: Point, after: Point) -> Point:
+        """The point of the arc between two, half way; raises NoSolution."""
+        a, b = (self.scaled(point.x, point.parameter) for point in (before, after))
+        apart = float(np.linalg.norm(b - a))
+        found, _ = self.solve(0.5 * (a + b), (b - a) / apart, apart)
+        return found
+
     def between(
         self, before: Point, after: Point, test: Callable[[Point], float]
     ) -> Point:

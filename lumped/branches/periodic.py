@@ -7,7 +7,7 @@ period doubles, and as a pair elsewhere, where motions of two frequencies begin.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
@@ -30,7 +30,10 @@ HALVED = "the period is half of it again"
 KINDS = FOLD, DOUBLING, CROSSING, TORUS
 ASIDE = 0.03  # arc length to the first point of a branch that sets out from another
 REAL = 1e-9  # imaginary part of a multiplier that is real
-UPRIGHT = 1e-6  # of the tangent along the frequency: the branch stands upright
+ONE = 1e-5  # of a frequency: a fold and what its multiplier does
+FINE = 4e-3  # of a frequency, between points while a multiplier is near to -1
+TURN = 30.0  # of a multiplier, at most, per relative change of frequency
+UPRIGHT = 1e-8  # of the tangent along the frequency: the branch stands upright
 SAME = 1e-5  # of the static deflection, for motions that are one
 
 
@@ -119,6 +122,10 @@ class BranchFinder:
         Raises ArithmeticError where the motion diverges or does not repeat.
         """
         response = respond(self.system, frequency)
+        if self.system.train.damping_ratio == 0.0:
+            raise ArithmeticError(
+                "damping ratio = 0; motions do not settle, a positive one is needed"
+            )
         if response.status != Status.PERIODIC:
             raise ArithmeticError(
                 f"the motion at {frequency:g} Hz is {response.status}: no branch can "
@@ -151,7 +158,7 @@ class BranchFinder:
             start = branch.at(x, frequency, grows=frequency < self.limits[1])
         except NoSolution:
             return
-        if self._is_known(balance, start):
+        if repeats_sooner(branch, start) or self._is_known(balance, start):
             return
         self._follow(branch, start, origin)
         inside = self.limits[0] < frequency < self.limits[1]
@@ -216,7 +223,7 @@ class BranchFinder:
             )
         except NoSolution:
             return
-        if self._is_known(balance, start):
+        if repeats_sooner(branch, start) or self._is_known(balance, start):
             return
         if start.tangent @ row < 0.0:
             start = Point(start.x, start.parameter, -start.tangent)
@@ -272,6 +279,15 @@ def odd_part(balance: HarmonicBalance, point: Point) -> Array:
     return np.concatenate([series[1 : H + 1 : 2], series[H + 1 :: 2]]).ravel()
 
 
+def repeats_sooner(branch: Branch, point: Point) -> bool:
+    """Whether a motion of an even multiple repeats after half of its period."""
+    balance = branch.problem
+    assert isinstance(balance, HarmonicBalance)
+    even = balance.multiple % 2 == 0
+    size = float(np.linalg.norm(odd_part(balance, point)))
+    return even and size < 0.1 * ASIDE * branch.steps.size
+
+
 def _cut_at_its_end(branch: Branch, followed: Followed) -> Followed:
     """The last point where motions of half the period are reached."""
     balance, (*_, before, after) = branch.problem, followed.points
@@ -295,16 +311,51 @@ def with_bifurcations(branch: Branch, followed: Followed) -> Iterator[BranchPoin
     """The points of a branch, and between them those where something changes."""
     balance = branch.problem
     assert isinstance(balance, HarmonicBalance)
-    points = [branch_point(balance, point) for point in followed.points]
-    for (a, here), (b, there) in pairwise(zip(followed.points, points, strict=True)):
+    folds: list[float] = []
+    known = list(_with_points_between(branch, followed.points))
+    for (a, here), (b, there) in pairwise(known):
         yield here
         for kind, test in _tests(balance, (a, here), (b, there)):
             try:
                 between = branch.between(a, b, test)
             except ArithmeticError:
                 continue
+            at = between.parameter
+            if kind == FOLD:
+                folds.append(at)
+            elif kind == CROSSING and any(abs(f - at) < ONE * at for f in folds):
+                continue  # the multiplier of the fold, a hair beside it
             yield replace(branch_point(balance, between), kind=kind)
-    yield points[-1]
+    yield known[-1][1]
+
+
+def _with_points_between(
+    branch: Branch, points: Sequence[Point]
+) -> Iterator[tuple[Point, BranchPoint]]:
+    """Points, and more of them where two period doublings could be between."""
+    balance = branch.problem
+    assert isinstance(balance, HarmonicBalance)
+    before: tuple[Point, BranchPoint] | None = None
+    waiting = list(reversed(points))
+    while waiting:
+        here = waiting[-1]
+        now = here, branch_point(balance, here)
+        if before is not None and _may_double(before[1], now[1]):
+            try:
+                waiting.append(branch.middle(before[0], here))
+                continue
+            except ArithmeticError:
+                pass
+        yield now
+        before = now
+        waiting.pop()
+
+
+def _may_double(one: BranchPoint, two: BranchPoint) -> bool:
+    """Whether points are far apart while a multiplier is near to -1."""
+    apart = abs(one.frequency - two.frequency)
+    nearest = min(np.abs(point.multipliers + 1.0).min() for point in (one, two))
+    return bool(apart > FINE * one.frequency and nearest < apart / one.frequency * TURN)
 
 
 def branch_point(balance: HarmonicBalance, point: Point) -> BranchPoint:
@@ -328,13 +379,14 @@ def _tests(
 ) -> Iterator[tuple[str, Test]]:
     """What changes between two points, and the function whose sign tells."""
     (a, one), (b, two) = before, after
-    # a vertical branch, of a train that loses no contact, has no folds
-    turns = a.along * b.along < 0.0 and max(abs(a.along), abs(b.along)) > UPRIGHT
-    if turns:
+    # a train that loses no contact has every amplitude at one frequency
+    upright = min(abs(a.along), abs(b.along)) < UPRIGHT
+    turns = a.along * b.along < 0.0
+    if turns and not upright:
         yield FOLD, lambda point: point.along
     for kind, at in ((DOUBLING, -1.0), (CROSSING, 1.0)):
         crosses = beyond(one.multipliers, at) * beyond(two.multipliers, at) < 0.0
-        if crosses and not (turns and kind == CROSSING):
+        if crosses and not (kind == CROSSING and (turns or upright)):
             yield kind, lambda point, at=at: beyond(_multipliers(balance, point), at)  # type: ignore
     pairs = pair_modulus(one.multipliers), pair_modulus(two.multipliers)
     if (pairs[0] - 1.0) * (pairs[1] - 1.0) < 0.0:

@@ -113,3 +113,20 @@ def test_ctrl_c_keeps_the_finished_branches(tmp_path, monkeypatch):
     text = file.read_text("utf-8")
     assert "# incomplete: 1 branches before it was interrupted" in text
     assert len(text.splitlines()) > 20
+
+
+def test_two_doublings_between_two_steps_are_found():
+    """At little damping a multiplier passes -1 and comes back within a step."""
+    words = ("liu-pair", "--torque", 100, "--speeds", "1000:1430", "--damping", 0.005)
+    values = json.loads(run(*words, "--period-multiple", 1, "--json"))
+    doublings = [
+        found["frequency_Hz"]
+        for found in values["branches"][0]["bifurcations"]
+        if found["kind"] == "period doubling"
+    ]
+    assert doublings == pytest.approx([1186.27, 1202.62], abs=0.1)
+
+
+def test_damping_of_zero_is_named():
+    result = CliRunner().invoke(app, [*SHORT, "--damping", "0"])
+    assert "damping ratio = 0; motions do not settle" in str(result.exception)

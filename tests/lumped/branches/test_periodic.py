@@ -129,3 +129,11 @@ def test_bifurcations_are_where_multipliers_are_on_the_circle(found):
             assert nearest < 2e-3, (point.kind, point.frequency)
             seen.add(point.kind)
     assert "fold" in seen
+
+
+def test_a_branch_that_stands_upright_has_no_bifurcations_on_its_way(found):
+    """Period doublings of motions that keep contact: all amplitudes at one speed."""
+    for branch in found:
+        own = [point for point in branch.bifurcations if branch.multiple == 2]
+        places = [round(point.frequency, 3) for point in own]
+        assert len(places) == len(set(places))
