@@ -11,13 +11,9 @@ import numpy as np
 from fegear.errors import InputError
 from fegear.gearset.model import GearSet
 from fegear.lumped_system import LumpedModel, file_header, lumped_system
+from lumped.branches.bifurcations import BranchPoint
 from lumped.branches.figure import draw_branches
-from lumped.branches.periodic import (
-    BranchFinder,
-    BranchPoint,
-    BranchSettings,
-    PeriodicBranch,
-)
+from lumped.branches.periodic import BranchFinder, BranchSettings, PeriodicBranch
 from lumped.csv_text import format_csv
 from lumped.system import LumpedSystem
 

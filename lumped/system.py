@@ -274,8 +274,11 @@ class LumpedSystem:
                 gap.append(pair.gap(at, side, pitch))
         # a wave that does not vary has no shape of its own
         shape = np.broadcast_shapes(times.shape, np.shape(rounds))
-        both = (np.broadcast_arrays(np.empty(shape), *p)[1:] for p in (stiffness, gap))
-        return tuple(np.stack(parts, axis=-1) for parts in both)  # type: ignore
+        k, g = (
+            np.stack([np.broadcast_to(part, shape) for part in parts], axis=-1)
+            for parts in (stiffness, gap)
+        )
+        return k, g
 
     def holds(self, steps: int) -> bool:
         """Whether memory should hold a common period of so many steps a period."""

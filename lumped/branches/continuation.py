@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Generic, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -78,11 +78,14 @@ class NoSolution(ArithmeticError):
     """Newton's method found no solution."""
 
 
+P = TypeVar("P", bound=Equations)
+
+
 @dataclass(frozen=True, eq=False)
-class Branch:
+class Branch(Generic[P]):
     """Solutions of equations in scaled unknowns z = (x / size, parameter / unit)."""
 
-    problem: Equations
+    problem: P
     steps: Steps
 
     def scaled(self, x: Array, parameter: float) -> Array:

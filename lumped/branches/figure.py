@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lumped.branches.periodic import KINDS, BranchPoint, PeriodicBranch
+from lumped.branches.bifurcations import KINDS, BranchPoint
+from lumped.branches.periodic import PeriodicBranch
 from lumped.drawing import color_of, draw_legend, draw_title, panels
 from lumped.system import LumpedSystem
 

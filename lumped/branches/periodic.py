@@ -1,13 +1,12 @@
-"""Branches of periodic motions over the mesh frequency: stability, bifurcations.
+"""Branches of periodic motions over the mesh frequency, from one to the next.
 
-A motion is stable where no Floquet multiplier is beyond the unit circle. Along a
-branch a multiplier leaves it at +1 in a fold or where branches cross, at -1 where the
-period doubles, and as a pair elsewhere, where motions of two frequencies begin.
+They are followed from a start at rest, from motions that sweeps reach on no branch that
+is found, and from where the period doubles.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
@@ -15,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lumped.branches.balance import HarmonicBalance
+from lumped.branches.bifurcations import DOUBLING, BranchPoint, with_bifurcations
 from lumped.branches.continuation import Branch, Followed, NoSolution, Point, Steps
 from lumped.respond import respond
 from lumped.response import Response, Status
@@ -23,17 +23,8 @@ from lumped.sweep import Direction, Observer, sweep
 from lumped.system import LumpedSystem
 
 Array = NDArray[np.float64]
-Multipliers = NDArray[np.complex128]
-FOLD, DOUBLING = "fold", "period doubling"
-CROSSING, TORUS = "branch point", "torus"
 HALVED = "the period is half of it again"
-KINDS = FOLD, DOUBLING, CROSSING, TORUS
 ASIDE = 0.03  # arc length to the first point of a branch that sets out from another
-REAL = 1e-9  # imaginary part of a multiplier that is real
-ONE = 1e-5  # of a frequency: a fold and what its multiplier does
-FINE = 4e-3  # of a frequency, between points while a multiplier is near to -1
-TURN = 30.0  # of a multiplier, at most, per relative change of frequency
-UPRIGHT = 1e-8  # of the tangent along the frequency: the branch stands upright
 SAME = 1e-5  # of the static deflection, for motions that are one
 
 
@@ -57,30 +48,6 @@ class BranchSettings:
     points: int = 5000
     speeds: int = 41
     period_multiple: int = 2
-
-
-@dataclass(frozen=True, eq=False)
-class BranchPoint:
-    """A periodic motion.
-
-    multipliers : Floquet's (2 n,); figures (m,) each as of a sweep's response
-    kind : of KINDS where it is a bifurcation, else empty
-    """
-
-    frequency: float
-    x: Array
-    multipliers: Multipliers
-    figures: dict[str, Array]
-    kind: str = ""
-
-    @property
-    def largest(self) -> float:
-        """Modulus of the largest multiplier."""
-        return float(np.abs(self.multipliers).max())
-
-    @property
-    def stable(self) -> bool:
-        return self.largest < 1.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,11 +88,11 @@ class BranchFinder:
 
         Raises ArithmeticError where the motion diverges or does not repeat.
         """
-        response = respond(self.system, frequency)
         if self.system.train.damping_ratio == 0.0:
             raise ArithmeticError(
                 "damping ratio = 0; motions do not settle, a positive one is needed"
             )
+        response = respond(self.system, frequency)
         if response.status != Status.PERIODIC:
             raise ArithmeticError(
                 f"the motion at {frequency:g} Hz is {response.status}: no branch can "
@@ -233,7 +200,7 @@ class BranchFinder:
     def _balance(self, multiple: int) -> HarmonicBalance:
         return HarmonicBalance(self.system, self.settings.harmonics, multiple)
 
-    def _branch(self, balance: HarmonicBalance) -> Branch:
+    def _branch(self, balance: HarmonicBalance) -> Branch[HarmonicBalance]:
         settings = self.settings
         steps = Steps(
             size=float(np.abs(balance.forces.static).max()),
@@ -244,13 +211,14 @@ class BranchFinder:
         )
         return Branch(balance, steps)
 
-    def _follow(self, branch: Branch, start: Point, origin: str) -> None:
+    def _follow(
+        self, branch: Branch[HarmonicBalance], start: Point, origin: str
+    ) -> None:
         """Follow a branch and keep it with its bifurcations.
 
         It ends where its motions repeat after half of their period.
         """
         balance = branch.problem
-        assert isinstance(balance, HarmonicBalance)
 
         def ends(before: Point, after: Point) -> str:
             crosses = odd_part(balance, before) @ odd_part(balance, after) < 0.0
@@ -279,19 +247,17 @@ def odd_part(balance: HarmonicBalance, point: Point) -> Array:
     return np.concatenate([series[1 : H + 1 : 2], series[H + 1 :: 2]]).ravel()
 
 
-def repeats_sooner(branch: Branch, point: Point) -> bool:
+def repeats_sooner(branch: Branch[HarmonicBalance], point: Point) -> bool:
     """Whether a motion of an even multiple repeats after half of its period."""
     balance = branch.problem
-    assert isinstance(balance, HarmonicBalance)
     even = balance.multiple % 2 == 0
     size = float(np.linalg.norm(odd_part(balance, point)))
     return even and size < 0.1 * ASIDE * branch.steps.size
 
 
-def _cut_at_its_end(branch: Branch, followed: Followed) -> Followed:
+def _cut_at_its_end(branch: Branch[HarmonicBalance], followed: Followed) -> Followed:
     """The last point where motions of half the period are reached."""
     balance, (*_, before, after) = branch.problem, followed.points
-    assert isinstance(balance, HarmonicBalance)
     towards = odd_part(balance, before)
     try:
         last = branch.between(
@@ -305,100 +271,3 @@ def _cut_at_its_end(branch: Branch, followed: Followed) -> Followed:
 def _softest(matrix: Array) -> Array:
     """Unit vector (u,) that a matrix (u, u) nearly takes to nothing."""
     return np.asarray(np.linalg.svd(matrix)[2][-1])
-
-
-def with_bifurcations(branch: Branch, followed: Followed) -> Iterator[BranchPoint]:
-    """The points of a branch, and between them those where something changes."""
-    balance = branch.problem
-    assert isinstance(balance, HarmonicBalance)
-    folds: list[float] = []
-    known = list(_with_points_between(branch, followed.points))
-    for (a, here), (b, there) in pairwise(known):
-        yield here
-        for kind, test in _tests(balance, (a, here), (b, there)):
-            try:
-                between = branch.between(a, b, test)
-            except ArithmeticError:
-                continue
-            at = between.parameter
-            if kind == FOLD:
-                folds.append(at)
-            elif kind == CROSSING and any(abs(f - at) < ONE * at for f in folds):
-                continue  # the multiplier of the fold, a hair beside it
-            yield replace(branch_point(balance, between), kind=kind)
-    yield known[-1][1]
-
-
-def _with_points_between(
-    branch: Branch, points: Sequence[Point]
-) -> Iterator[tuple[Point, BranchPoint]]:
-    """Points, and more of them where two period doublings could be between."""
-    balance = branch.problem
-    assert isinstance(balance, HarmonicBalance)
-    before: tuple[Point, BranchPoint] | None = None
-    waiting = list(reversed(points))
-    while waiting:
-        here = waiting[-1]
-        now = here, branch_point(balance, here)
-        if before is not None and _may_double(before[1], now[1]):
-            try:
-                waiting.append(branch.middle(before[0], here))
-                continue
-            except ArithmeticError:
-                pass
-        yield now
-        before = now
-        waiting.pop()
-
-
-def _may_double(one: BranchPoint, two: BranchPoint) -> bool:
-    """Whether points are far apart while a multiplier is near to -1."""
-    apart = abs(one.frequency - two.frequency)
-    nearest = min(np.abs(point.multipliers + 1.0).min() for point in (one, two))
-    return bool(apart > FINE * one.frequency and nearest < apart / one.frequency * TURN)
-
-
-def branch_point(balance: HarmonicBalance, point: Point) -> BranchPoint:
-    figures = balance.figures(point.x, point.parameter)
-    multipliers = _multipliers(balance, point)
-    return BranchPoint(point.parameter, point.x, multipliers, figures)
-
-
-def _multipliers(balance: HarmonicBalance, point: Point) -> Multipliers:
-    transfer = balance.monodromy(point.x, point.parameter)
-    return np.asarray(np.linalg.eigvals(transfer), complex)
-
-
-Test = Callable[[Point], float]
-
-
-def _tests(
-    balance: HarmonicBalance,
-    before: tuple[Point, BranchPoint],
-    after: tuple[Point, BranchPoint],
-) -> Iterator[tuple[str, Test]]:
-    """What changes between two points, and the function whose sign tells."""
-    (a, one), (b, two) = before, after
-    # a train that loses no contact has every amplitude at one frequency
-    upright = min(abs(a.along), abs(b.along)) < UPRIGHT
-    turns = a.along * b.along < 0.0
-    if turns and not upright:
-        yield FOLD, lambda point: point.along
-    for kind, at in ((DOUBLING, -1.0), (CROSSING, 1.0)):
-        crosses = beyond(one.multipliers, at) * beyond(two.multipliers, at) < 0.0
-        if crosses and not (kind == CROSSING and (turns or upright)):
-            yield kind, lambda point, at=at: beyond(_multipliers(balance, point), at)  # type: ignore
-    pairs = pair_modulus(one.multipliers), pair_modulus(two.multipliers)
-    if (pairs[0] - 1.0) * (pairs[1] - 1.0) < 0.0:
-        yield TORUS, lambda point: pair_modulus(_multipliers(balance, point)) - 1.0
-
-
-def beyond(multipliers: Multipliers, at: float) -> float:
-    """Changes its sign where a real multiplier passes through 1 or -1."""
-    return float(np.prod(multipliers * at - 1.0).real)
-
-
-def pair_modulus(multipliers: Multipliers) -> float:
-    """Largest modulus of complex multipliers, NaN where all are real."""
-    pairs = np.abs(multipliers[np.abs(multipliers.imag) > REAL])
-    return float(pairs.max()) if pairs.size else float("nan")

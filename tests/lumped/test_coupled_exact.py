@@ -306,8 +306,8 @@ class ShortStepper(FixedStepper):
 
     count: int = 0
 
-    def _driven(self, at):
-        arrays, steps = super()._driven(at)
+    def driven(self, at):
+        arrays, steps = super().driven(at)
         return arrays, steps._replace(h=steps.h[: self.count])
 
 
