@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, fields
+from os import PathLike
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,8 +12,10 @@ import numpy as np
 from fegear.errors import InputError
 from fegear.gearset.model import GearSet
 from fegear.lumped_system import LumpedModel, file_header, lumped_system
+from fegear.output import write_text
 from lumped.branches.bifurcations import BranchPoint
 from lumped.branches.figure import draw_branches
+from lumped.branches.motions import OverSpeed
 from lumped.branches.periodic import BranchFinder, BranchSettings, PeriodicBranch
 from lumped.csv_text import format_csv
 from lumped.system import LumpedSystem
@@ -59,11 +62,15 @@ class BranchesResult:
     branches: tuple[PeriodicBranch, ...]
     interrupted: bool = False
 
-    def to_csv(self, header: Mapping[str, str] | None = None) -> str:
-        """A row for each point and mesh; header : instead of the result's own."""
+    def to_csv(self, path: str | PathLike[str]) -> None:
+        """Write a row for each point and mesh."""
+        write_text(path, self.csv())
+
+    def csv(self) -> str:
+        """The rows as text."""
         names = [column.name for column in fields(BranchRow)]
         rows = ([getattr(row, name) for name in names] for row in self.rows())
-        return format_csv(names, rows, {**(header or self.header), **LEGEND})
+        return format_csv(names, rows, {**self.header, **LEGEND})
 
     def rows(self) -> Iterator[BranchRow]:
         for number, branch in enumerate(self.branches, start=1):
@@ -135,7 +142,7 @@ def find_branches(
         done = round(100.0 * (frequency - low) / (high - low))
         report(f"branch {number + 1}, {frequency:.0f} Hz", done, 100)
 
-    finder = BranchFinder(system, limits, settings, watch)
+    finder = BranchFinder(OverSpeed(system), limits, settings, watch)
     try:
         finder.from_rest(low)
         finder.doublings()

@@ -21,8 +21,8 @@ Array = NDArray[np.float64]
 AMPLITUDES = 400  # along a curve
 OPEN = 2.0  # times that of first lost contact, up to which an open curve is shown
 NEAR = 0.25  # of the resonant speed, how far from it a curve goes
-STABLE: dict[str, Any] = {"linestyle": "", "marker": "o", "markersize": 1.8}
-UNSTABLE = STABLE | {"alpha": 0.08}
+MARKERS: dict[str, Any] = {"linestyle": "", "marker": "o", "markersize": 1.8}
+PALE = 0.3  # share of the colour that unstable vibrations keep
 
 
 def draw_theory(theory: Theory) -> Figure:
@@ -33,11 +33,11 @@ def draw_theory(theory: Theory) -> Figure:
     points = [entry for entry in points if entry[1].size]
     names = list(dict.fromkeys(_kind(each) for each, *_ in points))
     for each, amplitude, frequency, stable in points:
-        color = color_of(names.index(_kind(each)))
+        full = color_of(names.index(_kind(each)))
         for m, (axes,) in enumerate(rows):
-            rms = 1e6 * math.sqrt(2.0) * abs(each.resonance.shapes[m]) * amplitude
-            for flags, look in ((stable, STABLE), (~stable, UNSTABLE)):
-                axes.plot(frequency[flags], rms[flags], color=color, **look)
+            rms = 1e6 * each.resonance.amplitudes(1.0)[m] / math.sqrt(2.0) * amplitude
+            for flags, color in ((~stable, _pale(full)), (stable, full)):
+                axes.plot(frequency[flags], rms[flags], color=color, **MARKERS)
     for m, (axes,) in enumerate(rows):
         axes.set_ylabel(f"mesh {m + 1}: RMS of dynamic\ntransmission error [um]")
         axes.set_ylim(bottom=0.0)
@@ -62,11 +62,18 @@ def _handles(names: list[str]) -> list[object]:
 
     large = {"markersize": 5}
     found: list[object] = [
-        Line2D([], [], color=color_of(i), label=name, **(STABLE | large))
+        Line2D([], [], color=color_of(i), label=name, **(MARKERS | large))
         for i, name in enumerate(names)
     ]
-    pale = UNSTABLE | large | {"alpha": 0.3}
-    return [*found, Line2D([], [], color="black", label="unstable", **pale)]
+    unstable = MARKERS | large | {"color": _pale("black")}
+    return [*found, Line2D([], [], label="unstable", **unstable)]
+
+
+def _pale(color: str) -> tuple[float, ...]:
+    """Opaque, for points of one curve lie on each other."""
+    from matplotlib.colors import to_rgb
+
+    return tuple(1.0 - PALE * (1.0 - part) for part in to_rgb(color))
 
 
 def response_points(prediction: Prediction) -> tuple[Array, Array, NDArray[np.bool_]]:

@@ -79,6 +79,10 @@ def path_laws(
     )  # (k, t, n)
     load = np.nan_to_num(share) * force[:, None]
     gap = np.nan_to_num(gaps, nan=FAR_GAP).min(axis=1)
+    if len(teeth) > 1 and not _knows_compliance(table):
+        # pairs beside it keep a pair open that would touch alone
+        idle = np.where(load > 0.0, 0.0, table["ste_m"][rising])
+        gap = np.maximum(gap, idle.max(axis=1))
     penetration = table["ste_m"][rising] - gap[:, None]
     apart: dict[int, Array] = {}
     for i, j in permutations(range(len(teeth)), 2):
@@ -135,6 +139,13 @@ def _require_hardening(table: MeshTable, without: Collection[str]) -> None:
             f"torques = {table.torque_Nm.size}; {NEEDED} two or more to know how "
             "contact stiffens with load, else it must be without hardening"
         )
+
+
+def _knows_compliance(table: MeshTable) -> bool:
+    return any(
+        pair_compliance_name(i, j) in table.columns
+        for i, j in permutations(range(table.pair_count), 2)
+    )
 
 
 def _compliance(

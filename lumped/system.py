@@ -29,7 +29,7 @@ from lumped.kernels.arrays import (
 )
 from lumped.modes import Modes, natural_modes
 from lumped.train import Train, TrainError
-from lumped.waves import SAME
+from lumped.waves import SAME, Wave
 
 Array = NDArray[np.float64]
 UNTOUCHED = 1e-20  # part of strain energy in the meshes below which a mode is left out
@@ -343,19 +343,19 @@ class LumpedSystem:
 
     def corners(self) -> Array:
         """Times until all meshes repeat at which some excitation has a corner."""
-        waves = [
-            [wave for pair in e.pairs for wave in (pair.stiffness, pair.gap)]
-            for e in self.excitations
-        ]
-        return self._times([{c for w in own for c in w.corners} for own in waves])
+        return self._times([{c for w in own for c in w.corners} for own in self._waves])
 
     def breaks(self) -> Array:
         """Times until all meshes repeat at which an excitation begins a new cubic."""
-        waves = [
+        return self._times([{x for w in own for x in w.breaks} for own in self._waves])
+
+    @property
+    def _waves(self) -> list[list[Wave]]:
+        """Stiffnesses and gaps of the pairs of each mesh."""
+        return [
             [wave for pair in e.pairs for wave in (pair.stiffness, pair.gap)]
             for e in self.excitations
         ]
-        return self._times([{x for w in own for x in w.breaks} for own in waves])
 
     def _times(self, positions: Sequence[Iterable[float]]) -> Array:
         """Times, sorted, at which the meshes are at positions of their cycles."""

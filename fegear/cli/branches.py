@@ -83,7 +83,7 @@ def branches_command(
     with outputs.progress() as report:
         found = find_branches(gear_set, at, limits, description, settings, report)
     found = replace(found, header={**found.header, **edit_entries(changes)})
-    outputs.write(found.to_csv)
+    outputs.write(found.csv)
     outputs.draw(found.draw)
     outputs.show(found.summary, print_branches)
     if found.interrupted:

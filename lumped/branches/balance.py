@@ -106,16 +106,11 @@ class HarmonicBalance:
         series, k = self.series, self.forces.stiffness
         motion = x.reshape(self.shape)
         force, slope = self._harmonics(self.forces.pieces(motion))
-        excess = series.waves(force - motion @ k.T)
         omega = self._omega(frequency)
         receptance, change = self.forces.receptance(omega)
+        errors = self._errors(motion, force, receptance)
         by_frequency = change * (omega / frequency)[:, None, None]
-        responds = [
-            series.of_waves(np.einsum("hij,hj->hi", each, excess))
-            for each in (receptance, by_frequency)
-        ]
-        errors = motion + responds[0]
-        errors[0] -= self.forces.static
+        moved = self._respond(motion, force, by_frequency)
         rows, count = self.shape
         jacobian = np.eye(x.size).reshape(rows, count, rows, count)
         for i, j in np.ndindex(count, count):
@@ -125,25 +120,41 @@ class HarmonicBalance:
             tangent[np.diag_indices(rows)] -= k[i, j]
             for r in range(count):
                 jacobian[:, r, :, j] += series.filtered(receptance[:, r, i], tangent)
-        return errors.ravel(), jacobian.reshape(x.size, x.size), responds[1].ravel()
+        return errors.ravel(), jacobian.reshape(x.size, x.size), moved.ravel()
+
+    def errors(self, x: Array, frequency: float) -> Array:
+        """Errors of the equations (u,) alone."""
+        motion = x.reshape(self.shape)
+        force, _ = self._harmonics(self.forces.pieces(motion))
+        receptance, _ = self.forces.receptance(self._omega(frequency))
+        return self._errors(motion, force, receptance).ravel()
+
+    def _errors(self, motion: Array, force: Array, receptance: Complex) -> Array:
+        errors = motion + self._respond(motion, force, receptance)
+        errors[0] -= self.forces.static
+        return errors
+
+    def _respond(self, motion: Array, force: Array, receptance: Complex) -> Array:
+        """Series that follows from forces beyond those of the mean stiffness."""
+        excess = self.series.waves(force - motion @ self.forces.stiffness.T)
+        return self.series.of_waves(np.einsum("hij,hj->hi", receptance, excess))
 
     def _harmonics(self, pieces: ContactPieces) -> tuple[Array, Array]:
         """Series of the forces (2 H + 1, d), and means of the slopes' products with
         waves up to 2 H (4 H + 1, d, d)."""
         from lumped.kernels.orbit import POINTS, WEIGHTS
 
-        series, edges = self.series, self._edges
+        series, sampled = self.series, self.forces.sampled
         weight = pieces.length[:, None] * WEIGHTS / self.length
         kept = pieces.whole >= 0
-        basis = series.at_points(edges)
         times = pieces.start[~kept, None] + pieces.length[~kept, None] * POINTS
         extra = series.basis(times.ravel(), 2 * series.order)
 
         def means(values: Array) -> Array:
             flat = values.reshape(*values.shape[:2], -1) * weight[..., None]
-            whole = np.zeros((edges.size - 1, 3, flat.shape[-1]))
+            whole = np.zeros((len(sampled.times), 3, flat.shape[-1]))
             whole[pieces.whole[kept]] = flat[kept]
-            found = basis.T @ whole.reshape(-1, flat.shape[-1])
+            found = sampled.twice.T @ whole.reshape(-1, flat.shape[-1])
             found += extra.T @ flat[~kept].reshape(-1, flat.shape[-1])
             return found.reshape(len(found), *values.shape[2:])
 
@@ -152,10 +163,6 @@ class HarmonicBalance:
         force = 2.0 * means(pieces.force)[own]
         force[0] *= 0.5
         return force, means(pieces.slope)
-
-    @property
-    def _edges(self) -> Array:
-        return self.forces.edges
 
     def monodromy(self, x: Array, frequency: float) -> Array:
         """What a small change of displacement and velocity becomes in a period

@@ -15,8 +15,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.branches.balance import HarmonicBalance
 from lumped.branches.continuation import Branch, Followed, Point
+from lumped.branches.motions import Motions
 
 Array = NDArray[np.float64]
 Multipliers = NDArray[np.complex128]
@@ -25,20 +25,22 @@ FOLD, DOUBLING = "fold", "period doubling"
 CROSSING, TORUS = "branch point", "torus"
 KINDS = FOLD, DOUBLING, CROSSING, TORUS
 REAL = 1e-9  # imaginary part of a multiplier that is real
-ONE = 1e-5  # of a frequency: a fold and what its multiplier does
-FINE = 4e-3  # of a frequency, between points while a multiplier is near to -1
-TURN = 30.0  # of a multiplier, at most, per relative change of frequency
-UPRIGHT = 1e-8  # of the tangent along the frequency: the branch stands upright
+ONE = 2e-5  # of the parameter's unit: a fold and what its multiplier does
+FINE = 8e-3  # of the unit, between points while a multiplier is near to -1
+TURN = 15.0  # of a multiplier, at most, per unit of the parameter
+UPRIGHT = 1e-8  # of the tangent along the parameter: the branch stands upright
 
 
 @dataclass(frozen=True, eq=False)
 class BranchPoint:
     """A periodic motion.
 
+    parameter : of its branch; frequency : of the first mesh [Hz]
     multipliers : Floquet's (2 n,); figures (m,) each as of a sweep's response
     kind : of KINDS where it is a bifurcation, else empty
     """
 
+    parameter: float
     frequency: float
     x: Array
     multipliers: Multipliers
@@ -56,15 +58,15 @@ class BranchPoint:
 
 
 def with_bifurcations(
-    branch: Branch[HarmonicBalance], followed: Followed
+    branch: Branch[Motions], followed: Followed
 ) -> Iterator[BranchPoint]:
     """The points of a branch, and between them those where something changes."""
-    balance = branch.problem
+    motions, unit = branch.problem, branch.steps.unit
     folds: list[float] = []
     known = list(_with_points_between(branch, followed.points))
     for (a, here), (b, there) in pairwise(known):
         yield here
-        for kind, test in _tests(balance, (a, here), (b, there)):
+        for kind, test in _tests(motions, (a, here), (b, there)):
             try:
                 between = branch.between(a, b, test)
             except ArithmeticError:
@@ -72,23 +74,23 @@ def with_bifurcations(
             at = between.parameter
             if kind == FOLD:
                 folds.append(at)
-            elif kind == CROSSING and any(abs(f - at) < ONE * at for f in folds):
+            elif kind == CROSSING and any(abs(f - at) < ONE * unit for f in folds):
                 continue  # the multiplier of the fold, a hair beside it
-            yield replace(branch_point(balance, between), kind=kind)
+            yield replace(branch_point(motions, between), kind=kind)
     yield known[-1][1]
 
 
 def _with_points_between(
-    branch: Branch[HarmonicBalance], points: Sequence[Point]
+    branch: Branch[Motions], points: Sequence[Point]
 ) -> Iterator[tuple[Point, BranchPoint]]:
     """Points, and more of them where two period doublings could be between."""
-    balance = branch.problem
+    motions = branch.problem
     before: tuple[Point, BranchPoint] | None = None
     waiting = list(reversed(points))
     while waiting:
         here = waiting[-1]
-        now = here, branch_point(balance, here)
-        if before is not None and _may_double(before[1], now[1]):
+        now = here, branch_point(motions, here)
+        if before is not None and _may_double(before[1], now[1], branch.steps.unit):
             try:
                 waiting.append(branch.middle(before[0], here))
                 continue
@@ -99,26 +101,27 @@ def _with_points_between(
         waiting.pop()
 
 
-def _may_double(one: BranchPoint, two: BranchPoint) -> bool:
+def _may_double(one: BranchPoint, two: BranchPoint, unit: float) -> bool:
     """Whether points are far apart while a multiplier is near to -1."""
-    apart = abs(one.frequency - two.frequency)
+    apart = abs(one.parameter - two.parameter) / unit
     nearest = min(np.abs(point.multipliers + 1.0).min() for point in (one, two))
-    return bool(apart > FINE * one.frequency and nearest < apart / one.frequency * TURN)
+    return bool(apart > FINE and nearest < apart * TURN)
 
 
-def branch_point(balance: HarmonicBalance, point: Point) -> BranchPoint:
-    figures = balance.figures(point.x, point.parameter)
-    multipliers = _multipliers(balance, point)
-    return BranchPoint(point.parameter, point.x, multipliers, figures)
+def branch_point(motions: Motions, point: Point) -> BranchPoint:
+    figures = motions.figures(point.x, point.parameter)
+    multipliers = _multipliers(motions, point)
+    _, frequency = motions.at(point.parameter)
+    return BranchPoint(point.parameter, frequency, point.x, multipliers, figures)
 
 
-def _multipliers(balance: HarmonicBalance, point: Point) -> Multipliers:
-    transfer = balance.monodromy(point.x, point.parameter)
+def _multipliers(motions: Motions, point: Point) -> Multipliers:
+    transfer = motions.monodromy(point.x, point.parameter)
     return np.asarray(np.linalg.eigvals(transfer), complex)
 
 
 def _tests(
-    balance: HarmonicBalance,
+    motions: Motions,
     before: tuple[Point, BranchPoint],
     after: tuple[Point, BranchPoint],
 ) -> Iterator[tuple[str, Test]]:
@@ -132,14 +135,14 @@ def _tests(
     for kind, at in ((DOUBLING, -1.0), (CROSSING, 1.0)):
         crosses = beyond(one.multipliers, at) * beyond(two.multipliers, at) < 0.0
         if crosses and not (kind == CROSSING and (turns or upright)):
-            yield kind, partial(_beyond_at, balance, at)
+            yield kind, partial(_beyond_at, motions, at)
     pairs = pair_modulus(one.multipliers), pair_modulus(two.multipliers)
     if (pairs[0] - 1.0) * (pairs[1] - 1.0) < 0.0:
-        yield TORUS, lambda point: pair_modulus(_multipliers(balance, point)) - 1.0
+        yield TORUS, lambda point: pair_modulus(_multipliers(motions, point)) - 1.0
 
 
-def _beyond_at(balance: HarmonicBalance, at: float, point: Point) -> float:
-    return beyond(_multipliers(balance, point), at)
+def _beyond_at(motions: Motions, at: float, point: Point) -> float:
+    return beyond(_multipliers(motions, point), at)
 
 
 def beyond(multipliers: Multipliers, at: float) -> float:

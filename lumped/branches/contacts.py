@@ -16,7 +16,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.branches.series import Series
+from lumped.branches.series import SampledSeries, Series
 from lumped.coupled import LoadedState, coupled_steps, with_room
 from lumped.kernels.arrays import ContactPieces, CoupledSteps, CoupledSystem
 from lumped.response import History
@@ -79,22 +79,23 @@ class CoupledForces:
         return found, np.asarray(found @ slope @ found)
 
     @cached_property
-    def edges(self) -> Array:
-        """Of equal pieces of the period (e + 1,)."""
-        pieces = math.ceil(self.series.length * self.finest)
-        return np.linspace(0.0, float(self.series.length), pieces + 1)
+    def sampled(self) -> SampledSeries:
+        """On equal pieces of the period."""
+        length = float(self.series.length)
+        pieces = math.ceil(length * self.finest)
+        return SampledSeries(self.series, np.linspace(0.0, length, pieces + 1))
 
     @cached_property
     def _steps(self) -> CoupledSteps:
         """The contacts at the Gauss points."""
-        times = self.series.times(self.edges)[:, 1:4].ravel()
-        steps = coupled_steps(self.arrays, times, self._periods)
+        steps = coupled_steps(self.arrays, self.sampled.points, self._periods)
         return with_room(steps, self.arrays, np.empty(0))
 
     @cached_property
     def _halves(self) -> CoupledSteps:
         """The contacts at the edges and between."""
-        times = np.linspace(0.0, self.edges[-1], 2 * self.edges.size - 1)[:-1]
+        edges = self.sampled.edges
+        times = np.linspace(0.0, edges[-1], 2 * edges.size - 1)[:-1]
         steps = coupled_steps(self.arrays, times, self._periods)
         return with_room(steps, self.arrays, np.empty(0))
 
@@ -110,7 +111,7 @@ class CoupledForces:
         """
         from lumped.kernels import orbit as kernel
 
-        q = self.series.at_checks(self.edges, x)[:, 1:4]
+        q = self.sampled.values(x)[:, 1:4]
         shape = q.shape
         force, slope = np.empty(shape), np.empty((*shape, shape[-1]))
         flat = q.reshape(-1, shape[-1])
@@ -122,8 +123,8 @@ class CoupledForces:
             raise ArithmeticError("contact is not solved along the motion")
         count = shape[0]
         return ContactPieces(
-            start=self.edges[:-1],
-            length=np.diff(self.edges),
+            start=self.sampled.edges[:-1],
+            length=np.diff(self.sampled.edges),
             whole=np.arange(count),
             force=force,
             slope=slope,
@@ -141,7 +142,7 @@ class CoupledForces:
         """A motion over its period on the grid's edges, as sweeps record theirs."""
         from lumped.kernels import orbit as kernel
 
-        times, steps = self.edges, self._halves
+        times, steps = self.sampled.edges, self._halves
         basis = self.series.basis(times[:-1])
         q, v = basis @ x, basis @ self.series.slope(x) * frequency
         out = np.full((times.size, *self._row), np.nan)

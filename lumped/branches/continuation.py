@@ -23,7 +23,6 @@ STRAIGHT = 0.95  # least cosine between tangents one step apart
 HOME = 0.6  # steps within which a branch has come back to where it began
 EXACT = 1e-10  # largest last correction, in units of the solution's size
 NEAR_ENOUGH = 1e-8  # of the arc between two points, where something is located
-MOST_HALVINGS = 60
 LARGE = 5.0  # solution's size beyond which steps grow with it
 LARGEST = 1000.0  # solution's size at which a branch is given up
 
@@ -228,29 +227,20 @@ class Branch(Generic[P]):
     ) -> Point:
         """The point of the arc between two where a test function passes through zero.
 
-        By the Illinois rule; raises NoSolution where the arc is lost.
+        Raises NoSolution where the arc is lost or the function with it.
         """
-        a, b = (
-            self.scaled(before.x, before.parameter),
-            self.scaled(after.x, after.parameter),
-        )
+        from scipy.optimize import brentq
+
+        a, b = (self.scaled(point.x, point.parameter) for point in (before, after))
         row = (b - a) / np.linalg.norm(b - a)
-        low, high, f_low, f_high = 0.0, 1.0, test(before), test(after)
-        point, side = after, 0
-        for _ in range(MOST_HALVINGS):
-            if high - low <= NEAR_ENOUGH or f_low == f_high:
-                break
-            part = (low * f_high - high * f_low) / (f_high - f_low)
-            point, _ = self.solve(a + part * (b - a), row)
-            value = test(point)
-            if value == 0.0:
-                break
-            if (value > 0.0) == (f_high > 0.0):
-                high, f_high = part, value
-                f_low = 0.5 * f_low if side == 1 else f_low
-                side = 1
-            else:
-                low, f_low = part, value
-                f_high = 0.5 * f_high if side == -1 else f_high
-                side = -1
-        return point
+        found = {0.0: before, 1.0: after}
+
+        def value(part: float) -> float:
+            if part not in found:
+                found[part], _ = self.solve(a + part * (b - a), row)
+            return test(found[part])
+
+        try:
+            return found[brentq(value, 0.0, 1.0, xtol=NEAR_ENOUGH)]
+        except ValueError as error:  # no change of sign, or not a number
+            raise NoSolution(str(error)) from None

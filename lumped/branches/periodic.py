@@ -1,4 +1,4 @@
-"""Branches of periodic motions over the mesh frequency, from one to the next.
+"""Branches of periodic motions over a parameter, from one to the next.
 
 They are followed from a start at rest, from motions that sweeps reach on no branch that
 is found, and from where the period doubles.
@@ -6,21 +6,21 @@ is found, and from where the period doubles.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.branches.balance import HarmonicBalance
 from lumped.branches.bifurcations import DOUBLING, BranchPoint, with_bifurcations
 from lumped.branches.continuation import Branch, Followed, NoSolution, Point, Steps
+from lumped.branches.motions import Family, Motions
 from lumped.respond import respond
 from lumped.response import Response, Status
 from lumped.settings import Settings
 from lumped.sweep import Direction, Observer, sweep
-from lumped.system import LumpedSystem
 
 Array = NDArray[np.float64]
 HALVED = "the period is half of it again"
@@ -34,19 +34,17 @@ class BranchSettings:
 
     harmonics : of the first mesh's frequency
     step, most_step : first and largest arc length, in which the static deflection and
-        the frequency unit count one
-    unit_Hz : the frequency unit
+        the parameter's unit count one
     points : at most, of a branch
-    speeds : of the sweeps in which further branches are looked for
+    sweep_points : of the sweeps in which further branches are looked for
     period_multiple : most common periods after which motions may repeat
     """
 
     harmonics: int = 20
     step: float = 0.02
     most_step: float = 0.1
-    unit_Hz: float = 1000.0
     points: int = 5000
-    speeds: int = 41
+    sweep_points: int = 41
     period_multiple: int = 2
 
 
@@ -69,96 +67,119 @@ class PeriodicBranch:
         return tuple(point for point in self.points if point.kind)
 
 
-@dataclass
+@dataclass(eq=False)
 class BranchFinder:
-    """Follows a system's branches from one to the next.
+    """Follows the branches of a family of systems from one to the next.
 
-    report : is told the number of the branch and the frequency on the way
+    limits : of the parameter
+    report : is told the number of the branch and the parameter on the way
     """
 
-    system: LumpedSystem
+    family: Family
     limits: tuple[float, float]
     settings: BranchSettings = field(default_factory=BranchSettings)
-    report: Callable[[int, float], None] = lambda number, frequency: None
+    report: Callable[[int, float], None] = lambda number, value: None
     found: list[PeriodicBranch] = field(default_factory=list)
     doubled: int = 0  # of those found, the doublings of which were followed
 
-    def from_rest(self, frequency: float) -> None:
+    def from_rest(self, value: float) -> None:
         """The branch of the motion that a start at rest leads to.
 
         Raises ArithmeticError where the motion diverges or does not repeat.
         """
-        if self.system.train.damping_ratio == 0.0:
+        system, frequency = self.family.at(value)
+        if system.train.damping_ratio == 0.0:
             raise ArithmeticError(
                 "damping ratio = 0; motions do not settle, a positive one is needed"
             )
-        response = respond(self.system, frequency)
+        response, at = respond(system, frequency), self.family.words(value)
         if response.status != Status.PERIODIC:
             raise ArithmeticError(
-                f"the motion at {frequency:g} Hz is {response.status}: no branch can "
-                "begin there; allowed is a range that begins at another speed"
+                f"the motion at {at} is {response.status}: no branch can begin there; "
+                "allowed is a range that begins elsewhere"
             )
-        self._from_motion(response, f"from rest at {frequency:g} Hz")
+        self._from_motion(value, response, f"from rest at {at}")
 
     def from_sweeps(self) -> None:
         """Branches of motions that sweeps up and down reach and none yet holds."""
-        speeds = np.linspace(*self.limits, self.settings.speeds)
         directions: tuple[Direction, ...] = ("up", "down")
         for direction in directions:
-            observer = Observer(watch=self._watch)
-            branch = sweep(self.system, speeds, direction, observer=observer)
-            for response in branch.responses:
+            for value, response in self._sweep(direction):
                 repeats = response.status == Status.PERIODIC
                 if repeats and response.multiple <= self.settings.period_multiple:
-                    origin = f"from a sweep {direction} at {response.frequency:g} Hz"
-                    self._from_motion(response, origin)
+                    at = self.family.words(value)
+                    origin = f"from a sweep {direction} at {at}"
+                    self._from_motion(value, response, origin)
+
+    def _sweep(self, direction: Direction) -> Iterator[tuple[float, Response]]:
+        """Values of the parameter, and what the motion of the one before becomes."""
+        values = np.linspace(*self.limits, self.settings.sweep_points)
+        if self.family.is_speed:
+            (system, _), watched = (
+                self.family.at(values[0]),
+                Observer(watch=self._watch),
+            )
+            branch = sweep(system, values, direction, observer=watched)
+            yield from zip(branch.frequency_Hz, branch.responses, strict=True)
+            return
+        state: Array | None = None
+        for value in values if direction == "up" else values[::-1]:
+            self.report(len(self.found), float(value))
+            response = respond(*self.family.at(float(value)), state=state)
+            state = None if response.status == Status.DIVERGED else response.state
+            yield float(value), response
 
     def _watch(self, frequency: float, period: int) -> None:
         self.report(len(self.found), frequency)
 
-    def _from_motion(self, response: Response, origin: str) -> None:
+    def _from_motion(self, value: float, response: Response, origin: str) -> None:
         """Follow the branch of a settled motion, both ways if it is inside."""
-        balance = self._balance(response.multiple)
-        branch, frequency = self._branch(balance), response.frequency
+        branch = self._branch(response.multiple)
+        balance, _ = branch.problem.at(value)
         x = balance.of_response(response, Settings())
         try:
-            start = branch.at(x, frequency, grows=frequency < self.limits[1])
+            start = branch.at(x, value, grows=value < self.limits[1])
         except NoSolution:
             return
-        if repeats_sooner(branch, start) or self._is_known(balance, start):
+        if repeats_sooner(branch, start) or self._is_known(branch, start):
             return
         self._follow(branch, start, origin)
-        inside = self.limits[0] < frequency < self.limits[1]
+        inside = self.limits[0] < value < self.limits[1]
         if inside and not self.found[-1].closed:
             back = Point(start.x, start.parameter, -start.tangent)
             self._follow(branch, back, origin)
 
-    def _is_known(self, balance: HarmonicBalance, motion: Point) -> bool:
+    def _is_known(self, branch: Branch[Motions], motion: Point) -> bool:
         """Whether a branch that is found passes through a motion.
 
         It may begin in any of its common periods, or repeat sooner than it seemed to.
         """
-        frequency, size = motion.parameter, self._branch(balance).steps.size
+        at, times = motion.parameter, branch.problem.multiple
+        balance, _ = branch.problem.at(at)
         for found in self.found:
-            if balance.multiple % found.multiple:
+            if times % found.multiple:
                 continue
-            own, times = self._balance(found.multiple), balance.multiple
-            own_branch = self._branch(own)
-            for one, two in pairwise(found.points):
-                if (one.frequency - frequency) * (two.frequency - frequency) > 0.0:
-                    continue
-                apart = two.frequency - one.frequency
-                part = (frequency - one.frequency) / apart if apart else 0.0
-                try:
-                    near = own_branch.at(one.x + part * (two.x - one.x), frequency)
-                except NoSolution:
-                    continue
+            for near in self._motions_of(found, at):
+                own, _ = self._branch(found.multiple).problem.at(at)
                 x = own.lengthened(near.x, times // found.multiple)
                 for periods in range(times):
                     shifted = balance.delayed(x, periods)
-                    if np.abs(shifted - motion.x).max() < SAME * size:
+                    if np.abs(shifted - motion.x).max() < SAME * branch.steps.size:
                         return True
         return False
+
+    def _motions_of(self, found: PeriodicBranch, value: float) -> Iterator[Point]:
+        """The motions of a branch at a value of the parameter."""
+        branch = self._branch(found.multiple)
+        for one, two in pairwise(found.points):
+            if (one.parameter - value) * (two.parameter - value) > 0.0:
+                continue
+            apart = two.parameter - one.parameter
+            part = (value - one.parameter) / apart if apart else 0.0
+            try:
+                yield branch.at(one.x + part * (two.x - one.x), value)
+            except NoSolution:
+                continue
 
     def doublings(self) -> None:
         """Branches of twice the period that set out from those that are found."""
@@ -174,94 +195,96 @@ class BranchFinder:
         """Whether a branch of twice the period has come back to its parent there."""
         return any(
             branch.multiple == 2 * parent.multiple
-            and abs(branch.points[-1].frequency / point.frequency - 1.0) < SAME
+            and abs(branch.points[-1].parameter - point.parameter)
+            < SAME * self.family.unit
             for branch in self.found
         )
 
     def _double(self, parent: PeriodicBranch, point: BranchPoint, number: int) -> None:
-        balance = self._balance(2 * parent.multiple)
-        branch = self._branch(balance)
-        x = self._balance(parent.multiple).lengthened(point.x, 2)
-        aside = _softest(balance.equations(x, point.frequency)[1])
+        branch, own = (self._branch(n * parent.multiple) for n in (2, 1))
+        x = own.problem.at(point.parameter)[0].lengthened(point.x, 2)
+        aside = _softest(branch.problem.equations(x, point.parameter)[1])
         row = np.append(aside, 0.0)
         try:
             start, _ = branch.solve(
-                branch.scaled(x, point.frequency) + ASIDE * row, row, 10.0 * ASIDE
+                branch.scaled(x, point.parameter) + ASIDE * row, row, 10.0 * ASIDE
             )
         except NoSolution:
             return
-        if repeats_sooner(branch, start) or self._is_known(balance, start):
+        if repeats_sooner(branch, start) or self._is_known(branch, start):
             return
         if start.tangent @ row < 0.0:
             start = Point(start.x, start.parameter, -start.tangent)
-        origin = f"period doubling of branch {number + 1} at {point.frequency:.6g} Hz"
-        self._follow(branch, start, origin)
+        at = self.family.words(point.parameter)
+        self._follow(branch, start, f"period doubling of branch {number + 1} at {at}")
 
-    def _balance(self, multiple: int) -> HarmonicBalance:
-        return HarmonicBalance(self.system, self.settings.harmonics, multiple)
-
-    def _branch(self, balance: HarmonicBalance) -> Branch[HarmonicBalance]:
+    @lru_cache(maxsize=8)  # noqa: B019  as long as its branches are followed
+    def _branch(self, multiple: int) -> Branch[Motions]:
+        """Of motions that repeat after so many common periods."""
         settings = self.settings
+        motions = Motions(self.family, settings.harmonics, multiple)
+        balance, _ = motions.at(self.limits[1])
         steps = Steps(
             size=float(np.abs(balance.forces.static).max()),
-            unit=settings.unit_Hz,
+            unit=self.family.unit,
             first=settings.step,
             most=settings.most_step,
             count=settings.points,
         )
-        return Branch(balance, steps)
+        return Branch(motions, steps)
 
-    def _follow(
-        self, branch: Branch[HarmonicBalance], start: Point, origin: str
-    ) -> None:
+    def _follow(self, branch: Branch[Motions], start: Point, origin: str) -> None:
         """Follow a branch and keep it with its bifurcations.
 
         It ends where its motions repeat after half of their period.
         """
-        balance = branch.problem
+        motions = branch.problem
 
         def ends(before: Point, after: Point) -> str:
-            crosses = odd_part(balance, before) @ odd_part(balance, after) < 0.0
-            return HALVED if crosses and balance.multiple % 2 == 0 else ""
+            if motions.multiple % 2:
+                return ""
+            crosses = odd_part(motions, before) @ odd_part(motions, after) < 0.0
+            return HALVED if crosses else ""
 
         number = len(self.found)
         followed = branch.follow(
             start,
             self.limits,
             ends,
-            lambda frequency: self.report(number, frequency),
+            lambda value: self.report(number, value),
         )
         if followed.reason == HALVED:
             followed = _cut_at_its_end(branch, followed)
         points = tuple(with_bifurcations(branch, followed))
         self.found.append(
             PeriodicBranch(
-                balance.multiple, points, origin, followed.reason, followed.closed
+                motions.multiple, points, origin, followed.reason, followed.closed
             )
         )
 
 
-def odd_part(balance: HarmonicBalance, point: Point) -> Array:
+def odd_part(motions: Motions, point: Point) -> Array:
     """Harmonics of a series that motions of half the period do not have."""
+    balance, _ = motions.at(point.parameter)
     series, H = point.x.reshape(balance.shape), balance.series.order
     return np.concatenate([series[1 : H + 1 : 2], series[H + 1 :: 2]]).ravel()
 
 
-def repeats_sooner(branch: Branch[HarmonicBalance], point: Point) -> bool:
+def repeats_sooner(branch: Branch[Motions], point: Point) -> bool:
     """Whether a motion of an even multiple repeats after half of its period."""
-    balance = branch.problem
-    even = balance.multiple % 2 == 0
-    size = float(np.linalg.norm(odd_part(balance, point)))
+    motions = branch.problem
+    even = motions.multiple % 2 == 0
+    size = float(np.linalg.norm(odd_part(motions, point)))
     return even and size < 0.1 * ASIDE * branch.steps.size
 
 
-def _cut_at_its_end(branch: Branch[HarmonicBalance], followed: Followed) -> Followed:
+def _cut_at_its_end(branch: Branch[Motions], followed: Followed) -> Followed:
     """The last point where motions of half the period are reached."""
-    balance, (*_, before, after) = branch.problem, followed.points
-    towards = odd_part(balance, before)
+    motions, (*_, before, after) = branch.problem, followed.points
+    towards = odd_part(motions, before)
     try:
         last = branch.between(
-            before, after, lambda point: float(odd_part(balance, point) @ towards)
+            before, after, lambda point: float(odd_part(motions, point) @ towards)
         )
     except ArithmeticError:
         return followed

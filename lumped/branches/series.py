@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,24 +15,14 @@ Complex = NDArray[np.complex128]
 
 @dataclass(frozen=True)
 class Series:
-    """Series of H harmonics of a period, in periods of the first mesh.
-
-    Bases on a grid of pieces are kept, for they serve at every evaluation.
-    """
+    """Series of H harmonics of a period, in periods of the first mesh."""
 
     order: int
     length: int
-    _kept: dict[str, Array] = field(default_factory=dict, compare=False, repr=False)
 
     @property
     def rows(self) -> int:
         return 2 * self.order + 1
-
-    def times(self, edges: Array) -> Array:
-        """Checks (e, 5) of the pieces between edges (e + 1,)."""
-        from lumped.kernels.orbit import CHECKS
-
-        return np.asarray(edges[:-1, None] + np.diff(edges)[:, None] * CHECKS)
 
     def basis(self, times: Array, order: int = 0) -> Array:
         """Values (t, 2 H + 1) at times (t,); order : other than H."""
@@ -39,19 +30,6 @@ class Series:
         angle = 2.0 * math.pi / self.length * times[:, None] * harmonics
         ones = np.ones((times.size, 1))
         return np.concatenate([ones, np.cos(angle), np.sin(angle)], axis=1)
-
-    def at_checks(self, edges: Array, x: Array) -> Array:
-        """Values (e, 5, d) of a series on the pieces of a grid."""
-        if "checks" not in self._kept:
-            self._kept["checks"] = self.basis(self.times(edges).ravel())
-        return (self._kept["checks"] @ x).reshape(-1, 5, x.shape[1])
-
-    def at_points(self, edges: Array) -> Array:
-        """Basis (3 e, 4 H + 1) at Gauss points of the pieces, up to 2 H."""
-        if "points" not in self._kept:
-            times = self.times(edges)[:, 1:4].ravel()
-            self._kept["points"] = self.basis(times, 2 * self.order)
-        return self._kept["points"]
 
     def slope(self, x: Array) -> Array:
         """Series of the derivative by time in periods of the first mesh."""
@@ -117,3 +95,39 @@ class Series:
         found[1 : H + 1] = np.cos(turn) * cosines + np.sin(turn) * sines
         found[H + 1 :] = np.cos(turn) * sines - np.sin(turn) * cosines
         return found
+
+
+@dataclass(frozen=True, eq=False)
+class SampledSeries:
+    """Series on the pieces of their period between edges (e + 1,).
+
+    A piece is seen at its checks: both ends, the middle, and at two more Gauss points.
+    """
+
+    series: Series
+    edges: Array
+
+    @cached_property
+    def times(self) -> Array:
+        """Of the checks (e, 5), in periods of the first mesh."""
+        from lumped.kernels.orbit import CHECKS
+
+        return np.asarray(self.edges[:-1, None] + np.diff(self.edges)[:, None] * CHECKS)
+
+    @property
+    def points(self) -> Array:
+        """Times of the Gauss points (3 e,)."""
+        return self.times[:, 1:4].ravel()
+
+    @cached_property
+    def _checks(self) -> Array:
+        return self.series.basis(self.times.ravel())
+
+    @cached_property
+    def twice(self) -> Array:
+        """Waves up to 2 H at the Gauss points (3 e, 4 H + 1)."""
+        return self.series.basis(self.points, 2 * self.series.order)
+
+    def values(self, x: Array) -> Array:
+        """Of a series (2 H + 1, d) at the checks (e, 5, d)."""
+        return (self._checks @ x).reshape(*self.times.shape, x.shape[1])

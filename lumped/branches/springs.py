@@ -17,7 +17,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.branches.series import Series
+from lumped.branches.series import SampledSeries, Series
 from lumped.kernels.arrays import (
     ContactPieces,
     ModalSystem,
@@ -82,16 +82,19 @@ class SpringForces:
 
     @cached_property
     def grid(self) -> QuadratureGrid:
-        times = self.series.times(self.edges)
+        times = self.sampled.times
         inside = self.system.excitation_at(times[:, :4])
         at_end = self.system.excitation_at(times[:, 4:], side=-1)
         stiffness, gap = (
             np.concatenate(both, axis=1) for both in zip(inside, at_end, strict=True)
         )
-        return QuadratureGrid(self.edges, stiffness, gap)
+        return QuadratureGrid(self.sampled.edges, stiffness, gap)
 
     @cached_property
-    def edges(self) -> Array:
+    def sampled(self) -> SampledSeries:
+        return SampledSeries(self.series, self._edges())
+
+    def _edges(self) -> Array:
         """Corners, hand-overs and ends of paths of contact of a period, and even parts
         between them."""
         own, length = self.system.train.common_period[0], self.series.length
@@ -113,7 +116,7 @@ class SpringForces:
 
     @cached_property
     def _room(self) -> ContactPieces:
-        count, meshes = ROOM * (self.edges.size - 1), self.count
+        count, meshes = ROOM * (self.sampled.edges.size - 1), self.count
         return ContactPieces(
             start=np.empty(count),
             length=np.empty(count),
@@ -132,7 +135,7 @@ class SpringForces:
         orbit = Orbit(
             np.ascontiguousarray(x),
             float(self.series.length),
-            self.series.at_checks(self.grid.edges, x),
+            self.sampled.values(x),
             self._waves,
         )
         count = kernel.set_pieces(self.arrays, orbit, self.grid, self._room)
@@ -160,8 +163,8 @@ class SpringForces:
     def history(self, x: Array, frequency: float) -> History:
         """A motion over its period on the grid's edges, as sweeps record theirs."""
         grid, arrays = self.grid, self.arrays
-        s = self.series.at_checks(grid.edges, x)
-        rate = self.series.at_checks(grid.edges, self.series.slope(x)) * frequency
+        s = self.sampled.values(x)
+        rate = self.sampled.values(self.series.slope(x)) * frequency
         columns: dict[str, list[Array]] = {}
         for m in range(self.count):
             own = slice(arrays.first_pair[m], arrays.first_pair[m + 1])

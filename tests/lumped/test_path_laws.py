@@ -180,6 +180,20 @@ def test_a_table_without_compliance_is_one_without_pairs():
     assert not any(values.any() for values in path.compliance.values())
 
 
+def test_without_compliance_a_pair_that_others_keep_open_is_open():
+    """Alone it would touch: its gap is the transmission error at which it does."""
+    name, coupling = pair_compliance_name(0, 1), 5.0 * COUPLING
+    table = make_table(coupling=coupling)
+    path = path_laws(changed(table, **{name: None}), RADIUS, ["pairs"])
+    apart = np.array([path.gap[n] - gap_at(place) for n, place in enumerate(PLACES)])
+    assert (apart > -1e-18).all()
+    assert 0.1 < apart.max() / (coupling * max(TORQUES) / RADIUS) <= 1.0
+    idle = np.concatenate([table[f"pair{pair}_load_share"] for pair in (2, 1)], 1) == 0
+    reach = np.tile(table["ste_m"], 2) - path.gap
+    assert (reach[idle] <= 0.0).all()
+    assert (reach[~idle] > 0.0).all()
+
+
 EMPTY = np.full((3, POSITIONS), np.nan)
 
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from lumped.branches.balance import HarmonicBalance
+from lumped.branches.motions import OverSpeed
 from lumped.branches.periodic import BranchFinder, BranchSettings
 from lumped.jumps import find_jumps
 from lumped.settings import Settings
@@ -26,7 +27,7 @@ def train(system):
 
 @pytest.fixture(scope="module")
 def found(train):
-    finder = BranchFinder(train, LIMITS, BranchSettings(harmonics=HARMONICS))
+    finder = BranchFinder(OverSpeed(train), LIMITS, BranchSettings(harmonics=HARMONICS))
     finder.from_rest(LIMITS[0])
     finder.doublings()
     finder.from_sweeps()
