@@ -17,17 +17,15 @@ from fegear.cli.lumped_options import (
     CoupledOptions,
     Integration,
     LoadCase,
-    middle_torque,
     speeds_of,
 )
-from fegear.cli.map_axes import parsed_axes
+from fegear.cli.varied import parsed_axes, varied_set
 from fegear.cli.options import FREQUENCY, Outputs, named_options, refuse_idle
 from fegear.cli.screen import complain, counted, number, screen
 from fegear.errors import InputError
 
 if TYPE_CHECKING:
-    from fegear.parameter_maps import Evaluate, VariedSet
-    from lumped.maps import Axis
+    from fegear.parameter_maps import Evaluate
     from lumped.settings import Settings
 
 EXAMPLE = "fegear map liu-idler --over mesh.2.phase=0:1:41 --at 1605 --plot map.png"
@@ -117,7 +115,7 @@ def map_command(
     from fegear.parameter_maps import compute_map, digest, summarise_map, take_up
     from lumped.map_figure import draw_map
 
-    varied = _varied(subject, parsed_axes(over), model, torque)
+    varied = varied_set(subject, parsed_axes(over), model, torque)
     settings = integration.settings
     evaluate = response.evaluation(settings)
     entries = edit_entries(varied.fixed) | {
@@ -137,34 +135,6 @@ def map_command(
     values["wall_time_s"] = round(time.perf_counter() - begin, 3)
     outputs.draw(lambda: draw_map(found))
     outputs.show(values, print_map)
-
-
-def _varied(
-    subject: EditedSet,
-    axes: tuple[Axis, ...],
-    model: CoupledOptions,
-    torque: float | None,
-) -> VariedSet:
-    """Checks that every axis is known and none is fixed as well."""
-    from fegear.gearset.edit import require_known_key
-    from fegear.parameter_maps import DAMPING, SHORT, TORQUE, VariedSet
-
-    names, ratio = {axis.name for axis in axes}, model.train.damping
-    if TORQUE in names:
-        refuse_idle(f"--over {TORQUE} replaces it, leave it out", torque=torque)
-    if {DAMPING, SHORT[DAMPING]} & names:
-        refuse_idle(f"--over {DAMPING} replaces it, leave it out", damping=ratio)
-    gear_set, fixed = model.load(subject, torque)
-    for axis in axes:
-        key = SHORT.get(axis.name, axis.name)
-        if key in fixed:
-            raise InputError(f"--set {key}; --over varies it, leave it out")
-        if axis.name != TORQUE:
-            require_known_key(key)
-    on_axis = [axis.values for axis in axes if axis.name == TORQUE]
-    load = max(on_axis[0]) if on_axis else middle_torque(gear_set, torque)
-    description = model.lumped_model(gear_set)
-    return VariedSet(subject.set_name, gear_set, axes, load, description, fixed)
 
 
 def print_map(values: dict[str, Any]) -> None:

@@ -16,7 +16,7 @@ import typer
 from typer.testing import CliRunner
 
 from fegear.cli.map import map_command
-from fegear.cli.map_axes import parsed_axes
+from fegear.cli.varied import parsed_axes
 from fegear.errors import InputError
 
 app = typer.Typer()

@@ -1,14 +1,17 @@
-"""Axes of a map as they are written: `KEY=A:B:N` or `KEY=v,v,...`."""
+"""Figures of a gear set that are varied: `KEY=A:B:N` or `KEY=v,v,...`."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from fegear.cli.options import require
+from fegear.cli.edits import EditedSet
+from fegear.cli.lumped_options import CoupledOptions, middle_torque
+from fegear.cli.options import refuse_idle, require
 from fegear.errors import InputError
 
 if TYPE_CHECKING:
+    from fegear.parameter_maps import VariedSet
     from lumped.maps import Axis
 
 POINTS_LIMIT = 1_000_000
@@ -53,3 +56,34 @@ def _axis_values(values: str, text: str) -> tuple[float, ...]:
             f"--over {text}; allowed KEY=A:B:N with N values from A to B, or values "
             "with commas"
         ) from None
+
+
+def varied_set(
+    subject: EditedSet,
+    axes: tuple[Axis, ...],
+    model: CoupledOptions,
+    torque: float | None,
+) -> VariedSet:
+    """The gear set as the axes vary it.
+
+    Raises InputError where an axis is not known or is fixed as well.
+    """
+    from fegear.gearset.edit import require_known_key
+    from fegear.parameter_maps import DAMPING, SHORT, TORQUE, VariedSet
+
+    names, ratio = {axis.name for axis in axes}, model.train.damping
+    if TORQUE in names:
+        refuse_idle(f"--over {TORQUE} replaces it, leave it out", torque=torque)
+    if {DAMPING, SHORT[DAMPING]} & names:
+        refuse_idle(f"--over {DAMPING} replaces it, leave it out", damping=ratio)
+    gear_set, fixed = model.load(subject, torque)
+    for axis in axes:
+        key = SHORT.get(axis.name, axis.name)
+        if key in fixed:
+            raise InputError(f"--set {key}; --over varies it, leave it out")
+        if axis.name != TORQUE:
+            require_known_key(key)
+    on_axis = [axis.values for axis in axes if axis.name == TORQUE]
+    load = max(on_axis[0]) if on_axis else middle_torque(gear_set, torque)
+    description = model.lumped_model(gear_set)
+    return VariedSet(subject.set_name, gear_set, axes, load, description, fixed)
