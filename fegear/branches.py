@@ -1,9 +1,9 @@
-"""Branches of periodic motions of a gear set over the mesh frequency."""
+"""Branches of periodic motions of a gear set over speed or another figure."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from os import PathLike
 from typing import TYPE_CHECKING, Any
 
@@ -13,9 +13,10 @@ from fegear.errors import InputError
 from fegear.gearset.model import GearSet
 from fegear.lumped_system import LumpedModel, file_header, lumped_system
 from fegear.output import write_text
+from fegear.parameter_maps import TORQUE, VariedSet
 from lumped.branches.bifurcations import BranchPoint
 from lumped.branches.figure import draw_branches
-from lumped.branches.motions import OverSpeed
+from lumped.branches.motions import OverFigure, OverSpeed
 from lumped.branches.periodic import BranchFinder, BranchSettings, PeriodicBranch
 from lumped.csv_text import format_csv
 from lumped.system import LumpedSystem
@@ -25,6 +26,21 @@ if TYPE_CHECKING:
 
     from fegear.statics import Progress
 
+FREQUENCY = "mesh_frequency_Hz"
+SCHEME = "harmonic balance"
+FIXED = {  # in a summary, by the entry of the header
+    "speed_Hz": "speed_Hz",
+    "torque_Nm": "torque_Nm",
+    "damping_ratio": "damping ratio",
+}
+WORDS = {  # of what a summary holds fixed
+    "model": "model {}",
+    "excitation": "{}",
+    "speed_Hz": "{:g} Hz",
+    "torque_Nm": "{:g} N m",
+    "damping_ratio": "damping ratio {:g}",
+    "harmonics": "{} harmonics",
+}
 LEGEND = {
     "branch, index": "counted from 1, points in the order of the branch",
     "mesh_frequency_Hz": "of the first mesh, in all rows",
@@ -39,10 +55,15 @@ LEGEND = {
 
 @dataclass(frozen=True)
 class BranchRow:
-    """One mesh at one point; the fields are the columns of the file."""
+    """One mesh at one point; the fields are the columns of the file.
+
+    parameter : the figure that varies, by whose name its column goes; none where that
+        is the speed
+    """
 
     branch: int
     index: int
+    parameter: float
     mesh_frequency_Hz: float
     mesh: int
     dte_rms_m: float
@@ -55,11 +76,16 @@ class BranchRow:
 
 @dataclass(frozen=True, eq=False)
 class BranchesResult:
-    """Branches of a gear set, and the header of their file."""
+    """Branches of a gear set, and the header of their file.
+
+    system : of the gear set as it is, where a figure of it varies
+    parameter : `mesh_frequency_Hz`, or the figure that varies instead
+    """
 
     system: LumpedSystem
     header: Mapping[str, str]
     branches: tuple[PeriodicBranch, ...]
+    parameter: str = FREQUENCY
     interrupted: bool = False
 
     def to_csv(self, path: str | PathLike[str]) -> None:
@@ -69,8 +95,11 @@ class BranchesResult:
     def csv(self) -> str:
         """The rows as text."""
         names = [column.name for column in fields(BranchRow)]
+        if self.parameter == FREQUENCY:
+            names.remove("parameter")
         rows = ([getattr(row, name) for name in names] for row in self.rows())
-        return format_csv(names, rows, {**self.header, **LEGEND})
+        named = [self.parameter if name == "parameter" else name for name in names]
+        return format_csv(named, rows, {**self.header, **LEGEND})
 
     def rows(self) -> Iterator[BranchRow]:
         for number, branch in enumerate(self.branches, start=1):
@@ -79,6 +108,7 @@ class BranchesResult:
                     yield BranchRow(
                         branch=number,
                         index=index,
+                        parameter=point.parameter,
                         mesh_frequency_Hz=point.frequency,
                         mesh=m + 1,
                         dte_rms_m=float(point.figures["dte_rms"][m]),
@@ -91,27 +121,33 @@ class BranchesResult:
 
     @property
     def summary(self) -> dict[str, Any]:
-        """Plain values, ready for JSON."""
+        """Plain values, ready for JSON; None for what varies."""
+        header = self.header
         return {
-            "gear_set": self.header["gear set"],
-            "model": self.header["model"],
-            "excitation": self.header["excitation"],
-            "torque_Nm": float(self.header["torque_Nm"]),
-            "damping_ratio": float(self.header["damping ratio"]),
-            "harmonics": int(self.header["harmonics"]),
+            "gear_set": header["gear set"],
+            "model": header["model"],
+            "excitation": header["excitation"],
+            "over": self.parameter,
+            **{key: _number(header.get(entry)) for key, entry in FIXED.items()},
+            "harmonics": int(header["harmonics"]),
             "natural_frequencies_Hz": self.system.resonances_Hz.tolist(),
             "interrupted": self.interrupted,
-            "branches": [_plain(branch) for branch in self.branches],
+            "branches": [_plain(branch, self.parameter) for branch in self.branches],
         }
 
     def draw(self) -> Figure:
-        header = self.header
-        title = (
-            f"{header['gear set']} at {header['torque_Nm']} N m, model "
-            f"{header['model']}, {header['excitation']}, damping ratio "
-            f"{header['damping ratio']}, {header['harmonics']} harmonics"
-        )
-        return draw_branches(self.system, self.branches, title)
+        label = OverSpeed.label if self.parameter == FREQUENCY else self.parameter
+        return draw_branches(self.branches, label, title_of(self.summary))
+
+
+def title_of(values: Mapping[str, Any]) -> str:
+    """What was followed, of a summary."""
+    fixed = (
+        text.format(values[name])
+        for name, text in WORDS.items()
+        if values[name] is not None
+    )
+    return ", ".join([values["gear_set"], *fixed])
 
 
 def find_branches(
@@ -130,58 +166,92 @@ def find_branches(
     Raises InputError, TrainError where the motion's period is too long, and
     ArithmeticError where no motion is found to begin with.
     """
-    settings = settings or BranchSettings()
     low, high = limits
     if not 0.0 < low < high:
         raise InputError(
             f"speeds = {low:g}:{high:g}; the first must be positive and below the last"
         )
     system = lumped_system(gear_set, torque, model)
+    header = file_header(gear_set, model, system.train.damping_ratio, SCHEME) | {
+        "model": model.name,
+        "torque_Nm": f"{torque:g}",
+    }
+    finder = BranchFinder(OverSpeed(system), limits, settings or BranchSettings())
+    return _followed(BranchesResult(system, header, ()), finder, report)
 
-    def watch(number: int, frequency: float) -> None:
-        done = round(100.0 * (frequency - low) / (high - low))
-        report(f"branch {number + 1}, {frequency:.0f} Hz", done, 100)
 
-    finder = BranchFinder(OverSpeed(system), limits, settings, watch)
+def find_branches_over(
+    varied: VariedSet,
+    frequency: float,
+    settings: BranchSettings | None = None,
+    report: Progress = lambda what, done, total: None,
+) -> BranchesResult:
+    """The same over a figure of a gear set, at one mesh frequency.
+
+    varied : with one axis, of the two limits of the figure
+    frequency : of the first mesh [Hz]
+    """
+    (axis,) = varied.axes
+    low, high = limits = axis.values[0], axis.values[-1]
+    if not low < high:
+        raise InputError(f"{axis.name} = {low:g}:{high:g}; the first must be below")
+    system = varied.system((low,))
+    header = varied.header(SCHEME) | {"speed_Hz": f"{frequency:g}"}
+    if axis.name != TORQUE:
+        header |= {"torque_Nm": f"{varied.load:g}"}
+    family = OverFigure(axis.name, lambda v: varied.system((v,)), frequency, limits)
+    finder = BranchFinder(family, limits, settings or BranchSettings())
+    result = BranchesResult(system, header, (), parameter=axis.name)
+    return _followed(result, finder, report)
+
+
+def _followed(
+    result: BranchesResult, finder: BranchFinder, report: Progress
+) -> BranchesResult:
+    """The result with the branches that are found."""
+    low, high = finder.limits
+
+    def watch(number: int, value: float) -> None:
+        done = round(100.0 * (value - low) / (high - low))
+        report(f"branch {number + 1}, {finder.family.words(value)}", done, 100)
+
+    finder.report, interrupted = watch, False
     try:
-        finder.from_rest(low)
-        finder.doublings()
-        finder.from_sweeps()
-        finder.doublings()
-        interrupted = False
+        finder.find(low)
     except KeyboardInterrupt:
         if not finder.found:
             raise
         interrupted = True
-    words = f"harmonic balance, {settings.harmonics} harmonics of the first mesh"
-    ratio = system.train.damping_ratio
-    header = file_header(gear_set, model, ratio, words) | {
-        "model": model.name,
-        "torque_Nm": f"{torque:g}",
-        "harmonics": str(settings.harmonics),
-    }
+    header = {**result.header, "harmonics": str(finder.settings.harmonics)}
     if interrupted:
         header["incomplete"] = f"{len(finder.found)} branches before it was interrupted"
-    return BranchesResult(system, header, tuple(finder.found), interrupted)
+    found = tuple(finder.found)
+    return replace(result, header=header, branches=found, interrupted=interrupted)
 
 
-def _plain(branch: PeriodicBranch) -> dict[str, Any]:
-    frequencies = [point.frequency for point in branch.points]
+def _number(text: str | None) -> float | None:
+    return None if text is None else float(text)
+
+
+def _plain(branch: PeriodicBranch, over: str) -> dict[str, Any]:
+    values = [point.parameter for point in branch.points]
     levels = np.array([point.figures["dte_rms"] for point in branch.points])
+    low, high = ("from_Hz", "to_Hz") if over == FREQUENCY else ("from", "to")
     return {
         "period_multiple": branch.multiple,
         "points": len(branch.points),
         "stable_points": sum(point.stable for point in branch.points),
-        "from_Hz": min(frequencies),
-        "to_Hz": max(frequencies),
+        low: min(values),
+        high: max(values),
         "largest_dte_rms_m": levels.max(axis=0).tolist(),
         "origin": branch.origin,
         "end": branch.reason,
         "closed": branch.closed,
-        "bifurcations": [_bifurcation(point) for point in branch.bifurcations],
+        "bifurcations": [_bifurcation(point, over) for point in branch.bifurcations],
     }
 
 
-def _bifurcation(point: BranchPoint) -> dict[str, Any]:
+def _bifurcation(point: BranchPoint, over: str) -> dict[str, Any]:
     rms = point.figures["dte_rms"].tolist()
-    return {"kind": point.kind, "frequency_Hz": point.frequency, "dte_rms_m": rms}
+    name = "frequency_Hz" if over == FREQUENCY else "value"
+    return {"kind": point.kind, name: point.parameter, "dte_rms_m": rms}

@@ -84,16 +84,24 @@ class VariedSet:
         entries : added to its header
         """
         require_method(self.model, settings)
-        first = lumped_system(self.gear_set, self.load, self.model, self.excitations)
-        names = {axis.name for axis in self.axes}
-        ratio, words = first.train.damping_ratio, integration_in_words(settings)
-        header = file_header(self.gear_set, self.model, ratio, words)
-        header |= {"model": self.model.name}
-        if {DAMPING, SHORT[DAMPING]} & names:
-            del header["damping ratio"]
-        if TORQUE not in names:
+        header = self.header(integration_in_words(settings))
+        if TORQUE not in self.names:
             header |= {"torque on the input gear [N m]": f"{self.load:g}"}
         return ParameterMap(self.axes, len(self.gear_set.meshes), header | entries)
+
+    @property
+    def names(self) -> set[str]:
+        """Of the axes."""
+        return {axis.name for axis in self.axes}
+
+    def header(self, integration: str) -> dict[str, str]:
+        """Entries of a file without what the axes vary; see `file_header`."""
+        first = lumped_system(self.gear_set, self.load, self.model, self.excitations)
+        ratio = first.train.damping_ratio
+        header = file_header(self.gear_set, self.model, ratio, integration)
+        if {DAMPING, SHORT[DAMPING]} & self.names:
+            del header["damping ratio"]
+        return header | {"model": self.model.name}
 
 
 def digest(gear_set: GearSet) -> str:

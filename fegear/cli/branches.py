@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Annotated, Any
+from functools import partial
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -15,10 +18,15 @@ from fegear.cli.lumped_options import (
     LoadCase,
     middle_torque,
 )
-from fegear.cli.options import Outputs
+from fegear.cli.options import FREQUENCY, Outputs, refuse_idle
 from fegear.cli.screen import counted, number, screen
+from fegear.cli.varied import varied_set
 from fegear.errors import InputError
 
+if TYPE_CHECKING:
+    from fegear.branches import BranchesResult
+
+Find = Callable[..., "BranchesResult"]  # of settings and a report of progress
 EXAMPLE = "fegear branches liu-idler --speeds 700:4500 -o b.csv --plot b.png"
 
 
@@ -41,18 +49,72 @@ class BranchModel(AnyModel):
         return {"wave_harmonics": self.wave_harmonics}
 
 
+@dataclass(frozen=True, kw_only=True)
+class Followed:
+    """What varies along branches: the speed, or another figure at one speed."""
+
+    speeds: str | None = option(
+        "Mesh frequencies of the first mesh [Hz] between which branches are followed; "
+        "this or --over.",
+        metavar="A:B",
+    )
+    over: str | None = option(
+        "Figure that branches are followed over instead, at one speed: a key of the "
+        "gear set, torque_Nm or damping_ratio, from A to B.",
+        metavar="KEY=A:B",
+    )
+    at: float | None = option(
+        "Mesh frequency of the first mesh [Hz] with --over.",
+        metavar="HZ",
+        allowed=FREQUENCY,
+    )
+
+    def __post_init__(self) -> None:
+        if (self.speeds is None) == (self.over is None):
+            raise InputError("--speeds A:B or --over KEY=A:B is needed, not both")
+        if self.over is None:
+            refuse_idle("needs --over", at=self.at)
+        elif self.at is None:
+            raise InputError("--over KEY=A:B needs a mesh frequency, --at HZ")
+
+    def finder(
+        self, subject: EditedSet, model: BranchModel, torque: float | None
+    ) -> Find:
+        """What follows the branches, once all that is asked for is checked."""
+        from fegear.branches import find_branches, find_branches_over
+
+        if self.over is None or self.at is None:
+            limits = limits_of(f"--speeds = {self.speeds}; must be A:B", self.speeds)
+            if not 0.1 <= limits[0] <= limits[1] <= 1e6:
+                raise InputError(f"--speeds = {self.speeds}; allowed 0.1 to 1e6 Hz")
+            gear_set, _ = model.load(subject, torque)
+            at, known = middle_torque(gear_set, torque), model.lumped_model(gear_set)
+            return partial(find_branches, gear_set, at, limits, known)
+        refuse_idle("--over varies what tables hold", table=model.table)
+        from lumped.maps import Axis
+
+        name, _, values = self.over.partition("=")
+        limits = limits_of(f"--over = {self.over}; must be KEY=A:B", values)
+        varied = varied_set(subject, (Axis(name.strip(), limits),), model, torque)
+        return partial(find_branches_over, varied, self.at)
+
+
+def limits_of(wrong: str, text: str | None) -> tuple[float, float]:
+    """Two rising values A:B; else InputError with what is wrong."""
+    try:
+        low, high = map(float, (text or "").split(":"))
+    except ValueError:
+        low = high = math.nan
+    if not -math.inf < low < high < math.inf:
+        raise InputError(f"{wrong}, two values that rise")
+    return low, high
+
+
 @grouped
 def branches_command(
     *,
     subject: EditedSet,
-    speeds: Annotated[
-        str,
-        typer.Option(
-            metavar="A:B",
-            help="Mesh frequencies of the first mesh [Hz] between which branches are "
-            "followed.",
-        ),
-    ],
+    parameter: Followed,
     torque: LoadCase = None,
     period_multiple: Annotated[
         int,
@@ -65,23 +127,21 @@ def branches_command(
     model: BranchModel,
     outputs: Outputs,
 ) -> None:
-    """Periodic motions over speed, stable and unstable.
+    """Periodic motions over speed or another figure, stable and unstable.
 
     Harmonic balance and arc-length continuation with folds, period doublings and
     Floquet multipliers.
     """
     outputs.require(subject.set_name, *(model.table or ()))
-    gear_set, changes = model.load(subject, torque)
-    limits = limits_of(speeds)
-    from fegear.branches import find_branches
+    _, changes = model.load(subject, torque)
     from lumped.branches.periodic import BranchSettings
 
     settings = BranchSettings(
         harmonics=model.harmonics, period_multiple=period_multiple
     )
-    at, description = middle_torque(gear_set, torque), model.lumped_model(gear_set)
+    find = parameter.finder(subject, model, torque)
     with outputs.progress() as report:
-        found = find_branches(gear_set, at, limits, description, settings, report)
+        found = find(settings, report)
     found = replace(found, header={**found.header, **edit_entries(changes)})
     outputs.write(found.csv)
     outputs.draw(found.draw)
@@ -90,39 +150,27 @@ def branches_command(
         raise typer.Exit(130)
 
 
-def limits_of(text: str) -> tuple[float, float]:
-    """Two frequencies A:B [Hz]; InputError names the option."""
-    try:
-        low, high = map(float, text.split(":"))
-    except ValueError:
-        raise InputError(f"--speeds = {text}; must be A:B, two frequencies") from None
-    if not 0.1 <= low < high <= 1e6:
-        raise InputError(
-            f"--speeds = {text}; must rise, from 0.1 to 1e6 Hz, to a higher one"
-        )
-    return low, high
-
-
 def print_branches(values: dict[str, Any]) -> None:
     console = screen()
-    console.print(
-        f"{values['gear_set']} at {values['torque_Nm']:g} N m, model "
-        f"{values['model']}, {values['excitation']}, damping ratio "
-        f"{values['damping_ratio']:g}, {values['harmonics']} harmonics"
-    )
+    from fegear.branches import FREQUENCY, title_of
+
+    console.print(title_of(values))
+    over_speed = values["over"] == FREQUENCY
+    name, unit = ("frequency_Hz", " Hz") if over_speed else ("value", "")
+    ends = ("from_Hz", "to_Hz") if over_speed else ("from", "to")
     for place, branch in enumerate(values["branches"], start=1):
         repeats = counted(branch["period_multiple"], "period", "periods")
         largest = _micrometres(branch["largest_dte_rms_m"])
         console.print(
             f"branch {place}: {counted(branch['points'], 'point', 'points')}, "
-            f"{branch['stable_points']} of them stable, {branch['from_Hz']:.6g} to "
-            f"{branch['to_Hz']:.6g} Hz, repeats after {repeats}\n"
+            f"{branch['stable_points']} of them stable, {branch[ends[0]]:.6g} to "
+            f"{branch[ends[1]]:.6g}{unit}, repeats after {repeats}\n"
             f"  largest RMS of dynamic transmission error of the meshes {largest} um\n"
             f"  begins {branch['origin']}; ends: {branch['end']}"
         )
         for each in branch["bifurcations"]:
             levels = _micrometres(each["dte_rms_m"])
-            at = f"{each['frequency_Hz']:10.2f} Hz"
+            at = f"{each[name]:10.2f}{unit}" if over_speed else f"{each[name]:12.6g}"
             console.print(f"  {at}  {each['kind']:<15} RMS {levels} um")
 
 

@@ -19,9 +19,9 @@ from fegear.cli.lumped_options import (
     LoadCase,
     speeds_of,
 )
-from fegear.cli.varied import parsed_axes, varied_set
 from fegear.cli.options import FREQUENCY, Outputs, named_options, refuse_idle
 from fegear.cli.screen import complain, counted, number, screen
+from fegear.cli.varied import parsed_axes, varied_set
 from fegear.errors import InputError
 
 if TYPE_CHECKING:

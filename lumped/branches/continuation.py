@@ -161,9 +161,12 @@ class Branch(Generic[P]):
                 point, corrections = self.solve(
                     z + length * here.tangent, here.tangent, 2.0 * length
                 )
+                ends_here = not low <= point.parameter <= high
+                if ends_here:
+                    point = self._on_limit(here, point, limits)
                 turn = float(point.tangent @ here.tangent)
             except ArithmeticError:
-                corrections, turn = MANY + 1, -1.0
+                corrections, turn, ends_here = MANY + 1, -1.0, False
             if turn < STRAIGHT and length > steps.least:
                 length = max(SHRINKAGE * length, steps.least)
                 continue
@@ -179,8 +182,8 @@ class Branch(Generic[P]):
                     "times the static one"
                 )
                 break
-            if not low <= point.parameter <= high:
-                points.append(self._on_limit(here, point, limits))
+            if ends_here:
+                points.append(point)
                 reason = "the end of the range was reached"
                 break
             points.append(point)
@@ -205,7 +208,7 @@ class Branch(Generic[P]):
         limit = min(max(after.parameter, limits[0]), limits[1])
         part = (limit - before.parameter) / (after.parameter - before.parameter)
         x = before.x + part * (after.x - before.x)
-        return self.at(x, limit, after.along > 0.0)
+        return self.at(x, limit, after.parameter > before.parameter)
 
     def _is_home(self, points: list[Point], length: float) -> bool:
         if len(points) < 8:

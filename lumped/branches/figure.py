@@ -1,4 +1,4 @@
-"""Branches of periodic motions over the mesh frequency, drawn."""
+"""Branches of periodic motions over a parameter, drawn."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ import numpy as np
 from lumped.branches.bifurcations import KINDS, BranchPoint
 from lumped.branches.periodic import PeriodicBranch
 from lumped.drawing import color_of, draw_legend, draw_title, panels
-from lumped.system import LumpedSystem
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -21,13 +20,15 @@ MARKERS = dict(zip(KINDS, "odsx", strict=True))
 
 
 def draw_branches(
-    system: LumpedSystem, branches: Sequence[PeriodicBranch], title: str = ""
+    branches: Sequence[PeriodicBranch], label: str, title: str = ""
 ) -> Figure:
     """RMS of the dynamic transmission error, a panel for each mesh.
 
     Stable motions are drawn in full, unstable ones dashed.
+
+    label : of the parameter, with its unit
     """
-    meshes = len(system.excitations)
+    meshes = branches[0].points[0].figures["dte_rms"].size
     figure, rows = panels(meshes, size=(9.0, 1.4 + 3.4 * meshes), share=True)
     multiples = sorted({branch.multiple for branch in branches})
     for m, (axes,) in enumerate(rows):
@@ -36,7 +37,7 @@ def draw_branches(
         axes.set_ylabel(f"mesh {m + 1}: RMS of dynamic\ntransmission error [um]")
         axes.set_ylim(bottom=0.0)
         axes.margins(x=0.01)
-    rows[-1][0].set_xlabel("mesh frequency of the first mesh [Hz]")
+    rows[-1][0].set_xlabel(label)
     draw_legend(figure, _handles(branches, multiples), 4)
     draw_title(figure, title)
     return figure
@@ -62,7 +63,7 @@ def _stretches(
 
 def _curve(points: Sequence[BranchPoint], m: int) -> tuple[Any, Any]:
     rms = [1e6 * point.figures["dte_rms"][m] for point in points]
-    return np.array([point.frequency for point in points]), np.array(rms)
+    return np.array([point.parameter for point in points]), np.array(rms)
 
 
 def _handles(branches: Sequence[PeriodicBranch], multiples: Sequence[int]) -> list[Any]:

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Protocol
+from typing import ClassVar, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,6 +32,12 @@ class Family(Protocol):
     def is_speed(self) -> bool:
         """Whether the parameter is the mesh frequency."""
 
+    def beside(self, value: float) -> float:
+        """A neighbouring value, which tells what a change of the parameter does."""
+
+    def within(self, value: float) -> float:
+        """The nearest value that has a system."""
+
     def at(self, value: float) -> tuple[LumpedSystem, float]:
         """The system and the mesh frequency of its first mesh [Hz]."""
 
@@ -45,7 +51,14 @@ class OverSpeed:
 
     system: LumpedSystem
     unit: float = 1000.0
-    is_speed = True
+    is_speed: ClassVar[bool] = True
+    label: ClassVar[str] = "mesh frequency of the first mesh [Hz]"
+
+    def beside(self, value: float) -> float:
+        return value * (1.0 + DIFFERENCE)
+
+    def within(self, value: float) -> float:
+        return value
 
     def at(self, value: float) -> tuple[LumpedSystem, float]:
         return self.system, value
@@ -58,14 +71,26 @@ class OverSpeed:
 class OverFigure:
     """Systems in which one figure varies, at one mesh frequency [Hz].
 
-    name : of the figure; system_of : the system of a value; unit : of the figure
+    name : of the figure; system_of : the system of a value
+    limits : of the figure, beyond which there may be no system
     """
 
     name: str
     system_of: Callable[[float], LumpedSystem]
     frequency: float
-    unit: float
-    is_speed = False
+    limits: tuple[float, float]
+    is_speed: ClassVar[bool] = False
+
+    @property
+    def unit(self) -> float:
+        return 0.5 * (self.limits[1] - self.limits[0])
+
+    def beside(self, value: float) -> float:
+        inward = 1.0 if value < sum(self.limits) / 2.0 else -1.0
+        return value + inward * DIFFERENCE * self.unit
+
+    def within(self, value: float) -> float:
+        return min(max(value, self.limits[0]), self.limits[1])
 
     @lru_cache(maxsize=KEPT)  # noqa: B019  families are few and short-lived
     def at(self, value: float) -> tuple[LumpedSystem, float]:
@@ -97,14 +122,17 @@ class Motions:
 
     def equations(self, x: Array, value: float) -> tuple[Array, Array, Array]:
         """Errors (u,), by x (u, u) and by the parameter (u,)."""
-        balance, frequency = self.at(value)
+        inside = self.family.within(value)
+        balance, frequency = self.at(inside)
         errors, by_x, by_frequency = balance.equations(x, frequency)
         if self.family.is_speed:
             return errors, by_x, by_frequency
-        # the tangent need not be exact: Newton's method and folds do not depend on it
-        step = DIFFERENCE * self.family.unit
-        beside, frequency = self.at(value + step)
-        return errors, by_x, (beside.errors(x, frequency) - errors) / step
+        # solutions and folds do not depend on how exact this is
+        other = self.family.beside(inside)
+        beside, frequency = self.at(other)
+        change = (beside.errors(x, frequency) - errors) / (other - inside)
+        # straight on beyond a limit, so that branches pass through it
+        return errors + (value - inside) * change, by_x, change
 
     def figures(self, x: Array, value: float) -> dict[str, Array]:
         """As of a sweep's response, (m,) each; see `lumped.measures`."""

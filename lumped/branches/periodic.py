@@ -82,6 +82,16 @@ class BranchFinder:
     found: list[PeriodicBranch] = field(default_factory=list)
     doubled: int = 0  # of those found, the doublings of which were followed
 
+    def find(self, value: float) -> None:
+        """All branches, the first from rest at a value of the parameter.
+
+        Raises ArithmeticError where the motion diverges or does not repeat there.
+        """
+        self.from_rest(value)
+        self.doublings()
+        self.from_sweeps()
+        self.doublings()
+
     def from_rest(self, value: float) -> None:
         """The branch of the motion that a start at rest leads to.
 

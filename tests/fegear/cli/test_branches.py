@@ -10,7 +10,7 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
-from fegear.cli.branches import branches_command
+from fegear.cli.branches import branches_command, print_branches
 from lumped.csv_text import parse_csv
 
 app = typer.Typer()
@@ -125,6 +125,52 @@ def test_two_doublings_between_two_steps_are_found():
         if found["kind"] == "period doubling"
     ]
     assert doublings == pytest.approx([1186.27, 1202.62], abs=0.1)
+
+
+OVER = (*FAST, "--over", "dynamics.damping_ratio=0.07:0.08", "--at", 1450)
+
+
+def test_another_figure_is_followed_at_one_speed(tmp_path, capsys):
+    """Its column stands beside that of the speed, and the header says what is fixed."""
+    file, words = tmp_path / "b.csv", (*OVER, "--harmonics", 6, "--period-multiple", 1)
+    plot = tmp_path / "b.png"
+    values = json.loads(run(*words, "--json", "-o", file, "--plot", plot))
+    print_branches(values)
+    assert "1450 Hz" in (shown := capsys.readouterr().out)
+    assert "0.07 to 0.08" in shown
+    assert values["over"] == "dynamics.damping_ratio"
+    assert values["damping_ratio"] is None
+    assert values["speed_Hz"] == 1450.0
+    assert values["torque_Nm"] > 0.0
+    table = parse_csv(file.read_text("utf-8"), "b.csv")
+    assert table.header["speed_Hz"] == "1450"
+    assert "damping ratio" not in table.header
+    at = table.names.index("dynamics.damping_ratio")
+    ratios = [float(cells[at]) for cells in table.rows.values()]
+    assert (min(ratios), max(ratios)) == (0.07, 0.08)
+    assert values["branches"][0]["from"] == 0.07
+    assert plot.stat().st_size > 10_000
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        ((*FAST,), "--speeds A:B or --over KEY=A:B is needed"),
+        ((*SHORT, "--over", "torque_Nm=50:100"), "is needed, not both"),
+        ((*FAST, "--over", "torque_Nm=50:100"), "needs a mesh frequency, --at HZ"),
+        ((*SHORT, "--at", 1450), "--at = 1450; needs --over"),
+        ((*FAST, "--over", "torque_Nm", "--at", 9), "--over = torque_Nm; must be"),
+        ((*FAST, "--over", "torque_Nm=9:1", "--at", 9), "torque_Nm=9:1; must be KEY"),
+        ((*FAST, "--over", "mesh.9.phase=0:1", "--at", 9), "mesh.9"),
+        ((*OVER, "--damping", 0.05), "replaces it, leave it out"),
+        ((*FAST, "--speeds", "900:200"), "--speeds = 900:200; must be A:B"),
+        ((*FAST, "--speeds", "0:200"), "--speeds = 0:200; allowed 0.1 to 1e6 Hz"),
+        ((*FAST, "--speeds", "nan:200"), "must be A:B, two values that rise"),
+    ],
+)
+def test_what_is_wrong_is_said(words, message):
+    result = CliRunner().invoke(app, list(map(str, words)))
+    assert message in str(result.exception) + result.output
 
 
 def test_damping_of_zero_is_named():

@@ -28,10 +28,7 @@ def train(system):
 @pytest.fixture(scope="module")
 def found(train):
     finder = BranchFinder(OverSpeed(train), LIMITS, BranchSettings(harmonics=HARMONICS))
-    finder.from_rest(LIMITS[0])
-    finder.doublings()
-    finder.from_sweeps()
-    finder.doublings()
+    finder.find(LIMITS[0])
     return finder.found
 
 
