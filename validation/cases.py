@@ -6,46 +6,40 @@ the keys. Every tolerance says why it is what it is.
 
 from __future__ import annotations
 
-import re
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, ConfigDict, Field, TypeAdapter, ValidationError
-from pydantic_core import ErrorDetails
+from pydantic import AfterValidator, Field
 
 from fegear.errors import InputError
 from fegear.excitation import Kind
-from fegear.gearset.edit import parsed_value
-from fegear.gearset.problems import PHRASES, nearest, shown
-from fegear.gearset.read import parsed_toml, path_of
+from fegear.gearset.read import path_of
 from fegear.output import read_text
 from fegear.speeds import parsed_speeds
 from lumped.sweep import Direction
+from validation.data_files import (
+    MOST_SPEEDS,
+    STRICT,
+    DataFile,
+    Edit,
+    Flag,
+    Number,
+    Positive,
+    Speeds,
+    Text,
+    edits_by_key,
+    require_name,
+    require_own_names,
+)
 from validation.metrics import METRICS
 from validation.printed import require_key
 
 FOLDER = Path(__file__).parent / "cases"
-MOST_SPEEDS = 10_000
 LADDER = "model-1", "model-coupled"  # from where to where a budget leads
-STRICT = ConfigDict(extra="forbid", allow_inf_nan=False)
 Part = Literal["hardening", "pairs", "body", "meshes"]  # of the coupled model
 Fidelity = Literal["full", "reduced", "quasistatic"]
-
-
-def _require_name(name: str) -> str:
-    if not re.fullmatch("[a-z0-9][a-z0-9-]*", name):
-        raise ValueError("must be small letters, digits and hyphens, no hyphen first")
-    return name
-
-
-def _require_edit(text: str) -> str:
-    key, separator, value = text.partition("=")
-    if not (separator and key.strip() and value.strip()):
-        raise ValueError("KEY=VALUE is needed, as for --set")
-    return text
 
 
 def _require_metric(name: str) -> str:
@@ -54,31 +48,10 @@ def _require_metric(name: str) -> str:
     return name
 
 
-def _require_speeds(text: str) -> str:
-    parsed_speeds(text, MOST_SPEEDS)
-    return text
-
-
-def _require_model(number: Any) -> Any:
+def require_model(number: Any) -> Any:
     if number != "coupled" and (type(number) is not int or number not in (1, 2, 3)):
         raise ValueError("must be 1, 2, 3 or coupled")
     return number
-
-
-def _require_own_names(values: tuple[Any, ...]) -> tuple[Any, ...]:
-    names = [value.name for value in values]
-    for name in names:
-        if names.count(name) > 1:
-            raise ValueError(f"{name} stands there {names.count(name)} times")
-    return values
-
-
-Text = Annotated[str, Field(min_length=1)]
-Number = Annotated[float, Field(strict=True)]
-Positive = Annotated[Number, Field(gt=0.0, lt=1e9)]
-Speeds = Annotated[str, AfterValidator(_require_speeds)]
-Edit = Annotated[str, AfterValidator(_require_edit)]
-Flag = Annotated[bool, Field(strict=True)]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -93,7 +66,7 @@ class Model:
 
     __pydantic_config__ = STRICT
 
-    number: Annotated[Any, AfterValidator(_require_model)]
+    number: Annotated[Any, AfterValidator(require_model)]
     excitation: Kind = "fe"
     without: tuple[Part, ...] = ()
     edits: tuple[Edit, ...] = ()
@@ -174,15 +147,15 @@ class Case:
 
     __pydantic_config__ = STRICT
 
-    name: Annotated[str, AfterValidator(_require_name)]
+    name: Annotated[str, AfterValidator(require_name)]
     title: Text
     gear_set: Text
     torques_Nm: Annotated[tuple[Positive, ...], Field(min_length=1)]
     model: Annotated[
-        tuple[Model, ...], Field(min_length=1), AfterValidator(_require_own_names)
+        tuple[Model, ...], Field(min_length=1), AfterValidator(require_own_names)
     ]
     metric: Annotated[
-        tuple[Tolerance, ...], Field(min_length=1), AfterValidator(_require_own_names)
+        tuple[Tolerance, ...], Field(min_length=1), AfterValidator(require_own_names)
     ]
     speeds_Hz: Speeds = ""
     directions: Annotated[tuple[Direction, ...], Field(min_length=1)] = ("up", "down")
@@ -203,11 +176,7 @@ class Case:
 
     def edits_of(self, model: Model | None = None) -> dict[str, Any]:
         """Edits of the gear set by key; with those of a model."""
-        pairs = [
-            text.partition("=")
-            for text in (*self.edits, *(() if model is None else model.edits))
-        ]
-        return {key.strip(): parsed_value(value.strip()) for key, _, value in pairs}
+        return edits_by_key((*self.edits, *(() if model is None else model.edits)))
 
 
 def case_names() -> tuple[str, ...]:
@@ -230,14 +199,7 @@ def load_case(name_or_path: str) -> Case:
 
 def read_case(text: str, source: str = "case") -> Case:
     """The case in TOML text; `source` begins the message of an InputError."""
-    try:
-        case = _ADAPTER.validate_python(parsed_toml(text))
-    except InputError as error:
-        raise InputError(f"{source}: {error}") from None
-    except ValidationError as error:
-        details = error.errors(include_url=False)
-        unknown = [item for item in details if "unexpected" in item["type"]]
-        raise InputError(f"{source}: {_sentence((unknown or details)[0])}") from None
+    case = _FILE.read(text, source)
     for metric in case.metric:
         needed = METRICS[metric.name].needs
         if needed and not getattr(case, needed):
@@ -270,35 +232,12 @@ def _require_budget(case: Case, source: str) -> None:
         raise InputError(f"{source}: budget = true; needs speeds_Hz, which is missing")
 
 
-_ADAPTER = TypeAdapter(Case)
-TABLES: Mapping[str, type] = {
-    "model": Model,
-    "metric": Tolerance,
-    "wave": SingleSpeed,
-    "printed": Printed,
-}
-
-
-def _sentence(item: ErrorDetails) -> str:
-    """`metric 2, allowed = -1; must be at least 0`."""
-    loc, kind = item["loc"], item["type"]
-    where, key = _place(loc)
-    before = f"{where}, " if where else ""
-    if kind == "unexpected_keyword_argument":
-        known = [field.name for field in fields(TABLES.get(str(loc[0]), Case))]
-        return f"{before}unknown key {key}{nearest(key, known)}"
-    if kind in ("missing", "missing_argument"):
-        return f"{before}{key} is missing"
-    if kind == "value_error":
-        reason = str(item["ctx"]["error"])
-        return f"{before}{key} = {shown(item['input'])}; {reason}"
-    phrase = PHRASES.get(kind, item["msg"]).format(**item.get("ctx", {}))
-    return f"{before}{key} = {shown(item['input'])}; {phrase}"
-
-
-def _place(loc: Sequence[int | str]) -> tuple[str, str]:
-    """('metric 2', 'allowed') of an error's location."""
-    words = [f"entry {part + 1}" if isinstance(part, int) else part for part in loc]
-    if loc and loc[0] in TABLES and len(loc) > 2:
-        return f"{loc[0]} {int(loc[1]) + 1}", " ".join(words[2:])
-    return "", " ".join(words)
+_FILE = DataFile(
+    Case,
+    {
+        "model": Model,
+        "metric": Tolerance,
+        "wave": SingleSpeed,
+        "printed": Printed,
+    },
+)

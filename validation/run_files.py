@@ -11,7 +11,6 @@ Files are read once, and what does not fit the digests is not looked into.
 
 from __future__ import annotations
 
-import hashlib
 import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
@@ -20,21 +19,18 @@ from typing import Any
 
 import numpy as np
 
-from fegear.errors import file_error
-from fegear.store import digest
 from lumped.csv_text import format_csv, parse_csv
 from lumped.jumps import Jump, Peak, find_jumps, find_peaks, opposites
 from lumped.sweep import Branch
 from lumped.sweep_table import SweepTable, format_sweep, parse_sweep, sweep_table
+from validation.kept import RESULT, sealed, whole_texts
 from validation.metrics import CYCLE_POINTS, Curve, ForceCycle, Statics
 from validation.provenance import machine
 from validation.solving import Cost, RunResult
 from validation.tasks import Task
 
-INPUTS, SWEEP, STATICS, WAVES = "inputs.json", "sweep.csv", "statics.csv", "waves.csv"
-RESULT = "result.json"  # written last: a run without it is not done
-NAMES = (INPUTS, SWEEP, STATICS, WAVES, RESULT)
-FILES, SEAL = "sha256 of the files", "sha256 of the rest"  # keys of the result
+SWEEP, STATICS, WAVES = "sweep.csv", "statics.csv", "waves.csv"
+NAMES = (SWEEP, STATICS, WAVES)
 Rows = Sequence[Sequence[str]]  # of a CSV file, without the names
 
 
@@ -83,22 +79,11 @@ def contents(task: Task, found: RunResult) -> dict[str, str]:
         ],
     }
     texts = {
-        INPUTS: inputs_text(task),
         SWEEP: format_sweep(sweep_table(pairs, label, header)),
         STATICS: _statics_csv(found.statics),
         WAVES: _cycles_csv(found.cycles),
     }
-    result[FILES] = {name: _sha256(text.encode()) for name, text in texts.items()}
-    result[SEAL] = digest(result)
-    return texts | {RESULT: json.dumps(result, indent=2) + "\n"}
-
-
-def inputs_text(task: Task) -> str:
-    return json.dumps(task.inputs, indent=2, sort_keys=True) + "\n"
-
-
-def _sha256(data: bytes) -> str:
-    return hashlib.sha256(data).hexdigest()
+    return sealed(task.inputs, texts, result)
 
 
 def features(branches: Sequence[Branch]) -> list[dict[str, Any]]:
@@ -146,7 +131,7 @@ def read_run(task: Task, directory: Path, reused: bool) -> Run | None:
 
     Raises InputError where files are there and cannot be read.
     """
-    texts = _whole_texts(task, directory)
+    texts = whole_texts(directory, task.inputs, NAMES)
     if texts is None:
         return None
     result = json.loads(texts[RESULT])
@@ -165,33 +150,6 @@ def read_run(task: Task, directory: Path, reused: bool) -> Run | None:
         warnings=tuple(result["warnings"]),
         cost=Cost(**result["cost"]),
     )
-
-
-def _whole_texts(task: Task, directory: Path) -> dict[str, str] | None:
-    """All files as they were written for the task, None where one is not."""
-    found = {name: _read(directory / name) for name in NAMES}
-    data = {name: read for name, read in found.items() if read is not None}
-    if len(data) < len(NAMES) or data[INPUTS] != inputs_text(task).encode():
-        return None
-    try:
-        result = json.loads(data[RESULT])
-        seal, files = result.pop(SEAL), result[FILES]
-    except (ValueError, KeyError, TypeError, AttributeError):
-        return None
-    if seal != digest(result):
-        return None
-    if files != {name: _sha256(data[name]) for name in NAMES if name != RESULT}:
-        return None
-    return {name: read.decode("utf-8") for name, read in data.items()}
-
-
-def _read(path: Path) -> bytes | None:
-    try:
-        return path.read_bytes()
-    except FileNotFoundError:
-        return None
-    except OSError as error:
-        raise file_error(path, "read", error) from None
 
 
 def _read_curve(features: Mapping[str, Any], table: SweepTable) -> Curve:

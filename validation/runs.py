@@ -24,10 +24,11 @@ from pathlib import Path
 
 from fegear.errors import InputError
 from fegear.excitation import Excitations, Source
-from fegear.output import make_directory, require_writable, write_text
+from fegear.output import make_directory
 from fegear.statics import Progress
 from fegear.store import Checkpoint, open_checkpoint
 from validation.cases import Case
+from validation.kept import begin_run, write_texts
 from validation.metrics import (
     Measured,
     Verdict,
@@ -36,7 +37,7 @@ from validation.metrics import (
     static_measures,
     verdict,
 )
-from validation.run_files import INPUTS, NAMES, Run, contents, inputs_text, read_run
+from validation.run_files import NAMES, Run, contents, read_run
 from validation.solving import solve_task
 from validation.tasks import FE, Task, tasks_of
 
@@ -165,13 +166,9 @@ def _made(
     excitations: Excitations,
     report: Progress,
 ) -> Run:
-    for name in NAMES:
-        require_writable(directory / name)
-    write_text(directory / INPUTS, inputs_text(task))
-    for name, content in contents(
-        task, solve_task(task, checkpoint, excitations, report)
-    ).items():
-        write_text(directory / name, content)
+    begin_run(directory, task.inputs, NAMES)
+    found = solve_task(task, checkpoint, excitations, report)
+    write_texts(directory, contents(task, found))
     made = read_run(task, directory, reused=False)
     if made is None:
         raise InputError(f"{directory}: was changed while the run was made; run again")

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cache
 from pathlib import Path
+from types import ModuleType
 from typing import get_args
 
 import fegear
@@ -26,7 +27,9 @@ from validation.cases import Case, Model, Part, SingleSpeed
 from validation.metrics import FE
 
 FORMAT = "fegear validation run 4"  # of the files and of what stands in them
-PACKAGES = {  # those whose sources results depend on, and which of their files
+PACKAGES: Mapping[
+    ModuleType, tuple[str, ...]
+] = {  # those whose sources results depend on, and which of their files
     meshes: ("**/*.py",),
     lumped: ("**/*.py",),
     fegear: (
@@ -34,7 +37,7 @@ PACKAGES = {  # those whose sources results depend on, and which of their files
         *("dynamics/**/*.py", "excitation.py", "lumped_system.py", "statics.py"),
         *("store.py", "sweeps.py", "train.py", "unphysical.py"),
     ),
-    validation: ("metrics.py", "run_files.py", "solving.py"),
+    validation: ("kept.py", "metrics.py", "run_files.py", "solving.py"),
 }
 
 
@@ -115,11 +118,16 @@ def parts_of(case: Case) -> tuple[Model, ...]:
     return tuple(model for model in parts if model.name not in judged)
 
 
-@lru_cache(maxsize=1)
 def source_digest() -> str:
     """Of the sources that results depend on."""
+    return digest_of(tuple(PACKAGES.items()))
+
+
+@cache
+def digest_of(packages: tuple[tuple[ModuleType, tuple[str, ...]], ...]) -> str:
+    """Of the files of packages that fit patterns."""
     content = hashlib.sha256()
-    for package, parts in PACKAGES.items():
+    for package, parts in packages:
         root = Path(str(package.__file__)).parent
         files = {path for part in parts for path in root.glob(part)}
         for path in sorted(files):

@@ -35,6 +35,7 @@ benchmarks = typer.Typer(help="Run time against error.", **PLAIN)
 COMMANDS = (  # each in a file of its name, in the order of the help
     *("sets", "show", "mesh", "stiffness", "compare", "identify", "modes", "sweep"),
     *("wave", "branches", "map", "theory", "dynamics", "render", "validate"),
+    "reproduce",
     "budget",
 )
 BENCHMARKS: dict[str, Callable[..., None]] = {

@@ -28,7 +28,7 @@ from lumped.excitation import MeshExcitation, PairExcitation
 from lumped.steady_state import Diverged
 from lumped.steppers import FixedStepper
 from lumped.waves import Wave as PeriodicWave
-from validation import runs, solving
+from validation import kept, runs, solving
 from validation.cases import Model, SingleSpeed, Tolerance, load_case
 from validation.metrics import static_measures
 from validation.printed import printed_figure
@@ -222,9 +222,9 @@ def test_speeds_are_kept_until_the_result_is_written(few, tmp_path, monkeypatch,
             raise KeyboardInterrupt
         write(path, text)
 
-    write = runs.write_text
+    write = kept.write_text
     with monkeypatch.context() as patch:
-        patch.setattr(runs, "write_text", interrupted)
+        patch.setattr(kept, "write_text", interrupted)
         with pytest.raises(KeyboardInterrupt):
             runs.run_case(FEW, tmp_path)
     result = runs.run_case(FEW, tmp_path)
@@ -283,7 +283,7 @@ DAMAGE = {
 
 
 @pytest.mark.parametrize("kind", DAMAGE)
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", [kept.INPUTS, *NAMES, kept.RESULT])
 def test_a_damaged_run_is_made_again(few, tmp_path, name, kind):
     store = shutil.copytree(few[0], tmp_path / "store")
     path = next(store.glob(f"model-1*/{name}"))

@@ -219,6 +219,7 @@ DOUBLING = (
 THEORY = "theory SET --excitation rectangular --json"
 BUDGET = "budget SET --speeds 2000 --json"
 VALIDATE = "validate CASE -o out --json"
+REPRODUCE = "reproduce table-2.1 --json"
 
 
 def lumped(base: str) -> dict[str, Case]:
@@ -421,6 +422,13 @@ OPTIONS: dict[str, dict[str, Case]] = {
         "--all": plus(VALIDATE, "--all", refused=True),
         "--fidelity": plus(VALIDATE, "--fidelity reduced"),
         "--json": less(VALIDATE, "--json"),
+    },
+    "reproduce": {
+        "NUMBER": swap(REPRODUCE, "table-2.1", "table-2.2"),
+        "--all": plus(REPRODUCE, "--all", refused=True),
+        "--list": Case(f"{REPRODUCE} -o out", "reproduce --list --json"),
+        "--output": swap(f"{REPRODUCE} -o out", "out", "there"),
+        "--json": less(REPRODUCE, "--json"),
     },
     "bench stiffness": {
         "SET": plus("bench stiffness --json", "SET"),

@@ -1,0 +1,231 @@
+"""Figures of the sources: their data, their runs, their page."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+import shlex
+from dataclasses import replace
+
+import pytest
+from cli_commands import commands
+from typer.testing import CliRunner
+
+import validation.reproduce
+from fegear.cli import app, run
+from fegear.errors import InputError
+from validation.kept import RESULT
+from validation.reproduce import figure_numbers, load_figure, run_figure
+from validation.reproduce.computations.kinds import COMPUTE, KINDS
+from validation.reproduce.parts import Curve
+from validation.reproduce.runs import Compared, curves_csv, nearest, read_curves
+from validation.reproduce.source_figures import Printed, read_figure
+
+CHEAP = "table-2.1"  # takes milliseconds
+GOOD = """
+number = "9.1"
+title = "Small"
+says = "Nothing."
+gear_set = "liu-idler"
+excitation = "rectangular"
+relative = true
+
+[[part]]
+kind = "theory"
+between = [0.5, 3.0]
+
+[[printed]]
+quantity = "loss of contact"
+value = 0.87
+unit = "1"
+where = "here"
+part = "theory"
+found = "mode1.1.mesh2.contact_lost"
+"""
+
+
+@pytest.mark.parametrize("number", figure_numbers())
+def test_figures_load_and_their_commands_can_be_typed(number):
+    figure = load_figure(number)
+    assert figure.number == number
+    assert len(figure.says) > 40
+    known = dict(commands())
+    for part in figure.part:
+        words = list(part.command(figure.scene(part)))
+        if words:
+            name, *given = shlex.split(shlex.join(words))
+            known[name].make_context(name, given)
+
+
+def test_every_kind_of_computation_is_used():
+    used = {type(part) for n in figure_numbers() for part in load_figure(n).part}
+    assert used == set(COMPUTE) == set(KINDS.values())
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        (
+            '"theory"\nb',
+            '"theorie"\nb',
+            'part 1, kind = "theorie"; must be one of \'br',
+        ),
+        ('kind = "theory"', "", "part 1, kind is missing"),
+        ("between", "beyond", "part 1, unknown key beyond"),
+        ("between = [0.5, 3.0]", "", "part 1, between is missing"),
+        ("[0.5, 3.0]", "[0.5]", "part 1, between"),
+        ("title", "tittle", "unknown key tittle, did you mean title?"),
+        ('part = "theory"', 'part = "sweep"', "part = sweep; must be one of theory"),
+        ("mesh2.contact_lost", "mesh2.lost", "found = mode1.1.mesh2.lost; must fit"),
+        ("value = 0.87", 'value = "0.87"', 'printed 1, value = "0.87"; must be a'),
+        ('"9.1"', '"nine"', 'number = "nine"; must be a number such as 3.6'),
+        ("relative = true", "relative = true\nmodel = 4", "model = 4; must be 1, 2, 3"),
+        ("relative = true", 'edits = ["phase"]', "KEY=VALUE is needed, as for --set"),
+    ],
+)
+def test_a_wrong_file_is_told_in_one_line(old, new, message):
+    assert old in GOOD
+    with pytest.raises(InputError, match=re.escape(message)) as error:
+        read_figure(GOOD.replace(old, new), "figure 9.1")
+    assert "\n" not in str(error.value)
+
+
+def test_parts_of_one_kind_need_names():
+    twice = GOOD + '\n[[part]]\nkind = "theory"\nbetween = [1.0, 2.0]\n'
+    with pytest.raises(InputError, match="part theory stands there twice"):
+        read_figure(twice)
+
+
+def test_a_delay_counts_between_the_drops_of_the_stiffness():
+    """With it the waves of equal meshes are in step, though pitch points are not."""
+    figure = read_figure(GOOD.replace("relative", "delay_rad = 1.0\nrelative"))
+    first, second = figure.scene(figure.part[0]).system.excitations
+    train = figure.scene(figure.part[0]).system.train
+
+    def drop(excitation):
+        total = sum(pair.stiffness.mean for pair in excitation.pairs)
+        corners = {c for pair in excitation.pairs for c in pair.stiffness.corners}
+        falls = [
+            c
+            for c in corners
+            if sum(p.stiffness(c, 1) for p in excitation.pairs)
+            < total
+            < sum(p.stiffness(c, -1) for p in excitation.pairs)
+        ]
+        return falls[0]
+
+    # position is time in cycles plus phase
+    apart = (drop(second) - train.meshes[1].phase) - drop(first)
+    assert apart % 1.0 == pytest.approx(1.0 / (2.0 * math.pi), abs=1e-8)
+
+
+def printed(value, why=""):
+    return Printed(
+        quantity="jump", value=value, unit="Hz", where="x", part="a", found="b", why=why
+    )
+
+
+def test_agreement_in_a_line():
+    line = Compared(printed(100.0, "because"), 110.0).line
+    assert line == "jump: computed 110 Hz, printed 100 Hz, 10 % apart: because"
+    line = Compared(printed(100.0), math.nan).line
+    assert line == "jump: printed 100 Hz, none found"
+    assert Compared(printed(0.0), 0.5).apart == 0.5
+
+
+def test_of_several_values_the_nearest_counts_and_none_that_is_far():
+    assert nearest((80.0, 110.0, 300.0), printed(100.0)) == 110.0
+    assert math.isnan(nearest((10.0, 300.0), printed(100.0)))
+    assert math.isnan(nearest((), printed(100.0)))
+    assert nearest((10.0,), printed(100.0)) == 10.0
+
+
+def test_curves_come_back_from_their_file():
+    curves = (
+        Curve("mesh 1", "a, b", "line", ((1.0, 0.1), (math.nan, math.nan), (2.0, 3.0))),
+        Curve("", "", "surface", ((1.0, 2.0, 3.0), (1.0, 3.0, math.nan))),
+    )
+    again = read_curves(curves_csv(curves))
+    assert repr(again) == repr(curves)
+
+
+def test_a_part_is_kept_until_its_data_change(tmp_path):
+    figure = load_figure(CHEAP)
+    made = run_figure(figure, tmp_path)
+    again = run_figure(figure, tmp_path)
+    assert not made.runs[0].reused
+    assert again.runs[0].reused
+    assert again.runs[0].result == made.runs[0].result
+    changed = replace(figure, edits=("gear.1.inertia_kg_m2=0.003",))
+    other = run_figure(changed, tmp_path)
+    assert not other.runs[0].reused
+    assert other.compared[2].computed < made.compared[2].computed
+    (made.runs[0].directory / RESULT).write_text("{}")
+    assert not run_figure(figure, tmp_path).runs[0].reused
+
+
+def invoked(*words):
+    return CliRunner().invoke(app, ["reproduce", *words], catch_exceptions=False)
+
+
+def test_the_page_holds_what_was_made(tmp_path):
+    out = tmp_path / "out"
+    ended = invoked(CHEAP, "-o", str(out))
+    assert ended.exit_code == 0  # a disagreement is a finding
+    assert "computed 69.54 Hz, printed 60 Hz, 16 % apart: " in ended.stdout
+    page = (out / "index.html").read_text()
+    figure = load_figure(CHEAP)
+    assert figure.title in page
+    assert figure.says in page
+    assert f"fegear reproduce {CHEAP} -o " in page
+    assert "fegear modes liu-idler" in page
+    links = set(re.findall(r'href="([^"#:]+)"', page))
+    assert {f"tables/{CHEAP}.csv", "tables/printed.csv"} <= links
+    assert all((out / link).is_file() for link in links)
+    values = json.loads((out / "report.json").read_text())
+    (row, *_) = values["figures"][0]["printed"]
+    assert row["apart_percent"] == pytest.approx(15.9, abs=0.1)
+    assert invoked(CHEAP, "-o", str(out), "--json").stdout.startswith("{")
+
+
+def test_after_ctrl_c_the_finished_figures_are_on_the_page(tmp_path, monkeypatch):
+    made = validation.reproduce.run_figure
+
+    def first_only(figure, *others):
+        if figure.number != CHEAP:
+            raise KeyboardInterrupt
+        return made(figure, *others)
+
+    monkeypatch.setattr(validation.reproduce, "run_figure", first_only)
+    words = ["reproduce", CHEAP, "table-2.2", "-o", str(tmp_path / "out")]
+    assert run(words) == 130
+    values = json.loads((tmp_path / "out" / "report.json").read_text())
+    assert [figure["number"] for figure in values["figures"]] == [CHEAP]
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["9.9"], "figure = 9.9; no such figure"),
+        (["3.66"], "did you mean 3.6"),
+        ([], "a number or --all is missing; allowed are table-2.1"),
+        (["3.6", "--all"], "--all and 3.6 exclude each other"),
+        (["3.6", "3.6"], "figure 3.6 is given 2 times"),
+        (["--list", "--all"], "--all; --list makes nothing"),
+    ],
+)
+def test_wrong_words_end_in_one_line(words, message, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert run(["reproduce", *words]) == 2
+    error = capsys.readouterr().err
+    assert message in error
+    assert error.count("\n") == 1
+    assert not list(tmp_path.iterdir())
+
+
+def test_the_list_names_every_figure():
+    shown = invoked("--list").stdout
+    assert all(number in shown for number in figure_numbers())
+    values = json.loads(invoked("--list", "--json").stdout)
+    assert [each["number"] for each in values["figures"]] == list(figure_numbers())

@@ -1,0 +1,304 @@
+"""Vibration over speed: branches of periodic motions, sweeps, and closed forms."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import groupby
+from typing import Annotated, ClassVar, Literal
+
+from pydantic import Field
+
+from fegear.branches import find_branches
+from fegear.statics import Progress
+from fegear.sweeps import SweepSettings, sweep_speeds
+from fegear.theory import predict_resonances
+from fegear.theory_figure import response_points
+from lumped.branches.bifurcations import (
+    CROSSING,
+    DOUBLING,
+    FOLD,
+    TORUS,
+    BranchPoint,
+)
+from lumped.branches.periodic import BranchSettings, PeriodicBranch
+from lumped.closed_forms import separation_angle
+from lumped.closed_forms.predictions import Prediction
+from lumped.jumps import find_jumps, find_peaks, opposites
+from lumped.response import Status
+from lumped.sweep import Branch, Direction
+from validation.data_files import Number, Speeds, parsed_speeds
+from validation.reproduce.parts import (
+    Curve,
+    Harmonics,
+    Part,
+    PartResult,
+    Scene,
+    Style,
+)
+
+Frequency = Annotated[Number, Field(gt=0.0, lt=1e6)]
+Found = dict[str, tuple[float, ...]]
+NAMES = {FOLD: "fold", DOUBLING: "doubling", CROSSING: "crossing", TORUS: "torus"}
+GAP = (math.nan, math.nan)
+
+
+@dataclass(frozen=True, kw_only=True)
+class BranchesPart(Part):
+    """Periodic motions by harmonic balance, stable in full and unstable dashed.
+
+    between : frequencies, in the unit of the figure
+    """
+
+    keys: ClassVar = (
+        "fold|doubling|crossing|torus",
+        r"mesh[12]\.largest",
+        r"period\d+\.(mesh[12]\.largest|span)",
+    )
+
+    kind: Literal["branches"] = "branches"
+    between: tuple[Frequency, Frequency]
+    harmonics: Harmonics = 20
+    period_multiple: Annotated[int, Field(strict=True, ge=1, le=64)] = 2
+
+    def command(self, scene: Scene) -> Sequence[str]:
+        low, high = (f"{scene.unit_Hz * value:.6g}" for value in self.between)
+        more = ["--harmonics", str(self.harmonics)] if self.harmonics != 20 else []
+        if self.period_multiple != 2:
+            more += ["--period-multiple", str(self.period_multiple)]
+        waves = scene.kept_harmonics("--wave-harmonics")
+        return ["branches", *scene.words, *waves, "--speeds", f"{low}:{high}", *more]
+
+
+def branches(part: BranchesPart, scene: Scene, report: Progress) -> PartResult:
+    """Found are frequencies of bifurcations and the largest motions.
+
+    periodN counts the branches alone whose motions repeat after N common periods.
+    """
+    unit = scene.unit_Hz
+    low, high = (unit * value for value in part.between)
+    settings = BranchSettings(
+        harmonics=part.harmonics, period_multiple=part.period_multiple
+    )
+    result = find_branches(
+        *(scene.gear_set, scene.torque, (low, high), scene.model, settings, report)
+    )
+    if result.interrupted:
+        raise KeyboardInterrupt
+    curves = [
+        Curve(
+            scene.panel(part, mesh),
+            part.label,
+            "line" if stable else "dashed",
+            tuple(_stretches(result.branches, stable, scene, mesh)),
+        )
+        for mesh in scene.meshes
+        for stable in (True, False)
+    ]
+    found: Found = dict.fromkeys(NAMES.values(), ())
+    for branch in result.branches:
+        for point in branch.bifurcations:
+            found[NAMES[point.kind]] += (point.frequency / unit,)
+    found |= _largest(result.branches, scene, "")
+    for multiple in {branch.multiple for branch in result.branches}:
+        own = [branch for branch in result.branches if branch.multiple == multiple]
+        found |= _largest(own, scene, f"period{multiple}.")
+        speeds = [point.frequency / unit for b in own for point in b.points]
+        found[f"period{multiple}.span"] = (min(speeds), max(speeds))
+    return PartResult(tuple(curve for curve in curves if curve.points), found)
+
+
+def _largest(branches: Sequence[PeriodicBranch], scene: Scene, start: str) -> Found:
+    return {
+        f"{start}mesh{mesh}.largest": (
+            max(scene.shown(p.figures, mesh) for b in branches for p in b.points),
+        )
+        for mesh in scene.meshes
+    }
+
+
+def _stretches(
+    branches: Iterable[PeriodicBranch], stable: bool, scene: Scene, mesh: int
+) -> Iterator[tuple[float, float]]:
+    """Points of all stretches, each up to the first point of the next."""
+    for branch in branches:
+        last: list[BranchPoint] = []
+        for is_stable, group in groupby(branch.points, lambda point: point.stable):
+            own = list(group)
+            if is_stable == stable:
+                for point in last + own:
+                    at = point.frequency / scene.unit_Hz
+                    yield at, scene.shown(point.figures, mesh)
+                yield GAP
+            last = own[-1:]
+
+
+@dataclass(frozen=True, kw_only=True)
+class SweepPart(Part):
+    """Numerical integration from speed to speed; dots up, circles down.
+
+    speeds : `A:B:STEP` in the unit of the figure
+    """
+
+    keys: ClassVar = (
+        r"(up|down)\.mesh[12]\.(jump|peak|largest|contact_loss)",
+        r"(up|down)\.(aperiodic|subharmonic)",
+    )
+
+    kind: Literal["sweep"] = "sweep"
+    speeds: Speeds
+    directions: tuple[Direction, ...] = ("up", "down")
+    style: Style | None = None
+
+    def command(self, scene: Scene) -> Sequence[str]:
+        unit = scene.unit_Hz
+        numbers = (
+            ":".join(f"{unit * float(value):.6g}" for value in each.split(":"))
+            for each in self.speeds.split(",")
+        )
+        waves = scene.kept_harmonics("--harmonics")
+        one = ["--direction", *self.directions] if len(self.directions) == 1 else []
+        return ["sweep", *scene.words, *waves, "--speeds", ",".join(numbers), *one]
+
+
+def sweep(part: SweepPart, scene: Scene, report: Progress) -> PartResult:
+    """Found are frequencies, of jumps the last one before them, and largest values.
+
+    aperiodic, subharmonic : first and last speed at which a motion does not repeat, or
+        repeats after more than one common period
+    """
+    unit = scene.unit_Hz
+    speeds = [unit * value for value in parsed_speeds(part.speeds)]
+    settings = SweepSettings(model=scene.model, directions=part.directions)
+    result = sweep_speeds(scene.gear_set, [scene.torque], speeds, settings, report)
+    swept = [branch for _, branch in result.found]
+    if not all(branch.complete for branch in swept):
+        raise KeyboardInterrupt
+    return swept_result(part, scene, swept, part.style)
+
+
+def swept_result(
+    part: Part, scene: Scene, swept: Sequence[Branch], style: Style | None = None
+) -> PartResult:
+    """Curves and figures of branches of responses, one for each direction."""
+    found: Found = {}
+    curves = []
+    for branch, other in zip(swept, opposites(list(swept)), strict=True):
+        direction, usual = branch.direction, "dots" if branch.direction == "up" else ""
+        look: Style = style or ("dots" if usual else "circles")
+        jumps, peaks = find_jumps(branch, other), find_peaks(branch)
+        for mesh in scene.meshes:
+            points = [
+                (each.frequency / scene.unit_Hz, scene.shown(each, mesh))
+                for each in branch.responses
+            ]
+            label = f"{part.label}, {direction}" if len(swept) > 1 else part.label
+            curves.append(Curve(scene.panel(part, mesh), label, look, tuple(points)))
+            start = f"{direction}.mesh{mesh}"
+            found[f"{start}.largest"] = (max(value for _, value in points),)
+            lost = max(float(r.contact_loss[mesh - 1]) for r in branch.responses)
+            found[f"{start}.contact_loss"] = (lost,)
+            found[f"{start}.jump"] = tuple(
+                j.frequency_from / scene.unit_Hz for j in jumps if j.mesh == mesh
+            )
+            found[f"{start}.peak"] = tuple(
+                p.frequency / scene.unit_Hz for p in peaks if p.mesh == mesh
+            )
+        found |= _other_motions(branch, scene.unit_Hz)
+    return PartResult(tuple(curves), found)
+
+
+def _other_motions(branch: Branch, unit: float) -> Found:
+    """Spans of speeds with motions that do not repeat after one common period."""
+    kinds: Mapping[str, list[float]] = {
+        "aperiodic": [
+            r.frequency for r in branch.responses if r.status == Status.APERIODIC
+        ],
+        "subharmonic": [r.frequency for r in branch.responses if r.multiple > 1],
+    }
+    return {
+        f"{branch.direction}.{name}": (min(speeds) / unit, max(speeds) / unit)
+        if speeds
+        else ()
+        for name, speeds in kinds.items()
+    }
+
+
+@dataclass(frozen=True, kw_only=True)
+class TheoryPart(Part):
+    """Closed forms; stable vibrations as points, unstable ones as pale circles."""
+
+    ORDER: ClassVar = r"mode[1-9]\.\d(/\d)?\."
+    keys: ClassVar = (
+        ORDER + r"(at|peak|unstable|critical_damping)",
+        ORDER + r"mesh[12]\.(contact_lost|largest|separation)",
+    )
+
+    kind: Literal["theory"] = "theory"
+    between: tuple[Frequency, Frequency]
+
+    def command(self, scene: Scene) -> Sequence[str]:
+        return ["theory", *scene.words, *scene.kept_harmonics("--harmonics")]
+
+
+def theory(part: TheoryPart, scene: Scene, report: Progress) -> PartResult:
+    """Found of modeN.ORDER., order of its frequency over that of the first mesh.
+
+    contact_lost, unstable : both ends
+    """
+    report("closed forms", 0, 1)
+    result = predict_resonances(scene.gear_set, scene.torque, scene.model)
+    unit = scene.unit_Hz
+    low, high = part.between
+    shown = [p for p in result.found if low <= p.resonance.at / unit <= high]
+    curves, found = [], Found()
+    for mesh in scene.meshes:
+        looks: tuple[tuple[bool, Style], ...] = ((True, "points"), (False, "crosses"))
+        for stable, style in looks:
+            points = [
+                point
+                for prediction in shown
+                for point in _vibrations(prediction, scene, mesh, stable)
+            ]
+            panel = scene.panel(part, mesh)
+            curves.append(Curve(panel, part.label, style, tuple(points)))
+    for prediction in result.found:
+        found |= _figures(prediction, scene)
+    return PartResult(tuple(curve for curve in curves if curve.points), found)
+
+
+def _vibrations(
+    prediction: Prediction, scene: Scene, mesh: int, stable: bool
+) -> Iterator[tuple[float, float]]:
+    amplitudes, frequencies, flags = response_points(prediction)
+    near = prediction.resonance
+    for amplitude, frequency, flag in zip(
+        *(amplitudes, frequencies, flags), strict=True
+    ):
+        if flag == stable:
+            value = float(near.amplitudes(amplitude)[mesh - 1])
+            shown = 1e6 * value / math.sqrt(2.0)
+            if scene.quantity == "separation":
+                shown = float(separation_angle(near, amplitude)[mesh - 1])
+            yield float(frequency) / scene.unit_Hz, shown
+
+
+def _figures(
+    prediction: Prediction, scene: Scene
+) -> Iterable[tuple[str, tuple[float, ...]]]:
+    near, top, unit = prediction.resonance, prediction.top, scene.unit_Hz
+    start = f"mode{near.mode + 1}.{near.order}."
+    yield f"{start}at", (near.at / unit,)
+    yield f"{start}critical_damping", (prediction.critical_damping,)
+    unstable = prediction.unstable or ()
+    yield f"{start}unstable", tuple(f / unit for f in unstable)
+    if top is not None:
+        yield f"{start}peak", (top.frequency / unit,)
+    for mesh in scene.meshes:
+        ends = prediction.transitions[mesh - 1] or ()
+        yield f"{start}mesh{mesh}.contact_lost", tuple(f / unit for f in ends)
+        if top is not None:
+            rms = near.amplitudes(top.amplitude)[mesh - 1] / math.sqrt(2.0)
+            yield f"{start}mesh{mesh}.largest", (1e6 * float(rms),)
+            yield f"{start}mesh{mesh}.separation", (float(top.separation[mesh - 1]),)

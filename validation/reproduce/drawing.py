@@ -1,0 +1,104 @@
+"""A figure of a source drawn from what its parts gave."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from lumped.drawing import color_of, draw_legend, panels
+from validation.reproduce.parts import QUANTITIES, Curve, Style
+from validation.reproduce.runs import FigureResult
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+WIDTH, HEIGHT = 7.2, 3.0  # inches, of all panels and of one
+LOOKS: Mapping[Style, dict[str, Any]] = {
+    "line": {"ls": "-", "lw": 1.4},
+    "dashed": {"ls": "--", "lw": 1.0},
+    "dots": {"ls": "", "marker": "o", "ms": 2.6},
+    "circles": {"ls": "", "marker": "o", "ms": 4.0, "mfc": "none", "mew": 0.7},
+    "points": {"ls": "", "marker": ".", "ms": 2.0},
+    "crosses": {"ls": "", "marker": ".", "ms": 2.0, "alpha": 0.12},
+}
+WORDS: Mapping[Style, str] = {"line": "stable", "dashed": "unstable"}
+LEVELS = 12  # of a surface
+
+
+def draw_figure(result: FigureResult) -> Figure:
+    """Panels in the order of the parts; surfaces as contours beside each other."""
+    figure, curves = result.figure, result.curves
+    names = list(dict.fromkeys(curve.panel for curve in curves))
+    labels = list(dict.fromkeys(curve.label for curve in curves))
+    surface = any(curve.style == "surface" for curve in curves)
+    columns = 2 if surface and len(names) > 1 else 1
+    rows = -(-len(names) // columns)
+    size = WIDTH, 0.8 + HEIGHT * rows
+    drawn, grid = panels(rows, columns, size=size, share=not surface)
+    every = [axes for row in grid for axes in row]
+    label = figure.y or QUANTITIES[figure.quantity][0]
+    for axes, name in zip(every, names, strict=False):
+        own = [curve for curve in curves if curve.panel == name]
+        for curve in own:
+            _draw(axes, curve, color_of(labels.index(curve.label)))
+        axes.set_ylabel(label)
+        axes.set_title(name, fontsize=10)
+        if not surface:
+            axes.margins(x=0.01)
+            _from_zero(axes, own)
+    for axes in every[len(names) :]:
+        axes.set_visible(False)
+    for axes in every if surface else every[-1:]:
+        axes.set_xlabel(figure.x or _speed(figure.relative))
+    if not surface:
+        draw_legend(drawn, _handles(curves, labels), 4)
+    return drawn
+
+
+def _speed(relative: bool) -> str:
+    return "mesh frequency of mesh 1 " + (
+        "over the first natural frequency" if relative else "[Hz]"
+    )
+
+
+def _from_zero(axes: Axes, curves: Sequence[Curve]) -> None:
+    if np.nanmin([point[1] for curve in curves for point in curve.points]) >= 0.0:
+        axes.set_ylim(bottom=0.0)
+
+
+def _draw(axes: Axes, curve: Curve, color: str) -> None:
+    points = np.array(curve.points, float)
+    if curve.style != "surface":
+        axes.plot(*points.T, color=color, **LOOKS[curve.style])
+        return
+    x, y = (np.unique(column) for column in points.T[:2])
+    values = points[:, 2].reshape(x.size, y.size).T
+    lines = axes.contour(x, y, values, LEVELS, linewidths=1.0)
+    axes.clabel(lines, fontsize=7)
+    axes.grid(visible=False)
+
+
+def _handles(curves: Sequence[Curve], labels: Sequence[str]) -> list[Any]:
+    from matplotlib.lines import Line2D
+
+    styles = dict.fromkeys(curve.style for curve in curves)
+    found = []
+    for number, label in enumerate(labels):
+        own = next(curve.style for curve in curves if curve.label == label)
+        look = LOOKS[own] | ({"ms": 6.0, "alpha": 1.0} if own == "points" else {})
+        found.append(Line2D([], [], color=color_of(number), label=label, **look))
+    both = {"line", "dashed"} <= styles.keys()
+    found += [
+        Line2D([], [], color="black", label=word, **LOOKS[style])
+        for style, word in WORDS.items()
+        if both
+    ]
+    if "crosses" in styles:
+        pale = LOOKS["crosses"] | {"ms": 6.0, "alpha": 0.4}
+        found.append(
+            Line2D([], [], color="black", label="unstable closed form", **pale)
+        )
+    return [handle for handle in found if handle.get_label()]

@@ -1,0 +1,145 @@
+"""Figures and tables of the sources: what is computed, and what is printed.
+
+A figure is a TOML file named after its number; they stand in `validation/figures/`.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Annotated, Literal
+
+from pydantic import AfterValidator, Field
+
+from fegear.errors import InputError
+from fegear.gearset.problems import nearest
+from fegear.output import read_text
+from validation.data_files import STRICT, DataFile, Flag, Number, Text
+from validation.reproduce.computations.kinds import KINDS, AnyPart
+from validation.reproduce.parts import Part, Quantity, Scene, Train, scene_of
+
+FOLDER = Path(__file__).parents[1] / "figures"
+
+
+def _require_number(text: str) -> str:
+    if not re.fullmatch(r"(table-)?\d\.\d+[a-z]?", text):
+        raise ValueError("must be a number such as 3.6, 3.14a or table-2.1")
+    return text
+
+
+@dataclass(frozen=True, kw_only=True)
+class Printed:
+    """A value that the source prints, and what it stands beside.
+
+    part, found : name of a part and of what it finds; of several values the nearest
+    why : it does not agree, where it does not
+    """
+
+    __pydantic_config__ = STRICT
+
+    quantity: Text
+    value: Number
+    unit: str
+    where: Text
+    part: Text
+    found: Text
+    why: str = ""
+
+
+@dataclass(frozen=True, kw_only=True)
+class SourceFigure(Train):
+    """A figure or a table.
+
+    says : what it shows, and what the source reads from it
+    notes : what was chosen where the source is silent
+    meshes : that are shown, counted from 1
+    relative : whether frequencies are those over the first natural frequency
+    x, y : labels of the axes where they are not those of a frequency response
+    """
+
+    number: Annotated[str, AfterValidator(_require_number)]
+    title: Text
+    says: Text
+    notes: str = ""
+    gear_set: Text
+    meshes: Annotated[tuple[Literal[1, 2], ...], Field(min_length=1)] = (1, 2)
+    relative: Flag = False
+    quantity: Quantity = "dte_rms"
+    x: str = ""
+    y: str = ""
+    part: Annotated[
+        tuple[Annotated[AnyPart, Field(discriminator="kind")], ...],
+        Field(min_length=1),
+    ]
+    printed: tuple[Printed, ...] = ()
+
+    @property
+    def parts(self) -> dict[str, Part]:
+        """By their names."""
+        return {part.own_name: part for part in self.part}
+
+    def scene(self, part: Part) -> Scene:
+        return scene_of(
+            part,
+            self,
+            set_name=self.gear_set,
+            meshes=self.meshes,
+            relative=self.relative,
+            quantity=self.quantity,
+        )
+
+
+_FILE = DataFile(SourceFigure, {"part": KINDS, "printed": Printed})
+
+
+def figure_numbers() -> tuple[str, ...]:
+    """Of all figures that are there, in the order of the source."""
+    return tuple(sorted((path.stem for path in FOLDER.glob("*.toml")), key=_place))
+
+
+def _place(number: str) -> tuple[int, int, str]:
+    """Tables stand before the figures of their chapter."""
+    found = re.fullmatch(r"(?:table-)?(\d)\.(\d+)([a-z]?)", number)
+    assert found
+    table = number.startswith("table")
+    return int(found[1]), int(found[2]) - 1000 * table, found[3]
+
+
+@cache
+def load_figure(number: str) -> SourceFigure:
+    """Raises InputError that names the numbers there are."""
+    known = figure_numbers()
+    if number not in known:
+        raise InputError(
+            f"figure = {number}; no such figure{nearest(number, known)} (allowed: "
+            f"{', '.join(known)})"
+        )
+    return read_figure(read_text(FOLDER / f"{number}.toml"), f"figure {number}")
+
+
+def read_figure(text: str, source: str = "figure") -> SourceFigure:
+    """The figure in TOML text; `source` begins the message of an InputError."""
+    figure = _FILE.read(text, source)
+    names = [part.own_name for part in figure.part]
+    for name in names:
+        if names.count(name) > 1:
+            raise InputError(f"{source}: part {name} stands there twice; name both")
+    for number, printed in enumerate(figure.printed, start=1):
+        _require_found(figure, printed, f"{source}: printed {number}")
+    return figure
+
+
+def _require_found(figure: SourceFigure, printed: Printed, place: str) -> None:
+    """The name of something that a part of the figure finds."""
+    parts = figure.parts
+    if printed.part not in parts:
+        raise InputError(
+            f"{place}, part = {printed.part}; must be one of {', '.join(parts)}"
+        )
+    keys = parts[printed.part].keys
+    if not any(re.fullmatch(key, printed.found) for key in keys):
+        raise InputError(
+            f"{place}, found = {printed.found}; must fit one of {', '.join(keys)}"
+        )
