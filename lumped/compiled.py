@@ -16,7 +16,7 @@ import inspect
 import logging
 import os
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
@@ -150,15 +150,15 @@ def allocating(function: F) -> F:
     return _compile(function, **PART)
 
 
-def chosen_by_record(function: F, record: type, one: F, other: F) -> None:
-    """Let compiled code take `function` for `one` or `other`, by its second argument.
+def chosen_by_record(function: F, choices: Mapping[type, F]) -> None:
+    """Let compiled code take others for `function`, by its second argument.
 
-    one : where that is such a record. All have the same arguments; Python calls
-    `function` as it stands.
+    choices : by the record that this is. All have the same arguments; Python calls
+        `function` as it stands.
     """
 
     def choose(system, steps, *others):  # type: ignore[no-untyped-def]
-        chosen: Any = one if steps.instance_class is record else other
+        chosen: Any = choices[steps.instance_class]
         return chosen.py_func
 
     options: Any = {**INLINED, "error_model": "numpy", "nogil": True}

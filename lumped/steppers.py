@@ -181,8 +181,14 @@ def stepper_of(
 def _room(system: LumpedSystem, h: Array, periods: int) -> tuple[Array, Array]:
     """Times (t,) in the unit of the steps, and room to record (t, 6, m) or more."""
     time = np.concatenate([[0.0], np.cumsum(np.tile(h, periods))])
+    return time, room_to_record(system, time.size)
+
+
+def room_to_record(system: LumpedSystem, instants: int) -> Array:
+    """Of the meshes at so many instants (t, 6, m), or more rows where contacts are
+    recorded besides."""
     most = 0 if system.contacts is None else np.bincount(system.contacts.mesh_of).max()
-    return time, np.full((time.size, 6 + 2 * most, len(system.excitations)), np.nan)
+    return np.full((instants, 6 + 2 * most, len(system.excitations)), np.nan)
 
 
 def history_of(time: Array, out: Array, system: LumpedSystem) -> History:

@@ -262,6 +262,22 @@ class CoupledSteps(NamedTuple):
     problem: ContactProblem
 
 
+class VariedSteps(NamedTuple):
+    """Steps along which small changes are carried with a motion.
+
+    h (s,) of the steps [s]; steps : Samples or CoupledSteps of the motion
+    damping (n, n) [1/s]
+    tangent (n, n) stiffness at an instant [1/s2]; matrix (c, c + n) a working array,
+    with c contacts of the coupled model
+    """
+
+    h: Array
+    steps: Any
+    damping: Array
+    tangent: Array
+    matrix: Array
+
+
 class QuadratureGrid(NamedTuple):
     """Pieces of a common period that end on corners, and the excitation in them.
 

@@ -19,10 +19,13 @@ from lumped.compiled import inlined
 from lumped.kernels.contact import (
     CONVERGED,
     LOADS,
+    SLOPES,
     X,
     find_near,
+    load_at,
     solve_penetrations,
 )
+from lumped.kernels.elimination import eliminate
 
 
 @inlined
@@ -98,6 +101,35 @@ def set_loads(steps, i):
     for p in range(near):
         c = problem.chosen[p]
         load[c], steps.penetration[c] = problem.newton[LOADS, p], problem.newton[X, p]
+
+
+@inlined
+def set_contact_stiffness(steps, i, matrix, stiffness):
+    """Tangent stiffness (n, n) [1/s2] of the contacts whose loads `set_loads` found.
+
+    x + Q F(x) = B q: (1 + Q F') dx/dq = B, K = B' F' dx/dq
+
+    matrix : (c, c + n), a working array
+    """
+    problem, n = steps.problem, steps.rows.shape[2]
+    near = find_near(problem)
+    for a in range(near):
+        c = problem.chosen[a]
+        _, problem.newton[SLOPES, a] = load_at(problem, c, steps.penetration[c])
+    for a in range(near):
+        for b in range(near):
+            matrix[a, b] = problem.Q[a, b] * problem.newton[SLOPES, b]
+        matrix[a, a] += 1.0
+        for j in range(n):
+            matrix[a, near + j] = steps.rows[i, problem.chosen[a], j]
+    eliminate(matrix, near, near + n)
+    for j in range(n):
+        for k in range(n):
+            stiffness[j, k] = 0.0
+            for a in range(near):
+                row = steps.rows[i, problem.chosen[a], j]
+                push = problem.newton[SLOPES, a] * matrix[a, near + k]
+                stiffness[j, k] += row * push
 
 
 @inlined

@@ -21,6 +21,12 @@ def pair_force(stiffness, elastic, backlash):
 
 
 @inlined
+def pair_slope(stiffness, elastic, backlash):
+    """Tangent stiffness [N/m] of a pair at deflection minus gap."""
+    return stiffness if elastic > 0.0 or elastic < -backlash else 0.0
+
+
+@inlined
 def mesh_force(deflection, stiffness, gap, first, last, backlash):
     """Force [N] of the pairs first to last of one mesh, positive in compression."""
     force = 0.0

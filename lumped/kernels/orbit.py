@@ -17,14 +17,14 @@ import numpy as np
 
 from lumped.compiled import compiled, inlined
 from lumped.kernels.arrays import OFFSET
-from lumped.kernels.contact import SLOPES, find_near, load_at
 from lumped.kernels.coupled import (
     record_coupled,
+    set_contact_stiffness,
     set_free_penetrations,
     set_loads,
 )
 from lumped.kernels.elimination import eliminate
-from lumped.kernels.law import pair_force
+from lumped.kernels.law import pair_force, pair_slope
 from lumped.kernels.rk4 import rk4_step
 from lumped.kernels.waves import position, set_excitation, set_pitch, value_at
 
@@ -148,8 +148,7 @@ def set_force(system, excitation, s, force, slope):
         for p in range(system.first_pair[m], system.first_pair[m + 1]):
             elastic, backlash = s[m] - gap[p], system.backlash[m]
             force[m] += pair_force(stiffness[p], elastic, backlash)
-            if elastic > 0.0 or elastic < -backlash:
-                slope[m] += stiffness[p]
+            slope[m] += pair_slope(stiffness[p], elastic, backlash)
 
 
 @inlined
@@ -205,43 +204,16 @@ def set_contact_forces(system, steps, q, force, slope):
 
     steps : CoupledSteps at the t instants
     """
-    n, problem = q.shape[1], steps.problem
+    n = q.shape[1]
     matrix = np.empty((steps.load.size, steps.load.size + n))
     for i in range(q.shape[0]):
         set_free_penetrations(system, steps, i, 0, q[i])
         set_loads(steps, i)
-        near = find_near(problem)
         for j in range(n):
             force[i, j] = 0.0
             for c in range(steps.load.size):
                 force[i, j] += steps.rows[i, c, j] * steps.load[c]
-        set_pressed(steps, i, near, matrix)
-        for j in range(n):
-            for k in range(n):
-                slope[i, j, k] = 0.0
-                for a in range(near):
-                    row = steps.rows[i, problem.chosen[a], j]
-                    push = problem.newton[SLOPES, a] * matrix[a, near + k]
-                    slope[i, j, k] += row * push
-
-
-@inlined
-def set_pressed(steps, i, near, matrix):
-    """Penetrations per coordinate of the contacts that are near, beyond their columns.
-
-    x + Q F(x) = B q: (1 + Q F') dx/dq = B
-    """
-    problem, n = steps.problem, steps.rows.shape[2]
-    for a in range(near):
-        c = problem.chosen[a]
-        _, problem.newton[SLOPES, a] = load_at(problem, c, steps.penetration[c])
-    for a in range(near):
-        for b in range(near):
-            matrix[a, b] = problem.Q[a, b] * problem.newton[SLOPES, b]
-        matrix[a, a] += 1.0
-        for j in range(n):
-            matrix[a, near + j] = steps.rows[i, problem.chosen[a], j]
-    eliminate(matrix, near, near + n)
+        set_contact_stiffness(steps, i, matrix, slope[i])
 
 
 @compiled

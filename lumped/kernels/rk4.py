@@ -6,10 +6,12 @@ changes its contact; a change costs an error of second order once.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from lumped.compiled import chosen_by_record, compiled, inlined
-from lumped.kernels.arrays import CoupledSteps
+from lumped.kernels.arrays import CoupledSteps, Samples, VariedSteps
 from lumped.kernels.coupled import record_coupled, set_coupled_acceleration
 from lumped.kernels.law import record, record_before, set_spring_acceleration
 from lumped.kernels.settling import (
@@ -21,6 +23,9 @@ from lumped.kernels.settling import (
     set_round_off,
     widen,
 )
+from lumped.kernels.tangent import rescale, set_varied_acceleration
+
+RESCALED = 64  # steps after which small changes are brought back to length 1
 
 
 @inlined
@@ -34,10 +39,14 @@ def record_springs(system, samples, k, q, v, out):
 def set_acceleration(system, steps, instant, q, v, a, s):
     """Modal accelerations (n,) and mesh deflections (m,) at an instant.
 
-    Of springs along Samples, of contacts along CoupledSteps.
+    Of springs along Samples, of contacts along CoupledSteps, of either and small
+    changes of the motion along VariedSteps.
     """
-    coupled = isinstance(steps, CoupledSteps)
-    chosen = set_coupled_acceleration if coupled else set_spring_acceleration
+    chosen: Any = set_spring_acceleration
+    if isinstance(steps, CoupledSteps):
+        chosen = set_coupled_acceleration
+    elif isinstance(steps, VariedSteps):
+        chosen = set_varied_acceleration
     chosen(system, steps, instant, q, v, a, s)
 
 
@@ -48,9 +57,14 @@ def record_row(system, steps, k, q, v, out):
 
 
 chosen_by_record(
-    set_acceleration, CoupledSteps, set_coupled_acceleration, set_spring_acceleration
+    set_acceleration,
+    {
+        Samples: set_spring_acceleration,
+        CoupledSteps: set_coupled_acceleration,
+        VariedSteps: set_varied_acceleration,
+    },
 )
-chosen_by_record(record_row, CoupledSteps, record_coupled, record_springs)
+chosen_by_record(record_row, {Samples: record_springs, CoupledSteps: record_coupled})
 
 
 @inlined
@@ -133,3 +147,30 @@ def settle_rk4(system, samples, limit, state, check, most):
         if close_section(check, q, v):
             return FINISHED, 0.0, True
     return FINISHED, 0.0, False
+
+
+@compiled
+def carry_rk4(system, varied, limit, state, angular, sections, growth):
+    """Integrate a motion with small changes of it over whole common periods.
+
+    varied : VariedSteps; state : (2, n (1 + k)) the motion, then k changes one after
+        the other, advanced in place; together they are kept at length 1
+    angular : (n,) [rad/s] by which velocities count in that length
+    sections : (periods, 6, m) or more rows, at the start of each; see `record`
+    growth : (periods,) logarithm of how much the changes have grown in each
+    Returns (status, periods done).
+    """
+    q, v, n = state[0], state[1], angular.size
+    work = np.empty((5, q.size))
+    s, later = np.empty(sections.shape[2]), np.empty(sections.shape[2])
+    steps = varied.h.size
+    for period in range(growth.size):
+        record_row(system, varied.steps, 0, q[:n], v[:n], sections[period])
+        growth[period] = 0.0
+        for k in range(steps):
+            rk4_step(system, varied, k, q, v, work, s, later)
+            if not bounded(q[:n], v[:n], limit):
+                return NOT_FINITE, period
+            if k % RESCALED == 0 or k == steps - 1:
+                growth[period] += rescale(q, v, angular)
+    return FINISHED, growth.size

@@ -16,6 +16,7 @@ from fegear.gearset import load_gear_set
 from fegear.gearset.phases import mesh_phases
 from fegear.lumped_system import LumpedModel, lumped_system
 from fegear.statics import BODIES, solve_mesh
+from lumped.attractors import find_attractor
 from lumped.branches.balance import HarmonicBalance
 from lumped.coupled import INGREDIENTS, contact_loads
 from lumped.respond import respond
@@ -224,3 +225,6 @@ def test_harmonic_balance_is_the_integrated_motion(case, system):
     transfer = balance.monodromy(x, frequency)
     damping = np.trace(system.coupled_arrays.damping)
     assert np.linalg.det(transfer) == pytest.approx(math.exp(-damping / frequency))
+    exponent = math.log(np.abs(np.linalg.eigvals(transfer)).max())
+    found = find_attractor(system, response, fine)
+    assert found.exponent == pytest.approx(exponent, rel=5e-3)

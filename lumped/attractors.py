@@ -1,0 +1,206 @@
+"""What a motion has settled to: Poincaré section and largest Lyapunov exponent.
+
+The section is taken once in each common period of the meshes. The exponent is the mean
+rate at which small changes of the motion grow, carried with it along the same steps. A
+motion that repeats has it from the multipliers of its own period.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from enum import StrEnum
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lumped.kernels.arrays import CoupledSteps, VariedSteps
+from lumped.response import Response, Status
+from lumped.settings import Settings, require_between
+from lumped.steady_state import Diverged, Speed
+from lumped.steppers import FixedStepper, room_to_record
+from lumped.system import LumpedSystem
+
+Array = NDArray[np.float64]
+TURNING = 128  # periods of the first mesh in which a change turns to what grows most
+STRETCH = 1024  # periods of the first mesh between looks at the exponent
+MOST = 16 * STRETCH  # after which it is left as it is
+WINDOWS = 16  # of which its standard error is taken
+CLEAR = 5.0  # standard errors beyond which the sign of an exponent is certain
+NEUTRAL = 1e-3  # per period, below which changes neither grow nor shrink
+FINE = 1024  # steps per period along which multipliers of short motions are taken
+SHORT = 64  # periods of the first mesh
+CLOSING = 16  # times the motion's period in which it closes on those steps
+
+
+class Kind(StrEnum):
+    """Of a motion that has settled, by its exponent where it does not repeat.
+
+    UNSETTLED : changes shrink, so that it still settles or repeats after more periods
+        than were looked for
+    """
+
+    PERIODIC = "periodic"
+    QUASI_PERIODIC = "quasi-periodic"
+    CHAOTIC = "chaotic"
+    UNSETTLED = "unsettled"
+    DIVERGED = "diverged"
+
+
+@dataclass(frozen=True, kw_only=True)
+class SectionSettings:
+    """How attractors are looked at; sections : points of one that does not repeat."""
+
+    sections: int = 100
+
+    def __post_init__(self) -> None:
+        require_between("sections", self.sections, 1, 10_000)
+
+
+@dataclass(frozen=True, eq=False)
+class Attractor:
+    """Of a motion with m meshes; nothing but NaN where it diverged.
+
+    multiple : common periods after which it repeats, 0 if it does not
+    deflection, rate : (k, m) at the start of successive common periods, of all that
+        differ where it repeats [m], [m/s]
+    exponent : largest of Lyapunov, per period of the first mesh
+    spread : its standard error; 0 where the motion repeats
+    """
+
+    multiple: int
+    deflection: Array
+    rate: Array
+    exponent: float
+    spread: float
+
+    @property
+    def kind(self) -> Kind:
+        if self.multiple:
+            return Kind.PERIODIC
+        if not math.isfinite(self.exponent):
+            return Kind.DIVERGED
+        if abs(self.exponent) <= max(NEUTRAL, CLEAR * self.spread):
+            return Kind.QUASI_PERIODIC
+        return Kind.CHAOTIC if self.exponent > 0.0 else Kind.UNSETTLED
+
+
+def find_attractor(
+    system: LumpedSystem,
+    response: Response,
+    settings: Settings,
+    sections: SectionSettings | None = None,
+    watch: Callable[[int], None] = lambda done: None,
+) -> Attractor:
+    """The attractor on which a response ends, by fixed steps.
+
+    settings : of the response's steps
+    watch : called on the way with the common periods that are done; what it raises ends
+        the work
+    """
+    sections = sections or SectionSettings()
+    if response.status == Status.DIVERGED:
+        return _diverged(system)
+    at = Speed(response.frequency, settings)
+    try:
+        if response.multiple:
+            return _repeating(system, response, at)
+        return _wandering(system, response, at, sections.sections, watch)
+    except Diverged:
+        return _diverged(system)
+
+
+def _diverged(system: LumpedSystem) -> Attractor:
+    empty = np.empty((0, len(system.excitations)))
+    return Attractor(0, empty, empty, math.nan, math.nan)
+
+
+class _Way:
+    """Along which changes are carried with a motion, in common periods."""
+
+    def __init__(self, system: LumpedSystem, at: Speed) -> None:
+        given: tuple[Any, Any] = FixedStepper(system).driven(at)
+        self.system, (self.arrays, steps) = system, given
+        self.angular = np.sqrt(system.arrays.rigidity)
+        n, damping = self.angular.size, self.arrays.damping
+        contacts = steps.load.size if isinstance(steps, CoupledSteps) else 0
+        self.steps = VariedSteps(
+            h=steps.h,
+            steps=steps,
+            damping=damping if damping.ndim == 2 else np.diag(damping),
+            tangent=np.empty((n, n)),
+            matrix=np.empty((contacts, contacts + n)),
+        )
+
+    def carry(self, state: Array, periods: int) -> tuple[Array, Array, Array]:
+        """Deflections and rates (periods, m) at the start of each, and how much changes
+        grow in it as a logarithm (periods,); the state (2, n (1 + k)) moves on."""
+        from lumped.kernels import rk4
+
+        rows, growth = room_to_record(self.system, periods), np.empty(periods)
+        status, _ = rk4.carry_rk4(
+            *(self.arrays, self.steps, self.system.limit, state, self.angular),
+            *(rows, growth),
+        )
+        if status:
+            raise Diverged(0.0)
+        return rows[:, 0], rows[:, 1], growth
+
+
+def _repeating(system: LumpedSystem, response: Response, at: Speed) -> Attractor:
+    """Changes of every coordinate and velocity together are the monodromy.
+
+    A spring that opens within a step leaves an error in it of the order of the step,
+    which a motion that does not repeat averages out: this one takes finer steps.
+    """
+    state, periods = np.array(response.state), response.multiple
+    length = periods * system.common_period[0]
+    if system.contacts is None and length <= SHORT and at.settings.steps < FINE:
+        at = replace(at, settings=replace(at.settings, steps=FINE))
+        varied = np.concatenate([state, np.ones_like(state)], axis=1)
+        _Way(system, at).carry(varied, CLOSING * periods)
+        state = varied[:, : state.shape[1]]
+    way = _Way(system, at)
+    n = way.angular.size
+    unit = np.stack([np.eye(2 * n)[:, :n], np.eye(2 * n)[:, n:] * way.angular])
+    state = np.concatenate([state[:, None], unit], axis=1).reshape(2, -1)
+    deflection, rate, growth = way.carry(state, periods)
+    changes = state.reshape(2, -1, n)[:, 1:]
+    monodromy = np.concatenate([changes[0], changes[1] / way.angular], axis=1)
+    largest = np.abs(np.linalg.eigvals(monodromy)).max()
+    exponent = (math.log(largest) + growth.sum()) / length
+    return Attractor(response.multiple, deflection, rate, float(exponent), 0.0)
+
+
+def _wandering(
+    system: LumpedSystem,
+    response: Response,
+    at: Speed,
+    sections: int,
+    watch: Callable[[int], None],
+) -> Attractor:
+    """One change, until the sign of its growth is certain or it took long enough."""
+    way, length = _Way(system, at), system.common_period[0]
+    changed = np.full((2, way.angular.size), 1.0)  # which no mode leaves out
+    changed[1] *= way.angular
+    state = np.concatenate([response.state, changed], axis=1)
+    way.carry(state, math.ceil(TURNING / length))
+    stretch = max(sections, WINDOWS, math.ceil(STRETCH / length))
+    deflection, rate, growth = way.carry(state, stretch)
+    while True:
+        windows = np.array([part.mean() for part in np.array_split(growth, WINDOWS)])
+        exponent, spread = growth.mean(), windows.std(ddof=1) / math.sqrt(WINDOWS)
+        certain = abs(exponent) > max(CLEAR * spread, NEUTRAL * length)
+        if certain or not math.isfinite(exponent) or growth.size * length >= MOST:
+            break
+        watch(growth.size)
+        growth = np.concatenate([growth, way.carry(state, stretch)[2]])
+    return Attractor(
+        multiple=0,
+        deflection=deflection[:sections].copy(),
+        rate=rate[:sections].copy(),
+        exponent=float(exponent / length),
+        spread=float(spread / length),
+    )
