@@ -3,21 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import asdict, dataclass, fields, replace
 from os import PathLike
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from fegear.errors import InputError
+from fegear.excitation import GivenTables
 from fegear.gearset.model import GearSet
 from fegear.lumped_system import LumpedModel, file_header, lumped_system
 from fegear.output import write_text
-from fegear.parameter_maps import TORQUE, VariedSet
+from fegear.parameter_maps import TORQUE, VariedSet, digest
+from fegear.store import Checkpoint, Keeping
 from lumped.branches.bifurcations import BranchPoint
 from lumped.branches.figure import draw_branches
 from lumped.branches.motions import OverFigure, OverSpeed
 from lumped.branches.periodic import BranchFinder, BranchSettings, PeriodicBranch
+from lumped.branches.plain import plain_branch, read_branch
 from lumped.csv_text import format_csv
 from lumped.system import LumpedSystem
 
@@ -27,6 +30,8 @@ if TYPE_CHECKING:
     from fegear.statics import Progress
 
 FREQUENCY = "mesh_frequency_Hz"
+BRANCHES = "branches"  # in a checkpoint
+NOTHING = Keeping()
 SCHEME = "harmonic balance"
 FIXED = {  # in a summary, by the entry of the header
     "speed_Hz": "speed_Hz",
@@ -156,12 +161,14 @@ def find_branches(
     limits: tuple[float, float],
     model: LumpedModel,
     settings: BranchSettings | None = None,
+    keeping: Keeping = NOTHING,
     report: Progress = lambda what, done, total: None,
 ) -> BranchesResult:
     """All branches that a start at rest, sweeps and period doublings lead to.
 
     torque : on the input gear [N m]
     limits : mesh frequencies of the first mesh [Hz] between which they are followed
+    keeping : where branches are kept as they are found
     After KeyboardInterrupt the result holds those that were finished.
     Raises InputError, TrainError where the motion's period is too long, and
     ArithmeticError where no motion is found to begin with.
@@ -177,13 +184,18 @@ def find_branches(
         "torque_Nm": f"{torque:g}",
     }
     finder = BranchFinder(OverSpeed(system), limits, settings or BranchSettings())
-    return _followed(BranchesResult(system, header, ()), finder, report)
+    known = header | {"digest of the gear set": digest(gear_set)}
+    if isinstance(model.stiffness, GivenTables):
+        known |= {"digest of the tables": model.stiffness.digest}
+    result = BranchesResult(system, header, ())
+    return _followed(result, finder, keeping, known, report)
 
 
 def find_branches_over(
     varied: VariedSet,
     frequency: float,
     settings: BranchSettings | None = None,
+    keeping: Keeping = NOTHING,
     report: Progress = lambda what, done, total: None,
 ) -> BranchesResult:
     """The same over a figure of a gear set, at one mesh frequency.
@@ -202,31 +214,60 @@ def find_branches_over(
     family = OverFigure(axis.name, lambda v: varied.system((v,)), frequency, limits)
     finder = BranchFinder(family, limits, settings or BranchSettings())
     result = BranchesResult(system, header, (), parameter=axis.name)
-    return _followed(result, finder, report)
+    known = header | {"over": axis.name} | varied.inputs
+    return _followed(result, finder, keeping, known, report)
 
 
 def _followed(
-    result: BranchesResult, finder: BranchFinder, report: Progress
+    result: BranchesResult,
+    finder: BranchFinder,
+    keeping: Keeping,
+    known: dict[str, str],
+    report: Progress,
 ) -> BranchesResult:
-    """The result with the branches that are found."""
+    """The result with the branches that are found.
+
+    known : all that determines them, but for the limits and settings of the finder
+    """
     low, high = finder.limits
 
     def watch(number: int, value: float) -> None:
         done = round(100.0 * (value - low) / (high - low))
         report(f"branch {number + 1}, {finder.family.words(value)}", done, 100)
 
-    finder.report, interrupted = watch, False
+    finder.report, interrupted = watch, True
+    checkpoint = keeping.open(known | _numerics(finder))
     try:
+        if checkpoint is not None:
+            _take_up(finder, checkpoint, keeping)
         finder.find(low)
+        interrupted = False
     except KeyboardInterrupt:
         if not finder.found:
             raise
-        interrupted = True
+    finally:
+        if checkpoint is not None:
+            checkpoint.close(keep=interrupted and bool(finder.found))
     header = {**result.header, "harmonics": str(finder.settings.harmonics)}
     if interrupted:
         header["incomplete"] = f"{len(finder.found)} branches before it was interrupted"
     found = tuple(finder.found)
     return replace(result, header=header, branches=found, interrupted=interrupted)
+
+
+def _numerics(finder: BranchFinder) -> dict[str, str]:
+    """Limits and settings, part of what a checkpoint must agree with."""
+    limits = {"limits": ":".join(map(repr, finder.limits))}
+    return limits | {name: repr(v) for name, v in asdict(finder.settings).items()}
+
+
+def _take_up(finder: BranchFinder, checkpoint: Checkpoint, keeping: Keeping) -> None:
+    """Go on from the branches that are kept, and keep what is found."""
+    finder.finished += map(read_branch, checkpoint.finished(BRANCHES))
+    finder.keep = lambda branch: checkpoint.add(BRANCHES, plain_branch(branch), {})
+    if keeping.resume:
+        count = len(finder.finished)
+        keeping.tell(f"{checkpoint.path}: branches that are finished: {count}")
 
 
 def _number(text: str | None) -> float | None:

@@ -26,7 +26,7 @@ from fegear.lumped_system import (
 )
 from fegear.output import make_directory, write_text
 from fegear.statics import StaticsSettings
-from fegear.store import Checkpoint, open_checkpoint
+from fegear.store import Checkpoint, Keeping
 from fegear.sweeps import BOTH, Progress, SweepResult, at_torques, required_torques
 from lumped.sweep import (
     Branch,
@@ -74,21 +74,16 @@ class DynamicsSettings:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Records:
+class Records(Keeping):
     """What a run keeps beside its result.
 
-    checkpoint : file of finished speeds, from which `resume` goes on
     histories : directory of a file for each speed, root stress of one gear among it
     entries : added to the header of every file
-    tell : called with what was found in the checkpoint
     """
 
-    checkpoint: Path | None = None
-    resume: bool = False
     histories: Path | None = None
     root_stress: str | None = None
     entries: dict[str, str] = field(default_factory=dict)
-    tell: Callable[[str], None] = lambda message: None
 
     @property
     def words(self) -> str:
@@ -249,9 +244,6 @@ def _sweep_kept(run: Run, records: Records, progress: Progress) -> list[Branch]:
 
 
 def _open_checkpoint(run: Run, records: Records) -> Checkpoint | None:
-    path = records.checkpoint
-    if path is None:
-        return None
     # what is derived comes last, so that a message names what was asked for
     inputs = {
         "torques_Nm": ", ".join(map(repr, run.torques)),
@@ -262,11 +254,7 @@ def _open_checkpoint(run: Run, records: Records) -> Checkpoint | None:
         "figures of the gear set": sha256(repr(run.gear_set).encode()).hexdigest(),
         DERIVED: run.header[DERIVED],
     }
-    if records.resume and not path.exists():
-        output = path.with_suffix("")
-        done = f"{output} is finished and" if output.exists() else "it"
-        records.tell(f"there is no {path}, {done} is computed from the start")
-    return open_checkpoint(path, inputs, records.resume)
+    return records.open(inputs)
 
 
 def _tell_resumed(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, Protocol
 
@@ -21,7 +22,14 @@ from fegear.output import read_text
 from fegear.printable import printable
 from lumped.analytic import Points, StiffnessFigures, analytic_excitation
 from lumped.excitation import MeshExcitation, excitation_from_table, table_pitches
-from lumped.table import MeshTable, TableError, pair_names, pair_teeth, parse_table
+from lumped.table import (
+    MeshTable,
+    TableError,
+    format_table,
+    pair_names,
+    pair_teeth,
+    parse_table,
+)
 
 if TYPE_CHECKING:
     from fegear.statics import StaticsSettings
@@ -121,6 +129,12 @@ class GivenTables:
         """Entry of a file's header: the tables."""
         names = ", ".join(Path(name).name for name, _ in self.tables)
         return {"excitation": printable(f"tables {names}")}
+
+    @property
+    def digest(self) -> str:
+        """Tells tables apart that have one name, such as a file that was edited."""
+        texts = "".join(format_table(table) for _, table in self.tables)
+        return sha256(texts.encode()).hexdigest()[:16]
 
     @property
     def statics(self) -> StaticsSettings:

@@ -94,6 +94,12 @@ class VariedSet:
         """Of the axes."""
         return {axis.name for axis in self.axes}
 
+    @property
+    def inputs(self) -> dict[str, str]:
+        """What tells it from others that have the same header."""
+        fixed = {f"--set {key}": repr(value) for key, value in self.fixed.items()}
+        return fixed | {"digest of the gear set": digest(self.gear_set)}
+
     def header(self, integration: str) -> dict[str, str]:
         """Entries of a file without what the axes vary; see `file_header`."""
         first = lumped_system(self.gear_set, self.load, self.model, self.excitations)

@@ -13,7 +13,7 @@ import io
 import json
 import sqlite3
 import threading
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from itertools import takewhile
 from pathlib import Path
@@ -141,6 +141,29 @@ class Checkpoint:
             self.path.unlink(missing_ok=True)
 
 
+@dataclass(frozen=True, kw_only=True)
+class Keeping:
+    """Where a run keeps what it has finished, and whether it goes on with that.
+
+    tell : called with what was found in the checkpoint
+    """
+
+    checkpoint: Path | None = None
+    resume: bool = False
+    tell: Callable[[str], None] = lambda message: None
+
+    def open(self, inputs: Mapping[str, str]) -> Checkpoint | None:
+        """The checkpoint of a run with these inputs, None where nothing is kept."""
+        path = self.checkpoint
+        if path is None:
+            return None
+        if self.resume and not path.exists():
+            output = path.with_suffix("")
+            done = f"{output} is finished and" if output.exists() else "it"
+            self.tell(f"there is no {path}, {done} is computed from the start")
+        return open_checkpoint(path, inputs, self.resume)
+
+
 def open_checkpoint(path: Path, inputs: Mapping[str, str], resume: bool) -> Checkpoint:
     """The checkpoint at a path, made where there is none.
 
@@ -215,8 +238,8 @@ def _require_checkpoint(connection: sqlite3.Connection, path: Path) -> None:
 def _require_nothing_finished(connection: sqlite3.Connection, path: Path) -> None:
     if connection.execute("select * from speeds").fetchone():
         raise InputError(
-            f"{path}: holds finished speeds of a run that was interrupted; resume "
-            "goes on with them, else remove it or choose another output"
+            f"{path}: holds what an interrupted run has finished; resume goes on "
+            "with it, else remove it or choose another output"
         )
 
 

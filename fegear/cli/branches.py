@@ -18,8 +18,8 @@ from fegear.cli.lumped_options import (
     LoadCase,
     middle_torque,
 )
-from fegear.cli.options import FREQUENCY, Outputs, refuse_idle
-from fegear.cli.screen import counted, number, screen
+from fegear.cli.options import FREQUENCY, ResumedOutputs, refuse_idle
+from fegear.cli.screen import complain, counted, number, screen
 from fegear.cli.varied import varied_set
 from fegear.errors import InputError
 
@@ -125,12 +125,13 @@ def branches_command(
         Range(least=1, most=64),
     ] = 2,
     model: BranchModel,
-    outputs: Outputs,
+    outputs: ResumedOutputs,
 ) -> None:
     """Periodic motions over speed or another figure, stable and unstable.
 
     Harmonic balance and arc-length continuation with folds, period doublings and
-    Floquet multipliers.
+    Floquet multipliers. With --output each branch is kept in FILE.partial until the
+    file is written; --resume goes on from there.
     """
     outputs.require(subject.set_name, *(model.table or ()))
     _, changes = model.load(subject, torque)
@@ -141,12 +142,14 @@ def branches_command(
     )
     find = parameter.finder(subject, model, torque)
     with outputs.progress() as report:
-        found = find(settings, report)
+        found = find(settings, outputs.keeping, report)
     found = replace(found, header={**found.header, **edit_entries(changes)})
     outputs.write(found.csv)
     outputs.draw(found.draw)
     outputs.show(found.summary, print_branches)
     if found.interrupted:
+        if outputs.checkpoint is not None:
+            complain(f"{outputs.checkpoint} is kept, --resume goes on there")
         raise typer.Exit(130)
 
 

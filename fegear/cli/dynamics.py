@@ -22,7 +22,7 @@ from fegear.cli.options import (
     RATIO,
     Elements,
     Friction,
-    Outputs,
+    ResumedOutputs,
     chosen,
     named_options,
     refuse_idle,
@@ -109,7 +109,7 @@ class ImplicitIntegration(Settling):
 
 
 @dataclass(frozen=True, kw_only=True)
-class DynamicsOutputs(Outputs):
+class DynamicsOutputs(ResumedOutputs):
     """Where the results and histories go, and whether a run is taken up again."""
 
     history: Path | None = option(
@@ -121,14 +121,9 @@ class DynamicsOutputs(Outputs):
         "Add the root stress of this gear's teeth to the files of --history.",
         metavar="GEAR",
     )
-    resume: bool = option(
-        "Go on with an interrupted run to the same --output.",
-        default=False,
-    )
 
     def __post_init__(self) -> None:
-        if self.resume and self.output is None:
-            raise InputError("--resume needs the --output of the run to go on with")
+        super().__post_init__()
         if self.root_stress is not None and self.history is None:
             raise InputError("--root-stress needs --history")
 
@@ -169,7 +164,7 @@ def dynamics_command(
 
     output = outputs.output
     records = Records(
-        checkpoint=None if output is None else Path(f"{output}.partial"),
+        checkpoint=outputs.checkpoint,
         resume=outputs.resume,
         histories=outputs.history,
         root_stress=outputs.root_stress,

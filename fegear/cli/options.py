@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 from fegear.cli.groups import Range, option
-from fegear.cli.screen import counted
+from fegear.cli.screen import complain, counted
 from fegear.errors import InputError
 
 if TYPE_CHECKING:
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
     from fegear.gearset.model import GearSet
     from fegear.statics import Progress
+    from fegear.store import Keeping
 
 
 PICTURES = (".png", ".pdf", ".svg")
@@ -116,6 +117,31 @@ class Outputs:
     def progress(self) -> AbstractContextManager[Progress]:
         """A bar, unless the screen is for JSON."""
         return progress_bar(enabled=not self.as_json)
+
+
+@dataclass(frozen=True, kw_only=True)
+class ResumedOutputs(Outputs):
+    """Where the results of a long run go, and whether one is taken up again."""
+
+    resume: bool = option(
+        "Go on with an interrupted run to the same --output.",
+        default=False,
+    )
+
+    def __post_init__(self) -> None:
+        if self.resume and self.output is None:
+            raise InputError("--resume needs the --output of the run to go on with")
+
+    @property
+    def keeping(self) -> Keeping:
+        from fegear.store import Keeping
+
+        return Keeping(checkpoint=self.checkpoint, resume=self.resume, tell=complain)
+
+    @property
+    def checkpoint(self) -> Path | None:
+        """What is finished is kept there until the table is written."""
+        return None if self.output is None else Path(f"{self.output}.partial")
 
 
 def show(

@@ -73,12 +73,17 @@ class BranchFinder:
 
     limits : of the parameter
     report : is told the number of the branch and the parameter on the way
+    finished : branches in the order in which they were found before, which are not
+        followed again
+    keep : is told each other branch as it is found
     """
 
     family: Family
     limits: tuple[float, float]
     settings: BranchSettings = field(default_factory=BranchSettings)
     report: Callable[[int, float], None] = lambda number, value: None
+    finished: list[PeriodicBranch] = field(default_factory=list)
+    keep: Callable[[PeriodicBranch], None] = lambda branch: None
     found: list[PeriodicBranch] = field(default_factory=list)
     doubled: int = 0  # of those found, the doublings of which were followed
 
@@ -244,33 +249,33 @@ class BranchFinder:
         return Branch(motions, steps)
 
     def _follow(self, branch: Branch[Motions], start: Point, origin: str) -> None:
-        """Follow a branch and keep it with its bifurcations.
-
-        It ends where its motions repeat after half of their period.
-        """
-        motions = branch.problem
-
-        def ends(before: Point, after: Point) -> str:
-            if motions.multiple % 2:
-                return ""
-            crosses = odd_part(motions, before) @ odd_part(motions, after) < 0.0
-            return HALVED if crosses else ""
-
-        number = len(self.found)
+        """Follow a branch and keep it with its bifurcations."""
+        if self.finished:
+            self.found.append(self.finished.pop(0))
+            return
+        motions, number = branch.problem, len(self.found)
         followed = branch.follow(
             start,
             self.limits,
-            ends,
+            lambda before, after: _halves(motions, before, after),
             lambda value: self.report(number, value),
         )
         if followed.reason == HALVED:
             followed = _cut_at_its_end(branch, followed)
         points = tuple(with_bifurcations(branch, followed))
-        self.found.append(
-            PeriodicBranch(
-                motions.multiple, points, origin, followed.reason, followed.closed
-            )
+        found = PeriodicBranch(
+            motions.multiple, points, origin, followed.reason, followed.closed
         )
+        self.keep(found)
+        self.found.append(found)
+
+
+def _halves(motions: Motions, before: Point, after: Point) -> str:
+    """Why a branch ends between points: its motions repeat in half their period."""
+    if motions.multiple % 2:
+        return ""
+    crosses = odd_part(motions, before) @ odd_part(motions, after) < 0.0
+    return HALVED if crosses else ""
 
 
 def odd_part(motions: Motions, point: Point) -> Array:

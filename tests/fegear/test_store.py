@@ -111,7 +111,7 @@ def test_closing_removes_the_checkpoint(place):
 def test_finished_speeds_are_not_thrown_away(place):
     with opened(place) as checkpoint:
         fill(checkpoint, UP, 3)
-    with pytest.raises(InputError, match="holds finished speeds"):
+    with pytest.raises(InputError, match="holds what an interrupted run"):
         open_checkpoint(place, {"torque_Nm": "5"}, resume=False)
     with opened(place) as checkpoint:
         assert assert_true(checkpoint, UP) == 3

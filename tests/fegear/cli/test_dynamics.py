@@ -146,7 +146,7 @@ def test_finished_speeds_are_not_thrown_away(tmp_path):
     kept = (tmp_path / "d.csv.partial").read_bytes()
     done = subprocess.run([*MAIN, *words], capture_output=True, text=True)
     assert done.returncode == 2
-    assert "holds finished speeds" in done.stderr
+    assert "holds what an interrupted run" in done.stderr
     assert (tmp_path / "d.csv.partial").read_bytes() == kept
 
 
