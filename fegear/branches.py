@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass, fields, replace
+from math import isnan
 from os import PathLike
 from typing import TYPE_CHECKING, Any
 
@@ -285,6 +286,7 @@ def _plain(branch: PeriodicBranch, over: str) -> dict[str, Any]:
         low: min(values),
         high: max(values),
         "largest_dte_rms_m": levels.max(axis=0).tolist(),
+        "relative_error_of_rms": None if isnan(branch.error) else branch.error,
         "origin": branch.origin,
         "end": branch.reason,
         "closed": branch.closed,

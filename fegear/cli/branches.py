@@ -164,11 +164,14 @@ def print_branches(values: dict[str, Any]) -> None:
     for place, branch in enumerate(values["branches"], start=1):
         repeats = counted(branch["period_multiple"], "period", "periods")
         largest = _micrometres(branch["largest_dte_rms_m"])
+        error = branch["relative_error_of_rms"]
+        beside = "" if error is None else f", {100.0 * error:.2g} % off by shooting"
         console.print(
             f"branch {place}: {counted(branch['points'], 'point', 'points')}, "
             f"{branch['stable_points']} of them stable, {branch[ends[0]]:.6g} to "
             f"{branch[ends[1]]:.6g}{unit}, repeats after {repeats}\n"
-            f"  largest RMS of dynamic transmission error of the meshes {largest} um\n"
+            f"  largest RMS of dynamic transmission error of the meshes {largest} um"
+            f"{beside}\n"
             f"  begins {branch['origin']}; ends: {branch['end']}"
         )
         for each in branch["bifurcations"]:

@@ -6,6 +6,7 @@ is found, and from where the period doubles.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
@@ -17,6 +18,7 @@ from numpy.typing import NDArray
 from lumped.branches.bifurcations import DOUBLING, BranchPoint, with_bifurcations
 from lumped.branches.continuation import Branch, Followed, NoSolution, Point, Steps
 from lumped.branches.motions import Family, Motions
+from lumped.branches.shooting import shoot
 from lumped.respond import respond
 from lumped.response import Response, Status
 from lumped.settings import Settings
@@ -54,6 +56,7 @@ class PeriodicBranch:
 
     multiple : common periods after which they repeat
     origin, reason : where it begins and why it ends, in words
+    error : of the largest RMS, relative, which shooting finds; NaN where it fails
     """
 
     multiple: int
@@ -61,6 +64,12 @@ class PeriodicBranch:
     origin: str
     reason: str
     closed: bool = False
+    error: float = math.nan
+
+    @property
+    def largest(self) -> BranchPoint:
+        """The point of the largest RMS of a mesh."""
+        return max(self.points, key=lambda point: point.figures["dte_rms"].max())
 
     @property
     def bifurcations(self) -> tuple[BranchPoint, ...]:
@@ -266,8 +275,19 @@ class BranchFinder:
         found = PeriodicBranch(
             motions.multiple, points, origin, followed.reason, followed.closed
         )
+        found = replace(found, error=_error(motions, found.largest))
         self.keep(found)
         self.found.append(found)
+
+
+def _error(motions: Motions, point: BranchPoint) -> float:
+    """Of the RMS of a motion, relative, beside that of shooting."""
+    balance, frequency = motions.at(point.parameter)
+    try:
+        exact = shoot(balance, point.x, frequency).figures["dte_rms"]
+    except NoSolution:
+        return math.nan
+    return float(np.abs(point.figures["dte_rms"] - exact).max() / exact.max())
 
 
 def _halves(motions: Motions, before: Point, after: Point) -> str:

@@ -1,0 +1,57 @@
+"""Periodic motions by shooting: a second opinion on harmonic balance.
+
+The state is looked for that a period of time integration takes back to itself, by
+Newton's method with the monodromy of harmonic balance. Integration leaves no harmonics
+out: what remains between the two is what harmonic balance does.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lumped.branches.balance import HarmonicBalance
+from lumped.branches.continuation import NoSolution
+from lumped.measures import measures
+from lumped.settings import Settings
+from lumped.steady_state import Diverged, Speed
+from lumped.steppers import stepper_of
+
+Array = NDArray[np.float64]
+EXACT = 1e-8  # largest last correction, of the state's size
+MOST_CORRECTIONS = 20
+ADAPTIVE = Settings(method="dopri5", accuracy=1e-10)
+FIXED = Settings(steps=256)  # of the coupled model
+
+
+@dataclass(frozen=True, eq=False)
+class Shot:
+    """A periodic motion: state (2, n) at the start of its period, figures (m,) each."""
+
+    state: Array
+    figures: dict[str, Array]
+
+
+def shoot(balance: HarmonicBalance, x: Array, frequency: float) -> Shot:
+    """The motion near unknowns x of harmonic balance at a mesh frequency [Hz].
+
+    Raises NoSolution where corrections do not fade.
+    """
+    system = balance.system
+    settings = ADAPTIVE if system.contacts is None else FIXED
+    stepper, at = stepper_of(system, settings), Speed(frequency, settings)
+    state = balance.state(x, frequency)
+    change = balance.monodromy(x, frequency) - np.eye(state.size)
+    size = np.abs(state).max(axis=1, keepdims=True)
+    for _ in range(MOST_CORRECTIONS):
+        try:
+            end, history = stepper.record(state, at, balance.multiple)
+        except Diverged:
+            break
+        step = np.linalg.solve(change, (end - state).ravel()).reshape(state.shape)
+        if np.abs(step / size).max() <= EXACT:
+            return Shot(state, measures(history))
+        state = state - step
+    raise NoSolution("shooting found no periodic motion")

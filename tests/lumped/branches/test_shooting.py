@@ -1,0 +1,68 @@
+"""Shooting beside harmonic balance, stable motions and unstable ones."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from lumped.branches.balance import HarmonicBalance
+from lumped.branches.continuation import NoSolution
+from lumped.branches.motions import OverSpeed
+from lumped.branches.periodic import BranchFinder, BranchSettings
+from lumped.branches.shooting import shoot
+
+FUNDAMENTAL, SUBHARMONIC = (1330.0, 1500.0), (3150.0, 3350.0)  # Hz
+
+
+@pytest.fixture(scope="module")
+def train(system):
+    return system(harmonics=3)
+
+
+def branches(train, harmonics, limits=FUNDAMENTAL):
+    settings = BranchSettings(harmonics=harmonics)
+    finder = BranchFinder(OverSpeed(train), limits, settings)
+    finder.find(limits[0])
+    return finder.found
+
+
+@pytest.mark.parametrize(
+    ("limits", "kinds"),
+    [
+        (FUNDAMENTAL, {(1, True), (1, False)}),
+        (SUBHARMONIC, {(2, True)}),
+    ],
+)
+def test_harmonics_converge_to_what_shooting_finds(train, limits, kinds):
+    """On all branches, with a force that has corners: of fourth order or better."""
+    errors = []
+    for harmonics in (6, 12, 24):
+        worst, seen = 0.0, set()
+        for branch in branches(train, harmonics, limits):
+            balance = HarmonicBalance(train, harmonics, branch.multiple)
+            for point in branch.points[::6]:
+                if abs(point.multipliers - 1.0).min() < 0.02:
+                    continue  # next to a fold there are two
+                exact = shoot(balance, point.x, point.frequency).figures["dte_rms"]
+                apart = abs(exact - point.figures["dte_rms"]).max() / exact.max()
+                worst = max(worst, apart)
+                seen.add((branch.multiple, point.stable))
+        errors.append(worst)
+        assert kinds <= seen
+    assert errors[0] < 1e-2
+    assert errors[1] < errors[0] / 2.0**3
+    assert errors[2] < errors[1] / 2.0**3
+
+
+def test_a_branch_tells_its_error(train):
+    for branch in branches(train, 12):
+        assert 0.0 <= branch.error < 1e-4
+
+
+def test_where_there_is_no_motion_none_is_found(train):
+    balance = HarmonicBalance(train, 6)
+    x = balance.static + 1e-4 * np.random.default_rng(1).standard_normal(
+        balance.static.size
+    )
+    with pytest.raises(NoSolution, match="shooting found no periodic motion"):
+        shoot(balance, x, 1400.0)
