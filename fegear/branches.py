@@ -162,8 +162,8 @@ def find_branches(
     limits: tuple[float, float],
     model: LumpedModel,
     settings: BranchSettings | None = None,
-    keeping: Keeping = NOTHING,
     report: Progress = lambda what, done, total: None,
+    keeping: Keeping = NOTHING,
 ) -> BranchesResult:
     """All branches that a start at rest, sweeps and period doublings lead to.
 
@@ -196,8 +196,8 @@ def find_branches_over(
     varied: VariedSet,
     frequency: float,
     settings: BranchSettings | None = None,
-    keeping: Keeping = NOTHING,
     report: Progress = lambda what, done, total: None,
+    keeping: Keeping = NOTHING,
 ) -> BranchesResult:
     """The same over a figure of a gear set, at one mesh frequency.
 

@@ -26,7 +26,9 @@ from fegear.errors import InputError
 if TYPE_CHECKING:
     from fegear.branches import BranchesResult
 
-Find = Callable[..., "BranchesResult"]  # of settings and a report of progress
+Find = Callable[
+    ..., "BranchesResult"
+]  # of settings, a report of progress, and what is kept
 EXAMPLE = "fegear branches liu-idler --speeds 700:4500 -o b.csv --plot b.png"
 
 
@@ -142,7 +144,7 @@ def branches_command(
     )
     find = parameter.finder(subject, model, torque)
     with outputs.progress() as report:
-        found = find(settings, outputs.keeping, report)
+        found = find(settings, report, outputs.keeping)
     found = replace(found, header={**found.header, **edit_entries(changes)})
     outputs.write(found.csv)
     outputs.draw(found.draw)

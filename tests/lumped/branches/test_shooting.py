@@ -37,19 +37,18 @@ def test_harmonics_converge_to_what_shooting_finds(train, limits, kinds):
     """On all branches, with a force that has corners: of fourth order or better."""
     errors = []
     for harmonics in (6, 12, 24):
-        worst, seen = 0.0, set()
+        apart, seen = [], set()
         for branch in branches(train, harmonics, limits):
             balance = HarmonicBalance(train, harmonics, branch.multiple)
             for point in branch.points[::6]:
-                if abs(point.multipliers - 1.0).min() < 0.02:
-                    continue  # next to a fold there are two
                 exact = shoot(balance, point.x, point.frequency).figures["dte_rms"]
-                apart = abs(exact - point.figures["dte_rms"]).max() / exact.max()
-                worst = max(worst, apart)
+                apart.append(abs(exact - point.figures["dte_rms"]).max() / exact.max())
                 seen.add((branch.multiple, point.stable))
-        errors.append(worst)
+        # next to a fold a small error of the force is a large one of the motion
+        errors.append(np.median(apart))
+        assert max(apart) < 0.02
         assert kinds <= seen
-    assert errors[0] < 1e-2
+    assert errors[0] < 1e-3
     assert errors[1] < errors[0] / 2.0**3
     assert errors[2] < errors[1] / 2.0**3
 
