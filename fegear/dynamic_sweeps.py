@@ -231,7 +231,8 @@ def _sweep_kept(run: Run, records: Records, progress: Progress) -> list[Branch]:
     keep = _history_keeper(run, records)
     checkpoint = _open_checkpoint(run, records)
     if checkpoint is not None and records.resume:
-        _tell_resumed(run, checkpoint, records.tell)
+        names = [name for _, _, name in run.branches]
+        checkpoint.tell_finished(names, len(run.frequencies), records.tell)
     try:
         branches = _sweep_branches(run, checkpoint, keep, progress)
     except BaseException:
@@ -255,20 +256,6 @@ def _open_checkpoint(run: Run, records: Records) -> Checkpoint | None:
         DERIVED: run.header[DERIVED],
     }
     return records.open(inputs)
-
-
-def _tell_resumed(
-    run: Run, checkpoint: Checkpoint, tell: Callable[[str], None]
-) -> None:
-    """How much was found, so that nothing is computed again without a word."""
-    names = [name for _, _, name in run.branches]
-    finished = sum(len(checkpoint.finished(name)) for name in names)
-    total = len(names) * len(run.frequencies)
-    tell(f"{checkpoint.path}: {finished} of {total} speeds are finished")
-    if checkpoint.damaged:
-        count = checkpoint.damaged
-        damaged = f"{count} speed is" if count == 1 else f"{count} speeds are"
-        tell(f"{checkpoint.path}: {damaged} damaged and computed again")
 
 
 def _sweep_branches(

@@ -13,7 +13,7 @@ import io
 import json
 import sqlite3
 import threading
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import takewhile
 from pathlib import Path
@@ -133,6 +133,24 @@ class Checkpoint:
                         self._connection.execute(command, row)
             except sqlite3.OperationalError as error:
                 raise OSError(0, str(error)) from None
+
+    def tell_finished(
+        self,
+        branches: Sequence[str],
+        length: int,
+        tell: Callable[[str], None],
+        unit: str = "speed",
+    ) -> None:
+        """How much was found, so that nothing is computed again without a word.
+
+        length : of a branch in units, which are speeds or other values
+        """
+        finished = sum(len(self.finished(name)) for name in branches)
+        total = len(branches) * length
+        tell(f"{self.path}: {finished} of {total} {unit}s are finished")
+        if self.damaged:
+            damaged = f"{unit} is" if self.damaged == 1 else f"{unit}s are"
+            tell(f"{self.path}: {self.damaged} {damaged} damaged and computed again")
 
     def close(self, keep: bool) -> None:
         """Let other processes in; without `keep` remove the file."""

@@ -26,7 +26,7 @@ from lumped.system import LumpedSystem
 Array = NDArray[np.float64]
 TURNING = 128  # periods of the first mesh in which a change turns to what grows most
 STRETCH = 1024  # periods of the first mesh between looks at the exponent
-MOST = 16 * STRETCH  # after which it is left as it is
+MOST = 4 * STRETCH  # after which it is left as it is
 WINDOWS = 16  # of which its standard error is taken
 CLEAR = 5.0  # standard errors beyond which the sign of an exponent is certain
 NEUTRAL = 1e-3  # per period, below which changes neither grow nor shrink
@@ -75,6 +75,11 @@ class Attractor:
     rate: Array
     exponent: float
     spread: float
+
+    @property
+    def name(self) -> str:
+        """`period 2`, or the kind of a motion that does not repeat."""
+        return f"period {self.multiple}" if self.multiple else str(self.kind)
 
     @property
     def kind(self) -> Kind:

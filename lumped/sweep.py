@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import partial
-from typing import Any, Literal, Protocol
+from typing import Any, Literal, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,9 +20,12 @@ from lumped.steady_state import Stepper, Watch, confirmed
 from lumped.steppers import stepper_of
 from lumped.system import LumpedSystem
 
+T = TypeVar("T")
 Array = NDArray[np.float64]
 Direction = Literal["up", "down"]
 Keep = Callable[[float, Any], None]  # (frequency [Hz], what was recorded there)
+Station = tuple[Stepper, float]  # and the frequency of the first mesh [Hz]
+Settle = Callable[..., tuple[Response, Any, Any]]  # as `confirmed`
 Report = Callable[[str, int, int], None]  # (what, speeds done, of how many)
 REFRESH = 0.2  # s between reports from within a speed
 
@@ -109,31 +112,64 @@ def sweep_branch(
 ) -> Branch:
     """Pass through mesh frequencies [Hz], each from where the one before settled.
 
-    The frequencies are sorted by the direction; a divergence ends the branch.
-
-    keep : called with the motion of a speed before it counts as finished
-    stop : ends the sweep as soon as the motion is watched
+    The frequencies are sorted by the direction. For the rest see `settle_in_turn`.
     """
+    ordered = in_order(frequencies, direction)
+    responses, complete = settle_in_turn(
+        *(ordered, lambda frequency: (stepper, frequency), settings),
+        store=store,
+        keep=keep,
+        observer=observer,
+        stop=stop,
+    )
+    return Branch(stepper.system, direction, responses, complete)
+
+
+def in_order(values: Sequence[float] | Array, direction: Direction) -> list[float]:
+    """Values as they are passed."""
     if direction not in ("up", "down"):
         raise ValueError(f"direction must be up or down, got {direction}")
+    return sorted(values, reverse=direction == "down")
+
+
+def settle_in_turn(
+    values: Sequence[float],
+    station: Callable[[float], Station],
+    settings: SteadySettings,
+    *,
+    settle: Settle = confirmed,
+    store: BranchStore | None = None,
+    keep: Keep = lambda frequency, motion: None,
+    observer: Observer = SILENT,
+    stop: threading.Event | None = None,
+) -> tuple[tuple[Response, ...], bool]:
+    """Settle at stations, each from where the one before did; a divergence ends it.
+
+    station : of a value, called in turn; that of the last value in the store once more
+    settle : from one to the next
+    keep : called with the motion of a value before it counts as finished
+    stop : ends the sweep as soon as the motion is watched
+    Also returns whether all values were reached.
+    """
 
     def watched(frequency: float, period: int) -> None:
         if stop is not None and stop.is_set():
             raise Stopped
         observer.watch(frequency, period)
 
-    ordered = sorted(frequencies, reverse=direction == "down")
     responses = [] if store is None else store.finished()
     for _ in responses:
         observer.passed()
-    while len(responses) < len(ordered) and not _diverged(responses):
+    last = station(values[len(responses) - 1])[0] if responses else None
+    while len(responses) < len(values) and not _diverged(responses):
         if stop is not None and stop.is_set():
             break
-        before = responses[-1] if responses else None
-        state = None if before is None else before.state
-        frequency = ordered[len(responses)]
+        stepper, frequency = station(values[len(responses)])
+        before, state = responses[-1] if responses else None, None
+        if before is not None and last is not None:
+            state = _passed_on(before.state, last.system, stepper.system)
         try:
-            response, motion, _ = confirmed(
+            response, motion, _ = settle(
                 stepper, frequency, settings, state, before, watched
             )
             if response.status != Status.DIVERGED:
@@ -143,9 +179,15 @@ def sweep_branch(
         if store is not None:
             store.add(response)
         responses.append(response)
+        last = stepper
         observer.passed()
-    complete = len(responses) == len(ordered) and not _diverged(responses)
-    return Branch(stepper.system, direction, tuple(responses), complete)
+    complete = len(responses) == len(values) and not _diverged(responses)
+    return tuple(responses), complete
+
+
+def _passed_on(state: Any, before: LumpedSystem, after: LumpedSystem) -> Any:
+    """A state to go on from, that of a stepper's own system as it is."""
+    return state if before is after else after.state_from(before, state)
 
 
 def _diverged(responses: Sequence[Response]) -> bool:
@@ -201,8 +243,8 @@ def sweep_all(
 
 
 def run_branches(
-    tasks: Sequence[Callable[[], Branch]], stop: threading.Event, workers: int | None
-) -> list[Branch]:
+    tasks: Sequence[Callable[[], T]], stop: threading.Event, workers: int | None
+) -> list[T]:
     """Branches on several cores, in their order; Ctrl-C and failures stop all.
 
     stop : an event that the tasks heed

@@ -137,6 +137,15 @@ class LumpedSystem:
         load = self.arrays.load
         return np.stack([load / self.arrays.rigidity, np.zeros_like(load)])
 
+    def state_from(self, other: LumpedSystem, state: Array) -> Array:
+        """Modal displacements and velocities (2, n) of gears that move as another's.
+
+        state : of the other system, which has the same gears and freedoms
+        """
+        moved = state @ other.modes.shapes[:, other.moving].T
+        momentum = moved * self.modes.coordinates.mass
+        return np.asarray(momentum @ self.modes.shapes[:, self.moving])
+
     @cached_property
     def static_deflection(self) -> Array:
         """Mean mesh deflections (m,) under the external torques [m]."""

@@ -42,6 +42,7 @@ ALLOWED = {
     "fegear.parameter_maps.py": {"fegear", "lumped"},
     "fegear.sweeps.py": {"fegear", "lumped"},
     "fegear.theory.py": {"fegear", "lumped"},
+    "fegear.bifurcations.py": {"fegear", "lumped"},
     "fegear.branches.py": {"fegear", "lumped"},
     "fegear.theory_figure.py": {"fegear", "lumped"},
     "fegear.waves.py": {"fegear", "lumped"},

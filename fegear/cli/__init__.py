@@ -34,7 +34,16 @@ app = typer.Typer(name="fegear", help=ABOUT, **PLAIN)
 benchmarks = typer.Typer(help="Run time against error.", **PLAIN)
 COMMANDS = (  # each in a file of its name, in the order of the help
     *("sets", "show", "mesh", "stiffness", "compare", "identify", "modes", "sweep"),
-    *("wave", "branches", "map", "theory", "dynamics", "render", "validate"),
+    *(
+        "wave",
+        "branches",
+        "bifurcations",
+        "map",
+        "theory",
+        "dynamics",
+        "render",
+        "validate",
+    ),
     "reproduce",
     "budget",
 )

@@ -25,14 +25,15 @@ class StoredBranch:
     name: str
 
     def finished(self) -> list[Response]:
-        responses = [_response(each) for each in self.checkpoint.finished(self.name)]
+        stored = self.checkpoint.finished(self.name)
+        responses = [stored_response(each) for each in stored]
         arrays = self.checkpoint.state(self.name)
         if responses and arrays is not None:
             responses[-1] = replace(responses[-1], state=_state(arrays))
         return responses
 
     def add(self, response: Response) -> None:
-        values, arrays = _values(response), _arrays(response.state)
+        values, arrays = response_values(response), _arrays(response.state)
         try:
             self.checkpoint.add(self.name, values, arrays)
         except OSError as error:
@@ -49,7 +50,7 @@ def _state(arrays: dict[str, Array]) -> MotionState:
     return MotionState(arrays["motion"], arrays["touch"], fields)
 
 
-def _values(response: Response) -> dict[str, Any]:
+def response_values(response: Response) -> dict[str, Any]:
     """Plain values of a response, its state left out."""
     names = (entry.name for entry in fields(response) if entry.name != "state")
     values = {name: getattr(response, name) for name in names}
@@ -61,9 +62,10 @@ def _values(response: Response) -> dict[str, Any]:
     )
 
 
-def _response(stored: Mapping[str, Any]) -> Response:
+def stored_response(stored: Mapping[str, Any], state: Any = None) -> Response:
+    """The response of `response_values`, with a state that is kept beside it."""
     values = dict(stored)
     values |= {name: np.array(values[name], float) for name in FIGURES}
     values["period_multiple"] = np.array(values["period_multiple"], np.int64)
     values["status"] = Status(values["status"])
-    return Response(**values, state=None)
+    return Response(**values, state=state)

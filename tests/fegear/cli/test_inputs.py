@@ -216,6 +216,18 @@ DOUBLING = (
     "branches SET --speeds 7200:7800 --excitation rectangular --damping 0.02 "
     "--harmonics 6 --json"
 )
+SECTIONS = (
+    "bifurcations SET --over gear.a.inertia_kg_m2=1e-4,2e-4 --at 3000 "
+    "--excitation rectangular -o b.csv --json"
+)
+COUPLED_SECTIONS = (
+    f"bifurcations SET {COARSE} --over torque_Nm=20 --at 3000 --direction up "
+    "--model coupled --json"
+)
+DOUBLED = (
+    "bifurcations SET --over mesh_frequency_Hz=7500 --excitation rectangular "
+    "--damping 0.02 --direction up -o b.csv --json"
+)
 THEORY = "theory SET --excitation rectangular --json"
 BUDGET = "budget SET --speeds 2000 --json"
 VALIDATE = "validate CASE -o out --json"
@@ -357,6 +369,17 @@ OPTIONS: dict[str, dict[str, Case]] = {
         "--without": plus(COUPLED_MAP, "--without body"),
         "--output": plus(MAP, "-o m.csv"),
         "--overwrite": plus(MAP, "--overwrite", refused=True),
+    },
+    "bifurcations": lumped(SECTIONS)
+    | {
+        "--over": swap(SECTIONS, "2e-4", "3e-4"),
+        "--at": swap(SECTIONS, "3000", "4000"),
+        "--direction": plus(SECTIONS, "--direction up"),
+        "--sections": plus(f"{DOUBLED} --period-multiple 1", "--sections 7"),
+        "--period-multiple": plus(DOUBLED, "--period-multiple 1"),
+        "--without": plus(COUPLED_SECTIONS, "--without body"),
+        "--output": less(SECTIONS, "-o b.csv"),
+        "--resume": plus(less(SECTIONS, "-o b.csv").base, "--resume", refused=True),
     },
     "dynamics": {
         "SET": swap(f"{QUASI} --json", "SET", "OTHER"),

@@ -1,0 +1,201 @@
+"""Attractors over a parameter, each from where the motion before has settled.
+
+Over the parameter they show where periods double, where chaos begins and where it ends.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
+from itertools import groupby
+from typing import Any, Protocol
+
+import numpy as np
+
+from lumped.attractors import (
+    FINE,
+    NEUTRAL,
+    Attractor,
+    Kind,
+    SectionSettings,
+    find_attractor,
+)
+from lumped.response import Response
+from lumped.settings import Settings
+from lumped.steady_state import Stepper, Watch, confirmed, steady_state
+from lumped.steppers import stepper_of
+from lumped.sweep import (
+    SILENT,
+    Direction,
+    Observer,
+    Station,
+    in_order,
+    settle_in_turn,
+)
+from lumped.system import LumpedSystem
+
+LONG = 16_000  # periods of the first mesh in which chaos that passes should end
+SystemAt = Callable[[float], tuple[LumpedSystem, float]]  # and the mesh frequency [Hz]
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """Values of a parameter, in the order of the sweep, with motions of one name.
+
+    begins : `period doubling`, `chaos begins` or what else came with its first value;
+        empty where that has no name
+    exponent : largest of its motions, NaN where they diverged
+    """
+
+    first: float
+    last: float
+    name: str
+    begins: str
+    exponent: float
+
+
+@dataclass(frozen=True, eq=False)
+class AttractorBranch:
+    """Attractors in the order in which values of a parameter were passed.
+
+    complete : whether all values were reached; a divergence ends a branch
+    """
+
+    direction: Direction
+    values: tuple[float, ...]
+    attractors: tuple[Attractor, ...]
+    complete: bool
+
+    @property
+    def stretches(self) -> tuple[Stretch, ...]:
+        """Successive values at which the motion has one name."""
+        found: list[Stretch] = []
+        pairs = zip(self.values, self.attractors, strict=True)
+        before: Attractor | None = None
+        for name, group in groupby(pairs, lambda pair: pair[1].name):
+            own = list(group)
+            exponent = float(np.max([attractor.exponent for _, attractor in own]))
+            begins = "" if before is None else named_change(before, own[0][1])
+            found.append(Stretch(own[0][0], own[-1][0], name, begins, exponent))
+            before = own[-1][1]
+        return tuple(found)
+
+
+def named_change(before: Attractor, after: Attractor) -> str:
+    """What happens from one motion to another of another name."""
+    if after.kind == Kind.CHAOTIC:
+        return "chaos begins"
+    if before.kind == Kind.CHAOTIC:
+        return "chaos ends"
+    if before.multiple and after.multiple == 2 * before.multiple:
+        return "period doubling"
+    if after.multiple and before.multiple == 2 * after.multiple:
+        return "period halving"
+    if after.kind == Kind.QUASI_PERIODIC:
+        return "torus"
+    return ""
+
+
+class AttractorStore(Protocol):
+    """Where finished values of a branch are kept and found again."""
+
+    def finished(self) -> list[tuple[Response, Attractor]]:
+        """In the order in which they were passed; the last with its state."""
+
+    def add(self, response: Response, attractor: Attractor) -> None:
+        """Keep both, with the response's state."""
+
+
+@dataclass
+class _Found:
+    """The attractors of a sweep, which keeps responses."""
+
+    sections: SectionSettings
+    store: AttractorStore | None
+    attractors: list[Attractor] = field(default_factory=list)
+
+    def finished(self) -> list[Response]:
+        if self.store is None:
+            return []
+        known = self.store.finished()
+        self.attractors = [attractor for _, attractor in known]
+        return [response for response, _ in known]
+
+    def settle(
+        self,
+        stepper: Stepper,
+        frequency: float,
+        settings: Settings,
+        state: Any,
+        before: Response | None,
+        watch: Watch,
+    ) -> tuple[Response, Any, Settings]:
+        """As `confirmed`, on an attractor that belongs to the motion.
+
+        One that seems to repeat but is unstable on finer steps leaves there; one that
+        does not repeat though changes shrink may have been chaotic for a while.
+        """
+        found = confirmed(stepper, frequency, settings, state, before, watch)
+        attractor = self._attractor(stepper, found, watch)
+        if attractor.kind == Kind.UNSETTLED or (
+            attractor.multiple and attractor.exponent > NEUTRAL
+        ):
+            response, _, steps = found
+            longer = replace(steps, steps=max(steps.steps, FINE), max_periods=LONG)
+            again = steady_state(
+                *(stepper, frequency, longer, response.state, frequency, watch)
+            )
+            found = *again, longer
+            attractor = self._attractor(stepper, found, watch)
+        self.attractors.append(attractor)
+        return found
+
+    def _attractor(
+        self, stepper: Stepper, found: tuple[Response, Any, Any], watch: Watch
+    ) -> Attractor:
+        response, _, steps = found
+        return find_attractor(
+            *(stepper.system, response, steps, self.sections),
+            partial(watch, response.frequency),
+        )
+
+    def add(self, response: Response) -> None:
+        if self.store is not None:
+            self.store.add(response, self.attractors[-1])
+
+
+def sweep_attractors(
+    values: Sequence[float],
+    system_at: SystemAt,
+    direction: Direction,
+    settings: Settings | None = None,
+    sections: SectionSettings | None = None,
+    *,
+    store: AttractorStore | None = None,
+    observer: Observer = SILENT,
+    stop: threading.Event | None = None,
+) -> AttractorBranch:
+    """Pass through values of a parameter, which rise or fall by the direction.
+
+    system_at : called in turn for each, such as `at` of a `lumped.branches.Family`; all
+        systems have the same gears and freedoms
+    stop : ends the sweep as soon as the motion is watched
+    """
+    settings, ordered = settings or Settings(), in_order(values, direction)
+    found = _Found(sections or SectionSettings(), store)
+
+    def station(value: float) -> Station:
+        system, frequency = system_at(value)
+        return stepper_of(system, settings), frequency
+
+    responses, complete = settle_in_turn(
+        *(ordered, station, settings),
+        settle=found.settle,
+        store=found,
+        observer=observer,
+        stop=stop,
+    )
+    passed = tuple(ordered[: len(responses)])
+    return AttractorBranch(direction, passed, tuple(found.attractors), complete)

@@ -1,0 +1,118 @@
+"""`fegear bifurcations`: table, summary, picture, interruption and resuming."""
+
+from __future__ import annotations
+
+import csv
+import json
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+from typer.testing import CliRunner
+
+from fegear.cli import app
+
+CHAPTER_3 = [
+    *("liu-idler", "--torque", "100", "--excitation", "rectangular"),
+    *("--set", "gear.2.inertia_kg_m2=3.27e-3", "--set", "mesh.2.phase=-0.125"),
+    *("--set", "mesh.1.contact_ratio=1.5", "--set", "mesh.2.contact_ratio=1.5"),
+]
+SPEEDS = "mesh_frequency_Hz=1570,1620,1660"
+WORDS = ["bifurcations", *CHAPTER_3, "--sections", "30"]
+
+
+def run(*words: object, code: int = 0) -> str:
+    result = CliRunner().invoke(app, list(map(str, words)))
+    assert result.exit_code == code, result.output
+    return result.stdout
+
+
+def rows_of(path):
+    lines = path.read_text("utf-8").splitlines()
+    return list(csv.DictReader(line for line in lines if not line.startswith("#")))
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("bifurcations")
+    path, plot = folder / "b.csv", folder / "b.png"
+    values = run(*WORDS, "--over", SPEEDS, "--json", "-o", path, "--plot", plot)
+    return json.loads(values), rows_of(path), folder
+
+
+def test_rows_are_points_of_the_sections_mesh_by_mesh(made):
+    _, rows, folder = made
+    assert list(rows[0]) == [
+        *("mesh_frequency_Hz", "direction", "mesh", "section", "dte_m"),
+        *("dte_rate_m_per_s", "motion", "period_multiple", "lyapunov_per_period"),
+        "lyapunov_spread_per_period",
+    ]
+    for direction in ("up", "down"):
+        for speed in ("1570.0", "1620.0", "1660.0"):
+            own = [
+                row
+                for row in rows
+                if (row["direction"], row["mesh_frequency_Hz"]) == (direction, speed)
+            ]
+            multiple = int(own[0]["period_multiple"])
+            assert len(own) == 2 * (multiple or 30)
+            assert (own[0]["motion"] == "periodic") == (multiple > 0)
+    assert not list(folder.glob("*.partial"))
+    assert (folder / "b.png").stat().st_size > 20_000
+
+
+def test_the_summary_names_doublings_and_chaos(made):
+    values, rows, _ = made
+    down = values["branches"][1]
+    assert down["direction"] == "down"
+    found = [(s["first"], s["name"], s["begins"]) for s in down["stretches"]]
+    assert found == [
+        (1660.0, "period 1", ""),
+        (1620.0, "period 2", "period doubling"),
+        (1570.0, "chaotic", "chaos begins"),
+    ]
+    largest = max(s["exponent"] for s in down["stretches"])
+    listed = [float(r["lyapunov_per_period"]) for r in rows if r["direction"] == "down"]
+    assert largest == max(listed)
+    shown = run(*WORDS, "--over", "mesh_frequency_Hz=1620,1660", "--direction", "down")
+    assert "period doubling" in shown
+
+
+def test_another_figure_stands_in_the_table_by_its_key(tmp_path):
+    path, key = tmp_path / "b.csv", "mesh.2.backlash_um"
+    over = ("--over", f"{key}=100,200", "--at", 1620, "--direction", "up")
+    values = json.loads(run(*WORDS, *over, "--json", "-o", path))
+    assert (values["over"], values["speed_Hz"]) == (key, 1620.0)
+    rows = rows_of(path)
+    assert [float(row[key]) for row in rows[::4]] == [100.0, 200.0]
+    assert "# speed_Hz: 1620" in path.read_text("utf-8")
+
+
+def test_ctrl_c_keeps_what_is_finished_and_resume_goes_on(tmp_path):
+    over = ["--over", "mesh_frequency_Hz=1640:2640:401", "--direction", "down"]
+    words = [*WORDS, *over, "-o"]
+    path, partial = tmp_path / "b.csv", tmp_path / "b.csv.partial"
+    command = [sys.executable, "-m", "fegear", *words, str(path)]
+    process = subprocess.Popen(command, stdout=subprocess.DEVNULL)
+    while process.poll() is None and not (
+        partial.exists() and partial.stat().st_size > 60_000
+    ):
+        time.sleep(0.01)
+    process.send_signal(signal.SIGINT)
+    assert process.wait() == 130
+    text = path.read_text("utf-8")
+    assert "# incomplete: " in text
+    begun = rows_of(path)
+    assert begun
+    other = [word if word != "30" else "31" for word in command]
+    done = subprocess.run([*other, "--resume"], capture_output=True, text=True)
+    assert done.returncode == 2
+    assert "was begun with sections" in done.stderr
+    whole = tmp_path / "whole.csv"
+    assert subprocess.run([*command, "--resume"], check=True, capture_output=True)
+    run(*words, whole)
+    assert path.read_bytes() == whole.read_bytes()
+    assert not partial.exists()
+    assert rows_of(path)[: len(begun)] == begun
