@@ -51,6 +51,7 @@ BENCHMARKS: dict[str, Callable[..., None]] = {
     "stiffness": bench.stiffness_benchmark,
     "dynamics": bench.dynamics_benchmark,
     "lumped": bench.lumped_benchmark,
+    "branches": bench.branches_benchmark,
     "all": bench.all_benchmarks,
 }
 

@@ -34,6 +34,7 @@ EXAMPLES = {
     "stiffness": "fegear bench stiffness liu-pair -o bench",
     "dynamics": "fegear bench dynamics liu-pair -o bench",
     "lumped": "fegear bench lumped liu-idler -o bench",
+    "branches": "fegear bench branches liu-idler -o bench",
     "all": "fegear bench all -o bench",
 }
 PAIR, TRAIN, TORQUE = "liu-pair", "liu-idler", 100.0  # N m, of `bench all`
@@ -133,6 +134,26 @@ def lumped_benchmark(
     _run("lumped", measure, output or Path("bench-lumped"), as_json)
 
 
+def branches_benchmark(
+    set_name: Annotated[
+        str, typer.Argument(metavar="SET", help=f"{SET_HELP} [default: {TRAIN}]")
+    ] = TRAIN,
+    torque: InputTorque = None,
+    damping: Damping = None,
+    output: Directory = Path("bench-branches"),
+    as_json: AsJson = False,
+) -> None:
+    """Periodic motions by harmonic balance beside sweeps."""
+    from fegear.cli.lumped_options import middle_torque
+    from fegear.gearset import load_gear_set
+    from validation import bench_branches
+
+    gear_set = load_gear_set(set_name)
+    load = middle_torque(gear_set, torque)
+    measure = partial(bench_branches.measure, gear_set, load, damping)
+    _run("branches", measure, output, as_json)
+
+
 def all_benchmarks(
     output: Annotated[
         Path,
@@ -145,13 +166,19 @@ def all_benchmarks(
     """All benchmarks on one page, index.html."""
     from fegear.gearset import load_gear_set
     from fegear.output import strict_json, write_text
-    from validation import bench_dynamics, bench_lumped, bench_stiffness
+    from validation import (
+        bench_branches,
+        bench_dynamics,
+        bench_lumped,
+        bench_stiffness,
+    )
     from validation.bench import write_page
 
     pair, train = load_gear_set(PAIR), load_gear_set(TRAIN)
     measures = {
         "stiffness": partial(bench_stiffness.measure, pair, TORQUE),
         "lumped": partial(bench_lumped.measure, train, TORQUE, None),
+        "branches": partial(bench_branches.measure, train, TORQUE, None),
         "dynamics": partial(bench_dynamics.measure, pair, TORQUE),
     }
     others = [output / "index.html", output / "bench.json"]

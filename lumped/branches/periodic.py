@@ -15,7 +15,13 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.branches.bifurcations import DOUBLING, BranchPoint, with_bifurcations
+from lumped.branches.balance import HarmonicBalance
+from lumped.branches.bifurcations import (
+    DOUBLING,
+    BranchPoint,
+    branch_point,
+    with_bifurcations,
+)
 from lumped.branches.continuation import Branch, Followed, NoSolution, Point, Steps
 from lumped.branches.motions import Family, Motions
 from lumped.branches.shooting import shoot
@@ -184,7 +190,7 @@ class BranchFinder:
             if times % found.multiple:
                 continue
             for near in self._motions_of(found, at):
-                own, _ = self._branch(found.multiple).problem.at(at)
+                own, _ = self.balance(found.multiple, at)
                 x = own.lengthened(near.x, times // found.multiple)
                 for periods in range(times):
                     shifted = balance.delayed(x, periods)
@@ -192,8 +198,21 @@ class BranchFinder:
                         return True
         return False
 
-    def _motions_of(self, found: PeriodicBranch, value: float) -> Iterator[Point]:
+    def balance(self, multiple: int, value: float) -> tuple[HarmonicBalance, float]:
+        """The equations at a value of the parameter, and the mesh frequency [Hz]."""
+        return self._branch(multiple).problem.at(value)
+
+    def solved(self, multiple: int, x: Array, value: float) -> Array:
+        """The unknowns near x that solve the equations there; raises NoSolution."""
+        return self._branch(multiple).at(x, value).x
+
+    def motions_at(self, found: PeriodicBranch, value: float) -> Iterator[BranchPoint]:
         """The motions of a branch at a value of the parameter."""
+        motions = self._branch(found.multiple).problem
+        for point in self._motions_of(found, value):
+            yield branch_point(motions, point)
+
+    def _motions_of(self, found: PeriodicBranch, value: float) -> Iterator[Point]:
         branch = self._branch(found.multiple)
         for one, two in pairwise(found.points):
             if (one.parameter - value) * (two.parameter - value) > 0.0:

@@ -1,0 +1,66 @@
+"""The benchmark of branches on one fast train."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from validation import bench_branches
+from validation.bench_branches import (
+    beside_sweeps,
+    branch_point,
+    followed,
+    orders,
+    stability,
+    sweep_point,
+    time_panel,
+)
+from validation.stress_lumped import Idler
+
+LIMITS = 1250.0, 1750.0
+
+
+@pytest.fixture(scope="module")
+def system():
+    return Idler(damping=0.05).system()
+
+
+@pytest.fixture(scope="module")
+def finder(system):
+    return followed(system, LIMITS, 12)
+
+
+def test_stable_motions_are_those_of_sweeps_and_jumps_are_bifurcations(
+    finder, monkeypatch
+):
+    monkeypatch.setattr(bench_branches, "SPEED_STEPS", 60)
+    rows = list(beside_sweeps(finder))
+    assert [row.direction for row in rows] == ["up", "down"]
+    for row in rows:
+        assert row.compared > 50
+        assert row.error_largest < 1e-3
+        assert row.at_bifurcations == row.jumps
+    assert sum(row.jumps for row in rows) >= 2
+
+
+def test_disturbances_do_what_multipliers_say(finder, monkeypatch):
+    monkeypatch.setattr(bench_branches, "DRAWN", 12)
+    found = stability(finder, np.random.default_rng(2))
+    assert found.told == found.agree == 12
+    assert 0 < found.stable < 12
+
+
+def test_harmonics_cost_time_and_bring_accuracy(system, monkeypatch):
+    monkeypatch.setattr(bench_branches, "SAMPLED", 10)
+    few, many = (branch_point(system, LIMITS, harmonics) for harmonics in (6, 24))
+    assert many.error_median < 0.02 * few.error_median
+    swept = sweep_point(system, LIMITS, 64)
+    assert 0.0 < swept.error_median < 5e-3
+    panel = time_panel([few, many, swept])
+    assert [curve.label for curve in panel.curves] == ["branches", "sweep, rk4"]
+
+
+def test_lost_contact_lowers_the_order(system):
+    rows = {row.contact: row for row in orders("three harmonics", system, LIMITS)}
+    assert rows["lost"].order > 2.0
+    assert all(row.error_at_40 < 1e-5 for row in rows.values())
