@@ -10,7 +10,10 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-COLORS = ("tab:blue", "tab:red", "tab:green", "tab:purple", "tab:brown")
+COLORS = (
+    *("tab:blue", "tab:red", "tab:green", "tab:purple", "tab:brown"),
+    *("tab:orange", "tab:cyan", "tab:olive"),
+)
 LETTERS = 11  # of a title in an inch
 
 

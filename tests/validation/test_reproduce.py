@@ -19,7 +19,13 @@ from validation.kept import RESULT
 from validation.reproduce import figure_numbers, load_figure, run_figure
 from validation.reproduce.computations.kinds import COMPUTE, KINDS
 from validation.reproduce.parts import Curve
-from validation.reproduce.runs import Compared, curves_csv, nearest, read_curves
+from validation.reproduce.runs import (
+    Compared,
+    commands_of,
+    curves_csv,
+    nearest,
+    read_curves,
+)
 from validation.reproduce.source_figures import Printed, read_figure
 
 CHEAP = "table-2.1"  # takes milliseconds
@@ -52,8 +58,7 @@ def test_figures_load_and_their_commands_can_be_typed(number):
     assert len(figure.says) > 40
     known = dict(commands())
     for part in figure.part:
-        words = list(part.command(figure.scene(part)))
-        if words:
+        for words in commands_of(part, figure.scene(part)):
             name, *given = shlex.split(shlex.join(words))
             known[name].make_context(name, given)
 
@@ -131,7 +136,7 @@ def test_agreement_in_a_line():
     assert line == "jump: computed 110 Hz, printed 100 Hz, 10 % apart: because"
     line = Compared(printed(100.0), math.nan).line
     assert line == "jump: printed 100 Hz, none found"
-    assert Compared(printed(0.0), 0.5).apart == 0.5
+    assert Compared(printed(0.0), 0.5).line == "jump: computed 0.5 Hz, printed 0 Hz"
 
 
 def test_of_several_values_the_nearest_counts_and_none_that_is_far():
@@ -143,8 +148,8 @@ def test_of_several_values_the_nearest_counts_and_none_that_is_far():
 
 def test_curves_come_back_from_their_file():
     curves = (
-        Curve("mesh 1", "a, b", "line", ((1.0, 0.1), (math.nan, math.nan), (2.0, 3.0))),
-        Curve("", "", "surface", ((1.0, 2.0, 3.0), (1.0, 3.0, math.nan))),
+        Curve("line", ((1.0, 0.1), (math.nan, math.nan), (2.0, 3.0)), 1, "p", "a, b"),
+        Curve("surface", ((1.0, 2.0, 3.0), (1.0, 3.0, math.nan))),
     )
     again = read_curves(curves_csv(curves))
     assert repr(again) == repr(curves)

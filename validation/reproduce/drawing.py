@@ -10,6 +10,7 @@ import numpy as np
 from lumped.drawing import color_of, draw_legend, panels
 from validation.reproduce.parts import QUANTITIES, Curve, Style
 from validation.reproduce.runs import FigureResult
+from validation.reproduce.source_figures import SourceFigure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -19,6 +20,7 @@ WIDTH, HEIGHT = 7.2, 3.0  # inches, of all panels and of one
 LOOKS: Mapping[Style, dict[str, Any]] = {
     "line": {"ls": "-", "lw": 1.4},
     "dashed": {"ls": "--", "lw": 1.0},
+    "dotted": {"ls": ":", "lw": 1.2},
     "dots": {"ls": "", "marker": "o", "ms": 2.6},
     "circles": {"ls": "", "marker": "o", "ms": 4.0, "mfc": "none", "mew": 0.7},
     "points": {"ls": "", "marker": ".", "ms": 2.0},
@@ -31,17 +33,18 @@ LEVELS = 12  # of a surface
 def draw_figure(result: FigureResult) -> Figure:
     """Panels in the order of the parts; surfaces as contours beside each other."""
     figure, curves = result.figure, result.curves
-    names = list(dict.fromkeys(curve.panel for curve in curves))
+    names = list(dict.fromkeys(_panel(figure, curve) for curve in curves))
     labels = list(dict.fromkeys(curve.label for curve in curves))
     surface = any(curve.style == "surface" for curve in curves)
-    columns = 2 if surface and len(names) > 1 else 1
+    columns = 2 if len(names) > (1 if surface else 3) else 1
     rows = -(-len(names) // columns)
+    share = not (surface or any(part.panel for part in figure.part))
     size = WIDTH, 0.8 + HEIGHT * rows
-    drawn, grid = panels(rows, columns, size=size, share=not surface)
+    drawn, grid = panels(rows, columns, size=size, share=share)
     every = [axes for row in grid for axes in row]
     label = figure.y or QUANTITIES[figure.quantity][0]
     for axes, name in zip(every, names, strict=False):
-        own = [curve for curve in curves if curve.panel == name]
+        own = [curve for curve in curves if _panel(figure, curve) == name]
         for curve in own:
             _draw(axes, curve, color_of(labels.index(curve.label)))
         axes.set_ylabel(label)
@@ -51,17 +54,22 @@ def draw_figure(result: FigureResult) -> Figure:
             _from_zero(axes, own)
     for axes in every[len(names) :]:
         axes.set_visible(False)
-    for axes in every if surface else every[-1:]:
+    for axes in grid[-1]:
         axes.set_xlabel(figure.x or _speed(figure.relative))
     if not surface:
-        draw_legend(drawn, _handles(curves, labels), 4)
+        draw_legend(drawn, _handles(curves, labels), 3)
     return drawn
 
 
+def _panel(figure: SourceFigure, curve: Curve) -> str:
+    mesh = f"mesh {curve.mesh}" if curve.mesh and len(figure.meshes) > 1 else ""
+    return ", ".join(filter(None, (curve.panel, mesh)))
+
+
 def _speed(relative: bool) -> str:
-    return "mesh frequency of mesh 1 " + (
-        "over the first natural frequency" if relative else "[Hz]"
-    )
+    if relative:
+        return "mesh frequency over natural frequency 1"
+    return "mesh frequency of mesh 1 [Hz]"
 
 
 def _from_zero(axes: Axes, curves: Sequence[Curve]) -> None:

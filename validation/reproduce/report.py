@@ -67,7 +67,7 @@ def _part_values(run: PartRun, output: Path) -> dict[str, Any]:
         "label": run.part.label,
         "seconds": run.seconds,
         "reused": run.reused,
-        "command": run.command,
+        "commands": list(run.commands),
         "directory": run.directory.relative_to(output).as_posix(),
         "found": {name: list(values) for name, values in run.result.found.items()},
     }

@@ -8,9 +8,10 @@ from __future__ import annotations
 
 import json
 import math
+import shlex
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import groupby
 from pathlib import Path
 from typing import Any
@@ -32,13 +33,14 @@ from validation.kept import (
 )
 from validation.provenance import machine
 from validation.reproduce.computations.kinds import COMPUTE
-from validation.reproduce.parts import Curve, Part, PartResult, Scene
+from validation.reproduce.parts import Curve, Part, PartResult
+from validation.reproduce.scene import Scene
 from validation.reproduce.source_figures import Printed, SourceFigure
 from validation.tasks import PACKAGES, digest_of
 
 FORMAT = "fegear reproduce part 1"  # of the files and of what stands in them
 CURVES = "curves.csv"
-COLUMNS = ("panel", "curve", "style", "x", "y", "value")
+COLUMNS = ("mesh", "panel", "curve", "style", "x", "y", "value")
 NEAR = 1.0 / 3.0  # of a printed value: what is further from it is another thing
 SOURCES = {
     **PACKAGES,
@@ -47,7 +49,12 @@ SOURCES = {
         *("branches.py", "theory.py", "theory_figure.py", "waves.py"),
         *("dynamic_sweeps.py", "modes.py"),
     ),
-    validation: ("kept.py", "reproduce/parts.py", "reproduce/computations/*.py"),
+    validation: (
+        "kept.py",
+        "reproduce/parts.py",
+        "reproduce/scene.py",
+        "reproduce/computations/*.py",
+    ),
 }
 
 
@@ -56,7 +63,7 @@ class PartRun:
     """A part with what it gave.
 
     reused : whether nothing was computed; seconds : that it took when it was
-    command : that computes the same alone, empty where there is none
+    commands : that compute the same alone, none where there are none
     """
 
     part: Part
@@ -64,7 +71,7 @@ class PartRun:
     reused: bool
     seconds: float
     machine: str
-    command: str
+    commands: tuple[str, ...]
     result: PartResult
 
 
@@ -77,9 +84,9 @@ class Compared:
 
     @property
     def apart(self) -> float:
-        """Difference over the printed value, the difference itself where that is 0."""
+        """Difference over the printed value, NaN where that is 0."""
         value = self.printed.value
-        return (self.computed - value) / (abs(value) or 1.0)
+        return (self.computed - value) / abs(value) if value else math.nan
 
     @property
     def line(self) -> str:
@@ -89,10 +96,10 @@ class Compared:
         why = f": {given.why}" if given.why else ""
         if math.isnan(self.computed):
             return f"{given.quantity}: printed {given.value:g}{unit}, none found{why}"
-        apart = f"{100.0 * abs(self.apart):.2g} % apart"
+        apart = f", {100.0 * abs(self.apart):.2g} % apart" if given.value else ""
         return (
             f"{given.quantity}: computed {self.computed:.4g}{unit}, printed "
-            f"{given.value:g}{unit}, {apart}{why}"
+            f"{given.value:g}{unit}{apart}{why}"
         )
 
 
@@ -105,7 +112,19 @@ class FigureResult:
 
     @property
     def curves(self) -> tuple[Curve, ...]:
-        return tuple(curve for run in self.runs for curve in run.result.curves)
+        """Those that are shown, with the words of their parts."""
+        meshes = self.figure.meshes
+        return tuple(
+            replace(
+                curve,
+                panel=_joined(run.part.panel, curve.panel),
+                label=_joined(run.part.label, curve.label),
+            )
+            for run in self.runs
+            if run.part.shown
+            for curve in run.result.curves
+            if curve.mesh in (0, *meshes)
+        )
 
     @property
     def seconds(self) -> float:
@@ -119,6 +138,10 @@ class FigureResult:
             Compared(each, nearest(results[each.part].found.get(each.found, ()), each))
             for each in self.figure.printed
         )
+
+
+def _joined(*words: str) -> str:
+    return ", ".join(filter(None, words))
 
 
 def nearest(values: Sequence[float], printed: Printed) -> float:
@@ -162,11 +185,11 @@ def inputs_of(part: Part, scene: Scene) -> dict[str, str]:
         "format": FORMAT,
         "fegear version": package_version(),
         "sources": digest_of(tuple(SOURCES.items())),
-        "part": repr(part),
+        "part": repr(replace(part, name="", label="", panel="", shown=True)),
         "gear set": repr(scene.gear_set),
         "torque_Nm": repr(scene.torque),
         "model": repr(scene.model),
-        "shown": repr((scene.meshes, scene.relative, scene.quantity)),
+        "shown": repr((scene.relative, scene.quantity)),
     }
 
 
@@ -183,7 +206,9 @@ def _found_or_made(part: Part, scene: Scene, store: Path, report: Progress) -> P
     values = {
         "seconds": time.perf_counter() - begin,
         "machine": machine(),
-        "command": " ".join(_command(part, scene)),
+        "commands": [
+            shlex.join(("fegear", *words)) for words in commands_of(part, scene)
+        ],
         "found": {name: list(found) for name, found in result.found.items()},
     }
     texts = {CURVES: curves_csv(result.curves)}
@@ -194,9 +219,13 @@ def _found_or_made(part: Part, scene: Scene, store: Path, report: Progress) -> P
     return made
 
 
-def _command(part: Part, scene: Scene) -> Sequence[str]:
-    words = part.command(scene)
-    return ("fegear", *words) if words else ()
+def commands_of(part: Part, scene: Scene) -> list[Sequence[str]]:
+    """Words after `fegear` that compute a part, empty where there are none.
+
+    The last command does, those before it make the mesh tables that it reads.
+    """
+    words = part.command(scene) if scene.has_commands else ()
+    return [*scene.table_commands(), words] if words else []
 
 
 def _read(
@@ -213,7 +242,7 @@ def _read(
         reused=reused,
         seconds=values["seconds"],
         machine=values["machine"],
-        command=values["command"],
+        commands=tuple(values["commands"]),
         result=PartResult(read_curves(texts[CURVES]), found),
     )
 
@@ -221,7 +250,7 @@ def _read(
 def curves_csv(curves: Sequence[Curve]) -> str:
     """A row for every point; an empty cell parts stretches of a curve."""
     rows = (
-        (c.panel, c.label, c.style, *point, *[math.nan] * (3 - len(point)))
+        (c.mesh, c.panel, c.label, c.style, *point, *[math.nan] * (3 - len(point)))
         for c in curves
         for point in c.points
     )
@@ -231,11 +260,12 @@ def curves_csv(curves: Sequence[Curve]) -> str:
 def read_curves(text: str) -> tuple[Curve, ...]:
     rows = parse_csv(text, CURVES).rows.values()
     found = []
-    for (panel, label, style), group in groupby(rows, lambda row: tuple(row[:3])):
+    for start, group in groupby(rows, lambda row: tuple(row[:4])):
+        mesh, panel, label, style = start
         count = 3 if style == "surface" else 2
         points = tuple(
-            tuple(float(cell) if cell else math.nan for cell in row[3 : 3 + count])
+            tuple(float(cell) if cell else math.nan for cell in row[4 : 4 + count])
             for row in group
         )
-        found.append(Curve(panel, label, style, points))
+        found.append(Curve(style, points, int(mesh), panel, label))
     return tuple(found)

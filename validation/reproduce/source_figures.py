@@ -18,7 +18,8 @@ from fegear.gearset.problems import nearest
 from fegear.output import read_text
 from validation.data_files import STRICT, DataFile, Flag, Number, Text
 from validation.reproduce.computations.kinds import KINDS, AnyPart
-from validation.reproduce.parts import Part, Quantity, Scene, Train, scene_of
+from validation.reproduce.parts import Part, Quantity, Train
+from validation.reproduce.scene import Scene, scene_of
 
 FOLDER = Path(__file__).parents[1] / "figures"
 
@@ -85,7 +86,6 @@ class SourceFigure(Train):
             part,
             self,
             set_name=self.gear_set,
-            meshes=self.meshes,
             relative=self.relative,
             quantity=self.quantity,
         )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from fractions import Fraction
 
 import numpy as np
 import pytest
@@ -11,12 +12,14 @@ import pytest
 from fegear.gearset import Shaft, builtin_names, load_gear_set
 from fegear.gearset.derived import gear_set_figures
 from fegear.statics import StaticsSettings, solve_mesh
-from fegear.train import mesh_torques_at
+from fegear.train import mesh_torques_at, train_of
+from lumped.modes import natural_modes
 
 
 def test_names():
     assert builtin_names() == [
         "liu-countershaft",
+        "liu-countershaft-2",
         "liu-idler",
         "liu-idler-small-hubs",
         "liu-pair",
@@ -146,3 +149,28 @@ def test_damping_is_marked_as_inferred_or_printed(name):
     gear_set = load_gear_set(name)
     assert gear_set.damping_ratio == 0.04
     assert any("damping ratio 0.04" in text for text in gear_set.inferences)
+
+
+@pytest.mark.parametrize(
+    "edits",
+    [
+        {},
+        {
+            "gear.middle-2.teeth": 55,
+            "gear.output.teeth": 94,
+            "gear.middle-2.module_mm": 2.54,
+            "gear.output.module_mm": 2.54,
+        },
+    ],
+    ids=["3/5", "1/2"],
+)
+def test_second_countershaft_has_the_printed_frequencies(edits):
+    """Section 4.3.2: ratios of natural frequencies, and which mesh leads a mode."""
+    gear_set = load_gear_set("liu-countershaft-2", edits)
+    train = train_of(gear_set, 100.0)
+    modes = natural_modes(train, [mesh.mean_stiffness for mesh in gear_set.meshes])
+    elastic = modes.frequency_Hz[1:]
+    assert elastic / elastic[0] == pytest.approx([1.0, 2.34, 3.29], abs=5e-3)
+    assert modes.mesh_energy[:, 2:].argmax(axis=0).tolist() == [1, 0]
+    rate = Fraction(1, 2) if edits else Fraction(3, 5)
+    assert train.mesh_rates == (1, rate)

@@ -34,9 +34,9 @@ from validation.reproduce.parts import (
     Harmonics,
     Part,
     PartResult,
-    Scene,
     Style,
 )
+from validation.reproduce.scene import Scene
 
 Frequency = Annotated[Number, Field(gt=0.0, lt=1e6)]
 Found = dict[str, tuple[float, ...]]
@@ -88,10 +88,9 @@ def branches(part: BranchesPart, scene: Scene, report: Progress) -> PartResult:
         raise KeyboardInterrupt
     curves = [
         Curve(
-            scene.panel(part, mesh),
-            part.label,
             "line" if stable else "dashed",
             tuple(_stretches(result.branches, stable, scene, mesh)),
+            mesh,
         )
         for mesh in scene.meshes
         for stable in (True, False)
@@ -175,26 +174,26 @@ def sweep(part: SweepPart, scene: Scene, report: Progress) -> PartResult:
     swept = [branch for _, branch in result.found]
     if not all(branch.complete for branch in swept):
         raise KeyboardInterrupt
-    return swept_result(part, scene, swept, part.style)
+    return swept_result(scene, swept, part.style)
 
 
 def swept_result(
-    part: Part, scene: Scene, swept: Sequence[Branch], style: Style | None = None
+    scene: Scene, swept: Sequence[Branch], style: Style | None = None
 ) -> PartResult:
     """Curves and figures of branches of responses, one for each direction."""
     found: Found = {}
     curves = []
     for branch, other in zip(swept, opposites(list(swept)), strict=True):
-        direction, usual = branch.direction, "dots" if branch.direction == "up" else ""
-        look: Style = style or ("dots" if usual else "circles")
+        direction = branch.direction
+        look: Style = style or ("dots" if direction == "up" else "circles")
         jumps, peaks = find_jumps(branch, other), find_peaks(branch)
         for mesh in scene.meshes:
             points = [
                 (each.frequency / scene.unit_Hz, scene.shown(each, mesh))
                 for each in branch.responses
             ]
-            label = f"{part.label}, {direction}" if len(swept) > 1 else part.label
-            curves.append(Curve(scene.panel(part, mesh), label, look, tuple(points)))
+            label = direction if len(swept) > 1 else ""
+            curves.append(Curve(look, tuple(points), mesh, label=label))
             start = f"{direction}.mesh{mesh}"
             found[f"{start}.largest"] = (max(value for _, value in points),)
             lost = max(float(r.contact_loss[mesh - 1]) for r in branch.responses)
@@ -227,7 +226,10 @@ def _other_motions(branch: Branch, unit: float) -> Found:
 
 @dataclass(frozen=True, kw_only=True)
 class TheoryPart(Part):
-    """Closed forms; stable vibrations as points, unstable ones as pale circles."""
+    """Closed forms; stable vibrations as points, unstable ones as pale ones.
+
+    between : frequencies, in the unit of the figure; resonances in it are drawn
+    """
 
     ORDER: ClassVar = r"mode[1-9]\.\d(/\d)?\."
     keys: ClassVar = (
@@ -260,9 +262,9 @@ def theory(part: TheoryPart, scene: Scene, report: Progress) -> PartResult:
                 point
                 for prediction in shown
                 for point in _vibrations(prediction, scene, mesh, stable)
+                if low <= point[0] <= high
             ]
-            panel = scene.panel(part, mesh)
-            curves.append(Curve(panel, part.label, style, tuple(points)))
+            curves.append(Curve(style, tuple(points), mesh))
     for prediction in result.found:
         found |= _figures(prediction, scene)
     return PartResult(tuple(curve for curve in curves if curve.points), found)

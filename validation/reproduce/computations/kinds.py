@@ -5,23 +5,30 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import get_args, get_type_hints
 
-from validation.reproduce.computations.frequency_response import (
-    BranchesPart,
-    SweepPart,
-    TheoryPart,
-    branches,
-    sweep,
-    theory,
-)
-from validation.reproduce.computations.natural_frequencies import ModesPart, modes
+from validation.reproduce.computations import frequency_response as response
+from validation.reproduce.computations import natural_frequencies as natural
+from validation.reproduce.computations import parameter_studies as studies
 from validation.reproduce.parts import Compute, Part
 
-AnyPart = BranchesPart | SweepPart | TheoryPart | ModesPart
+AnyPart = (
+    response.BranchesPart
+    | response.SweepPart
+    | response.TheoryPart
+    | natural.ModesPart
+    | studies.MapPart
+    | studies.TheoryMapPart
+    | studies.IndicatorsPart
+    | studies.WidthPart
+)
 COMPUTE: Mapping[type[Part], Compute] = {
-    BranchesPart: branches,
-    SweepPart: sweep,
-    TheoryPart: theory,
-    ModesPart: modes,
+    response.BranchesPart: response.branches,
+    response.SweepPart: response.sweep,
+    response.TheoryPart: response.theory,
+    natural.ModesPart: natural.modes,
+    studies.MapPart: studies.parameter_map,
+    studies.TheoryMapPart: studies.theory_map,
+    studies.IndicatorsPart: studies.indicators,
+    studies.WidthPart: studies.width,
 }
 KINDS: Mapping[str, type[Part]] = {
     str(get_args(get_type_hints(part)["kind"])[0]): part for part in COMPUTE

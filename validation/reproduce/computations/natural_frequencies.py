@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from typing import ClassVar, Literal
 
 from fegear.statics import Progress
-from validation.reproduce.parts import Curve, Part, PartResult, Scene
+from validation.reproduce.parts import Curve, Part, PartResult
+from validation.reproduce.scene import Scene
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -28,5 +29,5 @@ def modes(part: ModesPart, scene: Scene, report: Progress) -> PartResult:
     system = scene.system
     found = tuple(float(f) / scene.unit_Hz for f in system.modes.frequency_Hz)
     points = tuple((float(i), f) for i, f in enumerate(found, start=1))
-    curve = Curve(part.panel, part.label, "dots", points)
+    curve = Curve("dots", points)
     return PartResult((curve,), {"natural": found})

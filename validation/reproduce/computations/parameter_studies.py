@@ -1,0 +1,359 @@
+"""Vibration over figures of the gear set: integration, and closed forms."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import partial
+from typing import Annotated, Any, ClassVar, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import AfterValidator, Field
+
+from fegear.gearset.edit import require_known_key
+from fegear.parameter_maps import Evaluate, respond_at
+from fegear.speeds import parsed_speeds
+from fegear.statics import Progress
+from lumped.closed_forms import (
+    Resonance,
+    instability_interval,
+    linear_amplitude,
+    parametric_system,
+    peak_amplitude,
+    resonance,
+)
+from lumped.maps import Axis, Cell, ParameterMap, cell_of, run_map
+from lumped.settings import Settings
+from lumped.sweep import Direction, sweep, sweep_all
+from validation.data_files import STRICT, Number, Speeds
+from validation.reproduce.parts import Curve, Part, PartResult
+from validation.reproduce.scene import DELAY, Scene
+
+Array = NDArray[np.float64]
+Point = tuple[float, ...]
+MICRO = 1e6
+
+
+def _require_key(key: str) -> str:
+    if key != DELAY:
+        require_known_key(key)
+    return key
+
+
+def _require_order(order: str) -> str:
+    try:
+        ok = Fraction(order) > 0
+    except (ValueError, ZeroDivisionError):
+        ok = False
+    if not ok:
+        raise ValueError("must be a fraction above 0, such as 1/2")
+    return order
+
+
+Mode = Annotated[int, Field(strict=True, ge=1, le=9)]
+Order = Annotated[str, AfterValidator(_require_order)]
+MeshNumber = Literal[1, 2]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Over:
+    """A key of the gear set, or delay_rad, from one value to another."""
+
+    __pydantic_config__ = STRICT
+
+    key: Annotated[str, AfterValidator(_require_key)]
+    low: Number
+    high: Number
+    count: Annotated[int, Field(strict=True, ge=2, le=1000)]
+
+    @property
+    def values(self) -> tuple[float, ...]:
+        points = np.linspace(self.low, self.high, self.count)
+        return tuple(float(f"{value:.9g}") for value in points)
+
+
+OneOrTwo = Annotated[tuple[Over, ...], Field(min_length=1, max_length=2)]
+
+
+def _curve(points: Sequence[Point], values: Array, mesh: int) -> Curve:
+    """A line over one figure, a surface over two."""
+    rows = [(*p, float(v)) for p, v in zip(points, values, strict=True)]
+    style: Literal["line", "surface"] = "line" if len(rows[0]) == 2 else "surface"
+    return Curve(style, tuple(rows), mesh)
+
+
+def _extremes(
+    over: Sequence[Over], points: Sequence[Point], values: Array
+) -> Iterator[tuple[str, tuple[float, ...]]]:
+    """Where the largest and the least value stand, on every axis, and the values.
+
+    change_along : an axis, at most, over the height of all values
+    """
+    if np.isnan(values).all():
+        return
+    grid = values.reshape([each.count for each in over])
+    height = float(np.nanmax(grid) - np.nanmin(grid))
+    for number in range(len(over)):
+        change = np.nanmax(grid, number) - np.nanmin(grid, number)
+        yield f"change_along{number + 1}", (float(np.nanmax(change)) / height,)
+    for name, place in (
+        ("largest", int(np.nanargmax(values))),
+        ("least", int(np.nanargmin(values))),
+    ):
+        yield name, (float(values[place]),)
+        for number in range(len(over)):
+            yield f"{name}_at{number + 1}", (points[place][number],)
+
+
+EXTREMES = r"mesh[12]\.((largest|least)(_at[12])?|change_along[12])"
+
+
+@dataclass(frozen=True, kw_only=True)
+class MapPart(Part):
+    """The RMS by integration, at a speed from rest or the largest one of sweeps.
+
+    at, band : frequencies in the unit of the figure, one of both is needed
+    directions : of the sweeps
+    """
+
+    keys: ClassVar = (EXTREMES,)
+
+    kind: Literal["map"] = "map"
+    over: OneOrTwo
+    at: Annotated[Number, Field(gt=0.0)] | None = None
+    band: Speeds = ""
+    directions: tuple[Direction, ...] = ("up", "down")
+
+    def __post_init__(self) -> None:
+        if (self.at is None) == (not self.band):
+            raise ValueError("at or band is needed, not both")
+
+    def evaluation(self, unit: float) -> Evaluate:
+        if self.at is not None:
+            return respond_at(unit * self.at, Settings())
+        speeds = [unit * value for value in parsed_speeds(self.band)]
+        return partial(_largest_of, speeds, self.directions)
+
+    def command(self, scene: Scene) -> Sequence[str]:
+        """None where only some directions are swept, or a delay changes phases."""
+        moves = scene.delay is not None and any("ratio" in o.key for o in self.over)
+        if moves or any(o.key == DELAY for o in self.over):
+            return ()
+        axes = [f"{o.key}={o.low:g}:{o.high:g}:{o.count}" for o in self.over]
+        over = [word for axis in axes for word in ("--over", axis)]
+        if self.at is None:
+            return ()
+        speed = ["--at", f"{scene.unit_Hz * self.at:.6g}"]
+        waves = scene.kept_harmonics("--harmonics")
+        return ["map", *scene.words, *waves, *over, *speed]
+
+
+def _largest_of(
+    speeds: Sequence[float], directions: Sequence[Direction], system: Any, stop: Any
+) -> Cell | None:
+    branches = [sweep(system, speeds, each, stop=stop) for each in directions]
+    if stop.is_set():
+        return None
+    return cell_of([r for branch in branches for r in branch.responses])
+
+
+def parameter_map(part: MapPart, scene: Scene, report: Progress) -> PartResult:
+    """Found are the largest and the least RMS, and where they stand."""
+    axes = tuple(Axis(over.key, over.values) for over in part.over)
+    names = [axis.name for axis in axes]
+    points = list(itertools.product(*(axis.values for axis in axes)))
+    grid = ParameterMap(axes, len(scene.gear_set.meshes), {})
+    found = run_map(
+        grid,
+        lambda point: scene.changed(dict(zip(names, point, strict=True))).system,
+        part.evaluation(scene.unit_Hz),
+        report=lambda done, total: report("map", done, total),
+    )
+    values = {
+        mesh: MICRO * found.on_grid("dte_rms_m", mesh - 1).ravel()
+        for mesh in scene.meshes
+    }
+    return _studied(part.over, points, values)
+
+
+def _studied(
+    over: Sequence[Over], points: Sequence[Point], values: Mapping[int, Array]
+) -> PartResult:
+    """Curves and extremes of every mesh."""
+    curves = [_curve(points, each, mesh) for mesh, each in values.items()]
+    found = {
+        f"mesh{mesh}.{name}": value
+        for mesh, each in values.items()
+        for name, value in _extremes(over, points, each)
+    }
+    return PartResult(tuple(curves), found)
+
+
+@dataclass(frozen=True, kw_only=True)
+class TheoryMapPart(Part):
+    """The RMS by closed forms, at resonance or at its peak.
+
+    mode : counted from 1; order : of its frequency over that of the first mesh
+    """
+
+    keys: ClassVar = (EXTREMES,)
+
+    kind: Literal["theory_map"] = "theory_map"
+    over: OneOrTwo
+    mode: Mode
+    order: Order = "1"
+    at_peak: bool = False
+
+
+def theory_map(part: TheoryMapPart, scene: Scene, report: Progress) -> PartResult:
+    """Found are the largest and the least RMS, and where they stand."""
+    points = list(itertools.product(*(over.values for over in part.over)))
+    names = [over.key for over in part.over]
+    rows = []
+    for done, point in enumerate(points):
+        report("closed forms", done, len(points))
+        changed = scene.changed(dict(zip(names, point, strict=True)))
+        near = resonance_of(changed, part.mode, part.order)
+        rows.append(near.amplitudes(_amplitude(near, part.at_peak)))
+    rms = MICRO * np.array(rows) / math.sqrt(2.0)
+    values = {mesh: rms[:, mesh - 1] for mesh in scene.meshes}
+    return _studied(part.over, points, values)
+
+
+def resonance_of(scene: Scene, mode: int, order: str) -> Resonance:
+    """Of a mode counted from 1."""
+    return resonance(parametric_system(scene.system), mode - 1, Fraction(order))
+
+
+def _amplitude(near: Resonance, at_peak: bool) -> float:
+    """Modal; NaN where there is none that is finite."""
+    if near.drive == 0.0:
+        return 0.0
+    if at_peak:
+        largest = peak_amplitude(near)
+        return largest if math.isfinite(largest) else math.nan
+    try:
+        return linear_amplitude(near, near.at)
+    except ValueError:
+        return math.nan
+
+
+@dataclass(frozen=True, kw_only=True)
+class IndicatorsPart(Part):
+    """What drives resonances over one figure: |R3| and |Q3| of the source.
+
+    resonances : (mode, order), mode counted from 1. A subharmonic is shown by |p| in
+        its panel, others by 2 |v_jr f| of the mesh that leads the mode.
+    """
+
+    keys: ClassVar = (
+        r"mode[1-9]\.\d(/\d)?\.(largest|least)(_at1)?",
+        r"mode[1-9]\.\d(/\d)?\.(limit|unstable_part)",
+    )
+
+    kind: Literal["indicators"] = "indicators"
+    over: Over
+    resonances: Annotated[tuple[tuple[Mode, Order], ...], Field(min_length=1)]
+
+
+def indicators(part: IndicatorsPart, scene: Scene, report: Progress) -> PartResult:
+    """Found of modeN.ORDER.: extremes and where they stand.
+
+    limit : where |p| passes twice the damping ratio, beyond which motions of half the
+        frequency grow; unstable_part : of the range in which they do
+    """
+    values = part.over.values
+    systems = []
+    for done, value in enumerate(values):
+        report("closed forms", done, len(values))
+        systems.append(parametric_system(scene.changed({part.over.key: value}).system))
+    curves = []
+    found: dict[str, tuple[float, ...]] = {}
+    for mode, order in part.resonances:
+        near = [resonance(system, mode - 1, Fraction(order)) for system in systems]
+        half = Fraction(order).denominator == 2
+        sizes = np.array([_indicator(each, half) for each in near])
+        panel = "|p| of subharmonics; dotted: twice the damping ratio"
+        if not half:
+            panel = "2 |v f| of the leading mesh [um]"
+        label = f"mode {mode}, {ORDERS.get(order, order)}"
+        points = tuple(zip(values, sizes.tolist(), strict=True))
+        curves.append(Curve("line", points, panel=panel, label=label))
+        start = f"mode{mode}.{order}."
+        rows = _extremes([part.over], [(value,) for value in values], sizes)
+        found |= {start + name: value for name, value in rows}
+        if half:
+            limit = 2.0 * scene.system.train.damping_ratio
+            found[f"{start}limit"] = _crossings(values, sizes - limit)
+            found[f"{start}unstable_part"] = (float((sizes > limit).mean()),)
+            ends = ((values[0], limit), (values[-1], limit))
+            curves.append(Curve("dotted", ends, panel=panel))
+    return PartResult(tuple(curves), found)
+
+
+ORDERS = {"1": "fundamental", "1/2": "subharmonic", "2": "second harmonic"}
+
+
+def _indicator(near: Resonance, half: bool) -> float:
+    if half:
+        return abs(near.parametric)
+    return MICRO * float(near.amplitudes(abs(near.drive))[near.energy.argmax()])
+
+
+def _crossings(x: Sequence[float], y: Array) -> tuple[float, ...]:
+    """Where a curve passes 0, on straight lines between its points."""
+    places = np.flatnonzero(y[:-1] * y[1:] < 0.0)
+    parts = y[places] / (y[places] - y[places + 1])
+    return tuple(
+        float(x[i] + part * (x[i + 1] - x[i]))
+        for i, part in zip(places.tolist(), parts.tolist(), strict=True)
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class WidthPart(Part):
+    """The largest RMS of a subharmonic over the width of its instability interval.
+
+    Width by closed forms, RMS by a sweep down, each at values of one figure.
+    """
+
+    keys: ClassVar = ("off_line|gone",)
+
+    kind: Literal["width"] = "width"
+    over: Over
+    mode: Mode
+    order: Order = "1/2"
+    mesh: MeshNumber = 1
+    band: Speeds
+
+
+def width(part: WidthPart, scene: Scene, report: Progress) -> PartResult:
+    """Found of the points: how far they are off a straight line, over their height.
+
+    gone : value of the figure at which closed forms give no interval
+    """
+    unit, values = scene.unit_Hz, part.over.values
+    speeds = [unit * value for value in parsed_speeds(part.band)]
+    scenes = [scene.changed({part.over.key: value}) for value in values]
+    found_near = [resonance_of(each, part.mode, part.order) for each in scenes]
+    swept = sweep_all([each.system for each in scenes], speeds, ["down"], report=report)
+    if not all(branch.complete for branch in swept):
+        raise KeyboardInterrupt
+    points, margins = [], []
+    for near, branch in zip(found_near, swept, strict=True):
+        margins.append(abs(near.parametric) / near.damping_ratio - 2.0)
+        ends = instability_interval(near)
+        grown = [r.dte_rms[part.mesh - 1] for r in branch.responses if r.multiple != 1]
+        if ends and grown:
+            points.append(((ends[1] - ends[0]) / unit, MICRO * float(max(grown))))
+    found = {"gone": _crossings(values, np.array(margins))}
+    if len(points) > 2:
+        x, y = np.array(sorted(points)).T
+        line = np.polyval(np.polyfit(x, y, 1), x)
+        found["off_line"] = (float(np.abs(y - line).max() / np.ptp(y)),)
+    curve = Curve("circles", tuple(points))
+    return PartResult((curve,), found)

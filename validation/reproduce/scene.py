@@ -1,0 +1,199 @@
+"""The train of a part, and how its figure shows what it does."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, fields, replace
+from functools import cache, cached_property
+from typing import Any
+
+import numpy as np
+
+from fegear.excitation import STIFFNESS, Excitations, GivenTables, Kind, Source
+from fegear.gearset import load_gear_set
+from fegear.gearset.model import GearSet
+from fegear.lumped_system import LumpedModel, Number, lumped_system
+from fegear.train import mesh_torques_at, train_of
+from lumped.system import LumpedSystem
+from lumped.table import MeshTable
+from validation.data_files import edits_by_key
+from validation.reproduce.parts import QUANTITIES, Part, Quantity, Train
+
+DELAY = "delay_rad"  # among keys of a gear set, though it is none
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Scene:
+    """A train at a torque on its input gear [N m].
+
+    given : edits of the gear set, without the phase that a delay gives
+    delay : see `Train`
+    kept : harmonics of the finite elements' stiffness, None for all
+    relative : whether frequencies are those over the first natural frequency
+    """
+
+    set_name: str
+    given: Mapping[str, Any]
+    torque: float
+    source: Source
+    delay: float | None = None
+    kept: int | None = None
+    relative: bool = False
+    quantity: Quantity = "dte_rms"
+    number: Number = 1
+    translations: bool = False
+
+    def changed(self, values: Mapping[str, float]) -> Scene:
+        """With other figures of the gear set, or another delay."""
+        edits = {k: int(v) if v.is_integer() else v for k, v in values.items()}
+        delay = edits.pop(DELAY, self.delay)
+        return replace(self, given={**self.given, **edits}, delay=delay)
+
+    @cached_property
+    def edits(self) -> dict[str, Any]:
+        """All that is set in the gear set.
+
+        Phases of a gear set count from the pitch points, delays from where the
+        stiffness drops, at the end of a tooth pair's path.
+        """
+        if self.delay is None:
+            return dict(self.given)
+        gear_set = load_gear_set(self.set_name, self.given)
+        one, two = (mesh.pair.path[1] for mesh in gear_set.meshes[:2])
+        rate = float(train_of(gear_set, self.torque).mesh_rates[1])
+        phase = (two - rate * one - self.delay / (2.0 * math.pi)) % 1.0
+        return {**self.given, "mesh.2.phase": round(phase, 9)}
+
+    @cached_property
+    def gear_set(self) -> GearSet:
+        return load_gear_set(self.set_name, self.edits)
+
+    @cached_property
+    def model(self) -> LumpedModel:
+        return LumpedModel(
+            number=self.number,
+            translations=self.translations,
+            stiffness=self.source if self.kept is None else self._few_harmonics(),
+        )
+
+    @cached_property
+    def system(self) -> LumpedSystem:
+        own = excitations_of(self.source) if self.kept is None else None
+        return lumped_system(self.gear_set, self.torque, self.model, own)
+
+    def _few_harmonics(self) -> GivenTables:
+        """Tables of the finite elements' stiffness of which few harmonics are left."""
+        elements, tables = excitations_of(self.source), []
+        for mesh, torque in enumerate(mesh_torques_at(self.gear_set, self.torque)):
+            table = elements.table(self.gear_set, mesh, torque)
+            waves = np.fft.rfft(table[STIFFNESS])
+            waves[:, (self.kept or 0) + 1 :] = 0.0
+            columns = {STIFFNESS: np.fft.irfft(waves, table.position.size)}
+            few = MeshTable(table.torque_Nm, table.position, columns, {})
+            tables.append((f"mesh {mesh + 1}, {self.kept} harmonics", few))
+        return GivenTables(tuple(tables))
+
+    @cached_property
+    def unit_Hz(self) -> float:
+        """Of the figure's frequencies."""
+        return float(self.system.resonances_Hz[0]) if self.relative else 1.0
+
+    @property
+    def meshes(self) -> range:
+        """Numbers of its meshes, counted from 1."""
+        return range(1, len(self.gear_set.meshes) + 1)
+
+    def shown(self, figures: Mapping[str, Any] | object, mesh: int) -> float:
+        """The figure's quantity of a response, in its unit."""
+        _, name, factor = QUANTITIES[self.quantity]
+        values = (
+            figures[name] if isinstance(figures, Mapping) else getattr(figures, name)
+        )
+        return factor * float(values[mesh - 1])
+
+    def kept_harmonics(self, option: str) -> list[str]:
+        """Of a command: how many harmonics Fourier waves keep."""
+        source = self.source
+        return [option, str(source.harmonics)] if source.kind == "fourier" else []
+
+    @property
+    def words(self) -> list[str]:
+        """Of a command: the gear set, the model, what excites it and the edits."""
+        source = self.source
+        found = [self.set_name, "--torque", f"{self.torque:g}"]
+        found += [] if self.number == 1 else ["--model", str(self.number)]
+        found += [] if source.kind == "fe" else ["--excitation", source.kind]
+        if self.needs_tables:
+            found += [word for path in self._tables for word in ("--table", path)]
+        return found + self.train_words
+
+    @property
+    def needs_tables(self) -> bool:
+        """Whether a command takes mesh tables that another one makes."""
+        return self.source.kind == "fe" and not self.source.corner_contact
+
+    @property
+    def _tables(self) -> list[str]:
+        return [f"mesh-{mesh}.csv" for mesh in self.meshes]
+
+    @property
+    def has_commands(self) -> bool:
+        """No command keeps few harmonics, nor makes tables of a changed mesh."""
+        teeth = {key for key in self.given if key.startswith("mesh.")}
+        return self.kept is None and not (self.needs_tables and teeth)
+
+    def table_commands(self) -> Iterator[list[str]]:
+        """Those that make the mesh tables that a command takes, if it takes any."""
+        if not self.needs_tables:
+            return
+        torques = mesh_torques_at(self.gear_set, self.torque)
+        for mesh, torque in zip(self.meshes, torques, strict=True):
+            at = ["--mesh", str(mesh), "--torque", f"{torque:.9g}"]
+            how = ["--positions", str(self.source.positions), "--no-corner-contact"]
+            yield ["stiffness", self.set_name, *at, *how, "-o", self._tables[mesh - 1]]
+
+    @property
+    def train_words(self) -> list[str]:
+        """Those of the train alone, without its gear set."""
+        edits = (f"{key}={value}" for key, value in self.edits.items())
+        found = [word for edit in edits for word in ("--set", edit)]
+        return ["--translations", *found] if self.translations else found
+
+
+@cache
+def excitations_of(source: Source) -> Excitations:
+    """One for all parts, whose tables are solved once each."""
+    return Excitations(source)
+
+
+def scene_of(part: Part, figure: Train, **others: Any) -> Scene:
+    """The figure's train with what a part changes.
+
+    others : fields of the scene that are the figure's alone
+    """
+    values = {
+        each.name: _latest((figure, part), each.name)
+        for each in fields(Train)
+        if each.name != "edits"
+    }
+    kind: Kind = values["excitation"] or "fe"
+    kept = values["wave_harmonics"]
+    fourier = {"harmonics": kept} if kind == "fourier" and kept else {}
+    return Scene(
+        given=edits_by_key((*figure.edits, *part.edits)),
+        torque=values["torque_Nm"] or 100.0,
+        source=Source(
+            kind=kind, corner_contact=values["corner_contact"] is not False, **fourier
+        ),
+        delay=values["delay_rad"],
+        kept=kept if kind == "fe" else None,
+        number=values["model"] or 1,
+        translations=bool(values["translations"]),
+        **others,
+    )
+
+
+def _latest(trains: Sequence[Train], name: str) -> Any:
+    given = [getattr(train, name) for train in trains]
+    return next((value for value in reversed(given) if value is not None), None)
