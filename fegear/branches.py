@@ -250,6 +250,8 @@ def _followed(
         if checkpoint is not None:
             checkpoint.close(keep=interrupted and bool(finder.found))
     header = {**result.header, "harmonics": str(finder.settings.harmonics)}
+    if finder.settings.steepness is not None:
+        header["contact"] = f"closes by tanh, {finder.settings.steepness:g} per m"
     if interrupted:
         header["incomplete"] = f"{len(finder.found)} branches before it was interrupted"
     found = tuple(finder.found)

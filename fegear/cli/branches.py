@@ -118,6 +118,15 @@ def branches_command(
     subject: EditedSet,
     parameter: Followed,
     torque: LoadCase = None,
+    steepness: Annotated[
+        float | None,
+        typer.Option(
+            help="Let contact close by tanh of this steepness [1/um], as the source "
+            "does, in place of opening at once; to compare, of models 1 to 3.",
+            metavar="PER_UM",
+        ),
+        Range(least=0.01, most=1e6),
+    ] = None,
     period_multiple: Annotated[
         int,
         typer.Option(
@@ -139,8 +148,12 @@ def branches_command(
     _, changes = model.load(subject, torque)
     from lumped.branches.periodic import BranchSettings
 
+    if model.model == "coupled":
+        refuse_idle("contact of --model coupled is smooth", steepness=steepness)
     settings = BranchSettings(
-        harmonics=model.harmonics, period_multiple=period_multiple
+        harmonics=model.harmonics,
+        period_multiple=period_multiple,
+        steepness=None if steepness is None else 1e6 * steepness,
     )
     find = parameter.finder(subject, model, torque)
     with outputs.progress() as report:

@@ -44,6 +44,7 @@ class HarmonicBalance:
 
     harmonics : of the mesh frequency of the first mesh that are kept
     multiple : common periods after which the motion repeats
+    steepness : [1/m] of contact that closes by tanh, None for true contact
 
     A vector x of unknowns holds the series (2 H + 1, d) of the coordinates row by row:
     mean, cosines and sines of H = harmonics times the period's length. Coordinates are
@@ -53,6 +54,7 @@ class HarmonicBalance:
     system: LumpedSystem
     harmonics: int = 20
     multiple: int = 1
+    steepness: float | None = None
 
     def __post_init__(self) -> None:
         for name in ("harmonics", "multiple"):
@@ -80,8 +82,9 @@ class HarmonicBalance:
     def forces(self) -> SpringForces | CoupledForces:
         rate = float(max(self.system.train.mesh_rates))
         finest = max(FEWEST * rate, PER_HARMONIC * self.harmonics)
-        kind = SpringForces if self.system.contacts is None else CoupledForces
-        return kind(self.system, self.series, finest)
+        if self.system.contacts is None:
+            return SpringForces(self.system, self.series, finest, self.steepness)
+        return CoupledForces(self.system, self.series, finest)
 
     @property
     def shape(self) -> tuple[int, int]:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Generic, Protocol, TypeVar
 
 import numpy as np
@@ -71,6 +71,15 @@ class Followed:
     points: tuple[Point, ...]
     reason: str
     closed: bool = False
+
+
+def joined(back: Followed, onward: Followed) -> Followed:
+    """One way of both that were followed from one point."""
+    turned = [replace(point, tangent=-point.tangent) for point in back.points[1:]]
+    reason = onward.reason
+    if back.reason != reason:
+        reason = f"{reason}; at its other end {back.reason}"
+    return Followed((*reversed(turned), *onward.points), reason)
 
 
 class NoSolution(ArithmeticError):

@@ -104,12 +104,13 @@ class OverFigure:
 class Motions:
     """The equations of motions that repeat after some common periods of the meshes.
 
-    harmonics, multiple : as of `HarmonicBalance`, which takes the unknowns apart
+    harmonics, multiple, steepness : as of `HarmonicBalance`, which takes unknowns apart
     """
 
     family: Family
     harmonics: int
     multiple: int = 1
+    steepness: float | None = None
 
     def at(self, value: float) -> tuple[HarmonicBalance, float]:
         """The equations at a value of the parameter, and the mesh frequency [Hz]."""
@@ -118,7 +119,7 @@ class Motions:
 
     @lru_cache(maxsize=KEPT)  # noqa: B019  as long as its branches are followed
     def _balance(self, system: LumpedSystem) -> HarmonicBalance:
-        return HarmonicBalance(system, self.harmonics, self.multiple)
+        return HarmonicBalance(system, self.harmonics, self.multiple, self.steepness)
 
     def equations(self, x: Array, value: float) -> tuple[Array, Array, Array]:
         """Errors (u,), by x (u, u) and by the parameter (u,)."""

@@ -22,7 +22,14 @@ from lumped.branches.bifurcations import (
     branch_point,
     with_bifurcations,
 )
-from lumped.branches.continuation import Branch, Followed, NoSolution, Point, Steps
+from lumped.branches.continuation import (
+    Branch,
+    Followed,
+    NoSolution,
+    Point,
+    Steps,
+    joined,
+)
 from lumped.branches.motions import Family, Motions
 from lumped.branches.shooting import shoot
 from lumped.respond import respond
@@ -32,7 +39,8 @@ from lumped.sweep import Direction, Observer, sweep
 
 Array = NDArray[np.float64]
 HALVED = "the period is half of it again"
-ASIDE = 0.03  # arc length to the first point of a branch that sets out from another
+ASIDE = 0.01  # arc length to the first point of a branch that sets out from another
+NEAR = 1e-4  # of the parameter's unit, for a branch that ends at its parent's doubling
 SAME = 1e-5  # of the static deflection, for motions that are one
 
 
@@ -46,6 +54,7 @@ class BranchSettings:
     points : at most, of a branch
     sweep_points : of the sweeps in which further branches are looked for
     period_multiple : most common periods after which motions may repeat
+    steepness : [1/m] of contact that closes by tanh, None for true contact
     """
 
     harmonics: int = 20
@@ -54,6 +63,7 @@ class BranchSettings:
     points: int = 5000
     sweep_points: int = 41
     period_multiple: int = 2
+    steepness: float | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -173,11 +183,8 @@ class BranchFinder:
             return
         if repeats_sooner(branch, start) or self._is_known(branch, start):
             return
-        self._follow(branch, start, origin)
         inside = self.limits[0] < value < self.limits[1]
-        if inside and not self.found[-1].closed:
-            back = Point(start.x, start.parameter, -start.tangent)
-            self._follow(branch, back, origin)
+        self._follow(branch, start, origin, both_ways=inside)
 
     def _is_known(self, branch: Branch[Motions], motion: Point) -> bool:
         """Whether a branch that is found passes through a motion.
@@ -237,10 +244,10 @@ class BranchFinder:
     def _ends_at(self, point: BranchPoint, parent: PeriodicBranch) -> bool:
         """Whether a branch of twice the period has come back to its parent there."""
         return any(
-            branch.multiple == 2 * parent.multiple
-            and abs(branch.points[-1].parameter - point.parameter)
-            < SAME * self.family.unit
+            abs(end.parameter - point.parameter) < NEAR * self.family.unit
             for branch in self.found
+            if branch.multiple == 2 * parent.multiple
+            for end in (branch.points[0], branch.points[-1])
         )
 
     def _double(self, parent: PeriodicBranch, point: BranchPoint, number: int) -> None:
@@ -265,7 +272,7 @@ class BranchFinder:
     def _branch(self, multiple: int) -> Branch[Motions]:
         """Of motions that repeat after so many common periods."""
         settings = self.settings
-        motions = Motions(self.family, settings.harmonics, multiple)
+        motions = Motions(self.family, settings.harmonics, multiple, settings.steepness)
         balance, _ = motions.at(self.limits[1])
         steps = Steps(
             size=float(np.abs(balance.forces.static).max()),
@@ -276,20 +283,22 @@ class BranchFinder:
         )
         return Branch(motions, steps)
 
-    def _follow(self, branch: Branch[Motions], start: Point, origin: str) -> None:
-        """Follow a branch and keep it with its bifurcations."""
+    def _follow(
+        self,
+        branch: Branch[Motions],
+        start: Point,
+        origin: str,
+        both_ways: bool = False,
+    ) -> None:
+        """Follow a branch from a point and keep it with its bifurcations."""
         if self.finished:
             self.found.append(self.finished.pop(0))
             return
-        motions, number = branch.problem, len(self.found)
-        followed = branch.follow(
-            start,
-            self.limits,
-            lambda before, after: _halves(motions, before, after),
-            lambda value: self.report(number, value),
-        )
-        if followed.reason == HALVED:
-            followed = _cut_at_its_end(branch, followed)
+        motions = branch.problem
+        followed = self._one_way(branch, start)
+        if both_ways and not followed.closed:
+            back = Point(start.x, start.parameter, -start.tangent)
+            followed = joined(self._one_way(branch, back), followed)
         points = tuple(with_bifurcations(branch, followed))
         found = PeriodicBranch(
             motions.multiple, points, origin, followed.reason, followed.closed
@@ -297,6 +306,18 @@ class BranchFinder:
         found = replace(found, error=_error(motions, found.largest))
         self.keep(found)
         self.found.append(found)
+
+    def _one_way(self, branch: Branch[Motions], start: Point) -> Followed:
+        motions, number = branch.problem, len(self.found)
+        followed = branch.follow(
+            start,
+            self.limits,
+            lambda before, after: _halves(motions, before, after),
+            lambda value: self.report(number, value),
+        )
+        return (
+            _cut_at_its_end(branch, followed) if followed.reason == HALVED else followed
+        )
 
 
 def _error(motions: Motions, point: BranchPoint) -> float:
@@ -329,7 +350,7 @@ def repeats_sooner(branch: Branch[Motions], point: Point) -> bool:
     motions = branch.problem
     even = motions.multiple % 2 == 0
     size = float(np.linalg.norm(odd_part(motions, point)))
-    return even and size < 0.1 * ASIDE * branch.steps.size
+    return even and size < 0.3 * ASIDE * branch.steps.size
 
 
 def _cut_at_its_end(branch: Branch[Motions], followed: Followed) -> Followed:

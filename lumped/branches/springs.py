@@ -39,11 +39,14 @@ class SpringForces:
 
     series : what motions are made of
     finest : pieces of a period of the first mesh, at least
+    steepness : [1/m] of contact that closes by tanh, eq. 3.5; None for true contact,
+        which opens at once
     """
 
     system: LumpedSystem
     series: Series
     finest: float
+    steepness: float | None = None
 
     @property
     def arrays(self) -> ModalSystem:
@@ -130,6 +133,8 @@ class SpringForces:
 
         Raises ArithmeticError where contacts change too often to be followed.
         """
+        if self.steepness is not None:
+            return self._smooth_pieces(x, self.steepness)
         from lumped.kernels import orbit as kernel
 
         orbit = Orbit(
@@ -143,6 +148,27 @@ class SpringForces:
             raise ArithmeticError("contacts change too often in a period")
         found = ContactPieces(*(part[:count].copy() for part in self._room))
         return found._replace(slope=found.slope[..., None] * np.eye(self.count))
+
+    def _smooth_pieces(self, x: Array, steepness: float) -> ContactPieces:
+        """The same with contact that closes by tanh: nothing is to be cut."""
+        grid, first = self.grid, self.arrays.first_pair
+        meshes = np.repeat(np.arange(self.count), np.diff(first))
+        s = self.sampled.values(x)[:, 1:4, meshes]
+        elastic = s - grid.gap[:, 1:4]
+        drive, back = (
+            _closing(each, steepness)
+            for each in (elastic, -elastic - self.arrays.backlash[meshes])
+        )
+        stiffness = grid.stiffness[:, 1:4]
+        force = np.add.reduceat(stiffness * (drive[0] - back[0]), first[:-1], axis=2)
+        slope = np.add.reduceat(stiffness * (drive[1] + back[1]), first[:-1], axis=2)
+        return ContactPieces(
+            start=grid.edges[:-1],
+            length=np.diff(grid.edges),
+            whole=np.arange(len(s)),
+            force=force,
+            slope=slope[..., None] * np.eye(self.count),
+        )
 
     def modal(self, slope: Array) -> Array:
         """Stiffness of the modes (..., n, n) where meshes have slopes (..., d, d)."""
@@ -190,6 +216,14 @@ class SpringForces:
     def of_modes(self, q: Array) -> Array:
         """Coordinates (..., d) of modal ones (..., n)."""
         return q @ self.arrays.shapes.T
+
+
+def _closing(overlap: Array, steepness: float) -> tuple[Array, Array]:
+    """Overlap of flanks that close by tanh, and its slope; none where it is -inf."""
+    known = np.maximum(overlap, -1e3 / steepness)
+    turn = np.tanh(steepness * known)
+    part = 0.5 * (1.0 + turn)
+    return part * known, part + 0.5 * steepness * known * (1.0 - turn**2)
 
 
 def _contact(

@@ -204,3 +204,34 @@ def test_what_cannot_be_is_refused(system):
         HarmonicBalance(system(), 0)
     with pytest.raises(TrainError, match="4002 unknowns, more than 3000"):
         HarmonicBalance(system(), 1000)
+
+
+def test_contact_that_closes_by_tanh_converges_to_true_contact(system):
+    """With the square of its steepness; eq. 3.5."""
+    train = system(harmonics=3)
+    exact = HarmonicBalance(train, 16)
+    x = solved(exact, LOST)
+    rms = exact.figures(x, LOST)["dte_rms"]
+    apart = []
+    for steepness in (2e6, 4e6, 8e6):
+        smooth = HarmonicBalance(train, 16, steepness=steepness)
+        near = solved(smooth, LOST, x)
+        apart.append(abs(smooth.figures(near, LOST)["dte_rms"] / rms - 1.0).max())
+    assert 3e-5 < apart[0] < 3e-2
+    assert apart[1] < apart[0] / 3.0
+    assert apart[2] < apart[1] / 3.0
+
+
+def test_contact_that_closes_by_tanh_has_its_exact_jacobian(system):
+    balance = HarmonicBalance(system(harmonics=3), 4, steepness=1e6)
+    x = balance.static * 1.5
+    x = x + 3e-6 * np.random.default_rng(5).standard_normal(x.size)
+    _, jacobian, _ = balance.equations(x, 1500.0)
+    for column in (0, 3, 8, x.size - 1):
+        step = np.zeros(x.size)
+        step[column] = 1e-10
+        up, down = (balance.errors(x + sign * step, 1500.0) for sign in (1, -1))
+        found = (up - down) / 2e-10
+        np.testing.assert_allclose(
+            found, jacobian[:, column], atol=1e-5 * abs(jacobian).max()
+        )

@@ -101,6 +101,18 @@ def test_stability_is_what_a_small_disturbance_does(train, found):
             assert dies == stable, point.frequency
 
 
+def test_motions_inside_the_range_are_followed_both_ways(found):
+    """One branch, on which a sweep's motion is neither the first nor the last."""
+    swept = [branch for branch in found if branch.origin.startswith("from a sweep")]
+    assert swept
+    for branch in swept:
+        at = float(branch.origin.split()[-2])
+        speeds = [point.frequency for point in branch.points]
+        assert min(speeds) < at < max(speeds)
+        steps = np.abs(np.diff([point.x for point in branch.points], axis=0))
+        assert steps.max() < 0.5 * np.abs(branch.points[0].x).max()
+
+
 def test_every_branch_says_how_it_begins_and_ends(found):
     assert all(branch.origin and branch.reason for branch in found)
     assert found[0].origin == "from rest at 1300 Hz"
