@@ -36,6 +36,7 @@ from lumped.respond import respond
 from lumped.response import Response, Status
 from lumped.settings import Settings
 from lumped.sweep import Direction, Observer, sweep
+from lumped.train import TrainError
 
 Array = NDArray[np.float64]
 HALVED = "the period is half of it again"
@@ -125,11 +126,12 @@ class BranchFinder:
     def from_rest(self, value: float) -> None:
         """The branch of the motion that a start at rest leads to.
 
-        Raises ArithmeticError where the motion diverges or does not repeat.
+        Raises ArithmeticError where the motion diverges or does not repeat, TrainError
+        for a train without damping.
         """
         system, frequency = self.family.at(value)
         if system.train.damping_ratio == 0.0:
-            raise ArithmeticError(
+            raise TrainError(
                 "damping ratio = 0; motions do not settle, a positive one is needed"
             )
         response, at = respond(system, frequency), self.family.words(value)
