@@ -135,6 +135,14 @@ def branches_command(
         ),
         Range(least=1, most=64),
     ] = 2,
+    starts: Annotated[
+        int,
+        typer.Option(
+            help="Random states, the same each time, from which motions on further "
+            "branches are looked for, isolated ones among them."
+        ),
+        Range(least=0, most=100_000),
+    ] = 0,
     model: BranchModel,
     outputs: ResumedOutputs,
 ) -> None:
@@ -153,6 +161,7 @@ def branches_command(
     settings = BranchSettings(
         harmonics=model.harmonics,
         period_multiple=period_multiple,
+        starts=starts,
         steepness=None if steepness is None else 1e6 * steepness,
     )
     find = parameter.finder(subject, model, torque)

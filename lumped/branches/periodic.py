@@ -41,6 +41,7 @@ from lumped.train import TrainError
 Array = NDArray[np.float64]
 HALVED = "the period is half of it again"
 ASIDE = 0.01  # arc length to the first point of a branch that sets out from another
+FAR = 3.0  # spread of random states, over the static one
 NEAR = 1e-4  # of the parameter's unit, for a branch that ends at its parent's doubling
 SAME = 1e-5  # of the static deflection, for motions that are one
 
@@ -55,6 +56,7 @@ class BranchSettings:
     points : at most, of a branch
     sweep_points : of the sweeps in which further branches are looked for
     period_multiple : most common periods after which motions may repeat
+    starts : random states from which motions on further branches are looked for
     steepness : [1/m] of contact that closes by tanh, None for true contact
     """
 
@@ -64,6 +66,7 @@ class BranchSettings:
     points: int = 5000
     sweep_points: int = 41
     period_multiple: int = 2
+    starts: int = 0
     steepness: float | None = None
 
 
@@ -122,6 +125,8 @@ class BranchFinder:
         self.doublings()
         self.from_sweeps()
         self.doublings()
+        self.from_states()
+        self.doublings()
 
     def from_rest(self, value: float) -> None:
         """The branch of the motion that a start at rest leads to.
@@ -147,11 +152,32 @@ class BranchFinder:
         directions: tuple[Direction, ...] = ("up", "down")
         for direction in directions:
             for value, response in self._sweep(direction):
-                repeats = response.status == Status.PERIODIC
-                if repeats and response.multiple <= self.settings.period_multiple:
-                    at = self.family.words(value)
-                    origin = f"from a sweep {direction} at {at}"
-                    self._from_motion(value, response, origin)
+                at = self.family.words(value)
+                origin = f"from a sweep {direction} at {at}"
+                self._from_settled(value, response, origin)
+
+    def from_states(self) -> None:
+        """Branches of motions that random states lead to and none yet holds.
+
+        They need not hang together with the others: isolated branches are among them.
+        """
+        random = np.random.default_rng(0)
+        for _ in range(self.settings.starts):
+            value = float(random.uniform(*self.limits))
+            self.report(len(self.found), value)
+            system, frequency = self.family.at(value)
+            rest, turn = system.static_state[0], 2.0 * math.pi * frequency
+            spread = FAR * np.abs(rest).max() * random.standard_normal((2, rest.size))
+            state = np.stack([rest + spread[0], turn * spread[1]])
+            response = respond(system, frequency, state=state)
+            at = self.family.words(value)
+            self._from_settled(value, response, f"from a random state at {at}")
+
+    def _from_settled(self, value: float, response: Response, origin: str) -> None:
+        """Follow the branch of a motion that repeats soon enough."""
+        repeats = response.status == Status.PERIODIC
+        if repeats and response.multiple <= self.settings.period_multiple:
+            self._from_motion(value, response, origin)
 
     def _sweep(self, direction: Direction) -> Iterator[tuple[float, Response]]:
         """Values of the parameter, and what the motion of the one before becomes."""

@@ -158,6 +158,20 @@ def test_two_doublings_between_two_steps_are_found():
     assert doublings == pytest.approx([1186.27, 1202.62], abs=0.1)
 
 
+def test_an_isolated_branch_is_found_from_random_states_and_closes():
+    """Of a third of the speed, which no sweep meets."""
+    words = ("liu-pair", "--excitation", "rectangular", "--damping", 0.03, "--json")
+    words = (*words, "--harmonics", 6, "--period-multiple", 3, "--speeds", "4600:7200")
+    found = {n: json.loads(run(*words, "--starts", n))["branches"] for n in (0, 40)}
+    assert all(branch["period_multiple"] < 3 for branch in found[0])
+    (isolated,) = [b for b in found[40] if b["period_multiple"] == 3]
+    assert isolated["closed"]
+    assert isolated["end"] == "the branch closed"
+    assert "from a random state" in isolated["origin"]
+    assert 4600.0 < isolated["from_Hz"] < isolated["to_Hz"] < 7200.0
+    assert [each["kind"] for each in isolated["bifurcations"]] == ["fold", "fold"]
+
+
 OVER = (*FAST, "--over", "dynamics.damping_ratio=0.07:0.08", "--at", 1450)
 
 
