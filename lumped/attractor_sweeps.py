@@ -22,7 +22,7 @@ from lumped.attractors import (
     SectionSettings,
     find_attractor,
 )
-from lumped.response import Response
+from lumped.response import Response, Status
 from lumped.settings import Settings
 from lumped.steady_state import Stepper, Watch, confirmed, steady_state
 from lumped.steppers import stepper_of
@@ -98,6 +98,17 @@ def named_change(before: Attractor, after: Attractor) -> str:
     return ""
 
 
+def unstable(attractor: Attractor) -> bool:
+    """Whether a motion that seems to repeat leaves what it repeats."""
+    return attractor.multiple > 0 and attractor.exponent > NEUTRAL
+
+
+def aperiodic(response: Response) -> Response:
+    """The response as that of a motion which does not repeat."""
+    none = np.zeros_like(response.period_multiple)
+    return replace(response, status=Status.APERIODIC, multiple=0, period_multiple=none)
+
+
 class AttractorStore(Protocol):
     """Where finished values of a branch are kept and found again."""
 
@@ -139,15 +150,16 @@ class _Found:
         """
         found = confirmed(stepper, frequency, settings, state, before, watch)
         attractor = self._attractor(stepper, found, watch)
-        if attractor.kind == Kind.UNSETTLED or (
-            attractor.multiple and attractor.exponent > NEUTRAL
-        ):
+        if attractor.kind == Kind.UNSETTLED or unstable(attractor):
             response, _, steps = found
             longer = replace(steps, steps=max(steps.steps, FINE), max_periods=LONG)
             again = steady_state(
                 *(stepper, frequency, longer, response.state, frequency, watch)
             )
             found = *again, longer
+            attractor = self._attractor(stepper, found, watch)
+        if unstable(attractor):
+            found = aperiodic(found[0]), *found[1:]
             attractor = self._attractor(stepper, found, watch)
         self.attractors.append(attractor)
         return found
@@ -183,7 +195,9 @@ def sweep_attractors(
         systems have the same gears and freedoms
     stop : ends the sweep as soon as the motion is watched
     """
-    settings, ordered = settings or Settings(), in_order(values, direction)
+    # no figures are shown that more windows would measure
+    settings = replace(settings or Settings(), windows=1)
+    ordered = in_order(values, direction)
     found = _Found(sections or SectionSettings(), store)
 
     def station(value: float) -> Station:

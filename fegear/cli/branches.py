@@ -146,7 +146,7 @@ def branches_command(
     model: BranchModel,
     outputs: ResumedOutputs,
 ) -> None:
-    """Periodic motions over speed or another figure, stable and unstable.
+    """Periodic motions over speed or a figure, stable and unstable.
 
     Harmonic balance and arc-length continuation with folds, period doublings and
     Floquet multipliers. With --output each branch is kept in FILE.partial until the

@@ -166,3 +166,11 @@ def test_changes_have_the_names_of_the_field(before, after, change):
 def test_a_wrong_direction_is_named(at):
     with pytest.raises(ValueError, match="direction must be up or down, got left"):
         sweep_attractors([900.0], at, "left")
+
+
+def test_what_is_unstable_on_finest_steps_too_does_not_repeat(at, monkeypatch):
+    """As chaos may pass by near an orbit for longer than is looked for."""
+    monkeypatch.setattr("lumped.attractor_sweeps.NEUTRAL", -1.0)
+    (found,) = sweep_attractors([900.0], at, "up").attractors
+    assert (found.multiple, found.name) == (0, "unsettled")
+    assert found.deflection.shape == (100, 2)

@@ -91,7 +91,7 @@ def test_another_figure_stands_in_the_table_by_its_key(tmp_path):
 
 
 def test_ctrl_c_keeps_what_is_finished_and_resume_goes_on(tmp_path):
-    over = ["--over", "mesh_frequency_Hz=1640:2640:401", "--direction", "down"]
+    over = ["--over", "mesh_frequency_Hz=1640:2640:201", "--direction", "down"]
     words = [*WORDS, *over, "-o"]
     path, partial = tmp_path / "b.csv", tmp_path / "b.csv.partial"
     command = [sys.executable, "-m", "fegear", *words, str(path)]
