@@ -45,14 +45,20 @@ def chaotic(train):
 
 
 @pytest.mark.parametrize(
-    ("frequency", "harmonics", "multiple"),
-    [(1000.0, 3, 1), (1450.0, 3, 1), (0.93 * FIRST, None, 1), (0.91 * FIRST, None, 2)],
+    ("frequency", "harmonics", "multiple", "model"),
+    [
+        (1000.0, 3, 1, 1),
+        (1450.0, 3, 1, 2),
+        (1450.0, 3, 1, 3),
+        (0.93 * FIRST, None, 1, 1),
+        (0.91 * FIRST, None, 2, 1),
+    ],
 )
 def test_a_periodic_motion_has_the_exponent_of_its_floquet_multiplier(
-    system, idler, frequency, harmonics, multiple
+    system, idler, frequency, harmonics, multiple, model
 ):
     free = idler(inertias=CHAPTER_3, coupled=False, phases=(0.0, LAG))
-    built = system(free, harmonics=harmonics, contact_ratio=1.5)
+    built = system(free, harmonics=harmonics, contact_ratio=1.5, model=model)
     settings = Settings(tolerance=1e-8, steps=256)
     response, _, settings = respond_confirmed(built, frequency, settings)
     assert response.multiple == multiple
