@@ -24,7 +24,12 @@ from fegear.store import Checkpoint, Keeping
 from fegear.sweeps import BOTH, edits_in_words
 from fegear.unphysical import doubts_of_meshes
 from lumped.attractor_figure import draw_attractors
-from lumped.attractor_sweeps import AttractorBranch, SystemAt, sweep_attractors
+from lumped.attractor_sweeps import (
+    AttractorBranch,
+    Stretch,
+    SystemAt,
+    sweep_attractors,
+)
 from lumped.attractors import Attractor, SectionSettings
 from lumped.branches.motions import OverFigure, OverSpeed
 from lumped.csv_text import format_csv
@@ -153,7 +158,17 @@ def _plain(branch: AttractorBranch) -> dict[str, Any]:
         "direction": branch.direction,
         "complete": branch.complete,
         "finished_values": len(branch.values),
-        "stretches": [asdict(each) for each in branch.stretches],
+        "stretches": [_plain_stretch(each) for each in branch.stretches],
+    }
+
+
+def _plain_stretch(stretch: Stretch) -> dict[str, Any]:
+    return {
+        "first": stretch.first,
+        "last": stretch.last,
+        "motion": stretch.name,
+        "begins_by": stretch.begins,
+        "largest_lyapunov_per_period": stretch.exponent,
     }
 
 

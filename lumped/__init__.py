@@ -1,6 +1,8 @@
 """Lumped gear models: tables of mesh stiffness in, motion out."""
 
 from lumped.analytic import StiffnessFigures, analytic_excitation
+from lumped.attractor_sweeps import sweep_attractors
+from lumped.attractors import Attractor, find_attractor
 from lumped.excitation import MeshExcitation, PairExcitation, excitation_from_table
 from lumped.modes import Modes, natural_modes
 from lumped.pitch_errors import pair_errors
@@ -14,6 +16,7 @@ from lumped.train import Gear, Mesh, Shaft, Train, TrainError
 from lumped.waves import Wave
 
 __all__ = [
+    "Attractor",
     "Branch",
     "Gear",
     "History",
@@ -33,6 +36,7 @@ __all__ = [
     "Wave",
     "analytic_excitation",
     "excitation_from_table",
+    "find_attractor",
     "natural_modes",
     "pair_errors",
     "read_table",
@@ -40,5 +44,6 @@ __all__ = [
     "respond_with_history",
     "sweep",
     "sweep_all",
+    "sweep_attractors",
     "write_table",
 ]

@@ -163,9 +163,9 @@ def _end(found: BifurcationsResult, outputs: ResumedOutputs) -> None:
 STRETCH: Cells = {
     "from": lambda row: f"{row['first']:.6g}",
     "to": lambda row: f"{row['last']:.6g}",
-    "motion": lambda row: str(row["name"]),
-    "largest exponent\n[1/period]": cell("exponent", 1.0, 3),
-    "begins by": lambda row: str(row["begins"]),
+    "motion": lambda row: str(row["motion"]),
+    "largest exponent\n[1/period]": cell("largest_lyapunov_per_period", 1.0, 3),
+    "begins by": lambda row: str(row["begins_by"]),
 }
 
 

@@ -67,13 +67,13 @@ def test_the_summary_names_doublings_and_chaos(made):
     values, rows, _ = made
     down = values["branches"][1]
     assert down["direction"] == "down"
-    found = [(s["first"], s["name"], s["begins"]) for s in down["stretches"]]
+    found = [(s["first"], s["motion"], s["begins_by"]) for s in down["stretches"]]
     assert found == [
         (1660.0, "period 1", ""),
         (1620.0, "period 2", "period doubling"),
         (1570.0, "chaotic", "chaos begins"),
     ]
-    largest = max(s["exponent"] for s in down["stretches"])
+    largest = max(s["largest_lyapunov_per_period"] for s in down["stretches"])
     listed = [float(r["lyapunov_per_period"]) for r in rows if r["direction"] == "down"]
     assert largest == max(listed)
     shown = run(*WORDS, "--over", "mesh_frequency_Hz=1620,1660", "--direction", "down")
