@@ -26,7 +26,7 @@ LOOKS: Mapping[Style, dict[str, Any]] = {
     "points": {"ls": "", "marker": ".", "ms": 2.0},
     "crosses": {"ls": "", "marker": ".", "ms": 2.0, "alpha": 0.12},
 }
-WORDS: Mapping[Style, str] = {"line": "stable", "dashed": "unstable"}
+DIRECTIONS: Mapping[Style, str] = {"dots": "up", "circles": "down"}
 LEVELS = 12  # of a surface
 
 
@@ -34,7 +34,7 @@ def draw_figure(result: FigureResult) -> Figure:
     """Panels in the order of the parts; surfaces as contours beside each other."""
     figure, curves = result.figure, result.curves
     names = list(dict.fromkeys(_panel(figure, curve) for curve in curves))
-    labels = list(dict.fromkeys(curve.label for curve in curves))
+    labels = list(dict.fromkeys(_name(curve) for curve in curves))
     surface = any(curve.style == "surface" for curve in curves)
     columns = 2 if len(names) > (1 if surface else 3) else 1
     rows = -(-len(names) // columns)
@@ -46,7 +46,7 @@ def draw_figure(result: FigureResult) -> Figure:
     for axes, name in zip(every, names, strict=False):
         own = [curve for curve in curves if _panel(figure, curve) == name]
         for curve in own:
-            _draw(axes, curve, color_of(labels.index(curve.label)))
+            _draw(axes, curve, color_of(labels.index(_name(curve))))
         axes.set_ylabel(label)
         axes.set_title(name, fontsize=10)
         if not surface:
@@ -64,6 +64,15 @@ def draw_figure(result: FigureResult) -> Figure:
 def _panel(figure: SourceFigure, curve: Curve) -> str:
     mesh = f"mesh {curve.mesh}" if curve.mesh and len(figure.meshes) > 1 else ""
     return ", ".join(filter(None, (curve.panel, mesh)))
+
+
+def _ending(style: Style) -> str:
+    """Of the label of a sweep; the look of its marks says the same."""
+    return f", {DIRECTIONS[style]}" if style in DIRECTIONS else "\0"
+
+
+def _name(curve: Curve) -> str:
+    return curve.label.removesuffix(_ending(curve.style))
 
 
 def _speed(relative: bool) -> str:
@@ -95,14 +104,18 @@ def _handles(curves: Sequence[Curve], labels: Sequence[str]) -> list[Any]:
     styles = dict.fromkeys(curve.style for curve in curves)
     found = []
     for number, label in enumerate(labels):
-        own = next(curve.style for curve in curves if curve.label == label)
+        own = next(curve.style for curve in curves if _name(curve) == label)
         look = LOOKS[own] | ({"ms": 6.0, "alpha": 1.0} if own == "points" else {})
         found.append(Line2D([], [], color=color_of(number), label=label, **look))
-    both = {"line", "dashed"} <= styles.keys()
+    words: dict[Style, str] = {}
+    if {"line", "dashed"} <= styles.keys():
+        words |= {"line": "stable", "dashed": "unstable"}
+    if any(curve.label.endswith(_ending(curve.style)) for curve in curves):
+        words |= {"dots": "speed rises", "circles": "speed falls"}
     found += [
         Line2D([], [], color="black", label=word, **LOOKS[style])
-        for style, word in WORDS.items()
-        if both
+        for style, word in words.items()
+        if style in styles
     ]
     if "crosses" in styles:
         pale = LOOKS["crosses"] | {"ms": 6.0, "alpha": 0.4}

@@ -15,6 +15,7 @@ from fegear.gearset import load_gear_set
 from fegear.gearset.model import GearSet
 from fegear.lumped_system import LumpedModel, Number, lumped_system
 from fegear.train import mesh_torques_at, train_of
+from lumped.closed_forms.predictions import STRAINED
 from lumped.system import LumpedSystem
 from lumped.table import MeshTable
 from validation.data_files import edits_by_key
@@ -95,9 +96,20 @@ class Scene:
         return GivenTables(tuple(tables))
 
     @cached_property
+    def modes(self) -> list[int]:
+        """Places, among modes that move, of those that meshes excite.
+
+        Modes of a figure are counted among them, from 1.
+        """
+        system = self.system
+        energy = system.modes.mesh_energy[:, system.moving].sum(axis=0)
+        return [int(place) for place in np.flatnonzero(energy >= STRAINED)]
+
+    @cached_property
     def unit_Hz(self) -> float:
         """Of the figure's frequencies."""
-        return float(self.system.resonances_Hz[0]) if self.relative else 1.0
+        first = self.system.resonances_Hz[self.modes[0]] if self.relative else 1.0
+        return float(first)
 
     @property
     def meshes(self) -> range:

@@ -42,6 +42,10 @@ Frequency = Annotated[Number, Field(gt=0.0, lt=1e6)]
 Found = dict[str, tuple[float, ...]]
 NAMES = {FOLD: "fold", DOUBLING: "doubling", CROSSING: "crossing", TORUS: "torus"}
 GAP = (math.nan, math.nan)
+SWEPT = (  # what sweeps find
+    r"(up|down)\.mesh[12]\.(jump|peak|largest|contact_loss)",
+    r"(up|down)\.(aperiodic|subharmonic)",
+)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -140,10 +144,7 @@ class SweepPart(Part):
     speeds : `A:B:STEP` in the unit of the figure
     """
 
-    keys: ClassVar = (
-        r"(up|down)\.mesh[12]\.(jump|peak|largest|contact_loss)",
-        r"(up|down)\.(aperiodic|subharmonic)",
-    )
+    keys: ClassVar = SWEPT
 
     kind: Literal["sweep"] = "sweep"
     speeds: Speeds
@@ -151,14 +152,10 @@ class SweepPart(Part):
     style: Style | None = None
 
     def command(self, scene: Scene) -> Sequence[str]:
-        unit = scene.unit_Hz
-        numbers = (
-            ":".join(f"{unit * float(value):.6g}" for value in each.split(":"))
-            for each in self.speeds.split(",")
-        )
+        speeds = speeds_in_Hz(self.speeds, scene.unit_Hz)
         waves = scene.kept_harmonics("--harmonics")
         one = ["--direction", *self.directions] if len(self.directions) == 1 else []
-        return ["sweep", *scene.words, *waves, "--speeds", ",".join(numbers), *one]
+        return ["sweep", *scene.words, *waves, "--speeds", speeds, *one]
 
 
 def sweep(part: SweepPart, scene: Scene, report: Progress) -> PartResult:
@@ -172,9 +169,24 @@ def sweep(part: SweepPart, scene: Scene, report: Progress) -> PartResult:
     settings = SweepSettings(model=scene.model, directions=part.directions)
     result = sweep_speeds(scene.gear_set, [scene.torque], speeds, settings, report)
     swept = [branch for _, branch in result.found]
-    if not all(branch.complete for branch in swept):
-        raise KeyboardInterrupt
+    require_finished(swept)
     return swept_result(scene, swept, part.style)
+
+
+def speeds_in_Hz(text: str, unit: float) -> str:
+    """`A:B:STEP` and numbers in a unit [Hz], as a command takes them."""
+    return ",".join(
+        ":".join(f"{unit * float(value):.6g}" for value in each.split(":"))
+        for each in text.split(",")
+    )
+
+
+def require_finished(swept: Sequence[Branch]) -> None:
+    """Sweeps end early where they were interrupted, or where the motion diverges."""
+    for branch in swept:
+        last = branch.responses[-1].status if branch.responses else None
+        if not branch.complete and last != Status.DIVERGED:
+            raise KeyboardInterrupt
 
 
 def swept_result(
@@ -290,7 +302,7 @@ def _figures(
     prediction: Prediction, scene: Scene
 ) -> Iterable[tuple[str, tuple[float, ...]]]:
     near, top, unit = prediction.resonance, prediction.top, scene.unit_Hz
-    start = f"mode{near.mode + 1}.{near.order}."
+    start = f"mode{scene.modes.index(near.mode) + 1}.{near.order}."
     yield f"{start}at", (near.at / unit,)
     yield f"{start}critical_damping", (prediction.critical_damping,)
     unstable = prediction.unstable or ()

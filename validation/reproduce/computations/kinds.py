@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import get_args, get_type_hints
 
+from validation.reproduce.computations import finite_elements, mesh_forces
 from validation.reproduce.computations import frequency_response as response
 from validation.reproduce.computations import natural_frequencies as natural
 from validation.reproduce.computations import parameter_studies as studies
@@ -19,6 +20,8 @@ AnyPart = (
     | studies.TheoryMapPart
     | studies.IndicatorsPart
     | studies.WidthPart
+    | finite_elements.ElementsPart
+    | mesh_forces.ForcesPart
 )
 COMPUTE: Mapping[type[Part], Compute] = {
     response.BranchesPart: response.branches,
@@ -29,6 +32,8 @@ COMPUTE: Mapping[type[Part], Compute] = {
     studies.TheoryMapPart: studies.theory_map,
     studies.IndicatorsPart: studies.indicators,
     studies.WidthPart: studies.width,
+    finite_elements.ElementsPart: finite_elements.elements,
+    mesh_forces.ForcesPart: mesh_forces.forces,
 }
 KINDS: Mapping[str, type[Part]] = {
     str(get_args(get_type_hints(part)["kind"])[0]): part for part in COMPUTE

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import AfterValidator, Field
 
+from fegear.errors import InputError
 from fegear.gearset.edit import require_known_key
 from fegear.parameter_maps import Evaluate, respond_at
 from fegear.speeds import parsed_speeds
@@ -30,6 +31,7 @@ from lumped.maps import Axis, Cell, ParameterMap, cell_of, run_map
 from lumped.settings import Settings
 from lumped.sweep import Direction, sweep, sweep_all
 from validation.data_files import STRICT, Number, Speeds
+from validation.reproduce.computations.frequency_response import require_finished
 from validation.reproduce.parts import Curve, Part, PartResult
 from validation.reproduce.scene import DELAY, Scene
 
@@ -92,6 +94,8 @@ def _extremes(
     """Where the largest and the least value stand, on every axis, and the values.
 
     change_along : an axis, at most, over the height of all values
+    peak_at, valley_at : coordinates of all that are higher or lower than their
+        neighbours
     """
     if np.isnan(values).all():
         return
@@ -100,6 +104,10 @@ def _extremes(
     for number in range(len(over)):
         change = np.nanmax(grid, number) - np.nanmin(grid, number)
         yield f"change_along{number + 1}", (float(np.nanmax(change)) / height,)
+    for name, sign in (("peak", 1.0), ("valley", -1.0)):
+        tops = [points[int(i)] for i in np.flatnonzero(_tops(sign * grid))]
+        for number in range(len(over)):
+            yield f"{name}_at{number + 1}", tuple(top[number] for top in tops)
     for name, place in (
         ("largest", int(np.nanargmax(values))),
         ("least", int(np.nanargmin(values))),
@@ -109,7 +117,22 @@ def _extremes(
             yield f"{name}_at{number + 1}", (points[place][number],)
 
 
-EXTREMES = r"mesh[12]\.((largest|least)(_at[12])?|change_along[12])"
+EXTREMES = (
+    r"mesh[12]\.((largest|least)(_at[12])?|change_along[12]|(peak|valley)_at[12])"
+)
+
+
+def _tops(grid: Array) -> NDArray[np.bool_]:
+    """Where a grid is higher than all its neighbours, those at a corner among them."""
+    rim = np.pad(np.nan_to_num(grid, nan=-np.inf), 1, constant_values=-np.inf)
+    inner = tuple(slice(1, -1) for _ in grid.shape)
+    steps = itertools.product((-1, 0, 1), repeat=grid.ndim)
+    around = [
+        np.roll(rim, step, axis=tuple(range(grid.ndim)))[inner]
+        for step in steps
+        if any(step)
+    ]
+    return np.asarray(rim[inner] > np.max(around, axis=0))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -217,7 +240,11 @@ def theory_map(part: TheoryMapPart, scene: Scene, report: Progress) -> PartResul
     for done, point in enumerate(points):
         report("closed forms", done, len(points))
         changed = scene.changed(dict(zip(names, point, strict=True)))
-        near = resonance_of(changed, part.mode, part.order)
+        try:
+            near = resonance_of(changed, part.mode, part.order)
+        except InputError:  # there are no such gears, as in a map
+            rows.append(np.full(len(scene.meshes), math.nan))
+            continue
         rows.append(near.amplitudes(_amplitude(near, part.at_peak)))
     rms = MICRO * np.array(rows) / math.sqrt(2.0)
     values = {mesh: rms[:, mesh - 1] for mesh in scene.meshes}
@@ -226,7 +253,8 @@ def theory_map(part: TheoryMapPart, scene: Scene, report: Progress) -> PartResul
 
 def resonance_of(scene: Scene, mode: int, order: str) -> Resonance:
     """Of a mode counted from 1."""
-    return resonance(parametric_system(scene.system), mode - 1, Fraction(order))
+    known = parametric_system(scene.system)
+    return resonance(known, scene.modes[mode - 1], Fraction(order))
 
 
 def _amplitude(near: Resonance, at_peak: bool) -> float:
@@ -267,14 +295,16 @@ def indicators(part: IndicatorsPart, scene: Scene, report: Progress) -> PartResu
         frequency grow; unstable_part : of the range in which they do
     """
     values = part.over.values
+    scenes = [scene.changed({part.over.key: value}) for value in values]
     systems = []
-    for done, value in enumerate(values):
+    for done, each in enumerate(scenes):
         report("closed forms", done, len(values))
-        systems.append(parametric_system(scene.changed({part.over.key: value}).system))
+        systems.append(parametric_system(each.system))
     curves = []
     found: dict[str, tuple[float, ...]] = {}
     for mode, order in part.resonances:
-        near = [resonance(system, mode - 1, Fraction(order)) for system in systems]
+        place = scenes[0].modes[mode - 1]
+        near = [resonance(system, place, Fraction(order)) for system in systems]
         half = Fraction(order).denominator == 2
         sizes = np.array([_indicator(each, half) for each in near])
         panel = "|p| of subharmonics; dotted: twice the damping ratio"
@@ -341,8 +371,7 @@ def width(part: WidthPart, scene: Scene, report: Progress) -> PartResult:
     scenes = [scene.changed({part.over.key: value}) for value in values]
     found_near = [resonance_of(each, part.mode, part.order) for each in scenes]
     swept = sweep_all([each.system for each in scenes], speeds, ["down"], report=report)
-    if not all(branch.complete for branch in swept):
-        raise KeyboardInterrupt
+    require_finished(swept)
     points, margins = [], []
     for near, branch in zip(found_near, swept, strict=True):
         margins.append(abs(near.parametric) / near.damping_ratio - 2.0)

@@ -1,0 +1,53 @@
+"""The finite elements in motion, passed from speed to speed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import ClassVar, Literal
+
+from fegear.dynamic_sweeps import DynamicsSettings, sweep_elements
+from fegear.statics import Progress
+from lumped.sweep import Direction
+from validation.data_files import Speeds, parsed_speeds
+from validation.reproduce.computations.frequency_response import (
+    SWEPT,
+    require_finished,
+    speeds_in_Hz,
+    swept_result,
+)
+from validation.reproduce.parts import Part, PartResult
+from validation.reproduce.scene import Scene
+
+
+@dataclass(frozen=True, kw_only=True)
+class ElementsPart(Part):
+    """A sweep at the fidelity that the program chooses; dots up, circles down.
+
+    speeds : `A:B:STEP` in the unit of the figure
+    """
+
+    keys: ClassVar = SWEPT
+
+    kind: Literal["elements"] = "elements"
+    speeds: Speeds
+    directions: tuple[Direction, ...] = ("up", "down")
+
+    def command(self, scene: Scene) -> Sequence[str]:
+        one = ["--direction", *self.directions] if len(self.directions) == 1 else []
+        speeds = speeds_in_Hz(self.speeds, scene.unit_Hz)
+        return ["dynamics", *scene.words, "--speeds", speeds, *one]
+
+
+def elements(part: ElementsPart, scene: Scene, report: Progress) -> PartResult:
+    """Found as of a sweep of a lumped model."""
+    speeds = [scene.unit_Hz * value for value in parsed_speeds(part.speeds)]
+    settings = DynamicsSettings(
+        translations=scene.translations, directions=part.directions
+    )
+    result = sweep_elements(
+        scene.gear_set, [scene.torque], speeds, settings, progress=report
+    )
+    swept = [branch for _, branch in result.found]
+    require_finished(swept)
+    return swept_result(scene, swept)
