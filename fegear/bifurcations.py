@@ -17,7 +17,11 @@ from fegear.branches import FIXED, FREQUENCY, NOTHING, title_of
 from fegear.dynamics.checkpoint import response_values, stored_response
 from fegear.errors import InputError, file_error
 from fegear.gearset.model import GearSet
-from fegear.lumped_system import integration_in_words, require_method
+from fegear.lumped_system import (
+    doubts_of_bodies,
+    integration_in_words,
+    require_method,
+)
 from fegear.output import write_text
 from fegear.parameter_maps import TORQUE, VariedSet
 from fegear.store import Checkpoint, Keeping
@@ -80,6 +84,7 @@ class BifurcationsResult:
 
     parameter : `mesh_frequency_Hz`, or the figure that varies instead
     length : values that were asked for
+    doubts : where the model leaves out too much
     """
 
     gear_set: GearSet
@@ -87,6 +92,7 @@ class BifurcationsResult:
     length: int
     header: Mapping[str, str]
     branches: tuple[AttractorBranch, ...]
+    doubts: tuple[str, ...] = ()
 
     @property
     def complete(self) -> bool:
@@ -128,10 +134,10 @@ class BifurcationsResult:
             **{key: _number(header.get(entry)) for key, entry in FIXED.items()},
             "values": self.length,
             "branches": [_plain(branch) for branch in self.branches],
-            "warnings": list(self._doubts()),
+            "warnings": [*self.doubts, *self._doubts_of_size()],
         }
 
-    def _doubts(self) -> Iterator[str]:
+    def _doubts_of_size(self) -> Iterator[str]:
         """Where the largest deflections cannot be physical."""
         found = [each.deflection for b in self.branches for each in b.attractors]
         every = np.abs(np.concatenate(found)) if found else np.empty((0, 0))
@@ -195,8 +201,8 @@ def find_bifurcations(
     progress("stiffness", 0, 1)
     header = _header(varied, axis, frequency, settings)
     system_at = _systems(varied, axis, frequency)
-    for value in (min(axis.values), max(axis.values)):
-        system_at(value)  # so that limits that cannot be are named at once
+    system_at(min(axis.values))  # so that limits that cannot be are named at once
+    highest = system_at(max(axis.values))
     names = [str(direction) for direction in settings.directions]
     checkpoint = keeping.open(_inputs(varied, axis, header))
     if checkpoint is not None and keeping.resume:
@@ -208,9 +214,7 @@ def find_bifurcations(
             sweep_attractors,
             *(axis.values, system_at, direction),
             *(settings.integration, settings.sections),
-            store=None
-            if checkpoint is None
-            else StoredAttractors(checkpoint, direction),
+            store=stored_branch(checkpoint, direction),
             observer=observer,
             stop=stop,
         )
@@ -227,8 +231,10 @@ def find_bifurcations(
         finished = sum(len(branch.values) for branch in branches)
         total = len(branches) * len(axis.values)
         header["incomplete"] = f"{finished} of {total} values"
-    values, gear_set = len(axis.values), varied.gear_set
-    return BifurcationsResult(gear_set, axis.name, values, header, tuple(branches))
+    return BifurcationsResult(
+        *(varied.gear_set, axis.name, len(axis.values), header, tuple(branches)),
+        doubts=tuple(doubts_of_bodies(*highest)),
+    )
 
 
 def require_few(axis: Axis, meshes: int, settings: AttractorSettings) -> None:
@@ -283,6 +289,11 @@ def _inputs(varied: VariedSet, axis: Axis, header: Mapping[str, str]) -> dict[st
         **header,
         "figures of the gear set": sha256(figures.encode()).hexdigest(),
     }
+
+
+def stored_branch(checkpoint: Checkpoint | None, name: str) -> StoredAttractors | None:
+    """The branch by its name, None where nothing is kept."""
+    return None if checkpoint is None else StoredAttractors(checkpoint, name)
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,12 +15,12 @@ from typing import Any, Protocol
 import numpy as np
 
 from lumped.attractors import (
-    FINE,
     NEUTRAL,
     Attractor,
     Kind,
     SectionSettings,
     find_attractor,
+    refined,
 )
 from lumped.response import Response, Status
 from lumped.settings import Settings
@@ -152,7 +152,10 @@ class _Found:
         attractor = self._attractor(stepper, found, watch)
         if attractor.kind == Kind.UNSETTLED or unstable(attractor):
             response, _, steps = found
-            longer = replace(steps, steps=max(steps.steps, FINE), max_periods=LONG)
+            longer = replace(
+                refined(stepper.system, steps, stepper.system.common_period[0]),
+                max_periods=steps.max_periods or LONG,
+            )
             again = steady_state(
                 *(stepper, frequency, longer, response.state, frequency, watch)
             )

@@ -30,8 +30,8 @@ MOST = 4 * STRETCH  # after which it is left as it is
 WINDOWS = 16  # of which its standard error is taken
 CLEAR = 5.0  # standard errors beyond which the sign of an exponent is certain
 NEUTRAL = 1e-3  # per period, below which changes neither grow nor shrink
-FINE = 1024  # steps per period along which multipliers of short motions are taken
-SHORT = 64  # periods of the first mesh
+FINE = 1024  # steps per period along which multipliers of short motions are taken,
+SHORT = 64  # those of so many periods of the first mesh
 CLOSING = 16  # times the motion's period in which it closes on those steps
 
 
@@ -162,8 +162,9 @@ def _repeating(system: LumpedSystem, response: Response, at: Speed) -> Attractor
     """
     state, periods = np.array(response.state), response.multiple
     length = periods * system.common_period[0]
-    if system.contacts is None and length <= SHORT and at.settings.steps < FINE:
-        at = replace(at, settings=replace(at.settings, steps=FINE))
+    fine = refined(system, at.settings, length)
+    if fine != at.settings:
+        at = replace(at, settings=fine)
         varied = np.concatenate([state, np.ones_like(state)], axis=1)
         _Way(system, at).carry(varied, CLOSING * periods)
         state = varied[:, : state.shape[1]]
@@ -177,6 +178,16 @@ def _repeating(system: LumpedSystem, response: Response, at: Speed) -> Attractor
     largest = np.abs(np.linalg.eigvals(monodromy)).max()
     exponent = (math.log(largest) + growth.sum()) / length
     return Attractor(response.multiple, deflection, rate, float(exponent), 0.0)
+
+
+def refined(system: LumpedSystem, settings: Settings, length: int) -> Settings:
+    """Settings of fine steps, for springs that open within them and short motions.
+
+    length : periods of the first mesh after which the motion repeats
+    """
+    if system.contacts is not None or length > SHORT or settings.steps >= FINE:
+        return settings
+    return replace(settings, steps=FINE)
 
 
 def _wandering(
