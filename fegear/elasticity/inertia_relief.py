@@ -52,9 +52,12 @@ class InertiaRelief:
     def elastic_Hz(self, width: float, J: float) -> float:
         """Frequency at which the body of a free gear turns against its hub [Hz].
 
-        Rayleigh's quotient of u in mean axes, from above. width : [m]; J : [kg m2]
+        Rayleigh's quotient of u in mean axes, from above; infinite for less inertia
+        than the body has. width : [m]; J : [kg m2]
         """
         inertia = self.kinetic - width * self.work**2 / J
+        if inertia <= 0.0:
+            return math.inf
         return math.sqrt(self.work / inertia) / (2.0 * math.pi)
 
 

@@ -104,3 +104,10 @@ def test_frequency_of_the_body_is_that_of_its_first_torsional_mode(sector):
     assert torsional <= held < 1.05 * torsional
     inertia = modes.inertia * 1.2
     assert relief.elastic_Hz(1.0, inertia) > held
+
+
+def test_less_inertia_than_the_body_has_gives_no_frequency(sector):
+    relief = inertia_relief(sector, DENSITY)
+    least = relief.work**2 / relief.kinetic  # below the body's own, Cauchy-Schwarz
+    assert least < gear_modes(sector, DENSITY, 60e3).inertia
+    assert relief.elastic_Hz(1.0, 0.9 * least) == np.inf
