@@ -137,7 +137,7 @@ def settle_in_turn(
     station: Callable[[float], Station],
     settings: SteadySettings,
     *,
-    settle: Settle = confirmed,
+    settle: Settle | None = None,
     store: BranchStore | None = None,
     keep: Keep = lambda frequency, motion: None,
     observer: Observer = SILENT,
@@ -146,7 +146,7 @@ def settle_in_turn(
     """Settle at stations, each from where the one before did; a divergence ends it.
 
     station : of a value, called in turn; that of the last value in the store once more
-    settle : from one to the next
+    settle : from one to the next, as `confirmed` where it is None
     keep : called with the motion of a value before it counts as finished
     stop : ends the sweep as soon as the motion is watched
     Also returns whether all values were reached.
@@ -169,7 +169,7 @@ def settle_in_turn(
         if before is not None and last is not None:
             state = _passed_on(before.state, last.system, stepper.system)
         try:
-            response, motion, _ = settle(
+            response, motion, _ = (settle or confirmed)(
                 stepper, frequency, settings, state, before, watched
             )
             if response.status != Status.DIVERGED:
