@@ -15,6 +15,7 @@ from typer.testing import CliRunner
 import validation.reproduce
 from fegear.cli import app, run
 from fegear.errors import InputError
+from lumped.closed_forms import parametric_system
 from validation.kept import RESULT
 from validation.reproduce import figure_numbers, load_figure, run_figure
 from validation.reproduce.computations.kinds import COMPUTE, KINDS
@@ -48,6 +49,36 @@ unit = "1"
 where = "here"
 part = "theory"
 found = "mode1.1.mesh2.contact_lost"
+"""
+IDLER_3 = """
+relative = true
+delay_rad = 0.0
+edits = [
+    "gear.2.inertia_kg_m2=0.00327",
+    "gear.3.inertia_kg_m2=0.119",
+    "gear.1.coupling_stiffness_Nm_per_rad=0",
+    "gear.3.coupling_stiffness_Nm_per_rad=0",
+    "mesh.1.contact_ratio=1.5",
+    "mesh.2.contact_ratio=1.5",
+]
+"""
+MAP = (
+    GOOD.partition("[[part]]")[0]
+    + """
+[[part]]
+kind = "map"
+at = 1.0
+over = [
+    { key = "mesh.1.tip_relief.magnitude_um", low = 2.0, high = 5.0, count = 2 },
+    { key = "mesh.2.tip_relief.magnitude_um", low = 0.0, high = 10.0, count = 3 },
+]
+"""
+)
+INDICATORS = """
+[[part]]
+kind = "indicators"
+over = { key = "delay_rad", low = 0.0, high = 3.0, count = 31 }
+resonances = [[1, "1/2"]]
 """
 
 
@@ -123,6 +154,51 @@ def test_a_delay_counts_between_the_drops_of_the_stiffness():
     # position is time in cycles plus phase
     apart = (drop(second) - train.meshes[1].phase) - drop(first)
     assert apart % 1.0 == pytest.approx(1.0 / (2.0 * math.pi), abs=1e-8)
+
+
+def computed(text):
+    """Result of the first part of a figure."""
+    figure = read_figure(text)
+    part = figure.part[0]
+    return COMPUTE[type(part)](part, figure.scene(part), lambda *progress: None)
+
+
+def test_closed_forms_find_the_checked_loss_of_contact():
+    """Speeds over the first natural frequency, recomputed independently."""
+    found = computed(GOOD.replace("relative = true", IDLER_3)).found
+    low, high = found["mode1.1.mesh2.contact_lost"]
+    assert (low, high) == pytest.approx((0.873, 1.127), abs=5e-4)
+    assert found["mode1.1/2.critical_damping"][0] == pytest.approx(0.0605, abs=5e-5)
+
+
+def test_a_map_has_a_point_for_every_pair_of_values():
+    """Rows of a surface; the response is least near the best relief, eq. 2.28."""
+    result = computed(MAP)
+    surface = result.curves[1]
+    assert (surface.mesh, surface.style, len(surface.points)) == (2, "surface", 6)
+    assert surface.points[1][:2] == (2.0, 5.0)
+    assert result.found["mesh2.least_at2"] == (5.0,)
+    assert result.found["mesh2.valley_at2"] == (5.0,)
+    assert result.found["mesh2.largest"][0] > 2.0 * result.found["mesh2.least"][0]
+
+
+def test_few_harmonics_of_the_finite_elements_are_left():
+    figure = read_figure(GOOD.replace('"rectangular"', '"fe"\nwave_harmonics = 2'))
+    system = figure.scene(figure.part[0]).system
+    known = parametric_system(system).stiffness_harmonics
+    assert (abs(known[:, :2]) > 0.01).all()
+    assert abs(known[:, 2:]).max() < 1e-4
+
+
+def test_a_subharmonic_ends_where_its_indicator_passes_twice_the_damping():
+    head = GOOD.partition("[[part]]")[0].replace("relative = true", IDLER_3)
+    result = computed(head + INDICATORS)
+    (limit,) = result.found["mode1.1/2.limit"]
+    (curve, line) = result.curves
+    at = [x for x, y in curve.points if y > line.points[0][1]]
+    assert line.points[0][1] == pytest.approx(0.08)
+    assert max(at) < limit < max(at) + 0.1
+    assert result.found["mode1.1/2.unstable_part"] == (len(at) / len(curve.points),)
 
 
 def printed(value, why=""):

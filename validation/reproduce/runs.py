@@ -47,7 +47,7 @@ SOURCES = {
     fegear: (
         *PACKAGES[fegear],
         *("branches.py", "theory.py", "theory_figure.py", "waves.py"),
-        *("dynamic_sweeps.py", "modes.py"),
+        *("dynamic_sweeps.py", "modes.py", "bifurcations.py", "parameter_maps.py"),
     ),
     validation: (
         "kept.py",

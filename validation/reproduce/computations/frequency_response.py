@@ -247,6 +247,7 @@ class TheoryPart(Part):
     keys: ClassVar = (
         ORDER + r"(at|peak|unstable|critical_damping)",
         ORDER + r"mesh[12]\.(contact_lost|largest|separation)",
+        r"mesh[12]\.optimal_relief",
     )
 
     kind: Literal["theory"] = "theory"
@@ -259,7 +260,7 @@ class TheoryPart(Part):
 def theory(part: TheoryPart, scene: Scene, report: Progress) -> PartResult:
     """Found of modeN.ORDER., order of its frequency over that of the first mesh.
 
-    contact_lost, unstable : both ends
+    contact_lost, unstable : both ends; optimal_relief : of each tip, eq. 2.28 [um]
     """
     report("closed forms", 0, 1)
     result = predict_resonances(scene.gear_set, scene.torque, scene.model)
@@ -279,6 +280,10 @@ def theory(part: TheoryPart, scene: Scene, report: Progress) -> PartResult:
             curves.append(Curve(style, tuple(points), mesh))
     for prediction in result.found:
         found |= _figures(prediction, scene)
+    for each in result.summary["meshes"]:
+        if each["optimal_tip_relief_m"] is not None:
+            relief = 1e6 * each["optimal_tip_relief_m"]
+            found[f"mesh{each['mesh']}.optimal_relief"] = (relief,)
     return PartResult(tuple(curve for curve in curves if curve.points), found)
 
 

@@ -5,7 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import get_args, get_type_hints
 
-from validation.reproduce.computations import finite_elements, mesh_forces
+from validation.reproduce.computations import (
+    finite_elements,
+    mesh_forces,
+    settled_motions,
+)
 from validation.reproduce.computations import frequency_response as response
 from validation.reproduce.computations import natural_frequencies as natural
 from validation.reproduce.computations import parameter_studies as studies
@@ -22,6 +26,7 @@ AnyPart = (
     | studies.WidthPart
     | finite_elements.ElementsPart
     | mesh_forces.ForcesPart
+    | settled_motions.AttractorsPart
 )
 COMPUTE: Mapping[type[Part], Compute] = {
     response.BranchesPart: response.branches,
@@ -34,6 +39,7 @@ COMPUTE: Mapping[type[Part], Compute] = {
     studies.WidthPart: studies.width,
     finite_elements.ElementsPart: finite_elements.elements,
     mesh_forces.ForcesPart: mesh_forces.forces,
+    settled_motions.AttractorsPart: settled_motions.attractors,
 }
 KINDS: Mapping[str, type[Part]] = {
     str(get_args(get_type_hints(part)["kind"])[0]): part for part in COMPUTE

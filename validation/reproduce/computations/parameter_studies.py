@@ -38,6 +38,7 @@ from validation.reproduce.scene import DELAY, Scene
 Array = NDArray[np.float64]
 Point = tuple[float, ...]
 MICRO = 1e6
+FEWEST = 3  # speeds of a sweep at which a subharmonic is seen to grow
 
 
 def _require_key(key: str) -> str:
@@ -377,7 +378,7 @@ def width(part: WidthPart, scene: Scene, report: Progress) -> PartResult:
         margins.append(abs(near.parametric) / near.damping_ratio - 2.0)
         ends = instability_interval(near)
         grown = [r.dte_rms[part.mesh - 1] for r in branch.responses if r.multiple != 1]
-        if ends and grown:
+        if ends and len(grown) >= FEWEST:
             points.append(((ends[1] - ends[0]) / unit, MICRO * float(max(grown))))
     found = {"gone": _crossings(values, np.array(margins))}
     if len(points) > 2:

@@ -1,0 +1,91 @@
+"""Settled motions over speed and their Poincare sections: periods, chaos."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Annotated, ClassVar, Literal
+
+from pydantic import Field
+
+from fegear.bifurcations import AttractorSettings
+from fegear.statics import Progress
+from lumped.attractor_sweeps import AttractorBranch, sweep_attractors
+from lumped.attractors import Kind, SectionSettings
+from lumped.branches.motions import OverSpeed
+from lumped.sweep import Direction, reporting
+from validation.data_files import Flag, Speeds, parsed_speeds
+from validation.reproduce.parts import Curve, Part, PartResult
+from validation.reproduce.scene import Scene
+
+
+@dataclass(frozen=True, kw_only=True)
+class AttractorsPart(Part):
+    """Deflections at the start of periods over speed, or the map of the last speed.
+
+    speeds : in the unit of the figure, passed in one direction
+    sections : points of a motion that does not repeat
+    last_map : rate [mm/s] over deflection [um] at the last speed instead
+    """
+
+    keys: ClassVar = ("chaotic|doubled|exponent",)
+
+    kind: Literal["attractors"] = "attractors"
+    speeds: Speeds
+    direction: Direction = "down"
+    sections: Annotated[int, Field(strict=True, ge=1, le=10_000)] = 100
+    last_map: Flag = False
+
+    def command(self, scene: Scene) -> Sequence[str]:
+        values = (scene.unit_Hz * value for value in parsed_speeds(self.speeds))
+        over = "mesh_frequency_Hz=" + ",".join(f"{value:.6g}" for value in values)
+        words = ["bifurcations", *scene.words, *scene.kept_harmonics("--harmonics")]
+        how = ["--direction", self.direction, "--sections", str(self.sections)]
+        return [*words, "--over", over, *how]
+
+
+def attractors(part: AttractorsPart, scene: Scene, report: Progress) -> PartResult:
+    """Found are the first and last speed of chaos and of motions of two periods.
+
+    exponent : largest of Lyapunov per period of the first mesh, of all speeds
+    """
+    unit = scene.unit_Hz
+    speeds = [unit * value for value in parsed_speeds(part.speeds)]
+    branch = sweep_attractors(
+        *(speeds, OverSpeed(scene.system).at, part.direction),
+        *(AttractorSettings().integration, SectionSettings(sections=part.sections)),
+        observer=reporting(report, len(speeds)),
+        stop=threading.Event(),
+    )
+    pairs = list(zip(branch.values, branch.attractors, strict=True))
+    found = {
+        "chaotic": _span(v / unit for v, each in pairs if each.kind == Kind.CHAOTIC),
+        "doubled": _span(v / unit for v, each in pairs if each.multiple == 2),
+        "exponent": (max(each.exponent for _, each in pairs),),
+    }
+    curves = [
+        Curve("points", tuple(_points(part, branch, unit, mesh - 1)), mesh)
+        for mesh in scene.meshes
+    ]
+    return PartResult(tuple(curves), found)
+
+
+def _span(speeds: Iterator[float]) -> tuple[float, ...]:
+    values = list(speeds)
+    return (min(values), max(values)) if values else ()
+
+
+def _points(
+    part: AttractorsPart, branch: AttractorBranch, unit: float, mesh: int
+) -> Iterator[tuple[float, float]]:
+    if part.last_map:
+        last = branch.attractors[-1]
+        for deflection, rate in zip(
+            last.deflection[:, mesh], last.rate[:, mesh], strict=True
+        ):
+            yield 1e6 * float(deflection), 1e3 * float(rate)
+        return
+    for value, each in zip(branch.values, branch.attractors, strict=True):
+        for deflection in each.deflection[:, mesh]:
+            yield value / unit, 1e6 * float(deflection)
