@@ -57,12 +57,12 @@ class Followed:
 
     speeds: str | None = option(
         "Mesh frequencies of the first mesh [Hz] between which branches are followed; "
-        "this or --over.",
+        "this or --over. [default: none]",
         metavar="A:B",
     )
     over: str | None = option(
         "Figure that branches are followed over instead, at one speed: a key of the "
-        "gear set, torque_Nm or damping_ratio, from A to B.",
+        "gear set, torque_Nm or damping_ratio, from A to B. [default: none]",
         metavar="KEY=A:B",
     )
     at: float | None = option(
@@ -122,7 +122,8 @@ def branches_command(
         float | None,
         typer.Option(
             help="Let contact close by tanh of this steepness [1/um], as the source "
-            "does, in place of opening at once; to compare, of models 1 to 3.",
+            "does, in place of opening at once; to compare, of models 1 to 3. "
+            "[default: none]",
             metavar="PER_UM",
         ),
         Range(least=0.01, most=1e6),

@@ -35,14 +35,15 @@ from lumped.branches.shooting import shoot
 from lumped.respond import respond
 from lumped.response import Response, Status
 from lumped.settings import Settings
-from lumped.sweep import Direction, Observer, sweep
+from lumped.steppers import stepper_of
+from lumped.sweep import Direction, Station, settle_in_turn
 from lumped.train import TrainError
 
 Array = NDArray[np.float64]
 HALVED = "the period is half of it again"
 ASIDE = 0.01  # arc length to the first point of a branch that sets out from another
 FAR = 3.0  # spread of random states, over the static one
-NEAR = 1e-4  # of the parameter's unit, for a branch that ends at its parent's doubling
+NEAR = 1e-3  # of the parameter's unit, for a branch that ends at its parent's doubling
 SAME = 1e-5  # of the static deflection, for motions that are one
 
 
@@ -181,24 +182,17 @@ class BranchFinder:
 
     def _sweep(self, direction: Direction) -> Iterator[tuple[float, Response]]:
         """Values of the parameter, and what the motion of the one before becomes."""
-        values = np.linspace(*self.limits, self.settings.sweep_points)
-        if self.family.is_speed:
-            (system, _), watched = (
-                self.family.at(values[0]),
-                Observer(watch=self._watch),
-            )
-            branch = sweep(system, values, direction, observer=watched)
-            yield from zip(branch.frequency_Hz, branch.responses, strict=True)
-            return
-        state: Array | None = None
-        for value in values if direction == "up" else values[::-1]:
-            self.report(len(self.found), float(value))
-            response = respond(*self.family.at(float(value)), state=state)
-            state = None if response.status == Status.DIVERGED else response.state
-            yield float(value), response
+        values = np.linspace(*self.limits, self.settings.sweep_points).tolist()
+        settings = Settings()
 
-    def _watch(self, frequency: float, period: int) -> None:
-        self.report(len(self.found), frequency)
+        def station(value: float) -> Station:
+            system, frequency = self.family.at(value)
+            self.report(len(self.found), value)
+            return stepper_of(system, settings), frequency
+
+        passed = values if direction == "up" else values[::-1]
+        responses, _ = settle_in_turn(passed, station, settings)
+        yield from zip(passed, responses, strict=False)
 
     def _from_motion(self, value: float, response: Response, origin: str) -> None:
         """Follow the branch of a settled motion, both ways if it is inside."""
