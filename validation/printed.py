@@ -36,14 +36,15 @@ def require_key(key: str) -> str:
     return key
 
 
-def _nearest(values: Iterable[float], near: float) -> float:
+def nearest(values: Iterable[float], near: float) -> float:
+    """The value nearest to a printed one; NaN where none is near."""
     close = (v for v in values if abs(v - near) <= NEAR * max(v, near))
     return min(close, key=lambda value: abs(value - near), default=nan)
 
 
 def _natural(run: Run, near: float) -> float:
     """The finite elements have none."""
-    return _nearest(() if run.source == FE else run.natural_Hz, near)
+    return nearest(() if run.source == FE else run.natural_Hz, near)
 
 
 def _of_curve(run: Run, near: float, mesh: str, direction: str, kind: str) -> float:
@@ -53,7 +54,7 @@ def _of_curve(run: Run, near: float, mesh: str, direction: str, kind: str) -> fl
         if (curve.mesh, curve.direction) == (int(mesh), direction):
             found += [peak.frequency for peak in curve.peaks if kind == "peak"]
             found += [jump.frequency_from for jump in curve.jumps if kind == "jump"]
-    return _nearest(found, near)
+    return nearest(found, near)
 
 
 def _of_cycle(run: Run, near: float, mesh: str, number: str, name: str) -> float:

@@ -23,8 +23,8 @@ from validation.reproduce.parts import Curve
 from validation.reproduce.runs import (
     Compared,
     commands_of,
+    compared_value,
     curves_csv,
-    nearest,
     read_curves,
 )
 from validation.reproduce.source_figures import Printed, read_figure
@@ -216,10 +216,10 @@ def test_agreement_in_a_line():
 
 
 def test_of_several_values_the_nearest_counts_and_none_that_is_far():
-    assert nearest((80.0, 110.0, 300.0), printed(100.0)) == 110.0
-    assert math.isnan(nearest((10.0, 300.0), printed(100.0)))
-    assert math.isnan(nearest((), printed(100.0)))
-    assert nearest((10.0,), printed(100.0)) == 10.0
+    assert compared_value((80.0, 110.0, 300.0), printed(100.0)) == 110.0
+    assert math.isnan(compared_value((10.0, 300.0), printed(100.0)))
+    assert math.isnan(compared_value((), printed(100.0)))
+    assert compared_value((10.0,), printed(100.0)) == 10.0
 
 
 def test_curves_come_back_from_their_file():

@@ -31,6 +31,7 @@ from validation.kept import (
     whole_texts,
     write_texts,
 )
+from validation.printed import nearest
 from validation.provenance import machine
 from validation.reproduce.computations.kinds import COMPUTE
 from validation.reproduce.parts import Curve, Part, PartResult
@@ -41,7 +42,6 @@ from validation.tasks import PACKAGES, digest_of
 FORMAT = "fegear reproduce part 1"  # of the files and of what stands in them
 CURVES = "curves.csv"
 COLUMNS = ("mesh", "panel", "curve", "style", "x", "y", "value")
-NEAR = 1.0 / 3.0  # of a printed value: what is further from it is another thing
 SOURCES = {
     **PACKAGES,
     fegear: (
@@ -135,7 +135,9 @@ class FigureResult:
         """Every printed value beside the nearest that its part found."""
         results = {run.part.own_name: run.result for run in self.runs}
         return tuple(
-            Compared(each, nearest(results[each.part].found.get(each.found, ()), each))
+            Compared(
+                each, compared_value(results[each.part].found.get(each.found, ()), each)
+            )
             for each in self.figure.printed
         )
 
@@ -144,13 +146,9 @@ def _joined(*words: str) -> str:
     return ", ".join(filter(None, words))
 
 
-def nearest(values: Sequence[float], printed: Printed) -> float:
+def compared_value(values: Sequence[float], printed: Printed) -> float:
     """A single value as it is; of several the nearest, if it is the same thing."""
-    if len(values) == 1:
-        return values[0]
-    value = printed.value
-    close = (v for v in values if abs(v - value) <= NEAR * max(abs(v), abs(value)))
-    return min(close, key=lambda v: abs(v - value), default=math.nan)
+    return values[0] if len(values) == 1 else nearest(values, printed.value)
 
 
 def run_figure(
