@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lumped.drawing import color_of, draw_legend, panels
 from validation.reproduce.parts import QUANTITIES, Curve, Style
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+Array = NDArray[np.float64]
 WIDTH, HEIGHT = 7.2, 3.0  # inches, of all panels and of one
 LOOKS: Mapping[Style, dict[str, Any]] = {
     "line": {"ls": "-", "lw": 1.4},
@@ -24,10 +26,11 @@ LOOKS: Mapping[Style, dict[str, Any]] = {
     "dots": {"ls": "", "marker": "o", "ms": 2.6},
     "circles": {"ls": "", "marker": "o", "ms": 4.0, "mfc": "none", "mew": 0.7},
     "points": {"ls": "", "marker": ".", "ms": 2.0},
-    "crosses": {"ls": "", "marker": ".", "ms": 2.0, "alpha": 0.12},
+    "pale": {"ls": "", "marker": ".", "ms": 2.0, "alpha": 0.12},
 }
 DIRECTIONS: Mapping[Style, str] = {"dots": "up", "circles": "down"}
 LEVELS = 12  # of a surface
+PLACES = 300  # of marks along an axis
 
 
 def draw_figure(result: FigureResult) -> Figure:
@@ -89,13 +92,22 @@ def _from_zero(axes: Axes, curves: Sequence[Curve]) -> None:
 def _draw(axes: Axes, curve: Curve, color: str) -> None:
     points = np.array(curve.points, float)
     if curve.style != "surface":
-        axes.plot(*points.T, color=color, **LOOKS[curve.style])
+        look = LOOKS[curve.style]
+        shown = points if look["ls"] else _apart(points)
+        axes.plot(*shown.T, color=color, **look)
         return
     x, y = (np.unique(column) for column in points.T[:2])
     values = points[:, 2].reshape(x.size, y.size).T
     lines = axes.contour(x, y, values, LEVELS, linewidths=1.0)
     axes.clabel(lines, fontsize=7)
     axes.grid(visible=False)
+
+
+def _apart(points: Array) -> Array:
+    """Marks (n, 2) of which no two stand in the same place of a panel."""
+    size = np.nanmax(points, axis=0) - np.nanmin(points, axis=0)
+    places = np.round(points / np.where(size > 0.0, size, 1.0) * PLACES)
+    return points[np.sort(np.unique(places, axis=0, return_index=True)[1])]
 
 
 def _handles(curves: Sequence[Curve], labels: Sequence[str]) -> list[Any]:
@@ -117,9 +129,9 @@ def _handles(curves: Sequence[Curve], labels: Sequence[str]) -> list[Any]:
         for style, word in words.items()
         if style in styles
     ]
-    if "crosses" in styles:
-        pale = LOOKS["crosses"] | {"ms": 6.0, "alpha": 0.4}
+    if "pale" in styles:
+        look = LOOKS["pale"] | {"ms": 6.0, "alpha": 0.4}
         found.append(
-            Line2D([], [], color="black", label="unstable closed form", **pale)
+            Line2D([], [], color="black", label="unstable closed form", **look)
         )
     return [handle for handle in found if handle.get_label()]

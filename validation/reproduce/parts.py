@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from validation.reproduce.scene import Scene
 
 Style = Literal[
-    "line", "dashed", "dotted", "dots", "circles", "points", "crosses", "surface"
+    "line", "dashed", "dotted", "dots", "circles", "points", "pale", "surface"
 ]
 Quantity = Literal["dte_rms", "dte_peak", "separation", "force_peak"]
 ModelNumber = Annotated[Any, AfterValidator(require_model)]

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from fegear.errors import InputError
 from fegear.excitation import STIFFNESS, Excitations, GivenTables, Kind, Source
 from fegear.gearset import load_gear_set
 from fegear.gearset.model import GearSet
@@ -104,6 +105,14 @@ class Scene:
         system = self.system
         energy = system.modes.mesh_energy[:, system.moving].sum(axis=0)
         return [int(place) for place in np.flatnonzero(energy >= STRAINED)]
+
+    def place_of(self, mode: int) -> int:
+        """Of a mode among those that move."""
+        if mode > len(self.modes):
+            raise InputError(
+                f"mode = {mode}; meshes of {self.set_name} excite {len(self.modes)}"
+            )
+        return self.modes[mode - 1]
 
     @cached_property
     def unit_Hz(self) -> float:

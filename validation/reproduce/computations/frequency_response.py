@@ -269,7 +269,7 @@ def theory(part: TheoryPart, scene: Scene, report: Progress) -> PartResult:
     shown = [p for p in result.found if low <= p.resonance.at / unit <= high]
     curves, found = [], Found()
     for mesh in scene.meshes:
-        looks: tuple[tuple[bool, Style], ...] = ((True, "points"), (False, "crosses"))
+        looks: tuple[tuple[bool, Style], ...] = ((True, "points"), (False, "pale"))
         for stable, style in looks:
             points = [
                 point

@@ -103,7 +103,7 @@ def _extremes(
     grid = values.reshape([each.count for each in over])
     height = float(np.nanmax(grid) - np.nanmin(grid))
     for number in range(len(over)):
-        change = np.nanmax(grid, number) - np.nanmin(grid, number)
+        change = np.fmax.reduce(grid, number) - np.fmin.reduce(grid, number)
         yield f"change_along{number + 1}", (float(np.nanmax(change)) / height,)
     for name, sign in (("peak", 1.0), ("valley", -1.0)):
         tops = [points[int(i)] for i in np.flatnonzero(_tops(sign * grid))]
@@ -163,14 +163,12 @@ class MapPart(Part):
         return partial(_largest_of, speeds, self.directions)
 
     def command(self, scene: Scene) -> Sequence[str]:
-        """None where only some directions are swept, or a delay changes phases."""
+        """None where speeds are swept, or where every point has its own phase."""
         moves = scene.delay is not None and any("ratio" in o.key for o in self.over)
-        if moves or any(o.key == DELAY for o in self.over):
+        if self.at is None or moves or any(o.key == DELAY for o in self.over):
             return ()
         axes = [f"{o.key}={o.low:g}:{o.high:g}:{o.count}" for o in self.over]
         over = [word for axis in axes for word in ("--over", axis)]
-        if self.at is None:
-            return ()
         speed = ["--at", f"{scene.unit_Hz * self.at:.6g}"]
         waves = scene.kept_harmonics("--harmonics")
         return ["map", *scene.words, *waves, *over, *speed]
@@ -238,6 +236,7 @@ def theory_map(part: TheoryMapPart, scene: Scene, report: Progress) -> PartResul
     points = list(itertools.product(*(over.values for over in part.over)))
     names = [over.key for over in part.over]
     rows = []
+    scene.place_of(part.mode)  # which no change of the gears mends
     for done, point in enumerate(points):
         report("closed forms", done, len(points))
         changed = scene.changed(dict(zip(names, point, strict=True)))
@@ -255,7 +254,7 @@ def theory_map(part: TheoryMapPart, scene: Scene, report: Progress) -> PartResul
 def resonance_of(scene: Scene, mode: int, order: str) -> Resonance:
     """Of a mode counted from 1."""
     known = parametric_system(scene.system)
-    return resonance(known, scene.modes[mode - 1], Fraction(order))
+    return resonance(known, scene.place_of(mode), Fraction(order))
 
 
 def _amplitude(near: Resonance, at_peak: bool) -> float:
@@ -304,7 +303,7 @@ def indicators(part: IndicatorsPart, scene: Scene, report: Progress) -> PartResu
     curves = []
     found: dict[str, tuple[float, ...]] = {}
     for mode, order in part.resonances:
-        place = scenes[0].modes[mode - 1]
+        place = scenes[0].place_of(mode)
         near = [resonance(system, place, Fraction(order)) for system in systems]
         half = Fraction(order).denominator == 2
         sizes = np.array([_indicator(each, half) for each in near])
