@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -30,6 +31,7 @@ LOOKS: Mapping[Style, dict[str, Any]] = {
 }
 DIRECTIONS: Mapping[Style, str] = {"dots": "up", "circles": "down"}
 LEVELS = 12  # of a surface
+LETTERS = 72  # of titles beside each other
 PLACES = 300  # of marks along an axis
 
 
@@ -51,7 +53,7 @@ def draw_figure(result: FigureResult) -> Figure:
         for curve in own:
             _draw(axes, curve, color_of(labels.index(_name(curve))))
         axes.set_ylabel(label)
-        axes.set_title(name, fontsize=10)
+        axes.set_title(fill(name, LETTERS // columns), fontsize=10)
         if not surface:
             axes.margins(x=0.01)
             _from_zero(axes, own)

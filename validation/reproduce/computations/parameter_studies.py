@@ -307,9 +307,7 @@ def indicators(part: IndicatorsPart, scene: Scene, report: Progress) -> PartResu
         near = [resonance(system, place, Fraction(order)) for system in systems]
         half = Fraction(order).denominator == 2
         sizes = np.array([_indicator(each, half) for each in near])
-        panel = "|p| of subharmonics; dotted: twice the damping ratio"
-        if not half:
-            panel = "2 |v f| of the leading mesh [um]"
+        panel = "subharmonics, |p|" if half else "2 |v f| of the leading mesh [um]"
         label = f"mode {mode}, {ORDERS.get(order, order)}"
         points = tuple(zip(values, sizes.tolist(), strict=True))
         curves.append(Curve("line", points, panel=panel, label=label))
@@ -321,7 +319,8 @@ def indicators(part: IndicatorsPart, scene: Scene, report: Progress) -> PartResu
             found[f"{start}limit"] = _crossings(values, sizes - limit)
             found[f"{start}unstable_part"] = (float((sizes > limit).mean()),)
             ends = ((values[0], limit), (values[-1], limit))
-            curves.append(Curve("dotted", ends, panel=panel))
+            label = "twice the damping ratio"
+            curves.append(Curve("dotted", ends, panel=panel, label=label))
     return PartResult(tuple(curves), found)
 
 
