@@ -1,0 +1,289 @@
+"""Which motion a machine settles to, from a grid of departures from the upper flank.
+
+Cell-to-cell mapping with many uncorrected returns: the centre of each cell is followed
+until it is clear where it leads. C. S. Hsu and R. S. Guttalu, J. Appl. Mech. 47 (1980)
+940; section 3.3 of the source.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lumped.rattle.kernels import settle as kernel
+from lumped.rattle.machine import Machine
+
+Array = NDArray[np.float64]
+Numbers = NDArray[np.int64]
+TILE = 10_000  # cells that a worker takes at a time
+ALIKE = 1e-5  # distance of departures on one orbit
+LONG = 200_000  # returns after which a motion that changes still is chaotic
+SEEN = 256  # cells a side of a chaotic attractor's footprint
+EXPONENT = 20_000  # returns over which an exponent is a mean
+BESIDE = 1e-8  # distance of neighbours that tell a Lyapunov exponent
+QUIET, CHAOTIC = "quiet", "chaotic"
+MOST_CHAOTIC = 50  # motions that are followed for long, at most
+BOX = 5  # cells a side of the boxes of basin entropy
+
+
+@dataclass(frozen=True, kw_only=True)
+class Grid:
+    """Departures at the centres of cells, `side` of them in time and in speed.
+
+    velocity : lowest and highest [rad per turn]; times are those of a turn
+    """
+
+    side: int
+    velocity: tuple[float, float]
+
+    def __post_init__(self) -> None:
+        low, high = self.velocity
+        if not 0.0 <= low < high < math.inf:
+            raise ValueError(f"velocity must rise from 0 or more, got {low:g}:{high:g}")
+        if self.side < 1:
+            raise ValueError(f"side must be at least 1, got {self.side}")
+
+    @property
+    def cells(self) -> int:
+        return self.side**2
+
+    def departures(self, first: int, last: int) -> Array:
+        """Times and speeds of cells (c, 2) by number, row by row of equal speeds."""
+        low, high = self.velocity
+        row, column = np.divmod(np.arange(first, last), self.side)
+        speed = low + (row + 0.5) / self.side * (high - low)
+        return np.stack([(column + 0.5) / self.side, speed], axis=1)
+
+
+class Settled(NamedTuple):
+    """Of c cells: period in returns (c,), returns until it was clear (c,), and the last
+    departure (c, 2); see `settle`."""
+
+    period: Numbers
+    returns: Numbers
+    end: Array
+
+
+@dataclass(frozen=True)
+class Attractor:
+    """A motion that others settle to.
+
+    name : quiet, P(m, n+, n-) for a motion of m turns with so many departures from the
+        upper and impacts on the lower flank, or chaotic
+    period : in turns, 0 where it has none; point : (time, speed) of a departure
+    exponent : largest Lyapunov exponent per turn
+    """
+
+    name: str
+    period: int
+    point: tuple[float, float]
+    exponent: float
+
+
+@dataclass(frozen=True, eq=False)
+class Basins:
+    """Of every cell the attractor by its number (side, side), -1 where it is not
+    clear, and the returns (side, side) until it was; speeds rise with the rows."""
+
+    machine: Machine
+    grid: Grid
+    iterations: int
+    attractors: tuple[Attractor, ...]
+    attractor: Numbers
+    returns: Numbers
+
+    @property
+    def fractions(self) -> Array:
+        """Parts of the cells (attractors,)."""
+        count = np.bincount(
+            self.attractor[self.attractor >= 0], minlength=len(self.attractors)
+        )
+        return count / self.grid.cells
+
+    @property
+    def entropy(self) -> float:
+        """Basin entropy of boxes of five cells a side, 0 for one basin.
+
+        A. Daza et al., Sci. Rep. 6 (2016) 31416, eq. 4.
+        """
+        side = self.grid.side // BOX * BOX
+        boxes = self.attractor[:side, :side].reshape(side // BOX, BOX, -1, BOX)
+        boxes = boxes.swapaxes(1, 2).reshape(-1, BOX**2)
+        if not boxes.size:
+            return math.nan
+        found = 0.0
+        for number in range(-1, len(self.attractors)):
+            part = (boxes == number).mean(axis=1)
+            found -= float(np.sum(part * np.log(np.where(part > 0.0, part, 1.0))))
+        return found / len(boxes)
+
+
+def settle_tile(
+    machine: Machine, grid: Grid, first: int, last: int, iterations: int, early: bool
+) -> Settled:
+    """Where cells lead, from the first to before the last."""
+    return settle_departures(machine, grid.departures(first, last), iterations, early)
+
+
+def settle_departures(
+    machine: Machine, departures: Array, iterations: int, early: bool = True
+) -> Settled:
+    """Where departures (c, 2), times and speeds, lead."""
+    time, speed = np.ascontiguousarray(departures.T)
+    found = np.empty((time.size, 2), np.int64)
+    end = np.empty((time.size, 2))
+    kernel.settle_cells(machine.arrays, time, speed, iterations, early, found, end)
+    return Settled(found[:, 0], found[:, 1], end)
+
+
+def tiles_of(grid: Grid) -> list[tuple[int, int]]:
+    """First and last cell of the tiles."""
+    return list(pairwise([*range(0, grid.cells, TILE), grid.cells]))
+
+
+def basins_of(
+    machine: Machine, grid: Grid, iterations: int, settled: Settled
+) -> Basins:
+    """The attractors that cells settle to, quiet first, and which cell leads where."""
+    naming = Naming(machine, iterations)
+    attractor = naming.sort(settled)
+    order = sorted(range(len(naming.found)), key=lambda i: _rank(naming.found[i]))
+    place = np.empty(len(order) + 1, np.int64)
+    place[order], place[-1] = np.arange(len(order)), -1
+    shape = grid.side, grid.side
+    return Basins(
+        machine=machine,
+        grid=grid,
+        iterations=iterations,
+        attractors=tuple(_numbered([naming.found[i] for i in order])),
+        attractor=place[attractor].reshape(shape),
+        returns=settled.returns.reshape(shape),
+    )
+
+
+def _rank(attractor: Attractor) -> tuple[bool, bool, int, str, tuple[float, float]]:
+    quiet, chaotic = attractor.name == QUIET, attractor.name == CHAOTIC
+    return not quiet, chaotic, attractor.period, attractor.name, attractor.point
+
+
+def _numbered(attractors: list[Attractor]) -> Iterator[Attractor]:
+    """Names of their own: chaotic ones count from 1, equal ones get letters."""
+    seen: dict[str, int] = {}
+    for each in attractors:
+        seen[each.name] = number = seen.get(each.name, 0) + 1
+        if each.name == CHAOTIC:
+            yield replace(each, name=f"{CHAOTIC} {number}")
+        elif number > 1:
+            yield replace(each, name=f"{each.name} {chr(ord('a') + number - 1)}")
+        else:
+            yield each
+
+
+@dataclass
+class Naming:
+    """Finds the attractors of cells one after another."""
+
+    machine: Machine
+    iterations: int
+    found: list[Attractor] = field(default_factory=list)
+
+    def sort(self, settled: Settled) -> Numbers:
+        """Number of the attractor of each cell (c,), -1 where it is not clear."""
+        number = np.full(settled.period.size, -1)
+        if (quiet := settled.period == kernel.QUIET).any():
+            number[quiet] = self._add(Attractor(QUIET, 1, (math.nan, 0.0), -math.inf))
+        for period in np.unique(settled.period[settled.period > 0]):
+            own = np.flatnonzero(settled.period == period)
+            cells = np.round(settled.end[own] / ALIKE).astype(np.int64)
+            _, first, which = np.unique(
+                cells, axis=0, return_index=True, return_inverse=True
+            )
+            orbits = np.array(
+                [self._orbit(int(period), settled.end[own[i]]) for i in first]
+            )
+            number[own] = orbits[which.ravel()]
+        changing = np.flatnonzero(settled.period == kernel.CHANGING)
+        for _ in range(MOST_CHAOTIC):
+            left = changing[number[changing] < 0]
+            if not left.size:
+                break
+            ends = settled.end[left]
+            found, inside = self._long(ends)
+            number[left[inside]] = found
+        return number
+
+    def _add(self, attractor: Attractor) -> int:
+        self.found.append(attractor)
+        return len(self.found) - 1
+
+    def _orbit(self, period: int, point: Array) -> int:
+        """The number of the orbit through a departure, by its fastest one."""
+        path = self._follow(point, period + 1)
+        # departures may have come close a multiple of the period apart only
+        period = next(
+            n for n in range(1, period + 1) if _apart(path[0], path[n]) < ALIKE
+        )
+        path = path[: period + 1]
+        turns = round(path[-1, 0] - path[0, 0])
+        fastest = int(path[:-1, 1].argmax())
+        at = float(path[fastest, 0] % 1.0), float(path[fastest, 1])
+        name = f"P({turns},{period},{int(path[:-1, 2].sum())})"
+        for number, known in enumerate(self.found):
+            if known.name == name and _apart(known.point, at) < 10.0 * ALIKE:
+                return number
+        exponent = self._exponent(point, 100 * period) * period / turns
+        return self._add(Attractor(name, turns, at, exponent))
+
+    def _long(self, ends: Array) -> tuple[int, NDArray[np.bool_]]:
+        """The attractor of the first of departures (c, 2), and which share it."""
+        settled = settle_departures(self.machine, ends[:1], LONG)
+        alone = np.zeros(len(ends), bool)
+        alone[0] = True
+        if settled.period[0] != kernel.CHANGING:
+            return int(Naming.sort(self, settled)[0]), alone
+        path = self._follow(settled.end[0], LONG)
+        low, high = path[:, 1].min(), path[:, 1].max()
+        margin = (high - low) / SEEN
+        seen = np.zeros((SEEN, SEEN), bool)
+
+        def place(points: Array) -> tuple[Numbers, Numbers]:
+            row = (points[:, 1] - low + margin) / (high - low + 2.0 * margin) * SEEN
+            column = points[:, 0] % 1.0 * SEEN
+            return (
+                np.clip(row, 0, SEEN - 1).astype(np.int64),
+                np.clip(column, 0, SEEN - 1).astype(np.int64),
+            )
+
+        seen[place(path)] = True
+        near = np.zeros_like(seen)
+        for shift in np.ndindex(3, 3):
+            near |= np.roll(seen, (shift[0] - 1, shift[1] - 1), axis=(0, 1))
+        inside = near[place(ends)]
+        inside &= (ends[:, 1] > low - margin) & (ends[:, 1] < high + margin)
+        inside[0] = True
+        turns = path[-1, 0] - path[0, 0]
+        exponent = self._exponent(path[0], EXPONENT) * (len(path) - 1) / turns
+        fastest = int(path[:, 1].argmax())
+        point = float(path[fastest, 0] % 1.0), float(path[fastest, 1])
+        return self._add(Attractor(CHAOTIC, 0, point, exponent)), inside
+
+    def _follow(self, point: Array, count: int) -> Array:
+        out = np.full((count, 3), math.nan)
+        kernel.follow(self.machine.arrays, point[0], point[1], count, out)
+        return out
+
+    def _exponent(self, point: Array, count: int) -> float:
+        """Per return."""
+        arrays = self.machine.arrays
+        return float(kernel.stretch(arrays, point[0], point[1], count, BESIDE))
+
+
+def _apart(one: Sequence[float] | Array, two: Sequence[float] | Array) -> float:
+    turn = one[0] - two[0]
+    return abs(turn - round(turn)) + abs(one[1] - two[1])

@@ -1,0 +1,1 @@
+"""Compiled motion between the flanks."""

@@ -1,0 +1,129 @@
+"""A machine that may rattle, in dimensionless figures (table 2.1)."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, fields
+from functools import cached_property
+
+import numpy as np
+
+from lumped.rattle.kernels.arrays import Rattle
+
+TURN = 2.0 * math.pi
+
+
+@dataclass(frozen=True, kw_only=True)
+class Machine:
+    """Two equal shafts, geared one to one; x is their relative rotation [rad].
+
+    x'' + delta x' + 2 kappa B(x) = 4 pi delta - 4 pi^2 eps cos 2 pi t
+        - 2 pi delta eps sin 2 pi t + gamma cos(2 pi n t + xi),    eqs. 2.23, 2.26
+
+    with time t in turns and B(x) = x - beta, 0, x + beta above, in and below the play.
+
+    damping : delta, of a shaft over its inertia and speed
+    eccentricity : eps, amplitude of the transmission error [rad]
+    half_backlash : beta [rad]
+    stiffness : kappa of the flanks; infinite in the impact limit
+    restitution : of impacts, in the impact limit
+    ripple, ripple_order, ripple_phase : gamma [rad], n and xi [rad] of the torque
+    """
+
+    damping: float
+    eccentricity: float
+    half_backlash: float
+    stiffness: float = math.inf
+    restitution: float = 1.0
+    ripple: float = 0.0
+    ripple_order: int = 1
+    ripple_phase: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name, allowed, good in self._checks():
+            value = getattr(self, name)
+            if not good:
+                raise ValueError(f"{name} must be {allowed}, got {value:g}")
+
+    def _checks(self) -> list[tuple[str, str, bool]]:
+        finite = "positive and finite"
+        stiff = self.damping < 2.0 * math.sqrt(2.0 * max(self.stiffness, 0.0))
+        order = self.ripple_order
+        return [
+            ("damping", finite, 0.0 < self.damping < math.inf),
+            (
+                "eccentricity",
+                "0 or more and finite",
+                0.0 <= self.eccentricity < math.inf,
+            ),
+            ("half_backlash", finite, 0.0 < self.half_backlash < math.inf),
+            ("stiffness", "above damping^2 / 8", stiff),
+            ("restitution", "from 0 to 1", 0.0 <= self.restitution <= 1.0),
+            ("ripple", "finite", math.isfinite(self.ripple)),
+            (
+                "ripple_order",
+                "a whole number from 1",
+                order >= 1 and order == int(order),
+            ),
+            ("ripple_phase", "finite", math.isfinite(self.ripple_phase)),
+        ]
+
+    @property
+    def is_impact(self) -> bool:
+        """Whether flanks meet in impacts, without a stiffness."""
+        return self.stiffness == math.inf
+
+    @property
+    def loads(self) -> tuple[complex, complex]:
+        """Amplitudes of the forcing at a turn and at `ripple_order` turns, of e^(i w t).
+
+        -4 pi^2 eps cos - 2 pi delta eps sin is the real part of
+        eps (-4 pi^2 + 2 pi i delta) e^(2 pi i t).
+        """
+        turn = self.eccentricity * (-(TURN**2) + 1j * TURN * self.damping)
+        return turn, self.ripple * np.exp(1j * self.ripple_phase)
+
+    def forced(self, stiffness: float) -> tuple[complex, complex]:
+        """Amplitudes of the motion that the forcing drives against a stiffness."""
+        rates = TURN, TURN * self.ripple_order
+        first, second = (
+            load / (stiffness - rate**2 + 1j * self.damping * rate)
+            for load, rate in zip(self.loads, rates, strict=True)
+        )
+        return first, second
+
+    @cached_property
+    def arrays(self) -> Rattle:
+        """As the kernels take it."""
+        stiffness = 2.0 * self.stiffness
+        free = self.forced(0.0)
+        pressed = (0j, 0j) if self.is_impact else self.forced(stiffness)
+        drive = 2.0 * TURN * self.damping
+        return Rattle(
+            damping=self.damping,
+            play=self.half_backlash,
+            stiffness=stiffness,
+            restitution=self.restitution,
+            drift=2.0 * TURN,
+            offset=drive / stiffness,
+            order=float(self.ripple_order),
+            free=_parts(free),
+            pressed=_parts(pressed),
+            free_bend=self._largest(free, 2),
+            pressed_bend=self._largest(pressed, 2),
+            free_jerk=self._largest(free, 3),
+        )
+
+    def _largest(self, waves: tuple[complex, complex], order: int) -> float:
+        """Derivative of a forced part by time, at most."""
+        first, second = map(abs, waves)
+        return float(TURN**order * (first + self.ripple_order**order * second))
+
+    @property
+    def figures(self) -> dict[str, float]:
+        return {each.name: getattr(self, each.name) for each in fields(self)}
+
+
+def _parts(waves: tuple[complex, complex]) -> np.ndarray:
+    """Cosine and sine of both (4,)."""
+    return np.array([part for w in waves for part in (w.real, -w.imag)])
