@@ -12,7 +12,6 @@ import itertools
 import os
 import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
@@ -26,6 +25,7 @@ from lumped.response import FIGURES as MEASURED
 from lumped.response import Response
 from lumped.sweep_table import COLUMNS
 from lumped.system import LumpedSystem
+from lumped.workers import run_tasks
 
 T = TypeVar("T")
 Array = NDArray[np.float64]
@@ -33,7 +33,6 @@ Point = tuple[float, ...]
 Report = Callable[[int, int], None]  # (points done, of how many)
 FORMAT = "lumped parameter map 2"
 QUANTITIES = ("mesh_frequency_Hz", *COLUMNS[COLUMNS.index("dte_rms_m") : -1])
-QUEUE = 4  # points prepared ahead of each worker
 
 
 class MapError(ValueError):
@@ -150,40 +149,26 @@ def run_map(
     """
     points, cells = parameter_map.points, dict(parameter_map.cells)
     stop = threading.Event()
-    running: dict[Future[Cell | None], Point] = {}
     possible = partial(_possible, parameter_map.meshes)
 
-    def collect(most: int) -> None:
-        while len(running) > most:
-            for future in wait(running, return_when=FIRST_COMPLETED).done:
-                add(running.pop(future), possible(future.result))
-
-    def add(point: Point, cell: Cell | None) -> None:
+    def take(point: Point, cell: Cell | None) -> None:
         if cell is None:
             return
         cells[point] = cell
         keep(point, cell)
         report(len(cells), len(points))
 
-    count = workers or os.cpu_count() or 1
-    with ThreadPoolExecutor(count) as pool:
-        try:
-            for point in points:
-                if point in cells:
-                    continue
-                system = possible(partial(build, point))
-                if isinstance(system, Cell):
-                    add(point, system)
-                    continue
-                running[pool.submit(evaluate, system, stop)] = point
-                collect(QUEUE * count)
-            collect(0)
-        except KeyboardInterrupt:
-            stop.set()
-            for future, point in list(running.items()):
-                if not future.cancel():
-                    add(point, possible(future.result))
-            raise
+    def tasks() -> Iterator[tuple[Point, Callable[[], Cell | None]]]:
+        for point in points:
+            if point in cells:
+                continue
+            system = possible(partial(build, point))
+            if isinstance(system, Cell):
+                take(point, system)
+            else:
+                yield point, partial(possible, partial(evaluate, system, stop))
+
+    run_tasks(tasks(), take, stop, workers)
     return ParameterMap(
         parameter_map.axes, parameter_map.meshes, parameter_map.header, cells
     )

@@ -12,7 +12,7 @@ from typing import Annotated, Any
 
 import typer
 
-from fegear.cli import bench
+from fegear.cli import bench, rattle
 from fegear.cli.command import Command
 from fegear.cli.screen import complain, say
 
@@ -32,6 +32,7 @@ PLAIN: dict[str, Any] = {
 
 app = typer.Typer(name="fegear", help=ABOUT, **PLAIN)
 benchmarks = typer.Typer(help="Run time against error.", **PLAIN)
+rattles = typer.Typer(help="Rattle of eccentric gears: quiet or noisy.", **PLAIN)
 COMMANDS = (  # each in a file of its name, in the order of the help
     *("sets", "show", "mesh", "stiffness", "compare", "identify", "modes", "sweep"),
     *(
@@ -47,6 +48,10 @@ COMMANDS = (  # each in a file of its name, in the order of the help
     "reproduce",
     "budget",
 )
+RATTLES: dict[str, Callable[..., None]] = {
+    "critical": rattle.critical_command,
+    "basin": rattle.basin_command,
+}
 BENCHMARKS: dict[str, Callable[..., None]] = {
     "stiffness": bench.stiffness_benchmark,
     "dynamics": bench.dynamics_benchmark,
@@ -69,6 +74,9 @@ for name in COMMANDS:
     add_command(app, name, getattr(module, f"{name}_command"), module.EXAMPLE)
 for name, command in BENCHMARKS.items():
     add_command(benchmarks, name, command, bench.EXAMPLES[name])
+for name, command in RATTLES.items():
+    add_command(rattles, name, command, rattle.EXAMPLES[name])
+app.add_typer(rattles, name="rattle")
 app.add_typer(benchmarks, name="bench")
 
 

@@ -8,8 +8,10 @@ until it is clear where it leads. C. S. Hsu and R. S. Guttalu, J. Appl. Mech. 47
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+import threading
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -18,12 +20,14 @@ from numpy.typing import NDArray
 
 from lumped.rattle.kernels import settle as kernel
 from lumped.rattle.machine import Machine
+from lumped.workers import run_tasks
 
 Array = NDArray[np.float64]
 Numbers = NDArray[np.int64]
 TILE = 10_000  # cells that a worker takes at a time
 ALIKE = 1e-5  # distance of departures on one orbit
-LONG = 200_000  # returns after which a motion that changes still is chaotic
+LONG = 200_000  # returns for which one of the motions that change still is followed
+LAST, LASTING = 2000, 10  # returns to settle at last; of the iterations, if chaotic
 SEEN = 256  # cells a side of a chaotic attractor's footprint
 EXPONENT = 20_000  # returns over which an exponent is a mean
 BESIDE = 1e-8  # distance of neighbours that tell a Lyapunov exponent
@@ -78,12 +82,14 @@ class Attractor:
         upper and impacts on the lower flank, or chaotic
     period : in turns, 0 where it has none; point : (time, speed) of a departure
     exponent : largest Lyapunov exponent per turn
+    settles : returns after which a chaotic motion was seen to end; 0 if it was not
     """
 
     name: str
     period: int
     point: tuple[float, float]
     exponent: float
+    settles: int = 0
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,10 +107,8 @@ class Basins:
     @property
     def fractions(self) -> Array:
         """Parts of the cells (attractors,)."""
-        count = np.bincount(
-            self.attractor[self.attractor >= 0], minlength=len(self.attractors)
-        )
-        return count / self.grid.cells
+        clear = self.attractor[self.attractor >= 0]
+        return np.bincount(clear, minlength=len(self.attractors)) / self.grid.cells
 
     @property
     def entropy(self) -> float:
@@ -112,23 +116,24 @@ class Basins:
 
         A. Daza et al., Sci. Rep. 6 (2016) 31416, eq. 4.
         """
-        side = self.grid.side // BOX * BOX
-        boxes = self.attractor[:side, :side].reshape(side // BOX, BOX, -1, BOX)
-        boxes = boxes.swapaxes(1, 2).reshape(-1, BOX**2)
-        if not boxes.size:
+        count = self.grid.side // BOX
+        if not count:
             return math.nan
+        inside = self.attractor[: count * BOX, : count * BOX]
+        split = inside.reshape(count, BOX, count, BOX).swapaxes(1, 2)
+        boxes = split.reshape(count**2, BOX**2)
         found = 0.0
         for number in range(-1, len(self.attractors)):
             part = (boxes == number).mean(axis=1)
             found -= float(np.sum(part * np.log(np.where(part > 0.0, part, 1.0))))
-        return found / len(boxes)
+        return found / count**2
 
 
 def settle_tile(
-    machine: Machine, grid: Grid, first: int, last: int, iterations: int, early: bool
+    machine: Machine, grid: Grid, first: int, last: int, iterations: int
 ) -> Settled:
     """Where cells lead, from the first to before the last."""
-    return settle_departures(machine, grid.departures(first, last), iterations, early)
+    return settle_departures(machine, grid.departures(first, last), iterations)
 
 
 def settle_departures(
@@ -145,6 +150,37 @@ def settle_departures(
 def tiles_of(grid: Grid) -> list[tuple[int, int]]:
     """First and last cell of the tiles."""
     return list(pairwise([*range(0, grid.cells, TILE), grid.cells]))
+
+
+def settle_grid(
+    machine: Machine,
+    grid: Grid,
+    iterations: int,
+    known: Mapping[int, Settled],
+    keep: Callable[[int, Settled], None] = lambda number, settled: None,
+    report: Callable[[int, int], None] = lambda done, total: None,
+) -> Settled:
+    """Where all cells lead, in tiles on several cores.
+
+    known : tiles by number that are not computed again
+    keep : called with each other tile as it is finished
+    Ctrl-C ends the work after the tiles that are under way and is raised again.
+    """
+    tiles, found = tiles_of(grid), dict(known)
+
+    def take(number: int, settled: Settled) -> None:
+        found[number] = settled
+        keep(number, settled)
+        report(len(found), len(tiles))
+
+    tasks = (
+        (number, partial(settle_tile, machine, grid, first, last, iterations))
+        for number, (first, last) in enumerate(tiles)
+        if number not in found
+    )
+    run_tasks(tasks, take, threading.Event())
+    parts = zip(*(found[number] for number in range(len(tiles))), strict=True)
+    return Settled(*(np.concatenate(part) for part in parts))
 
 
 def basins_of(
@@ -245,9 +281,13 @@ class Naming:
         settled = settle_departures(self.machine, ends[:1], LONG)
         alone = np.zeros(len(ends), bool)
         alone[0] = True
-        if settled.period[0] != kernel.CHANGING:
-            return int(Naming.sort(self, settled)[0]), alone
-        path = self._follow(settled.end[0], LONG)
+        if settled.period[0] == kernel.CHANGING:  # unless it has settled at last
+            last = settle_departures(self.machine, settled.end, LAST)
+            settled = settled._replace(period=last.period)
+        lasts = int(settled.returns[0])
+        if settled.period[0] != kernel.CHANGING and lasts < LASTING * self.iterations:
+            return int(self.sort(settled)[0]), alone
+        path = self._follow(ends[0], lasts)
         low, high = path[:, 1].min(), path[:, 1].max()
         margin = (high - low) / SEEN
         seen = np.zeros((SEEN, SEEN), bool)
@@ -268,10 +308,11 @@ class Naming:
         inside &= (ends[:, 1] > low - margin) & (ends[:, 1] < high + margin)
         inside[0] = True
         turns = path[-1, 0] - path[0, 0]
-        exponent = self._exponent(path[0], EXPONENT) * (len(path) - 1) / turns
+        exponent = self._exponent(path[0], min(EXPONENT, lasts)) * lasts / turns
         fastest = int(path[:, 1].argmax())
         point = float(path[fastest, 0] % 1.0), float(path[fastest, 1])
-        return self._add(Attractor(CHAOTIC, 0, point, exponent)), inside
+        settles = 0 if settled.period[0] == kernel.CHANGING else lasts
+        return self._add(Attractor(CHAOTIC, 0, point, exponent, settles)), inside
 
     def _follow(self, point: Array, count: int) -> Array:
         out = np.full((count, 3), math.nan)

@@ -46,7 +46,7 @@ def contact_margin(machine: Machine) -> float:
 
 
 def critical_by_search(machine: Machine) -> float:
-    """The same with torque ripple, by search over the eccentricity; 0 if never quiet."""
+    """The same with torque ripple, by search; 0 if flanks part without eccentricity."""
 
     def margin(eccentricity: float) -> float:
         return contact_margin(replace(machine, eccentricity=eccentricity))

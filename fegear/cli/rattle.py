@@ -1,0 +1,195 @@
+"""fegear rattle: machines that may rattle."""
+
+from __future__ import annotations
+
+import math
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from fegear.cli.groups import Range, grouped, option
+from fegear.cli.options import AsJson, ResumedOutputs, named_options, show
+from fegear.cli.screen import number, ruled_table, screen
+from fegear.errors import InputError
+
+if TYPE_CHECKING:
+    from fegear.rattle.machines import NamedMachine
+
+EXAMPLES = {
+    "critical": "fegear rattle critical roots-a --epsilon 8e-5",
+    "basin": "fegear rattle basin roots-scaled -o basins.npz --plot basins.png",
+}
+ABOVE = Range(above=0.0, below=math.inf)
+MachineName = Annotated[
+    str,
+    typer.Argument(metavar="MACHINE", help="Built-in machine or path of a TOML file."),
+]
+
+
+@dataclass(frozen=True, kw_only=True)
+class MachineFigures:
+    """Dimensionless figures in place of the machine's."""
+
+    delta: float | None = option(
+        "Damping coefficient over inertia and speed. [default: the machine's]",
+        allowed=ABOVE,
+    )
+    epsilon: float | None = option(
+        "Eccentricity, as an angle [rad]. [default: the machine's]",
+        allowed=Range(least=0.0, below=math.inf),
+    )
+    beta: float | None = option(
+        "Half of the backlash, as an angle [rad]. [default: the machine's]",
+        allowed=ABOVE,
+    )
+    kappa: float | None = option(
+        "Stiffness coefficient of the flanks over inertia and speed squared; inf for "
+        "impacts. [default: the machine's]",
+        allowed=Range(above=0.0),
+    )
+    restitution: float | None = option(
+        "Coefficient of restitution of impacts. [default: the machine's]",
+        allowed=Range(least=0.0, most=1.0),
+    )
+
+    def load(self, name: str) -> NamedMachine:
+        """The machine with these figures."""
+        from fegear.rattle.machines import load_machine
+
+        given = {
+            "damping": self.delta,
+            "eccentricity": self.epsilon,
+            "half_backlash": self.beta,
+            "stiffness": self.kappa,
+            "restitution": self.restitution,
+        }
+        return load_machine(name, {k: v for k, v in given.items() if v is not None})
+
+
+@dataclass(frozen=True, kw_only=True)
+class BasinOutputs(ResumedOutputs):
+    """Where the basins go."""
+
+    output: Path | None = option(
+        "Write attractor and returns of every cell to this NPZ file.",
+        "-o",
+        "--output",
+    )
+
+
+@grouped
+def critical_command(
+    *, machine: MachineName, figures: MachineFigures, as_json: AsJson = False
+) -> None:
+    """Whether a machine can run quietly, and what change helps."""
+    from fegear.rattle.quiet import quiet_summary
+
+    show(quiet_summary(figures.load(machine)), as_json, print_critical)
+
+
+@grouped
+def basin_command(
+    *,
+    machine: MachineName,
+    figures: MachineFigures,
+    velocity: Annotated[
+        str,
+        typer.Option(
+            metavar="A:B", help="Speeds of departure of the grid [rad per turn]."
+        ),
+    ] = "0:7",
+    grid: Annotated[
+        int,
+        typer.Option(help="Cells a side of the grid, over a turn and over the speeds."),
+        Range(least=5, most=1_000_000),
+    ] = 400,
+    iterations: Annotated[
+        int,
+        typer.Option(
+            help="Returns to the upper flank after which a motion that still changes "
+            "counts as chaotic."
+        ),
+        Range(least=100, most=10_000_000),
+    ] = 1499,
+    outputs: BasinOutputs,
+) -> None:
+    """Which motions a machine can settle to, and from where.
+
+    Every cell of a grid of departures from the upper flank is followed until it is
+    clear where it leads. With --output tiles of cells are kept in FILE.partial until
+    the file is written; --resume goes on from there.
+    """
+    outputs.require(machine)
+    named = figures.load(machine)
+    from fegear.rattle.basins import find_basins
+    from lumped.rattle.basins import Grid
+
+    begin = time.perf_counter()
+    with named_options("velocity", "grid"), outputs.progress() as report:
+        cells = Grid(side=grid, velocity=_speeds(velocity))
+        found = find_basins(named, cells, iterations, outputs.keeping, report)
+    if outputs.output is not None:
+        found.to_npz(outputs.output)
+    outputs.draw(found.draw)
+    values = found.summary
+    values["wall_time_s"] = round(time.perf_counter() - begin, 3)
+    outputs.show(values, print_basins)
+
+
+def _speeds(text: str) -> tuple[float, float]:
+    try:
+        low, high = map(float, text.split(":"))
+    except ValueError:
+        low = high = math.nan
+    if not 0.0 <= low < high < math.inf:
+        raise InputError(f"--velocity = {text}; must be A:B that rise, from 0 on")
+    return low, high
+
+
+def print_critical(values: dict[str, Any]) -> None:
+    console = screen()
+    console.print(
+        f"{values['machine']}: eccentricity {values['eccentricity_rad']:g} rad, "
+        f"critical {values['critical_eccentricity_rad']:.4g} rad"
+    )
+    margin = values["least_contact_load_over_mean"]
+    if values["quiet_motion_exists"]:
+        console.print(
+            f"it can run quietly: contact keeps {margin:.1%} of its mean load"
+        )
+    else:
+        console.print("it cannot run quietly: the flanks part in every turn")
+    for name, change in values["percent_of_critical_per_percent"].items():
+        if change is not None:
+            console.print(f"1 % more {name}: {change:+.3g} % critical eccentricity")
+
+
+def print_basins(values: dict[str, Any]) -> None:
+    console = screen()
+    console.print(
+        f"{values['machine']}, {values['cells_a_side']} cells a side, "
+        f"{values['iterations']} returns at most"
+    )
+    table = ruled_table(
+        *("motion", "part [%]", "+- [%]", "period\n[turns]", "at time\n[turns]"),
+        *("speed\n[rad per turn]", "Lyapunov\n[1/turn]"),
+    )
+    for each in values["attractors"]:
+        time_, speed = each["point"] or (math.nan, math.nan)
+        cells = time_, speed, each["lyapunov_per_turn"]
+        shown = ("" if v is None or math.isnan(v) else number(v, 4) for v in cells)
+        table.add_row(
+            each["name"],
+            f"{100.0 * each['fraction']:.2f}",
+            f"{100.0 * each['fraction_of_random_starts_within']:.2f}",
+            str(each["period"] or ""),
+            *shown,
+        )
+    console.print(table)
+    if values["unclear_fraction"]:
+        console.print(f"not clear: {100.0 * values['unclear_fraction']:.2f} % of cells")
+    console.print(f"basin entropy {values['basin_entropy']:.3f}")
+    console.print(f"wall time {values['wall_time_s']:.2f} s")

@@ -1,0 +1,127 @@
+"""The return map beside SciPy's integration of the equation of motion."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from lumped.rattle.kernels.flight import returned
+from lumped.rattle.machine import Machine
+from lumped.rattle.periodic import least_eccentricity, simple_rattle
+
+TURN = 2.0 * math.pi
+
+
+def acceleration(machine, t, x, w, force):
+    load = 2.0 * TURN * machine.damping
+    load -= TURN**2 * machine.eccentricity * math.cos(TURN * t)
+    load -= TURN * machine.damping * machine.eccentricity * math.sin(TURN * t)
+    angle = TURN * machine.ripple_order * t + machine.ripple_phase
+    load += machine.ripple * math.cos(angle)
+    return load - machine.damping * w - force(x)
+
+
+def next_departure(machine, t, v):
+    """From the upper flank, by integration to events; lower flanks that were met."""
+    beta, lower, w, x = machine.half_backlash, 0, -v, machine.half_backlash
+
+    def force(x):
+        if machine.is_impact:
+            return 0.0
+        return 2.0 * machine.stiffness * (max(x - beta, 0.0) + min(x + beta, 0.0))
+
+    def rates(t, y):
+        return [y[1], acceleration(machine, t, *y, force)]
+
+    def crossing(level, direction):
+        event = lambda t, y: y[0] - level  # noqa: E731
+        event.terminal, event.direction = True, direction
+        return event
+
+    tight = {"rtol": 1e-11, "atol": 1e-13, "method": "DOP853"}
+    while True:
+        # an event at the very start is the departure itself
+        start = t + 1e-7, [x + 1e-7 * w, w + 1e-7 * rates(t, [x, w])[1]]
+        events = [crossing(-beta, -1), crossing(beta, 1)]
+        if not machine.is_impact:
+            events = [crossing(-beta, -1), crossing(beta, -1)]
+        found = solve_ivp(rates, (start[0], t + 30.0), start[1], events=events, **tight)
+        low, high = found.t_events
+        if not low.size and not high.size:
+            return math.nan, 0.0, lower
+        side = 1 if high.size and not (low.size and low[0] < high[0]) else -1
+        t = (high if side > 0 else low)[0]
+        x, w = side * beta, found.y_events[(side + 1) // 2][0][1]
+        lower += side < 0
+        if machine.is_impact:
+            w = -machine.restitution * w
+            if side > 0:
+                return t, -w, lower
+        elif side > 0:
+            return t, -w, lower
+
+
+SCALED = {"damping": 0.6, "half_backlash": 0.6}
+MACHINES = [
+    Machine(**SCALED, eccentricity=0.1),
+    Machine(**SCALED, eccentricity=0.3, restitution=0.8),
+    Machine(**SCALED, eccentricity=0.1, ripple=2.0, ripple_order=3, ripple_phase=0.4),
+    Machine(**SCALED, eccentricity=0.1, stiffness=1e3),
+    Machine(**SCALED, eccentricity=0.25, stiffness=1e4, ripple=1.5, ripple_order=2),
+]
+
+
+@pytest.mark.parametrize("machine", MACHINES)
+def test_departures_follow_as_by_integration(machine):
+    random, lower = np.random.default_rng(4), 0
+    for _ in range(12):
+        t, v = random.uniform(0.0, 1.0), random.uniform(0.3, 7.0)
+        exact = next_departure(machine, t, v)
+        found = returned(machine.arrays, t, v)
+        assert found[2] == exact[2]
+        # grazing flanks make small errors large
+        np.testing.assert_allclose(found[:2], exact[:2], rtol=2e-5, atol=2e-5)
+        lower += exact[2]
+    assert lower >= 3
+
+
+@pytest.mark.parametrize("restitution", [1.0, 0.9])
+def test_simple_rattle_is_a_fixed_point(restitution):
+    """Closed form, eqs. 2.47 and 2.56, beside the map."""
+    machine = Machine(**SCALED, eccentricity=0.1, restitution=restitution)
+    both = simple_rattle(machine)
+    assert [each.in_phase for each in both] == [True, False]
+    met = []
+    for each in both:
+        t, v, lower = returned(machine.arrays, each.time, each.velocity)
+        met.append(lower)
+        if not lower:
+            assert t == pytest.approx(each.time + 1.0, abs=1e-9)
+            assert v == pytest.approx(each.velocity, abs=1e-9)
+    assert not all(met)
+
+
+def test_simple_rattle_exists_above_the_checked_eccentricity():
+    machine = Machine(**SCALED, eccentricity=0.0597)
+    assert least_eccentricity(machine) == pytest.approx(0.05964, abs=5e-6)
+    assert len(simple_rattle(machine)) == 2
+    assert simple_rattle(Machine(**SCALED, eccentricity=0.0596)) == ()
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"damping": 0.0}, "damping must be above 0 and finite, got 0"),
+        ({"half_backlash": -1.0}, "half_backlash must be above 0 and finite, got -1"),
+        ({"eccentricity": math.nan}, "eccentricity must be 0 or more, got nan"),
+        ({"stiffness": 0.0}, "stiffness must be above 0.045"),
+        ({"restitution": 1.5}, "restitution must be from 0 to 1, got 1.5"),
+        ({"ripple_order": 0}, "ripple_order must be 1 or more, got 0"),
+    ],
+)
+def test_a_machine_that_cannot_be_is_refused(change, message):
+    with pytest.raises(ValueError, match=message):
+        Machine(**({**SCALED, "eccentricity": 0.1} | change))
