@@ -46,6 +46,7 @@ ALLOWED = {
     "fegear.branches.py": {"fegear", "lumped"},
     "fegear.theory_figure.py": {"fegear", "lumped"},
     "fegear.waves.py": {"fegear", "lumped"},
+    "fegear.rattle": {"fegear", "lumped"},
     "fegear.dynamic_sweeps.py": {"fegear", "lumped"},
     # the same motions by other means: responses and their files are the lumped ones
     "fegear.dynamics": {"fegear", "meshes", "lumped"},

@@ -48,12 +48,18 @@ class MachineFigures:
     kappa: float | None = option(
         "Stiffness coefficient of the flanks over inertia and speed squared; inf for "
         "impacts. [default: the machine's]",
-        allowed=Range(above=0.0),
     )
     restitution: float | None = option(
-        "Coefficient of restitution of impacts. [default: the machine's]",
+        "Ratio of speeds after and before an impact, the coefficient of restitution. "
+        "[default: the machine's]",
         allowed=Range(least=0.0, most=1.0),
     )
+
+    def __post_init__(self) -> None:
+        if self.kappa is not None and not self.kappa > 0.0:
+            raise InputError(
+                f"--kappa = {self.kappa:g}; allowed above 0, inf of impacts"
+            )
 
     def load(self, name: str) -> NamedMachine:
         """The machine with these figures."""

@@ -24,7 +24,7 @@ from lumped.workers import run_tasks
 
 Array = NDArray[np.float64]
 Numbers = NDArray[np.int64]
-TILE = 10_000  # cells that a worker takes at a time
+TILE = 2_000  # cells that a worker takes at a time
 ALIKE = 1e-5  # distance of departures on one orbit
 LONG = 200_000  # returns for which one of the motions that change still is followed
 LAST, LASTING = 2000, 10  # returns to settle at last; of the iterations, if chaotic

@@ -15,7 +15,7 @@ from typer.testing import CliRunner
 from fegear.cli import app
 
 ROOT = Path(__file__).parents[3]
-UNIT = re.compile(r"\[(N/m|N.m|Hz|rpm|base pitches|pixels|1/um)\]")
+UNIT = re.compile(r"\[(N/m|N.m|Hz|rpm|base pitches|pixels|1/um|rad|rad per turn)\]")
 NO_UNIT = ("ratio", "coefficient", "tolerance", "deviation", "over its mean")
 # left out, nothing is done in their place
 WITHOUT_DEFAULT = {
@@ -85,7 +85,7 @@ def parsed(line: str) -> str:
     """The command of a line, whose options are parsed and not run."""
     program, *given = shlex.split(line)
     assert program == "fegear"
-    depth = 2 if given[0] == "bench" else 1
+    depth = 2 if given[0] in ("bench", "rattle") else 1
     words = " ".join(given[:depth])
     COMMANDS[words].make_context(words, given[depth:])
     return words
