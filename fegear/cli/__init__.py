@@ -50,6 +50,7 @@ COMMANDS = (  # each in a file of its name, in the order of the help
 )
 RATTLES: dict[str, Callable[..., None]] = {
     "critical": rattle.critical_command,
+    "periodic": rattle.periodic_command,
     "basin": rattle.basin_command,
 }
 BENCHMARKS: dict[str, Callable[..., None]] = {

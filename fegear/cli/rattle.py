@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 EXAMPLES = {
     "critical": "fegear rattle critical roots-a --epsilon 8e-5",
+    "periodic": "fegear rattle periodic roots-scaled --departures 2",
     "basin": "fegear rattle basin roots-scaled -o basins.npz --plot basins.png",
 }
 ABOVE = Range(above=0.0, below=math.inf)
@@ -96,17 +97,47 @@ def critical_command(
     show(quiet_summary(figures.load(machine)), as_json, print_critical)
 
 
+Velocity = Annotated[
+    str,
+    typer.Option(metavar="A:B", help="Speeds of departure of the grid [rad per turn]."),
+]
+
+
+@grouped
+def periodic_command(
+    *,
+    machine: MachineName,
+    figures: MachineFigures,
+    departures: Annotated[
+        int,
+        typer.Option(
+            help="Departures from the upper flank in a period, at most, of the motions "
+            "that are listed."
+        ),
+        Range(least=1, most=12),
+    ] = 2,
+    velocity: Velocity = "0:7",
+    as_json: AsJson = False,
+) -> None:
+    """Motions P(m, n+, n-) that repeat, stable or not.
+
+    Fixed points of the return map by Newton's method from a grid of departures: m
+    turns, n+ departures from the upper and n- meetings with the lower flank.
+    """
+    named = figures.load(machine)
+    from fegear.rattle.periodic import periodic_summary
+
+    show(
+        periodic_summary(named, departures, _speeds(velocity)), as_json, print_periodic
+    )
+
+
 @grouped
 def basin_command(
     *,
     machine: MachineName,
     figures: MachineFigures,
-    velocity: Annotated[
-        str,
-        typer.Option(
-            metavar="A:B", help="Speeds of departure of the grid [rad per turn]."
-        ),
-    ] = "0:7",
+    velocity: Velocity = "0:7",
     grid: Annotated[
         int,
         typer.Option(help="Cells a side of the grid, over a turn and over the speeds."),
@@ -171,6 +202,27 @@ def print_critical(values: dict[str, Any]) -> None:
     for name, change in values["percent_of_critical_per_percent"].items():
         if change is not None:
             console.print(f"1 % more {name}: {change:+.3g} % critical eccentricity")
+
+
+def print_periodic(values: dict[str, Any]) -> None:
+    console = screen()
+    console.print(
+        f"{values['machine']}: motions of up to {values['departures']} departures a "
+        "period"
+    )
+    table = ruled_table(
+        *("motion", "stable", "largest\nmultiplier", "departures: time [turns]"),
+        "speed [rad per turn]",
+    )
+    for each in values["orbits"]:
+        table.add_row(
+            each["name"],
+            "yes" if each["stable"] else "no",
+            number(each["largest_multiplier"], 4),
+            ", ".join(number(time_, 4) for time_, _ in each["departures"]),
+            ", ".join(number(speed, 4) for _, speed in each["departures"]),
+        )
+    console.print(table)
 
 
 def print_basins(values: dict[str, Any]) -> None:

@@ -60,6 +60,16 @@ def test_basins_on_screen_in_files_and_for_machines(tmp_path):
         assert f"{100.0 * each['fraction']:.2f}" in shown
 
 
+def test_motions_that_repeat_are_listed_with_their_stability():
+    values = told("rattle", "periodic", "roots-scaled", "--departures", "1")
+    seen = [(each["name"], each["stable"]) for each in values["orbits"]]
+    assert seen == [("P(1,1,0)", True), ("P(1,1,0)", False), ("P(1,1,1)", False)]
+    shown = CliRunner().invoke(
+        app, ["rattle", "periodic", "roots-scaled", "--departures", "1"]
+    )
+    assert shown.stdout.count("P(1,1,0)") == 2
+
+
 def test_a_machine_file_is_read(tmp_path):
     path = tmp_path / "mine.toml"
     path.write_text(

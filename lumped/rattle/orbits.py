@@ -1,0 +1,144 @@
+"""Motions that repeat, stable or not: fixed points of the return map by Newton."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lumped.rattle.kernels import settle as kernel
+from lumped.rattle.machine import Machine
+
+Array = NDArray[np.float64]
+STARTS = 24  # a side of the grid of departures from which orbits are looked for
+BESIDE = 1e-6  # of departures whose returns tell the Jacobian
+EXACT = 1e-11  # largest last correction
+MOST_CORRECTIONS = 30
+ALIKE = 1e-6  # distance of departures that are one
+SLOWEST = 1e-3  # rad per turn of a departure that counts
+
+
+@dataclass(frozen=True)
+class Orbit:
+    """A motion P(m, n+, n-) in the words of its departures.
+
+    departures : (time in turns from 0 to 1, speed) of each, the fastest first
+    multipliers : of a small change over the whole orbit
+    """
+
+    turns: int
+    lower: int
+    departures: tuple[tuple[float, float], ...]
+    multipliers: tuple[complex, complex]
+
+    @property
+    def name(self) -> str:
+        return f"P({self.turns},{len(self.departures)},{self.lower})"
+
+    @property
+    def stable(self) -> bool:
+        return max(map(abs, self.multipliers)) < 1.0
+
+
+def find_orbits(
+    machine: Machine, most_departures: int, velocity: tuple[float, float]
+) -> list[Orbit]:
+    """Orbits of up to so many departures, sorted by name, the stable ones first.
+
+    velocity : lowest and highest speed of a departure from which they are looked for
+    All that a grid of starts leads to: more may exist.
+    """
+    found: list[Orbit] = []
+    for count in range(1, most_departures + 1):
+        for orbit in _from_grid(machine, count, velocity):
+            if not any(_same(orbit, known) for known in found):
+                found.append(orbit)
+    return sorted(found, key=_rank)
+
+
+def _rank(orbit: Orbit) -> tuple[int, int, int, bool, tuple[float, float]]:
+    count = len(orbit.departures)
+    return orbit.turns, count, orbit.lower, not orbit.stable, orbit.departures[0]
+
+
+def _from_grid(
+    machine: Machine, count: int, velocity: tuple[float, float]
+) -> Iterator[Orbit]:
+    low, high = max(velocity[0], SLOWEST), velocity[1]
+    for row, column in np.ndindex(STARTS, STARTS):
+        time = (column + 0.5) / STARTS
+        speed = low + (row + 0.5) / STARTS * (high - low)
+        orbit = _newton(machine, count, np.array([time, speed]))
+        if orbit is not None and low <= orbit.departures[0][1] <= high:
+            yield orbit
+
+
+def _newton(machine: Machine, count: int, start: Array) -> Orbit | None:
+    """The orbit of so many departures near one, None where there is none."""
+    at = start
+    for _ in range(MOST_CORRECTIONS):
+        path = _path(machine, at, count)
+        if not np.isfinite(path).all() or at[1] < SLOWEST:
+            return None
+        end = path[-1, :2]
+        turns = round(end[0] - at[0])
+        jacobian = _jacobian(machine, at, count)
+        errors = end - at - np.array([turns, 0.0])
+        try:
+            step = np.linalg.solve(jacobian - np.eye(2), errors)
+        except np.linalg.LinAlgError:
+            return None
+        if not np.isfinite(step).all():
+            return None
+        # far from an orbit the map bends too much for a whole step
+        at = at - step * min(1.0, 0.1 / max(abs(step[0]), abs(step[1]) / 5.0, 1e-300))
+        if np.abs(step).max() < EXACT:
+            return _orbit(machine, at, count, turns)
+    return None
+
+
+def _orbit(machine: Machine, at: Array, count: int, turns: int) -> Orbit | None:
+    """None where it repeats sooner or does not go on from one departure to the next."""
+    path = _path(machine, at, count)
+    near = [n for n in range(1, count) if _apart(path[0], path[n]) < ALIKE]
+    if turns < 1 or near or path[:, 1].min() < SLOWEST:
+        return None
+    multipliers = np.linalg.eigvals(_jacobian(machine, path[0, :2], count))
+    fastest = int(path[:-1, 1].argmax())
+    points = np.roll(path[:-1, :2], -fastest, axis=0)
+    departures = tuple((float(t % 1.0), float(v)) for t, v in points)
+    one, two = sorted(map(complex, multipliers), key=abs)
+    return Orbit(turns, int(path[:-1, 2].sum()), departures, (one, two))
+
+
+def _path(machine: Machine, at: Array, count: int) -> Array:
+    """Departures (count + 1, 3) from one on, see `follow`."""
+    out = np.full((count + 1, 3), math.nan)
+    kernel.follow(machine.arrays, at[0], at[1], count + 1, out)
+    return out
+
+
+def _jacobian(machine: Machine, at: Array, count: int) -> Array:
+    """What changes of time and speed become after so many returns (2, 2)."""
+    columns = []
+    for k in range(2):
+        step = np.zeros(2)
+        step[k] = BESIDE * (1.0 if k == 0 else max(at[1], 1.0))
+        ends = [_path(machine, at + sign * step, count)[-1, :2] for sign in (1, -1)]
+        columns.append((ends[0] - ends[1]) / (2.0 * step[k]))
+    return np.stack(columns, axis=1)
+
+
+def _same(one: Orbit, two: Orbit) -> bool:
+    return one.name == two.name and any(
+        _apart(np.array(one.departures[0]), np.array(other)) < ALIKE
+        for other in two.departures
+    )
+
+
+def _apart(one: Array, two: Array) -> float:
+    turn = one[0] - two[0]
+    return float(abs(turn - round(turn)) + abs(one[1] - two[1]))

@@ -1,0 +1,74 @@
+"""Orbits beside closed forms, printed bifurcations and the attractors of basins."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from lumped.rattle.machine import Machine
+from lumped.rattle.orbits import find_orbits
+from lumped.rattle.periodic import simple_rattle
+
+SPEEDS = 0.0, 7.0
+
+
+def orbits(damping, count=2, **figures):
+    machine = Machine(
+        **({"damping": damping, "eccentricity": 0.1, "half_backlash": 0.6} | figures)
+    )
+    return machine, find_orbits(machine, count, SPEEDS)
+
+
+def named(found, name):
+    return [orbit for orbit in found if orbit.name == name]
+
+
+def test_simple_rattle_is_that_of_the_closed_form():
+    machine, found = orbits(0.6, 1)
+    exact = {each.in_phase: each for each in simple_rattle(machine)}
+    for orbit, each in zip(
+        named(found, "P(1,1,0)"), (exact[True], exact[False]), strict=True
+    ):
+        assert orbit.departures[0][0] == pytest.approx(each.time, abs=1e-9)
+        assert orbit.departures[0][1] == pytest.approx(each.velocity, abs=1e-9)
+        assert orbit.stable == each.in_phase
+
+
+@pytest.mark.parametrize("restitution", [1.0, 0.95])
+def test_multipliers_take_what_damping_and_impacts_take(restitution):
+    """Their product is e^(-delta m) r^2 for each impact, Liouville's theorem."""
+    _, found = orbits(0.55, restitution=restitution)
+    assert len(found) >= 3
+    for orbit in found:
+        impacts = len(orbit.departures) + orbit.lower
+        exact = math.exp(-0.55 * orbit.turns) * restitution ** (2 * impacts)
+        product = orbit.multipliers[0] * orbit.multipliers[1]
+        assert product == pytest.approx(exact, rel=1e-4)
+
+
+def test_two_departures_a_turn_end_in_the_printed_saddle_node():
+    """Figure 3.13: at a damping of 0.5997."""
+    assert [o.stable for o in named(orbits(0.5996)[1], "P(1,2,0)")] == [True, False]
+    assert not named(orbits(0.5998)[1], "P(1,2,0)")
+
+
+def test_two_turns_with_one_lower_impact_double_where_printed():
+    """Figure 3.14: at a damping of 0.5818 or 0.5819."""
+    for damping, stable in ((0.5810, True), (0.5826, False)):
+        (orbit,) = named(orbits(damping)[1], "P(2,2,1)")
+        assert orbit.stable == stable
+        assert orbit.multipliers[1].real < 0.0
+
+
+def test_stiff_flanks_have_the_orbits_of_impacts():
+    _, exact = orbits(0.575, 1)
+    _, found = orbits(0.575, 1, stiffness=1e8)
+    assert {o.name for o in exact} <= {o.name for o in found}
+    for orbit in exact:
+        near = min(
+            np.abs(np.subtract(orbit.departures[0], other.departures[0])).max()
+            for other in named(found, orbit.name)
+        )
+        assert near < 5e-3
