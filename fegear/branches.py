@@ -17,6 +17,7 @@ from fegear.lumped_system import LumpedModel, file_header, lumped_system
 from fegear.output import write_text
 from fegear.parameter_maps import TORQUE, VariedSet, digest
 from fegear.store import Checkpoint, Keeping
+from fegear.unphysical import doubts_of_meshes
 from lumped.branches.bifurcations import BranchPoint
 from lumped.branches.figure import draw_branches
 from lumped.branches.motions import OverFigure, OverSpeed
@@ -45,7 +46,7 @@ WORDS = {  # of what a summary holds fixed
     "speed_Hz": "{:g} Hz",
     "torque_Nm": "{:g} N m",
     "damping_ratio": "damping ratio {:g}",
-    "harmonics": "{} harmonics",
+    "harmonics": "harmonics up to {}",
 }
 LEGEND = {
     "branch, index": "counted from 1, points in the order of the branch",
@@ -84,10 +85,11 @@ class BranchRow:
 class BranchesResult:
     """Branches of a gear set, and the header of their file.
 
-    system : of the gear set as it is, where a figure of it varies
+    gear_set : as it is, where a figure of it varies; system : of it
     parameter : `mesh_frequency_Hz`, or the figure that varies instead
     """
 
+    gear_set: GearSet
     system: LumpedSystem
     header: Mapping[str, str]
     branches: tuple[PeriodicBranch, ...]
@@ -139,7 +141,15 @@ class BranchesResult:
             "natural_frequencies_Hz": self.system.resonances_Hz.tolist(),
             "interrupted": self.interrupted,
             "branches": [_plain(branch, self.parameter) for branch in self.branches],
+            "warnings": list(self._doubts()),
         }
+
+    def _doubts(self) -> Iterator[str]:
+        """Where the largest deflections cannot be physical."""
+        points = [point for branch in self.branches for point in branch.points]
+        peaks = np.max([point.figures["dte_peak"] for point in points], axis=0)
+        where = ", at its worst point"
+        yield from doubts_of_meshes(self.gear_set.meshes, where, peaks, 0.0 * peaks)
 
     def draw(self) -> Figure:
         label = OverSpeed.label if self.parameter == FREQUENCY else self.parameter
@@ -188,7 +198,7 @@ def find_branches(
     known = header | {"digest of the gear set": digest(gear_set)}
     if isinstance(model.stiffness, GivenTables):
         known |= {"digest of the tables": model.stiffness.digest}
-    result = BranchesResult(system, header, ())
+    result = BranchesResult(gear_set, system, header, ())
     return _followed(result, finder, keeping, known, report)
 
 
@@ -214,7 +224,7 @@ def find_branches_over(
         header |= {"torque_Nm": f"{varied.load:g}"}
     family = OverFigure(axis.name, lambda v: varied.system((v,)), frequency, limits)
     finder = BranchFinder(family, limits, settings or BranchSettings())
-    result = BranchesResult(system, header, (), parameter=axis.name)
+    result = BranchesResult(varied.gear_set, system, header, (), parameter=axis.name)
     known = header | {"over": axis.name} | varied.inputs
     return _followed(result, finder, keeping, known, report)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from os import PathLike
 from typing import TYPE_CHECKING, Any
@@ -15,6 +15,7 @@ from fegear.excitation import ExcitationSource
 from fegear.gearset.model import GearSet
 from fegear.lumped_system import LumpedModel, file_header, lumped_system
 from fegear.output import write_text
+from fegear.unphysical import doubts_of_meshes
 from lumped.closed_forms import (
     ParametricSystem,
     Prediction,
@@ -61,7 +62,14 @@ class Theory:
             "torque_Nm": float(header["torque_Nm"]),
             "meshes": [self._mesh(m) for m in range(len(self.system.excitations))],
             "resonances": [self._resonance(each) for each in self.found],
+            "warnings": list(self._doubts()),
         }
+
+    def _doubts(self) -> Iterator[str]:
+        """Where mean deflections cannot be physical."""
+        rest = np.abs(self.parametric.deflection)
+        meshes = self.gear_set.meshes
+        yield from doubts_of_meshes(meshes, ", at rest", rest, 0.0 * rest)
 
     def to_csv(self, path: str | PathLike[str]) -> None:
         """Write a row for every resonance and mesh; a cell without a value is empty."""

@@ -5,11 +5,12 @@ Over the parameter they show where periods double, where chaos begins and where 
 
 from __future__ import annotations
 
+import math
 import threading
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
-from itertools import groupby
+from itertools import pairwise
 from typing import Any, Protocol
 
 import numpy as np
@@ -36,6 +37,8 @@ from lumped.sweep import (
 )
 from lumped.system import LumpedSystem
 
+JUMP = "jump"
+FAR, STRONG = 0.1, 2.5  # of the largest deflection; of the changes beside: a jump
 LONG = 16_000  # periods of the first mesh in which chaos that passes should end
 SystemAt = Callable[[float], tuple[LumpedSystem, float]]  # and the mesh frequency [Hz]
 
@@ -44,8 +47,8 @@ SystemAt = Callable[[float], tuple[LumpedSystem, float]]  # and the mesh frequen
 class Stretch:
     """Values of a parameter, in the order of the sweep, with motions of one name.
 
-    begins : `period doubling`, `chaos begins` or what else came with its first value;
-        empty where that has no name
+    begins : `period doubling`, `chaos begins`, `jump` or what else came with its first
+        value; empty where that has no name
     exponent : largest of its motions, NaN where they diverged
     """
 
@@ -72,19 +75,52 @@ class AttractorBranch:
     def stretches(self) -> tuple[Stretch, ...]:
         """Successive values at which the motion has one name."""
         found: list[Stretch] = []
-        pairs = zip(self.values, self.attractors, strict=True)
         before: Attractor | None = None
-        for name, group in groupby(pairs, lambda pair: pair[1].name):
-            own = list(group)
-            exponent = float(np.max([attractor.exponent for _, attractor in own]))
-            begins = "" if before is None else named_change(before, own[0][1])
-            found.append(Stretch(own[0][0], own[-1][0], name, begins, exponent))
-            before = own[-1][1]
+        jumps = find_jumps(self.attractors)
+        for value, attractor, jump in zip(
+            self.values, self.attractors, jumps, strict=True
+        ):
+            begins = "" if before is None else named_change(before, attractor)
+            begins = JUMP if jump else begins
+            goes_on = before is not None and before.name == attractor.name
+            if goes_on and not jump:
+                largest = float(np.fmax(found[-1].exponent, attractor.exponent))
+                found[-1] = replace(found[-1], last=value, exponent=largest)
+            else:
+                name, exponent = attractor.name, attractor.exponent
+                found.append(Stretch(value, value, name, begins, exponent))
+            before = attractor
         return tuple(found)
 
 
+def find_jumps(attractors: Sequence[Attractor]) -> list[bool]:
+    """Whether each motion is another one than that before it.
+
+    Means of the sections are far apart, and much further than those of the neighbours
+    on both sides, which there must be. Where a period doubles, points part from each
+    other but not from their mean.
+    """
+    apart = [_distance(*pair) for pair in pairwise(attractors)]
+    beside = [math.nan, *apart, math.nan]
+    return [False] + [
+        own > FAR and own > STRONG * one and own > STRONG * two
+        for one, own, two in zip(beside, apart, beside[2:], strict=False)
+    ]
+
+
+def _distance(before: Attractor, after: Attractor) -> float:
+    """Between means of sections, over the largest deflection; NaN without a period."""
+    if not (before.multiple and after.multiple) or not before.deflection.size:
+        return math.nan
+    means = [each.deflection.mean(axis=0) for each in (before, after)]
+    every = np.concatenate([before.deflection, after.deflection])
+    return float(np.abs(means[0] - means[1]).max() / np.abs(every).max())
+
+
 def named_change(before: Attractor, after: Attractor) -> str:
-    """What happens from one motion to another of another name."""
+    """What happens from one motion to another."""
+    if before.name == after.name:
+        return ""
     if after.kind == Kind.CHAOTIC:
         return "chaos begins"
     if before.kind == Kind.CHAOTIC:

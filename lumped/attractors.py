@@ -29,9 +29,13 @@ STRETCH = 1024  # periods of the first mesh between looks at the exponent
 MOST = 4 * STRETCH  # after which it is left as it is
 WINDOWS = 16  # of which its standard error is taken
 CLEAR = 5.0  # standard errors beyond which the sign of an exponent is certain
-NEUTRAL = 1e-3  # per period, below which changes neither grow nor shrink
+NEUTRAL = 1e-3  # per period, below which changes do not grow
+FADES = 1e-4  # per period, beyond which they shrink
 FINE = 1024  # steps per period along which multipliers of short motions are taken,
 SHORT = 64  # those of so many periods of the first mesh
+HARMONICS = 20  # of the first mesh, of motions that harmonic balance confirms,
+MOST_HARMONICS = 200  # which take up to some 0.1 s each
+NEAR = 0.02  # of the RMS, between both
 CLOSING = 16  # times the motion's period in which it closes on those steps
 
 
@@ -87,9 +91,12 @@ class Attractor:
             return Kind.PERIODIC
         if not math.isfinite(self.exponent):
             return Kind.DIVERGED
-        if abs(self.exponent) <= max(NEUTRAL, CLEAR * self.spread):
-            return Kind.QUASI_PERIODIC
-        return Kind.CHAOTIC if self.exponent > 0.0 else Kind.UNSETTLED
+        sure = abs(self.exponent) > CLEAR * self.spread
+        if self.exponent < 0.0:
+            fades = sure and self.exponent < -FADES
+            return Kind.UNSETTLED if fades else Kind.QUASI_PERIODIC
+        grows = sure and self.exponent > NEUTRAL
+        return Kind.CHAOTIC if grows else Kind.QUASI_PERIODIC
 
 
 def find_attractor(
@@ -155,6 +162,57 @@ class _Way:
 
 
 def _repeating(system: LumpedSystem, response: Response, at: Speed) -> Attractor:
+    """By harmonic balance where that confirms the motion, else along fine steps.
+
+    Next to a contact that is only just met, steps of the integration that it falls
+    into make a motion seem to repeat later than it does, and to be unstable.
+    """
+    if not np.isfinite(response.state).all():
+        raise Diverged(0.0)
+    exact = _balanced(system, response, at.settings)
+    if exact is None:
+        return _along_steps(system, response, at)
+    multiple, exponent = exact
+    state = np.concatenate([response.state, np.ones_like(response.state)], axis=1)
+    deflection, rate, _ = _Way(system, at).carry(state, multiple)
+    return Attractor(multiple, deflection, rate, exponent, 0.0)
+
+
+def _balanced(
+    system: LumpedSystem, response: Response, settings: Settings
+) -> tuple[int, float] | None:
+    """Common periods after which a motion repeats, and its exponent; None where
+    harmonic balance finds no stable motion there or takes too long."""
+    from lumped.branches.balance import HarmonicBalance
+    from lumped.branches.bifurcations import branch_point
+    from lumped.branches.continuation import Branch, NoSolution, Steps
+    from lumped.branches.motions import Motions, OverSpeed
+    from lumped.branches.periodic import repeats_sooner
+
+    multiple, length = response.multiple, system.common_period[0]
+    size = float(np.abs(system.static_deflection).max())
+    if size == 0.0 or multiple * length * HARMONICS > MOST_HARMONICS:
+        return None
+    while True:
+        motions = Motions(OverSpeed(system), HARMONICS, multiple)
+        branch: Branch[Motions] = Branch(motions, Steps(size=size, unit=1000.0))
+        balance: HarmonicBalance = motions.at(response.frequency)[0]
+        try:
+            x = balance.of_response(response, settings)
+            point = branch.at(x, response.frequency)
+        except (NoSolution, ArithmeticError):
+            return None
+        if not repeats_sooner(branch, point):
+            break
+        multiple //= 2
+    found = branch_point(motions, point)
+    apart = np.abs(found.figures["dte_rms"] - response.dte_rms).max()
+    if apart > NEAR * response.dte_rms.max() or not found.stable:
+        return None
+    return multiple, math.log(found.largest) / (multiple * length)
+
+
+def _along_steps(system: LumpedSystem, response: Response, at: Speed) -> Attractor:
     """Changes of every coordinate and velocity together are the monodromy.
 
     A spring that opens within a step leaves an error in it of the order of the step,

@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 Find = Callable[
     ..., "BranchesResult"
 ]  # of settings, a report of progress, and what is kept
+MESH_FREQUENCY = "mesh_frequency_Hz"
 EXAMPLE = "fegear branches liu-idler --speeds 700:4500 -o b.csv --plot b.png"
 
 
@@ -72,8 +73,12 @@ class Followed:
     )
 
     def __post_init__(self) -> None:
-        if (self.speeds is None) == (self.over is None):
-            raise InputError("--speeds A:B or --over KEY=A:B is needed, not both")
+        if self.speeds is None and self.over is None:
+            raise InputError("--speeds A:B or --over KEY=A:B is needed")
+        if self.speeds is not None and self.over is not None:
+            raise InputError("--over; --speeds takes its place, one of them is allowed")
+        if (self.over or "").startswith(MESH_FREQUENCY):
+            raise InputError(f"--over {MESH_FREQUENCY}; is the speed, --speeds A:B")
         if self.over is None:
             refuse_idle("needs --over", at=self.at)
         elif self.at is None:
@@ -190,7 +195,9 @@ def print_branches(values: dict[str, Any]) -> None:
         repeats = counted(branch["period_multiple"], "period", "periods")
         largest = _micrometres(branch["largest_dte_rms_m"])
         error = branch["relative_error_of_rms"]
-        beside = "" if error is None else f", {100.0 * error:.2g} % off by shooting"
+        beside = ", which shooting does not confirm: more harmonics may be needed"
+        if error is not None:
+            beside = f", {100.0 * error:.2g} % off by shooting"
         console.print(
             f"branch {place}: {counted(branch['points'], 'point', 'points')}, "
             f"{branch['stable_points']} of them stable, {branch[ends[0]]:.6g} to "

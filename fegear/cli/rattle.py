@@ -31,8 +31,8 @@ MachineName = Annotated[
 
 
 @dataclass(frozen=True, kw_only=True)
-class MachineFigures:
-    """Dimensionless figures in place of the machine's."""
+class LoadFigures:
+    """Dimensionless figures in place of the machine's that press the flanks."""
 
     delta: float | None = option(
         "Damping coefficient over inertia and speed. [default: the machine's]",
@@ -42,18 +42,9 @@ class MachineFigures:
         "Eccentricity, as an angle [rad]. [default: the machine's]",
         allowed=Range(least=0.0, below=math.inf),
     )
-    beta: float | None = option(
-        "Half of the backlash, as an angle [rad]. [default: the machine's]",
-        allowed=ABOVE,
-    )
     kappa: float | None = option(
         "Stiffness coefficient of the flanks over inertia and speed squared; inf for "
         "impacts. [default: the machine's]",
-    )
-    restitution: float | None = option(
-        "Ratio of speeds after and before an impact, the coefficient of restitution. "
-        "[default: the machine's]",
-        allowed=Range(least=0.0, most=1.0),
     )
 
     def __post_init__(self) -> None:
@@ -66,14 +57,37 @@ class MachineFigures:
         """The machine with these figures."""
         from fegear.rattle.machines import load_machine
 
-        given = {
+        given = {k: v for k, v in self.given.items() if v is not None}
+        return load_machine(name, given)
+
+    @property
+    def given(self) -> dict[str, float | None]:
+        """By the names of the machine's figures."""
+        return {
             "damping": self.delta,
             "eccentricity": self.epsilon,
-            "half_backlash": self.beta,
             "stiffness": self.kappa,
-            "restitution": self.restitution,
         }
-        return load_machine(name, {k: v for k, v in given.items() if v is not None})
+
+
+@dataclass(frozen=True, kw_only=True)
+class MotionFigures(LoadFigures):
+    """All dimensionless figures in place of the machine's."""
+
+    beta: float | None = option(
+        "Half of the backlash, as an angle [rad]. [default: the machine's]",
+        allowed=ABOVE,
+    )
+    restitution: float | None = option(
+        "Ratio of speeds after and before an impact, the coefficient of restitution. "
+        "[default: the machine's]",
+        allowed=Range(least=0.0, most=1.0),
+    )
+
+    @property
+    def given(self) -> dict[str, float | None]:
+        own = {"half_backlash": self.beta, "restitution": self.restitution}
+        return super().given | own
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -89,7 +103,7 @@ class BasinOutputs(ResumedOutputs):
 
 @grouped
 def critical_command(
-    *, machine: MachineName, figures: MachineFigures, as_json: AsJson = False
+    *, machine: MachineName, figures: LoadFigures, as_json: AsJson = False
 ) -> None:
     """Whether a machine can run quietly, and what change helps."""
     from fegear.rattle.quiet import quiet_summary
@@ -107,7 +121,7 @@ Velocity = Annotated[
 def periodic_command(
     *,
     machine: MachineName,
-    figures: MachineFigures,
+    figures: MotionFigures,
     departures: Annotated[
         int,
         typer.Option(
@@ -136,7 +150,7 @@ def periodic_command(
 def basin_command(
     *,
     machine: MachineName,
-    figures: MachineFigures,
+    figures: MotionFigures,
     velocity: Velocity = "0:7",
     grid: Annotated[
         int,

@@ -47,7 +47,8 @@ def _axis_values(values: str, text: str) -> tuple[float, ...]:
         if ":" not in values:
             return tuple(float(value) for value in values.split(","))
         start, end, count = values.split(":")
-        if not 1 <= int(count) <= POINTS_LIMIT:
+        alone = int(count) == 1 and float(start) != float(end)
+        if alone or not 1 <= int(count) <= POINTS_LIMIT:
             raise ValueError
         points = np.linspace(float(start), float(end), int(count))
         return tuple(float(f"{point:.12g}") for point in points)

@@ -17,7 +17,9 @@ from numpy.typing import NDArray
 
 from lumped.branches.balance import HarmonicBalance
 from lumped.branches.bifurcations import (
+    CROSSING,
     DOUBLING,
+    FOLD,
     BranchPoint,
     branch_point,
     with_bifurcations,
@@ -43,7 +45,10 @@ Array = NDArray[np.float64]
 HALVED = "the period is half of it again"
 ASIDE = 0.01  # arc length to the first point of a branch that sets out from another
 FAR = 3.0  # spread of random states, over the static one
+SEAM = 2e-4  # of the parameter's unit, by which branches miss each other at doublings
 NEAR = 1e-3  # of the parameter's unit, for a branch that ends at its parent's doubling
+PROBED = 0.25, 0.5, 0.75  # of a branch, where it is asked whether it is known
+CLEAR, SHOTS = 0.002, 4  # of multipliers from the unit circle; points that are tried
 SAME = 1e-5  # of the static deflection, for motions that are one
 
 
@@ -77,7 +82,7 @@ class PeriodicBranch:
 
     multiple : common periods after which they repeat
     origin, reason : where it begins and why it ends, in words
-    error : of the largest RMS, relative, which shooting finds; NaN where it fails
+    error : of the largest RMS, relative, beside that of shooting; NaN where it fails
     """
 
     multiple: int
@@ -86,11 +91,6 @@ class PeriodicBranch:
     reason: str
     closed: bool = False
     error: float = math.nan
-
-    @property
-    def largest(self) -> BranchPoint:
-        """The point of the largest RMS of a mesh."""
-        return max(self.points, key=lambda point: point.figures["dte_rms"].max())
 
     @property
     def bifurcations(self) -> tuple[BranchPoint, ...]:
@@ -140,11 +140,16 @@ class BranchFinder:
             raise TrainError(
                 "damping ratio = 0; motions do not settle, a positive one is needed"
             )
+        if not system.static_deflection.any():
+            raise TrainError(
+                "torque = 0; branches are followed in units of the deflection under "
+                "the load, another one is needed"
+            )
         response, at = respond(system, frequency), self.family.words(value)
         if response.status != Status.PERIODIC:
             raise ArithmeticError(
-                f"the motion at {at} is {response.status}: no branch can begin there; "
-                "allowed is a range that begins elsewhere"
+                f"the motion at {at} is {response.status}, it was not seen to repeat: "
+                "no branch can begin there; allowed is a range that begins elsewhere"
             )
         self._from_motion(value, response, f"from rest at {at}")
 
@@ -313,7 +318,7 @@ class BranchFinder:
         both_ways: bool = False,
     ) -> None:
         """Follow a branch from a point and keep it with its bifurcations."""
-        if self.finished:
+        if self.finished and self.finished[0].origin == origin:
             self.found.append(self.finished.pop(0))
             return
         motions = branch.problem
@@ -325,9 +330,44 @@ class BranchFinder:
         found = PeriodicBranch(
             motions.multiple, points, origin, followed.reason, followed.closed
         )
-        found = replace(found, error=_error(motions, found.largest))
+        if self._is_seen(branch, points):
+            return
+        points = tuple(self._without_seam(motions.multiple, points))
+        found = replace(found, error=_error(motions, points))
         self.keep(found)
         self.found.append(found)
+
+    def _without_seam(
+        self, multiple: int, points: tuple[BranchPoint, ...]
+    ) -> Iterator[BranchPoint]:
+        """Points without folds and crossings where half their period doubles.
+
+        With the harmonics that are kept the two branches miss each other by a hair.
+        """
+        seams = [
+            point.parameter
+            for branch in self.found
+            if multiple == 2 * branch.multiple
+            for point in branch.bifurcations
+            if point.kind == DOUBLING
+        ]
+        for point in points:
+            near = any(
+                abs(point.parameter - at) < SEAM * self.family.unit for at in seams
+            )
+            seam = near and point.kind in (FOLD, CROSSING)
+            yield replace(point, kind="") if seam else point
+
+    def _is_seen(
+        self, branch: Branch[Motions], points: tuple[BranchPoint, ...]
+    ) -> bool:
+        """Whether a branch that is found passes through most of some points."""
+        probes = [points[round(part * (len(points) - 1))] for part in PROBED]
+        known = 0
+        for point in probes:
+            motion = Point(point.x, point.parameter, np.zeros(point.x.size + 1))
+            known += self._is_known(branch, motion)
+        return 2 * known > len(probes)
 
     def _one_way(self, branch: Branch[Motions], start: Point) -> Followed:
         motions, number = branch.problem, len(self.found)
@@ -342,14 +382,20 @@ class BranchFinder:
         )
 
 
-def _error(motions: Motions, point: BranchPoint) -> float:
-    """Of the RMS of a motion, relative, beside that of shooting."""
-    balance, frequency = motions.at(point.parameter)
-    try:
-        exact = shoot(balance, point.x, frequency).figures["dte_rms"]
-    except NoSolution:
-        return math.nan
-    return float(np.abs(point.figures["dte_rms"] - exact).max() / exact.max())
+def _error(motions: Motions, points: tuple[BranchPoint, ...]) -> float:
+    """Of the RMS of the largest motion that shooting finds, relative; NaN if none.
+
+    Next to a bifurcation there is a motion beside it, which shooting may find instead.
+    """
+    clear = [p for p in points if np.abs(np.abs(p.multipliers) - 1.0).min() > CLEAR]
+    for point in sorted(clear, key=lambda p: -p.figures["dte_rms"].max())[:SHOTS]:
+        balance, frequency = motions.at(point.parameter)
+        try:
+            exact = shoot(balance, point.x, frequency).figures["dte_rms"]
+        except NoSolution:
+            continue
+        return float(np.abs(point.figures["dte_rms"] - exact).max() / exact.max())
+    return math.nan
 
 
 def _halves(motions: Motions, before: Point, after: Point) -> str:

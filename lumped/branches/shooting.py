@@ -48,9 +48,9 @@ def shoot(balance: HarmonicBalance, x: Array, frequency: float) -> Shot:
     for _ in range(MOST_CORRECTIONS):
         try:
             end, history = stepper.record(state, at, balance.multiple)
-        except Diverged:
+            step = np.linalg.solve(change, (end - state).ravel()).reshape(state.shape)
+        except (Diverged, np.linalg.LinAlgError):
             break
-        step = np.linalg.solve(change, (end - state).ravel()).reshape(state.shape)
         if np.abs(step / size).max() <= EXACT:
             return Shot(state, measures(history))
         state = state - step

@@ -172,6 +172,7 @@ def test_an_isolated_branch_is_found_from_random_states_and_closes():
     assert [each["kind"] for each in isolated["bifurcations"]] == ["fold", "fold"]
 
 
+EMPTY = "--excitation", "rectangular", "--torque", "0"
 OVER = (*FAST, "--over", "dynamics.damping_ratio=0.07:0.08", "--at", 1450)
 
 
@@ -201,7 +202,12 @@ def test_another_figure_is_followed_at_one_speed(tmp_path, capsys):
     ("words", "message"),
     [
         ((*FAST,), "--speeds A:B or --over KEY=A:B is needed"),
-        ((*SHORT, "--over", "torque_Nm=50:100"), "is needed, not both"),
+        ((*SHORT, "--over", "torque_Nm=50:100"), "one of them is allowed"),
+        ((*FAST, "--over", "mesh_frequency_Hz=1:2", "--at", 9), "is the speed"),
+        (
+            ("liu-pair", *EMPTY, "--speeds", "2000:2100"),
+            "torque = 0; branches are followed in units",
+        ),
         ((*FAST, "--over", "torque_Nm=50:100"), "needs a mesh frequency, --at HZ"),
         ((*SHORT, "--at", 1450), "--at = 1450; needs --over"),
         ((*FAST, "--over", "torque_Nm", "--at", 9), "--over = torque_Nm; must be"),

@@ -216,6 +216,25 @@ DOUBLING = (
     "branches SET --speeds 7200:7800 --excitation rectangular --damping 0.02 "
     "--harmonics 6 --json"
 )
+BRANCHES_OVER = (
+    "branches SET --over dynamics.damping_ratio=0.05:0.06 --at 2100 "
+    "--excitation rectangular --harmonics 4 --json"
+)
+ISOLATED = (
+    "branches liu-pair --excitation rectangular --damping 0.03 --harmonics 4 "
+    "--period-multiple 3 --speeds 4600:7200 --json"
+)
+RATTLE = "rattle basin roots-scaled --grid 12 --delta 0.575 --json"
+ORBITS = "rattle periodic roots-scaled --departures 1 --json"
+CRITICAL = "rattle critical roots-a --json"
+FIGURES = {
+    "MACHINE": "roots-scaled",
+    "--delta": "--delta 0.55",
+    "--epsilon": "--epsilon 0.09",
+    "--beta": "--beta 0.5",
+    "--kappa": "--kappa 1000",
+    "--restitution": "--restitution 0.9",
+}
 SECTIONS = (
     "bifurcations SET --over gear.a.inertia_kg_m2=1e-4,2e-4 --at 3000 "
     "--excitation rectangular -o b.csv --json"
@@ -256,6 +275,16 @@ def lumped(base: str) -> dict[str, Case]:
         "--plot": plus(base, "--plot p.png"),
         "--json": less(base, "--json"),
     }
+
+
+def figures_of_machine(base: str) -> dict[str, Case]:
+    """Another machine, and other figures of it."""
+    cases = {
+        name: plus(base.replace(" --delta 0.575", ""), words)
+        for name, words in FIGURES.items()
+        if name != "MACHINE"
+    }
+    return cases | {"MACHINE": swap(base, "roots-scaled", "SOFT")}
 
 
 OPTIONS: dict[str, dict[str, Case]] = {
@@ -343,6 +372,11 @@ OPTIONS: dict[str, dict[str, Case]] = {
     }
     | {
         "--speeds": swap(BRANCHES, "2000:2200", "2000:2300"),
+        "--over": swap(BRANCHES_OVER, "0.05:0.06", "0.05:0.07"),
+        "--at": swap(BRANCHES_OVER, "2100", "2200"),
+        "--starts": plus(ISOLATED, "--starts 40"),
+        "--steepness": plus(BRANCHES, "--steepness 1"),
+        "--resume": plus(BRANCHES, "--resume", refused=True),
         "--period-multiple": plus(DOUBLING, "--period-multiple 1"),
         "--harmonics": plus(BRANCHES, "--harmonics 2"),
         "--wave-harmonics": plus(
@@ -473,6 +507,36 @@ OPTIONS: dict[str, dict[str, Case]] = {
         "--output": plus("bench lumped --json", "-o there"),
         "--json": plus("bench lumped", "--json"),
     },
+    "bench branches": {
+        "SET": plus("bench branches --json", "SET"),
+        "--torque": plus("bench branches --json", "--torque 50"),
+        "--damping": plus("bench branches --json", "--damping 0.1"),
+        "--output": plus("bench branches --json", "-o there"),
+        "--json": plus("bench branches", "--json"),
+    },
+    "rattle critical": {
+        "MACHINE": swap(CRITICAL, "roots-a", "roots-scaled"),
+        "--delta": plus(CRITICAL, "--delta 4e-4"),
+        "--epsilon": plus(CRITICAL, "--epsilon 9e-5"),
+        "--kappa": plus(CRITICAL, "--kappa 2000"),
+        "--json": less(CRITICAL, "--json"),
+    },
+    "rattle periodic": figures_of_machine(ORBITS)
+    | {
+        "--departures": swap(ORBITS, "--departures 1", "--departures 2"),
+        "--velocity": plus(ORBITS, "--velocity 0:4"),
+        "--json": less(ORBITS, "--json"),
+    },
+    "rattle basin": figures_of_machine(RATTLE)
+    | {
+        "--velocity": plus(RATTLE, "--velocity 0:6"),
+        "--grid": swap(RATTLE, "--grid 12", "--grid 14"),
+        "--iterations": plus(RATTLE, "--iterations 100"),
+        "--output": plus(RATTLE, "-o r.npz"),
+        "--plot": plus(RATTLE, "--plot r.png"),
+        "--resume": plus(RATTLE, "--resume", refused=True),
+        "--json": less(RATTLE, "--json"),
+    },
     "bench all": {
         "--output": plus("bench all --json", "-o there"),
         "--json": plus("bench all", "--json"),
@@ -506,6 +570,10 @@ def files(tmp_path_factory) -> dict[str, str]:
     (folder / "other.toml").write_text(toml(other))
     names = ["torque_Nm", "position", "stiffness_N_per_m"]
     rows = [f"20,{i / 8},{1e8 + 3e7 * (i < 4)}" for i in range(8)]
+    (folder / "soft.toml").write_text(
+        'name = "soft"\n[machine]\ndamping = 0.6\neccentricity_rad = 0.08\n'
+        "half_backlash_rad = 0.6\n"
+    )
     (folder / "table.csv").write_text("\n".join([",".join(names), *rows]))
     for name, speeds in (("case", "3000"), ("third", "4000")):
         (folder / f"{name}.toml").write_text(
@@ -516,8 +584,9 @@ def files(tmp_path_factory) -> dict[str, str]:
         )
     (folder / "pair.toml").write_text(toml(PAIR))
     written(folder / "history.csv")
-    named = ("other.toml", "table.csv", "case.toml", "third.toml", "history.csv")
-    return {Path(name).stem.upper(): str(folder / name) for name in named}
+    named = "other.toml", "soft.toml", "table.csv", "case.toml", "third.toml"
+    places = (*named, "history.csv")
+    return {Path(name).stem.upper(): str(folder / name) for name in places}
 
 
 @pytest.fixture(scope="module")
@@ -551,7 +620,7 @@ def quick_benchmarks(monkeypatch):
 
         return measure
 
-    for name in ("stiffness", "dynamics", "lumped"):
+    for name in ("stiffness", "dynamics", "lumped", "branches"):
         module = import_module(f"validation.bench_{name}")
         monkeypatch.setattr(module, "measure", instead(name))
 

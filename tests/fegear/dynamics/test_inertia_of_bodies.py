@@ -25,7 +25,7 @@ SETTINGS = DynamicSettings(tolerance=1e-3, steps=64)
 
 @pytest.fixture(scope="module")
 def example():
-    (text,) = re.findall(r"```toml\n(.*?)```", README.read_text("utf-8"), re.DOTALL)
+    text, *_ = re.findall(r"```toml\n(.*?)```", README.read_text("utf-8"), re.DOTALL)
     return read_gear_set(text)
 
 
