@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import ClassVar, Protocol
 
 import numpy as np
@@ -92,9 +92,12 @@ class OverFigure:
     def within(self, value: float) -> float:
         return min(max(value, self.limits[0]), self.limits[1])
 
-    @lru_cache(maxsize=KEPT)  # noqa: B019  families are few and short-lived
+    @cached_property
+    def _kept(self) -> Callable[[float], LumpedSystem]:
+        return lru_cache(maxsize=KEPT)(self.system_of)
+
     def at(self, value: float) -> tuple[LumpedSystem, float]:
-        return self.system_of(value), self.frequency
+        return self._kept(value), self.frequency
 
     def words(self, value: float) -> str:
         return f"{self.name} = {value:.6g}"
@@ -115,11 +118,18 @@ class Motions:
     def at(self, value: float) -> tuple[HarmonicBalance, float]:
         """The equations at a value of the parameter, and the mesh frequency [Hz]."""
         system, frequency = self.family.at(value)
-        return self._balance(system), frequency
+        return self._balances(system), frequency
 
-    @lru_cache(maxsize=KEPT)  # noqa: B019  as long as its branches are followed
-    def _balance(self, system: LumpedSystem) -> HarmonicBalance:
-        return HarmonicBalance(system, self.harmonics, self.multiple, self.steepness)
+    @cached_property
+    def _balances(self) -> Callable[[LumpedSystem], HarmonicBalance]:
+        """Of systems, kept as long as these motions are."""
+
+        def balance(system: LumpedSystem) -> HarmonicBalance:
+            return HarmonicBalance(
+                system, self.harmonics, self.multiple, self.steepness
+            )
+
+        return lru_cache(maxsize=KEPT)(balance)
 
     def equations(self, x: Array, value: float) -> tuple[Array, Array, Array]:
         """Errors (u,), by x (u, u) and by the parameter (u,)."""

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
-from functools import lru_cache
+from functools import cache, cached_property
 from itertools import pairwise
 
 import numpy as np
@@ -295,9 +295,12 @@ class BranchFinder:
         at = self.family.words(point.parameter)
         self._follow(branch, start, f"period doubling of branch {number + 1} at {at}")
 
-    @lru_cache(maxsize=8)  # noqa: B019  as long as its branches are followed
-    def _branch(self, multiple: int) -> Branch[Motions]:
+    @cached_property
+    def _branch(self) -> Callable[[int], Branch[Motions]]:
         """Of motions that repeat after so many common periods."""
+        return cache(self._new_branch)
+
+    def _new_branch(self, multiple: int) -> Branch[Motions]:
         settings = self.settings
         motions = Motions(self.family, settings.harmonics, multiple, settings.steepness)
         balance, _ = motions.at(self.limits[1])
