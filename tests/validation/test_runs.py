@@ -354,9 +354,13 @@ def test_a_checkpoint_left_beside_a_finished_run_goes(few, tmp_path):
 
 @pytest.mark.skipif(sys.platform != "linux", reason="Linux counts memory")
 def test_memory_of_runs_is_kept(few):
+    import resource  # which Windows lacks
+
     store, result = few
+    # of this process, which has run other tests before
+    most = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024 / 1e6
     for run in result.runs:
-        assert 50.0 < run.cost.memory_MB < 2000.0
+        assert 50.0 < run.cost.memory_MB < 1.01 * most
         assert run.cost.memory_above_start_MB < run.cost.memory_MB
     costs = [run.cost for run in runs.run_case(FEW, store).runs]
     assert costs == [run.cost for run in result.runs]
