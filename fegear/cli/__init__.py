@@ -12,7 +12,7 @@ from typing import Annotated, Any
 
 import typer
 
-from fegear.cli import bench, rattle
+from fegear.cli import bench
 from fegear.cli.command import Command
 from fegear.cli.screen import complain, say
 
@@ -48,11 +48,7 @@ COMMANDS = (  # each in a file of its name, in the order of the help
     "reproduce",
     "budget",
 )
-RATTLES: dict[str, Callable[..., None]] = {
-    "critical": rattle.critical_command,
-    "periodic": rattle.periodic_command,
-    "basin": rattle.basin_command,
-}
+RATTLES = "critical", "periodic", "basin"  # as well, of the group `rattle`
 BENCHMARKS: dict[str, Callable[..., None]] = {
     "stiffness": bench.stiffness_benchmark,
     "dynamics": bench.dynamics_benchmark,
@@ -75,8 +71,9 @@ for name in COMMANDS:
     add_command(app, name, getattr(module, f"{name}_command"), module.EXAMPLE)
 for name, command in BENCHMARKS.items():
     add_command(benchmarks, name, command, bench.EXAMPLES[name])
-for name, command in RATTLES.items():
-    add_command(rattles, name, command, rattle.EXAMPLES[name])
+for name in RATTLES:
+    module = import_module(f"fegear.cli.rattle.{name}")
+    add_command(rattles, name, getattr(module, f"{name}_command"), module.EXAMPLE)
 app.add_typer(rattles, name="rattle")
 app.add_typer(benchmarks, name="bench")
 

@@ -5,7 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 from fegear.rattle.machines import NamedMachine, figures_of
-from lumped.rattle.orbits import find_orbits
+from lumped.rattle.departures import apart
+from lumped.rattle.machine import Machine
+from lumped.rattle.orbits import Orbit, find_orbits
+from lumped.rattle.periodic import has_closed_form, least_eccentricity, simple_rattle
 
 
 def periodic_summary(
@@ -15,20 +18,35 @@ def periodic_summary(
 
     velocity : lowest and highest speed of departures [rad per turn]
     """
-    found = find_orbits(named.machine, departures, velocity)
+    machine = named.machine
+    known = has_closed_form(machine)
     return {
         "machine": named.name,
-        **figures_of(named.machine),
+        **figures_of(machine),
         "departures": departures,
         "velocity_rad_per_turn": list(velocity),
+        "least_eccentricity_of_P(1,1,0)_rad": (
+            least_eccentricity(machine) if known else None
+        ),
         "orbits": [
             {
                 "name": orbit.name,
-                "turns": orbit.turns,
+                "turns": orbit.itinerary.turns,
                 "stable": orbit.stable,
                 "largest_multiplier": max(map(abs, orbit.multipliers)),
                 "departures": [list(each) for each in orbit.departures],
+                "from_closed_form": _from_closed_form(machine, orbit),
             }
-            for orbit in found
+            for orbit in find_orbits(machine, departures, velocity)
         ],
     }
+
+
+def _from_closed_form(machine: Machine, orbit: Orbit) -> float | None:
+    """Distance of the departure from that of the closed form, where there is one."""
+    turns, upper, lower = orbit.itinerary
+    if (upper, lower) != (1, 0) or not has_closed_form(machine):
+        return None
+    (departure,) = orbit.departures
+    exact = simple_rattle(machine, turns)
+    return min((apart(departure, (s.time, s.velocity)) for s in exact), default=None)

@@ -9,15 +9,21 @@ from __future__ import annotations
 
 import math
 import threading
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import pairwise
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from lumped.rattle.departures import (
+    Settled,
+    apart,
+    follow,
+    itinerary,
+    settle_departures,
+)
 from lumped.rattle.kernels import settle as kernel
 from lumped.rattle.machine import Machine
 from lumped.workers import run_tasks
@@ -63,15 +69,6 @@ class Grid:
         row, column = np.divmod(np.arange(first, last), self.side)
         speed = low + (row + 0.5) / self.side * (high - low)
         return np.stack([(column + 0.5) / self.side, speed], axis=1)
-
-
-class Settled(NamedTuple):
-    """Of c cells: period in returns (c,), returns until it was clear (c,), and the last
-    departure (c, 2); see `settle`."""
-
-    period: Numbers
-    returns: Numbers
-    end: Array
 
 
 @dataclass(frozen=True)
@@ -134,17 +131,6 @@ def settle_tile(
 ) -> Settled:
     """Where cells lead, from the first to before the last."""
     return settle_departures(machine, grid.departures(first, last), iterations)
-
-
-def settle_departures(
-    machine: Machine, departures: Array, iterations: int, early: bool = True
-) -> Settled:
-    """Where departures (c, 2), times and speeds, lead."""
-    time, speed = np.ascontiguousarray(departures.T)
-    found = np.empty((time.size, 2), np.int64)
-    end = np.empty((time.size, 2))
-    kernel.settle_cells(machine.arrays, time, speed, iterations, early, found, end)
-    return Settled(found[:, 0], found[:, 1], end)
 
 
 def tiles_of(grid: Grid) -> list[tuple[int, int]]:
@@ -260,21 +246,20 @@ class Naming:
 
     def _orbit(self, period: int, point: Array) -> int:
         """The number of the orbit through a departure, by its fastest one."""
-        path = self._follow(point, period + 1)
+        path = follow(self.machine, point, period + 1)
         # departures may have come close a multiple of the period apart only
         period = next(
-            n for n in range(1, period + 1) if _apart(path[0], path[n]) < ALIKE
+            n for n in range(1, period + 1) if apart(path[0], path[n]) < ALIKE
         )
         path = path[: period + 1]
-        turns = round(path[-1, 0] - path[0, 0])
+        way = itinerary(path)
         fastest = int(path[:-1, 1].argmax())
         at = float(path[fastest, 0] % 1.0), float(path[fastest, 1])
-        name = f"P({turns},{period},{int(path[:-1, 2].sum())})"
         for number, known in enumerate(self.found):
-            if known.name == name and _apart(known.point, at) < 10.0 * ALIKE:
+            if known.name == way.name and apart(known.point, at) < 10.0 * ALIKE:
                 return number
-        exponent = self._exponent(point, 100 * period) * period / turns
-        return self._add(Attractor(name, turns, at, exponent))
+        exponent = self._exponent(point, 100 * period) * period / way.turns
+        return self._add(Attractor(way.name, way.turns, at, exponent))
 
     def _long(self, ends: Array) -> tuple[int, NDArray[np.bool_]]:
         """The attractor of the first of departures (c, 2), and which share it."""
@@ -287,7 +272,7 @@ class Naming:
         lasts = int(settled.returns[0])
         if settled.period[0] != kernel.CHANGING and lasts < LASTING * self.iterations:
             return int(self.sort(settled)[0]), alone
-        path = self._follow(ends[0], lasts)
+        path = follow(self.machine, ends[0], lasts)
         low, high = path[:, 1].min(), path[:, 1].max()
         margin = (high - low) / SEEN
         seen = np.zeros((SEEN, SEEN), bool)
@@ -314,17 +299,7 @@ class Naming:
         settles = 0 if settled.period[0] == kernel.CHANGING else lasts
         return self._add(Attractor(CHAOTIC, 0, point, exponent, settles)), inside
 
-    def _follow(self, point: Array, count: int) -> Array:
-        out = np.full((count, 3), math.nan)
-        kernel.follow(self.machine.arrays, point[0], point[1], count, out)
-        return out
-
     def _exponent(self, point: Array, count: int) -> float:
         """Per return."""
         arrays = self.machine.arrays
         return float(kernel.stretch(arrays, point[0], point[1], count, BESIDE))
-
-
-def _apart(one: Sequence[float] | Array, two: Sequence[float] | Array) -> float:
-    turn = one[0] - two[0]
-    return abs(turn - round(turn)) + abs(one[1] - two[1])

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.rattle.kernels import settle as kernel
+from lumped.rattle.departures import Itinerary, apart, follow, itinerary
 from lumped.rattle.machine import Machine
 
 Array = NDArray[np.float64]
@@ -29,14 +28,13 @@ class Orbit:
     multipliers : of a small change over the whole orbit
     """
 
-    turns: int
-    lower: int
+    itinerary: Itinerary
     departures: tuple[tuple[float, float], ...]
     multipliers: tuple[complex, complex]
 
     @property
     def name(self) -> str:
-        return f"P({self.turns},{len(self.departures)},{self.lower})"
+        return self.itinerary.name
 
     @property
     def stable(self) -> bool:
@@ -60,8 +58,8 @@ def find_orbits(
 
 
 def _rank(orbit: Orbit) -> tuple[int, int, int, bool, tuple[float, float]]:
-    count = len(orbit.departures)
-    return orbit.turns, count, orbit.lower, not orbit.stable, orbit.departures[0]
+    turns, count, lower = orbit.itinerary
+    return turns, count, lower, not orbit.stable, orbit.departures[0]
 
 
 def _from_grid(
@@ -80,7 +78,7 @@ def _newton(machine: Machine, count: int, start: Array) -> Orbit | None:
     """The orbit of so many departures near one, None where there is none."""
     at = start
     for _ in range(MOST_CORRECTIONS):
-        path = _path(machine, at, count)
+        path = follow(machine, at, count + 1)
         if not np.isfinite(path).all() or at[1] < SLOWEST:
             return None
         end = path[-1, :2]
@@ -102,8 +100,8 @@ def _newton(machine: Machine, count: int, start: Array) -> Orbit | None:
 
 def _orbit(machine: Machine, at: Array, count: int, turns: int) -> Orbit | None:
     """None where it repeats sooner or does not go on from one departure to the next."""
-    path = _path(machine, at, count)
-    near = [n for n in range(1, count) if _apart(path[0], path[n]) < ALIKE]
+    path = follow(machine, at, count + 1)
+    near = [n for n in range(1, count) if apart(path[0], path[n]) < ALIKE]
     if turns < 1 or near or path[:, 1].min() < SLOWEST:
         return None
     multipliers = np.linalg.eigvals(_jacobian(machine, path[0, :2], count))
@@ -111,14 +109,7 @@ def _orbit(machine: Machine, at: Array, count: int, turns: int) -> Orbit | None:
     points = np.roll(path[:-1, :2], -fastest, axis=0)
     departures = tuple((float(t % 1.0), float(v)) for t, v in points)
     one, two = sorted(map(complex, multipliers), key=abs)
-    return Orbit(turns, int(path[:-1, 2].sum()), departures, (one, two))
-
-
-def _path(machine: Machine, at: Array, count: int) -> Array:
-    """Departures (count + 1, 3) from one on, see `follow`."""
-    out = np.full((count + 1, 3), math.nan)
-    kernel.follow(machine.arrays, at[0], at[1], count + 1, out)
-    return out
+    return Orbit(itinerary(path), departures, (one, two))
 
 
 def _jacobian(machine: Machine, at: Array, count: int) -> Array:
@@ -127,18 +118,14 @@ def _jacobian(machine: Machine, at: Array, count: int) -> Array:
     for k in range(2):
         step = np.zeros(2)
         step[k] = BESIDE * (1.0 if k == 0 else max(at[1], 1.0))
-        ends = [_path(machine, at + sign * step, count)[-1, :2] for sign in (1, -1)]
+        ends = [
+            follow(machine, at + sign * step, count + 1)[-1, :2] for sign in (1, -1)
+        ]
         columns.append((ends[0] - ends[1]) / (2.0 * step[k]))
     return np.stack(columns, axis=1)
 
 
 def _same(one: Orbit, two: Orbit) -> bool:
     return one.name == two.name and any(
-        _apart(np.array(one.departures[0]), np.array(other)) < ALIKE
-        for other in two.departures
+        apart(one.departures[0], other) < ALIKE for other in two.departures
     )
-
-
-def _apart(one: Array, two: Array) -> float:
-    turn = one[0] - two[0]
-    return float(abs(turn - round(turn)) + abs(one[1] - two[1]))

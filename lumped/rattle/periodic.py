@@ -22,6 +22,11 @@ class SimpleRattle:
     in_phase: bool
 
 
+def has_closed_form(machine: Machine) -> bool:
+    """Whether flanks meet in impacts, without torque ripple."""
+    return machine.is_impact and not machine.ripple
+
+
 def least_eccentricity(machine: Machine, turns: int = 1) -> float:
     """Below which P(m, 1, 0) does not exist [rad]; eqs. 2.54 and 2.57 without series.
 
@@ -37,7 +42,7 @@ def simple_rattle(machine: Machine, turns: int = 1) -> tuple[SimpleRattle, ...]:
     Whether they meet the lower flank on the way is not looked at. Eq. 2.56.
     Raises ValueError for flanks with a stiffness or torque ripple.
     """
-    if not machine.is_impact or machine.ripple:
+    if not has_closed_form(machine):
         raise ValueError("impacts without torque ripple are needed")
     if turns < 1:
         raise ValueError(f"turns must be at least 1, got {turns}")

@@ -64,10 +64,14 @@ def test_motions_that_repeat_are_listed_with_their_stability():
     values = told("rattle", "periodic", "roots-scaled", "--departures", "1")
     seen = [(each["name"], each["stable"]) for each in values["orbits"]]
     assert seen == [("P(1,1,0)", True), ("P(1,1,0)", False), ("P(1,1,1)", False)]
-    shown = CliRunner().invoke(
-        app, ["rattle", "periodic", "roots-scaled", "--departures", "1"]
+    assert max(each["from_closed_form"] or 0.0 for each in values["orbits"]) < 1e-9
+    assert values["least_eccentricity_of_P(1,1,0)_rad"] == pytest.approx(
+        0.05964, abs=1e-5
     )
-    assert shown.stdout.count("P(1,1,0)") == 2
+    words = "rattle", "periodic", "roots-scaled", "--departures", "1"
+    shown = CliRunner().invoke(app, words).stdout
+    assert shown.count("P(1,1,0)") == 3
+    assert "exists from an eccentricity of 0.05964 rad on" in shown
 
 
 def test_a_machine_file_is_read(tmp_path):

@@ -10,10 +10,10 @@ import pytest
 from lumped.rattle.basins import (
     Grid,
     basins_of,
-    settle_departures,
     settle_grid,
     settle_tile,
 )
+from lumped.rattle.departures import settle_departures
 from lumped.rattle.machine import Machine
 
 GRID = Grid(side=60, velocity=(0.0, 7.0))

@@ -42,8 +42,8 @@ def test_multipliers_take_what_damping_and_impacts_take(restitution):
     _, found = orbits(0.55, restitution=restitution)
     assert len(found) >= 3
     for orbit in found:
-        impacts = len(orbit.departures) + orbit.lower
-        exact = math.exp(-0.55 * orbit.turns) * restitution ** (2 * impacts)
+        impacts = orbit.itinerary.upper + orbit.itinerary.lower
+        exact = math.exp(-0.55 * orbit.itinerary.turns) * restitution ** (2 * impacts)
         product = orbit.multipliers[0] * orbit.multipliers[1]
         assert product == pytest.approx(exact, rel=1e-4)
 

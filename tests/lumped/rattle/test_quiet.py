@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lumped.rattle.basins import settle_departures
+from lumped.rattle.departures import settle_departures
 from lumped.rattle.kernels.settle import QUIET
 from lumped.rattle.machine import Machine
 from lumped.rattle.quiet import (

@@ -1,0 +1,1 @@
+"""fegear rattle: machines that may rattle, a file per command."""

@@ -1,0 +1,97 @@
+"""What commands take of a machine: which one, and figures in place of its own."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from fegear.cli.groups import Range, option
+from fegear.errors import InputError
+
+if TYPE_CHECKING:
+    from fegear.rattle.machines import NamedMachine
+
+ABOVE = Range(above=0.0, below=math.inf)
+MachineName = Annotated[
+    str,
+    typer.Argument(metavar="MACHINE", help="Built-in machine or path of a TOML file."),
+]
+Velocity = Annotated[
+    str,
+    typer.Option(
+        metavar="A:B", help="Speeds of departure that are looked at [rad per turn]."
+    ),
+]
+
+
+@dataclass(frozen=True, kw_only=True)
+class LoadFigures:
+    """Dimensionless figures in place of the machine's that press the flanks."""
+
+    delta: float | None = option(
+        "Damping coefficient over inertia and speed. [default: the machine's]",
+        allowed=ABOVE,
+    )
+    epsilon: float | None = option(
+        "Eccentricity, as an angle [rad]. [default: the machine's]",
+        allowed=Range(least=0.0, below=math.inf),
+    )
+    kappa: float | None = option(
+        "Stiffness coefficient of the flanks over inertia and speed squared; inf for "
+        "impacts. [default: the machine's]",
+    )
+
+    def __post_init__(self) -> None:
+        if self.kappa is not None and not self.kappa > 0.0:
+            raise InputError(
+                f"--kappa = {self.kappa:g}; allowed above 0, inf of impacts"
+            )
+
+    def load(self, name: str) -> NamedMachine:
+        """The machine with these figures."""
+        from fegear.rattle.machines import load_machine
+
+        given = {k: v for k, v in self.given.items() if v is not None}
+        return load_machine(name, given)
+
+    @property
+    def given(self) -> dict[str, float | None]:
+        """By the names of the machine's figures."""
+        return {
+            "damping": self.delta,
+            "eccentricity": self.epsilon,
+            "stiffness": self.kappa,
+        }
+
+
+@dataclass(frozen=True, kw_only=True)
+class MotionFigures(LoadFigures):
+    """All dimensionless figures in place of the machine's."""
+
+    beta: float | None = option(
+        "Half of the backlash, as an angle [rad]. [default: the machine's]",
+        allowed=ABOVE,
+    )
+    restitution: float | None = option(
+        "Ratio of speeds after and before an impact, the coefficient of restitution. "
+        "[default: the machine's]",
+        allowed=Range(least=0.0, most=1.0),
+    )
+
+    @property
+    def given(self) -> dict[str, float | None]:
+        own = {"half_backlash": self.beta, "restitution": self.restitution}
+        return super().given | own
+
+
+def speeds_of(text: str) -> tuple[float, float]:
+    try:
+        low, high = map(float, text.split(":"))
+    except ValueError:
+        low = high = math.nan
+    if not 0.0 <= low < high < math.inf:
+        raise InputError(f"--velocity = {text}; must be A:B that rise, from 0 on")
+    return low, high
