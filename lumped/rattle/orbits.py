@@ -8,12 +8,18 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.rattle.departures import Itinerary, apart, follow, itinerary
+from lumped.rattle.departures import (
+    Itinerary,
+    apart,
+    arcs_of,
+    follow,
+    itinerary,
+    linearised,
+)
 from lumped.rattle.machine import Machine
 
 Array = NDArray[np.float64]
 STARTS = 24  # a side of the grid of departures from which orbits are looked for
-BESIDE = 1e-6  # of departures whose returns tell the Jacobian
 EXACT = 1e-11  # largest last correction
 MOST_CORRECTIONS = 30
 ALIKE = 1e-6  # distance of departures that are one
@@ -83,7 +89,7 @@ def _newton(machine: Machine, count: int, start: Array) -> Orbit | None:
             return None
         end = path[-1, :2]
         turns = round(end[0] - at[0])
-        jacobian = _jacobian(machine, at, count)
+        jacobian = linearised(machine, arcs_of(machine, path))
         errors = end - at - np.array([turns, 0.0])
         try:
             step = np.linalg.solve(jacobian - np.eye(2), errors)
@@ -104,25 +110,12 @@ def _orbit(machine: Machine, at: Array, count: int, turns: int) -> Orbit | None:
     near = [n for n in range(1, count) if apart(path[0], path[n]) < ALIKE]
     if turns < 1 or near or path[:, 1].min() < SLOWEST:
         return None
-    multipliers = np.linalg.eigvals(_jacobian(machine, path[0, :2], count))
+    multipliers = np.linalg.eigvals(linearised(machine, arcs_of(machine, path)))
     fastest = int(path[:-1, 1].argmax())
     points = np.roll(path[:-1, :2], -fastest, axis=0)
     departures = tuple((float(t % 1.0), float(v)) for t, v in points)
     one, two = sorted(map(complex, multipliers), key=abs)
     return Orbit(itinerary(path), departures, (one, two))
-
-
-def _jacobian(machine: Machine, at: Array, count: int) -> Array:
-    """What changes of time and speed become after so many returns (2, 2)."""
-    columns = []
-    for k in range(2):
-        step = np.zeros(2)
-        step[k] = BESIDE * (1.0 if k == 0 else max(at[1], 1.0))
-        ends = [
-            follow(machine, at + sign * step, count + 1)[-1, :2] for sign in (1, -1)
-        ]
-        columns.append((ends[0] - ends[1]) / (2.0 * step[k]))
-    return np.stack(columns, axis=1)
 
 
 def _same(one: Orbit, two: Orbit) -> bool:

@@ -45,7 +45,7 @@ def test_multipliers_take_what_damping_and_impacts_take(restitution):
         impacts = orbit.itinerary.upper + orbit.itinerary.lower
         exact = math.exp(-0.55 * orbit.itinerary.turns) * restitution ** (2 * impacts)
         product = orbit.multipliers[0] * orbit.multipliers[1]
-        assert product == pytest.approx(exact, rel=1e-4)
+        assert product == pytest.approx(exact, rel=1e-8)
 
 
 def test_two_departures_a_turn_end_in_the_printed_saddle_node():

@@ -1,0 +1,191 @@
+"""Motion in arcs, in the play or on a flank: its events and their linearisation.
+
+The linearisation at a bound x = b: a motion that is (x, w) off the one that meets the
+bound at a speed W and an acceleration A meets it -x / W later, and at a speed by
+w - A x / W faster (discontinuity mapping; M. di Bernardo et al., Piecewise-smooth
+Dynamical Systems (2008), section 2.5).
+"""
+
+from __future__ import annotations
+
+import math
+
+from lumped.compiled import compiled, inlined
+from lumped.rattle.kernels.flight import bounce, fly, forced, push
+
+START, SPEED, END, LAST, SIDE, NEXT, PRESSED = range(7)  # columns of arcs
+COLUMNS = 7
+SAMPLES = 48  # of a turn, or an oscillation on a flank, where turning points are sought
+MOST_HALVINGS = 60
+
+
+@compiled
+def trace(m, t, v, count, arcs):
+    """The arcs (a, 7) of so many returns after a departure, and their number.
+
+    Their columns: time and speed at the start and at the end, the side where they
+    start and where they end, and 1 for those on a flank. An impact turns speeds round
+    between one arc and the next. 0 where the flanks stay together, or where more arcs
+    come than there is room for.
+    """
+    w, side, used = -v, 1, 0
+    while count > 0:
+        if used + 2 > arcs.shape[0]:
+            return 0
+        end, last, to = fly(m, t, side * m.play, w)
+        after, away = bounce(m, end, last, to)
+        if not (math.isfinite(end) and math.isfinite(after)):
+            return 0
+        _put(arcs[used], t, w, end, last, side, to, 0.0)
+        used += 1
+        if m.stiffness < math.inf:
+            _put(arcs[used], end, last, after, away, to, to, 1.0)
+            used += 1
+        t, w, side = after, away, to
+        if to > 0:
+            count -= 1
+    return used
+
+
+@inlined
+def _put(arc, start, speed, end, last, side, to, pressed):
+    arc[START], arc[SPEED], arc[END], arc[LAST] = start, speed, end, last
+    arc[SIDE], arc[NEXT], arc[PRESSED] = side, to, pressed
+
+
+@inlined
+def fundamental(m, pressed, tau):
+    """What a change of place and one of speed become after a time, as (2, 2)."""
+    if pressed == 0.0:
+        fade = math.expm1(-m.damping * tau)
+        return 1.0, -fade / m.damping, 0.0, 1.0 + fade
+    half = 0.5 * m.damping
+    turn = math.sqrt(m.stiffness - half * half)
+    fade = math.exp(-half * tau)
+    c, s = fade * math.cos(turn * tau), fade * math.sin(turn * tau) / turn
+    return c + half * s, s, -m.stiffness * s, c - half * s
+
+
+@inlined
+def moved(m, pressed, side, t, w, end):
+    """Place and speed at a time, of an arc that starts at a bound."""
+    if pressed == 0.0:
+        first, first_rate = forced(m.order, m.free, t)
+        value, rate = forced(m.order, m.free, end)
+        loss = w - m.drift - first_rate
+        fade = math.expm1(-m.damping * (end - t))
+        x = side * m.play + m.drift * (end - t) + value - first
+        return x - loss * fade / m.damping, m.drift + rate + loss * (1.0 + fade)
+    first, first_rate = forced(m.order, m.pressed, t)
+    value, rate = forced(m.order, m.pressed, end)
+    a, b, c, d = fundamental(m, pressed, end - t)
+    x, speed = -m.offset - first, w - first_rate
+    place = side * m.play + m.offset + value + a * x + b * speed
+    return place, rate + c * x + d * speed
+
+
+@inlined
+def carried(m, arc, dt, dw):
+    """What a change of time and speed at the start of an arc becomes at its end."""
+    t, w, end, last, pressed = arc[START], arc[SPEED], arc[END], arc[LAST], arc[PRESSED]
+    a, b, c, d = fundamental(m, pressed, end - t)
+    x, speed = -w * dt, dw - (push(m, t) - m.damping * w) * dt
+    later = -(a * x + b * speed) / last
+    return later, c * x + d * speed + (push(m, end) - m.damping * last) * later
+
+
+@compiled
+def linearise(m, arcs, used, out):
+    """What a change of a departure's time and speed becomes over arcs (2, 2)."""
+    for k in range(2):
+        dt, dw = (1.0, 0.0) if k == 0 else (0.0, -1.0)
+        for i in range(used):
+            dt, dw = carried(m, arcs[i], dt, dw)
+            if m.stiffness == math.inf:
+                dw *= -m.restitution
+                if i + 1 < used and arcs[i + 1, START] > arcs[i, END]:
+                    dt, dw = 0.0, 0.0  # flanks that have come to rest forget
+        out[0, k], out[1, k] = dt, -dw
+
+
+@compiled
+def join(m, turns, sides, pressed, times, speeds, errors, by_x):
+    """How far arcs (a,) with starts at times and speeds miss to join into an orbit.
+
+    errors (2 a,) : of place and of speed at the end of each arc
+    by_x (2 a, 2 a) : by the times, then the speeds
+    """
+    a = times.size
+    by_x[:] = 0.0
+    for i in range(a):
+        j = (i + 1) % a
+        t, w = times[i], speeds[i]
+        end = times[j] + (turns if j == 0 else 0.0)
+        place, speed = moved(m, pressed[i], sides[i], t, w, end)
+        one, two, three, four = fundamental(m, pressed[i], end - t)
+        start = push(m, t) - m.damping * w
+        force = push(m, end) - m.damping * speed
+        if pressed[i] != 0.0:
+            force -= m.stiffness * (place - sides[i] * m.play)
+        turned = -m.restitution if m.stiffness == math.inf else 1.0
+        errors[i] = place - sides[j] * m.play
+        errors[a + i] = turned * speed - speeds[j]
+        by_x[i, i] -= one * w + two * start
+        by_x[i, a + i] += two
+        by_x[i, j] += speed
+        by_x[a + i, i] -= turned * (three * w + four * start)
+        by_x[a + i, a + i] += turned * four
+        by_x[a + i, j] += turned * force
+        by_x[a + i, a + j] -= 1.0
+
+
+@inlined
+def turning_point(m, arc, low, high):
+    """Place where an arc that turns between two times does so."""
+    pressed, side, t, w = arc[PRESSED], arc[SIDE], arc[START], arc[SPEED]
+    _, first = moved(m, pressed, side, t, w, low)
+    for _ in range(MOST_HALVINGS):
+        middle = 0.5 * (low + high)
+        _, now = moved(m, pressed, side, t, w, middle)
+        if now * first > 0.0:
+            low = middle
+        else:
+            high = middle
+    return moved(m, pressed, side, t, w, low)[0]
+
+
+@inlined
+def clearance(m, arc):
+    """Least distance [rad] that an arc keeps from bounds at its turning points."""
+    least, pressed, side = math.inf, arc[PRESSED], arc[SIDE]
+    t, w, lasts = arc[START], arc[SPEED], arc[END] - arc[START]
+    fast = max(1.0, m.order) if m.free[2] != 0.0 or m.free[3] != 0.0 else 1.0
+    if pressed != 0.0:
+        fast = max(fast, math.sqrt(m.stiffness) / (2.0 * math.pi))
+    count = int(SAMPLES * fast * lasts) + SAMPLES
+    before, speed_before = t, w
+    for k in range(1, count):
+        at = t + lasts * k / count
+        _, speed = moved(m, pressed, side, t, w, at)
+        if speed * speed_before < 0.0:
+            x = turning_point(m, arc, before, at)
+            peak = 1.0 if speed_before > 0.0 else -1.0
+            if pressed == 0.0:
+                least = min(least, m.play - peak * x)
+            elif peak != side:
+                least = min(least, side * x - m.play)
+        before, speed_before = at, speed
+    return least
+
+
+@compiled
+def least_clearance(m, arcs):
+    """Least distance [rad] that arcs (a, 7) keep from bounds between their ends.
+
+    Negative where an arc passes a bound without an event, or leaves a flank before
+    its end; inf where nothing comes close.
+    """
+    least = math.inf
+    for i in range(arcs.shape[0]):
+        least = min(least, clearance(m, arcs[i]))
+    return least
