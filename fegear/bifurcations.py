@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import threading
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass, field, replace
@@ -13,10 +12,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fegear.branches import FIXED, FREQUENCY, NOTHING, title_of
 from fegear.dynamics.checkpoint import response_values, stored_response
 from fegear.errors import InputError, file_error
 from fegear.gearset.model import GearSet
+from fegear.headings import heading, title_of
 from fegear.lumped_system import (
     doubts_of_bodies,
     integration_in_words,
@@ -24,7 +23,8 @@ from fegear.lumped_system import (
 )
 from fegear.output import write_text
 from fegear.parameter_maps import TORQUE, VariedSet
-from fegear.store import Checkpoint, Keeping
+from fegear.speeds import MESH_FREQUENCY
+from fegear.store import NOTHING, Checkpoint, Keeping
 from fegear.sweeps import BOTH, edits_in_words
 from fegear.unphysical import doubts_of_meshes
 from lumped.attractor_figure import draw_attractors
@@ -41,7 +41,8 @@ from lumped.map_figure import axis_label
 from lumped.maps import Axis
 from lumped.response import Response
 from lumped.settings import Settings
-from lumped.sweep import Direction, reporting, run_branches
+from lumped.sweep import Direction, reporting
+from lumped.workers import run_together
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -125,13 +126,8 @@ class BifurcationsResult:
     @property
     def summary(self) -> dict[str, Any]:
         """Plain values, ready for JSON; None for what varies."""
-        header = self.header
         return {
-            "gear_set": header["gear set"],
-            "model": header["model"],
-            "excitation": header["excitation"],
-            "over": self.parameter,
-            **{key: _number(header.get(entry)) for key, entry in FIXED.items()},
+            **heading(self.header, self.parameter),
             "values": self.length,
             "branches": [_plain(branch) for branch in self.branches],
             "warnings": [*self.doubts, *self._doubts_of_size()],
@@ -148,15 +144,11 @@ class BifurcationsResult:
             yield from doubts_of_meshes(meshes, where, peaks, 0.0 * peaks)
 
     def draw(self) -> Figure:
-        over_speed = self.parameter == FREQUENCY
+        over_speed = self.parameter == MESH_FREQUENCY
         label = OverSpeed.label if over_speed else axis_label(self.parameter)
-        title = title_of({**self.summary, "harmonics": None})
+        title = title_of(heading(self.header, self.parameter))
         title = f"{title}\n{edits_in_words(self.header)}".strip()
         return draw_attractors(self.branches, label, title)
-
-
-def _number(text: str | None) -> float | None:
-    return None if text is None else float(text)
 
 
 def _plain(branch: AttractorBranch) -> dict[str, Any]:
@@ -222,7 +214,7 @@ def find_bifurcations(
     ]
     done = False
     try:
-        branches = run_branches(tasks, stop, os.cpu_count())
+        branches = run_together(tasks, stop)
         done = all(branch.complete for branch in branches)
     finally:
         if checkpoint is not None:
@@ -252,7 +244,7 @@ def require_few(axis: Axis, meshes: int, settings: AttractorSettings) -> None:
 
 def _systems(varied: VariedSet, axis: Axis, frequency: float | None) -> SystemAt:
     """Of values of the parameter; one thread at a time solves finite elements."""
-    if axis.name == FREQUENCY:
+    if axis.name == MESH_FREQUENCY:
         return OverSpeed(varied.system(())).at
     if frequency is None:
         raise InputError(f"over = {axis.name}; needs a mesh frequency")

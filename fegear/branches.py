@@ -13,10 +13,12 @@ import numpy as np
 from fegear.errors import InputError
 from fegear.excitation import GivenTables
 from fegear.gearset.model import GearSet
+from fegear.headings import heading, title_of
 from fegear.lumped_system import LumpedModel, file_header, lumped_system
 from fegear.output import write_text
 from fegear.parameter_maps import TORQUE, VariedSet, digest
-from fegear.store import Checkpoint, Keeping
+from fegear.speeds import MESH_FREQUENCY
+from fegear.store import NOTHING, Checkpoint, Keeping
 from fegear.unphysical import doubts_of_meshes
 from lumped.branches.bifurcations import BranchPoint
 from lumped.branches.figure import draw_branches
@@ -31,26 +33,11 @@ if TYPE_CHECKING:
 
     from fegear.statics import Progress
 
-FREQUENCY = "mesh_frequency_Hz"
 BRANCHES = "branches"  # in a checkpoint
-NOTHING = Keeping()
 SCHEME = "harmonic balance"
-FIXED = {  # in a summary, by the entry of the header
-    "speed_Hz": "speed_Hz",
-    "torque_Nm": "torque_Nm",
-    "damping_ratio": "damping ratio",
-}
-WORDS = {  # of what a summary holds fixed
-    "model": "model {}",
-    "excitation": "{}",
-    "speed_Hz": "{:g} Hz",
-    "torque_Nm": "{:g} N m",
-    "damping_ratio": "damping ratio {:g}",
-    "harmonics": "harmonics up to {}",
-}
 LEGEND = {
     "branch, index": "counted from 1, points in the order of the branch",
-    "mesh_frequency_Hz": "of the first mesh, in all rows",
+    MESH_FREQUENCY: "of the first mesh, in all rows",
     "mesh": "counted from 1",
     "dte_rms_m": "dynamic transmission error without its mean",
     "stable": "1 or 0",
@@ -93,7 +80,7 @@ class BranchesResult:
     system: LumpedSystem
     header: Mapping[str, str]
     branches: tuple[PeriodicBranch, ...]
-    parameter: str = FREQUENCY
+    parameter: str = MESH_FREQUENCY
     interrupted: bool = False
 
     def to_csv(self, path: str | PathLike[str]) -> None:
@@ -103,7 +90,7 @@ class BranchesResult:
     def csv(self) -> str:
         """The rows as text."""
         names = [column.name for column in fields(BranchRow)]
-        if self.parameter == FREQUENCY:
+        if self.parameter == MESH_FREQUENCY:
             names.remove("parameter")
         rows = ([getattr(row, name) for name in names] for row in self.rows())
         named = [self.parameter if name == "parameter" else name for name in names]
@@ -130,14 +117,9 @@ class BranchesResult:
     @property
     def summary(self) -> dict[str, Any]:
         """Plain values, ready for JSON; None for what varies."""
-        header = self.header
         return {
-            "gear_set": header["gear set"],
-            "model": header["model"],
-            "excitation": header["excitation"],
-            "over": self.parameter,
-            **{key: _number(header.get(entry)) for key, entry in FIXED.items()},
-            "harmonics": int(header["harmonics"]),
+            **heading(self.header, self.parameter),
+            "harmonics": int(self.header["harmonics"]),
             "natural_frequencies_Hz": self.system.resonances_Hz.tolist(),
             "interrupted": self.interrupted,
             "branches": [_plain(branch, self.parameter) for branch in self.branches],
@@ -152,18 +134,8 @@ class BranchesResult:
         yield from doubts_of_meshes(self.gear_set.meshes, where, peaks, 0.0 * peaks)
 
     def draw(self) -> Figure:
-        label = OverSpeed.label if self.parameter == FREQUENCY else self.parameter
+        label = OverSpeed.label if self.parameter == MESH_FREQUENCY else self.parameter
         return draw_branches(self.branches, label, title_of(self.summary))
-
-
-def title_of(values: Mapping[str, Any]) -> str:
-    """What was followed, of a summary."""
-    fixed = (
-        text.format(values[name])
-        for name, text in WORDS.items()
-        if values[name] is not None
-    )
-    return ", ".join([values["gear_set"], *fixed])
 
 
 def find_branches(
@@ -283,14 +255,10 @@ def _take_up(finder: BranchFinder, checkpoint: Checkpoint, keeping: Keeping) -> 
         keeping.tell(f"{checkpoint.path}: branches that are finished: {count}")
 
 
-def _number(text: str | None) -> float | None:
-    return None if text is None else float(text)
-
-
 def _plain(branch: PeriodicBranch, over: str) -> dict[str, Any]:
     values = [point.parameter for point in branch.points]
     levels = np.array([point.figures["dte_rms"] for point in branch.points])
-    low, high = ("from_Hz", "to_Hz") if over == FREQUENCY else ("from", "to")
+    low, high = ("from_Hz", "to_Hz") if over == MESH_FREQUENCY else ("from", "to")
     return {
         "period_multiple": branch.multiple,
         "points": len(branch.points),
@@ -308,5 +276,5 @@ def _plain(branch: PeriodicBranch, over: str) -> dict[str, Any]:
 
 def _bifurcation(point: BranchPoint, over: str) -> dict[str, Any]:
     rms = point.figures["dte_rms"].tolist()
-    name = "frequency_Hz" if over == FREQUENCY else "value"
+    name = "frequency_Hz" if over == MESH_FREQUENCY else "value"
     return {"kind": point.kind, name: point.parameter, "dte_rms_m": rms}

@@ -32,11 +32,11 @@ from lumped.sweep import (
     Branch,
     Direction,
     reporting,
-    run_branches,
     sweep_all,
     sweep_branch,
 )
 from lumped.system import LumpedSystem
+from lumped.workers import run_together
 
 Keep = Callable[[int, Direction, float, Motion], None]
 DERIVED = "elastic freedoms"  # of a header, from the gear set and the speeds
@@ -278,7 +278,7 @@ def _sweep_branches(
         )
 
     tasks = [partial(sweep, *branch) for branch in run.branches]
-    return run_branches(tasks, stop, WORKERS)
+    return run_together(tasks, stop, WORKERS)
 
 
 def _history_keeper(run: Run, records: Records) -> Keep:

@@ -39,7 +39,7 @@ from lumped.maps import (
 )
 from lumped.respond import respond_confirmed
 from lumped.settings import Settings
-from lumped.sweep import sweep
+from lumped.sweep import Direction, sweep
 from lumped.system import LumpedSystem
 
 Evaluate = Callable[[LumpedSystem, threading.Event], Cell | None]
@@ -122,13 +122,17 @@ def respond_at(frequency: float, settings: Settings) -> Evaluate:
     )
 
 
-def respond_over(frequencies: Sequence[float], settings: Settings) -> Evaluate:
-    """The largest response of a sweep up and down [Hz], None where it was stopped."""
+def respond_over(
+    frequencies: Sequence[float],
+    settings: Settings,
+    directions: Sequence[Direction] = BOTH,
+) -> Evaluate:
+    """The largest response of sweeps [Hz], None where they were stopped."""
 
     def evaluate(system: LumpedSystem, stop: threading.Event) -> Cell | None:
         branches = [
             sweep(system, frequencies, direction, settings, stop=stop)
-            for direction in BOTH
+            for direction in directions
         ]
         if stop.is_set():
             return None

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from decimal import Decimal, InvalidOperation
 
+MESH_FREQUENCY = "mesh_frequency_Hz"  # of the first mesh: its column and its key
 MOST_SPEEDS = 100_000
 LARGEST = Decimal(10) ** 9
 

@@ -182,6 +182,9 @@ class Keeping:
         return open_checkpoint(path, inputs, self.resume)
 
 
+NOTHING = Keeping()
+
+
 def open_checkpoint(path: Path, inputs: Mapping[str, str], resume: bool) -> Checkpoint:
     """The checkpoint at a path, made where there is none.
 

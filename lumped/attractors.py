@@ -16,6 +16,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from lumped.branches.balance import HarmonicBalance
+from lumped.branches.bifurcations import branch_point
+from lumped.branches.continuation import Branch, NoSolution, Steps
+from lumped.branches.motions import Motions, OverSpeed
+from lumped.branches.periodic import repeats_sooner
 from lumped.kernels.arrays import CoupledSteps, VariedSteps
 from lumped.response import Response, Status
 from lumped.settings import Settings, require_between
@@ -183,12 +188,6 @@ def _balanced(
 ) -> tuple[int, float] | None:
     """Common periods after which a motion repeats, and its exponent; None where
     harmonic balance finds no stable motion there or takes too long."""
-    from lumped.branches.balance import HarmonicBalance
-    from lumped.branches.bifurcations import branch_point
-    from lumped.branches.continuation import Branch, NoSolution, Steps
-    from lumped.branches.motions import Motions, OverSpeed
-    from lumped.branches.periodic import repeats_sooner
-
     multiple, length = response.multiple, system.common_period[0]
     size = float(np.abs(system.static_deflection).max())
     if size == 0.0 or multiple * length * HARMONICS > MOST_HARMONICS:

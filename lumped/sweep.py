@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import os
 import threading
 import time
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import partial
-from typing import Any, Literal, Protocol, TypeVar
+from typing import Any, Literal, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,8 +17,8 @@ from lumped.settings import Settings, SteadySettings
 from lumped.steady_state import Stepper, Watch, confirmed
 from lumped.steppers import stepper_of
 from lumped.system import LumpedSystem
+from lumped.workers import run_together
 
-T = TypeVar("T")
 Array = NDArray[np.float64]
 Direction = Literal["up", "down"]
 Keep = Callable[[float, Any], None]  # (frequency [Hz], what was recorded there)
@@ -227,7 +225,7 @@ def sweep_all(
     tasks = [(system, direction) for system in systems for direction in directions]
     observer = reporting(report, len(tasks) * len(frequencies))
     stop = threading.Event()
-    return run_branches(
+    return run_together(
         [
             partial(
                 sweep,
@@ -238,24 +236,5 @@ def sweep_all(
             for system, direction in tasks
         ],
         stop,
-        workers or os.cpu_count(),
+        workers,
     )
-
-
-def run_branches(
-    tasks: Sequence[Callable[[], T]], stop: threading.Event, workers: int | None
-) -> list[T]:
-    """Branches on several cores, in their order; Ctrl-C and failures stop all.
-
-    stop : an event that the tasks heed
-    """
-    with ThreadPoolExecutor(workers) as pool:
-        futures = [pool.submit(task) for task in tasks]
-        try:
-            return [future.result() for future in futures]
-        except KeyboardInterrupt:
-            stop.set()
-            return [future.result() for future in futures]
-        except BaseException:
-            stop.set()
-            raise

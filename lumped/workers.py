@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import threading
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from typing import TypeVar
 
@@ -45,4 +45,23 @@ def run_tasks(
             for future, name in list(running.items()):
                 if not future.cancel() and isinstance(error, KeyboardInterrupt):
                     take(name, future.result())
+            raise
+
+
+def run_together(
+    tasks: Sequence[Callable[[], R]], stop: threading.Event, workers: int | None = None
+) -> list[R]:
+    """What tasks give, in their order; Ctrl-C and failures stop all.
+
+    stop : an event that the tasks heed: after Ctrl-C each gives what it has
+    """
+    with ThreadPoolExecutor(workers or os.cpu_count()) as pool:
+        futures = [pool.submit(task) for task in tasks]
+        try:
+            return [future.result() for future in futures]
+        except KeyboardInterrupt:
+            stop.set()
+            return [future.result() for future in futures]
+        except BaseException:
+            stop.set()
             raise

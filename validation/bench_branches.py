@@ -195,14 +195,10 @@ def _error(
     """Of the RMS of a motion, relative; None where shooting goes elsewhere."""
     balance, frequency = finder.balance(branch.multiple, point.parameter)
     try:
-        exact = shoot(balance, point.x, frequency).figures["dte_rms"]
+        exact = shoot(balance, point.x, frequency)
     except NoSolution:
         return None
-    return _apart(point.figures["dte_rms"], exact)
-
-
-def _apart(found: Array, exact: Array) -> float:
-    return float(np.abs(found - exact).max() / exact.max())
+    return exact.error_of(point.figures["dte_rms"])
 
 
 def sweep_point(system: LumpedSystem, limits: tuple[float, float], steps: int) -> Point:
@@ -219,10 +215,10 @@ def sweep_point(system: LumpedSystem, limits: tuple[float, float], steps: int) -
         balance, frequency = finder.balance(1, response.frequency)
         x = balance.of_response(response, settings)
         try:
-            exact = shoot(balance, x, frequency).figures["dte_rms"]
+            exact = shoot(balance, x, frequency)
         except NoSolution:
             continue
-        errors.append(_apart(response.dte_rms, exact))
+        errors.append(exact.error_of(response.dte_rms))
     return Point(
         study="sweep, rk4",
         setting=steps,
@@ -274,7 +270,7 @@ def _is_followed(finder: BranchFinder, response: Response) -> bool:
 def _from_stable(finder: BranchFinder, response: Response) -> list[float]:
     """How far the nearest stable motion of the branches is; empty without one."""
     apart = [
-        _apart(point.figures["dte_rms"], response.dte_rms)
+        float(np.abs(point.figures["dte_rms"] / response.dte_rms - 1.0).max())
         for branch in finder.found
         if branch.multiple == response.multiple
         for point in finder.motions_at(branch, response.frequency)
@@ -375,12 +371,12 @@ def _errors_at_speeds(
         x = balance.of_response(response, Settings())
         try:
             x = finder.solved(1, x, frequency)
-            exact = shoot(balance, x, frequency).figures["dte_rms"]
+            exact = shoot(balance, x, frequency)
         except NoSolution:
             continue
         rms = balance.figures(x, frequency)["dte_rms"]
         lost = bool(response.contact_loss.max() > 0.0)
-        found[response.frequency] = _apart(rms, exact), lost
+        found[response.frequency] = exact.error_of(rms), lost
     return found
 
 

@@ -21,6 +21,7 @@ from fegear.cli.options import (
 from fegear.cli.screen import Cells, cell, complain, counted, filled_table, screen
 from fegear.cli.varied import parsed_axes, varied_set
 from fegear.errors import InputError
+from fegear.speeds import MESH_FREQUENCY
 
 if TYPE_CHECKING:
     from fegear.bifurcations import AttractorSettings, BifurcationsResult
@@ -29,7 +30,6 @@ if TYPE_CHECKING:
     from lumped.settings import Settings
 
 EXAMPLE = "fegear bifurcations liu-idler --over mesh_frequency_Hz=900:1700:161"
-SPEED = "mesh_frequency_Hz"  # that of `fegear.branches`, whose import takes long
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -56,11 +56,15 @@ class Parameter:
     def axis(self) -> Axis:
         """The values; checks that the speed is known once."""
         (axis,) = parsed_axes([self.over])
-        if axis.name == SPEED:
-            refuse_idle(f"--over {SPEED} replaces it, leave it out", at=self.at)
+        if axis.name == MESH_FREQUENCY:
+            refuse_idle(
+                f"--over {MESH_FREQUENCY} replaces it, leave it out", at=self.at
+            )
             for value in axis.values:
                 if value not in FREQUENCY:
-                    raise InputError(f"--over {SPEED} = {value:g}; allowed {FREQUENCY}")
+                    raise InputError(
+                        f"--over {MESH_FREQUENCY} = {value:g}; allowed {FREQUENCY}"
+                    )
         elif self.at is None:
             raise InputError(f"--over {axis.name} needs a mesh frequency, --at HZ")
         return axis
@@ -72,7 +76,7 @@ class Parameter:
         model: CoupledOptions,
         torque: float | None,
     ) -> VariedSet:
-        axes = () if axis.name == SPEED else (axis,)
+        axes = () if axis.name == MESH_FREQUENCY else (axis,)
         return varied_set(subject, axes, model, torque)
 
 

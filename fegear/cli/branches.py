@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
 import typer
 
@@ -18,18 +17,19 @@ from fegear.cli.lumped_options import (
     LoadCase,
     middle_torque,
 )
-from fegear.cli.options import FREQUENCY, ResumedOutputs, refuse_idle
+from fegear.cli.options import FREQUENCY, ResumedOutputs, limits_of, refuse_idle
 from fegear.cli.screen import complain, counted, number, screen
 from fegear.cli.varied import varied_set
 from fegear.errors import InputError
+from fegear.speeds import MESH_FREQUENCY
 
 if TYPE_CHECKING:
     from fegear.branches import BranchesResult
+    from lumped.branches.periodic import BranchSettings
 
 Find = Callable[
     ..., "BranchesResult"
 ]  # of settings, a report of progress, and what is kept
-MESH_FREQUENCY = "mesh_frequency_Hz"
 EXAMPLE = "fegear branches liu-idler --speeds 700:4500 -o b.csv --plot b.png"
 
 
@@ -106,15 +106,42 @@ class Followed:
         return partial(find_branches_over, varied, self.at)
 
 
-def limits_of(wrong: str, text: str | None) -> tuple[float, float]:
-    """Two rising values A:B; else InputError with what is wrong."""
-    try:
-        low, high = map(float, (text or "").split(":"))
-    except ValueError:
-        low = high = math.nan
-    if not -math.inf < low < high < math.inf:
-        raise InputError(f"{wrong}, two values that rise")
-    return low, high
+@dataclass(frozen=True, kw_only=True)
+class MotionOptions:
+    """Which motions are looked for, and how contact closes."""
+
+    steepness: float | None = option(
+        "Let contact close by tanh of this steepness [1/um], as the source does, in "
+        "place of opening at once; to compare, of models 1 to 3. [default: none]",
+        metavar="PER_UM",
+        allowed=Range(least=0.01, most=1e6),
+    )
+    period_multiple: int = option(
+        "Common periods of all meshes, at most, after which motions repeat: branches "
+        "on which the period doubles are followed up to it.",
+        default=2,
+        allowed=Range(least=1, most=64),
+    )
+    starts: int = option(
+        "Random states, the same each time, from which motions on further branches are "
+        "looked for, isolated ones among them.",
+        default=0,
+        allowed=Range(least=0, most=100_000),
+    )
+
+    def settings(self, model: BranchModel) -> BranchSettings:
+        """Of the numerics; raises InputError where the model has no such contact."""
+        from lumped.branches.periodic import BranchSettings
+
+        if model.model == "coupled":
+            idle = "contact of --model coupled is smooth"
+            refuse_idle(idle, steepness=self.steepness)
+        return BranchSettings(
+            harmonics=model.harmonics,
+            period_multiple=self.period_multiple,
+            starts=self.starts,
+            steepness=None if self.steepness is None else 1e6 * self.steepness,
+        )
 
 
 @grouped
@@ -123,32 +150,7 @@ def branches_command(
     subject: EditedSet,
     parameter: Followed,
     torque: LoadCase = None,
-    steepness: Annotated[
-        float | None,
-        typer.Option(
-            help="Let contact close by tanh of this steepness [1/um], as the source "
-            "does, in place of opening at once; to compare, of models 1 to 3. "
-            "[default: none]",
-            metavar="PER_UM",
-        ),
-        Range(least=0.01, most=1e6),
-    ] = None,
-    period_multiple: Annotated[
-        int,
-        typer.Option(
-            help="Common periods of all meshes, at most, after which motions repeat: "
-            "branches on which the period doubles are followed up to it."
-        ),
-        Range(least=1, most=64),
-    ] = 2,
-    starts: Annotated[
-        int,
-        typer.Option(
-            help="Random states, the same each time, from which motions on further "
-            "branches are looked for, isolated ones among them."
-        ),
-        Range(least=0, most=100_000),
-    ] = 0,
+    motions: MotionOptions,
     model: BranchModel,
     outputs: ResumedOutputs,
 ) -> None:
@@ -160,16 +162,7 @@ def branches_command(
     """
     outputs.require(subject.set_name, *(model.table or ()))
     _, changes = model.load(subject, torque)
-    from lumped.branches.periodic import BranchSettings
-
-    if model.model == "coupled":
-        refuse_idle("contact of --model coupled is smooth", steepness=steepness)
-    settings = BranchSettings(
-        harmonics=model.harmonics,
-        period_multiple=period_multiple,
-        starts=starts,
-        steepness=None if steepness is None else 1e6 * steepness,
-    )
+    settings = motions.settings(model)
     find = parameter.finder(subject, model, torque)
     with outputs.progress() as report:
         found = find(settings, report, outputs.keeping)
@@ -185,10 +178,10 @@ def branches_command(
 
 def print_branches(values: dict[str, Any]) -> None:
     console = screen()
-    from fegear.branches import FREQUENCY, title_of
+    from fegear.headings import title_of
 
     console.print(title_of(values))
-    over_speed = values["over"] == FREQUENCY
+    over_speed = values["over"] == MESH_FREQUENCY
     name, unit = ("frequency_Hz", " Hz") if over_speed else ("value", "")
     ends = ("from_Hz", "to_Hz") if over_speed else ("from", "to")
     for place, branch in enumerate(values["branches"], start=1):

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from itertools import pairwise
+from itertools import groupby, pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -55,6 +55,17 @@ class BranchPoint:
     @property
     def stable(self) -> bool:
         return self.largest < 1.0
+
+
+def stretches(
+    points: Sequence[BranchPoint],
+) -> Iterator[tuple[bool, list[BranchPoint]]]:
+    """Stretches of equal stability; each goes on to the first point of the next."""
+    last: list[BranchPoint] = []
+    for stable, group in groupby(points, lambda point: point.stable):
+        own = list(group)
+        yield stable, last + own
+        last = own[-1:]
 
 
 def with_bifurcations(

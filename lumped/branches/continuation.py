@@ -17,11 +17,11 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 MOST_CORRECTIONS = 12
-FEW, MANY = 3, 6  # corrections after which steps grow or shrink
+FEW, MANY = 2, 5  # corrections after which steps grow or shrink
 GROWTH, SHRINKAGE = 1.5, 0.4
 STRAIGHT = 0.95  # least cosine between tangents one step apart
 HOME = 0.6  # steps within which a branch has come back to where it began
-EXACT = 1e-10  # largest last correction, in units of the solution's size
+EXACT = 1e-6  # largest last correction, of the solution: the error is its square
 NEAR_ENOUGH = 1e-8  # of the arc between two points, where something is located
 LARGE = 5.0  # solution's size beyond which steps grow with it
 LARGEST = 1000.0  # solution's size at which a branch is given up

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from itertools import groupby
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lumped.branches.bifurcations import KINDS, BranchPoint
+from lumped.branches.bifurcations import KINDS, BranchPoint, stretches
 from lumped.branches.periodic import PeriodicBranch
 from lumped.drawing import color_of, draw_legend, draw_title, panels
 
@@ -44,21 +43,10 @@ def draw_branches(
 
 
 def _draw_branch(axes: Axes, branch: PeriodicBranch, m: int, color: str) -> None:
-    for stable, points in _stretches(branch.points):
+    for stable, points in stretches(branch.points):
         axes.plot(*_curve(points, m), color=color, ls="-" if stable else "--", lw=1.3)
     for point in branch.bifurcations:
         axes.plot(*_curve([point], m), MARKERS[point.kind], color=color, ms=4)
-
-
-def _stretches(
-    points: Sequence[BranchPoint],
-) -> Iterator[tuple[bool, list[BranchPoint]]]:
-    """Stretches of equal stability; each goes on to the first point of the next."""
-    last: list[BranchPoint] = []
-    for stable, group in groupby(points, lambda point: point.stable):
-        own = list(group)
-        yield stable, last + own
-        last = own[-1:]
 
 
 def _curve(points: Sequence[BranchPoint], m: int) -> tuple[Any, Any]:

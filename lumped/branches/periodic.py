@@ -45,7 +45,7 @@ Array = NDArray[np.float64]
 HALVED = "the period is half of it again"
 ASIDE = 0.01  # arc length to the first point of a branch that sets out from another
 FAR = 3.0  # spread of random states, over the static one
-SEAM = 2e-4  # of the parameter's unit, by which branches miss each other at doublings
+SEAM = 3e-4  # of the parameter's unit, by which branches miss each other at doublings
 NEAR = 1e-3  # of the parameter's unit, for a branch that ends at its parent's doubling
 PROBED = 0.25, 0.5, 0.75  # of a branch, where it is asked whether it is known
 CLEAR, SHOTS = 0.002, 4  # of multipliers from the unit circle; points that are tried
@@ -145,6 +145,7 @@ class BranchFinder:
                 "torque = 0; branches are followed in units of the deflection under "
                 "the load, another one is needed"
             )
+        self.report(len(self.found), value)
         response, at = respond(system, frequency), self.family.words(value)
         if response.status != Status.PERIODIC:
             raise ArithmeticError(
@@ -336,7 +337,7 @@ class BranchFinder:
         if self._is_seen(branch, points):
             return
         points = tuple(self._without_seam(motions.multiple, points))
-        found = replace(found, error=_error(motions, points))
+        found = replace(found, points=points, error=_error(motions, points))
         self.keep(found)
         self.found.append(found)
 
@@ -380,9 +381,9 @@ class BranchFinder:
             lambda before, after: _halves(motions, before, after),
             lambda value: self.report(number, value),
         )
-        return (
-            _cut_at_its_end(branch, followed) if followed.reason == HALVED else followed
-        )
+        if followed.reason != HALVED:
+            return followed
+        return _cut_at_its_end(branch, followed)
 
 
 def _error(motions: Motions, points: tuple[BranchPoint, ...]) -> float:
@@ -394,10 +395,10 @@ def _error(motions: Motions, points: tuple[BranchPoint, ...]) -> float:
     for point in sorted(clear, key=lambda p: -p.figures["dte_rms"].max())[:SHOTS]:
         balance, frequency = motions.at(point.parameter)
         try:
-            exact = shoot(balance, point.x, frequency).figures["dte_rms"]
+            exact = shoot(balance, point.x, frequency)
         except NoSolution:
             continue
-        return float(np.abs(point.figures["dte_rms"] - exact).max() / exact.max())
+        return exact.error_of(point.figures["dte_rms"])
     return math.nan
 
 

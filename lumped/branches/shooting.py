@@ -33,6 +33,11 @@ class Shot:
     state: Array
     figures: dict[str, Array]
 
+    def error_of(self, rms: Array) -> float:
+        """Of the RMS (m,) of another solution, relative to the largest."""
+        exact = self.figures["dte_rms"]
+        return float(np.abs(rms - exact).max() / exact.max())
+
 
 def shoot(balance: HarmonicBalance, x: Array, frequency: float) -> Shot:
     """The motion near unknowns x of harmonic balance at a mesh frequency [Hz].

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from fegear.cli.groups import Range, option
+from fegear.cli.options import limits_of
 from fegear.errors import InputError
 
 if TYPE_CHECKING:
@@ -88,10 +89,5 @@ class MotionFigures(LoadFigures):
 
 
 def speeds_of(text: str) -> tuple[float, float]:
-    try:
-        low, high = map(float, text.split(":"))
-    except ValueError:
-        low = high = math.nan
-    if not 0.0 <= low < high < math.inf:
-        raise InputError(f"--velocity = {text}; must be A:B that rise, from 0 on")
-    return low, high
+    wrong = f"--velocity = {text}; must be A:B from 0 on"
+    return limits_of(wrong, text, least=0.0)

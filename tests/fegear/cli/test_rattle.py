@@ -92,8 +92,14 @@ WRONG = [
     ("roots-a --kappa 0", "--kappa = 0"),
     ("roots-a --restitution 0.9", "restitution = 0.9; belongs to impacts"),
     ("roots-scaled --restitution 1.2", "--restitution = 1.2"),
-    ("roots-scaled --velocity 3:1", "--velocity = 3:1; must be A:B that rise"),
-    ("roots-scaled --velocity 1", "--velocity = 1; must be A:B that rise"),
+    (
+        "roots-scaled --velocity 3:1",
+        "--velocity = 3:1; must be A:B from 0 on, two values that rise",
+    ),
+    (
+        "roots-scaled --velocity 1",
+        "--velocity = 1; must be A:B from 0 on, two values that rise",
+    ),
     ("roots-scaled --grid 1000000", "1e+12 cells, allowed are 4e+07"),
     ("roots-scaled --grid 2", "--grid = 2; allowed 5 to"),
     ("roots-scaled --iterations 3", "--iterations = 3; allowed 100 to"),

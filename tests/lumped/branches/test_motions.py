@@ -50,7 +50,7 @@ def test_motions_are_those_of_integration(damped, found):
     seen = 0
     for branch in found:
         for point in branch.points[:: max(1, len(branch.points) // 8)]:
-            if point.largest > 0.98:
+            if point.largest > 0.9:  # next to a fold another motion is near
                 continue
             system = damped(point.parameter)
             motions = Motions(OverSpeed(system), HARMONICS, branch.multiple)

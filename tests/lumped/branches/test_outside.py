@@ -55,6 +55,9 @@ def test_bifurcations_of_the_fundamental_resonance(train, harmonics, doubling):
         within = doubling if kind == "period doubling" else 1e-5
         assert point.frequency == pytest.approx(exact, rel=within), kind
     assert doubled.multiple == 2
+    # where it leaves the main branch and comes back to it there is nothing else
+    kinds = [point.kind for point in doubled.bifurcations]
+    assert kinds == ["period doubling"] * 2
     second = [point.frequency for point in doubled.bifurcations]
     assert min(second) == pytest.approx(SECOND, rel=doubling)
 

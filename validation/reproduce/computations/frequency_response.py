@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import groupby
 from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
@@ -20,7 +19,7 @@ from lumped.branches.bifurcations import (
     DOUBLING,
     FOLD,
     TORUS,
-    BranchPoint,
+    stretches,
 )
 from lumped.branches.periodic import BranchSettings, PeriodicBranch
 from lumped.closed_forms import separation_angle
@@ -126,15 +125,13 @@ def _stretches(
 ) -> Iterator[tuple[float, float]]:
     """Points of all stretches, each up to the first point of the next."""
     for branch in branches:
-        last: list[BranchPoint] = []
-        for is_stable, group in groupby(branch.points, lambda point: point.stable):
-            own = list(group)
-            if is_stable == stable:
-                for point in last + own:
-                    at = point.frequency / scene.unit_Hz
-                    yield at, scene.shown(point.figures, mesh)
-                yield GAP
-            last = own[-1:]
+        for is_stable, points in stretches(branch.points):
+            if is_stable != stable:
+                continue
+            for point in points:
+                at = point.frequency / scene.unit_Hz
+                yield at, scene.shown(point.figures, mesh)
+            yield GAP
 
 
 @dataclass(frozen=True, kw_only=True)

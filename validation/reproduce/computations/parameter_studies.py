@@ -7,8 +7,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import partial
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +15,7 @@ from pydantic import AfterValidator, Field
 
 from fegear.errors import InputError
 from fegear.gearset.edit import require_known_key
-from fegear.parameter_maps import Evaluate, respond_at
+from fegear.parameter_maps import Evaluate, respond_at, respond_over
 from fegear.speeds import parsed_speeds
 from fegear.statics import Progress
 from lumped.closed_forms import (
@@ -27,9 +26,9 @@ from lumped.closed_forms import (
     peak_amplitude,
     resonance,
 )
-from lumped.maps import Axis, Cell, ParameterMap, cell_of, run_map
+from lumped.maps import Axis, ParameterMap, run_map
 from lumped.settings import Settings
-from lumped.sweep import Direction, sweep, sweep_all
+from lumped.sweep import Direction, sweep_all
 from validation.data_files import STRICT, Number, Speeds
 from validation.reproduce.computations.frequency_response import require_finished
 from validation.reproduce.parts import Curve, Part, PartResult
@@ -160,7 +159,7 @@ class MapPart(Part):
         if self.at is not None:
             return respond_at(unit * self.at, Settings())
         speeds = [unit * value for value in parsed_speeds(self.band)]
-        return partial(_largest_of, speeds, self.directions)
+        return respond_over(speeds, Settings(), self.directions)
 
     def command(self, scene: Scene) -> Sequence[str]:
         """None where speeds are swept, or where every point has its own phase."""
@@ -172,15 +171,6 @@ class MapPart(Part):
         speed = ["--at", f"{scene.unit_Hz * self.at:.6g}"]
         waves = scene.kept_harmonics("--harmonics")
         return ["map", *scene.words, *waves, *over, *speed]
-
-
-def _largest_of(
-    speeds: Sequence[float], directions: Sequence[Direction], system: Any, stop: Any
-) -> Cell | None:
-    branches = [sweep(system, speeds, each, stop=stop) for each in directions]
-    if stop.is_set():
-        return None
-    return cell_of([r for branch in branches for r in branch.responses])
 
 
 def parameter_map(part: MapPart, scene: Scene, report: Progress) -> PartResult:
