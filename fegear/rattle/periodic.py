@@ -8,7 +8,12 @@ from fegear.rattle.machines import NamedMachine, figures_of
 from lumped.rattle.departures import apart
 from lumped.rattle.machine import Machine
 from lumped.rattle.orbits import Orbit, find_orbits
-from lumped.rattle.periodic import has_closed_form, least_eccentricity, simple_rattle
+from lumped.rattle.periodic import (
+    has_closed_form,
+    least_eccentricity,
+    simple_rattle,
+    two_sided_rattle,
+)
 
 
 def periodic_summary(
@@ -35,18 +40,19 @@ def periodic_summary(
                 "stable": orbit.stable,
                 "largest_multiplier": max(map(abs, orbit.multipliers)),
                 "departures": [list(each) for each in orbit.departures],
-                "from_closed_form": _from_closed_form(machine, orbit),
+                "from_construction": _from_construction(machine, orbit),
             }
             for orbit in find_orbits(machine, departures, velocity)
         ],
     }
 
 
-def _from_closed_form(machine: Machine, orbit: Orbit) -> float | None:
-    """Distance of the departure from that of the closed form, where there is one."""
+def _from_construction(machine: Machine, orbit: Orbit) -> float | None:
+    """Distance of the departure from that of a constructed one, where there is one."""
     turns, upper, lower = orbit.itinerary
-    if (upper, lower) != (1, 0) or not has_closed_form(machine):
+    if upper > 1 or lower > 1 or not has_closed_form(machine):
         return None
+    construct = two_sided_rattle if lower else simple_rattle
     (departure,) = orbit.departures
-    exact = simple_rattle(machine, turns)
+    exact = construct(machine, turns)
     return min((apart(departure, (s.time, s.velocity)) for s in exact), default=None)

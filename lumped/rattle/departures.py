@@ -13,7 +13,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.rattle.kernels import arcs as arc_kernel
 from lumped.rattle.kernels import settle as kernel
 from lumped.rattle.machine import Machine
 
@@ -47,23 +46,6 @@ def follow(machine: Machine, departure: Sequence[float] | Array, count: int) -> 
     path = np.full((count, 3), math.nan)
     kernel.follow(machine.arrays, departure[0], departure[1], count, path)
     return path
-
-
-def arcs_of(machine: Machine, path: Array) -> Array:
-    """The arcs (a, 7) of a path, see `trace`; none where flanks stay together."""
-    if not np.isfinite(path).all():
-        return np.empty((0, arc_kernel.COLUMNS))
-    count = len(path) - 1
-    arcs = np.empty((2 * (count + int(path[:-1, 2].sum())), arc_kernel.COLUMNS))
-    used = arc_kernel.trace(machine.arrays, path[0, 0], path[0, 1], count, arcs)
-    return arcs[:used]
-
-
-def linearised(machine: Machine, arcs: Array) -> Array:
-    """What a change of time and speed of a departure becomes over arcs (2, 2)."""
-    found = np.empty((2, 2))
-    arc_kernel.linearise(machine.arrays, arcs, len(arcs), found)
-    return found
 
 
 def apart(one: Sequence[float] | Array, two: Sequence[float] | Array) -> float:

@@ -2,25 +2,22 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.rattle.departures import (
-    Itinerary,
-    apart,
-    arcs_of,
-    follow,
-    itinerary,
-    linearised,
-)
+from lumped.rattle.arcs import arcs_of, linearised
+from lumped.rattle.departures import Itinerary, apart, follow, itinerary
 from lumped.rattle.machine import Machine
+from lumped.rattle.periodic import has_closed_form, simple_rattle, two_sided_rattle
 
 Array = NDArray[np.float64]
 STARTS = 24  # a side of the grid of departures from which orbits are looked for
 EXACT = 1e-11  # largest last correction
+MOST_TURNS = 4  # of constructed motions
 MOST_CORRECTIONS = 30
 ALIKE = 1e-6  # distance of departures that are one
 SLOWEST = 1e-3  # rad per turn of a departure that counts
@@ -53,11 +50,11 @@ def find_orbits(
     """Orbits of up to so many departures, sorted by name, the stable ones first.
 
     velocity : lowest and highest speed of a departure from which they are looked for
-    All that a grid of starts leads to: more may exist.
+    All that a grid of starts and the constructed P(m, 1, n-) lead to: more may exist.
     """
     found: list[Orbit] = []
     for count in range(1, most_departures + 1):
-        for orbit in _from_grid(machine, count, velocity):
+        for orbit in _from_starts(machine, count, velocity):
             if not any(_same(orbit, known) for known in found):
                 found.append(orbit)
     return sorted(found, key=_rank)
@@ -68,16 +65,27 @@ def _rank(orbit: Orbit) -> tuple[int, int, int, bool, tuple[float, float]]:
     return turns, count, lower, not orbit.stable, orbit.departures[0]
 
 
-def _from_grid(
+def _from_starts(
     machine: Machine, count: int, velocity: tuple[float, float]
 ) -> Iterator[Orbit]:
     low, high = max(velocity[0], SLOWEST), velocity[1]
-    for row, column in np.ndindex(STARTS, STARTS):
-        time = (column + 0.5) / STARTS
-        speed = low + (row + 0.5) / STARTS * (high - low)
-        orbit = _newton(machine, count, np.array([time, speed]))
+    for start in _starts(machine, count, low, high):
+        orbit = _newton(machine, count, np.array(start))
         if orbit is not None and low <= orbit.departures[0][1] <= high:
             yield orbit
+
+
+def _starts(
+    machine: Machine, count: int, low: float, high: float
+) -> Iterator[tuple[float, float]]:
+    limit = replace(machine, stiffness=math.inf)
+    if count == 1 and has_closed_form(limit):  # some repel what is a hair beside
+        for turns in range(1, MOST_TURNS + 1):
+            both = simple_rattle(limit, turns) + two_sided_rattle(limit, turns)
+            yield from ((each.time, each.velocity) for each in both if each.physical)
+    for row, column in np.ndindex(STARTS, STARTS):
+        speed = low + (row + 0.5) / STARTS * (high - low)
+        yield (column + 0.5) / STARTS, speed
 
 
 def _newton(machine: Machine, count: int, start: Array) -> Orbit | None:

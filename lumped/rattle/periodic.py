@@ -1,25 +1,48 @@
-"""Rattle of one impact in some turns, in closed form; section 2.4 of the source."""
+"""Rattle of one departure in some turns, constructed; section 2.4 of the source."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
+
+from lumped.rattle.arcs import Layout, margin_of
 from lumped.rattle.machine import TURN, Machine
+
+Array = NDArray[np.float64]
+
+
+INSTANTS = 1000  # of a turn at which the lower impact is looked for
+ONE_FLANK, BOTH_FLANKS = np.array([1.0]), np.array([1.0, -1.0])  # where arcs start
 
 
 @dataclass(frozen=True)
 class SimpleRattle:
-    """P(m, 1, 0): departures from the upper flank once in `turns`.
+    """P(m, 1, 0) or P(m, 1, 1): one departure from the upper flank in `turns`.
 
-    time : of a departure in turns; velocity : of it [rad per turn]
-    in_phase : of the two solutions the one near the largest transmission error
+    time : of the departure in turns; velocity : of it [rad per turn]
+    in_phase : whether that is nearer to the largest transmission error than the least
+    lower : time from there to the impact on the lower flank, None where there is none
+    margin : see `margin_of`; where negative, the motion passes through a flank
     """
 
     turns: int
     time: float
     velocity: float
     in_phase: bool
+    lower: float | None
+    margin: float
+
+    @property
+    def name(self) -> str:
+        return f"P({self.turns},1,{int(self.lower is not None)})"
+
+    @property
+    def physical(self) -> bool:
+        return self.margin > 0.0
 
 
 def has_closed_form(machine: Machine) -> bool:
@@ -39,13 +62,9 @@ def least_eccentricity(machine: Machine, turns: int = 1) -> float:
 def simple_rattle(machine: Machine, turns: int = 1) -> tuple[SimpleRattle, ...]:
     """Both motions P(m, 1, 0) in the impact limit, none where they do not exist.
 
-    Whether they meet the lower flank on the way is not looked at. Eq. 2.56.
-    Raises ValueError for flanks with a stiffness or torque ripple.
+    Eq. 2.56. Raises ValueError for flanks with a stiffness or torque ripple.
     """
-    if not has_closed_form(machine):
-        raise ValueError("impacts without torque ripple are needed")
-    if turns < 1:
-        raise ValueError(f"turns must be at least 1, got {turns}")
+    _require_closed_form(machine, turns)
     sine = (
         _balance(machine, turns) / machine.eccentricity if machine.eccentricity else 2
     )
@@ -55,10 +74,108 @@ def simple_rattle(machine: Machine, turns: int = 1) -> tuple[SimpleRattle, ...]:
     # it leaves at r times the speed at which it came; drag takes 4 pi m delta a cycle
     velocity = 2.0 * TURN * turns * machine.damping * r / (1.0 + r)
     first = math.asin(sine) / TURN
-    return (
-        SimpleRattle(turns, first % 1.0, velocity, True),
-        SimpleRattle(turns, (0.5 - first) % 1.0, velocity, False),
-    )
+    layout = Layout(turns, ONE_FLANK, 0.0 * ONE_FLANK)
+    found = []
+    for time in (first, 0.5 - first):
+        starts = np.array([[time], [-velocity]])
+        margin = margin_of(machine, layout.arcs(machine, starts))
+        in_phase = time == first
+        found.append(SimpleRattle(turns, time % 1.0, velocity, in_phase, None, margin))
+    return found[0], found[1]
+
+
+def two_sided_rattle(machine: Machine, turns: int = 1) -> tuple[SimpleRattle, ...]:
+    """All motions P(m, 1, 1) in the impact limit, by the time of the lower impact.
+
+    Eqs. 2.48 to 2.53 with any restitution. For a given time between both impacts the
+    arcs and with them the conditions are linear in cosine and sine of the departure;
+    those of the eccentricity's amplitude are roots of one function of that time.
+    Raises ValueError for flanks with a stiffness or torque ripple.
+    """
+    _require_closed_form(machine, turns)
+    construction = _TwoSided(machine, turns)
+    return tuple(construction.motion(lower) for lower in _roots(construction))
+
+
+def _require_closed_form(machine: Machine, turns: int) -> None:
+    if not has_closed_form(machine):
+        raise ValueError("impacts without torque ripple are needed")
+    if turns < 1:
+        raise ValueError(f"turns must be at least 1, got {turns}")
+
+
+@dataclass(frozen=True)
+class _TwoSided:
+    """P(m, 1, 1) by the time from its departure to the lower impact."""
+
+    machine: Machine
+    turns: int
+
+    def conditions(self, lower: float) -> tuple[Array, Array, Array]:
+        """Matrix (2, 2) and right side (2,) of the impacts' conditions, and speeds
+        (2, 3) after both: of the transmission error's cosine and sine, and at rest."""
+        delta, r = self.machine.damping, self.machine.restitution
+        drift, play = 2.0 * TURN, self.machine.half_backlash
+        c, s = math.cos(TURN * lower), math.sin(TURN * lower)
+        times = lower, self.turns - lower
+        fades = [math.exp(-delta * time) for time in times]
+        # speeds beside drift and forced part, at the start of the arcs, by their ends
+        rise = np.array([c - 1.0, -s, 0.0])
+        lengths = [
+            np.array([0.0, 0.0, side * 2.0 * play - drift * time]) + side * rise
+            for side, time in zip((-1.0, 1.0), times, strict=True)
+        ]
+        excess = [
+            delta / -math.expm1(-delta * time) * length
+            for time, length in zip(times, lengths, strict=True)
+        ]
+        rates = np.array([[0.0, -TURN, drift], [-TURN * s, -TURN * c, drift]])
+        rows = np.array(
+            [
+                (1.0 + r) * rates[0] + excess[0] + r * fades[1] * excess[1],
+                (1.0 + r) * rates[1] + excess[1] + r * fades[0] * excess[0],
+            ]
+        )
+        return rows[:, :2], -rows[:, 2], rates + np.array(excess)
+
+    def excess(self, lower: float) -> float:
+        """Zero where the transmission error has the machine's amplitude."""
+        matrix, right, _ = self.conditions(lower)
+        (a, b), (c, d) = matrix
+        wave = d * right[0] - b * right[1], a * right[1] - c * right[0]
+        return math.hypot(*wave) - self.machine.eccentricity * abs(a * d - b * c)
+
+    def motion(self, lower: float) -> SimpleRattle:
+        matrix, right, speeds = self.conditions(lower)
+        cosine, sine = np.linalg.solve(matrix, right)
+        time = math.atan2(sine, cosine) / TURN
+        after = speeds @ [cosine, sine, 1.0]
+        starts = np.array([[time, time + lower], after])
+        layout = Layout(self.turns, BOTH_FLANKS, 0.0 * BOTH_FLANKS)
+        margin = margin_of(self.machine, layout.arcs(self.machine, starts))
+        velocity, in_phase = float(-after[0]), bool(cosine > 0.0)
+        return SimpleRattle(self.turns, time % 1.0, velocity, in_phase, lower, margin)
+
+
+def _roots(construction: _TwoSided) -> Iterator[float]:
+    """Of the excess, two that are close to each other among them."""
+    from scipy.optimize import brentq, minimize_scalar
+
+    count = INSTANTS * construction.turns
+    times = (np.arange(count) + 0.5) / INSTANTS
+    values = np.array([construction.excess(time) for time in times])
+    for i in range(1, count - 1):
+        low, here, high = values[i - 1 : i + 2]
+        if here > 0.0 and here <= low and here < high:
+            bounds = times[i - 1], times[i + 1]
+            least = minimize_scalar(
+                construction.excess, bounds=bounds, options={"xatol": 1e-14}
+            )
+            if least.fun < 0.0:
+                for a, b in ((bounds[0], least.x), (least.x, bounds[1])):
+                    yield float(brentq(construction.excess, a, b, xtol=1e-16))
+    for i in np.flatnonzero(values[1:] * values[:-1] < 0.0):
+        yield float(brentq(construction.excess, times[i], times[i + 1], xtol=1e-16))
 
 
 def _balance(machine: Machine, turns: int) -> float:

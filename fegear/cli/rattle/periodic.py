@@ -65,9 +65,9 @@ def print_periodic(values: dict[str, Any]) -> None:
     if least is not None:
         console.print(f"P(1,1,0) exists from an eccentricity of {least:.4g} rad on")
     apart = [
-        each["from_closed_form"]
+        each["from_construction"]
         for each in values["orbits"]
-        if each["from_closed_form"] is not None
+        if each["from_construction"] is not None
     ]
     if apart:
-        console.print(f"departures of P(m,1,0) are within {max(apart):.1g} of eq. 2.56")
+        console.print(f"P(m,1,n-) are within {max(apart):.1g} of constructed ones")

@@ -7,7 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from lumped.rattle.departures import arcs_of, follow, linearised
+from lumped.rattle.arcs import arcs_of, linearised
+from lumped.rattle.departures import follow
 from lumped.rattle.machine import Machine
 
 MACHINES = {
