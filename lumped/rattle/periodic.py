@@ -174,7 +174,7 @@ def _roots(construction: _TwoSided) -> Iterator[float]:
             if least.fun < 0.0:
                 for a, b in ((bounds[0], least.x), (least.x, bounds[1])):
                     yield float(brentq(construction.excess, a, b, xtol=1e-16))
-    for i in np.flatnonzero(values[1:] * values[:-1] < 0.0):
+    for i in np.flatnonzero(values[1:] * values[:-1] < 0.0).tolist():
         yield float(brentq(construction.excess, times[i], times[i + 1], xtol=1e-16))
 
 
