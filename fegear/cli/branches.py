@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -86,24 +86,25 @@ class Followed:
 
     def finder(
         self, subject: EditedSet, model: BranchModel, torque: float | None
-    ) -> Find:
-        """What follows the branches, once all that is asked for is checked."""
+    ) -> tuple[Find, Mapping[str, Any]]:
+        """What follows the branches, once all that is asked for is checked, and what
+        is changed in the gear set."""
         from fegear.branches import find_branches, find_branches_over
 
         if self.over is None or self.at is None:
             limits = limits_of(f"--speeds = {self.speeds}; must be A:B", self.speeds)
             if not 0.1 <= limits[0] <= limits[1] <= 1e6:
                 raise InputError(f"--speeds = {self.speeds}; allowed 0.1 to 1e6 Hz")
-            gear_set, _ = model.load(subject, torque)
+            gear_set, changes = model.load(subject, torque)
             at, known = middle_torque(gear_set, torque), model.lumped_model(gear_set)
-            return partial(find_branches, gear_set, at, limits, known)
+            return partial(find_branches, gear_set, at, limits, known), changes
         refuse_idle("--over varies what tables hold", table=model.table)
         from lumped.maps import Axis
 
         name, _, values = self.over.partition("=")
         limits = limits_of(f"--over = {self.over}; must be KEY=A:B", values)
         varied = varied_set(subject, (Axis(name.strip(), limits),), model, torque)
-        return partial(find_branches_over, varied, self.at)
+        return partial(find_branches_over, varied, self.at), varied.fixed
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -161,9 +162,8 @@ def branches_command(
     file is written; --resume goes on from there.
     """
     outputs.require(subject.set_name, *(model.table or ()))
-    _, changes = model.load(subject, torque)
     settings = motions.settings(model)
-    find = parameter.finder(subject, model, torque)
+    find, changes = parameter.finder(subject, model, torque)
     with outputs.progress() as report:
         found = find(settings, report, outputs.keeping)
     found = replace(found, header={**found.header, **edit_entries(changes)})
