@@ -1,0 +1,371 @@
+"""Branches of orbits over a figure of the machine: where they are born, double, graze.
+
+An orbit is the root of what its arcs miss to join (see `Layout`), so that it can be
+followed through folds, and up to where it would pass through a flank.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lumped.branches.bifurcations import DOUBLING, FOLD, beyond
+from lumped.branches.continuation import (
+    Branch,
+    Followed,
+    NoSolution,
+    Point,
+    Steps,
+    joined,
+)
+from lumped.rattle.arcs import Layout, arcs_of, layout_of, linearised, margin_of
+from lumped.rattle.departures import Itinerary, apart, follow
+from lumped.rattle.kernels.arcs import SPEED, START
+from lumped.rattle.machine import Machine
+from lumped.rattle.orbits import Orbit
+
+Array = NDArray[np.float64]
+GRAZING = "grazing"
+KINDS = FOLD, DOUBLING, GRAZING
+BESIDE = 1e-6  # of the parameter's unit, that tells its derivatives
+FIRST, MOST = 2e-3, 0.02  # arc lengths, in turns and units
+HALVED = "the period is half of it again"
+ASIDE = 2e-3  # arc length to the first point of a branch of twice the period
+ALIKE = 1e-6  # distance of departures on one orbit
+CLOSE = 1e-3  # of the range, from its end, where a branch has reached it
+TRUE = 1e-3  # distance from -1 of a multiplier that has passed it, at most
+
+
+@dataclass(frozen=True, eq=False)
+class Orbits:
+    """Orbits of one layout over a figure of `Machine`; what a branch solves.
+
+    speed : by which unknown speeds are scaled; unit : of the figure
+    The unknowns x (2 a,) are times and scaled speeds at the start of arcs.
+    """
+
+    machine: Machine
+    figure: str
+    unit: float
+    layout: Layout
+    speed: float
+
+    def at(self, value: float) -> Machine:
+        """The machine with a value of the figure; raises NoSolution for impossible."""
+        try:
+            return machine_with(self.machine, self.figure, value)
+        except ValueError as error:
+            raise NoSolution(str(error)) from None
+
+    def starts(self, x: Array) -> Array:
+        """Times and speeds (2, a)."""
+        return x.reshape(2, -1) * [[1.0], [self.speed]]
+
+    def unknowns(self, starts: Array) -> Array:
+        return (starts / [[1.0], [self.speed]]).ravel()
+
+    @property
+    def _scales(self) -> Array:
+        count = self.layout.sides.size
+        return np.repeat([1.0, self.speed], count)
+
+    def errors(self, x: Array, value: float) -> tuple[Array, Array]:
+        """Errors (2 a,) and by x (2 a, 2 a), over the scale of speeds."""
+        errors, by_x = self.layout.join(self.at(value), self.starts(x))
+        return errors / self.speed, by_x * self._scales / self.speed
+
+    def equations(self, x: Array, parameter: float) -> tuple[Array, Array, Array]:
+        errors, by_x = self.errors(x, parameter)
+        low, high = self._beside(parameter)
+        change = self.errors(x, high)[0] - self.errors(x, low)[0]
+        return errors, by_x, change / (high - low)
+
+    def _beside(self, value: float) -> tuple[float, float]:
+        """Values around one, of which one side may be impossible."""
+        values = [value - BESIDE * self.unit, value + BESIDE * self.unit]
+        for i in range(2):
+            try:
+                self.at(values[i])
+            except NoSolution:
+                values[i] = value
+        return values[0], values[1]
+
+    def arcs(self, x: Array, value: float) -> Array:
+        return self.layout.arcs(self.at(value), self.starts(x))
+
+    def multipliers(self, x: Array, value: float) -> NDArray[np.complex128]:
+        change = linearised(self.at(value), self.arcs(x, value))
+        if not np.isfinite(change).all():
+            raise NoSolution("the orbit grazes")
+        return np.asarray(np.linalg.eigvals(change), complex)
+
+    def margin(self, x: Array, value: float) -> float:
+        return margin_of(self.at(value), self.arcs(x, value))
+
+    def branch(self) -> Branch[Orbits]:
+        return Branch(self, Steps(size=1.0, unit=self.unit, first=FIRST, most=MOST))
+
+
+@dataclass(frozen=True, eq=False)
+class OrbitPoint:
+    """An orbit of a branch.
+
+    departures : (time in turns from 0 to 1, speed) of each
+    margin : see `margin_of`; kind : of KINDS where it is a bifurcation, else empty
+    """
+
+    value: float
+    x: Array
+    departures: tuple[tuple[float, float], ...]
+    multipliers: tuple[complex, complex]
+    margin: float
+    kind: str = ""
+
+    @property
+    def largest(self) -> float:
+        """Modulus of the largest multiplier."""
+        return max(map(abs, self.multipliers))
+
+    @property
+    def stable(self) -> bool:
+        return self.largest < 1.0
+
+
+@dataclass(frozen=True, eq=False)
+class OrbitBranch:
+    """Orbits P(m, n+, n-) in the order in which they were followed.
+
+    origin, reason : where it begins and why it ends, in words
+    """
+
+    orbits: Orbits
+    points: tuple[OrbitPoint, ...]
+    origin: str
+    reason: str
+
+    @property
+    def itinerary(self) -> Itinerary:
+        return self.orbits.layout.itinerary
+
+    @property
+    def bifurcations(self) -> tuple[OrbitPoint, ...]:
+        return tuple(point for point in self.points if point.kind)
+
+
+def machine_with(machine: Machine, figure: str, value: float) -> Machine:
+    """A machine with another value of a figure; raises ValueError for impossible."""
+    changes: dict[str, Any] = {figure: value}
+    return replace(machine, **changes)
+
+
+def orbit_point(orbits: Orbits, point: Point, kind: str = "") -> OrbitPoint:
+    x, value = point.x, point.parameter
+    times, speeds = orbits.starts(x)
+    from_upper = (orbits.layout.sides > 0.0) & (orbits.layout.pressed == 0.0)
+    departures = tuple(
+        (float(t % 1.0), float(-w))
+        for t, w in zip(times[from_upper], speeds[from_upper], strict=True)
+    )
+    try:
+        one, two = sorted(map(complex, orbits.multipliers(x, value)), key=abs)
+    except NoSolution:
+        one = two = complex(np.inf)
+    return OrbitPoint(value, x, departures, (one, two), orbits.margin(x, value), kind)
+
+
+@dataclass(eq=False)
+class BranchFinder:
+    """Follows the branches of a machine's orbits over a figure.
+
+    doublings : how often the period may double on the way from a branch to others
+    """
+
+    machine: Machine
+    figure: str
+    limits: tuple[float, float]
+    doublings: int = 1
+    report: Callable[[int, float], None] = lambda number, value: None
+
+    def __post_init__(self) -> None:
+        self.found: list[OrbitBranch] = []
+
+    @cached_property
+    def unit(self) -> float:
+        return self.limits[1] - self.limits[0]
+
+    def from_orbit(self, orbit: Orbit, value: float) -> None:
+        """The branch of an orbit at a value, unless it is one that is found."""
+        machine = machine_with(self.machine, self.figure, value)
+        count = orbit.itinerary.upper
+        arcs = arcs_of(machine, follow(machine, orbit.departures[0], count + 1))
+        layout = layout_of(arcs, orbit.itinerary.turns)
+        if not len(arcs) or layout.itinerary != orbit.itinerary:
+            return
+        starts = np.stack([arcs[:, START], arcs[:, SPEED]])
+        orbits = Orbits(
+            self.machine, self.figure, self.unit, layout, float(np.abs(starts[1]).max())
+        )
+        try:
+            point = orbits.branch().at(orbits.unknowns(starts), value)
+        except NoSolution:
+            return
+        if not self._is_known(orbits, point):
+            self._follow(orbits, point, f"found at {value:g}", self.doublings)
+
+    def _is_known(self, orbits: Orbits, point: Point) -> bool:
+        """Whether a branch that is found passes through an orbit."""
+        own = orbit_point(orbits, point).departures
+        return any(
+            apart(own[0], each) < ALIKE * (1.0 + own[0][1])
+            for found in self.found
+            if found.itinerary == orbits.layout.itinerary
+            for near in orbits_at(found, point.parameter)
+            for each in near.departures
+        )
+
+    def _follow(
+        self, orbits: Orbits, start: Point, origin: str, doublings: int
+    ) -> None:
+        turned = Point(start.x, start.parameter, -start.tangent)
+        followed = joined(self._one_way(orbits, turned), self._one_way(orbits, start))
+        self._add(orbits, followed, origin, doublings)
+
+    def _one_way(self, orbits: Orbits, start: Point) -> Followed:
+        number, branch = len(self.found) + 1, orbits.branch()
+        followed = branch.follow(
+            *(start, self.limits, partial(_ends, orbits)),
+            lambda value: self.report(number, value),
+        )
+        last = followed.points[-1]
+        for limit in self.limits:  # steps beyond one that is the last possible fail
+            if 0.0 < abs(limit - last.parameter) < CLOSE * self.unit:
+                try:
+                    end = branch.at(last.x, limit, limit > last.parameter)
+                except NoSolution:
+                    break
+                points = (*followed.points, end)
+                return Followed(points, "the end of the range was reached")
+        return followed
+
+    def _add(
+        self, orbits: Orbits, followed: Followed, origin: str, doublings: int
+    ) -> None:
+        """Keep a branch, and follow those that set out from where it doubles."""
+        points = tuple(_with_bifurcations(orbits, followed))
+        if not points:
+            return
+        found = OrbitBranch(orbits, points, origin, followed.reason)
+        self.found.append(found)
+        number = len(self.found)
+        if doublings:
+            for point in found.bifurcations:
+                if point.kind == DOUBLING:
+                    self._double(orbits, point, number, doublings - 1)
+
+    def _double(
+        self, parent: Orbits, point: OrbitPoint, number: int, doublings: int
+    ) -> None:
+        """Follow the branch of twice the period that sets out from a doubling."""
+        layout, times = parent.layout.doubled, parent.starts(point.x)
+        later = times + np.array([[parent.layout.turns], [0.0]])
+        orbits = replace(parent, layout=layout)
+        x, branch = orbits.unknowns(np.hstack([times, later])), orbits.branch()
+        aside = np.linalg.svd(orbits.errors(x, point.value)[1])[2][-1]
+        row = np.append(aside, 0.0)
+        try:
+            start, _ = branch.solve(
+                branch.scaled(x, point.value) + ASIDE * row, row, 10.0 * ASIDE
+            )
+            leaves = orbits.margin(start.x, start.parameter) > 0.0
+        except NoSolution:
+            return
+        if not leaves or self._is_known(orbits, start):
+            return
+        if start.tangent @ row < 0.0:
+            start = replace(start, tangent=-start.tangent)
+        followed = self._one_way(orbits, start)
+        birth = Point(x, point.value, row)
+        followed = replace(followed, points=(birth, *followed.points))
+        origin = f"period doubling of branch {number} at {point.value:.6g}"
+        self._add(orbits, followed, origin, doublings)
+
+
+def _ends(orbits: Orbits, before: Point, after: Point) -> str:
+    if orbits.margin(after.x, after.parameter) <= 0.0:
+        return GRAZING
+    halves = [_halves_apart(orbits, point.x) for point in (before, after)]
+    return HALVED if halves[0] @ halves[1] < 0.0 else ""
+
+
+def _halves_apart(orbits: Orbits, x: Array) -> Array:
+    """What the second half of an orbit's arcs has over the first, flat."""
+    turns, starts = orbits.layout.turns, x.reshape(2, -1)
+    if starts.shape[1] % 2:
+        return np.ones(1)
+    one, two = np.hsplit(starts, 2)
+    return (two - one - [[0.5 * turns], [0.0]]).ravel()
+
+
+def _with_bifurcations(orbits: Orbits, followed: Followed) -> Iterator[OrbitPoint]:
+    """The physical points of a branch, and those where something changes."""
+    branch = orbits.branch()
+    for one, two in pairwise(followed.points):
+        here, there = orbit_point(orbits, one), orbit_point(orbits, two)
+        if here.margin > 0.0:
+            yield here
+        for kind, test in _tests(orbits, (one, here), (two, there)):
+            try:
+                at = orbit_point(orbits, branch.between(one, two, test), kind)
+            except ArithmeticError:
+                continue
+            if _is_true(at):
+                yield at
+        last = there
+    if last.margin > 0.0:
+        yield last
+
+
+def _is_true(point: OrbitPoint) -> bool:
+    """Not the pole of a multiplier beside a graze, nor beyond one."""
+    if point.kind == GRAZING:
+        return True
+    missed = min(abs(each + 1.0) for each in point.multipliers)
+    return point.margin > 0.0 and (point.kind != DOUBLING or missed < TRUE)
+
+
+def _tests(
+    orbits: Orbits, before: tuple[Point, OrbitPoint], after: tuple[Point, OrbitPoint]
+) -> Iterator[tuple[str, Callable[[Point], float]]]:
+    """What changes between two points, and the function whose sign tells."""
+    (one, here), (two, there) = before, after
+    if one.along * two.along < 0.0:
+        yield FOLD, lambda point: point.along
+    signs = [beyond(np.array(each.multipliers), -1.0) for each in (here, there)]
+    if signs[0] * signs[1] < 0.0:
+        yield (
+            DOUBLING,
+            lambda point: beyond(orbits.multipliers(point.x, point.parameter), -1.0),
+        )
+    if here.margin * there.margin <= 0.0:
+        yield GRAZING, lambda point: orbits.margin(point.x, point.parameter)
+
+
+def orbits_at(found: OrbitBranch, value: float) -> Iterator[OrbitPoint]:
+    """The orbits of a branch at a value of the figure."""
+    branch = found.orbits.branch()
+    for one, two in pairwise(found.points):
+        if (one.value - value) * (two.value - value) > 0.0:
+            continue
+        wide = two.value - one.value
+        part = (value - one.value) / wide if wide else 0.0
+        try:
+            near = branch.at(one.x + part * (two.x - one.x), value)
+            yield orbit_point(found.orbits, near)
+        except NoSolution:
+            continue

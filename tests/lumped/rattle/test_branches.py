@@ -1,0 +1,134 @@
+"""Branches of orbits beside printed bifurcations and constructed motions."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from lumped.branches.bifurcations import DOUBLING, FOLD
+from lumped.rattle.branches import GRAZING, BranchFinder, orbits_at
+from lumped.rattle.departures import apart, follow
+from lumped.rattle.machine import Machine
+from lumped.rattle.orbits import find_orbits
+from lumped.rattle.periodic import (
+    least_eccentricity,
+    simple_rattle,
+    two_sided_rattle,
+)
+
+SPEEDS = 0.0, 7.0
+SCALED = Machine(damping=0.6, eccentricity=0.1, half_backlash=0.6)
+
+
+def branches(figure, limits, value, count=2, machine=SCALED, doublings=1):
+    finder = BranchFinder(machine, figure, limits, doublings)
+    there = replace(machine, **{figure: value})
+    for orbit in find_orbits(there, count, SPEEDS):
+        finder.from_orbit(orbit, value)
+    return finder.found
+
+
+@pytest.fixture(scope="module")
+def over_damping():
+    return branches("damping", (0.5, 0.75), 0.575)
+
+
+@pytest.fixture(scope="module")
+def over_eccentricity():
+    return branches("eccentricity", (0.055, 0.11), 0.072, count=1)
+
+
+def points(found, name, kind):
+    return [
+        point.value
+        for branch in found
+        if branch.itinerary.name == name
+        for point in branch.bifurcations
+        if point.kind == kind
+    ]
+
+
+@pytest.mark.parametrize(
+    ("name", "kind", "printed", "digits"),
+    [
+        ("P(1,2,0)", FOLD, 0.5997, 1e-4),
+        ("P(2,2,1)", DOUBLING, 0.5818, 1e-4),
+        ("P(4,4,2)", GRAZING, 0.5922, 1e-4),
+        ("P(1,1,0)", GRAZING, 0.6905, 2e-4),  # 0.69068
+    ],
+)
+def test_printed_bifurcations_over_damping(over_damping, name, kind, printed, digits):
+    """Figures 3.13 and 3.14, section 6.2."""
+    (found,) = points(over_damping, name, kind)
+    assert found == pytest.approx(printed, abs=digits)
+
+
+def test_printed_bifurcations_over_eccentricity(over_eccentricity):
+    """Section 6.2: a doubling at 0.076, births at 0.0596 and, seen at, 0.067."""
+    (doubles,) = points(over_eccentricity, "P(1,1,1)", DOUBLING)
+    assert doubles == pytest.approx(0.076, abs=5e-4)
+    (born,) = points(over_eccentricity, "P(1,1,0)", FOLD)
+    assert born == pytest.approx(least_eccentricity(SCALED), rel=1e-9)
+    (born,) = points(over_eccentricity, "P(1,1,1)", FOLD)
+    for value, count in ((born - 1e-7, 0), (born + 1e-7, 2)):
+        machine = replace(SCALED, eccentricity=value)
+        assert len(two_sided_rattle(machine)) == count
+
+
+def test_grazing_ends_where_the_closed_form_becomes_virtual(over_damping):
+    (grazes,) = points(over_damping, "P(1,1,0)", GRAZING)
+    for value, physical in ((grazes - 1e-9, True), (grazes + 1e-9, False)):
+        in_phase, _ = simple_rattle(replace(SCALED, damping=value))
+        assert in_phase.physical == physical
+    # the motion that meets both flanks is the same there
+    assert points(over_damping, "P(1,1,1)", GRAZING) == [
+        pytest.approx(grazes, rel=1e-9)
+    ]
+
+
+def test_every_orbit_is_a_fixed_point_of_the_return_map(over_damping):
+    for branch in over_damping:
+        for point in branch.points[1:-1:5]:
+            machine = replace(SCALED, damping=point.value)
+            count = len(point.departures)
+            path = follow(machine, point.departures[0], count + 1)
+            assert apart(path[0], path[-1]) < 1e-6 * max(1.0, point.largest)
+            assert path[:-1, 2].sum() == branch.itinerary.lower
+
+
+def test_a_doubled_motion_settles_where_it_is_stable(over_damping):
+    (branch,) = (b for b in over_damping if b.itinerary.name == "P(4,4,2)")
+    (orbit,) = orbits_at(branch, 0.585)
+    assert orbit.stable
+    machine = replace(SCALED, damping=0.585)
+    path = follow(machine, np.add(orbit.departures[0], 1e-4), 401)
+    gap = min(apart(path[-1], each) for each in orbit.departures)
+    assert gap < 1e-9
+    assert branch.origin.startswith("period doubling of branch ")
+
+
+@pytest.mark.parametrize(
+    ("figure", "limits", "changes"),
+    [
+        ("half_backlash", (0.58, 0.7), {}),
+        ("restitution", (0.9, 1.0), {}),
+        ("stiffness", (5e3, 2e4), {"stiffness": 1e4}),
+        ("ripple", (0.0, 0.5), {"ripple_order": 2}),
+        ("ripple_phase", (0.0, 1.0), {"ripple": 0.3, "ripple_order": 2}),
+    ],
+)
+def test_any_figure_of_the_machine_can_vary(figure, limits, changes):
+    machine = replace(SCALED, **changes)
+    value = 0.5 * (limits[0] + limits[1])
+    found = branches(figure, limits, value, 1, machine)
+    whole = [b for b in found if b.itinerary.name == "P(1,1,0)"]
+    assert whole
+    for branch in whole:
+        ends = sorted((branch.points[0].value, branch.points[-1].value))
+        assert ends == pytest.approx(limits, abs=1e-12)
+        for point in branch.points[1:-1:3]:
+            there = replace(machine, **{figure: point.value})
+            path = follow(there, point.departures[0], 2)
+            assert apart(path[0], path[-1]) < 1e-6
