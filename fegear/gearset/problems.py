@@ -54,25 +54,29 @@ def shown(value: Any) -> str:
     return text if len(text) <= 40 else f"{text[:37]}..."
 
 
-def first_problem(error: ValidationError, tables: Mapping[str, Any]) -> str:
-    """One line on the first error; a misspelled key comes before its absence."""
+def first_problem(
+    error: ValidationError,
+    tables: Mapping[str, Any],
+    document: type[BaseModel] = Document,
+) -> str:
+    """One line on the first error; a misspelled key comes before its absence.
+
+    document : what the tables were read as
+    """
     details = error.errors(include_url=False)
     misspelled = [item for item in details if item["type"] == "extra_forbidden"]
-    return _sentence((misspelled or details)[0], tables)
-
-
-def _sentence(item: ErrorDetails, tables: Mapping[str, Any]) -> str:
-    where, key = _place(item["loc"], tables)
-    text = _statement(item, key)
+    first = (misspelled or details)[0]
+    where, key = _place(first["loc"], tables)
+    text = _statement(first, key, document)
     return f"{where}: {text}" if where else text
 
 
-def _statement(item: ErrorDetails, key: str) -> str:
+def _statement(item: ErrorDetails, key: str, document: type[BaseModel]) -> str:
     kind, value = item["type"], item["input"]
     if kind == "extra_forbidden":
         if OTHER_GEARS.search(str(item["loc"][-1])):
             return f"{key}: {EXTERNAL_SPUR}"
-        hint = nearest(str(item["loc"][-1]), known_keys(item["loc"][:-1]))
+        hint = nearest(str(item["loc"][-1]), known_keys(item["loc"][:-1], document))
         return f"unknown key {key}{hint}"
     if kind == "missing":
         return f"{_bracketed(key)} is missing"
@@ -126,9 +130,11 @@ def _dotted(parts: Iterable[int | str]) -> str:
     return text
 
 
-def known_keys(loc: Iterable[int | str]) -> list[str]:
+def known_keys(
+    loc: Iterable[int | str], document: type[BaseModel] = Document
+) -> list[str]:
     """Keys of the table at a location of the document."""
-    model: type[BaseModel] = Document
+    model = document
     for part in loc:
         if isinstance(part, str) and part in model.model_fields:
             model = model_of(model.model_fields[part].annotation) or model

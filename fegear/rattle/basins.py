@@ -49,7 +49,7 @@ class BasinsResult:
         low, high = basins.grid.velocity
         clear = float(np.mean(basins.attractor >= 0))
         return {
-            "machine": self.named.name,
+            **self.named.heading,
             **figures_of(basins.machine),
             "cells_a_side": basins.grid.side,
             "velocity_rad_per_turn": [low, high],

@@ -8,29 +8,97 @@ from dataclasses import dataclass, fields, replace
 from importlib import resources
 from importlib.resources.abc import Traversable
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
-from pydantic import Field, ValidationError
+from pydantic import Field, ValidationError, model_validator
 
 from fegear.errors import InputError
 from fegear.gearset.problems import first_problem
 from fegear.gearset.read import parsed_toml, path_of
-from fegear.gearset.schema import Entries, Keys, Name
+from fegear.gearset.schema import (
+    Entries,
+    Keys,
+    Name,
+    require_all_or_none,
+    require_exactly_one,
+)
 from fegear.output import read_text
-from lumped.rattle.machine import Machine
+from lumped.rattle.assembly import Absorber, Assembly, Shafts, SprungGear
+from lumped.rattle.machine import Machine, effective_eccentricity
+
+OF_GEARS = (
+    "driving_eccentricity_rad",
+    "driven_eccentricity_rad",
+    "eccentricity_phase_rad",
+)
+ANGLES = {"eccentricity", "half_backlash", "ripple_phase"}
+PARTS = {
+    "shafts": Shafts,
+    "driving_gear": SprungGear,
+    "driven_gear": SprungGear,
+    "absorber": Absorber,
+}
 
 
 class MachineKeys(Keys):
-    """The table [machine]; see `lumped.rattle.machine.Machine`."""
+    """The table [machine]; see `lumped.rattle.machine.Machine`.
+
+    eccentricity_rad : of the transmission error, or of each gear and the angle from
+        the long side of one to that of the other where they mesh
+    """
 
     damping: float
-    eccentricity_rad: float
+    eccentricity_rad: float | None = None
+    driving_eccentricity_rad: float | None = Field(default=None, ge=0.0)
+    driven_eccentricity_rad: float | None = Field(default=None, ge=0.0)
+    eccentricity_phase_rad: float | None = None
     half_backlash_rad: float
     stiffness: float = math.inf
     restitution: float = 1.0
     ripple: float = 0.0
     ripple_order: int = Field(default=1, ge=1, le=1000)
     ripple_phase_rad: float = 0.0
+
+    @model_validator(mode="after")
+    def _one_eccentricity(self) -> MachineKeys:
+        require_all_or_none(self, *OF_GEARS)
+        require_exactly_one(self, "eccentricity_rad", OF_GEARS[0])
+        return self
+
+
+class ShaftsKeys(Keys):
+    """The table [shafts]; see `lumped.rattle.assembly.Shafts`."""
+
+    driving_inertia: float = 1.0
+    driven_inertia: float = 1.0
+    driving_drag: float = 1.0
+    driven_drag: float = 1.0
+
+
+class SprungGearKeys(Keys):
+    """The table [driven_gear]; see `lumped.rattle.assembly.SprungGear`."""
+
+    stiffness: float
+    inertia: float = 0.0
+    damping: float = 0.0
+
+
+class DrivingGearKeys(SprungGearKeys):
+    """The table [driving_gear]."""
+
+    motor_on_gear: bool = False
+
+
+class AbsorberKeys(Keys):
+    """The table [absorber]; see `lumped.rattle.assembly.Absorber`."""
+
+    mass: float
+    pivot_radius: float
+    path_radius: float
+    damping: float = 0.0
+    gear_eccentricity_rad: float = 0.0
+    offset_angle_rad: float = 0.0
+    gear: Literal["driving", "driven"] = "driving"
 
 
 class MachineFile(Keys):
@@ -40,16 +108,45 @@ class MachineFile(Keys):
     description: str = ""
     inferences: Entries[str] = ()
     machine: MachineKeys
+    shafts: ShaftsKeys = ShaftsKeys()
+    driving_gear: DrivingGearKeys | None = None
+    driven_gear: SprungGearKeys | None = None
+    absorber: AbsorberKeys | None = None
 
 
 @dataclass(frozen=True)
 class NamedMachine:
-    """A machine with its name; inferences : what of it was not printed."""
+    """A machine with its name; inferences : what of it was not printed.
+
+    gear_eccentricities : of the driving and the driven gear and the phase between them
+        [rad], where they are known
+    """
 
     name: str
     description: str
     inferences: tuple[str, ...]
-    machine: Machine
+    assembly: Assembly
+    gear_eccentricities: tuple[float, float, float] | None = None
+
+    @property
+    def machine(self) -> Machine:
+        """Its one equation of relative motion; InputError where it has more."""
+        try:
+            return self.assembly.as_machine()
+        except ValueError as error:
+            raise InputError(
+                f"{self.name}: {error}; only fegear rattle critical takes a machine "
+                "whose relative rotation has no equation of its own"
+            ) from None
+
+    @property
+    def heading(self) -> dict[str, Any]:
+        """What every summary says of it first."""
+        return {
+            "machine": self.name,
+            "description": self.description,
+            "inferences": list(self.inferences),
+        }
 
 
 def load_machine(
@@ -66,7 +163,7 @@ def load_machine(
     else:
         text = read_text(path_of(name_or_path, "machine", known))
     try:
-        return _machine(text, changes or {})
+        return _named(text, changes or {})
     except (InputError, ValueError) as error:
         raise InputError(f"{name_or_path}: {error}") from None
 
@@ -81,28 +178,54 @@ def _folder() -> Traversable:
     return resources.files("fegear.rattle") / "machines"
 
 
-def _machine(text: str, changes: Mapping[str, Any]) -> NamedMachine:
+def _named(text: str, changes: Mapping[str, Any]) -> NamedMachine:
     tables = parsed_toml(text)
     try:
         given = MachineFile.model_validate(tables)
     except ValidationError as error:
-        raise InputError(first_problem(error, tables)) from None
-    keys = {name.removesuffix("_rad"): v for name, v in dict(given.machine).items()}
-    machine = replace(Machine(**keys), **changes)
+        raise InputError(first_problem(error, tables, MachineFile)) from None
+    figures = _values(given.machine)
+    gears = [figures.pop(name.removesuffix("_rad")) for name in OF_GEARS]
+    of_gears = None if gears[0] is None else (gears[0], gears[1], gears[2])
+    if of_gears is not None:
+        figures["eccentricity"] = effective_eccentricity(*of_gears)
+    if "eccentricity" in changes:
+        of_gears = None
+    machine = replace(Machine(**figures), **changes)
     if not machine.is_impact and machine.restitution != 1.0:
         raise InputError(
             f"restitution = {machine.restitution:g}; belongs to impacts, flanks with a "
             "stiffness have none"
         )
-    return NamedMachine(given.name, given.description, given.inferences, machine)
+    parts = {
+        name: _part(name, keys)
+        for name in PARTS
+        if (keys := getattr(given, name)) is not None
+    }
+    return NamedMachine(
+        *(given.name, given.description, given.inferences),
+        Assembly(machine=machine, **parts),
+        of_gears,
+    )
+
+
+def _values(keys: Keys) -> dict[str, Any]:
+    return {name.removesuffix("_rad"): value for name, value in dict(keys).items()}
+
+
+def _part(name: str, keys: Keys) -> Any:
+    try:
+        return PARTS[name](**_values(keys))
+    except ValueError as error:
+        raise InputError(f"{name}: {error}") from None
 
 
 def figures_of(machine: Machine) -> dict[str, float | None]:
     """Plain figures with units in their names; None for an infinite stiffness."""
-    units = {name: f"{name}_rad" for name in ("eccentricity", "half_backlash")}
-    units["ripple_phase"] = "ripple_phase_rad"
     values = {f.name: getattr(machine, f.name) for f in fields(machine)}
     return {
-        units.get(name, name): value if math.isfinite(value) else None
+        f"{name}_rad" if name in ANGLES else name: value
+        if math.isfinite(value)
+        else None
         for name, value in values.items()
     }

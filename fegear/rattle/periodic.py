@@ -26,7 +26,7 @@ def periodic_summary(
     machine = named.machine
     known = has_closed_form(machine)
     return {
-        "machine": named.name,
+        **named.heading,
         **figures_of(machine),
         "departures": departures,
         "velocity_rad_per_turn": list(velocity),

@@ -2,40 +2,89 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+import math
+from collections.abc import Iterator
+from dataclasses import asdict, fields, replace
 from typing import Any
 
 from fegear.rattle.machines import NamedMachine, figures_of
-from lumped.rattle.quiet import contact_margin, critical_by_search
+from lumped.rattle.assembly import Assembly
+from lumped.rattle.quiet import quiet_motion
+from lumped.rattle.receptances import critical_by_receptances
 
 CHANGED = 1e-4  # relative change of a figure that tells a sensitivity
-VARIED = "damping", "stiffness"
+VARIED = "damping", "stiffness", "ripple"  # of the machine
 
 
 def quiet_summary(named: NamedMachine) -> dict[str, Any]:
     """Critical eccentricity, margin and sensitivities, plain values ready for JSON."""
-    machine = named.machine
-    critical = critical_by_search(machine)
+    assembly = named.assembly
+    motion = quiet_motion(assembly)
+    critical, margin = motion.critical_eccentricity, motion.contact_margin
     return {
-        "machine": named.name,
-        **figures_of(machine),
+        **named.heading,
+        **figures_of(assembly.machine),
+        "shafts": asdict(assembly.shafts),
+        **{name: asdict(part) for name, part in assembly.beside_shafts},
         "critical_eccentricity_rad": critical,
-        "least_contact_load_over_mean": contact_margin(machine),
-        "quiet_motion_exists": contact_margin(machine) > 0.0,
+        "critical_without_ripple_rad": critical_by_receptances(assembly),
+        "least_contact_load_over_mean": margin,
+        "quiet_motion_exists": margin > 0.0,
+        **_of_gears(named, critical),
         "percent_of_critical_per_percent": {
-            name: _sensitivity(named, name, critical)
-            for name in VARIED
-            if not (name == "stiffness" and machine.is_impact)
+            name: _sensitivity(*both) for name, *both in _varied(assembly)
         },
-        "inferences": list(named.inferences),
     }
 
 
-def _sensitivity(named: NamedMachine, name: str, critical: float) -> float | None:
+def _of_gears(named: NamedMachine, critical: float) -> dict[str, float | None]:
+    """Eccentricity of each gear, and how far apart their long sides may stand."""
+    if named.gear_eccentricities is None:
+        return {}
+    driving, driven, phase = named.gear_eccentricities
+    within = None
+    if critical > abs(driving - driven):
+        within = math.pi
+        if critical < driving + driven:
+            # eq. 2.9 solved for the phase
+            cosine = (driving**2 + driven**2 - critical**2) / (2.0 * driving * driven)
+            within = math.acos(cosine)
+    return {
+        "driving_eccentricity_rad": driving,
+        "driven_eccentricity_rad": driven,
+        "eccentricity_phase_rad": phase,
+        "quiet_for_phases_within_rad": within,
+    }
+
+
+def _varied(assembly: Assembly) -> Iterator[tuple[str, Assembly, Assembly]]:
+    """Figures that can help, with less and more of each."""
+    machine = assembly.machine
+    for name in VARIED:
+        value = getattr(machine, name)
+        if value and math.isfinite(value):
+            less, more = (
+                replace(assembly, machine=replace(machine, **{name: value * factor}))
+                for factor in (1.0 - CHANGED, 1.0 + CHANGED)
+            )
+            yield name, less, more
+    for table, part in (("shafts", assembly.shafts), *assembly.beside_shafts):
+        for each in fields(part):
+            value = getattr(part, each.name)
+            if isinstance(value, float) and value:
+                less, more = (
+                    replace(
+                        assembly,
+                        **{table: replace(part, **{each.name: value * factor})},
+                    )
+                    for factor in (1.0 - CHANGED, 1.0 + CHANGED)
+                )
+                yield f"{table}.{each.name}", less, more
+
+
+def _sensitivity(less: Assembly, more: Assembly) -> float | None:
     """Relative change of the critical eccentricity over that of a figure."""
-    if critical == 0.0:
+    low, high = (quiet_motion(each).critical_eccentricity for each in (less, more))
+    if low == 0.0 or high == 0.0:
         return None
-    machine = named.machine
-    changed = {name: getattr(machine, name) * (1.0 + CHANGED)}
-    after = critical_by_search(replace(machine, **changed))
-    return (after / critical - 1.0) / CHANGED
+    return math.log(high / low) / (2.0 * CHANGED)

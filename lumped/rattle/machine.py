@@ -13,11 +13,20 @@ from lumped.rattle.kernels.arrays import Rattle
 TURN = 2.0 * math.pi
 
 
+def effective_eccentricity(driving: float, driven: float, phase: float) -> float:
+    """Of two eccentric gears, their long sides `phase` apart [rad]; eq. 2.9.
+
+    Nothing is left of equal eccentricities in phase.
+    """
+    square = driving**2 + driven**2 - 2.0 * driving * driven * math.cos(phase)
+    return math.sqrt(max(square, 0.0))
+
+
 @dataclass(frozen=True, kw_only=True)
 class Machine:
     """Two equal shafts, geared one to one; x is their relative rotation [rad].
 
-    x'' + delta x' + 2 kappa B(x) = 4 pi delta - 4 pi^2 eps cos 2 pi t
+    x'' + delta x' + 2 kappa B(x) = 4 pi delta d - 4 pi^2 eps cos 2 pi t
         - 2 pi delta eps sin 2 pi t + gamma cos(2 pi n t + xi),    eqs. 2.23, 2.26
 
     with time t in turns and B(x) = x - beta, 0, x + beta above, in and below the play.
@@ -28,6 +37,7 @@ class Machine:
     stiffness : kappa of the flanks; infinite in the impact limit
     restitution : of impacts, in the impact limit
     ripple, ripple_order, ripple_phase : gamma [rad], n and xi [rad] of the torque
+    drive : d, of shafts that are not equal but slow down at one rate
     """
 
     damping: float
@@ -38,6 +48,7 @@ class Machine:
     ripple: float = 0.0
     ripple_order: int = 1
     ripple_phase: float = 0.0
+    drive: float = 1.0
 
     def __post_init__(self) -> None:
         least, play = self.damping**2 / 8.0, self.half_backlash
@@ -50,6 +61,7 @@ class Machine:
             ("ripple", "finite", math.isfinite(self.ripple)),
             ("ripple_order", "1 or more", self.ripple_order >= 1),
             ("ripple_phase", "finite", math.isfinite(self.ripple_phase)),
+            ("drive", "above 0 and finite", 0.0 < self.drive < math.inf),
         ):
             if not good:
                 raise ValueError(
@@ -84,16 +96,16 @@ class Machine:
     def arrays(self) -> Rattle:
         """As the kernels take it."""
         stiffness = 2.0 * self.stiffness
+        drift = 2.0 * TURN * self.drive
         free = self.forced(0.0)
         pressed = (0j, 0j) if self.is_impact else self.forced(stiffness)
-        drive = 2.0 * TURN * self.damping
         return Rattle(
             damping=self.damping,
             play=self.half_backlash,
             stiffness=stiffness,
             restitution=self.restitution,
-            drift=2.0 * TURN,
-            offset=drive / stiffness,
+            drift=drift,
+            offset=drift * self.damping / stiffness,
             order=float(self.ripple_order),
             free=_parts(free),
             pressed=_parts(pressed),

@@ -72,7 +72,8 @@ def simple_rattle(machine: Machine, turns: int = 1) -> tuple[SimpleRattle, ...]:
         return ()
     r = machine.restitution
     # it leaves at r times the speed at which it came; drag takes 4 pi m delta a cycle
-    velocity = 2.0 * TURN * turns * machine.damping * r / (1.0 + r)
+    drift = 2.0 * TURN * machine.drive
+    velocity = drift * turns * machine.damping * r / (1.0 + r)
     first = math.asin(sine) / TURN
     layout = Layout(turns, ONE_FLANK, 0.0 * ONE_FLANK)
     found = []
@@ -115,7 +116,7 @@ class _TwoSided:
         """Matrix (2, 2) and right side (2,) of the impacts' conditions, and speeds
         (2, 3) after both: of the transmission error's cosine and sine, and at rest."""
         delta, r = self.machine.damping, self.machine.restitution
-        drift, play = 2.0 * TURN, self.machine.half_backlash
+        drift, play = 2.0 * TURN * self.machine.drive, self.machine.half_backlash
         c, s = math.cos(TURN * lower), math.sin(TURN * lower)
         times = lower, self.turns - lower
         fades = [math.exp(-delta * time) for time in times]
@@ -182,4 +183,5 @@ def _balance(machine: Machine, turns: int) -> float:
     """Eccentricity times the sine of the departure's time."""
     r, loss = machine.restitution, machine.damping * turns
     fade = math.exp(-loss)
-    return 2.0 - 2.0 * loss * (1.0 + r * fade) / ((1.0 + r) * -math.expm1(-loss))
+    slowed = loss * (1.0 + r * fade) / ((1.0 + r) * -math.expm1(-loss))
+    return 2.0 * machine.drive * (1.0 - slowed)

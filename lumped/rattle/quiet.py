@@ -2,58 +2,101 @@
 
 from __future__ import annotations
 
-import math
-from dataclasses import replace
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
-from scipy.optimize import brentq
+from numpy.typing import NDArray
+from scipy.optimize import minimize_scalar
 
-from lumped.rattle.machine import TURN, Machine
+from lumped.rattle.assembly import Assembly
+from lumped.rattle.machine import TURN
 
-INSTANTS = 4096  # of a turn at which flanks are looked at
+INSTANTS = 256  # of each cycle of the fastest forcing at which flanks are looked at
 
 
-def critical_eccentricity(machine: Machine) -> float:
-    """Above which flanks part, without torque ripple [rad]; eqs. 2.36 and 2.37.
+@dataclass(frozen=True)
+class QuietMotion:
+    """Permanent contact of an assembly, whatever the sign of its tooth load.
 
-    The mean load 4 pi delta must hold the flanks together against the forced motion:
-    2 pi delta / kappa > |p|, or, in impacts, 4 pi delta > |forcing|.
+    Amplitudes (n + 1,) of the parts' rotations and of the tooth load, of e^(i w t) at a
+    turn per unit eccentricity and at `ripple_order`, and their means.
     """
-    delta, kappa = machine.damping, machine.stiffness
-    per_unit = TURN * math.hypot(TURN, delta)
-    if machine.is_impact:
-        return 2.0 * TURN * delta / per_unit
-    dynamic = math.hypot(2.0 * kappa - TURN**2, delta * TURN)
-    return TURN * delta / kappa * dynamic / per_unit
+
+    assembly: Assembly
+    names: tuple[str, ...]
+    mean: NDArray[np.float64]
+    turn: NDArray[np.complex128]
+    ripple: NDArray[np.complex128]
+
+    @property
+    def contact_margin(self) -> float:
+        """Least tooth load over a turn, over its mean; negative where flanks part."""
+        eccentricity = self.assembly.machine.eccentricity
+
+        def load(t: NDArray[np.float64]) -> NDArray[np.float64]:
+            return self._wave(t, eccentricity * self.turn[-1], self.ripple[-1])
+
+        return 1.0 + self._least(load) / float(self.mean[-1])
+
+    @cached_property
+    def critical_eccentricity(self) -> float:
+        """Above which flanks part [rad]; 0 if they part without eccentricity.
+
+        The load is linear in the eccentricity: at each instant what it takes away per
+        unit eccentricity, over what there is, must be at most 1 over the eccentricity.
+        """
+        mean = float(self.mean[-1])
+
+        def taken(t: NDArray[np.float64]) -> NDArray[np.float64]:
+            there = mean + self._wave(t, 0.0, self.ripple[-1])
+            return self._wave(t, self.turn[-1], 0.0) / there
+
+        there = mean + self._least(lambda t: self._wave(t, 0.0, self.ripple[-1]))
+        return -1.0 / self._least(taken) if there > 0.0 else 0.0
+
+    def largest_swing(self, one: str, other: str | None = None) -> float:
+        """Of a rotation, or of the difference of two, about its mean [rad]."""
+        row = np.zeros(len(self.names))
+        row[self.names.index(one)] += 1.0
+        if other is not None:
+            row[self.names.index(other)] -= 1.0
+        eccentricity = self.assembly.machine.eccentricity
+        turn = complex(eccentricity * (row @ self.turn[:-1]))
+        ripple = complex(row @ self.ripple[:-1])
+        return -self._least(lambda t: -np.abs(self._wave(t, turn, ripple)))
+
+    def _wave(
+        self, t: NDArray[np.float64], turn: complex, ripple: complex
+    ) -> NDArray[np.float64]:
+        rate = TURN * self.assembly.machine.ripple_order
+        found = turn * np.exp(1j * TURN * t) + ripple * np.exp(1j * rate * t)
+        return np.asarray(found.real)
+
+    def _least(
+        self, of_time: Callable[[NDArray[np.float64]], NDArray[np.float64]]
+    ) -> float:
+        count = INSTANTS * self.assembly.machine.ripple_order
+        t = np.arange(count) / count
+        values = of_time(t)
+        at, beside = t[int(np.argmin(values))], 1.0 / count
+        found = minimize_scalar(
+            lambda t: float(of_time(np.array(t))),
+            bounds=(at - beside, at + beside),
+            method="bounded",
+            options={"xatol": 1e-6 * beside},
+        )
+        return min(float(found.fun), float(values.min()))
 
 
-def contact_margin(machine: Machine) -> float:
-    """Least contact force over a turn, over its mean; negative where flanks part."""
-    t = np.arange(INSTANTS) / INSTANTS
-    rates = TURN, TURN * machine.ripple_order
-    if machine.is_impact:
-        # flanks at rest on each other are pressed by what would part them
-        waves, mean = machine.loads, 2.0 * TURN * machine.damping
-    else:
-        stiffness = 2.0 * machine.stiffness
-        waves = machine.forced(stiffness)
-        mean = 2.0 * TURN * machine.damping / stiffness
-    load = sum(
-        (wave * np.exp(1j * rate * t)).real
-        for wave, rate in zip(waves, rates, strict=True)
+def quiet_motion(assembly: Assembly) -> QuietMotion:
+    """The motion in permanent contact that all others there tend to."""
+    linear, machine = assembly.linear(), assembly.machine
+    still = np.zeros(linear.row.size)
+    return QuietMotion(
+        *(assembly, linear.names),
+        mean=linear.respond(0.0, linear.mean).real,
+        turn=linear.respond(TURN, still, 1.0),
+        ripple=linear.respond(TURN * machine.ripple_order, linear.ripple),
     )
-    return float(1.0 + np.min(load) / mean)
-
-
-def critical_by_search(machine: Machine) -> float:
-    """The same with torque ripple, by search; 0 if flanks part without eccentricity."""
-
-    def margin(eccentricity: float) -> float:
-        return contact_margin(replace(machine, eccentricity=eccentricity))
-
-    if margin(0.0) <= 0.0:
-        return 0.0
-    high = critical_eccentricity(machine) + 1e-12
-    while margin(high) > 0.0:
-        high *= 2.0
-    return float(brentq(margin, 0.0, high, xtol=1e-15, rtol=1e-12))

@@ -12,7 +12,13 @@ import typer
 
 from fegear.cli.groups import Range, grouped, option
 from fegear.cli.options import ResumedOutputs, named_options
-from fegear.cli.rattle.machine import MachineName, MotionFigures, Velocity, speeds_of
+from fegear.cli.rattle.machine import (
+    MachineName,
+    MotionFigures,
+    Velocity,
+    print_machine,
+    speeds_of,
+)
 from fegear.cli.screen import number, ruled_table, screen
 
 EXAMPLE = "fegear rattle basin roots-scaled -o basins.npz --plot basins.png"
@@ -75,9 +81,9 @@ def basin_command(
 
 def print_basins(values: dict[str, Any]) -> None:
     console = screen()
+    print_machine(values)
     console.print(
-        f"{values['machine']}, {values['cells_a_side']} cells a side, "
-        f"{values['iterations']} returns at most"
+        f"{values['cells_a_side']} cells a side, {values['iterations']} returns at most"
     )
     table = ruled_table(
         *("motion", "part [%]", "+- [%]", "period\n[turns]", "at time\n[turns]"),

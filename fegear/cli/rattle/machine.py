@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from fegear.cli.groups import Range, option
 from fegear.cli.options import limits_of
+from fegear.cli.screen import say
 from fegear.errors import InputError
 
 if TYPE_CHECKING:
@@ -86,6 +87,13 @@ class MotionFigures(LoadFigures):
     def given(self) -> dict[str, float | None]:
         own = {"half_backlash": self.beta, "restitution": self.restitution}
         return super().given | own
+
+
+def print_machine(values: dict[str, Any]) -> None:
+    """What it is, and what of it was not printed in its source."""
+    say(f"{values['machine']}: {values['description'] or 'no description'}")
+    for inference in values["inferences"]:
+        say(f"inferred: {inference}")
 
 
 def speeds_of(text: str) -> tuple[float, float]:

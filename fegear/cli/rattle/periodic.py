@@ -8,7 +8,13 @@ import typer
 
 from fegear.cli.groups import Range, grouped
 from fegear.cli.options import AsJson, show
-from fegear.cli.rattle.machine import MachineName, MotionFigures, Velocity, speeds_of
+from fegear.cli.rattle.machine import (
+    MachineName,
+    MotionFigures,
+    Velocity,
+    print_machine,
+    speeds_of,
+)
 from fegear.cli.screen import number, ruled_table, screen
 
 EXAMPLE = "fegear rattle periodic roots-scaled --departures 2"
@@ -44,10 +50,8 @@ def periodic_command(
 
 def print_periodic(values: dict[str, Any]) -> None:
     console = screen()
-    console.print(
-        f"{values['machine']}: motions of up to {values['departures']} departures a "
-        "period"
-    )
+    print_machine(values)
+    console.print(f"motions of up to {values['departures']} departures a period")
     table = ruled_table(
         *("motion", "stable", "largest\nmultiplier", "departures: time [turns]"),
         "speed [rad per turn]",

@@ -118,32 +118,6 @@ def test_what_is_wrong_is_one_line(words, message, capsys):
     assert error.count("\n") == 1
 
 
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        ('name = "x"\n[machine]\ndamping = 0.6\n', "eccentricity_rad"),
-        ('name = "x"\n[machine]\ndamping = "a"\n', "damping"),
-        (
-            'name = "x"\n[machine]\ndamping = -1\neccentricity_rad = 0\n'
-            "half_backlash_rad = 1\n",
-            "damping must be above 0",
-        ),
-        (
-            'name = "x"\n[machine]\ndamping = 1\neccentricity_rad = 0\n'
-            "half_backlash_rad = 1\nplay = 3\n",
-            "play",
-        ),
-    ],
-)
-def test_a_machine_file_that_is_wrong_is_refused(tmp_path, capsys, text, message):
-    path = tmp_path / "m.toml"
-    path.write_text(text)
-    assert run(["rattle", "critical", str(path)]) == 2
-    error = capsys.readouterr().err
-    assert "m.toml" in error
-    assert message in error
-
-
 def test_a_killed_run_loses_the_tiles_under_way_only(tmp_path):
     """And gives the same file when it is taken up again."""
     words = [*BASIN, "--grid", "120", "-o"]

@@ -1,0 +1,275 @@
+"""A machine in its parts: shafts, gears on springs, a pendulum absorber.
+
+Figures of inertia, drag and stiffness are over the inertia I and the speed of an equal
+shaft, in turns per second, as those of `Machine`; lengths are over the pitch radius r.
+"""
+
+from __future__ import annotations
+
+import cmath
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, field, fields, replace
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lumped.rattle.machine import TURN, Machine
+
+Array = NDArray[np.float64]
+Side = Literal["driving", "driven"]
+
+
+def _require(part: Any, *allowed: tuple[str, str, bool]) -> None:
+    for name, text, good in allowed:
+        if not good:
+            raise ValueError(f"{name} must be {text}, got {getattr(part, name):g}")
+
+
+def _above(part: Any, *names: str) -> None:
+    _require(
+        part,
+        *((n, "above 0 and finite", 0.0 < getattr(part, n) < math.inf) for n in names),
+    )
+
+
+def _from_zero(part: Any, *names: str) -> None:
+    _require(
+        part,
+        *((n, "0 or more", 0.0 <= getattr(part, n) < math.inf) for n in names),
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Shafts:
+    """Inertias over I and drags over those of equal shafts.
+
+    1 + eta and 1 - eta of eq. 4.3; mass added to one shaft, eq. 4.27, is 1 + 2 mu of
+    one, to both of them, eq. 4.49, 1 + nu of both.
+    """
+
+    driving_inertia: float = 1.0
+    driven_inertia: float = 1.0
+    driving_drag: float = 1.0
+    driven_drag: float = 1.0
+
+    def __post_init__(self) -> None:
+        _above(self, *(each.name for each in fields(self)))
+
+
+@dataclass(frozen=True, kw_only=True)
+class SprungGear:
+    """A gear on a torsional spring on its shaft, eqs. 4.105-4.111 and appendix A.
+
+    motor_on_gear : whether the torque acts on the gear, not on the shaft behind it
+    """
+
+    stiffness: float
+    inertia: float = 0.0
+    damping: float = 0.0
+    motor_on_gear: bool = False
+
+    def __post_init__(self) -> None:
+        _above(self, "stiffness")
+        _from_zero(self, "inertia", "damping")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Absorber:
+    """A centrifugal pendulum on a gear, a point on a circular path; section 5.2.
+
+    mass : over I / r^2; damping : of force along the path per angle, over I times
+        speed over r
+    pivot_radius, path_radius : r1 from the gear's centre to that of the path, and r2
+    gear_eccentricity, offset_angle : E of the gear over r [rad], and the angle from it
+        to the neutral position [rad]
+    """
+
+    mass: float
+    pivot_radius: float
+    path_radius: float
+    damping: float = 0.0
+    gear_eccentricity: float = 0.0
+    offset_angle: float = 0.0
+    gear: Side = "driving"
+
+    def __post_init__(self) -> None:
+        _above(self, "mass", "pivot_radius", "path_radius")
+        _from_zero(self, "damping", "gear_eccentricity")
+        _require(self, ("offset_angle", "finite", math.isfinite(self.offset_angle)))
+        if self.reach == 0.0:
+            raise ValueError("the path's centre must be off the axis of rotation")
+
+    @property
+    def reach(self) -> float:
+        """From the axis of rotation to the centre of the path, over r.
+
+        Both turn with the gear, so that an eccentric gear acts as a concentric one of
+        this pivot radius, its pendulum at rest at another angle.
+        """
+        arm = cmath.rect(self.pivot_radius, self.offset_angle)
+        return abs(arm + self.gear_eccentricity)
+
+
+@dataclass(frozen=True)
+class Linear:
+    """M q'' + C q' + K q = mean + ripple e^(i n w t) - row N, flanks pressed together.
+
+    row q + e(t) = half backlash + compliance N, where N is the tooth load and e(t) the
+    transmission error; compliance : of the flanks, 0 in impacts. Mean loads are those
+    beside steady rotation. Arrays (n, n) and (n,).
+    """
+
+    mass: Array
+    damping: Array
+    stiffness: Array
+    row: Array
+    mean: Array
+    ripple: NDArray[np.complex128]
+    compliance: float
+    names: tuple[str, ...]
+
+    def respond(
+        self, rate: float, force: NDArray[Any], error: complex = 0.0
+    ) -> NDArray[np.complex128]:
+        """Amplitudes of q and N (n + 1,) under e^(i rate t) of a force and an error."""
+        n = self.row.size
+        matrix = np.zeros((n + 1, n + 1), complex)
+        matrix[:n, :n] = self.stiffness - rate**2 * self.mass
+        matrix[:n, :n] += 1j * rate * self.damping
+        matrix[:n, n] = matrix[n, :n] = self.row
+        matrix[n, n] = -self.compliance
+        load = np.append(force, -error).astype(complex)
+        if rate == 0.0:
+            # all may turn together, which loads nothing: from the driving shaft on
+            matrix[0], load[0] = np.eye(n + 1)[0], 0.0
+        return np.linalg.solve(matrix, load)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Assembly:
+    """A machine and what stands in place of two equal stiff shafts."""
+
+    machine: Machine
+    shafts: Shafts = field(default_factory=Shafts)
+    driving_gear: SprungGear | None = None
+    driven_gear: SprungGear | None = None
+    absorber: Absorber | None = None
+
+    def __post_init__(self) -> None:
+        if self.driven_gear is not None and self.driven_gear.motor_on_gear:
+            raise ValueError("driven_gear.motor_on_gear must be false, got true")
+        if self.machine.drive != 1.0:
+            raise ValueError(f"drive must be 1, got {self.machine.drive:g}")
+
+    @property
+    def beside_shafts(self) -> Iterator[tuple[str, Any]]:
+        """Parts that are there beside the shafts, by name."""
+        for each in fields(self)[2:]:
+            part = getattr(self, each.name)
+            if part is not None:
+                yield each.name, part
+
+    @property
+    def mean_load(self) -> float:
+        """Of the teeth: what the drag of the driven shaft takes."""
+        return TURN * self.machine.damping * self.shafts.driven_drag
+
+    def as_machine(self) -> Machine:
+        """The one equation of relative motion, where it is one.
+
+        It is with stiff shafts whose drags are in the ratio of their inertias, as each
+        then slows down at the same rate in the play. Raises ValueError otherwise.
+        """
+        shafts, machine = self.shafts, self.machine
+        for name, _ in self.beside_shafts:
+            raise ValueError(f"[{name}] adds a motion of its own")
+        x, y = shafts.driving_inertia, shafts.driven_inertia
+        rate = shafts.driving_drag / x
+        if not math.isclose(rate, shafts.driven_drag / y, rel_tol=1e-9):
+            raise ValueError(
+                f"[shafts] drags {shafts.driving_drag:g} and {shafts.driven_drag:g} "
+                f"are not in the ratio of the inertias {x:g} and {y:g}"
+            )
+        return replace(
+            machine,
+            damping=machine.damping * rate,
+            stiffness=machine.stiffness * 0.5 * (1.0 / x + 1.0 / y),
+            drive=0.5 * (x + y) / x,
+            ripple=machine.ripple / x,
+        )
+
+    def linear(self) -> Linear:
+        """The parts in permanent contact."""
+        return _Builder(self).linear()
+
+
+class _Builder:
+    """Rows and columns of an assembly's matrices."""
+
+    def __init__(self, assembly: Assembly) -> None:
+        self.assembly = assembly
+        gears = assembly.driving_gear, assembly.driven_gear
+        names = ["driving shaft", "driven shaft"]
+        names += [
+            f"{side} gear"
+            for side, gear in zip(("driving", "driven"), gears, strict=True)
+            if gear is not None
+        ]
+        names += ["absorber"] * (assembly.absorber is not None)
+        self.names = tuple(names)
+        size = len(names)
+        self.mass, self.damping, self.stiffness = np.zeros((3, size, size))
+
+    def gear(self, side: str) -> int:
+        """Where a gear is, or the shaft that it is rigid with."""
+        own = f"{side} gear"
+        return self.names.index(own if own in self.names else f"{side} shaft")
+
+    def linear(self) -> Linear:
+        assembly, machine = self.assembly, self.assembly.machine
+        drags = assembly.shafts.driving_drag, assembly.shafts.driven_drag
+        inertias = assembly.shafts.driving_inertia, assembly.shafts.driven_inertia
+        for i in range(2):
+            self.mass[i, i] = inertias[i]
+            self.damping[i, i] = machine.damping * drags[i]
+        self.add_spring("driving", assembly.driving_gear)
+        self.add_spring("driven", assembly.driven_gear)
+        if assembly.absorber is not None:
+            self.add_absorber(assembly.absorber)
+        size = len(self.names)
+        row, motor = np.zeros(size), np.zeros(size)
+        row[self.gear("driving")], row[self.gear("driven")] = 1.0, -1.0
+        own = assembly.driving_gear
+        motor[self.gear("driving") if own is not None and own.motor_on_gear else 0] = 1
+        mean = motor * TURN * machine.damping * sum(drags)
+        mean[:2] -= TURN * machine.damping * np.array(drags)
+        return Linear(
+            *(self.mass, self.damping, self.stiffness, row, mean),
+            ripple=np.asarray(motor * machine.loads[1], np.complex128),
+            compliance=1.0 / machine.stiffness,
+            names=self.names,
+        )
+
+    def add_spring(self, side: str, gear: SprungGear | None) -> None:
+        if gear is None:
+            return
+        at = self.gear(side)
+        ends = np.zeros(len(self.names))
+        ends[at], ends[self.names.index(f"{side} shaft")] = 1.0, -1.0
+        self.mass[at, at] += gear.inertia
+        self.damping += gear.damping * np.outer(ends, ends)
+        self.stiffness += gear.stiffness * np.outer(ends, ends)
+
+    def add_absorber(self, absorber: Absorber) -> None:
+        """Eqs. 5.45-5.49, with the gear's row before that of the absorber is taken off.
+
+        Its second row is the source's times r2.
+        """
+        both = [self.gear(absorber.gear), len(self.names) - 1]
+        m, r1, r2 = absorber.mass, absorber.reach, absorber.path_radius
+        arms = np.array([r1 + r2, r2])
+        self.mass[np.ix_(both, both)] += m * np.outer(arms, arms)
+        self.damping[both[1], both[1]] += absorber.damping * r2
+        self.stiffness[both[1], both[1]] += m * r1 * r2 * TURN**2

@@ -1,0 +1,56 @@
+"""Critical eccentricity of every assembly in closed form, without torque ripple.
+
+A gear turns by its side's receptance times the tooth load. Pressed together, flanks of
+a compliance share an error e between themselves and both gears, so that the tooth load
+swings by e over the sum of the three; it must stay below its mean. Eqs. 2.36, 4.24 and
+4.132 are this sum for equal shafts, unequal ones and a sprung gear.
+"""
+
+from __future__ import annotations
+
+import math
+
+from lumped.rattle.assembly import Absorber, Assembly, SprungGear
+from lumped.rattle.machine import TURN
+
+
+def critical_by_receptances(assembly: Assembly) -> float:
+    """Above which flanks part, without torque ripple [rad]."""
+    machine, shafts = assembly.machine, assembly.shafts
+    drive = shafts.driving_inertia, shafts.driving_drag * machine.damping
+    driven = shafts.driven_inertia, shafts.driven_drag * machine.damping
+    both: dict[str, Absorber | None] = {"driving": None, "driven": None}
+    if assembly.absorber is not None:
+        both |= {assembly.absorber.gear: assembly.absorber}
+    total = (
+        1.0 / machine.stiffness
+        + 1.0 / _at_gear(*drive, assembly.driving_gear, both["driving"])
+        + 1.0 / _at_gear(*driven, assembly.driven_gear, both["driven"])
+    )
+    return assembly.mean_load * abs(total)
+
+
+def _at_gear(
+    inertia: float, damping: float, gear: SprungGear | None, absorber: Absorber | None
+) -> complex:
+    """Torque per rotation of a side where its gear is, at a cycle per turn."""
+    total = shaft = -inertia * TURN**2 + 1j * damping * TURN
+    if gear is not None:
+        spring = gear.stiffness + 1j * gear.damping * TURN
+        total = spring * shaft / (spring + shaft) - gear.inertia * TURN**2
+    if absorber is not None:
+        total += _absorbed(absorber)
+    return total
+
+
+def _absorbed(absorber: Absorber) -> complex:
+    """What a pendulum on a gear adds, infinite where it is tuned to the turn, r1 = r2.
+
+    Without damping it is an inertia of m (r1 + r2)^2 r1 / (r1 - r2).
+    """
+    m, r1, r2 = absorber.mass, absorber.reach, absorber.path_radius
+    own = m * r2 * (r1 - r2) * TURN**2 + 1j * absorber.damping * r2 * TURN
+    straight = -m * (r1 + r2) ** 2 * TURN**2
+    if own == 0.0:
+        return complex(math.inf)
+    return straight - (m * r2 * (r1 + r2) * TURN**2) ** 2 / own

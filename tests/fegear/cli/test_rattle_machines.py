@@ -1,0 +1,228 @@
+"""Machine files of `fegear rattle`: every key counts, and what is wrong is one line."""
+
+from __future__ import annotations
+
+import json
+import math
+from typing import Any
+
+import pytest
+from typer.testing import CliRunner
+
+from fegear.cli import app, run
+from fegear.gearset.problems import model_of
+from fegear.rattle.machines import MachineFile, load_machine, machine_names
+
+SCALED = {"damping": 0.6, "eccentricity_rad": 0.1, "half_backlash_rad": 0.6}
+OF_GEARS = {
+    "driving_eccentricity_rad": 0.05,
+    "driven_eccentricity_rad": 0.06,
+    "eccentricity_phase_rad": 1.0,
+}
+BASE: dict[str, dict[str, Any]] = {
+    "machine": SCALED | {"ripple": 0.5, "stiffness": 900.0},
+    "driving_gear": {"stiffness": 30.0, "inertia": 0.06, "damping": 0.1},
+    "driven_gear": {"stiffness": 90.0, "inertia": 0.03, "damping": 0.2},
+    "absorber": {
+        "mass": 0.05,
+        "pivot_radius": 0.4,
+        "path_radius": 0.5,
+        "damping": 0.1,
+        "gear_eccentricity_rad": 0.02,
+        "offset_angle_rad": 0.5,
+    },
+}
+GEARS_APART = BASE | {
+    "machine": {k: v for k, v in BASE["machine"].items() if k != "eccentricity_rad"}
+    | OF_GEARS
+}
+IMPACTS: dict[str, dict[str, Any]] = {"machine": SCALED}
+ANOTHER = {
+    "ripple_order": 2,
+    "ripple_phase_rad": 1.0,
+    "motor_on_gear": True,
+    "gear": "driven",
+    "restitution": 0.7,
+}
+BY_MOTION = "half_backlash_rad", "restitution"  # they press no flanks together
+ON_SCREEN = "name", "description", "inferences"
+
+
+def written(tmp_path, tables, **more) -> str:
+    lines = [f"{key} = {json.dumps(value)}" for key, value in more.items()]
+    for name, keys in tables.items():
+        lines += [f"[{name}]", *(f"{k} = {json.dumps(v)}" for k, v in keys.items())]
+    path = tmp_path / "machine.toml"
+    path.write_text("\n".join(['name = "x"', *lines, ""]))
+    return str(path)
+
+
+def told(*words: str) -> dict[str, Any]:
+    result = CliRunner().invoke(app, ["rattle", *words, "--json"])
+    assert result.exit_code == 0, result.output
+    return json.loads(result.stdout)
+
+
+def answer(path: str, command: str) -> Any:
+    """Of a command, without the figures that it repeats."""
+    if command == "basin":
+        values = told("basin", path, "--grid", "8", "--iterations", "200")
+        return [(each["name"], each["point"]) for each in values["attractors"]]
+    values = told("critical", path)
+    names = "critical_eccentricity_rad", "least_contact_load_over_mean"
+    return [values[name] for name in names]
+
+
+KEYS = [
+    (table, key)
+    for table, field in MachineFile.model_fields.items()
+    if table not in ON_SCREEN
+    for key in (model_of(field.annotation) or MachineFile).model_fields
+]
+
+
+@pytest.mark.parametrize(("table", "key"), KEYS)
+def test_every_key_moves_an_answer(tmp_path, table, key):
+    command, tables = "critical", GEARS_APART if key in OF_GEARS else BASE
+    if key in BY_MOTION:
+        command, tables = "basin", IMPACTS
+    before = answer(written(tmp_path, tables), command)
+    own = tables.get(table, {})
+    other = ANOTHER.get(key, 1.2 * own.get(key, 1.0))
+    changed = tables | {table: own | {key: other}}
+    after = answer(written(tmp_path, changed), command)
+    assert before != after
+
+
+def test_name_description_and_inferences_are_on_the_screen(tmp_path):
+    texts = {"description": "A pump of mine", "inferences": ["its play", "its mass"]}
+    path = written(tmp_path, IMPACTS, **texts)
+    for command in (["critical"], ["periodic", "--departures", "1"], ["basin"]):
+        small = ["--grid", "5"] if command == ["basin"] else []
+        words = ["rattle", command[0], path, *command[1:], *small]
+        shown = CliRunner().invoke(app, words).stdout
+        for text in ("x: A pump of mine", "inferred: its play", "inferred: its mass"):
+            assert text in shown
+    values = told("critical", path)
+    assert {name: values[name] for name in texts} == texts
+
+
+WRONG = [
+    ({"machine": SCALED | {"damping": -1}}, "damping must be above 0"),
+    ({"machine": SCALED | {"damping": "a"}}, 'machine.damping = "a"; must be a number'),
+    ({"machine": SCALED | {"play": 3}}, "unknown key machine.play"),
+    ({"machine": SCALED | {"dampin": 3}}, "machine.dampin, did you mean damping"),
+    ({"machine": {"damping": 0.6, "half_backlash_rad": 1}}, "eccentricity_rad"),
+    ({"machine": SCALED | OF_GEARS}, "only one is allowed"),
+    (
+        {"machine": SCALED | {"driven_eccentricity_rad": 0.1}},
+        "is needed with it",
+    ),
+    ({"machine": SCALED | {"ripple_order": 0}}, "ripple_order = 0; must be at least 1"),
+    ({"machine": SCALED | {"restitution": 1.5}}, "restitution must be from 0 to 1"),
+    (
+        {"machine": SCALED | {"stiffness": 100.0, "restitution": 0.5}},
+        "restitution = 0.5; belongs to impacts",
+    ),
+    (
+        {"machine": SCALED, "shafts": {"driven_drag": 0}},
+        "shafts: driven_drag must be above 0 and finite, got 0",
+    ),
+    (
+        {"machine": SCALED, "driving_gear": {"stiffness": -3}},
+        "driving_gear: stiffness must be above 0",
+    ),
+    ({"machine": SCALED, "driving_gear": {}}, "driving_gear.stiffness is missing"),
+    (
+        {"machine": SCALED, "driven_gear": {"stiffness": 3, "motor_on_gear": True}},
+        "unknown key driven_gear.motor_on_gear",
+    ),
+    (
+        {"machine": SCALED, "absorber": BASE["absorber"] | {"gear": "third"}},
+        'absorber.gear = "third"; must be',
+    ),
+    (
+        {"machine": SCALED, "absorber": BASE["absorber"] | {"mass": 0}},
+        "absorber: mass must be above 0",
+    ),
+    ({"machine": SCALED, "sprung_gear": {}}, "unknown key sprung_gear"),
+]
+
+
+@pytest.mark.parametrize(("tables", "message"), WRONG, ids=lambda case: str(case)[:40])
+def test_a_machine_file_that_is_wrong_is_one_line(tmp_path, capsys, tables, message):
+    assert run(["rattle", "critical", written(tmp_path, tables)]) == 2
+    error = capsys.readouterr().err
+    assert "machine.toml" in error
+    assert message in error
+    assert error.count("\n") == 1
+
+
+@pytest.mark.parametrize("command", ["basin", "periodic"])
+def test_motion_of_parts_of_their_own_is_refused_where_it_is_not_computed(
+    command, capsys
+):
+    assert run(["rattle", command, "roots-a-sprung"]) == 2
+    error = capsys.readouterr().err
+    assert error.startswith("fegear: roots-a-sprung: [driving_gear] adds a motion")
+    assert error.count("\n") == 1
+
+
+def test_unequal_shafts_that_slow_down_at_one_rate_have_basins(tmp_path):
+    shafts = {"driving_inertia": 1.5, "driving_drag": 1.5}
+    path = written(tmp_path, IMPACTS | {"shafts": shafts})
+    values = told("basin", path, "--grid", "8", "--iterations", "200")
+    assert values["drive"] == pytest.approx(1.25 / 1.5)
+    assert values["damping"] == 0.6
+
+
+@pytest.mark.parametrize("name", machine_names())
+def test_built_in_machines_are_read_and_marked(name):
+    named = load_machine(name)
+    assert named.name == name
+    assert named.description
+    assert told("critical", name)["critical_eccentricity_rad"] > 0.0
+
+
+def test_phase_of_two_eccentric_gears(tmp_path):
+    """Quiet up to the phase at which what is left is the critical eccentricity."""
+    parts = {k: v for k, v in SCALED.items() if k != "eccentricity_rad"}
+    gears = OF_GEARS | {
+        "driving_eccentricity_rad": 0.15,
+        "driven_eccentricity_rad": 0.1,
+    }
+    path = written(tmp_path, {"machine": parts | gears})
+    values = told("critical", path)
+    within = values["quiet_for_phases_within_rad"]
+    for change, quiet in ((-1e-6, True), (1e-6, False)):
+        turned = {
+            "machine": parts | gears | {"eccentricity_phase_rad": within + change}
+        }
+        assert (
+            told("critical", written(tmp_path, turned))["quiet_motion_exists"] is quiet
+        )
+    path = written(tmp_path, {"machine": parts | gears})
+    shown = CliRunner().invoke(app, ["rattle", "critical", path]).stdout
+    assert f"it can run quietly within {math.degrees(within):.4g} degrees" in shown
+
+
+def test_sensitivities_are_slopes_of_the_critical_eccentricity(tmp_path):
+    tables = {k: v for k, v in BASE.items() if k != "machine"}
+    tables["machine"] = SCALED | {"stiffness": 900.0}
+    helps = told("critical", written(tmp_path, tables))[
+        "percent_of_critical_per_percent"
+    ]
+    for table, key in (("driving_gear", "stiffness"), ("absorber", "mass")):
+        found = []
+        for factor in (0.999, 1.001):
+            changed = tables[table] | {key: tables[table][key] * factor}
+            path = written(tmp_path, tables | {table: changed})
+            found.append(told("critical", path)["critical_eccentricity_rad"])
+        slope = math.log(found[1] / found[0]) / math.log(1.001 / 0.999)
+        assert helps[f"{table}.{key}"] == pytest.approx(slope, rel=1e-3)
+
+
+def test_files_of_built_in_machines_say_what_was_inferred():
+    for name in machine_names():
+        named = load_machine(name)
+        assert named.inferences or name == "roots-scaled"
