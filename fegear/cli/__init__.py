@@ -48,7 +48,7 @@ COMMANDS = (  # each in a file of its name, in the order of the help
     "reproduce",
     "budget",
 )
-RATTLES = "critical", "periodic", "basin"  # as well, of the group `rattle`
+RATTLES = "critical", "periodic", "basin", "run-down"  # as well, of the group `rattle`
 BENCHMARKS: dict[str, Callable[..., None]] = {
     "stiffness": bench.stiffness_benchmark,
     "dynamics": bench.dynamics_benchmark,
@@ -72,8 +72,9 @@ for name in COMMANDS:
 for name, command in BENCHMARKS.items():
     add_command(benchmarks, name, command, bench.EXAMPLES[name])
 for name in RATTLES:
-    module = import_module(f"fegear.cli.rattle.{name}")
-    add_command(rattles, name, getattr(module, f"{name}_command"), module.EXAMPLE)
+    own = name.replace("-", "_")
+    module = import_module(f"fegear.cli.rattle.{own}")
+    add_command(rattles, name, getattr(module, f"{own}_command"), module.EXAMPLE)
 app.add_typer(rattles, name="rattle")
 app.add_typer(benchmarks, name="bench")
 

@@ -227,6 +227,7 @@ ISOLATED = (
 RATTLE = "rattle basin roots-scaled --grid 12 --delta 0.575 --json"
 ORBITS = "rattle periodic roots-scaled --departures 1 --json"
 CRITICAL = "rattle critical roots-a --json"
+RUN_DOWN = "rattle run-down FALLING --json"
 FIGURES = {
     "MACHINE": "roots-scaled",
     "--delta": "--delta 0.55",
@@ -521,6 +522,12 @@ OPTIONS: dict[str, dict[str, Case]] = {
         "--kappa": plus(CRITICAL, "--kappa 2000"),
         "--json": less(CRITICAL, "--json"),
     },
+    "rattle run-down": {
+        "FILE": swap(RUN_DOWN, "FALLING", "SLOWER"),
+        "--speed-rpm": plus(RUN_DOWN, "--speed-rpm 1500"),
+        "--inertia-kgm2": plus(RUN_DOWN, "--inertia-kgm2 0.1"),
+        "--json": less(RUN_DOWN, "--json"),
+    },
     "rattle periodic": figures_of_machine(ORBITS)
     | {
         "--departures": swap(ORBITS, "--departures 1", "--departures 2"),
@@ -575,6 +582,9 @@ def files(tmp_path_factory) -> dict[str, str]:
         "half_backlash_rad = 0.6\n"
     )
     (folder / "table.csv").write_text("\n".join([",".join(names), *rows]))
+    for name, speed in (("falling", 2000), ("slower", 1900)):
+        rows = [f"{t},{speed - 50 * t}" for t in range(6)]
+        (folder / f"{name}.csv").write_text("\n".join(["time_s,speed_rpm", *rows]))
     for name, speeds in (("case", "3000"), ("third", "4000")):
         (folder / f"{name}.toml").write_text(
             f'name = "{name}"\ntitle = "{name}"\ngear_set = "{folder}/pair.toml"\n'
@@ -585,7 +595,7 @@ def files(tmp_path_factory) -> dict[str, str]:
     (folder / "pair.toml").write_text(toml(PAIR))
     written(folder / "history.csv")
     named = "other.toml", "soft.toml", "table.csv", "case.toml", "third.toml"
-    places = (*named, "history.csv")
+    places = (*named, "history.csv", "falling.csv", "slower.csv")
     return {Path(name).stem.upper(): str(folder / name) for name in places}
 
 

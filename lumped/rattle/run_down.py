@@ -1,0 +1,55 @@
+"""Damping from a run-down: an exponential fitted to the speed, eq. 2.17."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import curve_fit
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class RunDown:
+    """speed(t) = start e^(-rate (t - first t)), by least squares.
+
+    rate, rate_error : [1/s] and its standard error, for residuals that are independent
+    start, residual : speed and root mean square of what is left, in the data's unit
+    """
+
+    rate: float
+    rate_error: float
+    start: float
+    residual: float
+
+
+def fit_run_down(time: Array, speed: Array) -> RunDown:
+    """The exponential nearest to speeds (n,) at times (n,) [s], n at least 3.
+
+    Raises ValueError where there are fewer or not all are finite and above 0.
+    """
+    if time.size < 3:
+        raise ValueError(f"3 rows at least are needed, got {time.size}")
+    if not (np.isfinite(time).all() and np.isfinite(speed).all()):
+        raise ValueError("times and speeds must be finite")
+    if not (np.diff(time) > 0.0).all():
+        raise ValueError("times must rise")
+    if not (speed > 0.0).all():
+        raise ValueError(f"speeds must be above 0, got {speed.min():g}")
+    length = time[-1] - time[0]
+    at = (time - time[0]) / length
+    slope, level = np.polyfit(at, np.log(speed), 1)
+    (start, loss), covariance = curve_fit(
+        lambda t, first, lost: first * np.exp(-lost * t),
+        *(at, speed / speed.max(), (math.exp(level) / speed.max(), -slope)),
+    )
+    left = speed / speed.max() - start * np.exp(-loss * at)
+    return RunDown(
+        rate=float(loss / length),
+        rate_error=float(math.sqrt(covariance[1, 1]) / length),
+        start=float(start * speed.max()),
+        residual=float(np.sqrt(np.mean(left**2)) * speed.max()),
+    )
