@@ -8,6 +8,7 @@ import re
 import shlex
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from cli_commands import commands
 from typer.testing import CliRunner
@@ -16,9 +17,11 @@ import validation.reproduce
 from fegear.cli import app, run
 from fegear.errors import InputError
 from lumped.closed_forms import parametric_system
+from lumped.response import History
 from validation.kept import RESULT
 from validation.reproduce import figure_numbers, load_figure, run_figure
 from validation.reproduce.computations.kinds import COMPUTE, KINDS
+from validation.reproduce.computations.spectra import spectrum
 from validation.reproduce.parts import Curve
 from validation.reproduce.runs import (
     Compared,
@@ -310,3 +313,27 @@ def test_the_list_names_every_figure():
     assert all(number in shown for number in figure_numbers())
     values = json.loads(invoked("--list", "--json").stdout)
     assert [each["number"] for each in values["figures"]] == list(figure_numbers())
+
+
+def test_a_spectrum_has_sines_with_their_own_amplitudes():
+    length = 0.25
+    time = np.sort(np.concatenate([np.linspace(0.0, length, 1500), [0.0401, 0.1777]]))
+    waves = ((40.0, 3e-6, 0.3), (100.0, 5e-7, 1.1))
+    turns = [(2.0 * np.pi * f, a, p) for f, a, p in waves]
+    deflection = 2e-6 + sum(a * np.sin(w * time + p) for w, a, p in turns)
+    rate = sum(a * w * np.cos(w * time + p) for w, a, p in turns)
+    nothing = np.zeros((time.size, 1))
+    history = History(time, deflection[:, None], rate[:, None], *[nothing] * 4)
+    frequency, amplitude = spectrum(history, 0, length)
+    for hertz, exact, _ in waves:
+        assert amplitude[frequency == hertz] == pytest.approx(exact, rel=1e-5)
+    far = np.all([np.abs(frequency - hertz) > 10.0 for hertz, _, _ in waves], axis=0)
+    assert amplitude[far].max() < 1e-9
+
+
+def test_lowest_components_of_the_counter_shaft(
+    tmp_path,
+):
+    found = run_figure(load_figure("4.4b"), tmp_path).runs[0].result.found
+    assert found["speed1.mesh1.lowest"][0] == pytest.approx(0.658, rel=1e-6)
+    assert found["speed3.mesh1.lowest"][0] == pytest.approx(0.658, rel=1e-6)

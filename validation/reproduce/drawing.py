@@ -61,8 +61,9 @@ def draw_figure(result: FigureResult) -> Figure:
         axes.set_visible(False)
     for axes in grid[-1]:
         axes.set_xlabel(figure.x or _speed(figure.relative))
-    if not surface:
-        draw_legend(drawn, _handles(curves, labels), 3)
+    handles = [] if surface else _handles(curves, labels)
+    if handles:
+        draw_legend(drawn, handles, 3)
     return drawn
 
 

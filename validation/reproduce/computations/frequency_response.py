@@ -52,6 +52,7 @@ class BranchesPart(Part):
     """Periodic motions by harmonic balance, stable in full and unstable dashed.
 
     between : frequencies, in the unit of the figure
+    starts : random states from which branches that stand alone are looked for
     """
 
     keys: ClassVar = (
@@ -64,12 +65,15 @@ class BranchesPart(Part):
     between: tuple[Frequency, Frequency]
     harmonics: Harmonics = 20
     period_multiple: Annotated[int, Field(strict=True, ge=1, le=64)] = 2
+    starts: Annotated[int, Field(strict=True, ge=0, le=1000)] = 0
 
     def command(self, scene: Scene) -> Sequence[str]:
         low, high = (f"{scene.unit_Hz * value:.6g}" for value in self.between)
         more = ["--harmonics", str(self.harmonics)] if self.harmonics != 20 else []
         if self.period_multiple != 2:
             more += ["--period-multiple", str(self.period_multiple)]
+        if self.starts:
+            more += ["--starts", str(self.starts)]
         waves = scene.kept_harmonics("--wave-harmonics")
         return ["branches", *scene.words, *waves, "--speeds", f"{low}:{high}", *more]
 
@@ -82,7 +86,9 @@ def branches(part: BranchesPart, scene: Scene, report: Progress) -> PartResult:
     unit = scene.unit_Hz
     low, high = (unit * value for value in part.between)
     settings = BranchSettings(
-        harmonics=part.harmonics, period_multiple=part.period_multiple
+        harmonics=part.harmonics,
+        period_multiple=part.period_multiple,
+        starts=part.starts,
     )
     result = find_branches(
         *(scene.gear_set, scene.torque, (low, high), scene.model, settings, report)

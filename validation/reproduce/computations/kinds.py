@@ -9,6 +9,7 @@ from validation.reproduce.computations import (
     finite_elements,
     mesh_forces,
     settled_motions,
+    spectra,
 )
 from validation.reproduce.computations import frequency_response as response
 from validation.reproduce.computations import natural_frequencies as natural
@@ -27,6 +28,7 @@ AnyPart = (
     | finite_elements.ElementsPart
     | mesh_forces.ForcesPart
     | settled_motions.AttractorsPart
+    | spectra.SpectraPart
 )
 COMPUTE: Mapping[type[Part], Compute] = {
     response.BranchesPart: response.branches,
@@ -40,6 +42,7 @@ COMPUTE: Mapping[type[Part], Compute] = {
     finite_elements.ElementsPart: finite_elements.elements,
     mesh_forces.ForcesPart: mesh_forces.forces,
     settled_motions.AttractorsPart: settled_motions.attractors,
+    spectra.SpectraPart: spectra.spectra,
 }
 KINDS: Mapping[str, type[Part]] = {
     str(get_args(get_type_hints(part)["kind"])[0]): part for part in COMPUTE

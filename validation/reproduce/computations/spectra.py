@@ -1,0 +1,111 @@
+"""Spectra of settled motions."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, ClassVar, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+
+from fegear.statics import Progress
+from lumped.response import History
+from lumped.settings import Settings
+from lumped.steady_state import Speed
+from lumped.steppers import stepper_of
+from lumped.sweep import Station, settle_in_turn
+from validation.data_files import Speeds, parsed_speeds
+from validation.reproduce.parts import Curve, Part, PartResult
+from validation.reproduce.scene import Scene
+
+Array = NDArray[np.float64]
+HIGH, LOW = 0.1, 1e-4  # of the largest amplitude: high peaks, and all
+
+
+@dataclass(frozen=True, kw_only=True)
+class SpectraPart(Part):
+    """Amplitude of the dynamic transmission error over frequency, a panel a speed.
+
+    speeds : in the unit of the figure, passed in their order
+    periods : common periods that are recorded
+    up_to : largest frequency that is drawn, in the unit of the figure
+    """
+
+    keys: ClassVar = (r"speed\d+\.mesh[12]\.(peaks|highest|lowest)",)
+
+    kind: Literal["spectra"] = "spectra"
+    speeds: Speeds
+    periods: Annotated[int, Field(strict=True, ge=8, le=4096)] = 128
+    up_to: Annotated[float, Field(gt=0.0, lt=1e3)] = 6.0
+
+
+def spectra(part: SpectraPart, scene: Scene, report: Progress) -> PartResult:
+    """Found of speedN., speeds counted from 1:
+
+    peaks : frequencies of peaks above a tenth of the highest, in the unit of the
+        figure; highest : that of the highest one; lowest : of all, the first
+    """
+    unit, settings = scene.unit_Hz, Settings()
+    system, values = scene.system, parsed_speeds(part.speeds)
+    stepper = stepper_of(system, settings)
+    done = 0
+
+    def station(value: float) -> Station:
+        nonlocal done
+        report("spectra", done, len(values))
+        done += 1
+        return stepper, unit * value
+
+    responses, complete = settle_in_turn(values, station, settings)
+    if not complete:
+        raise KeyboardInterrupt
+    curves: list[Curve] = []
+    found: dict[str, tuple[float, ...]] = {}
+    for number, (value, response) in enumerate(
+        zip(values, responses, strict=True), start=1
+    ):
+        at = Speed(response.frequency, settings)
+        _, history = stepper.record(response.state, at, part.periods)
+        period = system.common_period[0] / response.frequency
+        for mesh in scene.meshes:
+            frequency, amplitude = spectrum(history, mesh - 1, period * part.periods)
+            shown = frequency <= unit * part.up_to
+            points = np.stack([frequency / unit, 1e6 * amplitude], axis=1)[shown]
+            rows = tuple((float(x), float(y)) for x, y in points[1:])
+            panel = f"mesh frequency {value:g}"
+            curves.append(Curve("line", rows, mesh, panel=panel))
+            start = f"speed{number}.mesh{mesh}"
+            for name, places in (
+                ("peaks", _peaks(amplitude, HIGH)),
+                ("highest", [amplitude.argmax()]),
+                ("lowest", _peaks(amplitude, LOW)[:1]),
+            ):
+                found[f"{start}.{name}"] = tuple((frequency[places] / unit).tolist())
+    return PartResult(tuple(curves), found)
+
+
+def spectrum(history: History, mesh: int, length: float) -> tuple[Array, Array]:
+    """Frequencies [Hz] and amplitudes [m] of a deflection, by Hann's window.
+
+    length : of what is recorded [s]; a sine stands with its own amplitude
+    """
+    from scipy.interpolate import CubicHermiteSpline
+
+    step = np.diff(history.time).min()
+    count = max(2, int(np.ceil(length / step)))
+    motion = CubicHermiteSpline(
+        history.time, history.deflection[:, mesh], history.rate[:, mesh]
+    )
+    values = motion(np.arange(count) / count * length)
+    window = 1.0 - np.cos(2.0 * np.pi * np.arange(count) / count)
+    waves = np.fft.rfft((values - values.mean()) * window)
+    amplitude = 2.0 * np.abs(waves) / count
+    return np.arange(amplitude.size) / length, amplitude
+
+
+def _peaks(amplitude: Array, part: float) -> NDArray[np.int64]:
+    """Places higher than their neighbours and than a part of the highest."""
+    inner = amplitude[1:-1]
+    high = (inner > amplitude[:-2]) & (inner >= amplitude[2:])
+    return np.flatnonzero(high & (inner > part * amplitude.max())) + 1
