@@ -48,7 +48,10 @@ COMMANDS = (  # each in a file of its name, in the order of the help
     "reproduce",
     "budget",
 )
-RATTLES = "critical", "periodic", "basin", "run-down"  # as well, of the group `rattle`
+RATTLES = (  # of the group `rattle`
+    *("critical", "run-down", "periodic"),
+    *("bifurcation", "basin"),
+)
 BENCHMARKS: dict[str, Callable[..., None]] = {
     "stiffness": bench.stiffness_benchmark,
     "dynamics": bench.dynamics_benchmark,

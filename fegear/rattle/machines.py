@@ -224,8 +224,11 @@ def figures_of(machine: Machine) -> dict[str, float | None]:
     """Plain figures with units in their names; None for an infinite stiffness."""
     values = {f.name: getattr(machine, f.name) for f in fields(machine)}
     return {
-        f"{name}_rad" if name in ANGLES else name: value
-        if math.isfinite(value)
-        else None
+        unit_name(name): value if math.isfinite(value) else None
         for name, value in values.items()
     }
+
+
+def unit_name(figure: str) -> str:
+    """A figure of `Machine` with its unit."""
+    return f"{figure}_rad" if figure in ANGLES else figure

@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import groupby, pairwise
+from typing import Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +30,16 @@ ONE = 2e-5  # of the parameter's unit: a fold and what its multiplier does
 FINE = 8e-3  # of the unit, between points while a multiplier is near to -1
 TURN = 15.0  # of a multiplier, at most, per unit of the parameter
 UPRIGHT = 1e-8  # of the tangent along the parameter: the branch stands upright
+
+
+class HasStability(Protocol):
+    """A point of any branch."""
+
+    @property
+    def stable(self) -> bool: ...
+
+
+P = TypeVar("P", bound=HasStability)
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,11 +68,9 @@ class BranchPoint:
         return self.largest < 1.0
 
 
-def stretches(
-    points: Sequence[BranchPoint],
-) -> Iterator[tuple[bool, list[BranchPoint]]]:
+def stretches(points: Sequence[P]) -> Iterator[tuple[bool, list[P]]]:
     """Stretches of equal stability; each goes on to the first point of the next."""
-    last: list[BranchPoint] = []
+    last: list[P] = []
     for stable, group in groupby(points, lambda point: point.stable):
         own = list(group)
         yield stable, last + own

@@ -28,7 +28,6 @@ from lumped.rattle.arcs import Layout, arcs_of, layout_of, linearised, margin_of
 from lumped.rattle.departures import Itinerary, apart, follow
 from lumped.rattle.kernels.arcs import SPEED, START
 from lumped.rattle.machine import Machine
-from lumped.rattle.orbits import Orbit
 
 Array = NDArray[np.float64]
 GRAZING = "grazing"
@@ -199,13 +198,17 @@ class BranchFinder:
     def unit(self) -> float:
         return self.limits[1] - self.limits[0]
 
-    def from_orbit(self, orbit: Orbit, value: float) -> None:
-        """The branch of an orbit at a value, unless it is one that is found."""
+    def from_departure(
+        self, itinerary: Itinerary, departure: tuple[float, float], value: float
+    ) -> None:
+        """The branch of an orbit at a value, unless it is one that is found.
+
+        departure : one of the orbit's
+        """
         machine = machine_with(self.machine, self.figure, value)
-        count = orbit.itinerary.upper
-        arcs = arcs_of(machine, follow(machine, orbit.departures[0], count + 1))
-        layout = layout_of(arcs, orbit.itinerary.turns)
-        if not len(arcs) or layout.itinerary != orbit.itinerary:
+        arcs = arcs_of(machine, follow(machine, departure, itinerary.upper + 1))
+        layout = layout_of(arcs, itinerary.turns)
+        if not len(arcs) or layout.itinerary != itinerary:
             return
         starts = np.stack([arcs[:, START], arcs[:, SPEED]])
         orbits = Orbits(

@@ -9,6 +9,7 @@ import numpy as np
 
 from lumped.drawing import draw_legend, draw_title, panels
 from lumped.rattle.basins import CHAOTIC, QUIET, Attractor, Basins
+from lumped.rattle.machine import Machine
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -69,11 +70,18 @@ def draw_basins(basins: Basins, name: str) -> Figure:
     if (basins.attractor < 0).any():
         handles.append(Patch(color=GREY, label="not clear"))
     draw_legend(figure, handles, 4)
-    machine = basins.machine
-    law = "impacts" if machine.is_impact else f"stiffness {machine.stiffness:g}"
-    draw_title(
-        figure,
-        f"{name}: damping {machine.damping:g}, eccentricity {machine.eccentricity:g} "
-        f"rad, half backlash {machine.half_backlash:g} rad, {law}",
-    )
+    draw_title(figure, f"{name}: {words_of(basins.machine)}")
     return figure
+
+
+def words_of(machine: Machine, without: str = "") -> str:
+    """What a title says of a machine; without : a figure of it that varies."""
+    law = "impacts" if machine.is_impact else f"stiffness {machine.stiffness:g}"
+    words = {
+        "damping": f"damping {machine.damping:g}",
+        "eccentricity": f"eccentricity {machine.eccentricity:g} rad",
+        "half_backlash": f"half backlash {machine.half_backlash:g} rad",
+        "stiffness": law,
+    }
+    words.pop(without, None)
+    return ", ".join(words.values())

@@ -26,7 +26,7 @@ def branches(figure, limits, value, count=2, machine=SCALED, doublings=1):
     finder = BranchFinder(machine, figure, limits, doublings)
     there = replace(machine, **{figure: value})
     for orbit in find_orbits(there, count, SPEEDS):
-        finder.from_orbit(orbit, value)
+        finder.from_departure(orbit.itinerary, orbit.departures[0], value)
     return finder.found
 
 

@@ -1,0 +1,271 @@
+"""Branches of a machine's orbits over one of its figures: found, kept and written."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import partial
+from os import PathLike
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fegear.errors import InputError
+from fegear.output import write_text
+from fegear.rattle.machines import NamedMachine, figures_of, unit_name
+from fegear.store import Checkpoint, Keeping
+from fegear.version import package_version
+from lumped.csv_text import format_csv
+from lumped.rattle.branch_figure import draw_orbit_branches
+from lumped.rattle.branches import (
+    BranchFinder,
+    OrbitBranch,
+    OrbitPoint,
+    machine_with,
+)
+from lumped.rattle.departures import Itinerary
+from lumped.rattle.figure import words_of
+from lumped.rattle.long_runs import settled_departures
+from lumped.rattle.machine import Machine
+from lumped.rattle.orbits import find_orbits
+from lumped.workers import run_tasks
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from fegear.statics import Progress
+
+Array = NDArray[np.float64]
+LEGEND = {
+    "branch, index": "from 1, points in the order of the branch; branch 0: long runs",
+    "departure": "from the upper flank, counted from 1",
+    "stable": "1 or 0",
+    "largest_multiplier": "modulus, of a small change over a period",
+    "kind": "fold, period doubling or grazing; else empty",
+}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Search:
+    """How branches are found.
+
+    figure : of `Machine`; limits : from where to where
+    departures : of a period, at most, of the orbits that are looked for
+    velocity : lowest and highest speed at which they are looked for [rad per turn]
+    starts : values of the figure at which they are looked for
+    runs : values of the figure at which long runs settle
+    doublings : how often the period may double on the way from branch to branch
+    """
+
+    figure: str
+    limits: tuple[float, float]
+    departures: int = 2
+    velocity: tuple[float, float] = (0.0, 7.0)
+    starts: int = 5
+    runs: int = 200
+    doublings: int = 1
+
+    def values(self, count: int) -> list[float]:
+        """Of the figure, in the middle of equal parts."""
+        low, high = self.limits
+        return [low + (i + 0.5) / count * (high - low) for i in range(count)]
+
+
+@dataclass(frozen=True, eq=False)
+class BifurcationResult:
+    """Branches of a named machine; settled (d, 3): value of the figure, time and speed
+    of departures that long runs settle to."""
+
+    named: NamedMachine
+    search: Search
+    branches: tuple[OrbitBranch, ...]
+    settled: Array
+
+    @property
+    def column(self) -> str:
+        """The figure with its unit."""
+        return unit_name(self.search.figure)
+
+    def csv(self) -> str:
+        """A row for each departure of each point of each branch, then of long runs."""
+        names = [
+            *("branch", "name", "index", self.column, "departure", "time_turns"),
+            *("speed_rad_per_turn", "stable", "largest_multiplier", "kind"),
+        ]
+        fixed = {k: str(v) for k, v in self._fixed.items() if v is not None}
+        return format_csv(names, self._rows(), {**fixed, **LEGEND})
+
+    def to_csv(self, path: str | PathLike[str]) -> None:
+        write_text(path, self.csv())
+
+    def _rows(self) -> Iterator[list[object]]:
+        for number, branch in enumerate(self.branches, start=1):
+            name = branch.itinerary.name
+            for index, point in enumerate(branch.points, start=1):
+                for place, (time, speed) in enumerate(point.departures, start=1):
+                    yield [
+                        *(number, name, index, point.value, place, time, speed),
+                        *(int(point.stable), point.largest, point.kind),
+                    ]
+        for index, (value, time, speed) in enumerate(self.settled.tolist(), start=1):
+            yield [0, "long run", index, value, 1, time, speed, 1, float("nan"), ""]
+
+    @property
+    def _fixed(self) -> dict[str, Any]:
+        """Figures but for the one that varies."""
+        figures = figures_of(self.named.machine)
+        figures.pop(self.column)
+        return {"machine": self.named.name, **figures}
+
+    @property
+    def summary(self) -> dict[str, Any]:
+        """Plain values, ready for JSON."""
+        low, high = self.search.limits
+        return {
+            **self.named.heading,
+            **self._fixed,
+            "over": self.column,
+            "from": low,
+            "to": high,
+            "branches": [self._plain(branch) for branch in self.branches],
+            "long_runs": self.search.runs,
+            "departures_of_long_runs": len(self.settled),
+        }
+
+    def _plain(self, branch: OrbitBranch) -> dict[str, Any]:
+        values = [point.value for point in branch.points]
+        return {
+            "name": branch.itinerary.name,
+            "points": len(values),
+            "stable_points": sum(point.stable for point in branch.points),
+            "from": min(values),
+            "to": max(values),
+            "origin": branch.origin,
+            "end": branch.reason,
+            "bifurcations": [_bifurcation(each) for each in branch.bifurcations],
+        }
+
+    def draw(self) -> Figure:
+        words = words_of(self.named.machine, self.search.figure)
+        label = self.search.figure.replace("_", " ")
+        label += " [rad]" if self.column.endswith("_rad") else ""
+        runs, title = self.settled[:, [0, 2]], f"{self.named.name}: {words}"
+        return draw_orbit_branches(self.branches, runs, label, title)
+
+
+def _bifurcation(point: OrbitPoint) -> dict[str, Any]:
+    return {
+        "kind": point.kind,
+        "value": point.value,
+        "departures": [list(each) for each in point.departures],
+    }
+
+
+def find_bifurcations(
+    named: NamedMachine,
+    search: Search,
+    keeping: Keeping,
+    report: Progress = lambda what, done, total: None,
+) -> BifurcationResult:
+    """Branches of all orbits that are found at some values, and long runs at others.
+
+    keeping : where orbits and runs are kept as they are finished
+    Raises InputError where the figure cannot have the values.
+    """
+    machine = named.machine
+    for limit in search.limits:
+        try:
+            machine_with(machine, search.figure, limit)
+        except ValueError as error:
+            raise InputError(f"--over: {error}") from None
+    tasks = _tasks(machine, search)
+    inputs = {name: repr(value) for name, value in figures_of(machine).items()}
+    inputs |= {"search": repr(search), "version": package_version()}
+    checkpoint = keeping.open(inputs)
+    found: dict[str, Array] = {}
+    finished = False
+
+    def take(name: str, rows: Array) -> None:
+        found[name] = rows
+        if checkpoint is not None:
+            checkpoint.add(name, {}, {"rows": rows})
+        report("orbits and long runs", len(found), len(tasks))
+
+    try:
+        if checkpoint is not None:
+            found |= _kept(checkpoint, tasks)
+            if keeping.resume:
+                kept = f"{len(found)} of {len(tasks)}"
+                keeping.tell(f"{checkpoint.path}: {kept} values are finished")
+        left = ((name, task) for name, task in tasks.items() if name not in found)
+        run_tasks(left, take, threading.Event())
+        branches = _followed(machine, search, found, report)
+        finished = True
+    finally:
+        if checkpoint is not None:
+            checkpoint.close(keep=bool(found) and not finished)
+    settled = np.vstack(
+        [np.empty((0, 3))]
+        + [
+            np.column_stack([np.full(len(rows), value), rows])
+            for value, rows in _of(found, "run", search.values(search.runs))
+        ]
+    )
+    return BifurcationResult(named, search, branches, settled)
+
+
+def _tasks(machine: Machine, search: Search) -> Mapping[str, partial[Array]]:
+    """By name; each gives an array that can be kept."""
+    tasks: dict[str, partial[Array]] = {}
+    for i, value in enumerate(search.values(search.starts)):
+        at = machine_with(machine, search.figure, value)
+        tasks[f"orbits {i}"] = partial(
+            _orbit_rows, at, search.departures, search.velocity
+        )
+    for i, value in enumerate(search.values(search.runs)):
+        at = machine_with(machine, search.figure, value)
+        tasks[f"run {i}"] = partial(settled_departures, at, search.velocity)
+    return tasks
+
+
+def _orbit_rows(
+    machine: Machine, departures: int, velocity: tuple[float, float]
+) -> Array:
+    """Itinerary and a departure of orbits (o, 5)."""
+    orbits = find_orbits(machine, departures, velocity)
+    rows = [(*orbit.itinerary, *orbit.departures[0]) for orbit in orbits]
+    return np.array(rows, float).reshape(-1, 5)
+
+
+def _kept(checkpoint: Checkpoint, names: Mapping[str, object]) -> dict[str, Array]:
+    """Arrays that are finished, by name."""
+    found = {name: checkpoint.state(name) for name in names}
+    return {name: state["rows"] for name, state in found.items() if state is not None}
+
+
+def _of(
+    found: Mapping[str, Array], kind: str, values: list[float]
+) -> Iterator[tuple[float, Array]]:
+    for i, value in enumerate(values):
+        yield value, found[f"{kind} {i}"]
+
+
+def _followed(
+    machine: Machine, search: Search, found: Mapping[str, Array], report: Progress
+) -> tuple[OrbitBranch, ...]:
+    low, high = search.limits
+
+    def watch(number: int, value: float) -> None:
+        done = round(100.0 * (value - low) / (high - low))
+        report(f"branch {number}", done, 100)
+
+    finder = BranchFinder(
+        machine, search.figure, search.limits, search.doublings, watch
+    )
+    for value, rows in _of(found, "orbits", search.values(search.starts)):
+        for turns, upper, lower, time, speed in rows.tolist():
+            itinerary = Itinerary(int(turns), int(upper), int(lower))
+            finder.from_departure(itinerary, (time, speed), value)
+    return tuple(finder.found)

@@ -1,0 +1,38 @@
+"""What long runs settle to, by brute force: departures of the motions that last."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lumped.rattle.departures import follow, settle_departures
+from lumped.rattle.kernels.settle import CHANGING
+from lumped.rattle.machine import Machine
+
+Array = NDArray[np.float64]
+STARTS = 6  # a side of the grid of departures from which runs start
+ITERATIONS = 1499  # returns after which they count as settled
+KEPT = 60  # departures of a motion that changes for ever
+ALIKE = 1e-6  # distance of departures that are one
+
+
+def settled_departures(machine: Machine, velocity: tuple[float, float]) -> Array:
+    """Times and speeds (d, 2) of departures of all motions that a grid of starts
+    settles to; none of quiet ones.
+
+    velocity : lowest and highest speed of the starts [rad per turn]
+    """
+    place = (np.arange(STARTS) + 0.5) / STARTS
+    speeds = velocity[0] + place * (velocity[1] - velocity[0])
+    starts = np.stack(np.meshgrid(place, speeds), axis=-1).reshape(-1, 2)
+    settled = settle_departures(machine, starts, ITERATIONS)
+    found = np.empty((0, 2))
+    for period, end in zip(settled.period.tolist(), settled.end, strict=True):
+        if period > 0:
+            found = np.vstack([found, follow(machine, end, period)[:, :2]])
+        elif period == CHANGING:
+            found = np.vstack([found, follow(machine, end, KEPT)[:, :2]])
+    found = found[np.isfinite(found).all(axis=1)]
+    found[:, 0] %= 1.0
+    _, first = np.unique(np.round(found / ALIKE), axis=0, return_index=True)
+    return np.asarray(found[np.sort(first)])

@@ -1,0 +1,105 @@
+"""`fegear rattle bifurcation`: what it writes, what it refuses, how it goes on."""
+
+from __future__ import annotations
+
+import csv
+import json
+
+import pytest
+from typer.testing import CliRunner
+
+from fegear.cli import app, run
+
+WORDS = (
+    *("rattle", "bifurcation", "roots-scaled", "--over", "delta=0.57:0.62"),
+    *("--starts", "1", "--runs", "6"),
+)
+
+
+def test_branches_on_screen_in_files_and_for_machines(tmp_path):
+    """All say the same."""
+    file, plot = tmp_path / "b.csv", tmp_path / "b.png"
+    result = CliRunner().invoke(
+        app, [*WORDS, "-o", str(file), "--plot", str(plot), "--json"]
+    )
+    assert result.exit_code == 0, result.output
+    values = json.loads(result.stdout)
+    assert values["over"] == "damping"
+    assert "damping" not in values
+    found = {
+        (branch["name"], each["kind"]): each["value"]
+        for branch in values["branches"]
+        for each in branch["bifurcations"]
+    }
+    assert found["P(2,2,1)", "period doubling"] == pytest.approx(0.5818, abs=1e-4)
+    assert found["P(4,4,2)", "grazing"] == pytest.approx(0.5922, abs=1e-4)
+    lines = [li for li in file.read_text().splitlines() if not li.startswith("#")]
+    rows = list(csv.DictReader(lines))
+    for place, branch in enumerate(values["branches"], start=1):
+        own = [row for row in rows if row["branch"] == str(place)]
+        assert {row["name"] for row in own} == {branch["name"]}
+        assert len({row["index"] for row in own}) == branch["points"]
+        departures = int(branch["name"][2:-1].split(",")[1])
+        assert len(own) == departures * branch["points"]
+        marked = {(row["kind"], float(row["damping"])) for row in own if row["kind"]}
+        assert marked == {(e["kind"], e["value"]) for e in branch["bifurcations"]}
+    runs = [row for row in rows if row["branch"] == "0"]
+    assert len(runs) == values["departures_of_long_runs"] > 0
+    stable = {
+        round(float(row["speed_rad_per_turn"]), 1)
+        for row in rows
+        if row["stable"] == "1" and row["branch"] != "0"
+    }
+    assert {round(float(r["speed_rad_per_turn"]), 1) for r in runs} & stable
+    assert plot.stat().st_size > 10_000
+    shown = CliRunner().invoke(app, [*WORDS]).stdout
+    for branch in values["branches"]:
+        assert branch["name"] in shown
+        for each in branch["bifurcations"]:
+            assert f"{each['value']:.7g}  {each['kind']}" in shown
+
+
+def test_an_interrupted_run_goes_on_to_the_same_file(tmp_path, monkeypatch, capsys):
+    from fegear.rattle import bifurcation
+
+    whole, file = tmp_path / "whole.csv", tmp_path / "b.csv"
+    assert run([*WORDS, "-o", str(whole)]) == 0
+    settle, count = bifurcation.settled_departures, []
+
+    def interrupted(machine, velocity):
+        count.append(machine.damping)
+        if len(count) > 3:
+            raise KeyboardInterrupt
+        return settle(machine, velocity)
+
+    monkeypatch.setattr(bifurcation, "settled_departures", interrupted)
+    assert run([*WORDS, "-o", str(file)]) == 130
+    assert not file.exists()
+    assert (tmp_path / "b.csv.partial").exists()
+    monkeypatch.setattr(bifurcation, "settled_departures", settle)
+    capsys.readouterr()
+    assert run([*WORDS, "-o", str(file), "--resume"]) == 0
+    assert " of 7 values are finished" in capsys.readouterr().err
+    assert file.read_bytes() == whole.read_bytes()
+    assert not (tmp_path / "b.csv.partial").exists()
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        ("roots-scaled --over gamma=0:1", "must be NAME=A:B of delta, epsilon"),
+        ("roots-scaled --over delta=1:0.5", "must be NAME=A:B, two values that rise"),
+        ("roots-scaled --over delta=0:1", "--over: damping must be above 0"),
+        ("roots-scaled --over restitution=0.5:2", "restitution must be from 0 to 1"),
+        ("roots-scaled --over delta=0.5:1 --delta 0.6", "takes its place"),
+        ("roots-a --over restitution=0.5:1", "belongs to impacts"),
+        ("roots-scaled --over phase=0:1", "roots-scaled has no torque ripple"),
+        ("roots-scaled --over delta=0.5:1 --starts 0", "--starts = 0; allowed 1"),
+        ("roots-scaled --over delta=0.5:1 --resume", "--resume needs the --output"),
+    ],
+)
+def test_what_is_wrong_is_one_line(words, message, capsys):
+    assert run(["rattle", "bifurcation", *words.split()]) == 2
+    error = capsys.readouterr().err
+    assert message in error
+    assert error.count("\n") == 1
