@@ -24,9 +24,7 @@ from fegear.errors import InputError
 if TYPE_CHECKING:
     from fegear.rattle.machines import NamedMachine
 
-EXAMPLE = (
-    "fegear rattle bifurcation roots-scaled --over delta=0.5:0.75 -o b.csv --plot b.png"
-)
+EXAMPLE = "fegear rattle bifurcation roots-scaled --over delta=0.5:0.75 --plot b.png"
 FIGURES = {  # by the names of options, and of those that have none
     "delta": "damping",
     "epsilon": "eccentricity",
