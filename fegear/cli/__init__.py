@@ -49,7 +49,7 @@ COMMANDS = (  # each in a file of its name, in the order of the help
     "budget",
 )
 RATTLES = (  # of the group `rattle`
-    *("critical", "run-down", "periodic"),
+    *("critical", "gears", "run-down", "periodic"),
     *("bifurcation", "basin"),
 )
 BENCHMARKS: dict[str, Callable[..., None]] = {

@@ -14,7 +14,7 @@ from pydantic import Field, ValidationError, model_validator
 
 from fegear.errors import InputError
 from fegear.gearset.problems import first_problem
-from fegear.gearset.read import parsed_toml, path_of
+from fegear.gearset.read import builtin_names, parsed_toml, path_of
 from fegear.gearset.schema import (
     Entries,
     Keys,
@@ -31,6 +31,7 @@ OF_GEARS = (
     "driven_eccentricity_rad",
     "eccentricity_phase_rad",
 )
+OF_A_GEAR_SET = "is a gear set; fegear rattle gears makes a machine of its gears"
 ANGLES = {"eccentricity", "half_backlash", "ripple_phase"}
 PARTS = {
     "shafts": Shafts,
@@ -158,6 +159,8 @@ def load_machine(
     Raises InputError, in one line, on anything that cannot be used.
     """
     known = machine_names()
+    if name_or_path in builtin_names():
+        raise InputError(f"{name_or_path}: {OF_A_GEAR_SET}")
     if name_or_path in known:
         text = (_folder() / f"{name_or_path}.toml").read_text("utf-8")
     else:
@@ -180,6 +183,8 @@ def _folder() -> Traversable:
 
 def _named(text: str, changes: Mapping[str, Any]) -> NamedMachine:
     tables = parsed_toml(text)
+    if "gear" in tables:
+        raise InputError(OF_A_GEAR_SET)
     try:
         given = MachineFile.model_validate(tables)
     except ValidationError as error:

@@ -227,6 +227,9 @@ ISOLATED = (
 RATTLE = "rattle basin roots-scaled --grid 12 --delta 0.575 --json"
 ORBITS = "rattle periodic roots-scaled --departures 1 --json"
 CRITICAL = "rattle critical roots-a --json"
+GEARS = (
+    f"rattle gears SET {COARSE} --speed-rpm 900 --drag-Nm 1 --eccentricity-um 9 --json"
+)
 RUN_DOWN = "rattle run-down FALLING --json"
 FIGURES = {
     "MACHINE": "roots-scaled",
@@ -521,6 +524,20 @@ OPTIONS: dict[str, dict[str, Case]] = {
         "--epsilon": plus(CRITICAL, "--epsilon 9e-5"),
         "--kappa": plus(CRITICAL, "--kappa 2000"),
         "--json": less(CRITICAL, "--json"),
+    },
+    "rattle gears": {
+        "SET": swap(GEARS, "SET", "OTHER"),
+        "--mesh": plus(GEARS, "--mesh 2", TRAIN),
+        "--speed-rpm": swap(GEARS, "900", "800"),
+        "--drag-Nm": swap(GEARS, "--drag-Nm 1", "--drag-Nm 2"),
+        "--eccentricity-um": swap(GEARS, "--eccentricity-um 9", "--eccentricity-um 8"),
+        "--driven-share": plus(GEARS, "--driven-share 0.3"),
+        "--driving-inertia-kgm2": plus(GEARS, "--driving-inertia-kgm2 0.1"),
+        "--driven-inertia-kgm2": plus(GEARS, "--driven-inertia-kgm2 0.1"),
+        "--plane": plus(GEARS, "--plane strain"),
+        "--resolution": less(GEARS, COARSE),
+        "--output": plus(GEARS, "-o m.toml"),
+        "--json": less(GEARS, "--json"),
     },
     "rattle run-down": {
         "FILE": swap(RUN_DOWN, "FALLING", "SLOWER"),

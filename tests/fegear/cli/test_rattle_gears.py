@@ -1,0 +1,141 @@
+"""`fegear rattle gears`: the machine against its two gears in SI units."""
+
+from __future__ import annotations
+
+import json
+import math
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from typer.testing import CliRunner
+
+from fegear.cli import app, run
+from fegear.rattle.machines import load_machine
+from lumped.rattle.kernels.flight import returned
+
+GEARS = (
+    *("rattle", "gears", "liu-pair", "--resolution", "coarse"),
+    *("--speed-rpm", "600", "--drag-Nm", "2", "--eccentricity-um", "500"),
+)
+TURN = 2.0 * math.pi
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    """What is told of a machine, and its file."""
+    path = tmp_path_factory.mktemp("gears") / "m.toml"
+    result = CliRunner().invoke(app, [*GEARS, "-o", str(path), "--json"])
+    assert result.exit_code == 0, result.output
+    return json.loads(result.stdout), str(path)
+
+
+def next_departure(values, t: float, v: float) -> tuple[float, float]:
+    """The departure after one (t, v) of both gears: seconds, newtons, metres."""
+    speed = values["speed_rpm"] / 60.0
+    radius = 1e-3 * values["base_radius_mm"]
+    one, two = values["teeth"]
+    other = radius * two / one
+    ratio = one / two
+    inertia, driven = (
+        values[f"{side}_inertia_kg_m2"] for side in ("driving", "driven")
+    )
+    omega = TURN * speed
+    drag = (values["drag_Nm"] - values["driven_drag_Nm"]) / omega
+    driven_drag = values["driven_drag_Nm"] / ratio / (omega * ratio)
+    error, play = 1e-6 * values["eccentricity_um"], 0.5e-6 * values["backlash_um"]
+
+    def path(s, u):
+        return radius * u[0] - other * u[1] + error * math.cos(omega * s)
+
+    def rates(s, u):
+        gap = path(s, u)
+        deflection = math.copysign(max(abs(gap) - play, 0.0), gap)
+        force = values["mean_stiffness_N_per_m"] * deflection
+        return [
+            *u[2:],
+            (values["drag_Nm"] - drag * u[2] - radius * force) / inertia,
+            (other * force - driven_drag * u[3]) / driven,
+        ]
+
+    def beyond(s, u):
+        return path(s, u) - play
+
+    beyond.direction = -1.0
+    begin = t / speed
+    start = (play - error * math.cos(omega * begin)) / radius
+    rate = error * omega * math.sin(omega * begin) / radius - v * speed
+    found = solve_ivp(
+        *(
+            rates,
+            (begin, begin + 2.0 / speed),
+            [start, 0.0, omega + rate, omega * ratio],
+        ),
+        method="DOP853",
+        events=beyond,
+        rtol=1e-10,
+        atol=1e-13,
+        max_step=1e-3 / speed,
+    )
+    times, states = found.t_events[0], found.y_events[0]
+    at = int(np.argmax(times > begin + 1e-7))
+    u, s = states[at], times[at]
+    slip = radius * u[2] - other * u[3] - error * omega * math.sin(omega * s)
+    return s * speed, -slip / radius / speed
+
+
+def test_machine_of_gears_moves_as_both_in_si_units(made):
+    values, path = made
+    machine = load_machine(path).machine
+    for start in ((0.2, 0.02), (0.6, 0.05)):
+        t, v, _ = returned(machine.arrays, *start)
+        assert (t, v) == pytest.approx(next_departure(values, *start), rel=1e-5)
+
+
+def test_stiffness_is_that_of_the_load_of_the_drag(made):
+    values, _ = made
+    words = ["stiffness", "liu-pair", "--resolution", "coarse", "--json"]
+    torque = f"{values['driven_drag_Nm']!r}"
+    result = CliRunner().invoke(app, [*words, "--torque", torque])
+    row = json.loads(result.stdout)["torques"][0]
+    for name in ("mean_stiffness_N_per_m", "peak_to_peak_over_mean"):
+        assert values[name] == pytest.approx(row[name], rel=1e-12)
+
+
+def test_critical_eccentricity_of_the_file_is_what_was_told(made):
+    values, path = made
+    result = CliRunner().invoke(app, ["rattle", "critical", path, "--json"])
+    told = json.loads(result.stdout)
+    critical = told["critical_eccentricity_rad"]
+    assert critical == pytest.approx(values["critical_eccentricity_rad"], rel=1e-9)
+    in_um = critical * values["base_radius_mm"] * 1e3
+    assert values["critical_eccentricity_um"] == pytest.approx(in_um)
+    assert told["description"] == "38/55 gears of liu-pair at 600 rpm, drag 2 N m"
+
+
+WRONG = [
+    ("--drag-Nm 0", "--drag-Nm = 0; allowed above 0"),
+    ("--speed-rpm -1", "--speed-rpm = -1"),
+    ("--eccentricity-um nan", "--eccentricity-um = nan"),
+    ("--driven-share 1", "--driven-share = 1; allowed above 0 to below 1"),
+    ("--mesh 2", "--mesh = 2"),
+    ("--drag-Nm 1e-9", "drag of the driven shaft ="),
+]
+
+
+@pytest.mark.parametrize(("words", "message"), WRONG)
+def test_what_is_wrong_is_one_line(words, message, capsys):
+    option, value = words.split()
+    given = dict(zip(GEARS[3::2], GEARS[4::2], strict=True)) | {option: value}
+    assert run([*GEARS[:3], *(w for both in given.items() for w in both)]) == 2
+    error = capsys.readouterr().err
+    assert message in error
+    assert error.count("\n") == 1
+
+
+def test_gear_sets_are_told_from_machines(tmp_path, capsys):
+    path = tmp_path / "set.toml"
+    path.write_text('name = "x"\n[[gear]]\nteeth = 20\n')
+    for name in ("liu-pair", str(path)):
+        assert run(["rattle", "critical", name]) == 2
+        assert "fegear rattle gears makes a machine" in capsys.readouterr().err
