@@ -38,14 +38,14 @@ class Running:
     speed_rpm: Annotated[
         float, typer.Option(help="Speed of the driving gear [rpm]."), ABOVE
     ]
-    drag: Annotated[
+    drag_Nm: Annotated[
         float,
         typer.Option(
             "--drag-Nm", help="Drag of both shafts, on the driving gear [N\u00a0m]."
         ),
         ABOVE,
     ]
-    eccentricity: Annotated[
+    eccentricity_um: Annotated[
         float,
         typer.Option(
             "--eccentricity-um",
@@ -59,12 +59,12 @@ class Running:
         "its inertia]",
         allowed=Range(above=0.0, below=1.0),
     )
-    driving_inertia: float | None = option(
+    driving_inertia_kgm2: float | None = option(
         "Inertia of all on the driving shaft [kg m2]. [default: the gear's]",
         "--driving-inertia-kgm2",
         allowed=ABOVE,
     )
-    driven_inertia: float | None = option(
+    driven_inertia_kgm2: float | None = option(
         "Inertia of all on the driven shaft [kg m2]. [default: the gear's]",
         "--driven-inertia-kgm2",
         allowed=ABOVE,
@@ -76,11 +76,11 @@ class Running:
 
         return Conditions(
             speed=self.speed_rpm / 60.0,
-            drag=self.drag,
-            eccentricity=1e-6 * self.eccentricity,
+            drag=self.drag_Nm,
+            eccentricity=1e-6 * self.eccentricity_um,
             driven_share=self.driven_share,
-            driving_inertia=self.driving_inertia,
-            driven_inertia=self.driven_inertia,
+            driving_inertia=self.driving_inertia_kgm2,
+            driven_inertia=self.driven_inertia_kgm2,
         )
 
 
