@@ -36,6 +36,7 @@ LONG = 200_000  # returns for which one of the motions that change still is foll
 LAST, LASTING = 2000, 10  # returns to settle at last; of the iterations, if chaotic
 SEEN = 256  # cells a side of a chaotic attractor's footprint
 EXPONENT = 20_000  # returns over which an exponent is a mean
+LEAST_CHAOTIC = 2e-3  # exponent per return; neighbours of others part by log(n) / n
 BESIDE = 1e-8  # distance of neighbours that tell a Lyapunov exponent
 QUIET, CHAOTIC = "quiet", "chaotic"
 MOST_CHAOTIC = 50  # motions that are followed for long, at most
@@ -219,7 +220,7 @@ class Naming:
         """Number of the attractor of each cell (c,), -1 where it is not clear."""
         number = np.full(settled.period.size, -1)
         if (quiet := settled.period == kernel.QUIET).any():
-            number[quiet] = self._add(Attractor(QUIET, 1, (math.nan, 0.0), -math.inf))
+            number[quiet] = self._quiet()
         for period in np.unique(settled.period[settled.period > 0]):
             own = np.flatnonzero(settled.period == period)
             cells = np.round(settled.end[own] / ALIKE).astype(np.int64)
@@ -232,13 +233,18 @@ class Naming:
             number[own] = orbits[which.ravel()]
         changing = np.flatnonzero(settled.period == kernel.CHANGING)
         for _ in range(MOST_CHAOTIC):
-            left = changing[number[changing] < 0]
-            if not left.size:
+            if not changing.size:
                 break
-            ends = settled.end[left]
-            found, inside = self._long(ends)
-            number[left[inside]] = found
+            found, inside = self._long(settled.end[changing])
+            number[changing[inside]] = found
+            changing = changing[~inside]
         return number
+
+    def _quiet(self) -> int:
+        for number, known in enumerate(self.found):
+            if known.name == QUIET:
+                return number
+        return self._add(Attractor(QUIET, 1, (math.nan, 0.0), -math.inf))
 
     def _add(self, attractor: Attractor) -> int:
         self.found.append(attractor)
@@ -262,7 +268,8 @@ class Naming:
         return self._add(Attractor(way.name, way.turns, at, exponent))
 
     def _long(self, ends: Array) -> tuple[int, NDArray[np.bool_]]:
-        """The attractor of the first of departures (c, 2), and which share it."""
+        """The attractor of the first of departures (c, 2), and which share it; -1 where
+        it has not settled, for all that can be told, and is not chaotic."""
         settled = settle_departures(self.machine, ends[:1], LONG)
         alone = np.zeros(len(ends), bool)
         alone[0] = True
@@ -272,6 +279,9 @@ class Naming:
         lasts = int(settled.returns[0])
         if settled.period[0] != kernel.CHANGING and lasts < LASTING * self.iterations:
             return int(self.sort(settled)[0]), alone
+        stretches = self._exponent(ends[0], min(EXPONENT, lasts))
+        if not stretches > LEAST_CHAOTIC:
+            return -1, alone
         path = follow(self.machine, ends[0], lasts)
         low, high = path[:, 1].min(), path[:, 1].max()
         margin = (high - low) / SEEN
@@ -293,7 +303,7 @@ class Naming:
         inside &= (ends[:, 1] > low - margin) & (ends[:, 1] < high + margin)
         inside[0] = True
         turns = path[-1, 0] - path[0, 0]
-        exponent = self._exponent(path[0], min(EXPONENT, lasts)) * lasts / turns
+        exponent = stretches * lasts / turns
         fastest = int(path[:, 1].argmax())
         point = float(path[fastest, 0] % 1.0), float(path[fastest, 1])
         settles = 0 if settled.period[0] == kernel.CHANGING else lasts

@@ -8,9 +8,11 @@ from functools import cached_property
 
 import numpy as np
 
-from lumped.rattle.kernels.arrays import Rattle
+from lumped.rattle.kernels.arrays import SHORT, Rattle, Waves
 
 TURN = 2.0 * math.pi
+STEADY = 0.25  # of the time in which the contact load changes: short flights
+INSTANTS = 4096  # of a turn at which it is looked at
 
 
 def effective_eccentricity(driving: float, driven: float, phase: float) -> float:
@@ -109,10 +111,39 @@ class Machine:
             order=float(self.ripple_order),
             free=_parts(free),
             pressed=_parts(pressed),
-            free_bend=self._largest(free, 2),
-            pressed_bend=self._largest(pressed, 2),
+            swing=self._largest(pressed, 0),
             free_jerk=self._largest(free, 3),
+            pressed_jerk=self._largest(pressed, 3),
+            free_snap=self._largest(free, 4),
+            fading=1.0 / self.damping,
+            lasting=1.0 / self.damping,
+            short=self._short(),
+            growth=1.0,
         )
+
+    def _short(self) -> float:
+        """Turns of a flight after which flights fade away, 0 if they never do.
+
+        Under a load g that changes little in a flight, its time is in proportion to
+        g^(-2/3) and shrinks with the damping (adiabatic invariance): one that is short
+        enough stays so over a turn. Flanks that g opens do not come to rest.
+        """
+        t = np.arange(INSTANTS) / INSTANTS
+        drive = 2.0 * TURN * self.damping * self.drive
+        waves, factor = self.loads, 1.0
+        if not self.is_impact:
+            factor = 2.0 * self.stiffness
+            waves = self.forced(factor)
+        load, slope = np.full(INSTANTS, drive), np.zeros(INSTANTS)
+        for wave, order in zip(waves, (1, self.ripple_order), strict=True):
+            turning = factor * wave * np.exp(1j * TURN * order * t)
+            load += turning.real
+            slope += (1j * TURN * order * turning).real
+        if load.min() <= 0.0:
+            return 0.0
+        fastest = float(np.max(np.abs(slope) / load))
+        most = min(SHORT, STEADY / fastest) if fastest else SHORT
+        return most * float(load.min() / load.max()) ** (2.0 / 3.0)
 
     def _largest(self, waves: tuple[complex, complex], order: int) -> float:
         """Derivative of a forced part by time, at most."""
@@ -120,6 +151,7 @@ class Machine:
         return float(TURN**order * (first + self.ripple_order**order * second))
 
 
-def _parts(waves: tuple[complex, complex]) -> np.ndarray:
-    """Cosine and sine of both (4,)."""
-    return np.array([part for w in waves for part in (w.real, -w.imag)])
+def _parts(waves: tuple[complex, complex]) -> Waves:
+    """Cosine and sine of both."""
+    first, second = map(complex, waves)
+    return first.real, -first.imag, second.real, -second.imag

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
-from numpy.typing import NDArray
+SHORT = 0.05  # turns: flights that fade away stay shorter
+Waves = tuple[float, float, float, float]
 
 
 class Rattle(NamedTuple):
@@ -16,8 +17,12 @@ class Rattle(NamedTuple):
     `order` turns.
 
     stiffness : 2 kappa, infinite in the impact limit; restitution of its impacts
-    free_bend, pressed_bend : largest second derivative of the forced parts
-    free_jerk : largest third one
+    swing : largest value of `pressed`
+    free_jerk, pressed_jerk : largest third derivative of the forced parts
+    free_snap : largest fourth one
+    fading : 1 over damping; lasting : its size, the longest step of a transient
+    short : turns of a flight back to its flank after which flights fade away
+    growth : of a transient over a step, at most; above 1 where time runs backward
     """
 
     damping: float
@@ -27,8 +32,13 @@ class Rattle(NamedTuple):
     drift: float
     offset: float
     order: float
-    free: NDArray[Any]
-    pressed: NDArray[Any]
-    free_bend: float
-    pressed_bend: float
+    free: Waves
+    pressed: Waves
+    swing: float
     free_jerk: float
+    pressed_jerk: float
+    free_snap: float
+    fading: float
+    lasting: float
+    short: float
+    growth: float

@@ -4,6 +4,9 @@ The first crossing of a bound is found by steps that cannot pass it. With speed 
 acceleration a toward a bound at a distance d, and a third derivative of J at most, a
 step h with w h + a h^2 / 2 + J h^3 / 6 <= d is short of it. Near a crossing such steps
 converge faster than Newton's.
+
+The step is written without branches, so that the compiler can take several cells at a
+time; see `settle`.
 """
 
 from __future__ import annotations
@@ -17,157 +20,260 @@ LONG = 0.5  # turns of a first step, at most
 CLOSE = 1e-14  # turns: a step so short ends a search
 MOST_STEPS = 10_000  # of a search
 REST = 1e-9  # rad per turn: slower flanks rest on each other
+FADED = 1e-18  # rad per turn: a transient that is none any more
+AGAIN, ENDED, LOST = 0.0, 1.0, 2.0  # of a search: goes on, has found it, has not
+
+
+@inlined
+def turned(t):
+    """Cosine and sine of a time in turns, to round-off."""
+    quarter = math.floor(4.0 * t + 0.5)
+    r = TURN * (t - 0.25 * quarter)
+    z = r * r
+    s = 1.0 / 6227020800.0 - z / 1307674368000.0
+    s = 1.0 / 362880.0 - z * (1.0 / 39916800.0 - z * s)
+    s = 1.0 / 6.0 - z * (1.0 / 120.0 - z * (1.0 / 5040.0 - z * s))
+    s = r - r * z * s
+    c = 1.0 / 87178291200.0 - z / 20922789888000.0
+    c = 1.0 / 40320.0 - z * (1.0 / 3628800.0 - z * (1.0 / 479001600.0 - z * c))
+    c = 1.0 - z * (0.5 - z * (1.0 / 24.0 - z * (1.0 / 720.0 - z * c)))
+    quarter -= 4.0 * math.floor(0.25 * quarter)
+    odd = quarter == 1.0 or quarter == 3.0
+    cosine, sine = (s, c) if odd else (c, s)
+    cosine = -cosine if quarter == 1.0 or quarter == 2.0 else cosine
+    sine = -sine if quarter >= 2.0 else sine
+    return cosine, sine
+
+
+@inlined
+def faded(z):
+    """e^-z - 1 for z from -1 to 1, to round-off."""
+    y = -0.25 * z
+    e = 1.0 / 3628800.0 + y * (1.0 / 39916800.0 + y / 479001600.0)
+    e = 1.0 / 5040.0 + y * (1.0 / 40320.0 + y * (1.0 / 362880.0 + y * e))
+    e = 1.0 / 24.0 + y * (1.0 / 120.0 + y * (1.0 / 720.0 + y * e))
+    e = y + y * y * (0.5 + y * (1.0 / 6.0 + y * e))
+    e = e * (2.0 + e)
+    return e * (2.0 + e)
 
 
 @inlined
 def forced(order, part, t):
     """A forced part at a time and its rate."""
-    c, s = math.cos(TURN * t), math.sin(TURN * t)
-    value = part[0] * c + part[1] * s
-    rate = TURN * (part[1] * c - part[0] * s)
-    if part[2] != 0.0 or part[3] != 0.0:
-        angle = TURN * order * t
-        c, s = math.cos(angle), math.sin(angle)
-        value += part[2] * c + part[3] * s
-        rate += TURN * order * (part[3] * c - part[2] * s)
+    value, rate, _, _ = bent(order, part, t, part[2] != 0.0 or part[3] != 0.0)
     return value, rate
 
 
 @inlined
-def bent(order, part, value, t):
-    """Second derivative of a forced part, turned round, from its value."""
-    found = TURN * TURN * value
-    if part[2] != 0.0 or part[3] != 0.0:
-        angle = TURN * order * t
-        fast = part[2] * math.cos(angle) + part[3] * math.sin(angle)
-        found += TURN * TURN * (order * order - 1.0) * fast
-    return found
+def bent(order, part, t, rippled):
+    """A forced part at a time and its first three derivatives.
+
+    rippled : whether it has a part of `order` turns
+    """
+    c, s = turned(t)
+    value = part[0] * c + part[1] * s
+    rate = TURN * (part[1] * c - part[0] * s)
+    bend, jerk = -TURN * TURN * value, -TURN * TURN * rate
+    if rippled:
+        own = TURN * order
+        c, s = turned(order * t)
+        fast = part[2] * c + part[3] * s
+        fast_rate = own * (part[3] * c - part[2] * s)
+        value += fast
+        rate += fast_rate
+        bend -= own * own * fast
+        jerk -= own * own * fast_rate
+    return value, rate, bend, jerk
 
 
 @inlined
 def reach(distance, speed, bend):
     """Shortest time to a bound ahead under a constant acceleration; inf if never."""
     square = speed * speed + 2.0 * bend * distance
-    if square < 0.0:
-        return math.inf
-    root = math.sqrt(square)
-    if speed > 0.0:
-        return 2.0 * distance / (speed + root)
-    return (root - speed) / bend if bend > 0.0 else math.inf
+    root = math.sqrt(max(square, 0.0))
+    ahead = speed > 0.0
+    span = 2.0 * distance if ahead else root - speed
+    over = speed + root if ahead else bend
+    never = square < 0.0 or not over > 0.0
+    return math.inf if never else span / over
+
+
+@inlined
+def launch(m, t, x, w, rippled):
+    """A flight from (t, x, w), in the play or leaving a flank, before its first step.
+
+    (x, w, acceleration, third derivative, transient speed, forced part, longest step)
+    """
+    value, rate, bend, jerk = bent(m.order, m.free, t, rippled)
+    transient = m.drift + rate - w
+    a = m.damping * transient + bend
+    jerk -= m.damping * m.damping * transient
+    return x, w, a, jerk, transient, value, first_step(m, w, a)
+
+
+@inlined
+def first_step(m, w, a):
+    """Longest first step of a flight: twice its time where it falls back."""
+    back = reach(0.0, -abs(w), -a if w > 0.0 else a)
+    return min(LONG, min(m.lasting, 2.0 * back if back > 0.0 else LONG))
+
+
+@inlined
+def advance(m, t, flight, rippled):
+    """A step of a flight that cannot pass a bound.
+
+    (time, flight as from `launch`, side of the bound that it leads to, AGAIN or ENDED)
+    """
+    x, w, a, jerk, transient, value, horizon = flight
+    own = m.growth * abs(transient) * m.damping * m.damping
+    most, snap = own + m.free_jerk, own * abs(m.damping) + m.free_snap
+    side = -1.0 if w < 0.0 or (w == 0.0 and a < 0.0) else 1.0
+    ahead, behind = max(m.play - side * x, 0.0), max(m.play + side * x, 0.0)
+    horizon = min(horizon, 2.0 * reach(ahead, side * w, side * a))
+    # up to the horizon, accelerations are on average at most these above a
+    toward, rest = side * jerk * horizon / 3.0, snap * horizon * horizon / 12.0
+    most *= horizon / 3.0
+    turn = min(most, max(toward, 0.0) + rest)
+    back = min(most, max(-toward, 0.0) + rest)
+    first = reach(ahead, side * w, side * a + turn)
+    second = reach(behind, -side * w, back - side * a)
+    side = -side if second < first else side
+    bound = min(first, second)
+    step = min(horizon, bound)
+    t += step
+    lost = transient * faded(min(max(m.damping * step, -1.0), 1.0))
+    before = value
+    value, rate, bend, jerk = bent(m.order, m.free, t, rippled)
+    x += value - before + m.drift * step + lost * m.fading
+    transient += lost
+    transient = 0.0 if abs(transient) < FADED else transient
+    w = m.drift + rate - transient
+    a = m.damping * transient + bend
+    jerk -= m.damping * m.damping * transient
+    near = step < CLOSE or (turn + back) * step * step < CLOSE * side * w
+    state = ENDED if near and bound <= horizon else AGAIN
+    horizon = 2.0 * step if transient == 0.0 else min(2.0 * step, m.lasting)
+    return t, (x, w, a, jerk, transient, value, horizon), side, state
 
 
 @inlined
 def fly(m, t, x, w):
-    """Time and speed at which the play ends, and its side.
+    """Time and speed at which the play ends, and its side; time is inf where no end is
+    found in MOST_STEPS.
 
     From (t, x, w) in the play or leaving a flank.
     """
-    start, rate = forced(m.order, m.free, t)
-    decay = m.drift + rate - w
-    jerk = abs(decay) * m.damping**2 + m.free_jerk
-    tau, here, speed, value, left, side = 0.0, x, w, start, decay, 0
-    horizon = LONG
+    rippled = m.free[2] != 0.0 or m.free[3] != 0.0
+    turns = math.floor(t)
+    t -= turns
+    flight = launch(m, t, x, w, rippled)
+    side, state = 1.0, AGAIN
     for _ in range(MOST_STEPS):
-        bend = m.damping * left - bent(m.order, m.free, value, t + tau)
-        turn, side = jerk * horizon / 3.0, 1
-        if speed < 0.0 or (speed == 0.0 and bend < 0.0):
-            side = -1
-        # up to the horizon, accelerations are at most these
-        ahead, behind = max(m.play - side * here, 0.0), max(m.play + side * here, 0.0)
-        step = min(horizon, reach(ahead, side * speed, side * bend + turn))
-        if (0.5 * step * (turn - side * bend) - side * speed) * step > behind:
-            back = reach(behind, -side * speed, turn - side * bend)
-            if back < step:
-                step, side = back, -side
-        horizon = 2.0 * horizon if step == horizon else step
-        tau += step
-        grown = math.expm1(-m.damping * tau)
-        left = decay * (1.0 + grown)
-        value, rate = forced(m.order, m.free, t + tau)
-        here = x + decay * grown / m.damping + m.drift * tau + value - start
-        speed = m.drift + rate - left
-        if step < CLOSE or jerk * step**3 < CLOSE * side * speed:
+        t, flight, side, state = advance(m, t, flight, rippled)
+        if state != AGAIN:
             break
-    return t + tau, speed, side
+    w = flight[1]
+    if state == AGAIN or not math.isfinite(w):
+        return math.inf, 0.0, 1
+    return turns + t, w, 1 if side > 0.0 else -1
 
 
 @inlined
 def press(m, t, w, side):
-    """Time and speed at which flanks part again that met at a speed w; NaN if never.
+    """Time and speed at which flanks part again that met at a speed w; NaN if never,
+    inf where it is not found in MOST_STEPS.
 
     side : of the flanks, 1 or -1. Distances count into the flank.
     """
-    value, rate = forced(m.order, m.pressed, t)
-    half = 0.5 * m.damping
+    rippled = m.pressed[2] != 0.0 or m.pressed[3] != 0.0
+    value, rate, bend, _ = bent(m.order, m.pressed, t, rippled)
+    half, own = 0.5 * m.damping, math.sqrt(m.stiffness)
     turn = math.sqrt(m.stiffness - half * half)
     mean = side * m.offset
     a = -(mean + side * value)
     b = (side * (w - rate) + half * a) / turn
     size = math.hypot(a, b)
-    swing = abs(m.pressed[0]) + abs(m.pressed[1])
-    swing += abs(m.pressed[2]) + abs(m.pressed[3])
-    tau, into, speed = 0.0, 0.0, side * w
+    tau, into, speed, fade = 0.0, 0.0, side * w, 1.0
+    swung, swing_rate = a, turn * b - half * a
+    horizon = math.sqrt(6.0) / own  # an oscillation's first step to its end
     for _ in range(MOST_STEPS):
-        fade = math.exp(-half * tau)
-        if mean - size * fade - swing > 0.0:
+        if mean - size * fade > m.swing and half > 0.0:
             return math.nan, 0.0
-        most = m.stiffness * size * fade + m.pressed_bend
-        step = reach(max(into, 0.0), -speed, most)
+        jerk = m.growth * own**3 * size * fade + m.pressed_jerk
+        pull = m.damping * swing_rate + m.stiffness * swung - side * bend
+        step = reach(max(into, 0.0), -speed, pull + jerk * horizon / 3.0)
+        limited = step >= horizon
+        step = min(step, horizon)
         tau += step
         fade = math.exp(-half * tau)
-        c, s = math.cos(turn * tau), math.sin(turn * tau)
-        value, rate = forced(m.order, m.pressed, t + tau)
-        into = mean + side * value + fade * (a * c + b * s)
-        speed = side * rate
-        speed += fade * ((turn * b - half * a) * c - (turn * a + half * b) * s)
-        if step < CLOSE * (1.0 + tau):
+        c, s = turned(turn * tau / TURN)
+        value, rate, bend, _ = bent(m.order, m.pressed, t + tau, rippled)
+        swung = fade * (a * c + b * s)
+        swing_rate = fade * ((turn * b - half * a) * c - (turn * a + half * b) * s)
+        into = mean + side * value + swung
+        speed = side * rate + swing_rate
+        if not limited and step < CLOSE * (1.0 + tau):
             return t + tau, side * speed
-    return math.nan, 0.0
+        horizon = min(2.0 * horizon if limited else step, 1.0 / abs(half))
+    return math.inf, 0.0
 
 
 @inlined
 def push(m, t):
     """Acceleration of flanks in the play at rest."""
-    c, s = math.cos(TURN * t), math.sin(TURN * t)
-    found = m.damping * m.drift - TURN * TURN * (m.free[0] * c + m.free[1] * s)
-    found += m.damping * TURN * (m.free[1] * c - m.free[0] * s)
-    if m.free[2] != 0.0 or m.free[3] != 0.0:
-        rate = TURN * m.order
-        c, s = math.cos(rate * t), math.sin(rate * t)
-        found -= rate * rate * (m.free[2] * c + m.free[3] * s)
-        found += m.damping * rate * (m.free[3] * c - m.free[2] * s)
-    return found
+    rippled = m.free[2] != 0.0 or m.free[3] != 0.0
+    _, rate, bend, _ = bent(m.order, m.free, t, rippled)
+    return m.damping * (m.drift + rate) + bend
+
+
+@inlined
+def loosen(m, t, side):
+    """Time from which flanks at rest on each other are pulled apart; NaN if never, inf
+    where it is not found in MOST_STEPS."""
+    rippled = m.free[2] != 0.0 or m.free[3] != 0.0
+    rate = TURN * m.order if rippled else TURN
+    most = m.free_jerk * (rate + m.damping)  # second derivative of the load
+    tau = 0.0
+    for _ in range(MOST_STEPS):
+        _, slow, bend, jerk = bent(m.order, m.free, t + tau, rippled)
+        load = side * (m.damping * (m.drift + slow) + bend)
+        step = reach(max(load, 0.0), -side * (m.damping * bend + jerk), most)
+        if load <= 0.0 or step < CLOSE:
+            return t + tau
+        tau += step
+        if tau > 1.0:
+            return math.nan
+    return math.inf
 
 
 @inlined
 def bounce(m, t, w, side):
-    """Time and speed at which flanks part that met at a speed w; NaN if never."""
+    """Time and speed at which flanks part that met at a speed w; NaN if never, inf
+    where it is not found."""
     if m.stiffness < math.inf:
         return press(m, t, w, side)
     away = -m.restitution * w
     if abs(away) > REST:
         return t, away
     # they rest on each other until something pulls them apart
-    step = 1.0 / 4096.0
-    for i in range(4096 + 1):
-        if side * push(m, t + i * step) < 0.0:
-            return t + i * step, -side * REST
-    return math.nan, 0.0
+    return loosen(m, t, side), -side * REST
 
 
 @compiled
 def returned(m, t, v):
     """The next departure (t, v) from the upper flank after one at a speed v > 0.
 
-    Third is how often the lower flank was met; t is NaN where the flanks stay together.
+    Third is how often the lower flank was met; t is NaN where the flanks stay together,
+    inf where it is not clear what follows.
     """
     now, w, side = fly(m, t, m.play, -v)
     lower = 0
     while side < 0:
         lower += 1
         now, w = bounce(m, now, w, -1)
-        if math.isnan(now):
-            return math.nan, 0.0, lower
+        if not math.isfinite(now):
+            return now, 0.0, lower
         now, w, side = fly(m, now, -m.play, w)
-    now, w = bounce(m, now, w, 1)
+    if now < math.inf:
+        now, w = bounce(m, now, w, 1)
     return now, -w, lower

@@ -1,17 +1,58 @@
-"""Where departures from the upper flank lead: return maps iterated, compiled."""
+"""Where departures from the upper flank lead: return maps iterated, compiled.
+
+Many cells fly in lanes beside each other, a step of all at a time, which the compiler
+makes steps of several at once.
+"""
 
 from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from lumped.compiled import compiled, inlined
-from lumped.rattle.kernels.flight import returned
+from lumped.rattle.kernels.arrays import SHORT
+from lumped.rattle.kernels.flight import (
+    AGAIN,
+    LOST,
+    MOST_STEPS,
+    advance,
+    bounce,
+    first_step,
+    launch,
+    returned,
+)
 
 SAME = 1e-9  # turns, and of a speed: departures that are one
 EXACT = 1e-13  # the same to round-off
 ANCHORED = 32  # returns, at least, after which departures are compared with another one
-SHORT = 0.05  # turns of a flight; a whole turn of shorter ones fades away
-QUIET, CHANGING = -1, 0  # in place of a period
+QUIET, CHANGING, UNKNOWN = -1, 0, -2  # in place of a period
+LANES = 32
+# where the lanes' values of each kind begin, see `advance`
+KINDS = 11
+PLACE, SPEED, PULL, JERK, TRANSIENT, VALUE, HORIZON, TIME, SIDE, STATE, LEFT = range(
+    0, KINDS * LANES, LANES
+)
+CELL = np.dtype(
+    [
+        ("number", np.int64),
+        ("returns", np.int64),
+        ("most", np.int64),  # returns after which it ends
+        ("lower", np.int64),  # times the lower flank was met since the departure
+        ("turns", np.float64),  # whole ones up to the lane's time
+        ("before", np.float64),  # time of the departure
+        ("period", np.int64),
+        ("clear", np.int64),
+        # a former departure, after how many returns, and when it is replaced
+        ("anchor", np.float64),
+        ("anchor_t", np.float64),  # the same from 0 to 1
+        ("anchor_v", np.float64),
+        ("anchored", np.int64),
+        ("renewed", np.int64),
+        ("gap", np.float64),  # to it, when departures came close to it
+    ],
+    align=True,
+)
 
 
 @inlined
@@ -22,59 +63,175 @@ def apart(t, v, other_t, other_v):
 
 
 @inlined
-def settle(m, t, v, most, early):
-    """The departure (t, v) after `most` returns, and what it belongs to.
+def depart(cell, number, t, v, most):
+    """A cell before its first return."""
+    cell.number, cell.returns, cell.most, cell.lower = number, 0, most, 0
+    cell.turns, cell.before, cell.anchor = 0.0, t, t
+    cell.period, cell.clear = CHANGING, most
+    cell.anchor_t, cell.anchor_v, cell.anchored, cell.renewed = t, v, 0, ANCHORED
+    cell.gap = math.inf
 
-    (period, returns until that was clear, t, v): the period in returns, QUIET where the
-    flanks stay together or only shorter and shorter flights follow, CHANGING else.
 
-    early : stop where it is clear; what is found is the same
+@inlined
+def take(m, cell, t, v, early):
+    """A return of a cell at a time from 0 to 1; whether it was the last.
+
+    early : stop where it is clear what the cell leads to; what is found is the same
     """
-    anchor_t, anchor_v, anchored, renewed = t, v, 0, ANCHORED
-    long_ago, period, clear, gap, i = t, CHANGING, most, math.inf, 0
-    while i < most:
-        before = t
-        t, v, _ = returned(m, t, v)
-        i += 1
-        if math.isnan(t):
-            return QUIET, i, t, v
-        long_ago = t if t - before > SHORT else long_ago
-        if t - long_ago > 1.0:
-            return QUIET, i, t, v
-        if period != CHANGING:
-            continue
-        now = apart(t, v, anchor_t, anchor_v)
-        if now < SAME and (now <= gap or now < EXACT) and gap < math.inf:
+    cell.returns += 1
+    i, now = cell.returns, cell.turns + t
+    lasted, passed = now - cell.before, cell.lower > 0
+    cell.before, cell.lower = now, 0
+    if cell.period == QUIET and (passed or lasted > SHORT):
+        cell.period = UNKNOWN  # never seen
+    if cell.period == CHANGING and not passed and lasted < m.short:
+        cell.period, cell.clear = QUIET, i
+        cell.most = i if early else cell.most
+    if cell.period == CHANGING:
+        gap = apart(t, v, cell.anchor_t, cell.anchor_v)
+        same = gap < SAME and now - cell.anchor > 0.5
+        closing = gap <= cell.gap or gap < EXACT
+        if same and closing and cell.gap < math.inf:
             # twice in a row, and no further apart: departures close in on an orbit
-            period, clear = i - anchored, i
-            most = i + (most - i) % period if early else most
-        elif now < SAME or i >= renewed:
-            gap = now if now < SAME else math.inf
-            renewed = i + (i - anchored if now < SAME else max(ANCHORED, i // 4))
-            anchor_t, anchor_v, anchored = t, v, i
-    return period, clear, t, v
+            cell.period, cell.clear = i - cell.anchored, i
+            if early:
+                cell.most = i + (cell.most - i) % cell.period
+        elif same or i >= cell.renewed:
+            cell.gap = gap if same else math.inf
+            later = i - cell.anchored if same else max(ANCHORED, i // 4)
+            cell.anchor, cell.anchor_t, cell.anchor_v, cell.anchored = now, t, v, i
+            cell.renewed = i + later
+    return i >= cell.most
+
+
+@inlined
+def put(lanes, i, flight):
+    """Put a flight into a lane before its first step; see `launch`."""
+    x, w, a, jerk, transient, value, horizon = flight
+    lanes[PLACE + i], lanes[SPEED + i], lanes[PULL + i] = x, w, a
+    lanes[JERK + i], lanes[TRANSIENT + i], lanes[VALUE + i] = jerk, transient, value
+    lanes[HORIZON + i], lanes[STATE + i], lanes[LEFT + i] = horizon, AGAIN, MOST_STEPS
+
+
+@inlined
+def take_off(m, lanes, i, t, x, w):
+    """Begin a flight in a lane."""
+    rippled = m.free[2] != 0.0 or m.free[3] != 0.0
+    lanes[TIME + i] = t
+    put(lanes, i, launch(m, t, x, w, rippled))
+
+
+@inlined
+def turn_round(m, lanes, i, x, w):
+    """Begin a flight in a lane at the impact that ended another: all but what depends
+    on the speed is known."""
+    slower = lanes[SPEED + i] - w
+    a = lanes[PULL + i] + m.damping * slower
+    jerk = lanes[JERK + i] - m.damping * m.damping * slower
+    transient, value = lanes[TRANSIENT + i] + slower, lanes[VALUE + i]
+    put(lanes, i, (x, w, a, jerk, transient, value, first_step(m, w, a)))
+
+
+@inlined
+def advance_all(m, lanes, count, rippled):
+    """A step of the flights of all lanes."""
+    for i in range(count):
+        flight = (
+            lanes[PLACE + i],
+            lanes[SPEED + i],
+            lanes[PULL + i],
+            lanes[JERK + i],
+            lanes[TRANSIENT + i],
+            lanes[VALUE + i],
+            lanes[HORIZON + i],
+        )
+        t, flight, side, state = advance(m, lanes[TIME + i], flight, rippled)
+        left = lanes[LEFT + i] - 1.0
+        lanes[PLACE + i] = flight[0]
+        lanes[SPEED + i] = flight[1]
+        lanes[PULL + i] = flight[2]
+        lanes[JERK + i] = flight[3]
+        lanes[TRANSIENT + i] = flight[4]
+        lanes[VALUE + i] = flight[5]
+        lanes[HORIZON + i] = flight[6]
+        lanes[TIME + i], lanes[SIDE + i], lanes[LEFT + i] = t, side, left
+        lanes[STATE + i] = LOST if state == AGAIN and left <= 0.0 else state
+
+
+@inlined
+def land(m, lanes, i, cell, early):
+    """Let the flight of a lane end and the next begin; whether its cell is finished."""
+    t, w, up = lanes[TIME + i], lanes[SPEED + i], lanes[SIDE + i] > 0.0
+    after = math.inf
+    if lanes[STATE + i] != LOST and math.isfinite(w):
+        after, w = bounce(m, t, w, 1 if up else -1)
+    if not math.isfinite(after):
+        cell.returns += 1
+        cell.clear = cell.returns
+        cell.period = QUIET if math.isnan(after) else UNKNOWN
+        return True
+    x, whole = m.play if up else -m.play, math.floor(after)
+    cell.turns += whole
+    if after == t:
+        turn_round(m, lanes, i, x, w)
+        lanes[TIME + i] = t - whole
+    else:
+        take_off(m, lanes, i, after - whole, x, w)
+    if up:
+        return take(m, cell, after - whole, -w, early)
+    cell.lower += 1
+    return False
 
 
 @compiled
-def settle_cells(m, t, v, most, early, found, end):
-    """`settle` from departures (c,); found (c, 2) period and returns, end (c, 2)."""
-    for c in range(t.size):
-        period, clear, end[c, 0], end[c, 1] = settle(m, t[c], v[c], most, early)
-        found[c, 0], found[c, 1] = period, clear
-        end[c, 0] -= math.floor(end[c, 0])
+def settle_cells(m, times, speeds, most, early, found, end):
+    """What departures (c,) belong to, and the departure after `most` returns.
+
+    found (c, 2) : the period in returns, QUIET where the flanks stay together or
+        flights fade away, CHANGING else, UNKNOWN where an event is not found; and the
+        returns until that was clear
+    end (c, 2) : its time, from 0 to 1, and speed
+    early : stop where it is clear; what is found is the same
+    """
+    rippled = m.free[2] != 0.0 or m.free[3] != 0.0
+    lanes, cells = np.empty(KINDS * LANES), np.empty(LANES, CELL)
+    taken = count = min(LANES, times.size)
+    for i in range(count):
+        depart(cells[i], i, times[i], speeds[i], most)
+        take_off(m, lanes, i, times[i], m.play, -speeds[i])
+    while count > 0:
+        if rippled:
+            advance_all(m, lanes, count, True)
+        else:
+            advance_all(m, lanes, count, False)
+        for i in range(count - 1, -1, -1):
+            if lanes[STATE + i] == AGAIN or not land(m, lanes, i, cells[i], early):
+                continue
+            number = cells[i].number
+            found[number, 0], found[number, 1] = cells[i].period, cells[i].clear
+            end[number, 0], end[number, 1] = lanes[TIME + i], -lanes[SPEED + i]
+            if taken < times.size:
+                depart(cells[i], taken, times[taken], speeds[taken], most)
+                take_off(m, lanes, i, times[taken], m.play, -speeds[taken])
+                taken += 1
+                continue
+            count -= 1  # the last lane takes this one's place
+            cells[i] = cells[count]
+            for k in range(KINDS):
+                lanes[k * LANES + i] = lanes[k * LANES + count]
 
 
 @compiled
 def follow(m, t, v, count, out):
     """Departures (count, 3): time, speed, and how often the lower flank was met.
 
-    out : NaN from where the flanks stay together
+    out : NaN from where the flanks stay together, or where it is not clear what follows
     """
     for i in range(count):
         out[i, 0], out[i, 1] = t, v
         t, v, lower = returned(m, t, v)
         out[i, 2] = lower
-        if math.isnan(t):
+        if not math.isfinite(t):
             break
 
 
@@ -82,16 +239,17 @@ def follow(m, t, v, count, out):
 def stretch(m, t, v, count, small):
     """Largest Lyapunov exponent per return, of a neighbour kept at a distance `small`.
 
-    NaN where the flanks stay together.
+    NaN where the flanks stay together, or where it is not clear what follows.
     """
     other_t, other_v, total = t, v + small, 0.0
     for _ in range(count):
         t, v, _ = returned(m, t, v)
         other_t, other_v, _ = returned(m, other_t, other_v)
-        if math.isnan(t) or math.isnan(other_t):
+        if not (math.isfinite(t) and math.isfinite(other_t)):
             return math.nan
-        t -= math.floor(t)
-        turn = other_t - t
+        whole = math.floor(t)
+        t -= whole
+        turn = other_t - whole - t
         turn -= math.floor(turn + 0.5)
         size = math.hypot(turn, other_v - v)
         if size == 0.0:

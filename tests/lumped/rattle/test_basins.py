@@ -51,8 +51,10 @@ def test_motions_that_are_printed_are_there(damping, eccentricity, names):
         assert (attractor.exponent > 0.0) == attractor.name.startswith("chaotic")
 
 
-def test_early_ends_change_nothing():
-    which, (first, last) = machine(0.575), (0, GRID.cells)
+@pytest.mark.parametrize("figures", [(0.6, 0.1), (0.575, 0.1), (0.1, 0.02), (5.0, 1.0)])
+def test_early_ends_change_nothing(figures):
+    """Cells that fade away never leave; those of an orbit stay on it."""
+    which, (first, last) = machine(*figures), (0, GRID.cells)
     departures = GRID.departures(first, last)
     early = settle_departures(which, departures, 1499)
     whole = settle_departures(which, departures, 1499, early=False)
@@ -60,6 +62,15 @@ def test_early_ends_change_nothing():
     np.testing.assert_array_equal(early.returns, whole.returns)
     one, two = (basins_of(which, GRID, 1499, s) for s in (early, whole))
     np.testing.assert_array_equal(one.attractor, two.attractor)
+
+
+def test_cells_beside_each_other_do_not_change_each_other():
+    which = machine(0.6, 0.1)
+    departures = GRID.departures(0, 300)
+    settled = settle_departures(which, departures, 300)
+    alone = [settle_departures(which, each[None], 300) for each in departures]
+    for one, parts in zip(settled, zip(*alone, strict=True), strict=True):
+        np.testing.assert_array_equal(one, np.concatenate(parts))
 
 
 def test_parts_are_those_of_random_starts():

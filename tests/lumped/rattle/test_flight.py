@@ -8,7 +8,10 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from lumped.rattle.kernels.flight import returned
+from lumped.rattle.basins import Naming
+from lumped.rattle.departures import follow, settle_departures
+from lumped.rattle.kernels.flight import REST, returned
+from lumped.rattle.kernels.settle import CHANGING, QUIET, UNKNOWN
 from lumped.rattle.machine import Machine
 from lumped.rattle.periodic import least_eccentricity, simple_rattle
 
@@ -102,6 +105,43 @@ def test_simple_rattle_is_a_fixed_point(restitution):
             assert t == pytest.approx(each.time + 1.0, abs=1e-9)
             assert v == pytest.approx(each.velocity, abs=1e-9)
     assert not all(met)
+
+
+def test_events_that_are_not_found_are_not_taken_for_quiet():
+    """No crossing is found from an infinite speed, nor what a huge one leads to."""
+    machine = Machine(**SCALED, eccentricity=0.1)
+    starts = np.array([[0.3, math.inf], [0.3, 1e6], [0.3, 2.0]])
+    assert returned(machine.arrays, *starts[0])[0] == math.inf
+    settled = settle_departures(machine, starts, 1499)
+    np.testing.assert_array_equal(settled.period, [UNKNOWN, CHANGING, QUIET])
+    naming = Naming(machine, 1499)
+    np.testing.assert_array_equal(naming.sort(settled), [-1, -1, 0])
+    assert [each.name for each in naming.found] == ["quiet"]
+
+
+@pytest.mark.parametrize("restitution", [0.0, 0.5])
+def test_flanks_that_stick_part_when_the_load_turns(restitution):
+    """Departures from rest are those times, to round-off."""
+    machine = Machine(**SCALED, eccentricity=0.3, restitution=restitution)
+    path = follow(machine, (0.3, 2.0), 400)
+    times = path[path[:, 1] == REST, 0]
+    assert times.size
+    load = [acceleration(machine, t, 0.6, 0.0, lambda x: 0.0) for t in times]
+    np.testing.assert_allclose(load, 0.0, atol=1e-9)
+
+
+def test_soft_flanks_repeat_two_turns_below_the_critical_eccentricity():
+    """A motion that was taken for quiet, beside SciPy's integration."""
+    machine = Machine(**SCALED, eccentricity=0.1826, stiffness=2000.0)
+    starts = np.array([[0.6, 0.05]])
+    settled = settle_departures(machine, starts, 3000)
+    assert settled.period[0] == 4
+    t, v = settled.end[0]
+    for _ in range(4):
+        t, v, lower = next_departure(machine, t, v)
+        assert not lower
+    assert t == pytest.approx(settled.end[0, 0] + 2.0, abs=1e-6)
+    assert v == pytest.approx(settled.end[0, 1], abs=1e-6)
 
 
 def test_simple_rattle_exists_above_the_checked_eccentricity():

@@ -182,7 +182,7 @@ def test_motion_that_barely_departs_stays_quiet_below_it_only(stiffness, factor,
         damping=0.6, eccentricity=0.1, half_backlash=0.6, stiffness=stiffness
     )
     machine = replace(machine, eccentricity=factor * critical(machine))
-    slow = [[0.1, 0.05], [0.6, 0.05]]
+    slow = [[0.1, 0.0005], [0.6, 0.0005]]
     settled = settle_departures(machine, np.array(slow), 3000)
     assert ((settled.period == QUIET) == quiet).all()
 
