@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
 from os import PathLike
@@ -15,7 +16,7 @@ from numpy.typing import NDArray
 from fegear.errors import InputError
 from fegear.output import write_text
 from fegear.rattle.machines import NamedMachine, figures_of, unit_name
-from fegear.store import Checkpoint, Keeping
+from fegear.store import Keeping
 from fegear.version import package_version
 from lumped.csv_text import format_csv
 from lumped.rattle.branch_figure import draw_orbit_branches
@@ -175,37 +176,11 @@ def find_bifurcations(
     Raises InputError where the figure cannot have the values.
     """
     machine = named.machine
-    for limit in search.limits:
-        try:
-            machine_with(machine, search.figure, limit)
-        except ValueError as error:
-            raise InputError(f"--over: {error}") from None
+    require_possible(machine, search.figure, search.limits)
     tasks = _tasks(machine, search)
-    inputs = {name: repr(value) for name, value in figures_of(machine).items()}
-    inputs |= {"search": repr(search), "version": package_version()}
-    checkpoint = keeping.open(inputs)
-    found: dict[str, Array] = {}
-    finished = False
-
-    def take(name: str, rows: Array) -> None:
-        found[name] = rows
-        if checkpoint is not None:
-            checkpoint.add(name, {}, {"rows": rows})
-        report("orbits and long runs", len(found), len(tasks))
-
-    try:
-        if checkpoint is not None:
-            found |= _kept(checkpoint, tasks)
-            if keeping.resume:
-                kept = f"{len(found)} of {len(tasks)}"
-                keeping.tell(f"{checkpoint.path}: {kept} values are finished")
-        left = ((name, task) for name, task in tasks.items() if name not in found)
-        run_tasks(left, take, threading.Event())
+    inputs = {"search": repr(search)}
+    with kept_tasks(machine, inputs, tasks, keeping, report) as found:
         branches = _followed(machine, search, found, report)
-        finished = True
-    finally:
-        if checkpoint is not None:
-            checkpoint.close(keep=bool(found) and not finished)
     settled = np.vstack(
         [np.empty((0, 3))]
         + [
@@ -222,7 +197,7 @@ def _tasks(machine: Machine, search: Search) -> Mapping[str, partial[Array]]:
     for i, value in enumerate(search.values(search.starts)):
         at = machine_with(machine, search.figure, value)
         tasks[f"orbits {i}"] = partial(
-            _orbit_rows, at, search.departures, search.velocity
+            orbit_rows, at, search.departures, search.velocity
         )
     for i, value in enumerate(search.values(search.runs)):
         at = machine_with(machine, search.figure, value)
@@ -230,7 +205,7 @@ def _tasks(machine: Machine, search: Search) -> Mapping[str, partial[Array]]:
     return tasks
 
 
-def _orbit_rows(
+def orbit_rows(
     machine: Machine, departures: int, velocity: tuple[float, float]
 ) -> Array:
     """Itinerary and a departure of orbits (o, 5)."""
@@ -239,10 +214,54 @@ def _orbit_rows(
     return np.array(rows, float).reshape(-1, 5)
 
 
-def _kept(checkpoint: Checkpoint, names: Mapping[str, object]) -> dict[str, Array]:
-    """Arrays that are finished, by name."""
-    found = {name: checkpoint.state(name) for name in names}
-    return {name: state["rows"] for name, state in found.items() if state is not None}
+def require_possible(
+    machine: Machine, figure: str, limits: tuple[float, float]
+) -> None:
+    """Raises InputError where a figure cannot have the values of its range."""
+    for limit in limits:
+        try:
+            machine_with(machine, figure, limit)
+        except ValueError as error:
+            raise InputError(f"--over: {error}") from None
+
+
+@contextmanager
+def kept_tasks(
+    machine: Machine,
+    inputs: Mapping[str, str],
+    tasks: Mapping[str, Callable[[], Array]],
+    keeping: Keeping,
+    report: Progress,
+) -> Iterator[Mapping[str, Array]]:
+    """Arrays that tasks give, by name, kept until what is made of them is made.
+
+    inputs : what determines them beside the machine
+    """
+    figures = {name: repr(value) for name, value in figures_of(machine).items()}
+    checkpoint = keeping.open({**figures, **inputs, "version": package_version()})
+    found: dict[str, Array] = {}
+    finished = False
+
+    def take(name: str, rows: Array) -> None:
+        found[name] = rows
+        if checkpoint is not None:
+            checkpoint.add(name, {}, {"rows": rows})
+        report("orbits and long runs", len(found), len(tasks))
+
+    try:
+        if checkpoint is not None:
+            states = {name: checkpoint.state(name) for name in tasks}
+            found |= {name: s["rows"] for name, s in states.items() if s is not None}
+            if keeping.resume:
+                kept = f"{len(found)} of {len(tasks)}"
+                keeping.tell(f"{checkpoint.path}: {kept} values are finished")
+        left = ((name, task) for name, task in tasks.items() if name not in found)
+        run_tasks(left, take, threading.Event())
+        yield found
+        finished = True
+    finally:
+        if checkpoint is not None:
+            checkpoint.close(keep=bool(found) and not finished)
 
 
 def _of(
@@ -261,11 +280,22 @@ def _followed(
         done = round(100.0 * (value - low) / (high - low))
         report(f"branch {number}", done, 100)
 
+    rows = list(_of(found, "orbits", search.values(search.starts)))
+    return followed(machine, search, rows, watch)
+
+
+def followed(
+    machine: Machine,
+    search: Search,
+    rows: Iterable[tuple[float, Array]],
+    watch: Callable[[int, float], None] = lambda number, value: None,
+) -> tuple[OrbitBranch, ...]:
+    """Branches over a figure from orbits at some values, rows of `orbit_rows`."""
     finder = BranchFinder(
         machine, search.figure, search.limits, search.doublings, watch
     )
-    for value, rows in _of(found, "orbits", search.values(search.starts)):
-        for turns, upper, lower, time, speed in rows.tolist():
+    for value, orbits in rows:
+        for turns, upper, lower, time, speed in orbits.tolist():
             itinerary = Itinerary(int(turns), int(upper), int(lower))
             finder.from_departure(itinerary, (time, speed), value)
     return tuple(finder.found)

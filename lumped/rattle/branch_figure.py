@@ -1,4 +1,4 @@
-"""Branches of orbits and what long runs settle to, drawn over a figure."""
+"""Branches of orbits over a figure, and curves of bifurcations over two, drawn."""
 
 from __future__ import annotations
 
@@ -11,11 +11,13 @@ from numpy.typing import NDArray
 from lumped.branches.bifurcations import DOUBLING, FOLD, stretches
 from lumped.drawing import color_of, draw_legend, draw_title, panels
 from lumped.rattle.branches import GRAZING, OrbitBranch
+from lumped.rattle.curves import GRAZING_FOLD, Curve
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 Array = NDArray[np.float64]
+STYLES = {FOLD: "-", DOUBLING: "-.", GRAZING: "--"}
 MARKERS = {FOLD: "o", DOUBLING: "d", GRAZING: "x"}
 
 
@@ -46,6 +48,25 @@ def draw_orbit_branches(
     axes.set_ylabel("speed of departure [rad per turn]")
     axes.set_ylim(bottom=0.0)
     draw_legend(figure, _handles(branches, names), 4)
+    draw_title(figure, title)
+    return figure
+
+
+def draw_curves(curves: Sequence[Curve], labels: Sequence[str], title: str) -> Figure:
+    """Bifurcations over two figures; labels : of both, with their units."""
+    figure, ((axes,),) = panels(1, size=(8.0, 5.5))
+    for number, curve in enumerate(curves):
+        values = [(point.first, point.second) for point in curve.points]
+        name = f"{curve.kind} of {curve.itinerary.name}"
+        style = STYLES[curve.kind]
+        axes.plot(*np.array(values).T, style, color=color_of(number), label=name)
+        for point in curve.points:
+            if point.kind == GRAZING_FOLD:
+                axes.plot(point.first, point.second, "k*", ms=10)
+    axes.set_xlabel(labels[0])
+    axes.set_ylabel(labels[1])
+    handles = axes.get_legend_handles_labels()[0]
+    draw_legend(figure, handles, 3)
     draw_title(figure, title)
     return figure
 

@@ -302,11 +302,11 @@ class BranchFinder:
 def _ends(orbits: Orbits, before: Point, after: Point) -> str:
     if orbits.margin(after.x, after.parameter) <= 0.0:
         return GRAZING
-    halves = [_halves_apart(orbits, point.x) for point in (before, after)]
+    halves = [halves_apart(orbits, point.x) for point in (before, after)]
     return HALVED if halves[0] @ halves[1] < 0.0 else ""
 
 
-def _halves_apart(orbits: Orbits, x: Array) -> Array:
+def halves_apart(orbits: Orbits, x: Array) -> Array:
     """What the second half of an orbit's arcs has over the first, flat."""
     turns, starts = orbits.layout.turns, x.reshape(2, -1)
     if starts.shape[1] % 2:

@@ -74,8 +74,8 @@ def draw_basins(basins: Basins, name: str) -> Figure:
     return figure
 
 
-def words_of(machine: Machine, without: str = "") -> str:
-    """What a title says of a machine; without : a figure of it that varies."""
+def words_of(machine: Machine, *without: str) -> str:
+    """What a title says of a machine; without : figures of it that vary."""
     law = "impacts" if machine.is_impact else f"stiffness {machine.stiffness:g}"
     words = {
         "damping": f"damping {machine.damping:g}",
@@ -83,5 +83,4 @@ def words_of(machine: Machine, without: str = "") -> str:
         "half_backlash": f"half backlash {machine.half_backlash:g} rad",
         "stiffness": law,
     }
-    words.pop(without, None)
-    return ", ".join(words.values())
+    return ", ".join(text for name, text in words.items() if name not in without)

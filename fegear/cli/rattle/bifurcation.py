@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from fegear.cli.groups import Range, grouped, option
-from fegear.cli.options import ResumedOutputs, limits_of
+from fegear.cli.options import ResumedOutputs, limits_of, refuse_idle
 from fegear.cli.rattle.machine import (
     MachineName,
     MotionFigures,
@@ -22,7 +23,11 @@ from fegear.cli.screen import counted, say
 from fegear.errors import InputError
 
 if TYPE_CHECKING:
+    from fegear.rattle.bifurcation import BifurcationResult
+    from fegear.rattle.existence import ExistenceResult
     from fegear.rattle.machines import NamedMachine
+
+Find = Callable[..., "BifurcationResult | ExistenceResult"]
 
 EXAMPLE = "fegear rattle bifurcation roots-scaled --over delta=0.5:0.75 --plot b.png"
 FIGURES = {  # by the names of options, and of those that have none
@@ -36,12 +41,20 @@ FIGURES = {  # by the names of options, and of those that have none
 }
 
 
-def figure_over(text: str) -> tuple[str, tuple[float, float]]:
-    """Name of the figure and its limits, of NAME=A:B."""
-    name, _, values = text.partition("=")
-    if name not in FIGURES:
-        raise InputError(f"--over = {text}; must be NAME=A:B of {', '.join(FIGURES)}")
-    return name, limits_of(f"--over = {text}; must be NAME=A:B", values)
+def axes_of(over: Sequence[str]) -> dict[str, tuple[float, float]]:
+    """Limits by the names of one or two figures, of NAME=A:B."""
+    found: dict[str, tuple[float, float]] = {}
+    for text in over:
+        name, _, values = text.partition("=")
+        if name not in FIGURES:
+            allowed = f"must be NAME=A:B of {', '.join(FIGURES)}"
+            raise InputError(f"--over = {text}; {allowed}")
+        if name in found:
+            raise InputError(f"--over {name}; is given more than once")
+        found[name] = limits_of(f"--over = {text}; must be NAME=A:B", values)
+    if len(found) > 2:
+        raise InputError(f"--over; {len(found)} figures, allowed are one or two")
+    return found
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -64,10 +77,9 @@ class SoughtBranches:
         default=1,
         allowed=Range(least=0, most=6),
     )
-    runs: int = option(
+    runs: int | None = option(
         "Values of the figure at which long runs settle, each from a grid of "
-        "departures, to be drawn beside the branches.",
-        default=200,
+        "departures, to be drawn beside the branches. [default: 200 over one figure]",
         allowed=Range(least=0, most=100_000),
     )
 
@@ -90,12 +102,12 @@ def bifurcation_command(
     *,
     machine: MachineName,
     over: Annotated[
-        str,
+        list[str],
         typer.Option(
             "--over",
             metavar="NAME=A:B",
             help="Figure of the machine that varies, and from where to where: "
-            f"{', '.join(FIGURES)}.",
+            f"{', '.join(FIGURES)}. Give it twice for the bifurcations over two.",
         ),
     ],
     figures: MotionFigures,
@@ -109,27 +121,44 @@ def bifurcation_command(
     that are found at some values, with folds, period doublings and grazes, beside what
     long runs settle to. With --output what is found is kept in FILE.partial until the
     file is written; --resume goes on from there.
+
+    Over two figures the curves of those bifurcations, which bound where motions exist.
     """
     begin = time.perf_counter()
     outputs.require(machine)
-    name, limits = figure_over(over)
+    axes = axes_of(over)
     named = figures.load(machine)
-    refuse_idle_figures(name, named, figures.given)
-    from fegear.rattle.bifurcation import Search, find_bifurcations
-
-    search = Search(
-        figure=FIGURES[name],
-        limits=limits,
-        velocity=speeds_of(velocity),
-        **vars(sought),
-    )
+    for name in axes:
+        refuse_idle_figures(name, named, figures.given)
+    find, print_values = finder_of(axes, named, sought, speeds_of(velocity))
     with outputs.progress() as report:
-        found = find_bifurcations(named, search, outputs.keeping, report)
+        found = find(outputs.keeping, report)
     outputs.write(found.csv)
     outputs.draw(found.draw)
     values = found.summary
     values["wall_time_s"] = round(time.perf_counter() - begin, 3)
-    outputs.show(values, print_bifurcations)
+    outputs.show(values, print_values)
+
+
+def finder_of(
+    axes: Mapping[str, tuple[float, float]],
+    named: NamedMachine,
+    sought: SoughtBranches,
+    velocity: tuple[float, float],
+) -> tuple[Find, Callable[[dict[str, Any]], None]]:
+    """What finds branches over one figure, or curves over two, and prints them."""
+    from fegear.rattle.bifurcation import Search, find_bifurcations
+    from fegear.rattle.existence import Plane, find_existence
+
+    given = {k: v for k, v in vars(sought).items() if v is not None}
+    (first, limits), *others = axes.items()
+    search = Search(figure=FIGURES[first], limits=limits, velocity=velocity, **given)
+    if not others:
+        return partial(find_bifurcations, named, search), print_bifurcations
+    refuse_idle("belongs to one --over", runs=sought.runs)
+    second, other_limits = others[0]
+    plane = Plane(first=search, second=FIGURES[second], limits=other_limits)
+    return partial(find_existence, named, plane), print_existence
 
 
 def print_bifurcations(values: dict[str, Any]) -> None:
@@ -152,4 +181,20 @@ def print_bifurcations(values: dict[str, Any]) -> None:
                 f"  {each['value']:12.7g}  {each['kind']:<15} first departure at "
                 f"{time_:.4f} turns, {speed:.4g} rad per turn"
             )
+    say(f"wall time {values['wall_time_s']:.2f} s")
+
+
+def print_existence(values: dict[str, Any]) -> None:
+    print_machine(values)
+    first, second = values["over"]
+    curves = values["curves"]
+    say(f"{first} and {second}, {counted(len(curves), 'curve', 'curves')}")
+    for place, curve in enumerate(curves, start=1):
+        ends = " to ".join("({:.6g}, {:.6g})".format(*curve[k]) for k in ("from", "to"))
+        say(
+            f"curve {place}: {curve['bifurcation']} of {curve['name']}, "
+            f"{counted(curve['points'], 'point', 'points')}, {ends}; {curve['end']}"
+        )
+        for each in curve["meetings"]:
+            say("  {} at ({:.7g}, {:.7g})".format(each["kind"], *each["at"]))
     say(f"wall time {values['wall_time_s']:.2f} s")

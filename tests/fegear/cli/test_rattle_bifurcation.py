@@ -9,6 +9,8 @@ import pytest
 from typer.testing import CliRunner
 
 from fegear.cli import app, run
+from lumped.rattle.machine import Machine
+from lumped.rattle.periodic import least_eccentricity
 
 WORDS = (
     *("rattle", "bifurcation", "roots-scaled", "--over", "delta=0.57:0.62"),
@@ -84,6 +86,38 @@ def test_an_interrupted_run_goes_on_to_the_same_file(tmp_path, monkeypatch, caps
     assert not (tmp_path / "b.csv.partial").exists()
 
 
+def test_curves_over_two_figures(tmp_path):
+    words = [
+        *("rattle", "bifurcation", "roots-scaled", "--over", "delta=0.55:0.8"),
+        *("--over", "epsilon=0.05:0.15", "--starts", "2", "--departures", "1"),
+        *("--doublings", "0"),
+    ]
+    file, plot = tmp_path / "c.csv", tmp_path / "c.png"
+    result = CliRunner().invoke(
+        app, [*words, "-o", str(file), "--plot", str(plot), "--json"]
+    )
+    assert result.exit_code == 0, result.output
+    values = json.loads(result.stdout)
+    assert values["over"] == ["damping", "eccentricity_rad"]
+    found = {(each["name"], each["bifurcation"]): each for each in values["curves"]}
+    assert {("P(1,1,0)", "grazing"), ("P(1,1,0)", "fold")} <= found.keys()
+    (met,) = found["P(1,1,0)", "fold"]["meetings"]
+    assert met["kind"] == "grazing fold"
+    assert met["at"] == pytest.approx([0.77015, 0.09789], abs=1e-5)
+    lines = [li for li in file.read_text().splitlines() if not li.startswith("#")]
+    rows = list(csv.DictReader(lines))
+    assert len(rows) == sum(each["points"] for each in values["curves"])
+    folds = [
+        (float(row["damping"]), float(row["eccentricity_rad"]))
+        for row in rows
+        if (row["name"], row["bifurcation"]) == ("P(1,1,0)", "fold")
+    ]
+    for damping, eccentricity in folds:
+        machine = Machine(damping=damping, eccentricity=0.1, half_backlash=0.6)
+        assert eccentricity == pytest.approx(least_eccentricity(machine), rel=1e-8)
+    assert plot.stat().st_size > 10_000
+
+
 @pytest.mark.parametrize(
     ("words", "message"),
     [
@@ -94,6 +128,15 @@ def test_an_interrupted_run_goes_on_to_the_same_file(tmp_path, monkeypatch, caps
         ("roots-scaled --over delta=0.5:1 --delta 0.6", "takes its place"),
         ("roots-a --over restitution=0.5:1", "belongs to impacts"),
         ("roots-scaled --over phase=0:1", "roots-scaled has no torque ripple"),
+        ("roots-scaled --over delta=0.5:1 --over delta=0.5:1", "more than once"),
+        (
+            "roots-scaled --over delta=1:2 --over epsilon=0:1 --over beta=1:2",
+            "3 figures, allowed are one or two",
+        ),
+        (
+            "roots-scaled --over delta=1:2 --over epsilon=0:1 --runs 3",
+            "--runs = 3; belongs to one --over",
+        ),
         ("roots-scaled --over delta=0.5:1 --starts 0", "--starts = 0; allowed 1"),
         ("roots-scaled --over delta=0.5:1 --resume", "--resume needs the --output"),
     ],

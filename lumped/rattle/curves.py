@@ -1,0 +1,238 @@
+"""Curves of bifurcations over two figures of the machine: where orbits exist.
+
+A fold, a doubling or a graze of an orbit is followed as the root of the equations of
+its orbit and of one condition, with a figure of the machine as one more unknown.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from functools import partial
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lumped.branches.bifurcations import FOLD, beyond
+from lumped.branches.continuation import (
+    Branch,
+    NoSolution,
+    Point,
+    Steps,
+    joined,
+)
+from lumped.rattle.branches import (
+    GRAZING,
+    OrbitBranch,
+    OrbitPoint,
+    Orbits,
+    halves_apart,
+    machine_with,
+)
+from lumped.rattle.departures import Itinerary, apart
+from lumped.rattle.machine import TURN
+
+Array = NDArray[np.float64]
+GRAZING_FOLD = "grazing fold"
+ON_LIMIT = 1e-6  # of the range, within which a point is on its limit
+HUGE = 1e6  # multiplier of an impact that fades away
+HALVED = 0.02  # between halves of a period that become one
+NEAR = 3e-3, 0.03  # of the first figure's unit and of a speed, from points of a curve
+BESIDE = 1e-7  # of an unknown, that tells derivatives
+FIRST, MOST = 2e-3, 0.02  # arc lengths, in turns and units of the figures
+
+
+@dataclass(frozen=True, eq=False)
+class Condition:
+    """Orbits at a bifurcation of one kind, over a second figure.
+
+    The unknowns z are those of the orbits and, last, the first figure over its unit.
+    """
+
+    orbits: Orbits
+    kind: str
+    second: str
+    unit: float
+
+    def at(self, value: float) -> Orbits:
+        """The orbits with a value of the second figure."""
+        try:
+            machine = machine_with(self.orbits.machine, self.second, value)
+        except ValueError as error:
+            raise NoSolution(str(error)) from None
+        return replace(self.orbits, machine=machine)
+
+    def first(self, z: Array) -> float:
+        """Value of the first figure."""
+        return float(z[-1] * self.orbits.unit)
+
+    def distance(self, z: Array, value: float) -> float:
+        """Zero at the bifurcation."""
+        orbits, x, first = self.at(value), z[:-1], self.first(z)
+        if self.kind == GRAZING:
+            return orbits.margin(x, first) * TURN / orbits.speed
+        at = 1.0 if self.kind == FOLD else -1.0
+        return beyond(orbits.multipliers(x, first), at)
+
+    def errors(self, z: Array, value: float) -> Array:
+        errors, _ = self.at(value).errors(z[:-1], self.first(z))
+        return np.append(errors, self.distance(z, value))
+
+    def equations(self, x: Array, parameter: float) -> tuple[Array, Array, Array]:
+        orbits, first = self.at(parameter), self.first(x)
+        errors, by_x, by_first = orbits.equations(x[:-1], first)
+        slopes = [
+            self.distance(x + step, parameter) - self.distance(x - step, parameter)
+            for step in BESIDE * np.eye(x.size)
+        ]
+        whole = np.vstack(
+            [
+                np.column_stack([by_x, by_first * orbits.unit]),
+                np.array(slopes) / (2.0 * BESIDE),
+            ]
+        )
+        step = BESIDE * self.unit
+        change = self.errors(x, parameter + step) - self.errors(x, parameter - step)
+        errors = np.append(errors, self.distance(x, parameter))
+        return errors, whole, change / (2.0 * step)
+
+    def branch(self) -> Branch[Condition]:
+        return Branch(self, Steps(size=1.0, unit=self.unit, first=FIRST, most=MOST))
+
+
+@dataclass(frozen=True)
+class CurvePoint:
+    """A bifurcation at values of the first and the second figure.
+
+    departure : (time, speed) of the first; kind : grazing fold, or empty
+    """
+
+    first: float
+    second: float
+    departure: tuple[float, float]
+    kind: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class Curve:
+    """Bifurcations of one kind in their order, and why no more came."""
+
+    itinerary: Itinerary
+    kind: str
+    points: tuple[CurvePoint, ...]
+    reason: str
+
+
+def curve_of(
+    branch: OrbitBranch,
+    point: OrbitPoint,
+    second: str,
+    limits: tuple[tuple[float, float], tuple[float, float]],
+) -> Curve:
+    """The curve through a bifurcation of a branch.
+
+    second : the figure beside that of the branch; limits : of both
+    Raises NoSolution where none can be followed.
+    """
+    orbits = branch.orbits
+    unit = limits[1][1] - limits[1][0]
+    condition = Condition(orbits, point.kind, second, unit)
+    start = condition.branch().at(
+        np.append(point.x, point.value / orbits.unit),
+        float(getattr(orbits.machine, second)),
+    )
+    turned = replace(start, tangent=-start.tangent)
+    ends = partial(_ends, condition, limits[0])
+    ways = [condition.branch().follow(p, limits[1], ends) for p in (turned, start)]
+    followed = ways[0] if ways[0].closed else joined(*ways)
+    points = tuple(_points(condition, followed.points, limits[0]))
+    return Curve(branch.itinerary, point.kind, points, followed.reason)
+
+
+def is_on(curve: Curve, branch: OrbitBranch, point: OrbitPoint, second: str) -> bool:
+    """Whether a curve passes through a bifurcation of a branch."""
+    if (curve.itinerary, curve.kind) != (branch.itinerary, point.kind):
+        return False
+    value = getattr(branch.orbits.machine, second)
+    time, speed = point.departures[0]
+    for one, two in pairwise(curve.points):
+        if (one.second - value) * (two.second - value) > 0.0:
+            continue
+        wide = two.second - one.second
+        part = (value - one.second) / wide if wide else 0.0
+        first = one.first + part * (two.first - one.first)
+        near = apart((time, 0.0), (one.departure[0], 0.0)) < 0.25
+        near &= abs(one.departure[1] - speed) < NEAR[1] * branch.orbits.speed
+        if near and abs(first - point.value) < NEAR[0] * branch.orbits.unit:
+            return True
+    return False
+
+
+def _ends(
+    condition: Condition, limits: tuple[float, float], before: Point, after: Point
+) -> str:
+    if not limits[0] <= condition.first(after.x) <= limits[1]:
+        return "the end of the first figure's range was reached"
+    if condition.kind != GRAZING and _margin(condition, after) <= 0.0:
+        return GRAZING_FOLD if condition.kind == FOLD else GRAZING
+    return ""
+
+
+def _margin(condition: Condition, point: Point) -> float:
+    return condition.at(point.parameter).margin(point.x[:-1], condition.first(point.x))
+
+
+def _points(
+    condition: Condition, points: tuple[Point, ...], limits: tuple[float, float]
+) -> Iterator[CurvePoint]:
+    """The points within limits, those on them, and where the curve meets another."""
+    tests: list[tuple[str, Callable[[Point], float]]] = [
+        ("", partial(_beyond, condition, limit)) for limit in limits
+    ]
+    meets = GRAZING_FOLD if condition.kind in (GRAZING, FOLD) else GRAZING
+    tests.append((meets, partial(_meeting, condition)))
+    for one, two in pairwise(points):
+        yield from _if_inside(condition, one, limits)
+        for kind, test in tests:
+            if test(one) * test(two) < 0.0:
+                try:
+                    at = condition.branch().between(one, two, test)
+                except ArithmeticError:
+                    continue
+                yield from _if_inside(condition, at, limits, kind)
+    yield from _if_inside(condition, points[-1], limits)
+
+
+def _beyond(condition: Condition, limit: float, point: Point) -> float:
+    """How far the first figure is beyond a limit, over its unit."""
+    return (condition.first(point.x) - limit) / condition.orbits.unit
+
+
+def _meeting(condition: Condition, point: Point) -> float:
+    """Of a graze how far it is from a fold, of others from a graze."""
+    if condition.kind != GRAZING:
+        return _margin(condition, point)
+    orbits = condition.at(point.parameter)
+    try:
+        multipliers = orbits.multipliers(point.x[:-1], condition.first(point.x))
+    except NoSolution:
+        return 1.0
+    # an impact that fades has no fold beside it, half of a period is where it doubles
+    halves = halves_apart(orbits, point.x[:-1])
+    if np.abs(multipliers).max() > HUGE or np.abs(halves).max() < HALVED:
+        return 1.0
+    return beyond(multipliers, 1.0)
+
+
+def _if_inside(
+    condition: Condition, point: Point, limits: tuple[float, float], kind: str = ""
+) -> Iterator[CurvePoint]:
+    """The point, unless it is out of the range or passes through a flank."""
+    first, orbits = condition.first(point.x), condition.at(point.parameter)
+    wide = ON_LIMIT * (limits[1] - limits[0])
+    virtual = not kind and condition.kind != GRAZING and _margin(condition, point) <= 0
+    if limits[0] - wide <= first <= limits[1] + wide and not virtual:
+        times, speeds = orbits.starts(point.x[:-1])
+        departure = float(times[0] % 1.0), float(-speeds[0])
+        yield CurvePoint(first, point.parameter, departure, kind)

@@ -1,0 +1,103 @@
+"""Curves of bifurcations over damping and eccentricity beside closed forms."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from lumped.branches.bifurcations import DOUBLING, FOLD
+from lumped.rattle.arcs import arcs_of, linearised
+from lumped.rattle.branches import GRAZING, BranchFinder
+from lumped.rattle.curves import GRAZING_FOLD, curve_of, is_on
+from lumped.rattle.departures import apart, follow
+from lumped.rattle.machine import Machine
+from lumped.rattle.orbits import find_orbits
+from lumped.rattle.periodic import least_eccentricity, simple_rattle, two_sided_rattle
+
+LIMITS = (0.5, 0.8), (0.02, 0.2)
+
+
+@pytest.fixture(scope="module")
+def curves():
+    """By name and kind, of the motions with one departure at an eccentricity."""
+    machine = Machine(damping=0.6, eccentricity=0.08, half_backlash=0.6)
+    finder = BranchFinder(machine, "damping", LIMITS[0], doublings=0)
+    for orbit in find_orbits(machine, 1, (0.0, 7.0)):
+        finder.from_departure(orbit.itinerary, orbit.departures[0], 0.6)
+    found = {}
+    for branch in finder.found:
+        for point in branch.bifurcations:
+            curve = curve_of(branch, point, "eccentricity", LIMITS)
+            assert is_on(curve, branch, point, "eccentricity")
+            found[branch.itinerary.name, point.kind] = curve
+    return found
+
+
+def scaled(point):
+    return Machine(damping=point.first, eccentricity=point.second, half_backlash=0.6)
+
+
+def test_the_fold_of_simple_rattle_is_the_closed_form(curves):
+    curve = curves["P(1,1,0)", FOLD]
+    assert len(curve.points) > 20
+    for point in curve.points:
+        assert point.second == pytest.approx(
+            least_eccentricity(scaled(point)), rel=1e-8
+        )
+
+
+def test_all_curves_meet_in_a_grazing_fold(curves):
+    """Figure 6.2; its place is not printed, and is where the closed form says."""
+    (met,) = (p for p in curves["P(1,1,0)", FOLD].points if p.kind)
+    assert met.kind == GRAZING_FOLD
+    one, two = simple_rattle(replace(scaled(met), eccentricity=met.second * 1.000001))
+    assert abs(one.margin) < 1e-3
+    assert abs(two.margin) < 1e-3
+    assert (met.first, met.second) == pytest.approx((0.77015, 0.09789), abs=1e-5)
+    assert curves["P(1,1,1)", FOLD].points[-1].first < met.first
+
+
+def test_curves_end_on_the_limits(curves):
+    for curve in curves.values():
+        for point in curve.points:
+            assert LIMITS[0][0] - 1e-6 <= point.first <= LIMITS[0][1] + 1e-6
+            assert LIMITS[1][0] <= point.second <= LIMITS[1][1]
+        least = min(point.first for point in curve.points)
+        assert least == pytest.approx(0.5, abs=1e-6)
+
+
+def test_constructed_motions_pass_through_minus_one_on_the_doubling(curves):
+    curve = curves["P(1,1,1)", DOUBLING]
+    for point in curve.points[5:-5:5]:
+        found = []
+        for factor in (0.999, 1.0, 1.001):
+            machine = replace(scaled(point), eccentricity=factor * point.second)
+            near = min(
+                two_sided_rattle(machine),
+                key=lambda each: apart((each.time, each.velocity), point.departure),
+            )
+            path = follow(machine, (near.time, near.velocity), 2)
+            multipliers = np.linalg.eigvals(linearised(machine, arcs_of(machine, path)))
+            found.append(multipliers.real.min())
+        assert found[0] > found[1] > found[2]
+        assert found[1] == pytest.approx(-1.0, abs=1e-6)
+
+
+def test_grazing_curves_are_where_motions_become_virtual():
+    machine = Machine(damping=0.6, eccentricity=0.1, half_backlash=0.6)
+    finder = BranchFinder(machine, "damping", (0.6, 0.75), doublings=0)
+    in_phase, _ = simple_rattle(machine)
+    path = follow(machine, (in_phase.time, in_phase.velocity), 2)
+    assert path[0, 2] == 0
+    (orbit,) = (o for o in find_orbits(machine, 1, (3.0, 4.0)) if o.stable)
+    finder.from_departure(orbit.itinerary, orbit.departures[0], 0.6)
+    (branch,) = finder.found
+    (point,) = branch.bifurcations
+    assert point.kind == GRAZING
+    curve = curve_of(branch, point, "eccentricity", ((0.6, 0.75), (0.05, 0.15)))
+    assert len(curve.points) > 10
+    for each in curve.points:
+        margins = [motion.margin for motion in simple_rattle(scaled(each))]
+        assert min(map(abs, margins)) < 1e-9
