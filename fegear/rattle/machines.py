@@ -151,11 +151,14 @@ class NamedMachine:
 
 
 def load_machine(
-    name_or_path: str, changes: Mapping[str, Any] | None = None
+    name_or_path: str,
+    changes: Mapping[str, Any] | None = None,
+    edits: Mapping[str, Any] | None = None,
 ) -> NamedMachine:
     """A built-in machine by its name, or the one in a TOML file.
 
     changes : figures of `Machine` in place of the file's
+    edits : values to set in the file before it is read, by `table.key`
     Raises InputError, in one line, on anything that cannot be used.
     """
     known = machine_names()
@@ -166,7 +169,7 @@ def load_machine(
     else:
         text = read_text(path_of(name_or_path, "machine", known))
     try:
-        return _named(text, changes or {})
+        return _named(_edited(parsed_toml(text), edits or {}), changes or {})
     except (InputError, ValueError) as error:
         raise InputError(f"{name_or_path}: {error}") from None
 
@@ -181,8 +184,14 @@ def _folder() -> Traversable:
     return resources.files("fegear.rattle") / "machines"
 
 
-def _named(text: str, changes: Mapping[str, Any]) -> NamedMachine:
-    tables = parsed_toml(text)
+def _edited(tables: dict[str, Any], edits: Mapping[str, Any]) -> dict[str, Any]:
+    for name, value in edits.items():
+        table, _, key = name.partition(".")
+        tables = tables | {table: {**tables.get(table, {}), key: value}}
+    return tables
+
+
+def _named(tables: dict[str, Any], changes: Mapping[str, Any]) -> NamedMachine:
     if "gear" in tables:
         raise InputError(OF_A_GEAR_SET)
     try:

@@ -56,16 +56,22 @@ class QuietMotion:
         there = mean + self._least(lambda t: self._wave(t, 0.0, self.ripple[-1]))
         return -1.0 / self._least(taken) if there > 0.0 else 0.0
 
-    def largest_swing(self, one: str, other: str | None = None) -> float:
-        """Of a rotation, or of the difference of two, about its mean [rad]."""
+    def largest_rotation(
+        self, one: str, other: str | None = None, with_error: bool = False
+    ) -> float:
+        """Of a part, or the difference of two, under load and forcing [rad].
+
+        with_error : the transmission error on top
+        """
         row = np.zeros(len(self.names))
         row[self.names.index(one)] += 1.0
         if other is not None:
             row[self.names.index(other)] -= 1.0
-        eccentricity = self.assembly.machine.eccentricity
-        turn = complex(eccentricity * (row @ self.turn[:-1]))
+        mean = float(row @ self.mean[:-1])
+        per_unit = complex(row @ self.turn[:-1]) + (1.0 if with_error else 0.0)
+        turn = self.assembly.machine.eccentricity * per_unit
         ripple = complex(row @ self.ripple[:-1])
-        return -self._least(lambda t: -np.abs(self._wave(t, turn, ripple)))
+        return -self._least(lambda t: -np.abs(mean + self._wave(t, turn, ripple)))
 
     def _wave(
         self, t: NDArray[np.float64], turn: complex, ripple: complex

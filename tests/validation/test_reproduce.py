@@ -93,7 +93,11 @@ def test_figures_load_and_their_commands_can_be_typed(number):
     known = dict(commands())
     for part in figure.part:
         for words in commands_of(part, figure.scene(part)):
-            name, *given = shlex.split(shlex.join(words))
+            count = 2 if words[0] == "rattle" else 1
+            name, given = (
+                " ".join(words[:count]),
+                shlex.split(shlex.join(words[count:])),
+            )
             known[name].make_context(name, given)
 
 
@@ -128,6 +132,44 @@ def test_a_wrong_file_is_told_in_one_line(old, new, message):
     with pytest.raises(InputError, match=re.escape(message)) as error:
         read_figure(GOOD.replace(old, new), "figure 9.1")
     assert "\n" not in str(error.value)
+
+
+RATTLE = """
+number = "rattle-9.1"
+title = "Small"
+says = "Nothing."
+machine = "roots-a"
+
+[[part]]
+kind = "quiet"
+shows = ["critical"]
+over = { key = "machine.damping", low = 1e-4, high = 3e-4, count = 3 }
+"""
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ('machine = "roots-a"', "", "one of gear_set and machine is needed"),
+        ('machine = "r', 'gear_set = "l"\nmachine = "r', "one of gear_set and machine"),
+        ('machine = "roots-a"', 'gear_set = "liu-pair"', "part quiet needs a machine"),
+        ('"roots-a"', '"roots-a"\ntorque_Nm = 3', "torque_Nm is of trains, not of"),
+        ('= "quiet"', '= "quiet"\nmodel = 1', "model is of trains, not of machines"),
+    ],
+)
+def test_a_figure_is_of_gears_or_of_a_machine(old, new, message):
+    assert old in RATTLE
+    with pytest.raises(InputError, match=message):
+        read_figure(RATTLE.replace(old, new))
+
+
+def test_quiet_motion_over_a_figure_is_in_units_of_its_scale():
+    x, y = np.array(computed(RATTLE).curves[0].points).T
+    np.testing.assert_allclose(x, [1e-4, 2e-4, 3e-4])
+    np.testing.assert_allclose(y, 9.378e-5 * x / 3e-4, rtol=1e-4)
+    other = RATTLE.replace("shows", 'scale = "log10"\nshows')
+    logs = np.array(computed(other).curves[0].points)[:, 1]
+    np.testing.assert_allclose(10.0**logs, y, rtol=1e-12)
 
 
 def test_parts_of_one_kind_need_names():

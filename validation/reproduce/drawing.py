@@ -48,11 +48,12 @@ def draw_figure(result: FigureResult) -> Figure:
     drawn, grid = panels(rows, columns, size=size, share=share)
     every = [axes for row in grid for axes in row]
     label = figure.y or QUANTITIES[figure.quantity][0]
+    own_labels = {part.panel: part.y for part in figure.part if part.y}
     for axes, name in zip(every, names, strict=False):
         own = [curve for curve in curves if _panel(figure, curve) == name]
         for curve in own:
             _draw(axes, curve, color_of(labels.index(_name(curve))))
-        axes.set_ylabel(label)
+        axes.set_ylabel(own_labels.get(name, label))
         axes.set_title(fill(name, LETTERS // columns), fontsize=10)
         if not surface:
             axes.margins(x=0.01)

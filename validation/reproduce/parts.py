@@ -1,7 +1,8 @@
 """A part of a figure: what is computed, of which train, and what comes out.
 
 A kind of computation is a class of `Part` with its options, and a function from such a
-part and its `Scene` to a `PartResult`; all stand in `computations/kinds.py`.
+part and its `Scene`, or `MachineScene`, to a `PartResult`; all stand in
+`computations/kinds.py`.
 """
 
 from __future__ import annotations
@@ -9,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import AfterValidator, Field
 
@@ -17,9 +18,6 @@ from fegear.excitation import Kind
 from fegear.statics import Progress
 from validation.cases import require_model
 from validation.data_files import STRICT, Edit, Flag, Number, Positive
-
-if TYPE_CHECKING:
-    from validation.reproduce.scene import Scene
 
 Style = Literal[
     "line", "dashed", "dotted", "dots", "circles", "points", "pale", "surface"
@@ -67,15 +65,18 @@ class Part(Train):
 
     name : by which printed values refer to it, that of its kind if empty
     label : of its curves; panel : in which they stand, by default one for each mesh
+    y : label of its panel's axis, where it is not the figure's
     shown : whether its curves are drawn; else it is there for what it finds
     keys : patterns of the names of what it finds
     """
 
     keys: ClassVar[tuple[str, ...]] = ()
+    of_machine: ClassVar[bool] = False  # that may rattle, in place of a train
 
     name: str = ""
     label: str = ""
     panel: str = ""
+    y: str = ""
     shown: Flag = True
 
     @property
@@ -83,7 +84,7 @@ class Part(Train):
         """By which it is known in its figure."""
         return self.name or str(vars(self)["kind"])
 
-    def command(self, scene: Scene) -> Sequence[str]:
+    def command(self, scene: Any) -> Sequence[str]:
         """Words after `fegear` that compute the same, none where there are none."""
         return ()
 
@@ -114,4 +115,4 @@ class PartResult:
     found: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
 
 
-Compute = Callable[[Any, "Scene", Progress], PartResult]
+Compute = Callable[[Any, Any, Progress], PartResult]  # of a part and its scene

@@ -35,8 +35,7 @@ from validation.printed import nearest
 from validation.provenance import machine
 from validation.reproduce.computations.kinds import COMPUTE
 from validation.reproduce.parts import Curve, Part, PartResult
-from validation.reproduce.scene import Scene
-from validation.reproduce.source_figures import Printed, SourceFigure
+from validation.reproduce.source_figures import AnyScene, Printed, SourceFigure
 from validation.tasks import PACKAGES, digest_of
 
 FORMAT = "fegear reproduce part 1"  # of the files and of what stands in them
@@ -47,12 +46,13 @@ SOURCES = {
     fegear: (
         *PACKAGES[fegear],
         *("branches.py", "theory.py", "theory_figure.py", "waves.py"),
+        "rattle/*.py",
         *("dynamic_sweeps.py", "modes.py", "bifurcations.py", "parameter_maps.py"),
     ),
     validation: (
         "kept.py",
         "reproduce/parts.py",
-        "reproduce/scene.py",
+        "reproduce/*scene.py",
         "reproduce/computations/*.py",
     ),
 }
@@ -177,21 +177,20 @@ def run_figure(
     )
 
 
-def inputs_of(part: Part, scene: Scene) -> dict[str, str]:
+def inputs_of(part: Part, scene: AnyScene) -> dict[str, str]:
     """All that determines a part's result."""
     return {
         "format": FORMAT,
         "fegear version": package_version(),
         "sources": digest_of(tuple(SOURCES.items())),
-        "part": repr(replace(part, name="", label="", panel="", shown=True)),
-        "gear set": repr(scene.gear_set),
-        "torque_Nm": repr(scene.torque),
-        "model": repr(scene.model),
-        "shown": repr((scene.relative, scene.quantity)),
+        "part": repr(replace(part, name="", label="", panel="", y="", shown=True)),
+        **scene.inputs,
     }
 
 
-def _found_or_made(part: Part, scene: Scene, store: Path, report: Progress) -> PartRun:
+def _found_or_made(
+    part: Part, scene: AnyScene, store: Path, report: Progress
+) -> PartRun:
     inputs = inputs_of(part, scene)
     name = f"{vars(part)['kind']}-{digest(inputs)[:16]}"
     directory = make_directory(store / name)
@@ -217,7 +216,7 @@ def _found_or_made(part: Part, scene: Scene, store: Path, report: Progress) -> P
     return made
 
 
-def commands_of(part: Part, scene: Scene) -> list[Sequence[str]]:
+def commands_of(part: Part, scene: AnyScene) -> list[Sequence[str]]:
     """Words after `fegear` that compute a part, empty where there are none.
 
     The last command does, those before it make the mesh tables that it reads.
@@ -227,7 +226,11 @@ def commands_of(part: Part, scene: Scene) -> list[Sequence[str]]:
 
 
 def _read(
-    part: Part, scene: Scene, directory: Path, inputs: Mapping[str, str], reused: bool
+    part: Part,
+    scene: AnyScene,
+    directory: Path,
+    inputs: Mapping[str, str],
+    reused: bool,
 ) -> PartRun | None:
     texts = whole_texts(directory, inputs, (CURVES,))
     if texts is None:

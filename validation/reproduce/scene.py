@@ -46,6 +46,16 @@ class Scene:
     number: Number = 1
     translations: bool = False
 
+    @property
+    def inputs(self) -> dict[str, str]:
+        """All of it that determines a result."""
+        return {
+            "gear set": repr(self.gear_set),
+            "torque_Nm": repr(self.torque),
+            "model": repr(self.model),
+            "shown": repr((self.relative, self.quantity)),
+        }
+
     def changed(self, values: Mapping[str, float]) -> Scene:
         """With other figures of the gear set, or another delay."""
         edits = {k: int(v) if v.is_integer() else v for k, v in values.items()}

@@ -6,7 +6,7 @@ A figure is a TOML file named after its number; they stand in `validation/figure
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cache
 from pathlib import Path
 from typing import Annotated, Literal
@@ -16,17 +16,26 @@ from pydantic import AfterValidator, Field
 from fegear.errors import InputError
 from fegear.gearset.problems import nearest
 from fegear.output import read_text
-from validation.data_files import STRICT, DataFile, Flag, Number, Text
+from validation.data_files import (
+    STRICT,
+    DataFile,
+    Flag,
+    Number,
+    Text,
+    edits_by_key,
+)
 from validation.reproduce.computations.kinds import KINDS, AnyPart
+from validation.reproduce.machine_scene import MachineScene
 from validation.reproduce.parts import Part, Quantity, Train
 from validation.reproduce.scene import Scene, scene_of
 
+AnyScene = Scene | MachineScene
 FOLDER = Path(__file__).parents[1] / "figures"
 
 
 def _require_number(text: str) -> str:
-    if not re.fullmatch(r"(table-)?\d\.\d+[a-z]?", text):
-        raise ValueError("must be a number such as 3.6, 3.14a or table-2.1")
+    if not re.fullmatch(r"(rattle-)?(table-)?\d\.\d+[a-z]?", text):
+        raise ValueError("must be a number such as 3.6, 3.14a, table-2.1 or rattle-5.6")
     return text
 
 
@@ -51,12 +60,13 @@ class Printed:
 
 @dataclass(frozen=True, kw_only=True)
 class SourceFigure(Train):
-    """A figure or a table.
+    """A figure or a table, of a gear set or of a machine that may rattle.
 
     says : what it shows, and what the source reads from it
     notes : what was chosen where the source is silent
     meshes : that are shown, counted from 1
     relative : whether frequencies are those over the first natural frequency
+    edits : of the gear set or, `table.key=VALUE`, of the machine's file
     x, y : labels of the axes where they are not those of a frequency response
     """
 
@@ -64,7 +74,8 @@ class SourceFigure(Train):
     title: Text
     says: Text
     notes: str = ""
-    gear_set: Text
+    gear_set: str = ""
+    machine: str = ""
     meshes: Annotated[tuple[Literal[1, 2], ...], Field(min_length=1)] = (1, 2)
     relative: Flag = False
     quantity: Quantity = "dte_rms"
@@ -81,7 +92,10 @@ class SourceFigure(Train):
         """By their names."""
         return {part.own_name: part for part in self.part}
 
-    def scene(self, part: Part) -> Scene:
+    def scene(self, part: Part) -> AnyScene:
+        if self.machine:
+            edits = edits_by_key((*self.edits, *part.edits))
+            return MachineScene(name=self.machine, given=edits)
         return scene_of(
             part,
             self,
@@ -99,12 +113,12 @@ def figure_numbers() -> tuple[str, ...]:
     return tuple(sorted((path.stem for path in FOLDER.glob("*.toml")), key=_place))
 
 
-def _place(number: str) -> tuple[int, int, str]:
-    """Tables stand before the figures of their chapter."""
-    found = re.fullmatch(r"(?:table-)?(\d)\.(\d+)([a-z]?)", number)
+def _place(number: str) -> tuple[bool, int, int, str]:
+    """Tables stand before the figures of their chapter, rattle after gear trains."""
+    found = re.fullmatch(r"(rattle-)?(table-)?(\d)\.(\d+)([a-z]?)", number)
     assert found
-    table = number.startswith("table")
-    return int(found[1]), int(found[2]) - 1000 * table, found[3]
+    rattle, table, chapter, own, letter = found.groups()
+    return bool(rattle), int(chapter), int(own) - 1000 * bool(table), letter
 
 
 @cache
@@ -122,6 +136,7 @@ def load_figure(number: str) -> SourceFigure:
 def read_figure(text: str, source: str = "figure") -> SourceFigure:
     """The figure in TOML text; `source` begins the message of an InputError."""
     figure = _FILE.read(text, source)
+    _require_one_subject(figure, source)
     names = [part.own_name for part in figure.part]
     for name in names:
         if names.count(name) > 1:
@@ -129,6 +144,20 @@ def read_figure(text: str, source: str = "figure") -> SourceFigure:
     for number, printed in enumerate(figure.printed, start=1):
         _require_found(figure, printed, f"{source}: printed {number}")
     return figure
+
+
+def _require_one_subject(figure: SourceFigure, source: str) -> None:
+    """A gear set or a machine, and no more of a train than that has."""
+    if bool(figure.gear_set) == bool(figure.machine):
+        raise InputError(f"{source}: one of gear_set and machine is needed")
+    for part in figure.part:
+        if part.of_machine != bool(figure.machine):
+            of = "machine" if part.of_machine else "gear_set"
+            raise InputError(f"{source}: part {part.own_name} needs a {of}")
+    for each in (figure, *figure.part) if figure.machine else ():
+        for own in fields(Train):
+            if own.name != "edits" and getattr(each, own.name) is not None:
+                raise InputError(f"{source}: {own.name} is of trains, not of machines")
 
 
 def _require_found(figure: SourceFigure, printed: Printed, place: str) -> None:

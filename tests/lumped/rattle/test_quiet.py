@@ -374,7 +374,7 @@ def in_time_over_linear(eccentricity: float) -> tuple[float, float, float]:
     assembly = Assembly(machine=machine, **PARTS)
     motion = quiet_motion(assembly)
     load, swing = loads_in_time(assembly, 60.0)
-    swung = motion.largest_swing("absorber")
+    swung = motion.largest_rotation("absorber")
     linear = assembly.mean_load * (1.0 - motion.contact_margin)
     return swung, abs(swing / swung - 1.0), abs(load / linear - 1.0)
 

@@ -8,6 +8,7 @@ from typing import get_args, get_type_hints
 from validation.reproduce.computations import (
     finite_elements,
     mesh_forces,
+    rattle_models,
     settled_motions,
     spectra,
 )
@@ -29,6 +30,7 @@ AnyPart = (
     | mesh_forces.ForcesPart
     | settled_motions.AttractorsPart
     | spectra.SpectraPart
+    | rattle_models.QuietPart
 )
 COMPUTE: Mapping[type[Part], Compute] = {
     response.BranchesPart: response.branches,
@@ -43,6 +45,7 @@ COMPUTE: Mapping[type[Part], Compute] = {
     mesh_forces.ForcesPart: mesh_forces.forces,
     settled_motions.AttractorsPart: settled_motions.attractors,
     spectra.SpectraPart: spectra.spectra,
+    rattle_models.QuietPart: rattle_models.quiet,
 }
 KINDS: Mapping[str, type[Part]] = {
     str(get_args(get_type_hints(part)["kind"])[0]): part for part in COMPUTE

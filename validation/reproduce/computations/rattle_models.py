@@ -1,0 +1,110 @@
+"""Quiet motion of machines over a figure of theirs."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Annotated, ClassVar, Literal
+
+import numpy as np
+from pydantic import Field
+
+from fegear.statics import Progress
+from lumped.rattle.assembly import Assembly
+from lumped.rattle.quiet import quiet_motion
+from lumped.rattle.receptances import critical_by_receptances
+from validation.data_files import STRICT, Flag, Number, Text
+from validation.reproduce.machine_scene import MachineScene
+from validation.reproduce.parts import Curve, Part, PartResult, Style
+
+
+@dataclass(frozen=True, kw_only=True)
+class Over:
+    """A figure of the machine's file that is varied; logarithm : to base 10, shown."""
+
+    __pydantic_config__ = STRICT
+
+    key: Text
+    low: Number
+    high: Number
+    count: Annotated[int, Field(strict=True, ge=2, le=100_000)]
+    logarithm: Flag = False
+
+    @property
+    def values(self) -> Iterator[tuple[float, float]]:
+        """Places on the axis, and the figure."""
+        ends = np.array([self.low, self.high])
+        if self.logarithm:
+            ends = np.log10(ends)
+        for place in np.linspace(ends[0], ends[1], self.count):
+            yield float(place), float(10.0**place if self.logarithm else place)
+
+
+@dataclass(frozen=True, kw_only=True)
+class QuietPart(Part):
+    """Of quiet motion, the critical eccentricity or a rotation over a figure.
+
+    shows : critical eccentricity [rad], or the largest rotation [rad] of the part that
+        is named, or of one against another; with_error : the transmission error on top
+    scale : of the curve; percent are those by which the absorber changes it
+    """
+
+    keys: ClassVar = (
+        *("own", "closed", "trend"),
+        *("least", "largest", "least_at", "largest_at"),
+    )
+    of_machine: ClassVar = True
+
+    kind: Literal["quiet"] = "quiet"
+    over: Over
+    shows: Annotated[tuple[Text, ...], Field(min_length=1, max_length=2)]
+    with_error: Flag = False
+    scale: Literal["rad", "log10", "percent"] = "rad"
+    style: Style = "line"
+
+    def command(self, scene: MachineScene) -> Sequence[str]:
+        return () if scene.given else ("rattle", "critical", scene.name)
+
+
+def quiet(part: QuietPart, scene: MachineScene, report: Progress) -> PartResult:
+    """Found are extremes, where they are, and what the machine itself has.
+
+    closed : the critical eccentricity of the machine itself in closed form
+    trend : 1 where it rises throughout, -1 where it falls, 0 where it does neither
+    """
+    points, drawn = [], []
+    for done, (place, value) in enumerate(part.over.values):
+        report("quiet motion", done, part.over.count)
+        assembly = scene.changed({part.over.key: value}).assembly
+        points.append((place, _shown(part, assembly)))
+        drawn.append((place, _scaled(part, assembly, points[-1][1])))
+    x, y = np.array(points).T
+    found: Mapping[str, float] = {
+        "own": _shown(part, scene.assembly),
+        "closed": critical_by_receptances(scene.assembly),
+        "least": float(y.min()),
+        "largest": float(y.max()),
+        "least_at": float(x[y.argmin()]),
+        "largest_at": float(x[y.argmax()]),
+        "trend": float((np.diff(y) > 0.0).all()) - float((np.diff(y) < 0.0).all()),
+    }
+    curve = Curve(part.style, tuple(drawn))
+    return PartResult((curve,), {name: (value,) for name, value in found.items()})
+
+
+def _shown(part: QuietPart, assembly: Assembly) -> float:
+    motion = quiet_motion(assembly)
+    if part.shows == ("critical",):
+        return motion.critical_eccentricity
+    one, other = (*part.shows, None)[:2]
+    assert one is not None
+    return motion.largest_rotation(one, other, part.with_error)
+
+
+def _scaled(part: QuietPart, assembly: Assembly, value: float) -> float:
+    if part.scale == "log10":
+        return math.log10(value)
+    if part.scale == "percent":
+        return 100.0 * (value / _shown(part, replace(assembly, absorber=None)) - 1.0)
+    return value
