@@ -50,7 +50,7 @@ COMMANDS = (  # each in a file of its name, in the order of the help
 )
 RATTLES = (  # of the group `rattle`
     *("critical", "gears", "run-down", "periodic"),
-    *("bifurcation", "basin"),
+    *("bifurcation", "basin", "manifold"),
 )
 BENCHMARKS: dict[str, Callable[..., None]] = {
     "stiffness": bench.stiffness_benchmark,

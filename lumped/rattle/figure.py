@@ -3,21 +3,29 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lumped.drawing import draw_legend, draw_title, panels
 from lumped.rattle.basins import CHAOTIC, QUIET, Attractor, Basins
 from lumped.rattle.machine import Machine
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+
+    from lumped.rattle.manifolds import Curve
 
 NIGHT, RED, GREY = "#1b2a6b", "#8c1515", "#d0d0d0"  # quiet, chaotic, not clear
 ORBIT = re.compile(r"P\((\d+),(\d+),(\d+)\)")
 GOLDEN = 0.6180339887498949  # of a turn of the hue, from one itinerary to the next
 MOST_NAMED = 14
+# of curves alone, and over basins
+CURVES = ("black", "tab:orange", "tab:red", "tab:blue", "tab:green", "tab:purple")
+CURVES_OVER = ("white", "black", "yellow", "magenta", "lime", "cyan", "orange")
 
 
 def color_of(attractor: Attractor) -> Any:
@@ -36,29 +44,31 @@ def color_of(attractor: Attractor) -> Any:
 
 def draw_basins(basins: Basins, name: str) -> Figure:
     """Where departures from the upper flank lead, over their time and speed."""
+    figure, ((axes,),) = panels(1, size=(8.0, 7.0))
+    draw_legend(figure, _show_basins(axes, basins), 4)
+    draw_title(figure, f"{name}: {words_of(basins.machine)}")
+    return figure
+
+
+def _show_basins(axes: Axes, basins: Basins) -> list[Any]:
+    """Draw them; handles of a legend."""
     from matplotlib.colors import to_rgb
     from matplotlib.patches import Patch
 
-    figure, ((axes,),) = panels(1, size=(8.0, 7.0))
     axes.grid(False)
     colors = [color_of(attractor) for attractor in basins.attractors]
     palette = np.array([to_rgb(color) for color in [*colors, GREY]])
-    low, high = basins.grid.velocity
     axes.imshow(
         palette[basins.attractor],
         origin="lower",
-        extent=(0.0, 1.0, low, high),
+        extent=(0.0, 1.0, *basins.grid.velocity),
         aspect="auto",
         interpolation="nearest",
     )
     for attractor in basins.attractors:
-        time, speed = attractor.point
         if attractor.period:
-            axes.plot(time, speed, "kx", ms=6)
-    axes.set_xlim(0.0, 1.0)
-    axes.set_ylim(low, high)
-    axes.set_xlabel("time of departure from the upper flank [turns]")
-    axes.set_ylabel("speed of departure [rad per turn]")
+            axes.plot(*attractor.point, "kx", ms=6)
+    _label(axes, basins.grid.velocity)
     shown = np.argsort(-basins.fractions, kind="stable")[:MOST_NAMED]
     handles: list[Any] = [
         Patch(
@@ -69,13 +79,60 @@ def draw_basins(basins: Basins, name: str) -> Figure:
     ]
     if (basins.attractor < 0).any():
         handles.append(Patch(color=GREY, label="not clear"))
+    return handles
+
+
+def _label(axes: Axes, velocity: tuple[float, float]) -> None:
+    axes.set_xlim(0.0, 1.0)
+    axes.set_ylim(*velocity)
+    axes.set_xlabel("time of departure from the upper flank [turns]")
+    axes.set_ylabel("speed of departure [rad per turn]")
+
+
+def draw_curves(
+    curves: Sequence[tuple[str, Curve]],
+    marks: Sequence[tuple[float, float]],
+    velocity: tuple[float, float],
+    title: str,
+    basins: Basins | None = None,
+) -> Figure:
+    """Curves by their labels, over basins where they are given.
+
+    marks : departures of saddles
+    """
+    from matplotlib.patches import Patch
+
+    figure, ((axes,),) = panels(1, size=(8.0, 7.0))
+    handles = [] if basins is None else _show_basins(axes, basins)
+    palette = list(CURVES if basins is None else CURVES_OVER)
+    labels = list(dict.fromkeys(label for label, _ in curves))
+    for label, curve in curves:
+        color = palette[labels.index(label) % len(palette)]
+        known = label in {handle.get_label() for handle in handles}
+        axes.plot(*_open(curve).T, "-", color=color, lw=0.8)
+        patch = Patch(facecolor=color, edgecolor="black", lw=0.5, label=label)
+        handles += [] if known else [patch]
+    for time, speed in marks:
+        axes.plot(time, speed, "P", color="white", mec="black", ms=7)
+    _label(axes, velocity)
     draw_legend(figure, handles, 4)
-    draw_title(figure, f"{name}: {words_of(basins.machine)}")
+    draw_title(figure, title)
     return figure
 
 
+<<<<<<< HEAD
 def words_of(machine: Machine, *without: str) -> str:
     """What a title says of a machine; without : figures of it that vary."""
+=======
+def _open(curve: Curve) -> NDArray[np.float64]:
+    """Its points, parted where it leaves one side of the picture for the other."""
+    around = np.flatnonzero(np.abs(np.diff(curve.points[:, 0])) > 0.5) + 1
+    return np.insert(curve.points, around, np.nan, axis=0)
+
+
+def words_of(machine: Machine, without: str = "") -> str:
+    """What a title says of a machine; without : a figure of it that varies."""
+>>>>>>> 6eb206a (fegear rattle manifold: boundaries of basins and curves of grazing, by the inverse return map)
     law = "impacts" if machine.is_impact else f"stiffness {machine.stiffness:g}"
     words = {
         "damping": f"damping {machine.damping:g}",

@@ -121,6 +121,23 @@ class Machine:
             growth=1.0,
         )
 
+    @cached_property
+    def backward(self) -> Rattle:
+        """As the kernels take it where time runs backward: damping drives, impacts
+        gain speed, and sines change their sign."""
+        m = self.arrays
+        loss = m.restitution
+        return m._replace(
+            damping=-m.damping,
+            drift=-m.drift,
+            restitution=1.0 / loss if loss else math.inf,
+            free=(m.free[0], -m.free[1], m.free[2], -m.free[3]),
+            pressed=(m.pressed[0], -m.pressed[1], m.pressed[2], -m.pressed[3]),
+            fading=-m.fading,
+            short=0.0,
+            growth=math.e,  # over the longest step
+        )
+
     def _short(self) -> float:
         """Turns of a flight after which flights fade away, 0 if they never do.
 

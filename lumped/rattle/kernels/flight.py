@@ -108,14 +108,18 @@ def launch(m, t, x, w, rippled):
     transient = m.drift + rate - w
     a = m.damping * transient + bend
     jerk -= m.damping * m.damping * transient
-    return x, w, a, jerk, transient, value, first_step(m, w, a)
+    first = first_step(m, w, a, transient)
+    return x, w, a, jerk, transient, value, first
 
 
 @inlined
-def first_step(m, w, a):
-    """Longest first step of a flight: twice its time where it falls back."""
+def first_step(m, w, a, transient):
+    """Longest first step of a flight: twice its time where it falls back, and from a
+    graze as long as the acceleration keeps its sign."""
     back = reach(0.0, -abs(w), -a if w > 0.0 else a)
-    return min(LONG, min(m.lasting, 2.0 * back if back > 0.0 else LONG))
+    jerk = m.growth * abs(transient) * m.damping * m.damping + m.free_jerk
+    first = 2.0 * back if back > 0.0 else abs(a) / jerk
+    return min(LONG, min(m.lasting, first))
 
 
 @inlined

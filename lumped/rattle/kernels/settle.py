@@ -129,7 +129,8 @@ def turn_round(m, lanes, i, x, w):
     a = lanes[PULL + i] + m.damping * slower
     jerk = lanes[JERK + i] - m.damping * m.damping * slower
     transient, value = lanes[TRANSIENT + i] + slower, lanes[VALUE + i]
-    put(lanes, i, (x, w, a, jerk, transient, value, first_step(m, w, a)))
+    first = first_step(m, w, a, transient)
+    put(lanes, i, (x, w, a, jerk, transient, value, first))
 
 
 @inlined

@@ -230,6 +230,7 @@ CRITICAL = "rattle critical roots-a --json"
 GEARS = (
     f"rattle gears SET {COARSE} --speed-rpm 900 --drag-Nm 1 --eccentricity-um 9 --json"
 )
+MANIFOLD = "rattle manifold roots-scaled --length 1 --preimages 0 --json"
 RUN_DOWN = "rattle run-down FALLING --json"
 FIGURES = {
     "MACHINE": "roots-scaled",
@@ -560,6 +561,20 @@ OPTIONS: dict[str, dict[str, Case]] = {
         "--plot": plus(RATTLE, "--plot r.png"),
         "--resume": plus(RATTLE, "--resume", refused=True),
         "--json": less(RATTLE, "--json"),
+    },
+    "rattle manifold": figures_of_machine(MANIFOLD)
+    | {
+        "--velocity": plus(MANIFOLD, "--velocity 0:4"),
+        "--orbit": plus(MANIFOLD, "--orbit P(1,1,0)"),
+        "--departures": plus(MANIFOLD, "--departures 2"),
+        "--length": swap(MANIFOLD, "--length 1", "--length 2"),
+        "--spacing": plus(MANIFOLD, "--spacing 0.02"),
+        "--preimages": swap(MANIFOLD, "--preimages 0", "--preimages 1"),
+        "--unstable": plus(MANIFOLD, "--unstable"),
+        "--grid": swap(f"{MANIFOLD} --plot m.png", "--json", "--grid 10 --json"),
+        "--output": plus(MANIFOLD, "-o m.csv"),
+        "--plot": plus(MANIFOLD, "--plot m.png"),
+        "--json": less(MANIFOLD, "--json"),
     },
     "bench all": {
         "--output": plus("bench all --json", "-o there"),

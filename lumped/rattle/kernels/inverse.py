@@ -1,0 +1,64 @@
+"""The return map and its inverse on many departures, and departures that graze.
+
+Backward in time the motion is that of a machine with negative damping, see
+`Machine.backward`; times and speeds change their sign.
+"""
+
+from __future__ import annotations
+
+import math
+
+from lumped.compiled import compiled, inlined
+from lumped.rattle.kernels.flight import REST, bounce, fly, push, returned
+
+
+@inlined
+def retraced(m, t, v):
+    """The departure (t, v) before one; t is inf where it is not clear.
+
+    m : the machine backward in time. Rest has many pasts: slow departures have none.
+    """
+    if not v > REST:
+        return math.inf, 0.0
+    now, w = bounce(m, -t, v, 1)
+    while math.isfinite(now):
+        now, w, side = fly(m, now, math.copysign(m.play, -w), w)
+        if side > 0 or not math.isfinite(now):
+            return -now, w
+        now, w = bounce(m, now, w, -1)
+    return math.inf, 0.0
+
+
+@compiled
+def map_departures(m, starts, count, backward, ends):
+    """Departures (n, 2) some returns after others, or before; NaN where not clear.
+
+    m : the machine, backward in time where `backward`
+    """
+    for i in range(starts.shape[0]):
+        t, v = starts[i, 0], starts[i, 1]
+        for _ in range(count):
+            if backward:
+                t, v = retraced(m, t, v)
+            else:
+                t, v, _ = returned(m, t, v)
+            if not math.isfinite(t):
+                t, v = math.nan, math.nan
+                break
+        ends[i, 0], ends[i, 1] = t, v
+
+
+@compiled
+def graze(m, times, departures):
+    """Departures (n, 2) whose next contact grazes the lower flank at a time; NaN where
+    there is none.
+
+    m : the machine backward in time
+    """
+    for i in range(times.size):
+        t, v = math.nan, math.nan
+        if push(m, -times[i]) > 0.0:
+            start, speed, side = fly(m, -times[i], -m.play, 0.0)
+            if side > 0 and math.isfinite(start):
+                t, v = -start, speed
+        departures[i, 0], departures[i, 1] = t, v

@@ -1,0 +1,244 @@
+"""Curves of the return map: grazing curves and the manifolds of saddles.
+
+A curve is that of a parameter, which is refined until its points are close and turn
+little. Stable manifolds are boundaries of basins; section 3.5 of the source. Manifolds
+grow as images of a piece beside the saddle that leads from one image to the next;
+compare B. Krauskopf and H. Osinga, J. Comput. Phys. 146 (1998) 404.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lumped.rattle.arcs import arcs_of, linearised
+from lumped.rattle.departures import follow
+from lumped.rattle.kernels import inverse as kernel
+from lumped.rattle.machine import TURN, Machine
+from lumped.rattle.orbits import Orbit
+
+Array = NDArray[np.float64]
+Evaluate = Callable[[Array], Array]
+BEGIN = 1e-6  # of the first piece of a manifold from its saddle
+FINEST = 1e-11  # change of a parameter at a jump of the curve
+END = 1e-6  # the same where it ends
+FEWEST = 5  # parameters at the start
+PIECES = 8  # of a generation
+MOST_POINTS = 400_000  # of a curve
+MOST_GENERATIONS = 200
+AT_REST = 1e-6  # of its length that a generation adds to a branch that ends
+SMALL = 0.02  # of the spacing: pieces so short may turn as they like
+
+
+@dataclass(frozen=True, kw_only=True)
+class Fineness:
+    """How close the points of a curve are.
+
+    spacing : largest distance; turn : largest change of direction [rad]
+    Distances are in turns, speeds over those of a simple rattle, 2 pi delta.
+    """
+
+    spacing: float = 0.01
+    turn: float = 0.3
+
+
+@dataclass(frozen=True, eq=False)
+class Curve:
+    """Departures (n, 2), times from 0 to 1; NaN rows part pieces between jumps.
+
+    lengths : of the curve up to each (n,), in the distances of `Fineness`
+    """
+
+    points: Array
+    lengths: Array
+
+    @property
+    def length(self) -> float:
+        return float(self.lengths[-1]) if self.lengths.size else 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class Manifold:
+    """A branch of a stable or an unstable manifold.
+
+    departure : (time, speed) of the saddle's from which it starts; side : 1 or -1, on
+        which of its sides
+    """
+
+    orbit: Orbit
+    departure: tuple[float, float]
+    is_stable: bool
+    side: int
+    curve: Curve
+
+
+def map_departures(machine: Machine, starts: Array, count: int) -> Array:
+    """Departures (n, 2) so many returns later, or earlier if negative."""
+    ends = np.empty_like(starts)
+    arrays = machine.arrays if count >= 0 else machine.backward
+    starts = np.ascontiguousarray(starts)
+    kernel.map_departures(arrays, starts, abs(count), count < 0, ends)
+    return ends
+
+
+def saddles(orbits: list[Orbit]) -> list[Orbit]:
+    """Those with one multiplier above 1."""
+    sizes = [sorted(map(abs, orbit.multipliers)) for orbit in orbits]
+    return [
+        orbit
+        for orbit, (least, largest) in zip(orbits, sizes, strict=True)
+        if least < 1.0 < largest
+    ]
+
+
+def grazing_curve(machine: Machine, before: int, fineness: Fineness) -> Curve:
+    """Departures whose next contact grazes the lower flank, so many returns before."""
+
+    def evaluate(times: Array) -> Array:
+        departures = np.empty((times.size, 2))
+        kernel.graze(machine.backward, times, departures)
+        return map_departures(machine, departures, -before)
+
+    points = _refined(evaluate, (0.0, 1.0), _scale(machine), fineness)
+    return _curve(points, _scale(machine))
+
+
+def grow_manifolds(
+    machine: Machine, orbit: Orbit, is_stable: bool, length: float, fineness: Fineness
+) -> list[Manifold]:
+    """Both branches at every departure of a saddle, each up to a length.
+
+    length : in the distances of `Fineness`; less where the branch ends
+    """
+    found = []
+    for departure in orbit.departures:
+        for side in (1, -1):
+            seed = _seed(machine, orbit, departure, is_stable, side)
+            curve = _grown(machine, seed, length, fineness)
+            found.append(Manifold(orbit, departure, is_stable, side, curve))
+    return found
+
+
+@dataclass(frozen=True, eq=False)
+class _Seed:
+    """Beside a saddle: at + along leads to at + factor along in so many returns, which
+    are negative on a stable manifold."""
+
+    at: Array
+    along: Array
+    factor: float
+    returns: int
+
+    def piece(self, fractions: Array) -> Array:
+        """Departures (n, 2) from one of its ends to the other."""
+        return self.at + self.factor ** fractions[:, None] * self.along
+
+
+def _seed(
+    machine: Machine,
+    orbit: Orbit,
+    departure: tuple[float, float],
+    is_stable: bool,
+    side: int,
+) -> _Seed:
+    count, at = len(orbit.departures), np.array(departure)
+    path = follow(machine, at, count + 1)
+    values, vectors = np.linalg.eig(linearised(machine, arcs_of(machine, path)))
+    sizes = np.abs(values)
+    place = int(sizes.argmin() if is_stable else sizes.argmax())
+    factor = float(1.0 / sizes[place] if is_stable else sizes[place])
+    if values[place].real < 0.0:  # it changes sides
+        count, factor = 2 * count, factor**2
+    along = vectors[:, place].real
+    along *= side * BEGIN / np.hypot(*(along / _scale(machine)))
+    along *= 1.0 if along[1] * side > 0.0 else -1.0
+    return _Seed(at, along, factor, -count if is_stable else count)
+
+
+def _grown(machine: Machine, seed: _Seed, length: float, fineness: Fineness) -> Curve:
+    scale, pieces, before = _scale(machine), [seed.at[None] % [1.0, math.inf]], 0.0
+    bounds = np.linspace(0.0, 1.0, PIECES + 1)
+    for generation in range(MOST_GENERATIONS):
+        start = before
+
+        def evaluate(fractions: Array, generation: int = generation) -> Array:
+            returns = generation * seed.returns
+            return map_departures(machine, seed.piece(fractions), returns)
+
+        for limits in pairwise(bounds.tolist()):
+            points = _refined(evaluate, limits, scale, fineness)
+            if not np.isfinite(points).any():
+                return _curve(np.concatenate(pieces), scale)
+            pieces.append(points)
+            before += float(np.nansum(_distances(points, scale)))
+            if before >= length:
+                curve = _curve(np.concatenate(pieces), scale)
+                inside = curve.lengths <= length
+                return Curve(curve.points[inside], curve.lengths[inside])
+        if before - start < AT_REST * before:
+            break  # it ends in an attractor
+    return _curve(np.concatenate(pieces), scale)
+
+
+def _scale(machine: Machine) -> Array:
+    """Of a time and a speed whose changes count alike."""
+    return np.array([1.0, TURN * machine.damping * machine.drive])
+
+
+def _steps(points: Array, scale: Array) -> Array:
+    """From each point to the next (n - 1, 2), whole turns aside."""
+    steps = np.diff(points, axis=0) / scale
+    steps[:, 0] -= np.round(steps[:, 0])
+    return steps
+
+
+def _distances(points: Array, scale: Array) -> Array:
+    return np.asarray(np.hypot(*_steps(points, scale).T))
+
+
+def _refined(
+    evaluate: Evaluate, limits: tuple[float, float], scale: Array, fineness: Fineness
+) -> Array:
+    """Points of a curve (n, 2), times from 0 to 1, a NaN row at each jump."""
+    s = np.linspace(*limits, FEWEST)
+    points = evaluate(s)
+    while s.size < MOST_POINTS:
+        need = _is_coarse(points, scale, fineness) & (np.diff(s) > FINEST)
+        ends = np.diff(np.isnan(points[:, 0]).astype(int)) != 0
+        need |= ends & (np.diff(s) > END)
+        if not need.any():
+            break
+        middle = 0.5 * (s[:-1] + s[1:])[need]
+        places = np.flatnonzero(need) + 1
+        s = np.insert(s, places, middle)
+        points = np.insert(points, places, evaluate(middle), axis=0)
+    points[:, 0] %= 1.0
+    jumps = np.flatnonzero(_distances(points, scale) > fineness.spacing) + 1
+    return np.insert(points, jumps, math.nan, axis=0)
+
+
+def _is_coarse(points: Array, scale: Array, fineness: Fineness) -> NDArray[np.bool_]:
+    """Whether a piece (n - 1,) is too long, or turns too much from its neighbours."""
+    steps = _steps(points, scale)
+    sizes = np.hypot(*steps.T)
+    coarse = sizes > fineness.spacing
+    directions = np.arctan2(steps[:, 1], steps[:, 0])
+    turns = np.abs(np.remainder(np.diff(directions) + math.pi, TURN) - math.pi)
+    bent = turns > fineness.turn
+    long = sizes > SMALL * fineness.spacing
+    coarse[:-1] |= bent & long[:-1]
+    coarse[1:] |= bent & long[1:]
+    return np.asarray(coarse)
+
+
+def _curve(points: Array, scale: Array) -> Curve:
+    """Without points that repeat those before, where pieces join."""
+    again = np.concatenate([[False], _distances(points, scale) == 0.0])
+    points = points[~again]
+    steps = np.nan_to_num(_distances(points, scale))
+    return Curve(points, np.concatenate([[0.0], np.cumsum(steps)]))
