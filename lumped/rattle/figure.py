@@ -120,19 +120,14 @@ def draw_curves(
     return figure
 
 
-<<<<<<< HEAD
-def words_of(machine: Machine, *without: str) -> str:
-    """What a title says of a machine; without : figures of it that vary."""
-=======
 def _open(curve: Curve) -> NDArray[np.float64]:
     """Its points, parted where it leaves one side of the picture for the other."""
     around = np.flatnonzero(np.abs(np.diff(curve.points[:, 0])) > 0.5) + 1
     return np.insert(curve.points, around, np.nan, axis=0)
 
 
-def words_of(machine: Machine, without: str = "") -> str:
-    """What a title says of a machine; without : a figure of it that varies."""
->>>>>>> 6eb206a (fegear rattle manifold: boundaries of basins and curves of grazing, by the inverse return map)
+def words_of(machine: Machine, *without: str) -> str:
+    """What a title says of a machine; without : figures of it that vary."""
     law = "impacts" if machine.is_impact else f"stiffness {machine.stiffness:g}"
     words = {
         "damping": f"damping {machine.damping:g}",
