@@ -172,6 +172,20 @@ def test_quiet_motion_over_a_figure_is_in_units_of_its_scale():
     np.testing.assert_allclose(10.0**logs, y, rtol=1e-12)
 
 
+def test_noise_is_that_of_the_motions_that_rattle():
+    """Without eccentricity flanks fall on each other ever more slowly."""
+    kind = 'kind = "motions"\nspeed = 0.002\nturns = 30.0\nimpacts = true\n'
+    start, end = RATTLE.index("kind"), len(RATTLE)
+    levels = computed(RATTLE.replace(RATTLE[start:end], kind))
+    noise = np.array(levels.curves[0].points)[:, 1]
+    assert levels.found["quiet"] == ((noise == 0.0).sum(),)
+    assert levels.found["largest"] == (noise.max(),)
+    drawn = computed(RATTLE.replace(RATTLE[start:end], f"{kind}panels = [3, 4]\n"))
+    motion, flanks = (np.array(curve.points)[:, 1] for curve in drawn.curves[:2])
+    assert len(drawn.curves) == 4
+    assert np.nanmax(np.abs(motion)) <= np.nanmax(flanks) * (1.0 + 1e-9)
+
+
 def test_parts_of_one_kind_need_names():
     twice = GOOD + '\n[[part]]\nkind = "theory"\nbetween = [1.0, 2.0]\n'
     with pytest.raises(InputError, match="part theory stands there twice"):

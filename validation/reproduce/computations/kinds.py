@@ -9,6 +9,7 @@ from validation.reproduce.computations import (
     finite_elements,
     mesh_forces,
     rattle_models,
+    rattle_motions,
     settled_motions,
     spectra,
 )
@@ -31,6 +32,7 @@ AnyPart = (
     | settled_motions.AttractorsPart
     | spectra.SpectraPart
     | rattle_models.QuietPart
+    | rattle_motions.MotionsPart
 )
 COMPUTE: Mapping[type[Part], Compute] = {
     response.BranchesPart: response.branches,
@@ -46,6 +48,7 @@ COMPUTE: Mapping[type[Part], Compute] = {
     settled_motions.AttractorsPart: settled_motions.attractors,
     spectra.SpectraPart: spectra.spectra,
     rattle_models.QuietPart: rattle_models.quiet,
+    rattle_motions.MotionsPart: rattle_motions.motions,
 }
 KINDS: Mapping[str, type[Part]] = {
     str(get_args(get_type_hints(part)["kind"])[0]): part for part in COMPUTE

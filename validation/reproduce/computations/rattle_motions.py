@@ -1,0 +1,99 @@
+"""Motions of machines in parts from a grid of starts, and the noise that they make."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Annotated, ClassVar, Literal
+
+import numpy as np
+from pydantic import Field
+
+from fegear.statics import Progress
+from lumped.rattle.assembly import Assembly
+from lumped.rattle.motions import Motion, Motions
+from validation.data_files import Flag, Positive
+from validation.reproduce.machine_scene import MachineScene
+from validation.reproduce.parts import Curve, Part, PartResult
+
+SIDE = 5  # starts a side: 25 panels of the source
+POINTS = 100  # of a turn that is drawn
+
+
+@dataclass(frozen=True, kw_only=True)
+class MotionsPart(Part):
+    """Relative rotation over the last turns of motions from 25 starts.
+
+    machine : in place of the figure's; impacts : whether its flanks are rigid
+    speed : of the driving side beside steady rotation at the starts, at most [rad per
+        turn]; rotations are spread over the play
+    turns, last : of a motion, and those over which its noise counts and it is drawn
+    panels : starts that are drawn, counted from 0; none draws noise levels
+    """
+
+    keys: ClassVar = ("least", "median", "largest", "quiet")
+    of_machine: ClassVar = True
+
+    kind: Literal["motions"] = "motions"
+    machine: str = ""
+    impacts: Flag = False
+    speed: Positive
+    turns: Positive = 2000.0
+    last: Positive = 20.0
+    panels: tuple[Annotated[int, Field(ge=0, lt=SIDE * SIDE)], ...] = ()
+
+
+def motions(part: MotionsPart, scene: MachineScene, report: Progress) -> PartResult:
+    """Found are noise levels [rad^2 per turn^3] of motions that rattle, and how many
+    are quiet."""
+    report("motions", 0, 1)
+    scene = replace(scene, name=part.machine or scene.name)
+    found, times = _run(part, scene.assembly)
+    if part.panels:
+        curves = _histories(part, found, times, scene.assembly)
+    else:
+        levels = [(float(i), each.noise) for i, each in enumerate(found)]
+        curves = (Curve("dots", tuple(levels)),)
+    loud = np.array([each.noise for each in found if not each.is_quiet])
+    values: Mapping[str, float] = {
+        "least": float(loud.min()),
+        "median": float(np.median(loud)),
+        "largest": float(loud.max()),
+        "quiet": float(sum(each.is_quiet for each in found)),
+    }
+    return PartResult(curves, {name: (value,) for name, value in values.items()})
+
+
+def _run(part: MotionsPart, assembly: Assembly) -> tuple[list[Motion], np.ndarray]:
+    machine = assembly.machine
+    if part.impacts:
+        machine = replace(machine, stiffness=np.inf)
+    ready = Motions(replace(assembly, machine=machine))
+    play = machine.half_backlash
+    states = [
+        ready.settled(rotation, speed)
+        for rotation in np.linspace(-0.8 * play, 0.8 * play, SIDE)
+        for speed in np.linspace(-part.speed, part.speed, SIDE)
+    ]
+    count = round(POINTS * part.last)
+    times = part.turns - part.last + np.arange(count) / POINTS
+    begin = part.turns - part.last
+    return ready.run_all(np.array(states), begin, part.turns, times), times
+
+
+def _histories(
+    part: MotionsPart, found: Sequence[Motion], times: np.ndarray, assembly: Assembly
+) -> tuple[Curve, ...]:
+    play = assembly.machine.half_backlash
+    curves = []
+    for panel in part.panels:
+        motion, letter = found[panel], chr(ord("a") + panel)
+        name = f"({letter}) noise {motion.noise:.3g}"
+        points = np.stack([times - times[0], motion.rotation], axis=1)
+        shown = tuple((float(t), float(x)) for t, x in points)
+        curves.append(Curve("line", shown, panel=name))
+        end, gap = float(times[-1] - times[0]), (math.nan, math.nan)
+        flanks = ((0.0, -play), (end, -play), gap, (0.0, play), (end, play))
+        curves.append(Curve("dotted", flanks, panel=name, label="flanks"))
+    return tuple(curves)
