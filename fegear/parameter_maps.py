@@ -67,16 +67,19 @@ class VariedSet:
         """One for all points, whose tables are solved once each."""
         return self.model.excitations
 
-    def system(self, point: Point) -> LumpedSystem:
-        """The lumped system of a point."""
+    def changed(self, point: Point) -> tuple[GearSet, float]:
+        """The gear set of a point, and the torque on its input gear [N m]."""
         values = {
             axis.name: int(v) if v.is_integer() else v
             for axis, v in zip(self.axes, point, strict=True)
         }
         torque = values.pop(TORQUE, self.load)
         changed = {SHORT.get(name, name): value for name, value in values.items()}
-        gear_set = load_gear_set(self.set_name, {**self.fixed, **changed})
-        return lumped_system(gear_set, torque, self.model, self.excitations)
+        return load_gear_set(self.set_name, {**self.fixed, **changed}), torque
+
+    def system(self, point: Point) -> LumpedSystem:
+        """The lumped system of a point."""
+        return lumped_system(*self.changed(point), self.model, self.excitations)
 
     def grid(self, settings: Settings, entries: dict[str, str]) -> ParameterMap:
         """The map without its points; refuses a gear set that gives no system.

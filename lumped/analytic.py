@@ -140,7 +140,7 @@ def pair_springs(
     gaps = _cut([(x, y) for x, y in gap]) if gap else {}
     none, errors = constant(0.0), np.asarray(pitch_errors, float)
     return tuple(
-        PairExcitation(stiffness[k], with_errors(gaps.get(k, none), k, errors))
+        PairExcitation(stiffness[k], with_errors(gaps.get(k, none), k, errors), k)
         for k in stiffness
     )
 

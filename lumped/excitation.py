@@ -45,10 +45,14 @@ class PairExcitation:
     """Stiffness [N/m] and gap [m] of a tooth pair over the mesh cycle.
 
     Of the pairs that take this place one after another, where they differ.
+
+    ahead : base pitches by which it is ahead of the reference pair, which passes the
+        pitch point at position 0; None of a spring that stands for the whole mesh
     """
 
     stiffness: Wave
     gap: Wave
+    ahead: int | None = None
 
     @property
     def period(self) -> int:
@@ -224,7 +228,7 @@ def _pairs(
     gap = _along_the_path(table, "gap_m", torque, None)
     none = constant(0.0)
     return tuple(
-        PairExcitation(stiffness[k], with_errors(gap.get(k, none), k, errors))
+        PairExcitation(stiffness[k], with_errors(gap.get(k, none), k, errors), k)
         for k in stiffness
     )
 

@@ -41,6 +41,7 @@ COMMANDS = (  # each in a file of its name, in the order of the help
         "bifurcations",
         "map",
         "theory",
+        "stability",
         "dynamics",
         "render",
         "validate",

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from fegear.cli.edits import EditedSet
-from fegear.cli.lumped_options import CoupledOptions, middle_torque
+from fegear.cli.lumped_options import LumpedOptions, middle_torque
 from fegear.cli.options import refuse_idle, require
 from fegear.errors import InputError
 
@@ -62,7 +62,7 @@ def _axis_values(values: str, text: str) -> tuple[float, ...]:
 def varied_set(
     subject: EditedSet,
     axes: tuple[Axis, ...],
-    model: CoupledOptions,
+    model: LumpedOptions,
     torque: float | None,
 ) -> VariedSet:
     """The gear set as the axes vary it.

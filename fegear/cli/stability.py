@@ -1,0 +1,208 @@
+"""fegear stability: where over speed a gear train shakes, its teeth with friction."""
+
+from __future__ import annotations
+
+import math
+import time
+from dataclasses import MISSING, dataclass, replace
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from fegear.cli.edits import EditedSet, edit_entries
+from fegear.cli.groups import Range, grouped, option
+from fegear.cli.lumped_options import (
+    LoadCase,
+    TabledOptions,
+    require_one_of,
+    speeds_of,
+)
+from fegear.cli.options import ResumedOutputs, named_options, refuse_idle
+from fegear.cli.screen import complain, counted, number, ruled_table, screen
+from fegear.cli.varied import parsed_axes, varied_set
+from fegear.errors import InputError
+from fegear.speeds import MESH_FREQUENCY
+
+if TYPE_CHECKING:
+    from fegear.parameter_maps import VariedSet
+    from fegear.stability import Rubbing
+    from lumped.maps import Axis
+
+EXAMPLE = (
+    "fegear stability liu-pair --over friction=0:0.2:41 --speeds 500:6000:10 "
+    "--plot chart.png"
+)
+FRICTION, BENDING = "friction", "friction_bending"
+BELOW_ONE = Range(least=0.0, below=1.0)
+MOST_SHOWN = 12  # intervals on the screen
+
+
+@dataclass(frozen=True, kw_only=True)
+class FrictionOptions:
+    """Sliding friction of all meshes, and what varies."""
+
+    over: str = option(
+        "What varies: friction (coefficient), friction_bending (ratio), a key of the "
+        "gear set, torque_Nm or damping_ratio, and N values from A to B, or values "
+        "with commas.",
+        metavar="KEY=A:B:N",
+        default=MISSING,
+    )
+    friction: float | None = option(
+        "Coulomb friction coefficient of all meshes, where it does not vary. "
+        "[default: 0]",
+        allowed=BELOW_ONE,
+    )
+    bending: float | None = option(
+        "Friction-bending ratio: deflection of a tooth pair by a friction force over "
+        "that by a normal force of the same size. [default: that of the mesh tables]",
+        allowed=BELOW_ONE,
+    )
+
+    def axis(self) -> Axis:
+        """What varies; refuses what is given twice or changes nothing."""
+        (axis,) = parsed_axes([self.over])
+        if axis.name == MESH_FREQUENCY:
+            raise InputError(
+                f"--over {MESH_FREQUENCY}; is the speed, --speeds A:B:STEP"
+            )
+        if axis.name == FRICTION:
+            why = "--over friction replaces it, leave it out"
+            refuse_idle(why, friction=self.friction)
+        elif not self.friction:
+            refuse_idle("needs --friction above 0", bending=self.bending)
+            if axis.name == BENDING:
+                raise InputError(f"--over {BENDING}; needs --friction above 0")
+        if axis.name == BENDING:
+            why = f"--over {BENDING} replaces it, leave it out"
+            refuse_idle(why, bending=self.bending)
+        for value in axis.values:
+            if axis.name in (FRICTION, BENDING) and value not in BELOW_ONE:
+                raise InputError(f"--over {axis.name} = {value:g}; allowed {BELOW_ONE}")
+        return axis
+
+    @property
+    def rubbing(self) -> Rubbing:
+        from fegear.stability import Rubbing
+
+        return Rubbing(self.friction or 0.0, self.bending)
+
+    def varied(
+        self,
+        subject: EditedSet,
+        axis: Axis,
+        model: TabledOptions,
+        torque: float | None,
+    ) -> VariedSet:
+        own = axis.name in (FRICTION, BENDING)
+        if not own:
+            refuse_idle("--over varies what tables hold", table=model.table)
+        return varied_set(subject, () if own else (axis,), model, torque)
+
+
+@grouped
+def stability_command(
+    *,
+    subject: EditedSet,
+    friction: FrictionOptions,
+    speeds: Annotated[
+        str,
+        typer.Option(
+            metavar="A:B:STEP",
+            help="Mesh frequencies of the first mesh [Hz] of the chart.",
+        ),
+    ],
+    method: Annotated[
+        str,
+        typer.Option(
+            help="How Floquet multipliers are found. peano-baker: by the series of the "
+            "state transition; exponential: by exponentials of mean stiffness on parts "
+            "of the cycle; integration: by adaptive time steps, slow."
+        ),
+    ] = "peano-baker",
+    torque: LoadCase = None,
+    model: TabledOptions,
+    outputs: ResumedOutputs,
+) -> None:
+    """Parametric instability of a train in contact, its teeth with friction.
+
+    Floquet multipliers over speed and one figure. The edges of unstable intervals are
+    traced, also of those that are narrower than the steps of speed. With --output each
+    value is kept in FILE.partial until the file is written; --resume goes on there.
+    """
+    begin = time.perf_counter()
+    outputs.require(subject.set_name, *(model.table or ()))
+    require_one_of("--method", method, ("peano-baker", "exponential", "integration"))
+    axis = friction.axis()
+    varied = friction.varied(subject, axis, model, torque)
+    chart = speeds_of(speeds)
+    if not all(0.1 <= speed <= 1e6 for speed in chart):
+        raise InputError(f"--speeds = {speeds}; allowed 0.1 to 1e6 Hz")
+    from fegear.stability import find_stability
+
+    with named_options("over", "speeds", "bending"), outputs.progress() as report:
+        found = find_stability(
+            *(varied, axis, chart, friction.rubbing, method),  # type: ignore[arg-type]
+            keeping=outputs.keeping,
+            progress=report,
+        )
+    found = replace(found, header={**found.header, **edit_entries(varied.fixed)})
+    outputs.write(found.csv)
+    outputs.draw(found.draw)
+    values = found.summary
+    values["wall_time_s"] = round(time.perf_counter() - begin, 3)
+    outputs.show(values, print_stability)
+    if not found.complete:
+        if outputs.checkpoint is not None:
+            complain(f"{outputs.checkpoint} is kept, --resume goes on there")
+        raise typer.Exit(130)
+
+
+def print_stability(values: dict[str, Any]) -> None:
+    console = screen()
+    from fegear.headings import title_of
+
+    console.print(title_of(values))
+    natural = ", ".join(
+        f"f{i} {number(hertz, 5)}"
+        for i, hertz in enumerate(values["natural_frequencies_Hz"], start=1)
+    )
+    console.print(f"natural frequencies of modes that strain a mesh [Hz]: {natural}")
+    columns = values["columns"]
+    unstable = [each for each in columns if each["intervals"]]
+    console.print(
+        f"{counted(len(columns), 'value', 'values')} of {values['over']}, at "
+        f"{len(unstable)} of them vibration grows at some speed"
+    )
+    table = ruled_table(
+        *("combination", f"{values['over']}\nfrom", "to", "widest\nat"),
+        *("from\n[Hz]", "to\n[Hz]", "largest\nmultiplier"),
+    )
+    for row in _rows(columns)[:MOST_SHOWN]:
+        table.add_row(*row)
+    if unstable:
+        console.print(table)
+    console.print(f"wall time {values['wall_time_s']:.2f} s")
+
+
+def _rows(columns: list[dict[str, Any]]) -> list[list[str]]:
+    """For each combination, the widest first: where it is, and its widest interval."""
+    found: dict[str, list[tuple[float, float, dict[str, Any]]]] = {}
+    for column in columns:
+        for each in column["intervals"]:
+            width = each["to_Hz"] - each["from_Hz"]
+            found.setdefault(each["kind"], []).append((width, column["value"], each))
+    rows = []
+    for kind, own in found.items():
+        width, value, widest = max(own, key=lambda each: (each[0], -each[1]))
+        ends = min(v for _, v, _ in own), max(v for _, v, _ in own)
+        cells = (
+            *ends,
+            value,
+            widest["from_Hz"],
+            widest["to_Hz"],
+            widest["floquet_max"],
+        )
+        shown = [number(v, 6) if math.isfinite(v) else "" for v in cells]
+        rows.append((width, [kind or "none", *shown]))
+    return [row for _, row in sorted(rows, key=lambda each: -each[0])]

@@ -1,0 +1,323 @@
+"""Stability of a gear set whose teeth rub: where over speed and a figure it shakes."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from functools import lru_cache, partial
+from os import PathLike
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fegear.errors import InputError
+from fegear.excitation import Excitations, ExcitationSource, GivenTables
+from fegear.gearset.model import GearSet
+from fegear.headings import heading, title_of
+from fegear.lumped_system import lumped_system
+from fegear.output import write_text
+from fegear.parameter_maps import TORQUE, VariedSet
+from fegear.speeds import MESH_FREQUENCY
+from fegear.store import NOTHING, Checkpoint, Keeping
+from fegear.train import mesh_torques_at
+from lumped.csv_text import format_csv
+from lumped.excitation import at_torque
+from lumped.friction import ToothFriction
+from lumped.map_figure import axis_label
+from lumped.maps import Axis, Point
+from lumped.stability.combinations import Combination
+from lumped.stability.figure import draw_chart
+from lumped.stability.intervals import Column, Interval, examined
+from lumped.stability.multipliers import Method
+from lumped.stability.periodic import PeriodicSystem, periodic_system
+from lumped.system import LumpedSystem
+from lumped.workers import run_tasks
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from fegear.statics import Progress
+
+FRICTION, BENDING = "friction", "friction_bending"  # axes that are no keys of a set
+RATIO = "friction_bending_ratio"  # column of a mesh table
+MOST_CELLS = 4_000_000
+TrainAt = Callable[[Point], tuple[GearSet, float, LumpedSystem]]
+COLUMNS = "columns"  # in a checkpoint
+LEGEND = {
+    MESH_FREQUENCY: "of the first mesh",
+    "floquet_max": "modulus of the largest Floquet multiplier over the common period "
+    "of all meshes; above 1 vibration grows until contact is lost",
+    "kind": "modes whose frequencies meet a multiple of the mesh frequency where "
+    "vibration grows, numbered by the frequencies of modes that strain a mesh",
+}
+
+
+@dataclass(frozen=True)
+class Rubbing:
+    """Friction of all meshes; bending None takes that of the finite elements."""
+
+    coefficient: float = 0.0
+    bending: float | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class StabilityResult:
+    """Of a gear set over speed and one figure.
+
+    axis : of the figure; columns : one for each of its values that is finished
+    natural_Hz : of the modes that strain a mesh, without friction, at the first value
+    """
+
+    header: Mapping[str, str]
+    axis: Axis
+    speeds: tuple[float, ...]
+    columns: tuple[Column, ...]
+    natural_Hz: tuple[float, ...]
+
+    @property
+    def complete(self) -> bool:
+        return len(self.columns) == len(self.axis.values)
+
+    def to_csv(self, path: str | PathLike[str]) -> None:
+        """Write a row for each cell of the chart."""
+        write_text(path, self.csv())
+
+    def csv(self) -> str:
+        """The rows as text."""
+        names = MESH_FREQUENCY, self.axis.name, "floquet_max", "kind"
+        return format_csv(names, self.rows(), {**self.header, **LEGEND})
+
+    def rows(self) -> Iterator[tuple[float, float, float, str]]:
+        for value, column in zip(self.axis.values, self.columns, strict=False):
+            kinds = column.kinds(self.speeds)
+            for speed, largest, kind in zip(
+                self.speeds, column.largest.tolist(), kinds, strict=True
+            ):
+                yield speed, value, largest, kind
+
+    @property
+    def summary(self) -> dict[str, Any]:
+        """Plain values, ready for JSON."""
+        unstable = [len(column.intervals) > 0 for column in self.columns]
+        return {
+            **heading(self.header, self.axis.name),
+            "friction_coefficient": _number(self.header.get("friction coefficient")),
+            "method": self.header["method"],
+            "speeds": len(self.speeds),
+            "first_speed_Hz": self.speeds[0],
+            "last_speed_Hz": self.speeds[-1],
+            "values": len(self.axis.values),
+            "complete": self.complete,
+            "natural_frequencies_Hz": list(self.natural_Hz),
+            "values_with_instability": sum(unstable),
+            "columns": [
+                {
+                    "value": value,
+                    "intervals": [_plain(each) for each in column.intervals],
+                }
+                for value, column in zip(self.axis.values, self.columns, strict=False)
+            ],
+        }
+
+    def draw(self) -> Figure:
+        limits = self.speeds[0], self.speeds[-1]
+        title = title_of(heading(self.header, self.axis.name))
+        rubs = self.header.get("friction coefficient")
+        title += f", friction {rubs}" if rubs else ""
+        values = self.axis.values[: len(self.columns)]
+        return draw_chart(
+            values, self.columns, limits, axis_label(self.axis.name), title
+        )
+
+
+def _number(text: str | None) -> float | None:
+    return None if text is None else float(text)
+
+
+def _plain(interval: Interval) -> dict[str, Any]:
+    return {
+        "kind": interval.kind,
+        "from_Hz": interval.low,
+        "to_Hz": interval.high,
+        "floquet_max": interval.largest,
+        "at_Hz": interval.worst,
+    }
+
+
+def find_stability(
+    varied: VariedSet,
+    axis: Axis,
+    speeds: Sequence[float],
+    friction: Rubbing,
+    method: Method = "peano-baker",
+    keeping: Keeping = NOTHING,
+    progress: Progress = lambda what, done, total: None,
+) -> StabilityResult:
+    """Floquet multipliers over speed [Hz] and one figure, in contact all the time.
+
+    varied : with the axis if it is a key of the gear set, without axes for the
+        coefficient of friction or its bending ratio
+    keeping : of finished values
+    After Ctrl-C the result holds the values that were finished, from the first on.
+    Raises InputError for what cannot be used.
+    """
+    rising = tuple(sorted(set(speeds)))
+    if len(rising) < 2:
+        raise InputError("speeds = 1 speed; two or more are needed")
+    if len(rising) * len(axis.values) > MOST_CELLS:
+        raise InputError(
+            f"over = {len(axis.values)} values at {len(rising)} speeds; allowed are "
+            f"{MOST_CELLS} cells"
+        )
+    progress("stiffness", 0, 1)
+
+    @lru_cache(maxsize=1)  # friction changes nothing else
+    def train_at(point: Point) -> tuple[GearSet, float, LumpedSystem]:
+        gear_set, load = varied.changed(point)
+        source = varied.excitations
+        return gear_set, load, lumped_system(gear_set, load, varied.model, source)
+
+    at = partial(_system_at, varied, train_at, axis, friction)
+    first = at(axis.values[0])
+    header = _header(varied, axis, friction, method)
+    checkpoint = keeping.open(_inputs(varied, axis, rising, header))
+    kept = _Columns(checkpoint)
+    if checkpoint is not None and keeping.resume:
+        checkpoint.tell_finished([COLUMNS], len(axis.values), keeping.tell, "value")
+
+    def take(number: int, column: Column) -> None:
+        kept.take(number, column)
+        progress("values", kept.count, len(axis.values))
+
+    tasks = (
+        (number, partial(examined, at(axis.values[number]), rising, method))
+        for number in range(len(kept.done), len(axis.values))
+    )
+    try:
+        run_tasks(tasks, take, threading.Event())
+    except KeyboardInterrupt:
+        if not kept.done:
+            raise
+    except ArithmeticError as error:
+        raise InputError(f"{varied.gear_set.name}: {error}") from None
+    finally:
+        finished = len(kept.done)
+        if checkpoint is not None:
+            checkpoint.close(keep=0 < finished < len(axis.values))
+    if finished < len(axis.values):
+        header["incomplete"] = f"{finished} of {len(axis.values)} values"
+    natural = tuple(first.frequency_Hz.tolist())
+    return StabilityResult(header, axis, rising, tuple(kept.done), natural)
+
+
+class _Columns:
+    """Columns that are finished, kept in the order of their values."""
+
+    def __init__(self, checkpoint: Checkpoint | None) -> None:
+        stored = [] if checkpoint is None else checkpoint.finished(COLUMNS)
+        self.checkpoint, self.done = checkpoint, [_read(each) for each in stored]
+        self.waiting: dict[int, Column] = {}
+
+    @property
+    def count(self) -> int:
+        return len(self.done) + len(self.waiting)
+
+    def take(self, number: int, column: Column) -> None:
+        """A column by the number of its value; keeps all up to the first missing."""
+        self.waiting[number] = column
+        while (own := self.waiting.pop(len(self.done), None)) is not None:
+            self.done.append(own)
+            if self.checkpoint is not None:
+                self.checkpoint.add(COLUMNS, _stored(own), {})
+
+
+def _system_at(
+    varied: VariedSet, train_at: TrainAt, axis: Axis, friction: Rubbing, value: float
+) -> PeriodicSystem:
+    rub = friction
+    if axis.name == FRICTION:
+        rub = replace(friction, coefficient=value)
+    if axis.name == BENDING:
+        rub = replace(friction, bending=value)
+    gear_set, torque, system = train_at((value,) if varied.axes else ())
+    ratios = [rub.bending or 0.0 for _ in gear_set.meshes]
+    if rub.bending is None and rub.coefficient:
+        ratios = bending_ratios(gear_set, torque, varied.excitations)
+    try:
+        own = [ToothFriction(rub.coefficient, ratio) for ratio in ratios]
+        return periodic_system(system, own)
+    except ValueError as error:
+        raise InputError(f"{gear_set.name}: {error}") from None
+
+
+def bending_ratios(
+    gear_set: GearSet, torque: float, source: ExcitationSource
+) -> list[float]:
+    """Friction-bending ratios of the meshes, means over the cycle of their tables.
+
+    torque : on the input gear [N m]
+    Raises InputError where stiffness comes from no table that has them.
+    """
+    found = []
+    for mesh, on_mesh in enumerate(mesh_torques_at(gear_set, torque)):
+        if isinstance(source, GivenTables):
+            table = source.tables[mesh][1]
+        elif isinstance(source, Excitations) and source.source.kind == "fe":
+            table = source.table(gear_set, mesh, on_mesh)
+        else:
+            raise InputError(
+                "bending is missing; the friction-bending ratio comes from mesh tables "
+                "by finite elements, of other excitations it must be given"
+            )
+        if RATIO not in table.columns:
+            raise InputError(
+                f"bending is missing; mesh table {mesh + 1} has no {RATIO}"
+            )
+        found.append(float(at_torque(table, RATIO, on_mesh).mean()))
+    return found
+
+
+def _header(
+    varied: VariedSet, axis: Axis, friction: Rubbing, method: Method
+) -> dict[str, str]:
+    header = varied.header("none")
+    del header["integration"]
+    if axis.name != TORQUE:
+        header["torque_Nm"] = f"{varied.load:g}"
+    if axis.name != FRICTION:
+        header["friction coefficient"] = f"{friction.coefficient:g}"
+    if axis.name != BENDING:
+        given = friction.bending
+        words = "of the mesh tables" if given is None else f"{given:g}"
+        header["friction-bending ratio"] = words
+    return header | {"method": method}
+
+
+def _inputs(
+    varied: VariedSet, axis: Axis, speeds: Sequence[float], header: Mapping[str, str]
+) -> dict[str, str]:
+    """All that determines the columns."""
+    return {
+        **header,
+        **varied.inputs,
+        "over": axis.name,
+        "values": ", ".join(map(repr, axis.values)),
+        "speeds": ", ".join(map(repr, speeds)),
+    }
+
+
+def _stored(column: Column) -> dict[str, Any]:
+    return {
+        "largest": column.largest.tolist(),
+        "intervals": [asdict(each) for each in column.intervals],
+        "expected": [asdict(each) for each in column.expected],
+    }
+
+
+def _read(values: Mapping[str, Any]) -> Column:
+    return Column(
+        np.array(values["largest"], float),
+        tuple(Interval(**each) for each in values["intervals"]),
+        tuple(Combination(**each) for each in values["expected"]),
+    )

@@ -1,0 +1,139 @@
+"""Combinations of modes that a varying stiffness makes unstable, by multiple scales.
+
+Near s W = w_p +- w_q + sigma, W the frequency of the common period, amplitudes follow
+
+    (lambda + g_p) (lambda - i sigma + g_q) = +- Psi / 4,
+    Psi = (K_s)_pq conj (K_s)_qp / (w_p w_q),
+
+K_s the Fourier coefficient of the stiffness in the modes of its mean, g = zeta w the
+decay of a mode; eq. 4.72 to 4.76 of the multi-mesh source. Its Lambda, Theta, D and E
+are what K_s is made of. On the edges lambda is imaginary, which gives sigma by a
+quadratic equation, eq. 4.82 to 4.84. The mean of friction, which the source leaves out,
+is in the modes.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lumped.stability.periodic import PeriodicSystem
+
+Array = NDArray[np.float64]
+Kind = Literal["single", "sum", "difference"]
+KINDS: Mapping[int, Kind] = {1: "sum", -1: "difference"}
+ORDERS = 12  # of the common period's frequency that are looked at, per mesh period
+NONE = 1e-14  # of the squares of frequencies, an excitation that is round-off
+
+
+@dataclass(frozen=True, eq=False)
+class Combination:
+    """Modes that take part, counted from 0, and mesh frequencies [Hz].
+
+    order : of the first mesh's frequency that meets the frequencies of the modes
+    at : where it does; low, high : the ends of instability, NaN where it is stable
+    """
+
+    kind: Kind
+    first: int
+    second: int
+    order: float
+    at: float
+    low: float
+    high: float
+
+    @property
+    def unstable(self) -> bool:
+        return math.isfinite(self.low)
+
+    @property
+    def name(self) -> str:
+        """As the source writes it, such as `f1 + f3` or `2 f3 / 2`."""
+        one, two = self.first + 1, self.second + 1
+        words = f"2 f{one}" if self.kind == "single" else f"f{two} - f{one}"
+        words = f"f{one} + f{two}" if self.kind == "sum" else words
+        if self.order == 1.0:
+            return words
+        return f"({words}) / {self.order:g}"
+
+
+def combinations(
+    system: PeriodicSystem,
+    limits: tuple[float, float] = (0.0, math.inf),
+    orders: int = ORDERS,
+) -> list[Combination]:
+    """All that the stiffness excites between mesh frequencies [Hz], by frequency."""
+    found = _combinations(system, limits, orders)
+    return sorted(found, key=lambda each: (each.at, each.order))
+
+
+def _combinations(
+    system: PeriodicSystem, limits: tuple[float, float], orders: int
+) -> Iterator[Combination]:
+    angular, right = mean_modes(system)
+    decay = 0.5 * np.einsum("ij,j,ji->i", np.linalg.inv(right), system.damping, right)
+    for s in range(1, round(orders * system.length) + 1):
+        # of the first mesh's frequency that meets one of modes
+        per = system.length / (2.0 * math.pi * s)
+        own = np.linalg.solve(right, system.harmonic(s) @ right)
+        for p, q, sign in _pairs(system.modes):
+            at = per * (angular[p] + sign * angular[q])
+            psi = own[p, q] * own[q, p].conjugate() / (angular[p] * angular[q])
+            driven = abs(psi) >= NONE * angular[p] * angular[q]
+            if not (driven and limits[0] <= at <= limits[1]):
+                continue
+            low, high = detunings(sign * psi / 4.0, decay[p], decay[q])
+            yield Combination(
+                kind="single" if p == q else KINDS[sign],
+                first=q,
+                second=p,
+                order=s / system.length,
+                at=at,
+                low=at + per * low,
+                high=at + per * high,
+            )
+
+
+def _pairs(modes: int) -> Iterator[tuple[int, int, int]]:
+    """Two modes, the higher one first, and the sign of the lower one's frequency."""
+    for p in range(modes):
+        yield p, p, 1
+        for q in range(p):
+            yield p, q, 1
+            yield p, q, -1
+
+
+def mean_modes(system: PeriodicSystem) -> tuple[Array, Array]:
+    """Angular frequencies (n,) and modes, columns (n, n), of the mean stiffness.
+
+    Raises ArithmeticError where friction makes that unstable.
+    """
+    squares, right = np.linalg.eig(system.mean)
+    if np.iscomplexobj(squares) or not (squares > 0.0).all():
+        raise ArithmeticError("the mean stiffness with friction is unstable")
+    order = np.argsort(squares)
+    return np.sqrt(squares[order]), right[:, order]
+
+
+def detunings(power: complex, first: float, second: float) -> tuple[float, float]:
+    """Ends of sigma [rad/s] between which vibration grows, NaN where it does not.
+
+    power : +-Psi / 4; first, second : decays of the modes. Infinite where two modes
+    without damping are unstable at any detuning.
+    """
+    both, product, real, imag = first + second, first * second, power.real, power.imag
+    if product == 0.0:
+        if abs(imag) > 1e-9 * abs(power):
+            return -math.inf, math.inf
+        half = 2.0 * math.sqrt(real) if real > 0.0 else math.nan
+        return -half, half
+    inside = imag**2 + 4.0 * product * (real - product)
+    if inside <= 0.0:
+        return math.nan, math.nan
+    middle, half = imag * (first - second), both * math.sqrt(inside)
+    return (middle - half) / (2.0 * product), (middle + half) / (2.0 * product)

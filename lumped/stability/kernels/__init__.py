@@ -1,0 +1,1 @@
+"""Compiled state transition of linear systems."""

@@ -1,0 +1,126 @@
+"""State transition over a period, by powers of time, compiled.
+
+On a piece where K is a polynomial, the Peano-Baker series is a power series of time,
+and all of its terms of one power follow from those below:
+
+    (j + 2) (j + 1) q_(j+2) = -T D (j + 1) q_(j+1) - T^2 sum_p K_p q_(j-p),
+
+time in periods T of the first mesh. Terms are scaled by the step, and steps kept so
+short that no term is much larger than the motion.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from lumped.compiled import compiled, inlined
+
+MOST_TERMS = 40
+
+
+@compiled
+def set_transitions(steps, stiffness, damping, periods, reach, error, out):
+    """Transition matrices (f, 2 n, 2 n) of the state (q, T q') over all pieces.
+
+    steps : (p,) lengths of the pieces; stiffness : (p, d + 1, n, n); damping : (n,)
+    periods : (f,) T [s]; reach : of a step, at most, in radians of the highest
+        frequency; error : of a step over the motion, which sets the terms of a series
+    """
+    pieces, count, n = stiffness.shape[:3]
+    terms = np.empty((MOST_TERMS + 1, n, 2 * n))
+    q, w = np.empty((n, 2 * n)), np.empty((n, 2 * n))
+    shifted = np.empty((count, n, n))
+    for f in range(periods.size):
+        period = periods[f]
+        for i in range(n):
+            for c in range(2 * n):
+                q[i, c] = 1.0 if c == i else 0.0
+                w[i, c] = 1.0 if c == n + i else 0.0
+        for p in range(pieces):
+            rate = math.sqrt(largest(stiffness[p], steps[p])) + damping.max()
+            parts = max(1, math.ceil(rate * period * steps[p] / reach))
+            h = steps[p] / parts
+            order = terms_needed(rate * period * h, error)
+            for part in range(parts):
+                shift(stiffness[p], part * h, h, shifted)
+                advance(shifted, damping, period * h, order, terms, q, w, h)
+        for i in range(n):
+            for c in range(2 * n):
+                out[f, i, c], out[f, n + i, c] = q[i, c], w[i, c]
+
+
+@inlined
+def terms_needed(angle, error):
+    """Order of a series whose next term is below an error, of a step's angle [rad]."""
+    order, term = 2, 0.5 * angle * angle
+    while term > error and order < MOST_TERMS:
+        order += 1
+        term *= angle / order
+    return order + 1 if order < MOST_TERMS else order
+
+
+@compiled
+def largest(own, step):
+    """Largest sum of a row of |K| on a piece (d + 1, n, n)."""
+    found = 0.0
+    for i in range(own.shape[1]):
+        total, power = 0.0, 1.0
+        for d in range(own.shape[0]):
+            for j in range(own.shape[2]):
+                total += abs(own[d, i, j]) * power
+            power *= step
+        found = max(found, total)
+    return found
+
+
+@compiled
+def shift(own, start, h, shifted):
+    """Coefficients (d + 1, n, n) over (t - start) / h of a polynomial in t."""
+    count = own.shape[0]
+    for i in range(own.shape[1]):
+        for j in range(own.shape[2]):
+            for d in range(count):
+                shifted[d, i, j] = own[d, i, j]
+            # Horner's scheme, repeated
+            for d in range(count):
+                for k in range(count - 2, d - 1, -1):
+                    shifted[k, i, j] += start * shifted[k + 1, i, j]
+            scale = 1.0
+            for d in range(count):
+                shifted[d, i, j] *= scale
+                scale *= h
+
+
+@inlined
+def pull(own, terms, j, i, c):
+    """Term j of K q, row i and column c."""
+    found = 0.0
+    for d in range(min(own.shape[0], j + 1)):
+        for r in range(own.shape[1]):
+            found += own[d, i, r] * terms[j - d, r, c]
+    return found
+
+
+@compiled
+def advance(own, damping, span, order, terms, q, w, h):
+    """q and w = dq / d(time in periods) (n, 2 n) over a step; span : T h [s]."""
+    n, columns = damping.size, terms.shape[2]
+    for i in range(n):
+        for c in range(columns):
+            terms[0, i, c] = q[i, c]
+            terms[1, i, c] = w[i, c] * h
+    for j in range(order - 1):
+        for i in range(n):
+            for c in range(columns):
+                total = span * damping[i] * (j + 1) * terms[j + 1, i, c]
+                total += span * span * pull(own, terms, j, i, c)
+                terms[j + 2, i, c] = -total / ((j + 1.0) * (j + 2.0))
+    for i in range(n):
+        for c in range(columns):
+            value, rate = terms[order, i, c], order * terms[order, i, c]
+            for j in range(order - 1, -1, -1):
+                value += terms[j, i, c]
+                rate += j * terms[j, i, c]
+            q[i, c], w[i, c] = value, rate / h

@@ -1,0 +1,82 @@
+"""Floquet multipliers of a periodic system: by series, by exponentials, integrated."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from lumped.stability.periodic import PeriodicSystem
+
+Array = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+Method = Literal["peano-baker", "exponential", "integration"]
+METHODS: tuple[Method, ...] = ("peano-baker", "exponential", "integration")
+REACH, ERROR = 1.5, 1e-14  # of a step: its angle, and what a series leaves out
+DIVISIONS = 64  # of a piece, by exponentials
+ACCURACY = 1e-10  # of integration
+
+
+def transition(
+    system: PeriodicSystem, frequency: ArrayLike, method: Method = "peano-baker"
+) -> Array:
+    """State transition (f, 2 n, 2 n) over the common period; state (q, q'/frequency).
+
+    frequency : (f,) of the first mesh [Hz]
+    method : the series of Peano and Baker, summed by powers of time (eq. 4.53-4.55);
+        exponentials of mean stiffness on parts of the pieces (eq. 4.56); or
+        integration by steps of SciPy
+    Raises ValueError where a frequency is not positive.
+    """
+    speeds = np.atleast_1d(np.asarray(frequency, float))
+    if not ((speeds > 0.0) & np.isfinite(speeds)).all():
+        raise ValueError(f"frequency must be positive, got {speeds.min():g}")
+    if method == "integration":
+        return np.stack([_integrated(system, speed) for speed in speeds])
+    if method == "exponential":
+        system = system.averaged(DIVISIONS)
+    from lumped.stability.kernels.transition import set_transitions
+
+    out = np.empty((speeds.size, 2 * system.modes, 2 * system.modes))
+    given = np.diff(system.edges), system.stiffness, system.damping, 1.0 / speeds
+    set_transitions(*given, REACH, ERROR, out)
+    return out
+
+
+def _integrated(system: PeriodicSystem, speed: float) -> Array:
+    from scipy.integrate import solve_ivp
+
+    n, period = system.modes, 1.0 / speed
+    state = np.eye(2 * n)
+    for p, step in enumerate(np.diff(system.edges)):
+        own = system.stiffness[p]
+
+        def rate(t: float, y: Array, own: Array = own) -> Array:
+            q, w = y.reshape(2, n, 2 * n)
+            k = np.einsum("j,jab->ab", t ** np.arange(len(own)), own)
+            pull = period * system.damping[:, None] * w + period**2 * (k @ q)
+            return np.stack([w, -pull]).ravel()
+
+        found = solve_ivp(
+            *(rate, (0.0, float(step)), state.ravel(), "DOP853"),
+            rtol=ACCURACY,
+            atol=ACCURACY,
+        )
+        state = found.y[:, -1].reshape(2 * n, 2 * n)
+    return state
+
+
+def multipliers(
+    system: PeriodicSystem, frequency: ArrayLike, method: Method = "peano-baker"
+) -> ComplexArray:
+    """Floquet multipliers (f, 2 n) over the common period."""
+    found = np.linalg.eigvals(transition(system, frequency, method))
+    return np.asarray(found, complex)
+
+
+def largest_multiplier(
+    system: PeriodicSystem, frequency: ArrayLike, method: Method = "peano-baker"
+) -> Array:
+    """Modulus of the largest (f,); beyond 1 vibration grows."""
+    return np.asarray(np.abs(multipliers(system, frequency, method)).max(axis=1))

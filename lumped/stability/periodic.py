@@ -1,0 +1,187 @@
+"""A linear train whose stiffness is a polynomial of time, piece by piece.
+
+With modal coordinates q of unit mass,
+
+    q'' + D q' + K(t) q = 0,
+
+K the mean stiffness and what pairs add to it, k_i (v - mu sgn (b_0 + x b_1)) v', v the
+deflections of a mesh in the modes. K is not symmetric with friction. Modes that strain
+no mesh move with the others and do nothing to them: they are left out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from math import comb
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lumped.friction import ToothFriction, base_pitch, friction_rows, side_of
+from lumped.system import LumpedSystem
+from lumped.waves import Wave
+
+Array = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+DEGREE = 4  # of cubic stiffness times an arm that grows evenly
+NODES = 12  # of Gauss's rule on a piece
+
+
+@dataclass(frozen=True, eq=False)
+class PeriodicSystem:
+    """n modes over the common period of all meshes.
+
+    angular : (n,) natural angular frequencies at mean stiffness [rad/s]
+    damping : (n,) 2 zeta omega [1/s]
+    edges : (p + 1,) of the pieces, in periods of the first mesh
+    stiffness : (p, d + 1, n, n) coefficients of K over time from the start of a piece,
+        in periods of the first mesh [1/s2]
+    """
+
+    angular: Array
+    damping: Array
+    edges: Array
+    stiffness: Array
+
+    def __post_init__(self) -> None:
+        n, pieces = self.angular.size, self.edges.size - 1
+        if self.stiffness.ndim != 4 or self.stiffness.shape[2:] != (n, n):
+            raise ValueError(
+                f"stiffness must have shape (p, d + 1, {n}, {n}), got "
+                f"{self.stiffness.shape}"
+            )
+        if self.stiffness.shape[0] != pieces or not (np.diff(self.edges) > 0.0).all():
+            raise ValueError(f"edges must rise and bound {len(self.stiffness)} pieces")
+        for name in ("angular", "damping", "edges", "stiffness"):
+            if not np.isfinite(getattr(self, name)).all():
+                raise ValueError(f"{name} must be finite")
+
+    @property
+    def modes(self) -> int:
+        return self.angular.size
+
+    @property
+    def frequency_Hz(self) -> Array:
+        """Natural frequencies (n,) at mean stiffness."""
+        return self.angular / (2.0 * np.pi)
+
+    @property
+    def length(self) -> float:
+        """Of the common period, in periods of the first mesh."""
+        return float(self.edges[-1])
+
+    def at(self, time: Array, piece: NDArray[np.int64]) -> Array:
+        """K (t, n, n) at times from the starts of pieces."""
+        powers = time[:, None] ** np.arange(self.stiffness.shape[1])
+        return np.einsum("tj,tjab->tab", powers, self.stiffness[piece])
+
+    def harmonic(self, order: int) -> ComplexArray:
+        """Fourier coefficient (n, n) of K, of e^(2 pi i order t / length)."""
+        start, step = self.edges[:-1, None], np.diff(self.edges)[:, None]
+        nodes, weights = np.polynomial.legendre.leggauss(NODES)
+        cuts = max(1, abs(order))
+        place = (np.arange(cuts)[:, None] + 0.5 * (1.0 + nodes)).ravel() / cuts
+        weight = np.tile(0.5 * weights / cuts, cuts)
+        time = (step * place).ravel()
+        piece = np.repeat(np.arange(len(step)), place.size)
+        turn = np.exp(
+            -2j * np.pi * order * (start + step * place).ravel() / self.length
+        )
+        scale = (step * weight).ravel() / self.length * turn
+        return np.asarray(np.einsum("t,tab->ab", scale, self.at(time, piece)), complex)
+
+    @cached_property
+    def mean(self) -> Array:
+        """K (n, n) without what varies."""
+        return np.asarray(self.harmonic(0).real)
+
+    def averaged(self, divisions: int) -> PeriodicSystem:
+        """Constant stiffness, its mean, on so many parts of every piece (eq. 4.56)."""
+        edges, rows = [], []
+        for start, step, own in zip(
+            self.edges[:-1], np.diff(self.edges), self.stiffness, strict=True
+        ):
+            ends = step * np.arange(divisions + 1) / divisions
+            edges.append(start + ends[:-1])
+            order = np.arange(1, len(own) + 1)
+            powers = np.diff(ends[:, None] ** order / order, axis=0)
+            rows.append(np.einsum("tj,jab->tab", powers, own) * divisions / step)
+        whole = np.concatenate([*edges, self.edges[-1:]])
+        return replace(self, edges=whole, stiffness=np.concatenate(rows)[:, None])
+
+
+def periodic_system(
+    system: LumpedSystem, friction: Sequence[ToothFriction] = ()
+) -> PeriodicSystem:
+    """A train in contact, its teeth with friction; one for each mesh, none if empty.
+
+    Raises ValueError for the coupled model, for tooth pairs that differ, and with
+    friction for a mesh that is not made of tooth pairs.
+    """
+    _require(system, friction)
+    kept = system.moving
+    modes, arrays = system.modes, system.arrays
+    times = np.concatenate([[0.0], system.breaks()])
+    times = np.append(times, float(system.common_period[0]))
+    v, n = arrays.shapes, arrays.rigidity.size
+    rest = np.diag(arrays.rigidity) - np.einsum(
+        "m,mi,mj->ij", arrays.mean_stiffness, v, v
+    )
+    found = np.zeros((times.size - 1, DEGREE + 1, n, n))
+    found[:, 0] = rest
+    rows = friction_rows(system.train, modes.coordinates)
+    at_pitch, per_metre = (each @ modes.shapes[:, kept] for each in rows)
+    for m, excitation in enumerate(system.excitations):
+        phase = system.train.meshes[m].phase % 1.0
+        rate = float(system.train.mesh_rates[m])
+        pitch = base_pitch(system.train, m)
+        for pair in excitation.pairs:
+            wave, place = _along(pair.stiffness, phase, rate, times)
+            rub, ahead = (friction[m] if friction else ToothFriction(0.0)), 0
+            if rub.coefficient:
+                ahead = pair.ahead or 0
+                wave = wave * rub.stiffening(ahead)
+            slide = rub.coefficient * side_of(ahead)
+            arm = pitch * (place + ahead)
+            steady = v[m] - slide * (at_pitch[m] + arm[:, None] * per_metre[m])
+            growing = -slide * pitch * rate * per_metre[m]
+            found[:, :4] += np.einsum("pd,pi,j->pdij", wave, steady, v[m])
+            found[:, 1:] += np.einsum("pd,i,j->pdij", wave, growing, v[m])
+    return PeriodicSystem(modes.angular[kept], arrays.damping, times, found)
+
+
+def _along(wave: Wave, phase: float, rate: float, times: Array) -> tuple[Array, Array]:
+    """Coefficients (p, 4) of a wave over pieces of time, and their positions (p,)."""
+    start, middle = times[:-1], 0.5 * (times[:-1] + times[1:])
+    whole = np.floor(phase + rate * middle)
+    place = phase + rate * start - whole
+    piece = np.searchsorted(wave.breaks, phase + rate * middle - whole, "right") - 1
+    piece = np.clip(piece, 0, wave.breaks.size - 2)
+    own = wave.shapes[0, piece]
+    shift = place - wave.breaks[piece]
+    out = np.zeros_like(own)
+    for power in range(4):
+        for j in range(power + 1):
+            factor = comb(power, j) * shift ** (power - j) * rate**j
+            out[:, j] += own[:, power] * factor
+    return out, place
+
+
+def _require(system: LumpedSystem, friction: Sequence[ToothFriction]) -> None:
+    meshes = len(system.excitations)
+    if system.contacts is not None:
+        raise ValueError("contacts must be None, models 1 to 3, got the coupled model")
+    if friction and len(friction) != meshes:
+        raise ValueError(f"friction must be of {meshes} meshes, got {len(friction)}")
+    for m, excitation in enumerate(system.excitations):
+        stiff = [pair.stiffness for pair in excitation.pairs]
+        if max(len(wave.shapes) for wave in stiff) > 1:
+            raise ValueError("excitation must repeat after one base pitch")
+        rubs = bool(friction) and friction[m].coefficient > 0.0
+        if rubs and any(pair.ahead is None for pair in excitation.pairs):
+            raise ValueError(
+                f"friction of mesh {m + 1} needs the stiffness of every tooth pair, "
+                "that of model 1; its excitation is one spring for the whole mesh"
+            )

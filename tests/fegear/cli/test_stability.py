@@ -1,0 +1,157 @@
+"""`fegear stability`: chart, picture, interruption, wrong input."""
+
+from __future__ import annotations
+
+import csv
+import json
+
+import pytest
+from typer.testing import CliRunner
+
+from fegear import stability
+from fegear.cli import app, run
+from fegear.errors import InputError
+from fegear.gearset import load_gear_set
+from fegear.lumped_system import LumpedModel
+from fegear.parameter_maps import VariedSet
+from lumped.maps import Axis
+
+WORDS = [
+    *("stability", "liu-idler", "--excitation", "rectangular", "--damping", "0.002"),
+    *("--over", "friction=0:0.15:4", "--bending", "0.39", "--speeds", "1400:3600:50"),
+]
+
+
+def invoked(*words: object, code: int = 0) -> str:
+    result = CliRunner().invoke(app, list(map(str, words)))
+    assert result.exit_code == code, result.output
+    return result.stdout
+
+
+def rows_of(path):
+    lines = path.read_text("utf-8").splitlines()
+    return list(csv.DictReader(line for line in lines if not line.startswith("#")))
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("stability")
+    path, plot = folder / "s.csv", folder / "s.png"
+    values = invoked(*WORDS, "--json", "-o", path, "--plot", plot)
+    return json.loads(values), rows_of(path), folder
+
+
+def test_a_row_for_every_cell(made):
+    _, rows, folder = made
+    assert list(rows[0]) == ["mesh_frequency_Hz", "friction", "floquet_max", "kind"]
+    assert len(rows) == 4 * 45
+    assert (folder / "s.png").stat().st_size > 20_000
+    assert not list(folder.glob("*.partial"))
+    for row in rows:
+        assert bool(row["kind"]) == (float(row["floquet_max"]) > 1.0 + 1e-6)
+
+
+def test_intervals_hold_the_unstable_cells(made):
+    values, rows, _ = made
+    for row in rows:
+        (column,) = [
+            c for c in values["columns"] if c["value"] == float(row["friction"])
+        ]
+        speed = float(row["mesh_frequency_Hz"])
+        own = [
+            each["kind"]
+            for each in column["intervals"]
+            if each["from_Hz"] <= speed <= each["to_Hz"]
+        ]
+        assert own == ([row["kind"]] if row["kind"] else [])
+
+
+def test_methods_tell_the_same(made, tmp_path):
+    _, rows, _ = made
+    few = [*WORDS[:-2], "--speeds", "1400:3600:200"]
+    invoked(*few, "--method", "exponential", "-o", tmp_path / "e.csv")
+    at = {
+        (r["mesh_frequency_Hz"], r["friction"]): float(r["floquet_max"]) for r in rows
+    }
+    for row in rows_of(tmp_path / "e.csv"):
+        exact = at[row["mesh_frequency_Hz"], row["friction"]]
+        assert float(row["floquet_max"]) == pytest.approx(exact, abs=1e-4)
+
+
+def test_an_interrupted_chart_goes_on_to_the_same_bytes(made, tmp_path, monkeypatch):
+    _, _, folder = made
+    path, known = tmp_path / "s.csv", stability.examined
+    seen = []
+
+    def stopped(*args):
+        seen.append(args)
+        if len(seen) > 2:
+            raise KeyboardInterrupt
+        return known(*args)
+
+    monkeypatch.setattr(stability, "examined", stopped)
+    invoked(*WORDS, "-o", path, code=130)
+    assert "incomplete" in path.read_text("utf-8")
+    monkeypatch.setattr(stability, "examined", known)
+    invoked(*WORDS, "-o", path, "--resume")
+    assert path.read_bytes() == (folder / "s.csv").read_bytes()
+
+
+def test_friction_bending_comes_from_the_finite_elements(monkeypatch):
+    given = []
+    known = stability.ToothFriction
+
+    def kept(*args):
+        given.append(args)
+        return known(*args)
+
+    monkeypatch.setattr(stability, "ToothFriction", kept)
+    words = [
+        "stability",
+        "liu-pair",
+        "--over",
+        "friction=0.1",
+        "--resolution",
+        "coarse",
+    ]
+    invoked(*words, "--speeds", "5000:6000:500")
+    (coefficient, ratio), *_ = given
+    assert coefficient == 0.1
+    assert ratio == pytest.approx(0.39, abs=0.03)
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        ("--over friction=0:1.5:3", "--over friction = 1.5; allowed 0 to below 1"),
+        ("--over friction=-0.1,0.1", "--over friction = -0.1; allowed"),
+        ("--over friction=0:0.2:3 --friction 0.1", "--over friction replaces it"),
+        ("--over friction_bending=0:0.5:3", "needs --friction above 0"),
+        ("--over damping_ratio=0.01,0.02 --bending 0.3", "needs --friction above 0"),
+        ("--over mesh_frequency_Hz=1:2:3", "is the speed, --speeds"),
+        ("--over friction=0.1 --excitation rectangular", "bending is missing"),
+        ("--over friction=0.1 --speeds 1000", "two or more are needed"),
+        ("--over friction=0.1 --speeds 0.05:10:1", "allowed 0.1 to 1e6 Hz"),
+        ("--over friction=0.1 --method euler", "--method = euler; allowed"),
+        ("--over friction=0.1 --model 2 --bending 0.3", "of model 1"),
+        ("--over nothing=0.1,0.2", "nothing"),
+        ("--over damping_ratio=0,2", "damping_ratio"),
+    ],
+)
+def test_wrong_input_is_one_line(words, message, monkeypatch, capsys, tmp_path):
+    monkeypatch.chdir(tmp_path)
+    given = words.split()
+    speeds = [] if "--speeds" in given else ["--speeds", "1000:2000:500"]
+    elements = [] if "--excitation" in given else ["--resolution", "coarse"]
+    assert run(["stability", "liu-pair", *given, *speeds, *elements]) == 2
+    assert message in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())
+
+
+def test_too_many_cells_are_refused():
+    axis = Axis("friction", tuple(i / 1e5 for i in range(10_000)))
+    gear_set = load_gear_set("liu-pair")
+    varied = VariedSet("liu-pair", gear_set, (), 100.0, LumpedModel())
+    speeds = [float(i) for i in range(1, 1001)]
+    with pytest.raises(InputError, match="4000000 cells"):
+        stability.find_stability(varied, axis, speeds, stability.Rubbing())

@@ -1,0 +1,229 @@
+"""Stability with tooth friction, beside exact solutions and perturbation."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from friction_pairs import ACROSS, COUPLED, RADII, pair_system
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.special import airy
+
+from lumped.friction import ToothFriction, base_pitch, friction_rows
+from lumped.stability.combinations import combinations
+from lumped.stability.intervals import examined
+from lumped.stability.multipliers import (
+    METHODS,
+    largest_multiplier,
+    multipliers,
+    transition,
+)
+from lumped.stability.periodic import PeriodicSystem, periodic_system
+
+SPEEDS = np.linspace(1.7, 12.0, 400)
+
+
+def intervals(system, low, high, kind):
+    found = examined(system, np.linspace(low, high, 101)).intervals
+    return [each for each in found if each.kind == kind]
+
+
+def test_the_pair_has_the_printed_natural_frequencies():
+    found = pair_system(0.3).modes.frequency_Hz
+    exact = sorted([0.0, *COUPLED, *ACROSS])
+    np.testing.assert_allclose(found, exact, atol=1e-9)
+
+
+def sawtooth(a, b):
+    """x'' + (a t + b) x = 0 over a period of one."""
+    stiffness = np.array([[[[b]], [[a]]]])
+    edges = np.array([0.0, 1.0])
+    return PeriodicSystem(np.ones(1), np.zeros(1), edges, stiffness)
+
+
+@pytest.mark.parametrize(("a", "b"), [(-1.0, -1.0), (30.0, 5.0), (-200.0, 150.0)])
+def test_the_sawtooth_has_its_exact_solution(a, b):
+    """Eq. 4.57, by Airy functions, which are the Bessel functions of eq. 4.58."""
+    root = np.cbrt(a)
+
+    def states(t):
+        u = -(a * t + b) / root**2
+        ai, ai_rate, bi, bi_rate = airy(u)
+        return np.array([[ai, bi], [-root * ai_rate, -root * bi_rate]])
+
+    exact = states(1.0) @ np.linalg.inv(states(0.0))
+    found = transition(sawtooth(a, b), 1.0)[0]
+    np.testing.assert_allclose(found, exact, atol=1e-11 * np.abs(exact).max())
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_methods_agree(method):
+    system = periodic_system(pair_system(0.3, 0.001), [ToothFriction(0.1, 0.5)])
+    at = np.array([1.9, 4.2, 7.0, 11.4])
+    found, other = transition(system, at, method), transition(system, at)
+    within = {"integration": 1e-7, "exponential": 1e-4, "peano-baker": 1e-15}[method]
+    assert np.abs(found - other).max() < within
+
+
+def test_exponentials_converge_with_the_square_of_their_number():
+    system = periodic_system(pair_system(0.3, 0.001), [ToothFriction(0.1, 0.5)])
+    exact = transition(system, 7.0)
+    errors = [
+        np.abs(transition(system.averaged(n), 7.0) - exact).max() for n in (8, 16, 32)
+    ]
+    assert np.log2(np.array(errors[:-1]) / errors[1:]) == pytest.approx(2.0, abs=0.1)
+
+
+def test_without_variation_multipliers_are_those_of_the_modes():
+    system = periodic_system(pair_system(0.0, 0.02))
+    roots = 2.0 * math.pi * np.array(COUPLED)
+    exact = np.exp((-0.02 + 1j * math.sqrt(1.0 - 0.02**2)) * roots / 7.0)
+    found = multipliers(system, 7.0)[0]
+    for value in exact:
+        assert np.abs(found - value).min() < 1e-12
+
+
+def test_friction_takes_energy_away():
+    """In approach and in recess, whatever the gears."""
+    train = pair_system(0.3).train
+    space = pair_system(0.3).modes.coordinates
+    at_pitch, per_metre = friction_rows(train, space)
+    # both gears turn, their pitch circles roll on each other
+    turning = np.zeros(space.mass.size)
+    turning[space.places[0, "rotation"]] = 1.0 / RADII[0]
+    turning[space.places[1, "rotation"]] = -1.0 / RADII[1]
+    assert space.mesh_rows[0] @ turning == pytest.approx(0.0, abs=1e-12)
+    for place in (-0.7, -0.2, 0.3, 0.8):
+        x = place * base_pitch(train, 0)
+        side = 1 if place < 0.0 else -1
+        power = side * (at_pitch[0] + x * per_metre[0]) @ turning
+        sliding = abs(x) * (1.0 / RADII[0] + 1.0 / RADII[1])
+        assert power == pytest.approx(-sliding, rel=1e-12)
+
+
+def test_the_normal_force_grows_in_approach():
+    """Eq. 4.40, T = N (r - mu l) for both gears, arms that add up to the length of
+    the line between the base circles."""
+    system = pair_system(0.3)
+    space = system.modes.coordinates
+    at_pitch, per_metre = friction_rows(system.train, space)
+    x = -0.4 * base_pitch(system.train, 0)
+    load = space.mesh_rows[0] - 0.1 * (at_pitch[0] + x * per_metre[0])
+    slope = math.tan(math.radians(20.0))
+    arms = RADII[0] * slope + x, RADII[1] * slope - x
+    assert sum(arms) == pytest.approx(sum(RADII) * slope)
+    for gear, arm in enumerate(arms):
+        place = space.places[gear, "rotation"]
+        assert load[place] == pytest.approx(RADII[gear] - 0.1 * arm, rel=1e-12)
+        others = [space.places[gear, axis] for axis in "xy"]
+        assert np.linalg.norm(load[others]) == pytest.approx(math.hypot(1.0, 0.1))
+
+
+@pytest.mark.parametrize(
+    ("name", "low", "high"), [("2 f3", 10.5, 12.0), ("f1 + f3", 6.5, 7.6)]
+)
+@pytest.mark.parametrize("damping", [0.0, 0.02])
+def test_perturbation_is_right_to_second_order(name, low, high, damping):
+    errors = []
+    for size in (0.1, 0.05, 0.025):
+        rub = [ToothFriction(size / 3.0, 0.4)] if damping else []
+        system = periodic_system(pair_system(size, damping * size), rub)
+        (found,) = intervals(system, low, high, name)
+        (near,) = [c for c in combinations(system, (low, high)) if c.name == name]
+        errors.append(max(abs(near.low - found.low), abs(near.high - found.high)))
+    rates = np.log2(np.array(errors[:-1]) / errors[1:])
+    assert rates == pytest.approx(2.0, abs=0.45)
+
+
+def test_the_printed_stable_and_unstable_speeds():
+    """Eps 0.1 without friction or damping; the edges are 11.230 and 11.567, which
+    print rounds to 11.2 and 11.6."""
+    system = periodic_system(pair_system(0.1))
+    grows = largest_multiplier(system, [7.25, 7.79, 11.25, 11.55]) > 1.001
+    assert grows.all()
+    still = largest_multiplier(system, [11.1, 11.7])
+    np.testing.assert_allclose(still, 1.0, atol=1e-9)
+    (own,) = intervals(system, 11.0, 11.8, "2 f3")
+    assert (own.low, own.high) == pytest.approx((11.2, 11.6), abs=0.035)
+
+
+def test_difference_type_comes_with_friction_only():
+    kinds = [
+        {each.kind for each in examined(periodic_system(*args), SPEEDS).intervals}
+        for args in (
+            (pair_system(0.3, 0.001),),
+            (pair_system(0.3, 0.001), [ToothFriction(0.1)]),
+        )
+    ]
+    differences = [{kind for kind in own if " - " in kind} for own in kinds]
+    assert not differences[0]
+    assert "f3 - f1" in differences[1]
+
+
+@settings(max_examples=100, deadline=None)
+@given(seed=st.integers(0, 10**6))
+def test_sum_type_is_wider_than_difference_type(seed):
+    """Appendix B, for pairs of random gears: Re Psi is not negative."""
+    random = np.random.default_rng(seed)
+    base = pair_system(random.uniform(0.05, 0.6), 0.0)
+    gears = [
+        type(gear)(
+            **{
+                **vars(gear),
+                "mass": gear.mass * random.uniform(0.2, 5.0),
+                "inertia": gear.inertia * random.uniform(0.2, 5.0),
+                "bearing_stiffness": tuple(
+                    k * random.uniform(0.1, 10.0) for k in gear.bearing_stiffness
+                ),
+            }
+        )
+        for gear in base.train.gears
+    ]
+    train = type(base.train)(
+        gears=tuple(gears), meshes=base.train.meshes, damping_ratio=0.005
+    )
+    system = type(base)(train, base.excitations)
+    varying = periodic_system(system, [ToothFriction(random.uniform(0.01, 0.05))])
+    widths = {
+        (c.kind, c.first, c.second, c.order): c.high - c.low
+        for c in combinations(varying)
+        if c.unstable
+    }
+    for (kind, *modes), width in widths.items():
+        if kind == "difference":
+            assert widths[("sum", *modes)] > width
+
+
+def test_modes_across_the_line_of_action_do_not_grow():
+    """They are driven by the others and drive nothing: their own multipliers stay."""
+    system = pair_system(0.3, 0.001)
+    assert system.moving.size == 3
+    varying = periodic_system(system, [ToothFriction(0.2)])
+    assert varying.modes == 3
+
+
+@pytest.mark.parametrize(
+    ("kwargs", "message"),
+    [
+        ({"coefficient": -0.1}, "coefficient must be from 0"),
+        ({"coefficient": 1.0}, "coefficient must be from 0"),
+        ({"coefficient": math.nan}, "coefficient must be from 0"),
+        ({"coefficient": 0.1, "bending": 2.0}, "bending must be from 0"),
+    ],
+)
+def test_friction_that_cannot_be(kwargs, message):
+    with pytest.raises(ValueError, match=message):
+        ToothFriction(**kwargs)
+
+
+def test_friction_is_of_every_mesh():
+    with pytest.raises(ValueError, match="friction must be of 1 meshes, got 2"):
+        periodic_system(pair_system(0.3), [ToothFriction(0.1)] * 2)
+
+
+@pytest.mark.parametrize("speed", [0.0, -1.0, math.nan, math.inf])
+def test_speeds_are_positive(speed):
+    with pytest.raises(ValueError, match="frequency must be positive"):
+        transition(periodic_system(pair_system(0.3)), [7.0, speed])
