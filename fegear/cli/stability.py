@@ -178,6 +178,7 @@ def print_stability(values: dict[str, Any]) -> None:
         *("combination", f"{values['over']}\nfrom", "to", "widest\nat"),
         *("from\n[Hz]", "to\n[Hz]", "largest\nmultiplier"),
     )
+    table.columns[0].no_wrap = True
     for row in _rows(columns)[:MOST_SHOWN]:
         table.add_row(*row)
     if unstable:

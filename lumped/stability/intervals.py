@@ -16,7 +16,7 @@ from lumped.stability.periodic import PeriodicSystem
 
 Array = NDArray[np.float64]
 GROWS = 1e-6  # of a multiplier beyond 1: two that meet are known to half of the digits
-BISECTIONS = 48  # of an edge
+BISECTIONS = 26  # of an edge, to 1e-8 of a step of speed
 INSIDE = 9  # speeds of an expected interval that are looked at
 SHARE = 1e-3  # of a motion's energy in a mode that takes part
 
