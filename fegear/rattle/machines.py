@@ -8,7 +8,7 @@ from dataclasses import dataclass, fields, replace
 from importlib import resources
 from importlib.resources.abc import Traversable
 from pathlib import Path
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field, ValidationError, model_validator
 
@@ -41,6 +41,14 @@ PARTS = {
 }
 
 
+# Limits far beyond any machine, so that no product of them leaves the range of numbers.
+Positive = Annotated[float, Field(ge=1e-9, le=1e9)]
+NotNegative = Annotated[float, Field(ge=0.0, le=1e9)]
+Signed = Annotated[float, Field(ge=-1e9, le=1e9)]
+Length = Annotated[float, Field(ge=1e-6, le=1e3)]
+Small = Annotated[float, Field(ge=0.0, le=1e3)]  # angles and lengths
+
+
 class MachineKeys(Keys):
     """The table [machine]; see `lumped.rattle.machine.Machine`.
 
@@ -48,17 +56,17 @@ class MachineKeys(Keys):
         the long side of one to that of the other where they mesh
     """
 
-    damping: float
-    eccentricity_rad: float | None = None
-    driving_eccentricity_rad: float | None = Field(default=None, ge=0.0)
-    driven_eccentricity_rad: float | None = Field(default=None, ge=0.0)
-    eccentricity_phase_rad: float | None = None
-    half_backlash_rad: float
-    stiffness: float = math.inf
-    restitution: float = 1.0
-    ripple: float = 0.0
+    damping: Positive
+    eccentricity_rad: Small | None = None
+    driving_eccentricity_rad: Small | None = None
+    driven_eccentricity_rad: Small | None = None
+    eccentricity_phase_rad: Signed | None = None
+    half_backlash_rad: Positive
+    stiffness: Annotated[float, Field(ge=1e-9, le=1e15)] = math.inf
+    restitution: Annotated[float, Field(ge=0.0, le=1.0)] = 1.0
+    ripple: Signed = 0.0
     ripple_order: int = Field(default=1, ge=1, le=1000)
-    ripple_phase_rad: float = 0.0
+    ripple_phase_rad: Signed = 0.0
 
     @model_validator(mode="after")
     def _one_eccentricity(self) -> MachineKeys:
@@ -70,18 +78,18 @@ class MachineKeys(Keys):
 class ShaftsKeys(Keys):
     """The table [shafts]; see `lumped.rattle.assembly.Shafts`."""
 
-    driving_inertia: float = 1.0
-    driven_inertia: float = 1.0
-    driving_drag: float = 1.0
-    driven_drag: float = 1.0
+    driving_inertia: Positive = 1.0
+    driven_inertia: Positive = 1.0
+    driving_drag: Positive = 1.0
+    driven_drag: Positive = 1.0
 
 
 class SprungGearKeys(Keys):
     """The table [driven_gear]; see `lumped.rattle.assembly.SprungGear`."""
 
-    stiffness: float
-    inertia: float = 0.0
-    damping: float = 0.0
+    stiffness: Positive
+    inertia: NotNegative = 0.0
+    damping: NotNegative = 0.0
 
 
 class DrivingGearKeys(SprungGearKeys):
@@ -93,12 +101,12 @@ class DrivingGearKeys(SprungGearKeys):
 class AbsorberKeys(Keys):
     """The table [absorber]; see `lumped.rattle.assembly.Absorber`."""
 
-    mass: float
-    pivot_radius: float
-    path_radius: float
-    damping: float = 0.0
-    gear_eccentricity_rad: float = 0.0
-    offset_angle_rad: float = 0.0
+    mass: Annotated[float, Field(ge=1e-12, le=1e9)]
+    pivot_radius: Length
+    path_radius: Length
+    damping: NotNegative = 0.0
+    gear_eccentricity_rad: Small = 0.0
+    offset_angle_rad: Signed = 0.0
     gear: Literal["driving", "driven"] = "driving"
 
 

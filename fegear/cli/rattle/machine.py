@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -16,7 +15,7 @@ from fegear.errors import InputError
 if TYPE_CHECKING:
     from fegear.rattle.machines import NamedMachine
 
-ABOVE = Range(above=0.0, below=math.inf)
+ABOVE = Range(above=0.0, most=1e9)
 MachineName = Annotated[
     str,
     typer.Argument(metavar="MACHINE", help="Built-in machine or path of a TOML file."),
@@ -39,7 +38,7 @@ class LoadFigures:
     )
     epsilon: float | None = option(
         "Eccentricity, as an angle [rad]. [default: the machine's]",
-        allowed=Range(least=0.0, below=math.inf),
+        allowed=Range(least=0.0, most=1e9),
     )
     kappa: float | None = option(
         "Stiffness coefficient of the flanks over inertia and speed squared; inf for "
