@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -43,18 +43,22 @@ LEGEND = {
 @dataclass(frozen=True, kw_only=True)
 class Plane:
     """How curves are found: bifurcations of branches over the first figure, at values
-    of the second, and the curves through them."""
+    of the second, and the curves through them.
+
+    slices : those values; names : of motions whose curves are followed, all if empty
+    """
 
     first: Search
     second: str
     limits: tuple[float, float]
+    slices: tuple[float, ...]
+    names: tuple[str, ...] = ()
 
-    @property
-    def slices(self) -> list[float]:
-        """Values of the second figure at which branches are followed."""
-        low, high = self.limits
-        count = self.first.starts
-        return [low + (i + 0.5) / count * (high - low) for i in range(count)]
+
+def plane_of(first: Search, second: str, limits: tuple[float, float]) -> Plane:
+    """With as many slices as there are values of the first figure."""
+    slices = replace(first, limits=limits).values(first.starts)
+    return Plane(first=first, second=second, limits=limits, slices=tuple(slices))
 
 
 @dataclass(frozen=True, eq=False)
@@ -177,7 +181,10 @@ def _add_curves(
 ) -> None:
     """Those through bifurcations at a value of the second figure."""
     limits = plane.first.limits, plane.limits
-    for branch in followed(machine, plane.first, rows):
+    branches = followed(machine, plane.first, rows)
+    for branch in branches:
+        if plane.names and branch.itinerary.name not in plane.names:
+            continue
         for point in branch.bifurcations:
             if any(is_on(curve, branch, point, plane.second) for curve in curves):
                 continue

@@ -20,15 +20,22 @@ def arcs_of(machine: Machine, path: Array) -> Array:
     if not np.isfinite(path).all():
         return np.empty((0, kernel.COLUMNS))
     count = len(path) - 1
-    arcs = np.empty((2 * (count + int(path[:-1, 2].sum())), kernel.COLUMNS))
-    used = kernel.trace(machine.arrays, path[0, 0], path[0, 1], count, arcs)
+    arcs = np.empty((2 * (count + int(path[:-1, 2].sum())) + 1, kernel.COLUMNS))
+    used = kernel.trace(machine.arc_arrays, path[0, 0], path[0, 1], count, arcs)
     return arcs[:used]
 
 
 def linearised(machine: Machine, arcs: Array) -> Array:
     """What a change of time and speed of a departure becomes over arcs (2, 2)."""
     found = np.empty((2, 2))
-    kernel.linearise(machine.arrays, arcs, len(arcs), found)
+    kernel.linearise(machine.arc_arrays, arcs, len(arcs), found)
+    return found
+
+
+def history_of(machine: Machine, arcs: Array, instants: int = 40) -> Array:
+    """Times in turns and relative rotations [rad] (n, 2) at instants of every arc."""
+    found = np.empty((len(arcs) * instants, 2))
+    kernel.sample(machine.arc_arrays, arcs, instants, found)
     return found
 
 
@@ -44,7 +51,7 @@ def margin_of(machine: Machine, arcs: Array) -> float:
     leaving = -flights[:, kernel.SIDE] * flights[:, kernel.SPEED]
     meeting = flights[:, kernel.NEXT] * flights[:, kernel.LAST]
     slowest = float(min(leaving.min(), meeting.min())) / TURN
-    return min(slowest, float(kernel.least_clearance(machine.arrays, arcs)))
+    return min(slowest, float(kernel.least_clearance(machine.arc_arrays, arcs)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,7 +83,7 @@ class Layout:
         errors, by_x = np.empty(count), np.empty((count, count))
         times, speeds = np.ascontiguousarray(starts)
         kernel.join(
-            *(machine.arrays, float(self.turns), self.sides, self.pressed),
+            *(machine.arc_arrays, float(self.turns), self.sides, self.pressed),
             *(times, speeds, errors, by_x),
         )
         return errors, by_x

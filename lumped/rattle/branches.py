@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import cached_property, lru_cache, partial
 from itertools import pairwise
 from typing import Any
 
@@ -157,6 +157,7 @@ class OrbitBranch:
         return tuple(point for point in self.points if point.kind)
 
 
+@lru_cache(maxsize=64)
 def machine_with(machine: Machine, figure: str, value: float) -> Machine:
     """A machine with another value of a figure; raises ValueError for impossible."""
     changes: dict[str, Any] = {figure: value}

@@ -76,6 +76,11 @@ class Machine:
         return self.stiffness == math.inf
 
     @property
+    def speed(self) -> float:
+        """Of departures of P(1,1,0) without losses in impacts [rad per turn]."""
+        return TURN * self.damping * self.drive
+
+    @property
     def loads(self) -> tuple[complex, complex]:
         """Amplitudes of the forcing at one turn and at `ripple_order`, of e^(i w t).
 
@@ -97,6 +102,11 @@ class Machine:
     @cached_property
     def arrays(self) -> Rattle:
         """As the kernels take it."""
+        return self.arc_arrays._replace(short=self._short())
+
+    @cached_property
+    def arc_arrays(self) -> Rattle:
+        """As kernels of single arcs take it, which ask for no flights that fade."""
         stiffness = 2.0 * self.stiffness
         drift = 2.0 * TURN * self.drive
         free = self.forced(0.0)
@@ -117,7 +127,7 @@ class Machine:
             free_snap=self._largest(free, 4),
             fading=1.0 / self.damping,
             lasting=1.0 / self.damping,
-            short=self._short(),
+            short=0.0,
             growth=1.0,
         )
 

@@ -11,16 +11,16 @@ from numpy.typing import NDArray
 
 from lumped.rattle.arcs import arcs_of, linearised
 from lumped.rattle.departures import Itinerary, apart, follow, itinerary
+from lumped.rattle.kernels import arcs as kernel
 from lumped.rattle.machine import Machine
 from lumped.rattle.periodic import has_closed_form, simple_rattle, two_sided_rattle
 
 Array = NDArray[np.float64]
+ARCS = 32  # of a return, at most, while an orbit is looked for
 STARTS = 24  # a side of the grid of departures from which orbits are looked for
-EXACT = 1e-11  # largest last correction
 MOST_TURNS = 4  # of constructed motions
-MOST_CORRECTIONS = 30
 ALIKE = 1e-6  # distance of departures that are one
-SLOWEST = 1e-3  # rad per turn of a departure that counts
+SLOWEST = 3e-4  # speed of a departure that counts, over that of P(1,1,0)
 
 
 @dataclass(frozen=True)
@@ -68,11 +68,17 @@ def _rank(orbit: Orbit) -> tuple[int, int, int, bool, tuple[float, float]]:
 def _from_starts(
     machine: Machine, count: int, velocity: tuple[float, float]
 ) -> Iterator[Orbit]:
-    low, high = max(velocity[0], SLOWEST), velocity[1]
+    slowest = SLOWEST * machine.speed
+    low, high = max(velocity[0], slowest), velocity[1]
+    arcs, change = np.empty((ARCS * count + 1, kernel.COLUMNS)), np.empty((2, 2))
     for start in _starts(machine, count, low, high):
-        orbit = _newton(machine, count, np.array(start))
-        if orbit is not None and low <= orbit.departures[0][1] <= high:
-            yield orbit
+        at = kernel.close(
+            machine.arc_arrays, *start, count, slowest, machine.speed, arcs, change
+        )
+        if low <= at[1] <= high:
+            orbit = _orbit(machine, at, count)
+            if orbit is not None:
+                yield orbit
 
 
 def _starts(
@@ -88,42 +94,23 @@ def _starts(
         yield (column + 0.5) / STARTS, speed
 
 
-def _newton(machine: Machine, count: int, start: Array) -> Orbit | None:
-    """The orbit of so many departures near one, None where there is none."""
-    at = start
-    for _ in range(MOST_CORRECTIONS):
-        path = follow(machine, at, count + 1)
-        if not np.isfinite(path).all() or at[1] < SLOWEST:
-            return None
-        end = path[-1, :2]
-        turns = round(end[0] - at[0])
-        jacobian = linearised(machine, arcs_of(machine, path))
-        errors = end - at - np.array([turns, 0.0])
-        try:
-            step = np.linalg.solve(jacobian - np.eye(2), errors)
-        except np.linalg.LinAlgError:
-            return None
-        if not np.isfinite(step).all():
-            return None
-        # far from an orbit the map bends too much for a whole step
-        at = at - step * min(1.0, 0.1 / max(abs(step[0]), abs(step[1]) / 5.0, 1e-300))
-        if np.abs(step).max() < EXACT:
-            return _orbit(machine, at, count, turns)
-    return None
-
-
-def _orbit(machine: Machine, at: Array, count: int, turns: int) -> Orbit | None:
+def _orbit(machine: Machine, at: tuple[float, float], count: int) -> Orbit | None:
     """None where it repeats sooner or does not go on from one departure to the next."""
     path = follow(machine, at, count + 1)
+    if not np.isfinite(path).all():
+        return None
     near = [n for n in range(1, count) if apart(path[0], path[n]) < ALIKE]
-    if turns < 1 or near or path[:, 1].min() < SLOWEST:
+    if near or path[:, 1].min() < SLOWEST * machine.speed:
         return None
     multipliers = np.linalg.eigvals(linearised(machine, arcs_of(machine, path)))
     fastest = int(path[:-1, 1].argmax())
     points = np.roll(path[:-1, :2], -fastest, axis=0)
     departures = tuple((float(t % 1.0), float(v)) for t, v in points)
     one, two = sorted(map(complex, multipliers), key=abs)
-    return Orbit(itinerary(path), departures, (one, two))
+    way = itinerary(path)
+    if way.turns < 1:
+        return None
+    return Orbit(way, departures, (one, two))
 
 
 def _same(one: Orbit, two: Orbit) -> bool:

@@ -15,9 +15,9 @@ from fegear.cli.options import ResumedOutputs, limits_of, refuse_idle
 from fegear.cli.rattle.machine import (
     MachineName,
     MotionFigures,
-    Velocity,
+    OrbitSpeeds,
+    orbit_speeds,
     print_machine,
-    speeds_of,
 )
 from fegear.cli.screen import counted, say
 from fegear.errors import InputError
@@ -112,7 +112,7 @@ def bifurcation_command(
     ],
     figures: MotionFigures,
     sought: SoughtBranches,
-    velocity: Velocity = "0:7",
+    velocity: OrbitSpeeds = None,
     outputs: ResumedOutputs,
 ) -> None:
     """Motions that repeat over a figure: where they are born, double and graze.
@@ -130,7 +130,9 @@ def bifurcation_command(
     named = figures.load(machine)
     for name in axes:
         refuse_idle_figures(name, named, figures.given)
-    find, print_values = finder_of(axes, named, sought, speeds_of(velocity))
+    find, print_values = finder_of(
+        axes, named, sought, orbit_speeds(velocity, named.machine)
+    )
     with outputs.progress() as report:
         found = find(outputs.keeping, report)
     outputs.write(found.csv)
@@ -148,7 +150,7 @@ def finder_of(
 ) -> tuple[Find, Callable[[dict[str, Any]], None]]:
     """What finds branches over one figure, or curves over two, and prints them."""
     from fegear.rattle.bifurcation import Search, find_bifurcations
-    from fegear.rattle.existence import Plane, find_existence
+    from fegear.rattle.existence import find_existence, plane_of
 
     given = {k: v for k, v in vars(sought).items() if v is not None}
     (first, limits), *others = axes.items()
@@ -157,7 +159,7 @@ def finder_of(
         return partial(find_bifurcations, named, search), print_bifurcations
     refuse_idle("belongs to one --over", runs=sought.runs)
     second, other_limits = others[0]
-    plane = Plane(first=search, second=FIGURES[second], limits=other_limits)
+    plane = plane_of(search, FIGURES[second], other_limits)
     return partial(find_existence, named, plane), print_existence
 
 

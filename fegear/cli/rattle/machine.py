@@ -14,6 +14,7 @@ from fegear.errors import InputError
 
 if TYPE_CHECKING:
     from fegear.rattle.machines import NamedMachine
+    from lumped.rattle.machine import Machine
 
 ABOVE = Range(above=0.0, most=1e9)
 MachineName = Annotated[
@@ -24,6 +25,15 @@ Velocity = Annotated[
     str,
     typer.Option(
         metavar="A:B", help="Speeds of departure that are looked at [rad per turn]."
+    ),
+]
+OrbitSpeeds = Annotated[
+    str | None,
+    typer.Option(
+        "--velocity",
+        metavar="A:B",
+        help="Speeds of departure at which orbits are looked for [rad per turn]. "
+        "[default: 0 to twice that of P(1,1,0), 4 pi damping]",
     ),
 ]
 
@@ -93,6 +103,10 @@ def print_machine(values: dict[str, Any]) -> None:
     say(f"{values['machine']}: {values['description'] or 'no description'}")
     for inference in values["inferences"]:
         say(f"inferred: {inference}")
+
+
+def orbit_speeds(text: str | None, machine: Machine) -> tuple[float, float]:
+    return (0.0, 2.0 * machine.speed) if text is None else speeds_of(text)
 
 
 def speeds_of(text: str) -> tuple[float, float]:

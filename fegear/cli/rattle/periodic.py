@@ -11,9 +11,9 @@ from fegear.cli.options import AsJson, show
 from fegear.cli.rattle.machine import (
     MachineName,
     MotionFigures,
-    Velocity,
+    OrbitSpeeds,
+    orbit_speeds,
     print_machine,
-    speeds_of,
 )
 from fegear.cli.screen import number, ruled_table, screen
 
@@ -33,7 +33,7 @@ def periodic_command(
         ),
         Range(least=1, most=12),
     ] = 2,
-    velocity: Velocity = "0:7",
+    velocity: OrbitSpeeds = None,
     as_json: AsJson = False,
 ) -> None:
     """Motions P(m, n+, n-) that repeat, stable or not.
@@ -44,7 +44,7 @@ def periodic_command(
     named = figures.load(machine)
     from fegear.rattle.periodic import periodic_summary
 
-    values = periodic_summary(named, departures, speeds_of(velocity))
+    values = periodic_summary(named, departures, orbit_speeds(velocity, named.machine))
     show(values, as_json, print_periodic)
 
 

@@ -17,6 +17,9 @@ START, SPEED, END, LAST, SIDE, NEXT, PRESSED = range(7)  # columns of arcs
 COLUMNS = 7
 SAMPLES = 48  # of a turn, or an oscillation on a flank, where turning points are sought
 MOST_HALVINGS = 60
+MOST_CORRECTIONS = 30
+EXACT = 1e-11  # largest last correction
+LONGEST = 0.1  # turns of a correction, at most
 
 
 @compiled
@@ -25,16 +28,18 @@ def trace(m, t, v, count, arcs):
 
     Their columns: time and speed at the start and at the end, the side where they
     start and where they end, and 1 for those on a flank. An impact turns speeds round
-    between one arc and the next. 0 where the flanks stay together, or where more arcs
-    come than there is room for.
+    between one arc and the next. The row after the last has the start of the next one.
+    0 where the flanks stay together, or where more arcs come than there is room for.
     """
     w, side, used = -v, 1, 0
     while count > 0:
-        if used + 2 > arcs.shape[0]:
+        if used + 3 > arcs.shape[0]:
             return 0
         end, last, to = fly(m, t, side * m.play, w)
+        if not math.isfinite(end):
+            return 0
         after, away = bounce(m, end, last, to)
-        if not (math.isfinite(end) and math.isfinite(after)):
+        if not math.isfinite(after):
             return 0
         _put(arcs[used], t, w, end, last, side, to, 0.0)
         used += 1
@@ -44,6 +49,7 @@ def trace(m, t, v, count, arcs):
         t, w, side = after, away, to
         if to > 0:
             count -= 1
+    arcs[used, START], arcs[used, SPEED] = t, w
     return used
 
 
@@ -106,6 +112,37 @@ def linearise(m, arcs, used, out):
                 if i + 1 < used and arcs[i + 1, START] > arcs[i, END]:
                     dt, dw = 0.0, 0.0  # flanks that have come to rest forget
         out[0, k], out[1, k] = dt, -dw
+
+
+@compiled
+def close(m, t, v, count, least, longest, arcs, change):
+    """The departure near one that repeats after so many returns, by Newton's method.
+
+    least : speed of departures below which it is given up
+    longest : of steps of the speed; those of time are up to LONGEST turns
+    arcs (a, 7), change (2, 2) : are overwritten
+    NaN where there is none.
+    """
+    for _ in range(MOST_CORRECTIONS):
+        used = trace(m, t, v, count, arcs) if v >= least else 0
+        if used == 0:
+            break
+        linearise(m, arcs, used, change)
+        late, fast = arcs[used, START] - t, -arcs[used, SPEED] - v
+        late -= math.floor(late + 0.5)
+        a, b = change[0, 0] - 1.0, change[0, 1]
+        c, d = change[1, 0], change[1, 1] - 1.0
+        area = a * d - b * c
+        dt, dv = (d * late - b * fast) / area, (a * fast - c * late) / area
+        # far from an orbit the map bends too much for a whole step
+        size = max(abs(dt) / LONGEST, abs(dv) / longest)
+        if not size < math.inf:
+            break
+        part = 1.0 / max(1.0, size)
+        t, v = t - part * dt, v - part * dv
+        if max(abs(dt), abs(dv)) < EXACT:
+            return t, v
+    return math.nan, math.nan
 
 
 @compiled
@@ -189,3 +226,15 @@ def least_clearance(m, arcs):
     for i in range(arcs.shape[0]):
         least = min(least, clearance(m, arcs[i]))
     return least
+
+
+@compiled
+def sample(m, arcs, count, out):
+    """Time and place (a count, 2) at so many instants of each of arcs (a, 7)."""
+    for i in range(arcs.shape[0]):
+        t, w, lasts = arcs[i, START], arcs[i, SPEED], arcs[i, END] - arcs[i, START]
+        side, pressed = arcs[i, SIDE], arcs[i, PRESSED]
+        for k in range(count):
+            at = t + lasts * k / count
+            out[i * count + k, 0] = at
+            out[i * count + k, 1] = moved(m, pressed, side, t, w, at)[0]

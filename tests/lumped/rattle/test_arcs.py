@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from lumped.rattle.arcs import arcs_of, linearised
+from lumped.rattle.arcs import arcs_of, history_of, linearised
 from lumped.rattle.departures import follow
 from lumped.rattle.machine import Machine
 
@@ -70,3 +70,27 @@ def test_areas_shrink_by_damping_and_impacts(name):
 def test_arcs_of_flanks_that_stay_together_are_none():
     machine = machine_of("impacts")
     assert arcs_of(machine, np.array([[0.1, 2.0, 0.0], [math.nan] * 3])).size == 0
+
+
+@pytest.mark.parametrize("name", MACHINES)
+def test_histories_obey_the_equation_of_motion(name):
+    """Eq. 2.26 by differences, away from where arcs meet."""
+    machine = machine_of(name)
+    path = follow(machine, (0.3, 4.0), 6)
+    arcs = arcs_of(machine, path)
+    count = 400
+    history = history_of(machine, arcs, count).reshape(len(arcs), count, 2)
+    for times, places in history.transpose(0, 2, 1):
+        step = times[1] - times[0]
+        second = np.diff(places, 2) / step**2
+        first = (places[2:] - places[:-2]) / (2.0 * step)
+        t, x = times[1:-1], places[1:-1]
+        turn = 2.0 * math.pi
+        load = turn**2 * 0.1 * np.cos(turn * t) + turn * 0.6 * 0.1 * np.sin(turn * t)
+        force = 2.0 * turn * 0.6 - load
+        force += machine.ripple * np.cos(turn * machine.ripple_order * t)
+        beyond = np.sign(x) * np.maximum(np.abs(x) - 0.6, 0.0)
+        stiffness = 0.0 if machine.is_impact else machine.stiffness
+        exact = force - 0.6 * first - 2.0 * stiffness * beyond
+        assert second == pytest.approx(exact, abs=1e-3 * np.abs(exact).max() + 2e-2)
+    assert history[0, 0] == pytest.approx([0.3, 0.6])

@@ -10,6 +10,7 @@ from validation.reproduce.computations import (
     mesh_forces,
     rattle_models,
     rattle_motions,
+    rattle_orbits,
     settled_motions,
     spectra,
 )
@@ -33,6 +34,10 @@ AnyPart = (
     | spectra.SpectraPart
     | rattle_models.QuietPart
     | rattle_motions.MotionsPart
+    | rattle_orbits.OrbitBranchesPart
+    | rattle_orbits.ExistencePart
+    | rattle_orbits.OrbitMotionsPart
+    | rattle_orbits.SettledRattlePart
 )
 COMPUTE: Mapping[type[Part], Compute] = {
     response.BranchesPart: response.branches,
@@ -49,6 +54,10 @@ COMPUTE: Mapping[type[Part], Compute] = {
     spectra.SpectraPart: spectra.spectra,
     rattle_models.QuietPart: rattle_models.quiet,
     rattle_motions.MotionsPart: rattle_motions.motions,
+    rattle_orbits.OrbitBranchesPart: rattle_orbits.orbit_branches,
+    rattle_orbits.ExistencePart: rattle_orbits.existence,
+    rattle_orbits.OrbitMotionsPart: rattle_orbits.orbit_motions,
+    rattle_orbits.SettledRattlePart: rattle_orbits.settled_rattle,
 }
 KINDS: Mapping[str, type[Part]] = {
     str(get_args(get_type_hints(part)["kind"])[0]): part for part in COMPUTE

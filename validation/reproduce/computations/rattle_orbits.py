@@ -1,0 +1,268 @@
+"""Orbits of machines that rattle: branches, curves over two figures, histories."""
+
+from __future__ import annotations
+
+import math
+from collections import defaultdict
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Annotated, ClassVar, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+
+from fegear.rattle.bifurcation import Search, find_bifurcations
+from fegear.rattle.existence import Plane, find_existence
+from fegear.statics import Progress
+from fegear.store import Keeping
+from lumped.branches.bifurcations import stretches
+from lumped.rattle.arcs import arcs_of, history_of
+from lumped.rattle.basins import CHAOTIC, QUIET, Naming
+from lumped.rattle.branches import OrbitBranch
+from lumped.rattle.departures import follow, settle_departures
+from lumped.rattle.machine import TURN, Machine
+from lumped.rattle.orbits import find_orbits
+from validation.data_files import STRICT, Number, Text
+from validation.reproduce.machine_scene import MachineScene
+from validation.reproduce.parts import Curve, Part, PartResult
+
+Array = NDArray[np.float64]
+NAME = r"P\(\d+,\d+,\d+\)"
+KIND = r"(fold|period doubling|grazing)"
+Figure = Literal["damping", "eccentricity", "half_backlash", "stiffness", "restitution"]
+BARELY = 1e-3  # of the speed of a start that may run quietly
+APART = math.nan, math.nan  # between stretches of one label
+Count = Annotated[int, Field(strict=True, ge=0, le=10_000)]
+Names = tuple[Text, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Span:
+    """A figure of the machine that varies, from low to high."""
+
+    __pydantic_config__ = STRICT
+
+    figure: Figure
+    low: Number
+    high: Number
+
+    @property
+    def limits(self) -> tuple[float, float]:
+        return self.low, self.high
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sought(Part):
+    """Which orbits are looked for; see `fegear.rattle.bifurcation.Search`.
+
+    names : of those that are drawn, all if left out
+    """
+
+    of_machine: ClassVar = True
+
+    over: Span
+    departures: Count = 1
+    starts: Count = 5
+    doublings: Count = 0
+    lowest: Number = 0.0
+    highest: Number = 7.0
+    names: Names = ()
+
+    def search(self, runs: int = 0) -> Search:
+        return Search(
+            figure=self.over.figure,
+            limits=self.over.limits,
+            departures=self.departures,
+            velocity=(self.lowest, self.highest),
+            starts=self.starts,
+            runs=runs,
+            doublings=self.doublings,
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
+class OrbitBranchesPart(Sought):
+    """Branches of orbits by the speeds of their departures, and long runs beside."""
+
+    keys: ClassVar = (f"{KIND} of {NAME}",)
+
+    kind: Literal["orbit_branches"] = "orbit_branches"
+    runs: Count = 0
+
+
+@dataclass(frozen=True, kw_only=True)
+class ExistencePart(Sought):
+    """Curves of bifurcations over two figures; found are meetings of curves.
+
+    slices : values of the second figure at which branches are followed over the first
+    """
+
+    keys: ClassVar = (rf"grazing fold of {NAME}\.(first|second)",)
+
+    kind: Literal["existence"] = "existence"
+    against: Span
+    slices: Annotated[tuple[Number, ...], Field(min_length=1)]
+
+
+@dataclass(frozen=True, kw_only=True)
+class OrbitMotionsPart(Part):
+    """Histories of motions that repeat, by name, the stable one of several."""
+
+    keys: ClassVar = (f"{NAME} is (there|stable)",)
+    of_machine: ClassVar = True
+
+    kind: Literal["orbit_motions"] = "orbit_motions"
+    names: Annotated[Names, Field(min_length=1)]
+    highest: Number = 7.0
+    turns: Count = 4
+
+
+@dataclass(frozen=True, kw_only=True)
+class SettledRattlePart(Part):
+    """Histories of what departures at random settle to, each kind in its panel.
+
+    The first of them barely departs, so that quiet motion is seen where it exists.
+    """
+
+    keys: ClassVar = ("kinds", QUIET, CHAOTIC, NAME)
+    of_machine: ClassVar = True
+
+    kind: Literal["settled_rattle"] = "settled_rattle"
+    starts: Count = 40
+    highest: Number = 7.0
+    iterations: Annotated[int, Field(strict=True, ge=100, le=1_000_000)] = 20_000
+    turns: Count = 20
+
+
+def orbit_branches(
+    part: OrbitBranchesPart, scene: MachineScene, report: Progress
+) -> PartResult:
+    """Stable stretches in full, unstable ones dashed; found are bifurcations."""
+    result = find_bifurcations(scene.named, part.search(part.runs), Keeping(), report)
+    found: dict[str, list[float]] = defaultdict(list)
+    curves = []
+    if len(result.settled):
+        points = tuple((value, speed) for value, _, speed in result.settled.tolist())
+        curves.append(Curve("points", points, label="long runs"))
+    for branch in result.branches:
+        name = branch.itinerary.name
+        for point in branch.bifurcations:
+            found[f"{point.kind} of {name}"].append(point.value)
+        if not part.names or name in part.names:
+            curves += _speeds(branch)
+    return PartResult(tuple(curves), {k: tuple(v) for k, v in found.items()})
+
+
+def _speeds(branch: OrbitBranch) -> Iterator[Curve]:
+    for stable, points in stretches(branch.points):
+        for place in range(branch.itinerary.upper):
+            yield Curve(
+                "line" if stable else "dashed",
+                (*((p.value, p.departures[place][1]) for p in points), APART),
+                label=branch.itinerary.name,
+            )
+
+
+def existence(part: ExistencePart, scene: MachineScene, report: Progress) -> PartResult:
+    plane = Plane(
+        first=part.search(),
+        second=part.against.figure,
+        limits=part.against.limits,
+        slices=part.slices,
+        names=part.names,
+    )
+    result = find_existence(scene.named, plane, Keeping(), report)
+    found: dict[str, list[float]] = defaultdict(list)
+    curves = []
+    for curve in result.curves:
+        name = curve.itinerary.name
+        points = *((point.first, point.second) for point in curve.points), APART
+        curves.append(Curve("line", points, label=f"{curve.kind} of {name}"))
+        for point in curve.points:
+            if point.kind == "grazing fold":
+                found[f"{point.kind} of {name}.first"].append(point.first)
+                found[f"{point.kind} of {name}.second"].append(point.second)
+    return PartResult(tuple(curves), {k: tuple(v) for k, v in found.items()})
+
+
+def orbit_motions(
+    part: OrbitMotionsPart, scene: MachineScene, report: Progress
+) -> PartResult:
+    """Found is 1 where a motion is there, and where it is stable, else 0."""
+    machine = scene.machine
+    orbits = find_orbits(machine, 1, (0.0, part.highest))
+    curves: list[Curve] = []
+    found: dict[str, tuple[float, ...]] = {}
+    for name in part.names:
+        own = sorted((o for o in orbits if o.name == name), key=lambda o: not o.stable)
+        found[f"{name} is there"] = (float(bool(own)),)
+        found[f"{name} is stable"] = (float(bool(own) and own[0].stable),)
+        if own:
+            curves += _history(machine, own[0].departures[0], part.turns, name)
+    return PartResult(tuple(curves), found)
+
+
+def _history(
+    machine: Machine, departure: Sequence[float], turns: int, name: str
+) -> Iterator[Curve]:
+    """Relative rotations from a departure on, and both flanks, in a panel."""
+    count = 2
+    path = follow(machine, departure, count)
+    while np.isfinite(path).all() and path[-1, 0] - path[0, 0] < turns:
+        count *= 2
+        path = follow(machine, departure, count)
+    history = history_of(machine, arcs_of(machine, path))
+    history[:, 0] -= np.floor(history[0, 0])
+    history = history[history[:, 0] <= turns]
+    yield Curve("line", tuple(map(tuple, history.tolist())), panel=name)
+    yield _flanks(machine, turns, name)
+
+
+def settled_rattle(
+    part: SettledRattlePart, scene: MachineScene, report: Progress
+) -> PartResult:
+    """Found is how many starts settle to each kind, and how many kinds there are."""
+    machine = scene.machine
+    random = np.random.default_rng(0)
+    starts = random.uniform((0.0, 0.0), (1.0, part.highest), (part.starts, 2))
+    starts[0, 1] *= BARELY
+    report("settled motions", 0, 1)
+    settled = settle_departures(machine, starts, part.iterations)
+    naming = Naming(machine, part.iterations)
+    numbers = naming.sort(settled).tolist()
+    curves: list[Curve] = []
+    found: dict[str, float] = {QUIET: 0.0, CHAOTIC: 0.0}
+    for number, attractor in enumerate(naming.found):
+        name = attractor.name
+        panel = name if name not in found or not found[name] else f"{name}, another"
+        found[name] = found.get(name, 0.0) + numbers.count(number)
+        if name == QUIET:
+            curves += _quiet(machine, part.turns)
+        else:
+            curves += _history(machine, attractor.point, part.turns, panel)
+    found["kinds"] = float(len(naming.found))
+    return PartResult(tuple(curves), {k: (v,) for k, v in found.items()})
+
+
+def _quiet(machine: Machine, turns: int) -> Iterator[Curve]:
+    """Flanks that stay together."""
+    t = np.linspace(0.0, turns, 100 * turns)
+    x = machine.half_backlash + 0.0 * t
+    if not machine.is_impact:
+        x += machine.arrays.offset
+        for wave, order in zip(
+            machine.forced(2.0 * machine.stiffness),
+            (1, machine.ripple_order),
+            strict=True,
+        ):
+            x += (wave * np.exp(1j * TURN * order * t)).real
+    yield Curve("line", tuple(zip(t.tolist(), x.tolist(), strict=True)), panel=QUIET)
+    yield _flanks(machine, turns, QUIET)
+
+
+def _flanks(machine: Machine, turns: int, name: str) -> Curve:
+    """Where the play ends."""
+    play, end = machine.half_backlash, float(turns)
+    points = (0.0, play), (end, play), APART, (0.0, -play), (end, -play)
+    return Curve("dotted", points, panel=name)
