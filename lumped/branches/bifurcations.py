@@ -1,8 +1,9 @@
 """What changes along a branch of periodic motions, and where.
 
-A motion is stable where no Floquet multiplier is beyond the unit circle. Along a
-branch a multiplier leaves it at +1 in a fold or where branches cross, at -1 where the
-period doubles, and as a pair elsewhere, where motions of two frequencies begin.
+A motion is stable where no Floquet multiplier is beyond the unit circle, and its branch
+does not stand upright. Along a branch a multiplier leaves it at +1 in a fold or where
+branches cross, at -1 where the period doubles, and as a pair elsewhere, where motions
+of two frequencies begin.
 """
 
 from __future__ import annotations
@@ -48,6 +49,9 @@ class BranchPoint:
 
     parameter : of its branch; frequency : of the first mesh [Hz]
     multipliers : Floquet's (2 n,); figures (m,) each as of a sweep's response
+    upright : whether the branch stands upright, as that of a train that loses no
+        contact and has every amplitude at one parameter; such motions neither grow nor
+        fade, and are not counted as stable
     kind : of KINDS where it is a bifurcation, else empty
     """
 
@@ -56,6 +60,7 @@ class BranchPoint:
     x: Array
     multipliers: Multipliers
     figures: dict[str, Array]
+    upright: bool = False
     kind: str = ""
 
     @property
@@ -65,7 +70,7 @@ class BranchPoint:
 
     @property
     def stable(self) -> bool:
-        return self.largest < 1.0
+        return self.largest < 1.0 and not self.upright
 
 
 def stretches(points: Sequence[P]) -> Iterator[tuple[bool, list[P]]]:
@@ -132,7 +137,10 @@ def branch_point(motions: Motions, point: Point) -> BranchPoint:
     figures = motions.figures(point.x, point.parameter)
     multipliers = _multipliers(motions, point)
     _, frequency = motions.at(point.parameter)
-    return BranchPoint(point.parameter, frequency, point.x, multipliers, figures)
+    upright = bool(abs(point.along) < UPRIGHT)
+    return BranchPoint(
+        point.parameter, frequency, point.x, multipliers, figures, upright
+    )
 
 
 def _multipliers(motions: Motions, point: Point) -> Multipliers:
@@ -147,8 +155,7 @@ def _tests(
 ) -> Iterator[tuple[str, Test]]:
     """What changes between two points, and the function whose sign tells."""
     (a, one), (b, two) = before, after
-    # a train that loses no contact has every amplitude at one frequency
-    upright = min(abs(a.along), abs(b.along)) < UPRIGHT
+    upright = one.upright or two.upright
     turns = a.along * b.along < 0.0
     if turns and not upright:
         yield FOLD, lambda point: point.along

@@ -19,18 +19,21 @@ from fegear.errors import InputError
 from lumped.closed_forms import parametric_system
 from lumped.response import History
 from validation.kept import RESULT
-from validation.reproduce import figure_numbers, load_figure, run_figure
+from validation.reproduce import (
+    figure_numbers,
+    find_figure,
+    left_out_figures,
+    load_figure,
+    run_figure,
+)
+from validation.reproduce.comparison import Compared, compare, count_lines, overview
 from validation.reproduce.computations.kinds import COMPUTE, KINDS
 from validation.reproduce.computations.spectra import spectrum
-from validation.reproduce.parts import Curve
-from validation.reproduce.runs import (
-    Compared,
-    commands_of,
-    compared_value,
-    curves_csv,
-    read_curves,
-)
-from validation.reproduce.source_figures import Printed, read_figure
+from validation.reproduce.parts import Curve, PartResult
+from validation.reproduce.readings import read_found
+from validation.reproduce.references import Beside, Reference
+from validation.reproduce.runs import commands_of, curves_csv, read_curves
+from validation.reproduce.source_figures import FOLDER, read_figure
 
 CHEAP = "table-2.1"  # takes milliseconds
 GOOD = """
@@ -94,10 +97,8 @@ def test_figures_load_and_their_commands_can_be_typed(number):
     for part in figure.part:
         for words in commands_of(part, figure.scene(part)):
             count = 2 if words[0] == "rattle" else 1
-            name, given = (
-                " ".join(words[:count]),
-                shlex.split(shlex.join(words[count:])),
-            )
+            name = " ".join(words[:count])
+            given = shlex.split(shlex.join(words[count:]))
             known[name].make_context(name, given)
 
 
@@ -122,6 +123,22 @@ def test_every_kind_of_computation_is_used():
         ('part = "theory"', 'part = "sweep"', "part = sweep; must be one of theory"),
         ("mesh2.contact_lost", "mesh2.lost", "found = mode1.1.mesh2.lost; must fit"),
         ("value = 0.87", 'value = "0.87"', 'printed 1, value = "0.87"; must be a'),
+        ("value = 0.87", "point = [0.87]", "printed 1, point entry 2 is missing"),
+        ("value = 0.87", "", "one of value, point and beside is needed"),
+        ("value = 0.87", "value = 0.0", "scale is missing, for the value is 0"),
+        ('unit = "1"', 'unit = "kHz"', "printed 1, unit = \"kHz\"; must be '1'"),
+        ("value = 0.87", 'value = 1.0\norigin = "seen"', 'origin = "seen"; must be'),
+        ("value = 0.87", 'value = 1.0\norigin = "method"', "beside belong together"),
+        (
+            "value = 0.87",
+            'origin = "method"\nbeside = { part = "a", found = "b" }',
+            "printed 1 beside, part = a; must be one of theory",
+        ),
+        (
+            "mode1.1.mesh2.contact_lost",
+            "mesh2.share on sweep",
+            "part = sweep; must be one of theory",
+        ),
         ('"9.1"', '"nine"', 'number = "nine"; must be a number such as 3.6'),
         ("relative = true", "relative = true\nmodel = 4", "model = 4; must be 1, 2, 3"),
         ("relative = true", 'edits = ["phase"]', "KEY=VALUE is needed, as for --set"),
@@ -236,8 +253,9 @@ def test_a_map_has_a_point_for_every_pair_of_values():
     surface = result.curves[1]
     assert (surface.mesh, surface.style, len(surface.points)) == (2, "surface", 6)
     assert surface.points[1][:2] == (2.0, 5.0)
-    assert result.found["mesh2.least_at2"] == (5.0,)
-    assert result.found["mesh2.valley_at2"] == (5.0,)
+    (least,) = result.found["mesh2.least_at"]
+    assert least[1] == 5.0
+    assert least in result.found["mesh2.valleys"]
     assert result.found["mesh2.largest"][0] > 2.0 * result.found["mesh2.least"][0]
 
 
@@ -260,25 +278,165 @@ def test_a_subharmonic_ends_where_its_indicator_passes_twice_the_damping():
     assert result.found["mode1.1/2.unstable_part"] == (len(at) / len(curve.points),)
 
 
-def printed(value, why=""):
-    return Printed(
-        quantity="jump", value=value, unit="Hz", where="x", part="a", found="b", why=why
-    )
+def reference(value=None, **others):
+    given = {"quantity": "jump", "unit": "Hz", "where": "x", "part": "a", "found": "b"}
+    return Reference(**(given | {"value": value} | others))
+
+
+def compared(values, given):
+    """A reference beside what its part found."""
+    return compare(given, {"a": PartResult((), {"b": values})})
 
 
 def test_agreement_in_a_line():
-    line = Compared(printed(100.0, "because"), 110.0).line
+    line = compared((110.0,), reference(100.0, why="because")).line
     assert line == "jump: computed 110 Hz, printed 100 Hz, 10 % apart: because"
-    line = Compared(printed(100.0), math.nan).line
-    assert line == "jump: printed 100 Hz, none found"
-    assert Compared(printed(0.0), 0.5).line == "jump: computed 0.5 Hz, printed 0 Hz"
+    assert compared((), reference(100.0)).line == "jump: printed 100 Hz, none found"
+    line = compared((0.5,), reference(0.0, scale=2.0, origin="text")).line
+    assert line == (
+        "jump: computed 0.5 Hz, by the text 0 Hz, 0.5 Hz apart, 25 % of 2 Hz"
+    )
+    assert compared((100.0,), reference(100.0)).verdict == "equal"
+    line = compared((80.0, 110.0), reference(100.0, origin="checked")).line
+    assert "computed 110 Hz (nearest of 2), recomputed independently 100 Hz" in line
 
 
 def test_of_several_values_the_nearest_counts_and_none_that_is_far():
-    assert compared_value((80.0, 110.0, 300.0), printed(100.0)) == 110.0
-    assert math.isnan(compared_value((10.0, 300.0), printed(100.0)))
-    assert math.isnan(compared_value((), printed(100.0)))
-    assert compared_value((10.0,), printed(100.0)) == 10.0
+    assert compared((80.0, 110.0, 300.0), reference(100.0)).computed == 110.0
+    assert math.isnan(compared((10.0, 300.0), reference(100.0)).computed)
+    assert math.isnan(compared((), reference(100.0)).computed)
+    assert compared((10.0,), reference(100.0)).computed == 10.0
+    # how far off it is told, where there is a scale
+    assert compared((10.0, 300.0), reference(100.0, scale=1.0)).computed == 10.0
+
+
+def test_points_are_compared_as_a_whole():
+    """Though one of the coordinates is met by another point."""
+    given = reference(point=(0.0, 0.7), scale=1.0)
+    found = compared(((0.04, 0.16), (0.04, 0.96), (0.96, 0.72)), given)
+    assert found.computed == (0.04, 0.96)
+    assert found.apart == pytest.approx(0.26)
+    assert "computed (0.04, 0.96) Hz (nearest of 3)" in found.line
+    none = compared((), given)
+    assert "none found" in none.line
+    assert math.isnan(none.apart)
+
+
+@pytest.mark.parametrize(
+    ("value", "bound", "verdict"),
+    [
+        (1.0, "below", "met"),
+        (3.0, "below", "not met"),
+        (3.0, "above", "met"),
+        (2.0, "above", "not met"),
+        (2.0, "below", "not met"),
+    ],
+)
+def test_a_bound_is_met_or_not(value, bound, verdict):
+    found = compared((value,), reference(2.0, bound=bound))
+    assert found.verdict == verdict
+    assert f"printed {bound} 2 Hz, {verdict}" in found.line
+    assert math.isnan(found.apart) == (verdict == "not met")
+
+
+def test_another_method_is_a_reference_as_well():
+    given = reference(origin="method", beside=Beside(part="c", found="d"))
+    results = {
+        "a": PartResult((), {"b": (2.2,)}),
+        "c": PartResult((), {"d": (1.0, 2.0, 5.0)}),
+    }
+    found = compare(given, results)
+    assert (found.value, found.computed) == (2.0, 2.2)
+    assert "beside 2 Hz of c, 10 % apart" in found.line
+
+
+def test_lines_are_counted_by_their_origin():
+    lines = [
+        Compared(reference(100.0), 100.0, 100.5),
+        Compared(reference(100.0), 100.0, 104.0),
+        Compared(reference(100.0, why="because"), 100.0, 150.0),
+        Compared(reference(100.0), 100.0, math.nan),
+        Compared(reference(1.0, bound="above"), 1.0, 2.0),
+        Compared(reference(100.0, origin="fitted"), 100.0, 100.0),
+    ]
+    printed, fitted = count_lines(lines)
+    assert printed["lines"] == 5
+    within = [printed[f"within_{n}_percent"] for n in (1, 5, 10)]
+    assert within == [2, 3, 3]
+    assert (printed["beyond"], printed["with_a_reason"]) == (2, 1)
+    assert (fitted["origin"], fitted["lines"]) == ("fitted", 1)
+    assert overview(lines) == {
+        "largest_apart_percent": pytest.approx(50.0),
+        "not_met": 1,
+    }
+
+
+def surface(value):
+    """Over a grid of 11 by 11 places."""
+    places = np.linspace(0.0, 10.0, 11)
+    points = tuple((x, y, value(x, y)) for x in places for y in places)
+    return PartResult((Curve("surface", points, mesh=1),))
+
+
+def test_axes_of_elliptical_contours():
+    """Of a quadratic form that is longest 30 degrees above the x axis, and below."""
+
+    def tilted(angle):
+        c, s = math.cos(angle), math.sin(angle)
+
+        def rms(x, y):
+            along, across = c * (x - 5) + s * (y - 5), -s * (x - 5) + c * (y - 5)
+            return math.sqrt(1.0 + 0.1 * along**2 + 0.9 * across**2)
+
+        return surface(rms)
+
+    results = {"a": tilted(math.pi / 6), "b": tilted(-math.pi / 6)}
+    assert read_found(results, "a", "mesh1.axis")[0] == pytest.approx(30.0)
+    turned = read_found(results, "b", "mesh1.turn from mesh1 of a")
+    assert turned[0] == pytest.approx(-60.0)
+
+
+def test_crests_and_values_of_surfaces():
+    ridges = surface(lambda x, y: math.sin(math.pi * x / 4.0) + 0.1 * y)
+    results = {"a": ridges, "b": surface(lambda x, y: 2.0 + 0.0 * x * y)}
+    assert read_found(results, "a", "mesh1.crests over 1 at 3.2") == (2.0, 10.0)
+    assert read_found(results, "a", "number of mesh1.crests over 2 at 2") == (1.0,)
+    (value,) = read_found(results, "a", "mesh1.value at (2, 10)")
+    assert value == pytest.approx(2.0)
+    assert read_found(results, "a", "mesh1.ratio to b") == (pytest.approx(1.0),)
+
+
+def test_points_of_a_sweep_on_stable_branches():
+    """One of four lies on the unstable one, and one where no branch is."""
+    branches = (
+        Curve("line", ((0.0, 1.0), (1.0, 3.0), (math.nan, math.nan)), 1),
+        Curve("dashed", ((0.0, 5.0), (1.0, 5.0)), 1),
+    )
+    swept = Curve("dots", ((0.0, 1.0), (0.5, 2.001), (0.75, 5.0), (1.5, 3.0)), 1)
+    results = {"b": PartResult(branches), "a": PartResult((swept,))}
+    assert read_found(results, "a", "mesh1.share on b") == (0.5,)
+    assert read_found(results, "a", "mesh1.value at 0.7") == (5.0,)
+    assert read_found(results, "a", "mesh1.largest in 0:0.6") == (2.001,)
+    assert read_found(results, "a", "place of mesh1.least in 0.1:2") == (0.5,)
+    assert read_found(results, "a", "mesh1.growth in 0:2 from b") == (
+        pytest.approx(5.0 / 5.0),
+    )
+    assert read_found(results, "a", "mesh2.value at 1") == ()
+
+
+def test_found_values_between_others_are_counted():
+    results = {"a": PartResult((), {"jump": (1.0, 2.0, 3.0), "x_at": ((4.0, 5.0),)})}
+    assert read_found(results, "a", "jump between 1.5:3.5") == (2.0, 3.0)
+    assert read_found(results, "a", "number of jump between 1.5:3.5") == (2.0,)
+    assert read_found(results, "a", "x_at over 2") == (5.0,)
+
+
+def test_a_lead_is_a_delay_below_0():
+    figure = read_figure(MAP)
+    scene = figure.scene(figure.part[0])
+    early, late = scene.changed({"lead_rad": 0.5}), scene.changed({"delay_rad": -0.5})
+    assert early.edits["mesh.2.phase"] == late.edits["mesh.2.phase"]
+    assert early.edits != scene.changed({"delay_rad": 0.5}).edits
 
 
 def test_curves_come_back_from_their_file():
@@ -301,7 +459,9 @@ def test_a_part_is_kept_until_its_data_change(tmp_path):
     other = run_figure(changed, tmp_path)
     assert not other.runs[0].reused
     assert other.compared[2].computed < made.compared[2].computed
+    assert find_figure(figure, tmp_path).runs[0].result == made.runs[0].result
     (made.runs[0].directory / RESULT).write_text("{}")
+    assert find_figure(figure, tmp_path) is None
     assert not run_figure(figure, tmp_path).runs[0].reused
 
 
@@ -309,11 +469,22 @@ def invoked(*words):
     return CliRunner().invoke(app, ["reproduce", *words], catch_exceptions=False)
 
 
+def test_a_part_without_a_command_says_why(tmp_path):
+    head = GOOD.partition("[[part]]")[0].replace("relative = true", IDLER_3)
+    (run,) = run_figure(read_figure(head + INDICATORS), tmp_path).runs
+    assert (run.commands, run.no_command) == (
+        (),
+        "fegear theory has one point at a time",
+    )
+
+
 def test_the_page_holds_what_was_made(tmp_path):
     out = tmp_path / "out"
     ended = invoked(CHEAP, "-o", str(out))
     assert ended.exit_code == 0  # a disagreement is a finding
-    assert "computed 69.54 Hz, printed 60 Hz, 16 % apart: " in ended.stdout
+    line = "computed 69.54 Hz (nearest of 3), printed 60 Hz, 16 % apart: "
+    assert line in ended.stdout
+    assert "3 printed as a number: 2 to 1 %, 2 to 5 %" in ended.stdout
     page = (out / "index.html").read_text()
     figure = load_figure(CHEAP)
     assert figure.title in page
@@ -326,7 +497,47 @@ def test_the_page_holds_what_was_made(tmp_path):
     values = json.loads((out / "report.json").read_text())
     (row, *_) = values["figures"][0]["printed"]
     assert row["apart_percent"] == pytest.approx(15.9, abs=0.1)
+    rows = (out / "tables" / "printed.csv").read_text().splitlines()
+    assert rows[1].startswith("table 2.1,natural frequency 1,Hz,printed,")
+    table = (out / "tables" / f"{CHEAP}.csv").read_text()
+    assert table.startswith("mesh,panel,curve,style,mode,natural frequency [Hz],")
     assert invoked(CHEAP, "-o", str(out), "--json").stdout.startswith("{")
+
+
+def test_a_page_keeps_the_figures_of_earlier_runs(tmp_path, monkeypatch):
+    out = tmp_path / "out"
+    invoked("table-2.2", "-o", str(out))
+    ended = invoked(f" {CHEAP} ", "-o", str(out))
+    assert "made before, and on the page as well: table-2.2" in ended.stdout
+    page = (out / "index.html").read_text()
+    assert f"fegear reproduce {CHEAP} table-2.2 -o " in page
+    values = json.loads((out / "report.json").read_text())
+    assert [f["number"] for f in values["figures"]] == [CHEAP, "table-2.2"]
+    assert sum(row["lines"] for row in values["counts"]) == 12
+    monkeypatch.setattr("validation.reproduce.runs.FORMAT", "another")
+    ended = invoked(CHEAP, "-o", str(out))
+    assert "the program or their data changed: table-2.2" in ended.stdout
+    assert "natural frequency 8" not in (out / "index.html").read_text()
+
+
+def test_files_are_named_after_their_figures(tmp_path, monkeypatch):
+    text = (FOLDER / f"{CHEAP}.toml").read_text()
+    for name in (f"{CHEAP}.toml", "2.1.toml"):
+        (tmp_path / name).write_text(text)
+    monkeypatch.setattr("validation.reproduce.source_figures.FOLDER", tmp_path)
+    load_figure.cache_clear()
+    with pytest.raises(InputError, match=r"2\.1\.toml: number = table-2\.1; must be"):
+        load_figure("2.1")
+    (tmp_path / "2.1 copy.toml").write_text(text)
+    with pytest.raises(InputError, match=r"copy\.toml: must be named after its"):
+        figure_numbers()
+    load_figure.cache_clear()
+
+
+def test_figures_that_are_not_made_say_why():
+    left_out = left_out_figures()
+    assert all(len(each.why) > 15 for each in left_out)
+    assert "4.3" in {each.numbers for each in left_out}
 
 
 def test_after_ctrl_c_the_finished_figures_are_on_the_page(tmp_path, monkeypatch):
@@ -349,7 +560,9 @@ def test_after_ctrl_c_the_finished_figures_are_on_the_page(tmp_path, monkeypatch
     [
         (["9.9"], "figure = 9.9; no such figure"),
         (["3.66"], "did you mean 3.6"),
-        ([], "a number or --all is missing; allowed are table-2.1"),
+        ([], "a number or --all is missing (fegear reproduce --list names all)"),
+        (["4.4-4.7"], "figure = 4.4-4.7; no such figure"),
+        (["3.6", "-o", ""], "a directory is needed"),
         (["3.6", "--all"], "--all and 3.6 exclude each other"),
         (["3.6", "3.6"], "figure 3.6 is given 2 times"),
         (["--list", "--all"], "--all; --list makes nothing"),
@@ -367,6 +580,8 @@ def test_wrong_words_end_in_one_line(words, message, tmp_path, monkeypatch, caps
 def test_the_list_names_every_figure():
     shown = invoked("--list").stdout
     assert all(number in shown for number in figure_numbers())
+    assert "drawings without numbers" in shown
+    assert "not made: forces of the finite elements" in " ".join(shown.split())
     values = json.loads(invoked("--list", "--json").stdout)
     assert [each["number"] for each in values["figures"]] == list(figure_numbers())
 

@@ -39,8 +39,10 @@ def _environment() -> Environment:
     return environment
 
 
-def shown(value: float | None, digits: int = 3) -> str:
-    """A number as a table shows it, a dash where there is none."""
+def shown(value: float | tuple[float, ...] | None, digits: int = 3) -> str:
+    """A number or a point as a table shows it, a dash where there is none."""
+    if isinstance(value, tuple):
+        return f"({', '.join(shown(each, digits) for each in value)})"
     if value is None or math.isnan(value):
         return "-"
     rounded = float(f"{value:.{digits}g}")

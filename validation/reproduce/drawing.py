@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from lumped.drawing import color_of, draw_legend, panels
 from validation.reproduce.parts import QUANTITIES, Curve, Style
-from validation.reproduce.runs import FigureResult
+from validation.reproduce.runs import COLUMNS, FigureResult
 from validation.reproduce.source_figures import SourceFigure
 
 if TYPE_CHECKING:
@@ -32,11 +32,14 @@ LOOKS: Mapping[Style, dict[str, Any]] = {
 DIRECTIONS: Mapping[Style, str] = {"dots": "up", "circles": "down"}
 LEVELS = 12  # of a surface
 LETTERS = 72  # of titles beside each other
+WHOLE = ("mode",)  # axes of whole numbers
 PLACES = 300  # of marks along an axis
 
 
 def draw_figure(result: FigureResult) -> Figure:
     """Panels in the order of the parts; surfaces as contours beside each other."""
+    from matplotlib.ticker import MaxNLocator
+
     figure, curves = result.figure, result.curves
     names = list(dict.fromkeys(_panel(figure, curve) for curve in curves))
     labels = list(dict.fromkeys(_name(curve) for curve in curves))
@@ -62,10 +65,21 @@ def draw_figure(result: FigureResult) -> Figure:
         axes.set_visible(False)
     for axes in grid[-1]:
         axes.set_xlabel(figure.x or _speed(figure.relative))
+        if figure.x in WHOLE:
+            axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     handles = [] if surface else _handles(curves, labels)
     if handles:
         draw_legend(drawn, handles, 3)
     return drawn
+
+
+def column_names(result: FigureResult) -> tuple[str, ...]:
+    """Of a table of its curves: axes carry the labels and units of the picture."""
+    figure = result.figure
+    y = figure.y or QUANTITIES[figure.quantity][0]
+    surface = any(curve.style == "surface" for curve in result.curves)
+    value = QUANTITIES[figure.quantity][0] if surface else "value"
+    return (*COLUMNS[:4], figure.x or _speed(figure.relative), y, value)
 
 
 def _panel(figure: SourceFigure, curve: Curve) -> str:

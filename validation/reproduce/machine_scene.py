@@ -18,7 +18,7 @@ class MachineScene:
 
     name: str
     given: Mapping[str, Any]
-    has_commands = True
+    no_commands = ""  # every part says for itself
 
     def changed(self, values: Mapping[str, Any]) -> MachineScene:
         """With other figures."""

@@ -19,6 +19,7 @@ from fegear.statics import Progress
 from validation.cases import require_model
 from validation.data_files import STRICT, Edit, Flag, Number, Positive
 
+Value = float | tuple[float, ...]  # a point of a map has two coordinates
 Style = Literal[
     "line", "dashed", "dotted", "dots", "circles", "points", "pale", "surface"
 ]
@@ -40,7 +41,7 @@ class Train:
 
     edits : `KEY=VALUE` of the gear set; a part's come on top of the figure's
     delay_rad : by which mesh 2 drops to fewer tooth pairs after mesh 1, angle of its
-        own cycle; None leaves the phase of the gear set
+        own cycle, below 0 where it is early; None leaves the phase of the gear set
     wave_harmonics : of the stiffness that are kept, by excitation fe or fourier
     translations : whether gears move in the plane; rotations alone if left out
     corner_contact : whether tip corners touch beyond the nominal path of contact in
@@ -68,10 +69,12 @@ class Part(Train):
     y : label of its panel's axis, where it is not the figure's
     shown : whether its curves are drawn; else it is there for what it finds
     keys : patterns of the names of what it finds
+    no_command : why none computes the same, where none does
     """
 
     keys: ClassVar[tuple[str, ...]] = ()
     of_machine: ClassVar[bool] = False  # that may rattle, in place of a train
+    no_command: ClassVar[str] = "none computes this part alone"
 
     name: str = ""
     label: str = ""
@@ -112,7 +115,7 @@ class PartResult:
     """
 
     curves: tuple[Curve, ...]
-    found: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
+    found: Mapping[str, tuple[Value, ...]] = field(default_factory=dict)
 
 
 Compute = Callable[[Any, Any, Progress], PartResult]  # of a part and its scene

@@ -11,8 +11,9 @@ from fegear.statics import Progress
 from lumped.csv_text import format_records
 from validation.pages import SavedFigure, filled, save_figure
 from validation.provenance import provenance
-from validation.reproduce.drawing import draw_figure
-from validation.reproduce.runs import Compared, FigureResult, PartRun, curves_csv
+from validation.reproduce.comparison import Compared, count_lines, overview
+from validation.reproduce.drawing import column_names, draw_figure
+from validation.reproduce.runs import FigureResult, PartRun, curves_csv
 
 
 def report_values(
@@ -26,36 +27,44 @@ def report_values(
     return {
         "command": commands[""],
         "about": {**dict(provenance()), "computed on": "; ".join(machines)},
+        "counts": count_lines(each for result in results for each in result.compared),
         "figures": [
-            _figure_values(each, output) | {"command": commands[each.figure.number]}
+            figure_values(each, output) | {"command": commands[each.figure.number]}
             for each in results
         ],
     }
 
 
-def _figure_values(result: FigureResult, output: Path) -> dict[str, Any]:
-    figure = result.figure
+def figure_values(result: FigureResult, output: Path) -> dict[str, Any]:
+    figure, compared = result.figure, result.compared
     return {
         "number": figure.number,
         "title": figure.title,
         "says": figure.says,
         "notes": figure.notes,
+        "missing": figure.missing,
         "seconds": result.seconds,
         "csv": f"tables/{figure.number}.csv",
-        "printed": [_compared_values(each) for each in result.compared],
+        **overview(compared),
+        "printed": [_compared_values(each) for each in compared],
         "parts": [_part_values(run, output) for run in result.runs],
     }
 
 
 def _compared_values(compared: Compared) -> dict[str, Any]:
-    given = compared.printed
+    given = compared.reference
     return {
         "quantity": given.quantity,
         "unit": given.unit,
+        "origin": given.origin,
         "where": given.where,
-        "printed": given.value,
+        "bound": given.bound,
+        "reference": compared.value,
         "computed": compared.computed,
-        "apart_percent": 100.0 * abs(compared.apart),
+        "difference": compared.difference,
+        "scale": compared.scale,
+        "apart_percent": 100.0 * compared.apart,
+        "verdict": compared.verdict,
         "why": given.why,
         "line": compared.line,
     }
@@ -68,6 +77,7 @@ def _part_values(run: PartRun, output: Path) -> dict[str, Any]:
         "seconds": run.seconds,
         "reused": run.reused,
         "commands": list(run.commands),
+        "no_command": run.no_command,
         "directory": run.directory.relative_to(output).as_posix(),
         "found": {name: list(values) for name, values in run.result.found.items()},
     }
@@ -88,10 +98,12 @@ def write_report(
     for place, result in enumerate(results):
         number = result.figure.number
         report(f"picture of {number}", place, len(results))
-        write_text(tables / f"{number}.csv", curves_csv(result.curves))
+        columns = column_names(result)
+        write_text(tables / f"{number}.csv", curves_csv(result.curves, columns))
         drawn[number] = _saved(result, output, values["figures"][place]["command"])
     rows = [
-        {"figure": figure["number"]} | {k: v for k, v in row.items() if k != "line"}
+        {"figure": _in_words(figure["number"])}
+        | {key: _cell(value) for key, value in row.items() if key != "line"}
         for figure in values["figures"]
         for row in figure["printed"]
     ]
@@ -100,6 +112,17 @@ def write_report(
     text = filled("reproduce.html", **values, drawn=drawn)
     write_text(output / "index.html", text)
     return output / "index.html"
+
+
+def _in_words(number: str) -> str:
+    """`figure 4.10`, which no spreadsheet takes for 4.1."""
+    table = number.removeprefix("table-")
+    return f"figure {number}" if table == number else f"table {table}"
+
+
+def _cell(value: Any) -> Any:
+    """Coordinates of a point in one cell."""
+    return " ".join(map(str, value)) if isinstance(value, tuple) else value
 
 
 def _saved(result: FigureResult, output: Path, command: str) -> SavedFigure:

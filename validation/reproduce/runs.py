@@ -31,14 +31,14 @@ from validation.kept import (
     whole_texts,
     write_texts,
 )
-from validation.printed import nearest
 from validation.provenance import machine
+from validation.reproduce.comparison import Compared, compare
 from validation.reproduce.computations.kinds import COMPUTE
 from validation.reproduce.parts import Curve, Part, PartResult
-from validation.reproduce.source_figures import AnyScene, Printed, SourceFigure
+from validation.reproduce.source_figures import AnyScene, SourceFigure
 from validation.tasks import PACKAGES, digest_of
 
-FORMAT = "fegear reproduce part 1"  # of the files and of what stands in them
+FORMAT = "fegear reproduce part 2"  # of the files and of what stands in them
 CURVES = "curves.csv"
 COLUMNS = ("mesh", "panel", "curve", "style", "x", "y", "value")
 SOURCES = {
@@ -64,6 +64,7 @@ class PartRun:
 
     reused : whether nothing was computed; seconds : that it took when it was
     commands : that compute the same alone, none where there are none
+    no_command : why there are none
     """
 
     part: Part
@@ -72,35 +73,8 @@ class PartRun:
     seconds: float
     machine: str
     commands: tuple[str, ...]
+    no_command: str
     result: PartResult
-
-
-@dataclass(frozen=True)
-class Compared:
-    """A printed value beside the computed one, NaN where there is none."""
-
-    printed: Printed
-    computed: float
-
-    @property
-    def apart(self) -> float:
-        """Difference over the printed value, NaN where that is 0."""
-        value = self.printed.value
-        return (self.computed - value) / abs(value) if value else math.nan
-
-    @property
-    def line(self) -> str:
-        """`jump down: computed 0.81, printed 0.8, 1.2 % apart: why`."""
-        given = self.printed
-        unit = "" if given.unit == "1" else f" {given.unit}"
-        why = f": {given.why}" if given.why else ""
-        if math.isnan(self.computed):
-            return f"{given.quantity}: printed {given.value:g}{unit}, none found{why}"
-        apart = f", {100.0 * abs(self.apart):.2g} % apart" if given.value else ""
-        return (
-            f"{given.quantity}: computed {self.computed:.4g}{unit}, printed "
-            f"{given.value:g}{unit}{apart}{why}"
-        )
 
 
 @dataclass(frozen=True)
@@ -132,23 +106,13 @@ class FigureResult:
 
     @property
     def compared(self) -> tuple[Compared, ...]:
-        """Every printed value beside the nearest that its part found."""
+        """Every reference beside what its part found."""
         results = {run.part.own_name: run.result for run in self.runs}
-        return tuple(
-            Compared(
-                each, compared_value(results[each.part].found.get(each.found, ()), each)
-            )
-            for each in self.figure.printed
-        )
+        return tuple(compare(each, results) for each in self.figure.printed)
 
 
 def _joined(*words: str) -> str:
     return ", ".join(filter(None, words))
-
-
-def compared_value(values: Sequence[float], printed: Printed) -> float:
-    """A single value as it is; of several the nearest, if it is the same thing."""
-    return values[0] if len(values) == 1 else nearest(values, printed.value)
 
 
 def run_figure(
@@ -188,16 +152,29 @@ def inputs_of(part: Part, scene: AnyScene) -> dict[str, str]:
     }
 
 
+def find_figure(figure: SourceFigure, store: Path) -> FigureResult | None:
+    """A figure of which the store holds every part, None if one is missing."""
+    found = [_kept(part, figure.scene(part), store)[2] for part in figure.part]
+    runs = tuple(run for run in found if run is not None)
+    return FigureResult(figure, runs) if len(runs) == len(found) else None
+
+
+def _kept(
+    part: Part, scene: AnyScene, store: Path
+) -> tuple[Path, dict[str, str], PartRun | None]:
+    """Where a part is kept, what determines it, and what is kept of it."""
+    inputs = inputs_of(part, scene)
+    directory = store / f"{vars(part)['kind']}-{digest(inputs)[:16]}"
+    return directory, inputs, _read(part, scene, directory, inputs, reused=True)
+
+
 def _found_or_made(
     part: Part, scene: AnyScene, store: Path, report: Progress
 ) -> PartRun:
-    inputs = inputs_of(part, scene)
-    name = f"{vars(part)['kind']}-{digest(inputs)[:16]}"
-    directory = make_directory(store / name)
-    found = _read(part, scene, directory, inputs, reused=True)
+    directory, inputs, found = _kept(part, scene, store)
     if found is not None:
         return found
-    begin_run(directory, inputs, (CURVES,))
+    begin_run(make_directory(directory), inputs, (CURVES,))
     begin = time.perf_counter()
     result = COMPUTE[type(part)](part, scene, report)
     values = {
@@ -221,7 +198,7 @@ def commands_of(part: Part, scene: AnyScene) -> list[Sequence[str]]:
 
     The last command does, those before it make the mesh tables that it reads.
     """
-    words = part.command(scene) if scene.has_commands else ()
+    words = () if scene.no_commands else part.command(scene)
     return [*scene.table_commands(), words] if words else []
 
 
@@ -236,26 +213,31 @@ def _read(
     if texts is None:
         return None
     values: dict[str, Any] = json.loads(texts[RESULT])
-    found = {name: tuple(each) for name, each in values["found"].items()}
+    found = {
+        name: tuple(tuple(v) if isinstance(v, list) else v for v in each)
+        for name, each in values["found"].items()
+    }
+    commands = tuple(values["commands"])
     return PartRun(
         part=part,
         directory=directory,
         reused=reused,
         seconds=values["seconds"],
         machine=values["machine"],
-        commands=tuple(values["commands"]),
+        commands=commands,
+        no_command="" if commands else scene.no_commands or part.no_command,
         result=PartResult(read_curves(texts[CURVES]), found),
     )
 
 
-def curves_csv(curves: Sequence[Curve]) -> str:
+def curves_csv(curves: Sequence[Curve], columns: Sequence[str] = COLUMNS) -> str:
     """A row for every point; an empty cell parts stretches of a curve."""
     rows = (
         (c.mesh, c.panel, c.label, c.style, *point, *[math.nan] * (3 - len(point)))
         for c in curves
         for point in c.points
     )
-    return format_csv(COLUMNS, rows)
+    return format_csv(columns, rows)
 
 
 def read_curves(text: str) -> tuple[Curve, ...]:

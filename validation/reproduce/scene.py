@@ -22,7 +22,7 @@ from lumped.table import MeshTable
 from validation.data_files import edits_by_key
 from validation.reproduce.parts import QUANTITIES, Part, Quantity, Train
 
-DELAY = "delay_rad"  # among keys of a gear set, though it is none
+DELAY, LEAD = "delay_rad", "lead_rad"  # among keys of a gear set, though none is
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -57,9 +57,11 @@ class Scene:
         }
 
     def changed(self, values: Mapping[str, float]) -> Scene:
-        """With other figures of the gear set, or another delay."""
+        """With other figures of the gear set, or another delay or lead of mesh 2."""
         edits = {k: int(v) if v.is_integer() else v for k, v in values.items()}
         delay = edits.pop(DELAY, self.delay)
+        if LEAD in edits:
+            delay = -edits.pop(LEAD)
         return replace(self, given={**self.given, **edits}, delay=delay)
 
     @cached_property
@@ -169,10 +171,13 @@ class Scene:
         return [f"mesh-{mesh}.csv" for mesh in self.meshes]
 
     @property
-    def has_commands(self) -> bool:
-        """No command keeps few harmonics, nor makes tables of a changed mesh."""
-        teeth = {key for key in self.given if key.startswith("mesh.")}
-        return self.kept is None and not (self.needs_tables and teeth)
+    def no_commands(self) -> str:
+        """Why no command has this train, empty where commands have it."""
+        if self.kept is not None:
+            return "no command keeps few harmonics of the finite elements' stiffness"
+        if self.needs_tables and any(key.startswith("mesh.") for key in self.given):
+            return "no command makes mesh tables of a mesh that --set changes"
+        return ""
 
     def table_commands(self) -> Iterator[list[str]]:
         """Those that make the mesh tables that a command takes, if it takes any."""

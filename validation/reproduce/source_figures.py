@@ -16,46 +16,24 @@ from pydantic import AfterValidator, Field
 from fegear.errors import InputError
 from fegear.gearset.problems import nearest
 from fegear.output import read_text
-from validation.data_files import (
-    STRICT,
-    DataFile,
-    Flag,
-    Number,
-    Text,
-    edits_by_key,
-)
+from validation.data_files import STRICT, DataFile, Flag, Text, edits_by_key
 from validation.reproduce.computations.kinds import KINDS, AnyPart
 from validation.reproduce.machine_scene import MachineScene
 from validation.reproduce.parts import Part, Quantity, Train
+from validation.reproduce.readings import found_keys
+from validation.reproduce.references import Reference
 from validation.reproduce.scene import Scene, scene_of
 
 AnyScene = Scene | MachineScene
 FOLDER = Path(__file__).parents[1] / "figures"
+LEFT_OUT = FOLDER.parent / "left_out_figures.toml"
+NUMBER = re.compile(r"(rattle-)?(table-)?(\d)\.(\d+)([a-z]?)")
 
 
 def _require_number(text: str) -> str:
-    if not re.fullmatch(r"(rattle-)?(table-)?\d\.\d+[a-z]?", text):
+    if not NUMBER.fullmatch(text):
         raise ValueError("must be a number such as 3.6, 3.14a, table-2.1 or rattle-5.6")
     return text
-
-
-@dataclass(frozen=True, kw_only=True)
-class Printed:
-    """A value that the source prints, and what it stands beside.
-
-    part, found : name of a part and of what it finds; of several values the nearest
-    why : it does not agree, where it does not
-    """
-
-    __pydantic_config__ = STRICT
-
-    quantity: Text
-    value: Number
-    unit: str
-    where: Text
-    part: Text
-    found: Text
-    why: str = ""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -68,12 +46,15 @@ class SourceFigure(Train):
     relative : whether frequencies are those over the first natural frequency
     edits : of the gear set or, `table.key=VALUE`, of the machine's file
     x, y : labels of the axes where they are not those of a frequency response
+    printed : what is said beside it, printed as a number or not
+    missing : parts of the source's figure that are not made, and why
     """
 
     number: Annotated[str, AfterValidator(_require_number)]
     title: Text
     says: Text
     notes: str = ""
+    missing: str = ""
     gear_set: str = ""
     machine: str = ""
     meshes: Annotated[tuple[Literal[1, 2], ...], Field(min_length=1)] = (1, 2)
@@ -85,7 +66,7 @@ class SourceFigure(Train):
         tuple[Annotated[AnyPart, Field(discriminator="kind")], ...],
         Field(min_length=1),
     ]
-    printed: tuple[Printed, ...] = ()
+    printed: tuple[Reference, ...] = ()
 
     @property
     def parts(self) -> dict[str, Part]:
@@ -105,7 +86,7 @@ class SourceFigure(Train):
         )
 
 
-_FILE = DataFile(SourceFigure, {"part": KINDS, "printed": Printed})
+_FILE = DataFile(SourceFigure, {"part": KINDS, "printed": Reference})
 
 
 def figure_numbers() -> tuple[str, ...]:
@@ -115,22 +96,56 @@ def figure_numbers() -> tuple[str, ...]:
 
 def _place(number: str) -> tuple[bool, int, int, str]:
     """Tables stand before the figures of their chapter, rattle after gear trains."""
-    found = re.fullmatch(r"(rattle-)?(table-)?(\d)\.(\d+)([a-z]?)", number)
-    assert found
+    found = NUMBER.fullmatch(number)
+    if found is None:
+        file = FOLDER / f"{number}.toml"
+        raise InputError(f"{file}: must be named after its figure, such as 3.6.toml")
     rattle, table, chapter, own, letter = found.groups()
     return bool(rattle), int(chapter), int(own) - 1000 * bool(table), letter
 
 
 @cache
 def load_figure(number: str) -> SourceFigure:
-    """Raises InputError that names the numbers there are."""
+    """Raises InputError if there is none, or if its file holds another one."""
     known = figure_numbers()
     if number not in known:
         raise InputError(
-            f"figure = {number}; no such figure{nearest(number, known)} (allowed: "
-            f"{', '.join(known)})"
+            f"figure = {number}; no such figure{nearest(number, known)} "
+            "(fegear reproduce --list names all)"
         )
-    return read_figure(read_text(FOLDER / f"{number}.toml"), f"figure {number}")
+    file = FOLDER / f"{number}.toml"
+    figure = read_figure(read_text(file), f"figure {number}")
+    if figure.number != number:
+        raise InputError(
+            f"{file}: number = {figure.number}; must be {number}, as its name"
+        )
+    return figure
+
+
+@dataclass(frozen=True, kw_only=True)
+class LeftOut:
+    """Figures of the source that are not made, and why."""
+
+    __pydantic_config__ = STRICT
+
+    numbers: Text
+    title: Text
+    why: Text
+
+
+@dataclass(frozen=True, kw_only=True)
+class LeftOutFigures:
+    """All of them."""
+
+    __pydantic_config__ = STRICT
+
+    figure: tuple[LeftOut, ...]
+
+
+def left_out_figures() -> tuple[LeftOut, ...]:
+    """Figures of the source that are not made, in its order."""
+    file = DataFile(LeftOutFigures, {"figure": LeftOut})
+    return file.read(read_text(LEFT_OUT), LEFT_OUT.name).figure
 
 
 def read_figure(text: str, source: str = "figure") -> SourceFigure:
@@ -141,8 +156,12 @@ def read_figure(text: str, source: str = "figure") -> SourceFigure:
     for name in names:
         if names.count(name) > 1:
             raise InputError(f"{source}: part {name} stands there twice; name both")
-    for number, printed in enumerate(figure.printed, start=1):
-        _require_found(figure, printed, f"{source}: printed {number}")
+    for number, given in enumerate(figure.printed, start=1):
+        place = f"{source}: printed {number}"
+        _require_found(figure, given.part, given.found, place)
+        if given.beside is not None:
+            other = f"{place} beside"
+            _require_found(figure, given.beside.part, given.beside.found, other)
     return figure
 
 
@@ -160,15 +179,14 @@ def _require_one_subject(figure: SourceFigure, source: str) -> None:
                 raise InputError(f"{source}: {own.name} is of trains, not of machines")
 
 
-def _require_found(figure: SourceFigure, printed: Printed, place: str) -> None:
-    """The name of something that a part of the figure finds."""
-    parts = figure.parts
-    if printed.part not in parts:
-        raise InputError(
-            f"{place}, part = {printed.part}; must be one of {', '.join(parts)}"
-        )
-    keys = parts[printed.part].keys
-    if not any(re.fullmatch(key, printed.found) for key in keys):
-        raise InputError(
-            f"{place}, found = {printed.found}; must fit one of {', '.join(keys)}"
-        )
+def _require_found(figure: SourceFigure, part: str, found: str, place: str) -> None:
+    """The name of something that a part of the figure finds, or a reading."""
+    parts, (key, other) = figure.parts, found_keys(found)
+    for name in filter(None, (part, other)):
+        if name not in parts:
+            raise InputError(
+                f"{place}, part = {name}; must be one of {', '.join(parts)}"
+            )
+    keys = parts[part].keys
+    if key and not any(re.fullmatch(each, key) for each in keys):
+        raise InputError(f"{place}, found = {key}; must fit one of {', '.join(keys)}")

@@ -31,8 +31,8 @@ from lumped.settings import Settings
 from lumped.sweep import Direction, sweep_all
 from validation.data_files import STRICT, Number, Speeds
 from validation.reproduce.computations.frequency_response import require_finished
-from validation.reproduce.parts import Curve, Part, PartResult
-from validation.reproduce.scene import DELAY, Scene
+from validation.reproduce.parts import Curve, Part, PartResult, Value
+from validation.reproduce.scene import DELAY, LEAD, Scene
 
 Array = NDArray[np.float64]
 Point = tuple[float, ...]
@@ -41,7 +41,7 @@ FEWEST = 3  # speeds of a sweep at which a subharmonic is seen to grow
 
 
 def _require_key(key: str) -> str:
-    if key != DELAY:
+    if key not in (DELAY, LEAD):
         require_known_key(key)
     return key
 
@@ -63,7 +63,7 @@ MeshNumber = Literal[1, 2]
 
 @dataclass(frozen=True, kw_only=True)
 class Over:
-    """A key of the gear set, or delay_rad, from one value to another."""
+    """A key of the gear set, or delay_rad or lead_rad, from one value to another."""
 
     __pydantic_config__ = STRICT
 
@@ -90,36 +90,32 @@ def _curve(points: Sequence[Point], values: Array, mesh: int) -> Curve:
 
 def _extremes(
     over: Sequence[Over], points: Sequence[Point], values: Array
-) -> Iterator[tuple[str, tuple[float, ...]]]:
-    """Where the largest and the least value stand, on every axis, and the values.
+) -> Iterator[tuple[str, tuple[Value, ...]]]:
+    """The largest and the least value and where they stand, on two axes a point.
 
     change_along : an axis, at most, over the height of all values
-    peak_at, valley_at : coordinates of all that are higher or lower than their
-        neighbours
+    peaks, valleys : where values are higher or lower than all their neighbours
     """
     if np.isnan(values).all():
         return
+    places = points if len(over) > 1 else [point[0] for point in points]
     grid = values.reshape([each.count for each in over])
     height = float(np.nanmax(grid) - np.nanmin(grid))
     for number in range(len(over)):
         change = np.fmax.reduce(grid, number) - np.fmin.reduce(grid, number)
         yield f"change_along{number + 1}", (float(np.nanmax(change)) / height,)
-    for name, sign in (("peak", 1.0), ("valley", -1.0)):
-        tops = [points[int(i)] for i in np.flatnonzero(_tops(sign * grid))]
-        for number in range(len(over)):
-            yield f"{name}_at{number + 1}", tuple(top[number] for top in tops)
-    for name, place in (
+    for name, sign in (("peaks", 1.0), ("valleys", -1.0)):
+        tops = np.flatnonzero(_tops(sign * grid))
+        yield name, tuple(places[int(i)] for i in tops)
+    for name, top in (
         ("largest", int(np.nanargmax(values))),
         ("least", int(np.nanargmin(values))),
     ):
-        yield name, (float(values[place]),)
-        for number in range(len(over)):
-            yield f"{name}_at{number + 1}", (points[place][number],)
+        yield name, (float(values[top]),)
+        yield f"{name}_at", (places[top],)
 
 
-EXTREMES = (
-    r"mesh[12]\.((largest|least)(_at[12])?|change_along[12]|(peak|valley)_at[12])"
-)
+EXTREMES = r"mesh[12]\.((largest|least)(_at)?|change_along[12]|peaks|valleys)"
 
 
 def _tops(grid: Array) -> NDArray[np.bool_]:
@@ -144,6 +140,9 @@ class MapPart(Part):
     """
 
     keys: ClassVar = (EXTREMES,)
+    no_command: ClassVar = (
+        "fegear map sweeps no speeds, and has one phase for all points"
+    )
 
     kind: Literal["map"] = "map"
     over: OneOrTwo
@@ -162,9 +161,8 @@ class MapPart(Part):
         return respond_over(speeds, Settings(), self.directions)
 
     def command(self, scene: Scene) -> Sequence[str]:
-        """None where speeds are swept, or where every point has its own phase."""
         moves = scene.delay is not None and any("ratio" in o.key for o in self.over)
-        if self.at is None or moves or any(o.key == DELAY for o in self.over):
+        if self.at is None or moves or any(o.key in (DELAY, LEAD) for o in self.over):
             return ()
         axes = [f"{o.key}={o.low:g}:{o.high:g}:{o.count}" for o in self.over]
         over = [word for axis in axes for word in ("--over", axis)]
@@ -213,6 +211,7 @@ class TheoryMapPart(Part):
     """
 
     keys: ClassVar = (EXTREMES,)
+    no_command: ClassVar = "fegear theory has one point at a time"
 
     kind: Literal["theory_map"] = "theory_map"
     over: OneOrTwo
@@ -269,9 +268,10 @@ class IndicatorsPart(Part):
     """
 
     keys: ClassVar = (
-        r"mode[1-9]\.\d(/\d)?\.(largest|least)(_at1)?",
+        r"mode[1-9]\.\d(/\d)?\.(largest|least)(_at)?",
         r"mode[1-9]\.\d(/\d)?\.(limit|unstable_part)",
     )
+    no_command: ClassVar = "fegear theory has one point at a time"
 
     kind: Literal["indicators"] = "indicators"
     over: Over
@@ -291,7 +291,7 @@ def indicators(part: IndicatorsPart, scene: Scene, report: Progress) -> PartResu
         report("closed forms", done, len(values))
         systems.append(parametric_system(each.system))
     curves = []
-    found: dict[str, tuple[float, ...]] = {}
+    found: dict[str, tuple[Value, ...]] = {}
     for mode, order in part.resonances:
         place = scenes[0].place_of(mode)
         near = [resonance(system, place, Fraction(order)) for system in systems]
@@ -340,7 +340,8 @@ class WidthPart(Part):
     Width by closed forms, RMS by a sweep down, each at values of one figure.
     """
 
-    keys: ClassVar = ("off_line|gone",)
+    keys: ClassVar = ("off_line|gone|widest",)
+    no_command: ClassVar = "fegear theory and sweep have one point at a time"
 
     kind: Literal["width"] = "width"
     over: Over
@@ -354,6 +355,7 @@ def width(part: WidthPart, scene: Scene, report: Progress) -> PartResult:
     """Found of the points: how far they are off a straight line, over their height.
 
     gone : value of the figure at which closed forms give no interval
+    widest : RMS of the point with the widest interval [um]
     """
     unit, values = scene.unit_Hz, part.over.values
     speeds = [unit * value for value in parsed_speeds(part.band)]
@@ -365,12 +367,18 @@ def width(part: WidthPart, scene: Scene, report: Progress) -> PartResult:
     for near, branch in zip(found_near, swept, strict=True):
         margins.append(abs(near.parametric) / near.damping_ratio - 2.0)
         ends = instability_interval(near)
-        grown = [r.dte_rms[part.mesh - 1] for r in branch.responses if r.multiple != 1]
+        grown = [
+            r.dte_rms[part.mesh - 1]
+            for r in branch.responses
+            # below the boundary doubled motions die out for long, with contact
+            if r.multiple == 2 and r.contact_loss.max() > 0.0
+        ]
         if ends and len(grown) >= FEWEST:
             points.append(((ends[1] - ends[0]) / unit, MICRO * float(max(grown))))
     found = {"gone": _crossings(values, np.array(margins))}
     if len(points) > 2:
         x, y = np.array(sorted(points)).T
+        found["widest"] = (float(y[-1]),)
         line = np.polyval(np.polyfit(x, y, 1), x)
         found["off_line"] = (float(np.abs(y - line).max() / np.ptp(y)),)
     curve = Curve("circles", tuple(points))

@@ -33,6 +33,7 @@ class SpectraPart(Part):
     """
 
     keys: ClassVar = (r"speed\d+\.mesh[12]\.(peaks|highest|lowest)",)
+    no_command: ClassVar = "fegear wave comes from one speed, not by way of several"
 
     kind: Literal["spectra"] = "spectra"
     speeds: Speeds

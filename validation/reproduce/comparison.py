@@ -1,0 +1,169 @@
+"""Computed values beside references: how far apart, and how many agree."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from validation.printed import nearest
+from validation.reproduce.parts import Value
+from validation.reproduce.readings import Results, read_found
+from validation.reproduce.references import ORIGINS, Reference
+
+LIMITS = (0.01, 0.05, 0.1)  # of the scale: how close values are counted
+SAME = 1e-6  # of the scale
+NONE = math.nan
+
+
+@dataclass(frozen=True)
+class Compared:
+    """A reference beside the computed value, NaN where there is none.
+
+    value : of the reference; choices : computed values of which this is the nearest
+    """
+
+    reference: Reference
+    value: Value
+    computed: Value
+    choices: int = 1
+
+    @property
+    def difference(self) -> float:
+        """In the unit; of points that of the coordinates that differ most."""
+        pairs = zip(_as_point(self.computed), _as_point(self.value), strict=True)
+        return max((a - b for a, b in pairs), key=abs)
+
+    @property
+    def scale(self) -> float:
+        """Of which the difference is told."""
+        size = max(abs(value) for value in _as_point(self.value))
+        return self.reference.scale or size or NONE
+
+    @property
+    def met(self) -> bool:
+        """Whether it keeps a bound."""
+        bound = self.reference.bound
+        gap = -self.difference if bound == "below" else self.difference
+        return bool(bound) and gap > 0.0
+
+    @property
+    def apart(self) -> float:
+        """Difference over the scale, 0 of a bound that is kept, NaN if it is not."""
+        if self.reference.bound:
+            return 0.0 if self.met else NONE
+        return abs(self.difference) / self.scale
+
+    @property
+    def verdict(self) -> str:
+        """`1.2 % apart`, `0.16 rad apart, 5.1 % of 3.142 rad`, `not met`."""
+        given = self.reference
+        if math.isnan(_as_point(self.computed)[0]):
+            return "none found"
+        if given.bound:
+            return "met" if self.met else "not met"
+        if self.apart < SAME:
+            return "equal"
+        percent = f"{100.0 * self.apart:.2g} %"
+        if given.scale is None:
+            return f"{percent} apart"
+        gap = _shown(abs(self.difference), given.unit, 2)
+        return f"{gap} apart, {percent} of {_shown(self.scale, given.unit)}"
+
+    @property
+    def line(self) -> str:
+        """`jump down: computed 0.81, printed 0.8, 1.2 % apart: why`."""
+        given = self.reference
+        shown = f"{given.bound} {_shown(self.value, given.unit)}".lstrip()
+        told = f"{ORIGINS[given.origin][0]} {shown}"
+        if given.beside is not None:
+            told += f" of {given.beside.part}"
+        why = f": {given.why}" if given.why else ""
+        if math.isnan(_as_point(self.computed)[0]):
+            return f"{given.quantity}: {told}, none found{why}"
+        among = f" (nearest of {self.choices})" if self.choices > 1 else ""
+        computed = _shown(self.computed, given.unit)
+        return (
+            f"{given.quantity}: computed {computed}{among}, {told}, {self.verdict}{why}"
+        )
+
+
+def compare(reference: Reference, results: Results) -> Compared:
+    """A reference beside what its part found."""
+    values = read_found(results, reference.part, reference.found)
+    value: Value = NONE
+    if reference.beside is not None:
+        other = read_found(results, reference.beside.part, reference.beside.found)
+        value = _nearest(other, values[0]) if values and other else NONE
+    elif reference.point is not None:
+        value = reference.point
+    elif reference.value is not None:
+        value = reference.value
+    computed = _nearest(values, value, far=reference.scale is not None)
+    return Compared(reference, value, computed, max(1, len(values)))
+
+
+def _nearest(values: Sequence[Value], value: Value, far: bool = True) -> Value:
+    """A single value as it is; of several the nearest, points as a whole.
+
+    far : whether one that is far off counts, else it is not the same thing
+    """
+    if not values:
+        return tuple(NONE for _ in value) if isinstance(value, tuple) else NONE
+    if len(values) == 1:
+        return values[0]
+    if far or isinstance(value, tuple):
+        return min(
+            values, key=lambda each: math.dist(_as_point(each), _as_point(value))
+        )
+    return nearest(
+        [float(each) for each in values if not isinstance(each, tuple)], value
+    )
+
+
+def _as_point(value: Value) -> tuple[float, ...]:
+    return value if isinstance(value, tuple) else (value,)
+
+
+def _shown(value: Value, unit: str, digits: int = 4) -> str:
+    numbers = ", ".join(f"{each:.{digits}g}" for each in _as_point(value))
+    words = f"({numbers})" if isinstance(value, tuple) else numbers
+    return words if unit == "1" else f"{words} {unit}"
+
+
+def count_lines(compared: Iterable[Compared]) -> list[dict[str, Any]]:
+    """By their origin how many lines there are, how close, and how many with a reason.
+
+    Lines that are neither within the last of LIMITS nor keep their bound are `beyond`.
+    """
+    lines = list(compared)
+    rows = []
+    for origin, (_, meaning) in ORIGINS.items():
+        own = [each for each in lines if each.reference.origin == origin]
+        if not own:
+            continue
+        within = {
+            f"within_{100.0 * limit:g}_percent": sum(e.apart <= limit for e in own)
+            for limit in LIMITS
+        }
+        beyond = [each for each in own if not each.apart <= LIMITS[-1]]
+        rows.append(
+            {"origin": origin, "meaning": meaning, "lines": len(own)}
+            | within
+            | {
+                "beyond": len(beyond),
+                "with_a_reason": sum(bool(each.reference.why) for each in own),
+            }
+        )
+    return rows
+
+
+def overview(compared: Sequence[Compared]) -> Mapping[str, Any]:
+    """The largest difference over its scale, and how many are not met or not found."""
+    apart = [each.apart for each in compared]
+    known = [value for value in apart if not math.isnan(value)]
+    return {
+        "largest_apart_percent": 100.0 * max(known, default=NONE),
+        "not_met": len(apart) - len(known),
+    }

@@ -1,0 +1,205 @@
+"""Values that are read from the curves of a figure's parts."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from validation.reproduce.parts import Curve, PartResult, Value
+
+Array = NDArray[np.float64]
+Results = Mapping[str, PartResult]  # by the name of a part
+CLOSE = 0.01
+LOW = 0.25  # of the height, above the least value: where contours are ellipses
+
+
+def read_found(results: Results, part: str, found: str) -> tuple[Value, ...]:
+    """All values of what a part finds, or what is read from its curves."""
+    for pattern, read in (*FILTERS.items(), *READINGS.items()):
+        if match := re.fullmatch(pattern, found):
+            return tuple(read(results, part, *match.groups()))
+    return results[part].found.get(found, ())
+
+
+def found_keys(found: str) -> tuple[str, str]:
+    """What a part itself has to find, and the other part that is needed.
+
+    Each is empty where it is not.
+    """
+    for pattern in FILTERS:
+        if match := re.fullmatch(pattern, found):
+            return found_keys(match["key"])
+    for pattern in READINGS:
+        if match := re.fullmatch(pattern, found):
+            return "", match.groupdict().get("other", "")
+    return found, ""
+
+
+def _count(results: Results, part: str, key: str) -> Iterator[float]:
+    yield float(len(read_found(results, part, key)))
+
+
+def _between(
+    results: Results, part: str, key: str, low: str, high: str
+) -> Iterator[Value]:
+    for value in read_found(results, part, key):
+        if not isinstance(value, tuple) and float(low) <= value <= float(high):
+            yield value
+
+
+def _coordinate(results: Results, part: str, key: str, axis: str) -> Iterator[Value]:
+    for value in read_found(results, part, key):
+        yield value[int(axis) - 1] if isinstance(value, tuple) else value
+
+
+def _value_at(results: Results, part: str, mesh: str, *at: str) -> Iterator[float]:
+    """The largest of the values at the point nearest to a place."""
+    points = _points(results[part], mesh)
+    place = [float(value) for value in at]
+    if points.size:
+        gap = np.linalg.norm(points[:, : len(place)] - place, axis=1)
+        yield float(points[gap <= gap.min() * (1.0 + 1e-9), len(place)].max())
+
+
+def _extreme(
+    results: Results, part: str, what: str, mesh: str, name: str, low: str, high: str
+) -> Iterator[float]:
+    """The largest or least value between two places of the x axis, or its place."""
+    points = _points(results[part], mesh)
+    inside = points[(points[:, 0] >= float(low)) & (points[:, 0] <= float(high))]
+    if inside.size:
+        y = inside[:, 1]
+        chosen = inside[y.argmax() if name == "largest" else y.argmin()]
+        yield float(chosen[0 if what else 1])
+
+
+def _growth(
+    results: Results, part: str, mesh: str, low: str, high: str, other: str
+) -> Iterator[float]:
+    """The largest value over that of another part."""
+    given = mesh, "largest", low, high
+    for own, second in zip(
+        *(_extreme(results, name, "", *given) for name in (part, other)), strict=False
+    ):
+        yield own / second
+
+
+def _crests(
+    results: Results, part: str, mesh: str, axis: str, at: str
+) -> Iterator[float]:
+    """Where a surface has crests along an axis, at the nearest value of the other."""
+    points = _points(results[part], mesh)
+    along = int(axis) - 1
+    gap = np.abs(points[:, 1 - along] - float(at))
+    row = points[gap <= gap.min() + 1e-9]
+    row = row[row[:, along].argsort()]
+    value = np.concatenate([[-np.inf], row[:, 2], [-np.inf]])
+    for number in np.flatnonzero(
+        (value[1:-1] > value[:-2]) & (value[1:-1] > value[2:])
+    ):
+        yield float(row[number, along])
+
+
+def _share(results: Results, part: str, mesh: str, other: str) -> Iterator[float]:
+    """Part of the points that lie on a stable branch of the other part.
+
+    They do where the nearest one is within CLOSE of their largest value.
+    """
+    own = _points(results[part], mesh)
+    lines = [c for c in results[other].curves if c.style == "line"]
+    stretches = [np.array(c.points, float) for c in lines if c.mesh == int(mesh)]
+    if not (own.size and stretches):
+        return
+    starts = np.concatenate([points[:-1] for points in stretches])
+    ends = np.concatenate([points[1:] for points in stretches])
+    close = 0
+    for x, y in own:
+        with np.errstate(invalid="ignore", divide="ignore"):
+            along = (x - starts[:, 0]) / (ends[:, 0] - starts[:, 0])
+        inside = (along >= 0.0) & (along <= 1.0)
+        branch = starts[inside, 1]
+        branch = branch + along[inside] * (ends[inside, 1] - branch)
+        close += bool((np.abs(branch - y) <= CLOSE * own[:, 1].max()).any())
+    yield close / len(own)
+
+
+def _ratio(results: Results, part: str, mesh: str, other: str) -> Iterator[float]:
+    """Largest ratio of the values of two surfaces over the same points."""
+    (x, y, own), (x2, y2, second) = (
+        _surface(results[name], mesh) for name in (part, other)
+    )
+    if x.shape == x2.shape and np.allclose(x, x2) and np.allclose(y, y2):
+        yield float(np.nanmax(own / second))
+
+
+def _axis(results: Results, part: str, mesh: str) -> Iterator[float]:
+    """Angle of the long axis of the contours about the least value [deg].
+
+    The square of the RMS is fitted by a second-order form, whose contours are ellipses
+    (eq. 2.31); clockwise from the x axis is below 0.
+    """
+    x, y, values = _surface(results[part], mesh)
+    least, most = np.nanmin(values), np.nanmax(values)
+    near = values <= least + LOW * (most - least)
+    x, y, squares = x[near], y[near], values[near] ** 2
+    terms = np.stack([x * x, x * y, y * y, x, y, np.ones_like(x)], axis=1)
+    (a, b, c, *_), _, rank, _ = np.linalg.lstsq(terms, squares)
+    if rank == terms.shape[1]:
+        _, axes = np.linalg.eigh([[a, b / 2.0], [b / 2.0, c]])
+        yield _half_turn(math.degrees(math.atan2(axes[1, 0], axes[0, 0])))
+
+
+def _turn(
+    results: Results, part: str, mesh: str, second: str, other: str
+) -> Iterator[float]:
+    """Angle of a long axis against another one [deg]."""
+    for own, reference in zip(
+        _axis(results, part, mesh), _axis(results, other, second), strict=False
+    ):
+        yield _half_turn(own - reference)
+
+
+def _half_turn(angle: float) -> float:
+    """The same axis between -90 and 90 deg."""
+    return (angle + 90.0) % 180.0 - 90.0
+
+
+def _points(result: PartResult, mesh: str) -> Array:
+    """All points, (n, 2) or (n, 3), of the curves of a mesh."""
+    own = _of_mesh(result.curves, mesh)
+    points = np.array([point for curve in own for point in curve.points], float)
+    points = points.reshape(-1, points.shape[-1] if points.size else 2)
+    return points[~np.isnan(points).any(axis=1)]
+
+
+def _surface(result: PartResult, mesh: str) -> tuple[Array, Array, Array]:
+    (surface,) = _of_mesh(result.curves, mesh)
+    x, y, values = np.array(surface.points, float).T
+    return x, y, values
+
+
+def _of_mesh(curves: Sequence[Curve], mesh: str) -> list[Curve]:
+    return [curve for curve in curves if curve.mesh in (0, int(mesh))]
+
+
+MESH, NUMBER, OTHER = r"mesh([12])", r"([-\d.]+)", "(?P<other>.+)"
+FILTERS: Mapping[str, Callable[..., Iterator[Value]]] = {  # of what else is found
+    r"number of (?P<key>.+)": _count,
+    rf"(?P<key>.+) between {NUMBER}:{NUMBER}": _between,
+    r"(?P<key>.+_at) over ([12])": _coordinate,
+}
+READINGS: Mapping[str, Callable[..., Iterator[Value]]] = {  # of curves
+    rf"{MESH}\.value at {NUMBER}": _value_at,
+    rf"{MESH}\.value at \({NUMBER}, {NUMBER}\)": _value_at,
+    rf"(place of |){MESH}\.(largest|least) in {NUMBER}:{NUMBER}": _extreme,
+    rf"{MESH}\.growth in {NUMBER}:{NUMBER} from {OTHER}": _growth,
+    rf"{MESH}\.crests over ([12]) at {NUMBER}": _crests,
+    rf"{MESH}\.share on {OTHER}": _share,
+    rf"{MESH}\.ratio to {OTHER}": _ratio,
+    rf"{MESH}\.axis": _axis,
+    rf"{MESH}\.turn from {MESH} of {OTHER}": _turn,
+}

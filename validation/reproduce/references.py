@@ -1,0 +1,76 @@
+"""What stands beside a computed value, and where it comes from."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from validation.data_files import STRICT, Number, Positive, Text
+
+Origin = Literal["printed", "text", "checked", "fitted", "method"]
+ORIGINS: dict[Origin, tuple[str, str]] = {  # word of a line, and of a table
+    "printed": ("printed", "printed as a number"),
+    "text": ("by the text", "read off words or a picture, no number is printed"),
+    "checked": ("recomputed independently", "not printed, recomputed independently"),
+    "fitted": ("fitted to", "printed, and the train was chosen to meet it"),
+    "method": ("beside", "another method of the same figure"),
+}
+UnitOfTrains = Literal["1", "Hz", "omega_1", "N", "um", "rad", "deg", "pitches"]
+UnitOfMachines = Literal["pitch radii", "rad2/turn3", "of 25", "s", "%"]
+Unit = Literal[UnitOfTrains, UnitOfMachines]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Beside:
+    """What another part of the figure finds."""
+
+    __pydantic_config__ = STRICT
+
+    part: Text
+    found: Text
+
+
+@dataclass(frozen=True, kw_only=True)
+class Reference:
+    """A value that stands beside a computed one.
+
+    value, point, beside : one of them; a point has two coordinates
+    origin : where it comes from, `method` if it is beside another part's value
+    where : it was read, or what the source says of it
+    bound : it is the largest or the least value that agrees, equal ones not
+    scale : of which differences are told, where its own size says nothing: of angles,
+        places on an axis, and 0
+    part, found : name of a part and of what it finds; of several values the nearest
+    why : it does not agree, where it does not
+    """
+
+    __pydantic_config__ = STRICT
+
+    quantity: Text
+    value: Number | None = None
+    point: tuple[Number, Number] | None = None
+    beside: Beside | None = None
+    unit: Unit
+    origin: Origin = "printed"
+    where: Text
+    bound: Literal["", "below", "above"] = ""
+    scale: Positive | None = None
+    part: Text
+    found: Annotated[str, Field(min_length=1)]
+    why: str = ""
+
+    def __post_init__(self) -> None:
+        given = [
+            each for each in (self.value, self.point, self.beside) if each is not None
+        ]
+        if len(given) != 1:
+            raise ValueError("one of value, point and beside is needed")
+        if (self.beside is not None) != (self.origin == "method"):
+            raise ValueError("origin method and beside belong together")
+        size = self.value if self.beside is None and self.point is None else 1.0
+        if not (size or self.scale or self.bound):
+            raise ValueError("scale is missing, for the value is 0")
+        if self.bound and self.point is not None:
+            raise ValueError("bound needs a value, no point")
