@@ -1,32 +1,60 @@
-"""Work on several cores, in threads: compiled kernels let go of the interpreter."""
+"""Work on several cores, in threads: compiled kernels let go of the interpreter.
+
+Tasks that are functions of modules with plain arguments may also go to the processes of
+dask.distributed, here or on other machines, with the same results.
+"""
 
 from __future__ import annotations
 
 import os
 import threading
-from collections.abc import Callable, Iterable, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import (
+    FIRST_COMPLETED,
+    Executor,
+    Future,
+    ThreadPoolExecutor,
+    wait,
+)
+from contextlib import contextmanager
+from dataclasses import dataclass
 from typing import TypeVar
 
 K = TypeVar("K")
 R = TypeVar("R")
 QUEUE = 4  # tasks prepared ahead of each worker
+PATIENCE = 20  # seconds for a scheduler to answer
+
+
+@dataclass(frozen=True)
+class Cluster:
+    """Worker processes of dask.distributed.
+
+    scheduler : address of one that runs; else one worker a core is started here
+    """
+
+    scheduler: str = ""
+
+
+class NoClusterError(Exception):
+    """A cluster that cannot be used, and why."""
 
 
 def run_tasks(
     tasks: Iterable[tuple[K, Callable[[], R]]],
     take: Callable[[K, R], None],
     stop: threading.Event,
-    workers: int | None = None,
+    workers: int | Cluster | None = None,
 ) -> None:
     """Run tasks and hand over what each gives, in this thread, as it is finished.
 
     tasks : with the name of each, prepared in this thread, a few at a time
     stop : an event that tasks may heed
+    workers : threads, one a core if None, or a cluster
 
     Ctrl-C ends the work after the tasks that are under way and is raised again.
+    Raises NoClusterError where a cluster cannot be used.
     """
-    count = workers or os.cpu_count() or 1
     running: dict[Future[R], K] = {}
 
     def collect(most: int) -> None:
@@ -34,7 +62,7 @@ def run_tasks(
             for future in wait(running, return_when=FIRST_COMPLETED).done:
                 take(running.pop(future), future.result())
 
-    with ThreadPoolExecutor(count) as pool:
+    with _executor(workers) as (pool, count):
         try:
             for name, task in tasks:
                 running[pool.submit(task)] = name
@@ -46,6 +74,36 @@ def run_tasks(
                 if not future.cancel() and isinstance(error, KeyboardInterrupt):
                     take(name, future.result())
             raise
+
+
+@contextmanager
+def _executor(workers: int | Cluster | None) -> Iterator[tuple[Executor, int]]:
+    """What runs tasks, and how many at a time."""
+    if not isinstance(workers, Cluster):
+        count = workers or os.cpu_count() or 1
+        with ThreadPoolExecutor(count) as threads:
+            yield threads, count
+        return
+    try:
+        from distributed import Client, LocalCluster
+    except ModuleNotFoundError:
+        words = "a cluster needs dask.distributed: pip install 'fegear[cluster]'"
+        raise NoClusterError(words) from None
+    if workers.scheduler:
+        try:
+            client = Client(workers.scheduler, timeout=PATIENCE)
+        except (OSError, ValueError, TypeError) as error:
+            reason = str(error).splitlines()[0]
+            raise NoClusterError(f"scheduler {workers.scheduler}: {reason}") from None
+        with client:
+            yield client.get_executor(), sum(client.ncores().values()) or 1
+        return
+    settings = {"threads_per_worker": 1, "processes": True, "dashboard_address": None}
+    with (
+        LocalCluster(os.cpu_count() or 1, **settings) as here,
+        Client(here, set_as_default=False) as client,
+    ):
+        yield client.get_executor(), os.cpu_count() or 1
 
 
 def run_together(

@@ -51,7 +51,7 @@ COMMANDS = (  # each in a file of its name, in the order of the help
 )
 RATTLES = (  # of the group `rattle`
     *("critical", "gears", "run-down", "periodic"),
-    *("bifurcation", "basin", "manifold"),
+    *("bifurcation", "basin", "manifold", "noise"),
 )
 BENCHMARKS: dict[str, Callable[..., None]] = {
     "stiffness": bench.stiffness_benchmark,

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from fegear.gearset.model import GearSet
     from fegear.statics import Progress
     from fegear.store import Keeping
+    from lumped.workers import Cluster
 
 
 PICTURES = (".png", ".pdf", ".svg")
@@ -118,6 +119,30 @@ class Outputs:
     def progress(self) -> AbstractContextManager[Progress]:
         """A bar, unless the screen is for JSON."""
         return progress_bar(enabled=not self.as_json)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Workers:
+    """Where tasks are computed, in place of threads of this process."""
+
+    cluster: bool = option(
+        "Compute in worker processes of dask.distributed, one a core.", default=False
+    )
+    scheduler: str | None = option(
+        "Address of a dask scheduler that runs, such as tcp://host:8786, on whose "
+        "workers to compute. [default: none]"
+    )
+
+    def __post_init__(self) -> None:
+        if self.cluster and self.scheduler is not None:
+            raise InputError("--cluster; --scheduler takes its place")
+
+    @property
+    def chosen(self) -> Cluster | None:
+        from lumped.workers import Cluster
+
+        asked = self.cluster or self.scheduler is not None
+        return Cluster(self.scheduler or "") if asked else None
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -25,6 +25,7 @@ from lumped.rattle.basins import (
     tiles_of,
 )
 from lumped.rattle.figure import draw_basins
+from lumped.workers import Cluster, NoClusterError
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -102,12 +103,15 @@ def find_basins(
     iterations: int,
     keeping: Keeping,
     report: Progress = lambda what, done, total: None,
+    workers: Cluster | None = None,
 ) -> BasinsResult:
     """Basins on a grid of departures from the upper flank.
 
     iterations : returns after which a motion that still changes counts as chaotic
     keeping : where tiles are kept as they are finished
-    Raises InputError where the grid takes more memory than it should.
+    workers : that compute tiles; threads, one a core, where there are none
+    Raises InputError where the grid takes more memory than it should, or the cluster
+    cannot be used.
     """
     if grid.cells > MOST_CELLS:
         raise InputError(
@@ -135,8 +139,11 @@ def find_basins(
         settled = settle_grid(
             *(machine, grid, iterations, tiles, keep),
             lambda done, total: report("tiles of cells", done, total),
+            workers,
         )
         finished = True
+    except NoClusterError as error:
+        raise InputError(str(error)) from None
     finally:
         if checkpoint is not None:
             checkpoint.close(keep=bool(tiles) and not finished)

@@ -26,7 +26,7 @@ from lumped.rattle.departures import (
 )
 from lumped.rattle.kernels import settle as kernel
 from lumped.rattle.machine import Machine
-from lumped.workers import run_tasks
+from lumped.workers import Cluster, run_tasks
 
 Array = NDArray[np.float64]
 Numbers = NDArray[np.int64]
@@ -146,8 +146,9 @@ def settle_grid(
     known: Mapping[int, Settled],
     keep: Callable[[int, Settled], None] = lambda number, settled: None,
     report: Callable[[int, int], None] = lambda done, total: None,
+    workers: int | Cluster | None = None,
 ) -> Settled:
-    """Where all cells lead, in tiles on several cores.
+    """Where all cells lead, in tiles on several cores or on a cluster.
 
     known : tiles by number that are not computed again
     keep : called with each other tile as it is finished
@@ -165,7 +166,7 @@ def settle_grid(
         for number, (first, last) in enumerate(tiles)
         if number not in found
     )
-    run_tasks(tasks, take, threading.Event())
+    run_tasks(tasks, take, threading.Event(), workers)
     parts = zip(*(found[number] for number in range(len(tiles))), strict=True)
     return Settled(*(np.concatenate(part) for part in parts))
 
@@ -174,20 +175,29 @@ def basins_of(
     machine: Machine, grid: Grid, iterations: int, settled: Settled
 ) -> Basins:
     """The attractors that cells settle to, quiet first, and which cell leads where."""
-    naming = Naming(machine, iterations)
-    attractor = naming.sort(settled)
-    order = sorted(range(len(naming.found)), key=lambda i: _rank(naming.found[i]))
-    place = np.empty(len(order) + 1, np.int64)
-    place[order], place[-1] = np.arange(len(order)), -1
+    attractors, attractor = sort_departures(machine, iterations, settled)
     shape = grid.side, grid.side
     return Basins(
         machine=machine,
         grid=grid,
         iterations=iterations,
-        attractors=tuple(_numbered([naming.found[i] for i in order])),
-        attractor=place[attractor].reshape(shape),
+        attractors=attractors,
+        attractor=attractor.reshape(shape),
         returns=settled.returns.reshape(shape),
     )
+
+
+def sort_departures(
+    machine: Machine, iterations: int, settled: Settled
+) -> tuple[tuple[Attractor, ...], Numbers]:
+    """Attractors, quiet first, and which one each departure leads to (c,), -1 where it
+    is not clear."""
+    naming = Naming(machine, iterations)
+    attractor = naming.sort(settled)
+    order = sorted(range(len(naming.found)), key=lambda i: _rank(naming.found[i]))
+    place = np.empty(len(order) + 1, np.int64)
+    place[order], place[-1] = np.arange(len(order)), -1
+    return tuple(_numbered([naming.found[i] for i in order])), place[attractor]
 
 
 def _rank(attractor: Attractor) -> tuple[bool, bool, int, str, tuple[float, float]]:

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from lumped.rattle.manifolds import Curve
+    from lumped.rattle.noise import Noise
 
 NIGHT, RED, GREY = "#1b2a6b", "#8c1515", "#d0d0d0"  # quiet, chaotic, not clear
 ORBIT = re.compile(r"P\((\d+),(\d+),(\d+)\)")
@@ -124,6 +125,28 @@ def _open(curve: Curve) -> NDArray[np.float64]:
     """Its points, parted where it leaves one side of the picture for the other."""
     around = np.flatnonzero(np.abs(np.diff(curve.points[:, 0])) > 0.5) + 1
     return np.insert(curve.points, around, np.nan, axis=0)
+
+
+def draw_noise(noise: Noise, title: str) -> Figure:
+    """Part of the runs that are less loud than a level, and which motions they are."""
+    figure, ((axes,),) = panels(1, size=(8.0, 5.0))
+    order = np.argsort(noise.level, kind="stable")
+    order = order[np.isfinite(noise.level[order])]
+    part = (np.arange(order.size) + 1.0) / len(noise.level)
+    axes.step(noise.level[order], part, color="black", lw=0.8, where="post")
+    for number in range(-1, len(noise.attractors)):
+        own = noise.motion[order] == number
+        color = GREY if number < 0 else color_of(noise.attractors[number])
+        label = "not clear" if number < 0 else noise.attractors[number].name
+        if own.any():
+            levels = noise.level[order][own]
+            axes.plot(levels, part[own], ".", color=color, ms=4, label=label)
+    axes.set_xlabel("noise level: squared speeds of impacts [rad² per turn³]")
+    axes.set_ylabel("part of the runs that are less loud")
+    axes.set_ylim(0.0, 1.02)
+    draw_legend(figure, axes.get_legend_handles_labels()[0][:MOST_NAMED], 4)
+    draw_title(figure, title)
+    return figure
 
 
 def words_of(machine: Machine, *without: str) -> str:

@@ -11,7 +11,7 @@ from typing import Annotated, Any
 import typer
 
 from fegear.cli.groups import Range, grouped, option
-from fegear.cli.options import ResumedOutputs, named_options
+from fegear.cli.options import ResumedOutputs, Workers, named_options
 from fegear.cli.rattle.machine import (
     MachineName,
     MotionFigures,
@@ -54,6 +54,7 @@ def basin_command(
         ),
         Range(least=100, most=10_000_000),
     ] = 1499,
+    workers: Workers,
     outputs: BasinOutputs,
 ) -> None:
     """Which motions a machine can settle to, and from where.
@@ -70,7 +71,9 @@ def basin_command(
     begin = time.perf_counter()
     with named_options("velocity", "grid"), outputs.progress() as report:
         cells = Grid(side=grid, velocity=speeds_of(velocity))
-        found = find_basins(named, cells, iterations, outputs.keeping, report)
+        found = find_basins(
+            named, cells, iterations, outputs.keeping, report, workers.chosen
+        )
     if outputs.output is not None:
         found.to_npz(outputs.output)
     outputs.draw(found.draw)

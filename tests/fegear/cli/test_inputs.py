@@ -231,6 +231,7 @@ GEARS = (
     f"rattle gears SET {COARSE} --speed-rpm 900 --drag-Nm 1 --eccentricity-um 9 --json"
 )
 MANIFOLD = "rattle manifold roots-scaled --length 1 --preimages 0 --json"
+NOISE = "rattle noise roots-scaled --starts 40 --delta 0.575 --json"
 RUN_DOWN = "rattle run-down FALLING --json"
 FIGURES = {
     "MACHINE": "roots-scaled",
@@ -557,6 +558,10 @@ OPTIONS: dict[str, dict[str, Case]] = {
         "--velocity": plus(RATTLE, "--velocity 0:6"),
         "--grid": swap(RATTLE, "--grid 12", "--grid 14"),
         "--iterations": plus(RATTLE, "--iterations 100"),
+        "--cluster": plus(
+            RATTLE, "--cluster --scheduler tcp://nowhere:1", refused=True
+        ),
+        "--scheduler": plus(RATTLE, "--scheduler nowhere", refused=True),
         "--output": plus(RATTLE, "-o r.npz"),
         "--plot": plus(RATTLE, "--plot r.png"),
         "--resume": plus(RATTLE, "--resume", refused=True),
@@ -575,6 +580,17 @@ OPTIONS: dict[str, dict[str, Case]] = {
         "--output": plus(MANIFOLD, "-o m.csv"),
         "--plot": plus(MANIFOLD, "--plot m.png"),
         "--json": less(MANIFOLD, "--json"),
+    },
+    "rattle noise": figures_of_machine(NOISE)
+    | {
+        "--velocity": plus(NOISE, "--velocity 0:6"),
+        "--starts": swap(NOISE, "--starts 40", "--starts 50"),
+        "--seed": plus(NOISE, "--seed 2"),
+        "--iterations": plus(NOISE, "--iterations 100"),
+        "--turns": plus(NOISE, "--turns 100"),
+        "--output": plus(NOISE, "-o n.csv"),
+        "--plot": plus(NOISE, "--plot n.png"),
+        "--json": less(NOISE, "--json"),
     },
     "bench all": {
         "--output": plus("bench all --json", "-o there"),

@@ -1,0 +1,148 @@
+"""Noise level of a machine over random departures: measured, summed up and written."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fegear.rattle.machines import NamedMachine, figures_of
+from lumped.csv_text import format_csv
+from lumped.rattle.basins import QUIET
+from lumped.rattle.figure import draw_noise, words_of
+from lumped.rattle.noise import Noise, measure_noise, random_departures
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from fegear.statics import Progress
+
+SURE = 1.96  # standard errors of an interval that holds the value 19 times of 20
+PARTS = 5, 50, 95  # per cent of the runs that are less loud
+
+
+@dataclass(frozen=True, kw_only=True)
+class Runs:
+    """Which runs are made.
+
+    starts : random departures; seed : that makes them again
+    velocity : lowest and highest speed of a start [rad per turn]
+    iterations : returns to the upper flank until noise is measured; turns : of which
+    """
+
+    starts: int = 1000
+    seed: int = 1
+    velocity: tuple[float, float] = (0.0, 7.0)
+    iterations: int = 1499
+    turns: int = 200
+
+
+@dataclass(frozen=True, eq=False)
+class NoiseResult:
+    """Noise of runs of a named machine."""
+
+    named: NamedMachine
+    runs: Runs
+    noise: Noise
+
+    @property
+    def summary(self) -> dict[str, Any]:
+        """Plain values, ready for JSON."""
+        noise, names = self.noise, self.noise.attractors
+        known = np.isfinite(noise.level)
+        level = noise.level[known]
+        count = len(noise.level)
+        quiet = [i for i, each in enumerate(names) if each.name == QUIET]
+        silent = int(np.isin(noise.motion, quiet).sum())
+        low, high = proportion_limits(silent, count)
+        spread = float(level.std(ddof=1)) if level.size > 1 else math.nan
+        parts = np.percentile(level, PARTS) if level.size else [math.nan] * len(PARTS)
+        return {
+            **self.named.heading,
+            **figures_of(noise.machine),
+            "starts": count,
+            "seed": self.runs.seed,
+            "velocity_rad_per_turn": list(self.runs.velocity),
+            "iterations": self.runs.iterations,
+            "turns": self.runs.turns,
+            "noise_rad2_per_turn3": float(level.mean()) if level.size else None,
+            "noise_within_rad2_per_turn3": _plain(SURE * spread / math.sqrt(count)),
+            "noise_percentiles_rad2_per_turn3": {
+                str(part): _plain(float(value))
+                for part, value in zip(PARTS, parts, strict=True)
+            },
+            "impacts_per_turn": _plain(float(np.mean(noise.impacts[known]))),
+            "quiet_probability": silent / count,
+            "quiet_probability_within": [low, high],
+            "unclear_fraction": float(np.mean(noise.motion < 0)),
+            "motions": [self._motion(i, each.name) for i, each in enumerate(names)],
+        }
+
+    def _motion(self, number: int, name: str) -> dict[str, Any]:
+        own = self.noise.motion == number
+        level, impacts = self.noise.level[own], self.noise.impacts[own]
+        return {
+            "name": name,
+            "fraction": float(np.mean(own)),
+            "noise_rad2_per_turn3": _plain(float(np.nanmean(level))),
+            "impacts_per_turn": _plain(float(np.nanmean(impacts))),
+        }
+
+    def csv(self) -> str:
+        """A row for each run."""
+        names = [
+            *("start_time_turns", "start_speed_rad_per_turn", "motion"),
+            *("noise_rad2_per_turn3", "impacts_per_turn"),
+        ]
+        fixed = {k: str(v) for k, v in figures_of(self.noise.machine).items()}
+        return format_csv(names, self._rows(), {"machine": self.named.name, **fixed})
+
+    def _rows(self) -> Iterator[list[object]]:
+        noise = self.noise
+        words = [*(each.name for each in noise.attractors), "not clear"]
+        rows = zip(noise.starts, noise.motion, noise.level, noise.impacts, strict=True)
+        for (time, speed), motion, level, impacts in rows:
+            yield [
+                *map(float, (time, speed)),
+                words[motion],
+                *map(float, (level, impacts)),
+            ]
+
+    def draw(self) -> Figure:
+        title = f"{self.named.name}: {words_of(self.noise.machine)}"
+        return draw_noise(self.noise, title)
+
+
+def _plain(value: float) -> float | None:
+    return value if math.isfinite(value) else None
+
+
+def proportion_limits(count: int, of: int) -> tuple[float, float]:
+    """Between which a probability lies, 19 times of 20, of which so many were seen.
+
+    E. B. Wilson, J. Am. Stat. Assoc. 22 (1927) 209.
+    """
+    part, square = count / of, SURE**2 / of
+    middle = (part + 0.5 * square) / (1.0 + square)
+    half = math.sqrt(part * (1.0 - part) * square + 0.25 * square**2) / (1.0 + square)
+    return max(middle - half, 0.0), min(middle + half, 1.0)
+
+
+def find_noise(
+    named: NamedMachine,
+    runs: Runs,
+    report: Progress = lambda what, done, total: None,
+) -> NoiseResult:
+    """Noise of runs from random departures, once they have settled."""
+    starts = random_departures(runs.starts, runs.velocity, runs.seed)
+    noise = measure_noise(
+        named.machine,
+        starts,
+        runs.iterations,
+        runs.turns,
+        lambda done, total: report("runs", done, total),
+    )
+    return NoiseResult(named, runs, noise)

@@ -1,0 +1,94 @@
+"""How loud a machine is, over random departures: squared speeds of impacts per time.
+
+Section 6.3 of the source, table 6.1.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lumped.rattle.basins import Attractor, sort_departures
+from lumped.rattle.departures import Settled, settle_departures
+from lumped.rattle.kernels import noise as kernel
+from lumped.rattle.kernels.settle import QUIET
+from lumped.rattle.machine import Machine
+from lumped.workers import run_tasks
+
+Array = NDArray[np.float64]
+Numbers = NDArray[np.int64]
+SHARE = 250  # runs that a worker takes at a time
+
+
+@dataclass(frozen=True, eq=False)
+class Noise:
+    """Of n runs that have settled.
+
+    starts : their departures (n, 2)
+    motion : by number among `attractors` (n,), -1 where it is not clear
+    level : squared speeds at which flanks meet, per turn (n,) [rad^2 per turn^3]
+    impacts : meetings of flanks per turn (n,)
+    """
+
+    machine: Machine
+    starts: Array
+    attractors: tuple[Attractor, ...]
+    motion: Numbers
+    level: Array
+    impacts: Array
+
+
+def random_departures(count: int, velocity: tuple[float, float], seed: int) -> Array:
+    """Times of a turn and speeds (n, 2), uniformly distributed."""
+    random = np.random.default_rng(seed)
+    return random.uniform((0.0, velocity[0]), (1.0, velocity[1]), (count, 2))
+
+
+def measure_noise(
+    machine: Machine,
+    starts: Array,
+    iterations: int,
+    turns: int,
+    report: Callable[[int, int], None] = lambda done, total: None,
+) -> Noise:
+    """Noise of runs from departures (n, 2) once they have settled.
+
+    iterations : returns to the upper flank before it is measured
+    turns : over which it is measured; quiet runs have none
+    """
+    limits = list(pairwise([*range(0, len(starts), SHARE), len(starts)]))
+    found: dict[int, tuple[Settled, Array]] = {}
+
+    def take(number: int, shares: tuple[Settled, Array]) -> None:
+        found[number] = shares
+        report(len(found), len(limits))
+
+    tasks = (
+        (number, partial(_run, machine, starts[first:last], iterations, turns))
+        for number, (first, last) in enumerate(limits)
+    )
+    run_tasks(tasks, take, threading.Event())
+    ordered = [found[number] for number in range(len(limits))]
+    settled = Settled(*map(np.concatenate, zip(*(s for s, _ in ordered), strict=True)))
+    level, impacts = np.concatenate([meetings for _, meetings in ordered]).T
+    attractors, motion = sort_departures(machine, iterations, settled)
+    return Noise(machine, starts, attractors, motion, level, impacts)
+
+
+def _run(
+    machine: Machine, starts: Array, iterations: int, turns: int
+) -> tuple[Settled, Array]:
+    settled = settle_departures(machine, starts, iterations)
+    found = np.zeros((len(starts), 2))
+    loud = np.flatnonzero(settled.period != QUIET)
+    meetings = np.empty((loud.size, 2))
+    ends = np.ascontiguousarray(settled.end[loud])
+    kernel.sum_impacts(machine.arrays, ends, float(turns), meetings)
+    found[loud] = meetings
+    return settled, found

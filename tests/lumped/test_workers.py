@@ -1,0 +1,57 @@
+"""Tasks in threads and in processes of a cluster, of which some end."""
+
+from __future__ import annotations
+
+import os
+import signal
+import threading
+
+import numpy as np
+import pytest
+
+from lumped.rattle import basins
+from lumped.rattle.basins import Grid, settle_grid
+from lumped.rattle.machine import Machine
+from lumped.workers import Cluster, NoClusterError, run_tasks
+
+GRID = Grid(side=60, velocity=(0.0, 7.0))
+MACHINE = Machine(damping=0.6, eccentricity=0.1, half_backlash=0.6)
+
+
+def test_tasks_in_threads_are_handed_over_by_name():
+    found = {}
+    tasks = ((n, lambda n=n: n * n) for n in range(50))
+    run_tasks(tasks, found.__setitem__, threading.Event(), 3)
+    assert found == {n: n * n for n in range(50)}
+
+
+def test_a_cluster_that_is_not_there_is_told():
+    with pytest.raises(NoClusterError, match=r"nowhere|dask"):
+        run_tasks([], lambda *_: None, threading.Event(), Cluster("nowhere"))
+
+
+def test_a_worker_that_is_killed_changes_nothing(monkeypatch):
+    """The other one computes its tiles, to the bit as threads do."""
+    distributed = pytest.importorskip("distributed")
+    monkeypatch.setattr(basins, "TILE", 200)
+    exact = settle_grid(MACHINE, GRID, 300, {})
+    settings = {"n_workers": 2, "threads_per_worker": 1, "dashboard_address": None}
+    killed, seen = [], []
+    with (
+        distributed.LocalCluster(**settings) as here,
+        distributed.Client(here, set_as_default=False) as client,
+    ):
+
+        def keep(number, settled):
+            seen.append(number)
+            if not killed:
+                victim = sorted(client.run(os.getpid).values())[0]
+                os.kill(victim, signal.SIGKILL)
+                killed.append(victim)
+
+        cluster = Cluster(here.scheduler_address)
+        found = settle_grid(MACHINE, GRID, 300, {}, keep, workers=cluster)
+    assert killed
+    assert sorted(seen) == list(range(18))
+    for one, other in zip(exact, found, strict=True):
+        np.testing.assert_array_equal(one, other)
