@@ -9,6 +9,8 @@ from typing import Any
 
 from fegear.rattle.machines import NamedMachine, figures_of
 from lumped.rattle.assembly import Assembly
+from lumped.rattle.impulses import impulse_rattle
+from lumped.rattle.motions import Motions
 from lumped.rattle.quiet import quiet_motion
 from lumped.rattle.receptances import critical_by_receptances
 
@@ -30,11 +32,24 @@ def quiet_summary(named: NamedMachine) -> dict[str, Any]:
         "critical_without_ripple_rad": critical_by_receptances(assembly),
         "least_contact_load_over_mean": margin,
         "quiet_motion_exists": margin > 0.0,
+        "simple_rattle_in_impacts_from_rad": _simple_rattle(assembly),
         **_of_gears(named, critical),
         "percent_of_critical_per_percent": {
             name: _sensitivity(*both) for name, *both in _varied(assembly)
         },
     }
+
+
+def _simple_rattle(assembly: Assembly) -> float | None:
+    """Eccentricity from which P(1,1,0) exists, flanks rigid.
+
+    None of other parts than shafts: a light gear may strike again before it is back.
+    """
+    if any(assembly.beside_shafts):
+        return None
+    rigid = replace(assembly.machine, stiffness=math.inf, ripple=0.0)
+    motions = Motions(replace(assembly, machine=rigid))
+    return impulse_rattle(motions).least_eccentricity
 
 
 def _of_gears(named: NamedMachine, critical: float) -> dict[str, float | None]:

@@ -77,13 +77,18 @@ class Motions:
         return state
 
     def run(
-        self, state: Array, begin: float, end: float, times: Array | None = None
+        self,
+        state: Array,
+        begin: float,
+        end: float,
+        times: Array | None = None,
+        start: float = 0.0,
     ) -> Motion:
-        """The motion from a state (2 n,) at time 0, its noise from `begin` to `end`."""
+        """The motion from a state (2 n,) at `start`; its noise is from `begin` on."""
         instants = np.empty(0) if times is None else times
         rotation = np.full(instants.size, math.nan)
         noise, upper, lower, found = kernel.run(
-            *(self.system, state.copy(), begin, end, instants, rotation)
+            *(self.system, state.copy(), start, begin, end, instants, rotation)
         )
         level = noise / (end - begin) if found else math.nan
         return Motion(level, upper, lower, rotation)
@@ -130,7 +135,7 @@ def _modes(linear: Linear, stiffness: Array) -> tuple[Waves, Waves]:
     n = len(linear.names)
     rates, vectors = np.zeros(2 * n, complex), np.zeros((2 * n, 2 * n), complex)
     used = 0
-    for group in _groups(np.abs(linear.mass) + linear.damping + np.abs(stiffness)):
+    for group in _groups(_coupling(linear, stiffness)):
         own = np.ix_(group, group)
         size = len(group)
         matrix = np.zeros((2 * size, 2 * size))
@@ -151,6 +156,11 @@ def _modes(linear: Linear, stiffness: Array) -> tuple[Waves, Waves]:
     return rates, vectors
 
 
+def _coupling(linear: Linear, stiffness: Array) -> Array:
+    """What moves one part by another (n, n), 0 where nothing does."""
+    return np.abs(linear.mass) + np.abs(linear.damping) + np.abs(stiffness)
+
+
 def _groups(coupling: Array) -> list[NDArray[np.int64]]:
     """Parts that move one another."""
     linked = coupling != 0.0
@@ -163,7 +173,7 @@ def _steady(linear: Linear, stiffness: Array, load: Array) -> tuple[Array, Array
     """Drift and offset (n,) under a constant load: C drift + K offset = load."""
     n = len(load)
     drift, offset = np.zeros(n), np.zeros(n)
-    for group in _groups(np.abs(linear.mass) + linear.damping + np.abs(stiffness)):
+    for group in _groups(_coupling(linear, stiffness)):
         own = np.ix_(group, group)
         # parts that nothing holds turn as one, whatever the absorber does
         held = stiffness[own]

@@ -38,6 +38,12 @@ def print_critical(values: dict[str, Any]) -> None:
         say(f"it can run quietly: contact keeps {margin:.1%} of its mean load")
     else:
         say("it cannot run quietly: the flanks part in every turn")
+    least = values["simple_rattle_in_impacts_from_rad"]
+    if least is not None:
+        say(
+            "with rigid flanks, rattle of one impact a turn exists from "
+            f"{least:.4g} rad"
+        )
     if "driving_eccentricity_rad" in values:
         say(_of_gears(values))
     if values["ripple"]:

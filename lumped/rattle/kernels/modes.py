@@ -6,7 +6,6 @@ crossing of a bound is found by steps that cannot pass it, as in `flight`.
 
 from __future__ import annotations
 
-import cmath
 import math
 from typing import Any, NamedTuple
 
@@ -48,14 +47,14 @@ class Regime(NamedTuple):
 def at(m, state, amplitudes, start, t):
     """State at a time t from the amplitudes of its modes at `start`, into `state`."""
     n = state.size
-    one = cmath.exp(1j * TURN * t)
-    two = cmath.exp(1j * TURN * m.order * t)
+    one = np.exp(1j * TURN * t)
+    two = np.exp(1j * TURN * m.order * t)
     for i in range(n):
         value = m.offset[i] + m.drift[i] * (t - start)
         value += (m.turn[i] * one).real + (m.ripple[i] * two).real
         state[i] = value
     for j in range(n):
-        now = amplitudes[j] * cmath.exp(m.rates[j] * (t - start))
+        now = amplitudes[j] * np.exp(m.rates[j] * (t - start))
         for i in range(n):
             state[i] += (m.vectors[i, j] * now).real
 
@@ -64,8 +63,8 @@ def at(m, state, amplitudes, start, t):
 def excite(m, state, t, amplitudes):
     """Amplitudes of the modes of a state at a time t."""
     n = state.size
-    one = cmath.exp(1j * TURN * t)
-    two = cmath.exp(1j * TURN * m.order * t)
+    one = np.exp(1j * TURN * t)
+    two = np.exp(1j * TURN * m.order * t)
     for j in range(n):
         amplitudes[j] = 0.0
     for i in range(n):
@@ -111,8 +110,8 @@ def look(m, seen, turn, ripple, steady, tau, t):
 
     steady : its offset and drift
     """
-    one = turn * cmath.exp(1j * TURN * t)
-    two = ripple * cmath.exp(1j * TURN * m.order * t)
+    one = turn * np.exp(1j * TURN * t)
+    two = ripple * np.exp(1j * TURN * m.order * t)
     rate = TURN * m.order
     x = steady[0] + steady[1] * tau + one.real + two.real
     w = steady[1] - TURN * one.imag - rate * two.imag
@@ -120,7 +119,7 @@ def look(m, seen, turn, ripple, steady, tau, t):
     jerk = 0.0
     for j in range(seen.size):
         r = m.rates[j]
-        now = seen[j] * cmath.exp(r * tau)
+        now = seen[j] * np.exp(r * tau)
         x += now.real
         w += (r * now).real
         a += (r * r * now).real
@@ -191,8 +190,8 @@ def meet(s, state, w, to):
 
 
 @compiled
-def run(s, state, begin, end, times, out):
-    """Noise from `begin` to `end` of a motion from a state (2 n,) at time 0.
+def run(s, state, start, begin, end, times, out):
+    """Noise from `begin` to `end` of a motion from a state (2 n,) at `start`.
 
     (sum of squared speeds at which flanks meet, meetings of the upper and of the lower
     flank, and whether all was found.) The state is left as it is at the end.
@@ -201,9 +200,9 @@ def run(s, state, begin, end, times, out):
     """
     n = state.size
     amplitudes, seen = np.empty(n, np.complex128), np.empty(n, np.complex128)
-    x, _ = relative(s.regimes[1], state, 0.0)
+    x, _ = relative(s.regimes[1], state, start)
     side = int(x > s.bound) - int(x < -s.bound) if s.kick.size == 0 else 0
-    t, shown, noise, high, low, turn, often = 0.0, 0, 0.0, 0, 0, 0.0, 0
+    t, shown, noise, high, low, turn, often = start, 0, 0.0, 0, 0, start, 0
     while t < end and often <= MOST_MEETINGS:
         m = s.regimes[side + 1]
         bottom, top = ends(s, side)

@@ -228,6 +228,15 @@ def test_sensitivities_are_slopes_of_the_critical_eccentricity(tmp_path):
         assert helps[f"{table}.{key}"] == pytest.approx(slope, rel=1e-3)
 
 
+def test_rattle_of_one_impact_a_turn_exists_from_the_checked_eccentricity():
+    """0.05964 at a damping of 0.6; other parts than shafts may strike twice."""
+    name = "simple_rattle_in_impacts_from_rad"
+    assert told("critical", "roots-scaled")[name] == pytest.approx(0.05964, rel=1e-4)
+    assert told("critical", "roots-a-refined")[name] is None
+    shown = CliRunner().invoke(app, ["rattle", "critical", "roots-scaled"]).stdout
+    assert "rattle of one impact a turn exists from 0.05964 rad" in shown
+
+
 def test_files_of_built_in_machines_say_what_was_inferred():
     for name in machine_names():
         named = load_machine(name)

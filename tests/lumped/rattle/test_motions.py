@@ -11,8 +11,10 @@ from scipy.integrate import solve_ivp
 
 from lumped.rattle.assembly import Absorber, Assembly, Shafts, SprungGear
 from lumped.rattle.departures import follow
+from lumped.rattle.impulses import impulse_rattle
 from lumped.rattle.machine import Machine
 from lumped.rattle.motions import Motions
+from lumped.rattle.periodic import least_eccentricity, simple_rattle
 
 TURN = 2.0 * math.pi
 SCALED = Machine(damping=0.6, eccentricity=0.1, half_backlash=0.6, ripple=0.3)
@@ -125,3 +127,53 @@ def test_an_ensemble_is_its_motions_one_by_one():
     together = motions.run_all(states, 5.0, 20.0)
     alone = [motions.run(state, 5.0, 20.0) for state in states]
     assert [each.noise for each in together] == [each.noise for each in alone]
+
+
+@pytest.mark.parametrize("restitution", [1.0, 0.6])
+@pytest.mark.parametrize("turns", [1, 3])
+def test_equal_shafts_rattle_as_constructed(restitution, turns):
+    machine = replace(
+        SCALED, ripple=0.0, restitution=restitution, eccentricity=1.5, half_backlash=3.0
+    )
+    found = impulse_rattle(Motions(Assembly(machine=machine)), turns)
+    exact = simple_rattle(machine, turns)
+    assert found.times == pytest.approx([each.time for each in exact], rel=1e-9)
+    assert found.velocity == pytest.approx(exact[0].velocity, rel=1e-9)
+    least = least_eccentricity(machine, turns)
+    assert found.least_eccentricity == pytest.approx(least, rel=1e-9)
+
+
+@pytest.mark.parametrize("eta", [0.0, 0.3, -0.6])
+def test_unequal_shafts_rattle_from_eq_4_88_on(eta):
+    """delta^2 m^2 (1 + eta^2) / (6 (1 - eta^2)^2) to the leading order, as derived."""
+    shafts = Shafts(driving_inertia=1.0 + eta, driven_inertia=1.0 - eta)
+    machine = replace(SCALED, ripple=0.0, damping=0.01)
+    found = impulse_rattle(Motions(Assembly(machine=machine, shafts=shafts)), 2)
+    leading = 0.01**2 * 4.0 * (1.0 + eta**2) / (6.0 * (1.0 - eta**2) ** 2)
+    assert found.least_eccentricity == pytest.approx(leading, rel=1e-3)
+
+
+OF_PARTS = [
+    {"shafts": Shafts(driving_inertia=1.5, driven_inertia=0.8, driven_drag=1.2)},
+    {"driving_gear": SprungGear(stiffness=2.0, inertia=1.0, damping=0.3)},
+]
+
+
+@pytest.mark.parametrize("parts", OF_PARTS, ids=lambda parts: next(iter(parts)))
+def test_machines_in_parts_rattle_as_constructed(parts):
+    machine = replace(SCALED, ripple=0.0, restitution=0.7, half_backlash=9.0)
+    least = impulse_rattle(Motions(Assembly(machine=machine, **parts)))
+    machine = replace(machine, eccentricity=1.05 * least.least_eccentricity)
+    motions = Motions(Assembly(machine=machine, **parts))
+    found = impulse_rattle(motions)
+    assert len(found.times) == 2
+    for time in found.times:
+        times = time + np.linspace(0.0, 2.0, 41)
+        state = found.state(time)
+        motion = motions.run(state, time, time + 2.0 - 1e-6, times, start=time)
+        rotation = motion.rotation[:-1]
+        assert (motion.upper, motion.lower) == (1, 0)
+        np.testing.assert_allclose(rotation[:20], rotation[20:], atol=1e-9)
+        assert motion.noise * 2.0 == pytest.approx(
+            (found.velocity / 0.7) ** 2, rel=1e-5
+        )
