@@ -46,3 +46,13 @@ def title_of(values: Mapping[str, Any]) -> str:
         if values.get(name) is not None
     )
     return ", ".join([values["gear_set"], *fixed])
+
+
+def friction_of(header: Mapping[str, str]) -> float:
+    """Coefficient of friction of the teeth, 0 where the header has none."""
+    return float(header.get("friction coefficient", "0"))
+
+
+def friction_in_words(coefficient: float) -> str:
+    """For a title or a line, empty without friction."""
+    return f", friction {coefficient:g}" if coefficient else ""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from decimal import Decimal
 from typing import Literal
@@ -16,6 +16,8 @@ from fegear.train import mesh_torques_at, train_of
 from fegear.unphysical import doubts_of_meshes
 from fegear.version import package_version
 from lumped.coupled import INGREDIENTS
+from lumped.excitation import MeshExcitation, at_torque
+from lumped.friction import ToothFriction, with_bending
 from lumped.settings import Settings
 from lumped.system import LumpedSystem
 from lumped.train import TrainError
@@ -24,6 +26,7 @@ Number = int | Literal["coupled"]
 COUPLED = 0.05  # of a mode's strain energy in meshes, to count for the usual speeds
 QUASISTATIC = 0.4  # of the frequency of an elastic body, up to which it only yields
 USUAL_SPEEDS = 400  # at most, where none are given
+RATIO = "friction_bending_ratio"  # column of a mesh table
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,6 +40,8 @@ class LumpedModel:
     translations : gears with bearings move in the plane, else they rotate only
     damping_ratio : of every mode, None for the gear set's
     stiffness : where the mesh stiffness comes from, or mesh tables that give it
+    friction : coefficient of sliding friction of all meshes
+    bending : friction-bending ratio of all, None for that of the mesh tables
     """
 
     number: Number = 1
@@ -44,6 +49,8 @@ class LumpedModel:
     translations: bool = False
     damping_ratio: float | None = None
     stiffness: Source | GivenTables = field(default_factory=Source)
+    friction: float = 0.0
+    bending: float | None = None
 
     def __post_init__(self) -> None:
         if self.number not in (1, 2, 3, "coupled"):
@@ -56,6 +63,9 @@ class LumpedModel:
             raise ValueError(
                 f"without must be a tuple of {allowed}, each once, got {self.without!r}"
             )
+        if self.friction and self.number != 1:
+            raise ValueError(f"friction needs model 1, got {self.number}")
+        ToothFriction(self.friction, self.bending or 0.0)  # checks both
 
     @property
     def springs(self) -> int:
@@ -98,9 +108,13 @@ def lumped_system(
         source.of(gear_set, mesh, on_mesh, model.springs)
         for mesh, on_mesh in enumerate(on_meshes)
     )
+    rubs = [model.friction] * len(driven) if model.friction else []
     try:
-        system = LumpedSystem(train, driven)
-    except TrainError as error:
+        if rubs:
+            ratios = bending_ratios(gear_set, on_meshes, source, model)
+            driven = _bent(driven, model, ratios)
+        system = LumpedSystem(train, driven, friction=tuple(rubs))
+    except (TrainError, ValueError) as error:
         raise InputError(f"{gear_set.name}: {error}") from None
     if known is None:
         return system
@@ -109,6 +123,49 @@ def lumped_system(
     require_physical(gear_set, torque, system)
     contacts = coupled_contacts(gear_set, torque, system, known, model.without)
     return replace(system, contacts=contacts)
+
+
+def _bent(
+    excitations: tuple[MeshExcitation, ...], model: LumpedModel, ratios: Sequence[float]
+) -> tuple[MeshExcitation, ...]:
+    """Excitations with tooth pairs as friction bends them."""
+    return tuple(
+        with_bending(excitation, ToothFriction(model.friction, ratio))
+        for excitation, ratio in zip(excitations, ratios, strict=True)
+    )
+
+
+def bending_ratios(
+    gear_set: GearSet,
+    on_meshes: Sequence[float],
+    source: ExcitationSource,
+    model: LumpedModel,
+) -> list[float]:
+    """Friction-bending ratios of the meshes: as the model gives them, else means over
+    the cycle of the mesh tables.
+
+    on_meshes : torques on their drivers [N m]
+    Raises InputError where the stiffness comes from no table that has them.
+    """
+    if model.bending is not None:
+        return [model.bending] * len(on_meshes)
+    found = []
+    for mesh, torque in enumerate(on_meshes):
+        if isinstance(source, GivenTables):
+            table = source.tables[mesh][1]
+        elif isinstance(source, Excitations) and source.source.kind == "fe":
+            table = source.table(gear_set, mesh, torque)
+        else:
+            raise InputError(
+                "bending is missing; the friction-bending ratio comes from mesh tables "
+                "by finite elements, of other excitations it must be given"
+            )
+        if RATIO not in table.columns:
+            raise InputError(
+                f"bending is missing; mesh table {mesh + 1} has no column {RATIO}"
+            )
+        found.append(float(at_torque(table, RATIO, torque).mean()))
+    return found
 
 
 def _known_contacts(
@@ -215,8 +272,19 @@ def file_header(
         **model.stiffness.header,
         "damping ratio": f"{damping_ratio:g}",
         "translations": "yes" if model.translations else "no",
+        **_friction(model),
         "integration": integration,
         **_pitch_errors(gear_set),
+    }
+
+
+def _friction(model: LumpedModel) -> dict[str, str]:
+    if not model.friction:
+        return {}
+    bending = "of the mesh tables" if model.bending is None else f"{model.bending:g}"
+    return {
+        "friction coefficient": f"{model.friction:g}",
+        "friction-bending ratio": bending,
     }
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
@@ -43,7 +43,10 @@ from lumped.sweep import Direction, sweep
 from lumped.system import LumpedSystem
 
 Evaluate = Callable[[LumpedSystem, threading.Event], Cell | None]
-TORQUE, DAMPING = "torque_Nm", "damping_ratio"  # axes that are no keys of a gear set
+TORQUE, DAMPING = "torque_Nm", "damping_ratio"  # axes that are no keys of a gear set,
+FRICTION, BENDING = "friction", "friction_bending"  # of teeth, the same of all meshes
+ENTRIES = {FRICTION: "friction coefficient", BENDING: "friction-bending ratio"}
+OF_TEETH = {FRICTION: "friction", BENDING: "bending"}  # fields of a lumped model
 SHORT = {DAMPING: "dynamics.damping_ratio"}
 
 
@@ -67,19 +70,31 @@ class VariedSet:
         """One for all points, whose tables are solved once each."""
         return self.model.excitations
 
-    def changed(self, point: Point) -> tuple[GearSet, float]:
-        """The gear set of a point, and the torque on its input gear [N m]."""
+    def system(self, point: Point) -> LumpedSystem:
+        """The lumped system of a point."""
         values = {
             axis.name: int(v) if v.is_integer() else v
             for axis, v in zip(self.axes, point, strict=True)
         }
         torque = values.pop(TORQUE, self.load)
+        own = OF_TEETH.keys() & values.keys()
+        of_teeth: dict[str, Any] = {OF_TEETH[name]: values.pop(name) for name in own}
+        try:
+            model = replace(self.model, **of_teeth)
+        except ValueError as error:
+            raise InputError(str(error)) from None
         changed = {SHORT.get(name, name): value for name, value in values.items()}
-        return load_gear_set(self.set_name, {**self.fixed, **changed}), torque
+        gear_set = self._loaded(tuple(changed.items()))
+        return lumped_system(gear_set, torque, model, self.excitations)
 
-    def system(self, point: Point) -> LumpedSystem:
-        """The lumped system of a point."""
-        return lumped_system(*self.changed(point), self.model, self.excitations)
+    @cached_property
+    def _loaded(self) -> Callable[[tuple[tuple[str, float], ...]], GearSet]:
+        """The gear set with other values of keys; the last one is kept."""
+
+        def loaded(changed: tuple[tuple[str, float], ...]) -> GearSet:
+            return load_gear_set(self.set_name, {**self.fixed, **dict(changed)})
+
+        return lru_cache(maxsize=1)(loaded)
 
     def grid(self, settings: Settings, entries: dict[str, str]) -> ParameterMap:
         """The map without its points; refuses a gear set that gives no system.
@@ -110,6 +125,9 @@ class VariedSet:
         header = file_header(self.gear_set, self.model, ratio, integration)
         if {DAMPING, SHORT[DAMPING]} & self.names:
             del header["damping ratio"]
+        for name, entry in ENTRIES.items():
+            if name in self.names:
+                header.pop(entry, None)
         return header | {"model": self.model.name}
 
 

@@ -3,35 +3,28 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
-from functools import lru_cache, partial
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from functools import partial
 from os import PathLike
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from fegear.errors import InputError
-from fegear.excitation import Excitations, ExcitationSource, GivenTables
-from fegear.gearset.model import GearSet
-from fegear.headings import heading, title_of
-from fegear.lumped_system import lumped_system
+from fegear.headings import friction_in_words, friction_of, heading, title_of
 from fegear.output import write_text
-from fegear.parameter_maps import TORQUE, VariedSet
+from fegear.parameter_maps import FRICTION, TORQUE, VariedSet
 from fegear.speeds import MESH_FREQUENCY
 from fegear.store import NOTHING, Checkpoint, Keeping
-from fegear.train import mesh_torques_at
 from lumped.csv_text import format_csv
-from lumped.excitation import at_torque
-from lumped.friction import ToothFriction
 from lumped.map_figure import axis_label
-from lumped.maps import Axis, Point
+from lumped.maps import Axis
 from lumped.stability.combinations import Combination
 from lumped.stability.figure import draw_chart
 from lumped.stability.intervals import Column, Interval, examined
 from lumped.stability.multipliers import Method
 from lumped.stability.periodic import PeriodicSystem, periodic_system
-from lumped.system import LumpedSystem
 from lumped.workers import run_tasks
 
 if TYPE_CHECKING:
@@ -39,10 +32,7 @@ if TYPE_CHECKING:
 
     from fegear.statics import Progress
 
-FRICTION, BENDING = "friction", "friction_bending"  # axes that are no keys of a set
-RATIO = "friction_bending_ratio"  # column of a mesh table
 MOST_CELLS = 4_000_000
-TrainAt = Callable[[Point], tuple[GearSet, float, LumpedSystem]]
 COLUMNS = "columns"  # in a checkpoint
 LEGEND = {
     MESH_FREQUENCY: "of the first mesh",
@@ -51,14 +41,6 @@ LEGEND = {
     "kind": "modes whose frequencies meet a multiple of the mesh frequency where "
     "vibration grows, numbered by the frequencies of modes that strain a mesh",
 }
-
-
-@dataclass(frozen=True)
-class Rubbing:
-    """Friction of all meshes; bending None takes that of the finite elements."""
-
-    coefficient: float = 0.0
-    bending: float | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,7 +84,9 @@ class StabilityResult:
         unstable = [len(column.intervals) > 0 for column in self.columns]
         return {
             **heading(self.header, self.axis.name),
-            "friction_coefficient": _number(self.header.get("friction coefficient")),
+            "friction_coefficient": None
+            if self.axis.name == FRICTION
+            else friction_of(self.header),
             "method": self.header["method"],
             "speeds": len(self.speeds),
             "first_speed_Hz": self.speeds[0],
@@ -123,16 +107,11 @@ class StabilityResult:
     def draw(self) -> Figure:
         limits = self.speeds[0], self.speeds[-1]
         title = title_of(heading(self.header, self.axis.name))
-        rubs = self.header.get("friction coefficient")
-        title += f", friction {rubs}" if rubs else ""
+        title += friction_in_words(friction_of(self.header))
         values = self.axis.values[: len(self.columns)]
         return draw_chart(
             values, self.columns, limits, axis_label(self.axis.name), title
         )
-
-
-def _number(text: str | None) -> float | None:
-    return None if text is None else float(text)
 
 
 def _plain(interval: Interval) -> dict[str, Any]:
@@ -147,21 +126,19 @@ def _plain(interval: Interval) -> dict[str, Any]:
 
 def find_stability(
     varied: VariedSet,
-    axis: Axis,
     speeds: Sequence[float],
-    friction: Rubbing,
     method: Method = "peano-baker",
     keeping: Keeping = NOTHING,
     progress: Progress = lambda what, done, total: None,
 ) -> StabilityResult:
     """Floquet multipliers over speed [Hz] and one figure, in contact all the time.
 
-    varied : with the axis if it is a key of the gear set, without axes for the
-        coefficient of friction or its bending ratio
-    keeping : of finished values
+    varied : with the axis of the figure
+    keeping : where finished values are kept
     After Ctrl-C the result holds the values that were finished, from the first on.
     Raises InputError for what cannot be used.
     """
+    (axis,) = varied.axes
     rising = tuple(sorted(set(speeds)))
     if len(rising) < 2:
         raise InputError("speeds = 1 speed; two or more are needed")
@@ -171,17 +148,9 @@ def find_stability(
             f"{MOST_CELLS} cells"
         )
     progress("stiffness", 0, 1)
-
-    @lru_cache(maxsize=1)  # friction changes nothing else
-    def train_at(point: Point) -> tuple[GearSet, float, LumpedSystem]:
-        gear_set, load = varied.changed(point)
-        source = varied.excitations
-        return gear_set, load, lumped_system(gear_set, load, varied.model, source)
-
-    at = partial(_system_at, varied, train_at, axis, friction)
-    first = at(axis.values[0])
-    header = _header(varied, axis, friction, method)
-    checkpoint = keeping.open(_inputs(varied, axis, rising, header))
+    first = _system_at(varied, axis.values[0])
+    header = _header(varied, method)
+    checkpoint = keeping.open(_inputs(varied, rising, header))
     kept = _Columns(checkpoint)
     if checkpoint is not None and keeping.resume:
         checkpoint.tell_finished([COLUMNS], len(axis.values), keeping.tell, "value")
@@ -191,8 +160,9 @@ def find_stability(
         progress("values", kept.count, len(axis.values))
 
     tasks = (
-        (number, partial(examined, at(axis.values[number]), rising, method))
-        for number in range(len(kept.done), len(axis.values))
+        (number, partial(examined, _system_at(varied, value), rising, method))
+        for number, value in enumerate(axis.values)
+        if number >= len(kept.done)
     )
     try:
         run_tasks(tasks, take, threading.Event())
@@ -232,72 +202,26 @@ class _Columns:
                 self.checkpoint.add(COLUMNS, _stored(own), {})
 
 
-def _system_at(
-    varied: VariedSet, train_at: TrainAt, axis: Axis, friction: Rubbing, value: float
-) -> PeriodicSystem:
-    rub = friction
-    if axis.name == FRICTION:
-        rub = replace(friction, coefficient=value)
-    if axis.name == BENDING:
-        rub = replace(friction, bending=value)
-    gear_set, torque, system = train_at((value,) if varied.axes else ())
-    ratios = [rub.bending or 0.0 for _ in gear_set.meshes]
-    if rub.bending is None and rub.coefficient:
-        ratios = bending_ratios(gear_set, torque, varied.excitations)
+def _system_at(varied: VariedSet, value: float) -> PeriodicSystem:
     try:
-        own = [ToothFriction(rub.coefficient, ratio) for ratio in ratios]
-        return periodic_system(system, own)
+        return periodic_system(varied.system((value,)))
     except ValueError as error:
-        raise InputError(f"{gear_set.name}: {error}") from None
+        raise InputError(f"{varied.gear_set.name}: {error}") from None
 
 
-def bending_ratios(
-    gear_set: GearSet, torque: float, source: ExcitationSource
-) -> list[float]:
-    """Friction-bending ratios of the meshes, means over the cycle of their tables.
-
-    torque : on the input gear [N m]
-    Raises InputError where stiffness comes from no table that has them.
-    """
-    found = []
-    for mesh, on_mesh in enumerate(mesh_torques_at(gear_set, torque)):
-        if isinstance(source, GivenTables):
-            table = source.tables[mesh][1]
-        elif isinstance(source, Excitations) and source.source.kind == "fe":
-            table = source.table(gear_set, mesh, on_mesh)
-        else:
-            raise InputError(
-                "bending is missing; the friction-bending ratio comes from mesh tables "
-                "by finite elements, of other excitations it must be given"
-            )
-        if RATIO not in table.columns:
-            raise InputError(
-                f"bending is missing; mesh table {mesh + 1} has no {RATIO}"
-            )
-        found.append(float(at_torque(table, RATIO, on_mesh).mean()))
-    return found
-
-
-def _header(
-    varied: VariedSet, axis: Axis, friction: Rubbing, method: Method
-) -> dict[str, str]:
+def _header(varied: VariedSet, method: Method) -> dict[str, str]:
     header = varied.header("none")
     del header["integration"]
-    if axis.name != TORQUE:
+    if TORQUE not in varied.names:
         header["torque_Nm"] = f"{varied.load:g}"
-    if axis.name != FRICTION:
-        header["friction coefficient"] = f"{friction.coefficient:g}"
-    if axis.name != BENDING:
-        given = friction.bending
-        words = "of the mesh tables" if given is None else f"{given:g}"
-        header["friction-bending ratio"] = words
     return header | {"method": method}
 
 
 def _inputs(
-    varied: VariedSet, axis: Axis, speeds: Sequence[float], header: Mapping[str, str]
+    varied: VariedSet, speeds: Sequence[float], header: Mapping[str, str]
 ) -> dict[str, str]:
     """All that determines the columns."""
+    (axis,) = varied.axes
     return {
         **header,
         **varied.inputs,

@@ -27,6 +27,7 @@ from lumped.settings import Settings, require_between
 from lumped.steady_state import Diverged, Speed
 from lumped.steppers import FixedStepper, room_to_record
 from lumped.system import LumpedSystem
+from lumped.train import TrainError
 
 Array = NDArray[np.float64]
 TURNING = 128  # periods of the first mesh in which a change turns to what grows most
@@ -118,6 +119,8 @@ def find_attractor(
         the work
     """
     sections = sections or SectionSettings()
+    if system.rubs:
+        raise TrainError("friction must be 0; changes of a motion leave it out")
     if response.status == Status.DIVERGED:
         return _diverged(system)
     at = Speed(response.frequency, settings)

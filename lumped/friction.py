@@ -16,12 +16,13 @@ Only the first lets friction take energy away.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lumped.coordinates import Coordinates, line_of_action
+from lumped.excitation import MeshExcitation
 from lumped.train import Train
 
 Array = NDArray[np.float64]
@@ -46,9 +47,27 @@ class ToothFriction:
             if not 0.0 <= value < 1.0:
                 raise ValueError(f"{name} must be from 0 to below 1, got {value:g}")
 
-    def stiffening(self, ahead: int) -> float:
-        """Factor of the stiffness of a pair so many base pitches ahead."""
-        return 1.0 + side_of(ahead) * self.bending * self.coefficient
+
+def with_bending(excitation: MeshExcitation, friction: ToothFriction) -> MeshExcitation:
+    """Tooth pairs as friction bends them, with a corner at the pitch point.
+
+    Raises ValueError where the excitation is not made of tooth pairs.
+    """
+    if not friction.coefficient:
+        return excitation
+    pairs = []
+    for pair in excitation.pairs:
+        if pair.ahead is None:
+            raise ValueError(
+                "friction needs the stiffness of every tooth pair, that of model 1; "
+                "the excitation is one spring for the whole mesh"
+            )
+        change = side_of(pair.ahead) * friction.bending * friction.coefficient
+        wave = pair.stiffness.scaled(1.0 + change)
+        if pair.ahead == 0:  # it has come from approach to recess
+            wave = replace(wave, corners=tuple(sorted({0.0, *wave.corners})))
+        pairs.append(replace(pair, stiffness=wave))
+    return replace(excitation, pairs=tuple(pairs))
 
 
 def side_of(ahead: int) -> int:

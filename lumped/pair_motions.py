@@ -75,7 +75,8 @@ def pair_motions(
     if system.contacts is not None:
         meshes = range(len(system.train.meshes))
         return tuple(_contact_motion(system, m, frequency, history) for m in meshes)
-    h, stiffness, gap = system.samples(steps_per_period(system, frequency, settings))
+    samples = system.samples(steps_per_period(system, frequency, settings))
+    h, stiffness, gap = samples[:3]
     rows = np.arange(history.time.size) % h.size
     first = system.arrays.first_pair
     return tuple(

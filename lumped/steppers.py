@@ -175,6 +175,8 @@ def stepper_of(
         return FixedStepper(system)
     if system.contacts is not None:
         raise ValueError("method must be rk4 for the coupled model, got dopri5")
+    if system.rubs:
+        raise ValueError("method must be rk4 for teeth with friction, got dopri5")
     return AdaptiveStepper(system)
 
 

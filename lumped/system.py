@@ -19,10 +19,12 @@ from lumped.coupled import (
     loaded_state,
 )
 from lumped.excitation import MeshExcitation, PairExcitation
+from lumped.friction import base_pitch, friction_rows, side_of
 from lumped.kernels.arrays import (
     PITCH,
     CoupledSteps,
     CoupledSystem,
+    FrictionSamples,
     ModalSystem,
     Pieces,
     Samples,
@@ -50,11 +52,14 @@ class LumpedSystem:
 
     contacts : of the coupled model, which then move the train; the excitations, of
         Model-1, give its modes and by them its damping
+    friction : coefficients of the meshes, none if empty; see `lumped.friction`, which
+        also gives the excitations that friction bends
     """
 
     train: Train
     excitations: tuple[MeshExcitation, ...]
     contacts: CoupledContacts | None = None
+    friction: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
         if len(self.excitations) != len(self.train.meshes):
@@ -62,6 +67,7 @@ class LumpedSystem:
                 f"excitations: {len(self.excitations)} for "
                 f"{len(self.train.meshes)} meshes"
             )
+        self._require_friction()
         space = self.modes.coordinates
         free = self.modes.shapes[:, self.modes.frequency_Hz == 0.0]
         net = np.abs(free.T @ space.load)
@@ -71,6 +77,24 @@ class LumpedSystem:
                 "torques do not balance: the train would accelerate; "
                 "hold a gear by a coupling_stiffness or change a torque"
             )
+
+    def _require_friction(self) -> None:
+        if not self.friction:
+            return
+        if len(self.friction) != len(self.train.meshes):
+            raise TrainError(
+                f"friction: {len(self.friction)} for {len(self.train.meshes)} meshes"
+            )
+        if self.contacts is not None:
+            raise TrainError("friction: of models 1 to 3, not of the coupled model")
+        for excitation in self.excitations:
+            if any(pair.ahead is None for pair in excitation.pairs):
+                raise TrainError("friction: needs tooth pairs, the excitation has none")
+
+    @property
+    def rubs(self) -> bool:
+        """Whether teeth have friction."""
+        return any(self.friction)
 
     @cached_property
     def modes(self) -> Modes:
@@ -230,7 +254,7 @@ class LumpedSystem:
         """Sum of modal velocities beyond which a run has diverged."""
         return RUNAWAY * self.energy_norm
 
-    def samples(self, steps: int) -> Samples:
+    def samples(self, steps: int) -> Samples | FrictionSamples:
         """Steps of one common period and the excitation on them.
 
         steps : at least so many per period of the first mesh
@@ -250,10 +274,10 @@ class LumpedSystem:
         return coupled_steps(self.coupled_arrays, halves, periods)
 
     @lru_cache(maxsize=16)  # noqa: B019  the system is immutable and short-lived
-    def _kept_samples(self, steps: int) -> Samples:
+    def _kept_samples(self, steps: int) -> Samples | FrictionSamples:
         return self._samples(steps)
 
-    def _samples(self, steps: int) -> Samples:
+    def _samples(self, steps: int) -> Samples | FrictionSamples:
         self._require_memory(steps)
         times = self._grid(steps)
         middle = 0.5 * (times[:-1] + times[1:])
@@ -263,7 +287,51 @@ class LumpedSystem:
         stiffness, gap = (np.stack(parts, axis=2) for parts in zip(*found, strict=True))
         flat = -1, 3, stiffness.shape[-1]
         steps_in_all = np.tile(np.diff(times), self.rounds)
-        return Samples(steps_in_all, stiffness.reshape(flat), gap.reshape(flat))
+        samples = Samples(steps_in_all, stiffness.reshape(flat), gap.reshape(flat))
+        return self._with_friction(samples, times) if self.rubs else samples
+
+    def _with_friction(self, samples: Samples, times: Array) -> FrictionSamples:
+        """The same with what friction adds."""
+        slide, arm = self.sliding_at(0.5 * (times[:-1] + times[1:]))
+        at = np.stack([times[:-1], 0.5 * (times[:-1] + times[1:]), times[1:]], axis=1)
+        slide = np.repeat(slide[:, None], 3, axis=1)
+        pitch, rate = self._pair_pitch, self._pair_rate
+        arm = arm[:, None] + (at - at[:, 1:2])[..., None] * (rate * pitch)
+        rounds = (self.rounds, 1, 1)
+        rows = friction_rows(self.train, self.modes.coordinates)
+        shapes = [each @ self.modes.shapes[:, self.moving] for each in rows]
+        return FrictionSamples(
+            *samples, np.tile(slide, rounds), np.tile(arm, rounds), *shapes
+        )
+
+    def sliding_at(self, times: Array) -> tuple[Array, Array]:
+        """Of all pairs (t, p) at times, in periods of the first mesh: coefficient of
+        friction, negative in recess, and way ahead of the pitch point [m]."""
+        slide, arm, column = [], [], 0
+        for m, excitation in enumerate(self.excitations):
+            phase, rate = self._places[m]
+            cycle = phase + rate * times
+            place = cycle - np.floor(cycle)
+            for pair in excitation.pairs:
+                ahead = pair.ahead or 0
+                side = self.friction[m] * side_of(ahead)
+                slide.append(np.full(times.shape, side))
+                arm.append((place + ahead) * self._pair_pitch[column])
+                column += 1
+        return np.stack(slide, axis=-1), np.stack(arm, axis=-1)
+
+    @property
+    def _pair_pitch(self) -> Array:
+        """Base pitch of every pair (p,) [m]."""
+        counts = [len(excitation.pairs) for excitation in self.excitations]
+        meshes = range(len(counts))
+        return np.repeat([base_pitch(self.train, m) for m in meshes], counts)
+
+    @property
+    def _pair_rate(self) -> Array:
+        """Mesh frequency of every pair (p,) over that of the first mesh."""
+        counts = [len(excitation.pairs) for excitation in self.excitations]
+        return np.repeat([float(rate) for rate in self.train.mesh_rates], counts)
 
     def excitation_at(
         self, times: Array, side: int = 1, rounds: NDArray[np.intp] | int = 0
@@ -298,6 +366,7 @@ class LumpedSystem:
         meshes = len(self.excitations)
         if self.contacts is None:
             length, each = self.common_period[0], 48 * self.arrays.first_pair[-1]
+            each *= 2 if self.rubs else 1
             contacts = 0
         else:
             contacts, _, n = self.contacts.rows.shape

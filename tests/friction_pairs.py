@@ -14,6 +14,7 @@ import math
 import numpy as np
 
 from lumped.analytic import StiffnessFigures, analytic_excitation
+from lumped.friction import with_bending
 from lumped.system import LumpedSystem
 from lumped.train import Gear, Mesh, Train
 
@@ -30,10 +31,12 @@ def update(eigenvalues, diagonal):
     ]
 
 
-def pair_system(
-    variation, damping_ratio=0.0, contact_ratio=1.5, load_share=0.6, gamma=0.28
-):
-    """A unit of mass for u, natural frequencies as printed in Hz."""
+def pair_system(variation, damping_ratio=0.0, friction=None, contact_ratio=1.5):
+    """A unit of mass for u, natural frequencies as printed in Hz.
+
+    friction : ToothFriction
+    """
+    load_share, gamma = 0.6, 0.28
     turn = (2.0 * math.pi) ** 2
     squares = [f**2 for f in COUPLED]
     a, b, c = update(squares, [0.0, *(f**2 for f in ACROSS)])
@@ -64,4 +67,8 @@ def pair_system(
         approach=1.0 - gamma,
         load_share=load_share,
     )
-    return LumpedSystem(train, (analytic_excitation(figures),))
+    excitation = analytic_excitation(figures)
+    if friction is None:
+        return LumpedSystem(train, (excitation,))
+    bent = with_bending(excitation, friction)
+    return LumpedSystem(train, (bent,), friction=(friction.coefficient,))

@@ -119,6 +119,7 @@ class Train:
     translations: Translations = False
 
 
+BELOW_ONE = Range(least=0.0, below=1.0)
 HARMONICS = Range(least=1, most=1000)  # of Fourier waves
 
 
@@ -264,6 +265,40 @@ class TabledOptions(LumpedOptions):
             return read_mesh_tables(self.table, gear_set)
         except InputError as error:
             raise InputError(f"--table: {error}") from None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Rubbing:
+    """Sliding friction of the teeth of all meshes."""
+
+    friction: float | None = option(
+        "Coulomb friction coefficient of the teeth of all meshes, of model 1. "
+        "[default: 0]",
+        allowed=BELOW_ONE,
+    )
+    bending: float | None = option(
+        "Friction-bending ratio: deflection of a tooth pair by a friction force over "
+        "that by a normal force of the same size. [default: that of the mesh tables]",
+        allowed=BELOW_ONE,
+    )
+    no_bending: bool = option(
+        "Leave the bending of teeth by friction out, a ratio of 0.",
+        default=False,
+    )
+
+    def __post_init__(self) -> None:
+        if self.no_bending:
+            refuse_idle("--no-bending leaves it out", bending=self.bending)
+        if not self.friction:
+            idle = "needs --friction above 0"
+            refuse_idle(idle, bending=self.bending, no_bending=self.no_bending)
+
+    def of(self, model: LumpedModel) -> LumpedModel:
+        """A lumped model with this friction."""
+        ratio = 0.0 if self.no_bending else self.bending
+        if self.friction and model.number != 1:
+            raise InputError(f"--friction needs --model 1, got {model.number}")
+        return replace(model, friction=self.friction or 0.0, bending=ratio)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -10,9 +10,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from fegear.cli.edits import EditedSet, edit_entries
-from fegear.cli.groups import Range, grouped, option
+from fegear.cli.groups import grouped, option
 from fegear.cli.lumped_options import (
+    BELOW_ONE,
     LoadCase,
+    Rubbing,
     TabledOptions,
     require_one_of,
     speeds_of,
@@ -25,21 +27,18 @@ from fegear.speeds import MESH_FREQUENCY
 
 if TYPE_CHECKING:
     from fegear.parameter_maps import VariedSet
-    from fegear.stability import Rubbing
     from lumped.maps import Axis
 
 EXAMPLE = (
     "fegear stability liu-pair --over friction=0:0.2:41 --speeds 500:6000:10 "
     "--plot chart.png"
 )
-FRICTION, BENDING = "friction", "friction_bending"
-BELOW_ONE = Range(least=0.0, below=1.0)
 MOST_SHOWN = 12  # intervals on the screen
 
 
 @dataclass(frozen=True, kw_only=True)
-class FrictionOptions:
-    """Sliding friction of all meshes, and what varies."""
+class Varied(Rubbing):
+    """What varies, and the friction of the teeth."""
 
     over: str = option(
         "What varies: friction (coefficient), friction_bending (ratio), a key of the "
@@ -48,63 +47,50 @@ class FrictionOptions:
         metavar="KEY=A:B:N",
         default=MISSING,
     )
-    friction: float | None = option(
-        "Coulomb friction coefficient of all meshes, where it does not vary. "
-        "[default: 0]",
-        allowed=BELOW_ONE,
-    )
-    bending: float | None = option(
-        "Friction-bending ratio: deflection of a tooth pair by a friction force over "
-        "that by a normal force of the same size. [default: that of the mesh tables]",
-        allowed=BELOW_ONE,
-    )
+
+    def __post_init__(self) -> None:
+        if not self.over.startswith("friction="):
+            super().__post_init__()
 
     def axis(self) -> Axis:
         """What varies; refuses what is given twice or changes nothing."""
+        from fegear.parameter_maps import BENDING, FRICTION
+
         (axis,) = parsed_axes([self.over])
+        why = f"--over {axis.name} replaces it, leave it out"
         if axis.name == MESH_FREQUENCY:
-            raise InputError(
-                f"--over {MESH_FREQUENCY}; is the speed, --speeds A:B:STEP"
-            )
+            raise InputError(f"--over {axis.name}; is the speed, --speeds A:B:STEP")
         if axis.name == FRICTION:
-            why = "--over friction replaces it, leave it out"
             refuse_idle(why, friction=self.friction)
-        elif not self.friction:
-            refuse_idle("needs --friction above 0", bending=self.bending)
-            if axis.name == BENDING:
-                raise InputError(f"--over {BENDING}; needs --friction above 0")
         if axis.name == BENDING:
-            why = f"--over {BENDING} replaces it, leave it out"
-            refuse_idle(why, bending=self.bending)
+            refuse_idle(why, bending=self.bending, no_bending=self.no_bending)
+            if not self.friction:
+                raise InputError(f"--over {BENDING}; needs --friction above 0")
         for value in axis.values:
             if axis.name in (FRICTION, BENDING) and value not in BELOW_ONE:
                 raise InputError(f"--over {axis.name} = {value:g}; allowed {BELOW_ONE}")
         return axis
 
-    @property
-    def rubbing(self) -> Rubbing:
-        from fegear.stability import Rubbing
-
-        return Rubbing(self.friction or 0.0, self.bending)
-
-    def varied(
-        self,
-        subject: EditedSet,
-        axis: Axis,
-        model: TabledOptions,
-        torque: float | None,
+    def of_set(
+        self, subject: EditedSet, model: TabledOptions, torque: float | None
     ) -> VariedSet:
-        own = axis.name in (FRICTION, BENDING)
-        if not own:
+        """The gear set with friction, as the axis varies it."""
+        from fegear.parameter_maps import OF_TEETH
+
+        axis = self.axis()
+        if axis.name not in OF_TEETH:
             refuse_idle("--over varies what tables hold", table=model.table)
-        return varied_set(subject, () if own else (axis,), model, torque)
+        varied = varied_set(subject, (axis,), model, torque)
+        if model.model != "1":
+            raise InputError(f"--model = {model.model}; allowed is 1, of tooth pairs")
+        return replace(varied, model=self.of(varied.model))
 
 
 @grouped
 def stability_command(
     *,
     subject: EditedSet,
-    friction: FrictionOptions,
+    figure: Varied,
     speeds: Annotated[
         str,
         typer.Option(
@@ -133,8 +119,7 @@ def stability_command(
     begin = time.perf_counter()
     outputs.require(subject.set_name, *(model.table or ()))
     require_one_of("--method", method, ("peano-baker", "exponential", "integration"))
-    axis = friction.axis()
-    varied = friction.varied(subject, axis, model, torque)
+    varied = figure.of_set(subject, model, torque)
     chart = speeds_of(speeds)
     if not all(0.1 <= speed <= 1e6 for speed in chart):
         raise InputError(f"--speeds = {speeds}; allowed 0.1 to 1e6 Hz")
@@ -142,7 +127,7 @@ def stability_command(
 
     with named_options("over", "speeds", "bending"), outputs.progress() as report:
         found = find_stability(
-            *(varied, axis, chart, friction.rubbing, method),  # type: ignore[arg-type]
+            *(varied, chart, method),  # type: ignore[arg-type]
             keeping=outputs.keeping,
             progress=report,
         )

@@ -13,6 +13,7 @@ from fegear.cli.lumped_options import (
     AnyModel,
     Integration,
     LoadCases,
+    Rubbing,
     SweptSpeeds,
     chosen_torques,
     speeds_of,
@@ -53,6 +54,7 @@ def sweep_command(
     swept: SpeedsOfEither,
     torque: LoadCases = None,
     model: AnyModel,
+    friction: Rubbing,
     integration: Integration,
     outputs: Outputs,
 ) -> None:
@@ -68,7 +70,7 @@ def sweep_command(
     from fegear.sweeps import SweepSettings, sweep_speeds
 
     settings = SweepSettings(
-        model=model.lumped_model(gear_set),
+        model=friction.of(model.lumped_model(gear_set)),
         integration=numerics,
         directions=swept.directions,
     )

@@ -34,13 +34,15 @@ def show_sweep(result: SweepResult, outputs: Outputs, begin: float) -> None:
 
 
 def _figure(result: SweepResult) -> Figure:
+    from fegear.headings import friction_in_words, friction_of
     from fegear.sweeps import edits_in_words
     from lumped.figures import Curve, draw_sweep
 
     header, name = result.header, result.model if result.beside else ""
     title = (
         f"{header['gear set']}, model {result.model}, {header['excitation']}, "
-        f"damping ratio {header['damping ratio']}\n{edits_in_words(header)}"
+        f"damping ratio {header['damping ratio']}"
+        f"{friction_in_words(friction_of(header))}\n{edits_in_words(header)}"
     ).strip()
     curves = [Curve(torque, branch, name) for torque, branch in result.found]
     curves += [Curve(torque, branch, "Model-1") for torque, branch in result.beside]
@@ -48,13 +50,16 @@ def _figure(result: SweepResult) -> Figure:
 
 
 def print_sweep(values: dict[str, Any]) -> None:
+    from fegear.headings import friction_in_words
+
     console = screen()
     lines = ", ".join(f"{f:.1f}" for f in values["natural_frequencies_Hz"])
     first, last = values["first_speed_Hz"], values["last_speed_Hz"]
     span = f"{first:g} Hz" if first == last else f"{first:g} to {last:g} Hz"
     console.print(
         f"{values['gear_set']}, model {values['model']}, {values['excitation']}, "
-        f"damping ratio {values['damping_ratio']:g}\n"
+        f"damping ratio {values['damping_ratio']:g}"
+        f"{friction_in_words(values['friction_coefficient'])}\n"
         f"natural frequencies {values['natural_frequencies']} that strain a mesh "
         f"[Hz]: {lines}\n"
         f"{counted(values['speeds'], 'speed', 'speeds')}, {span} of the first mesh"

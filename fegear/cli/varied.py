@@ -70,7 +70,7 @@ def varied_set(
     Raises InputError where an axis is not known or is fixed as well.
     """
     from fegear.gearset.edit import require_known_key
-    from fegear.parameter_maps import DAMPING, SHORT, TORQUE, VariedSet
+    from fegear.parameter_maps import DAMPING, OF_TEETH, SHORT, TORQUE, VariedSet
 
     names, ratio = {axis.name for axis in axes}, model.train.damping
     if TORQUE in names:
@@ -82,7 +82,7 @@ def varied_set(
         key = SHORT.get(axis.name, axis.name)
         if key in fixed:
             raise InputError(f"--set {key}; --over varies it, leave it out")
-        if axis.name != TORQUE:
+        if axis.name != TORQUE and axis.name not in OF_TEETH:
             require_known_key(key)
     on_axis = [axis.values for axis in axes if axis.name == TORQUE]
     load = max(on_axis[0]) if on_axis else middle_torque(gear_set, torque)

@@ -14,6 +14,7 @@ from fegear.cli.lumped_options import (
     AnyModel,
     Integration,
     LoadCase,
+    Rubbing,
     middle_torque,
 )
 from fegear.cli.options import FREQUENCY, Outputs, named_options
@@ -51,6 +52,7 @@ def wave_command(
     approach: Approach,
     torque: LoadCase = None,
     model: AnyModel,
+    friction: Rubbing,
     integration: Integration,
     outputs: Outputs,
 ) -> None:
@@ -64,7 +66,7 @@ def wave_command(
     from fegear.waves import settle_motion
     from lumped.motion import DivergedError, wave_csv
 
-    description = model.lumped_model(gear_set)
+    description = friction.of(model.lumped_model(gear_set))
     given = gear_set, at, approach.speed, description, settings, approach.from_speed
     try:
         with outputs.progress() as report, named_options(*NAMED):
@@ -79,11 +81,14 @@ def wave_command(
 
 
 def print_wave(values: dict[str, Any]) -> None:
+    from fegear.headings import friction_in_words
+
     console = screen()
     console.print(
         f"{values['gear_set']} at {values['speed_Hz']:g} Hz, "
         f"{values['torque_Nm']:g} N m, model {values['model']}, "
-        f"{values['excitation']}, damping ratio {values['damping_ratio']:g}\n"
+        f"{values['excitation']}, damping ratio {values['damping_ratio']:g}"
+        f"{friction_in_words(values['friction_coefficient'])}\n"
         f"{values['status']}, settled for {values['settling_time_s']:.4g} s, "
         f"{counted(values['section_points'], 'point', 'points')} in the Poincaré "
         "section"

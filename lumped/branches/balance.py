@@ -57,6 +57,8 @@ class HarmonicBalance:
     steepness: float | None = None
 
     def __post_init__(self) -> None:
+        if self.system.rubs:
+            raise TrainError("friction must be 0; harmonic balance leaves it out")
         for name in ("harmonics", "multiple"):
             if getattr(self, name) < 1:
                 value = getattr(self, name)

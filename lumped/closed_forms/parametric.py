@@ -124,6 +124,8 @@ def parametric_system(
     """
     if system.contacts is not None:
         raise ValueError("contacts must be None, models 1 to 3, got the coupled model")
+    if system.rubs:
+        raise ValueError("friction must be 0; these closed forms leave it out")
     if harmonics < 1:
         raise ValueError(f"harmonics must be 1 or more, got {harmonics}")
     waves = [

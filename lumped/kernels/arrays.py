@@ -47,6 +47,23 @@ class Samples(NamedTuple):
     gap: Array
 
 
+class FrictionSamples(NamedTuple):
+    """Samples of a train whose teeth rub.
+
+    slide (s, 3, p) coefficient of friction, negative in recess; arm (s, 3, p) way of
+    the pair ahead of the pitch point [m]
+    at_pitch, per_metre (m, n) rows of friction in the modes; see `lumped.friction`
+    """
+
+    h: Array
+    stiffness: Array
+    gap: Array
+    slide: Array
+    arm: Array
+    at_pitch: Array
+    per_metre: Array
+
+
 class Pieces(NamedTuple):
     """The excitation as piecewise cubic functions, of each pair its stiffness and gap.
 

@@ -11,9 +11,19 @@ from typing import Any
 import numpy as np
 
 from lumped.compiled import chosen_by_record, compiled, inlined
-from lumped.kernels.arrays import CoupledSteps, Samples, VariedSteps
+from lumped.kernels.arrays import (
+    CoupledSteps,
+    FrictionSamples,
+    Samples,
+    VariedSteps,
+)
 from lumped.kernels.coupled import record_coupled, set_coupled_acceleration
-from lumped.kernels.law import record, record_before, set_spring_acceleration
+from lumped.kernels.law import (
+    record,
+    record_before,
+    set_friction_acceleration,
+    set_spring_acceleration,
+)
 from lumped.kernels.settling import (
     FINISHED,
     NOT_FINITE,
@@ -39,10 +49,13 @@ def record_springs(system, samples, k, q, v, out):
 def set_acceleration(system, steps, instant, q, v, a, s):
     """Modal accelerations (n,) and mesh deflections (m,) at an instant.
 
-    Of springs along Samples, of contacts along CoupledSteps, of either and small
-    changes of the motion along VariedSteps.
+    Of springs along Samples, of springs with friction along FrictionSamples, of
+    contacts along CoupledSteps, of either and small changes of the motion along
+    VariedSteps.
     """
     chosen: Any = set_spring_acceleration
+    if isinstance(steps, FrictionSamples):
+        chosen = set_friction_acceleration
     if isinstance(steps, CoupledSteps):
         chosen = set_coupled_acceleration
     elif isinstance(steps, VariedSteps):
@@ -60,11 +73,19 @@ chosen_by_record(
     set_acceleration,
     {
         Samples: set_spring_acceleration,
+        FrictionSamples: set_friction_acceleration,
         CoupledSteps: set_coupled_acceleration,
         VariedSteps: set_varied_acceleration,
     },
 )
-chosen_by_record(record_row, {Samples: record_springs, CoupledSteps: record_coupled})
+chosen_by_record(
+    record_row,
+    {
+        Samples: record_springs,
+        FrictionSamples: record_springs,
+        CoupledSteps: record_coupled,
+    },
+)
 
 
 @inlined

@@ -11,7 +11,6 @@ no mesh move with the others and do nothing to them: they are left out.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from math import comb
@@ -19,7 +18,7 @@ from math import comb
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.friction import ToothFriction, base_pitch, friction_rows, side_of
+from lumped.friction import base_pitch, friction_rows, side_of
 from lumped.system import LumpedSystem
 from lumped.waves import Wave
 
@@ -112,15 +111,12 @@ class PeriodicSystem:
         return replace(self, edges=whole, stiffness=np.concatenate(rows)[:, None])
 
 
-def periodic_system(
-    system: LumpedSystem, friction: Sequence[ToothFriction] = ()
-) -> PeriodicSystem:
-    """A train in contact, its teeth with friction; one for each mesh, none if empty.
+def periodic_system(system: LumpedSystem) -> PeriodicSystem:
+    """A train in contact, with the friction of its teeth.
 
-    Raises ValueError for the coupled model, for tooth pairs that differ, and with
-    friction for a mesh that is not made of tooth pairs.
+    Raises ValueError for the coupled model and for tooth pairs that differ.
     """
-    _require(system, friction)
+    _require(system)
     kept = system.moving
     modes, arrays = system.modes, system.arrays
     times = np.concatenate([[0.0], system.breaks()])
@@ -139,11 +135,8 @@ def periodic_system(
         pitch = base_pitch(system.train, m)
         for pair in excitation.pairs:
             wave, place = _along(pair.stiffness, phase, rate, times)
-            rub, ahead = (friction[m] if friction else ToothFriction(0.0)), 0
-            if rub.coefficient:
-                ahead = pair.ahead or 0
-                wave = wave * rub.stiffening(ahead)
-            slide = rub.coefficient * side_of(ahead)
+            ahead = pair.ahead or 0
+            slide = system.friction[m] * side_of(ahead) if system.rubs else 0.0
             arm = pitch * (place + ahead)
             steady = v[m] - slide * (at_pitch[m] + arm[:, None] * per_metre[m])
             growing = -slide * pitch * rate * per_metre[m]
@@ -169,19 +162,9 @@ def _along(wave: Wave, phase: float, rate: float, times: Array) -> tuple[Array, 
     return out, place
 
 
-def _require(system: LumpedSystem, friction: Sequence[ToothFriction]) -> None:
-    meshes = len(system.excitations)
+def _require(system: LumpedSystem) -> None:
     if system.contacts is not None:
         raise ValueError("contacts must be None, models 1 to 3, got the coupled model")
-    if friction and len(friction) != meshes:
-        raise ValueError(f"friction must be of {meshes} meshes, got {len(friction)}")
-    for m, excitation in enumerate(system.excitations):
-        stiff = [pair.stiffness for pair in excitation.pairs]
-        if max(len(wave.shapes) for wave in stiff) > 1:
+    for excitation in system.excitations:
+        if max(len(pair.stiffness.shapes) for pair in excitation.pairs) > 1:
             raise ValueError("excitation must repeat after one base pitch")
-        rubs = bool(friction) and friction[m].coefficient > 0.0
-        if rubs and any(pair.ahead is None for pair in excitation.pairs):
-            raise ValueError(
-                f"friction of mesh {m + 1} needs the stiffness of every tooth pair, "
-                "that of model 1; its excitation is one spring for the whole mesh"
-            )

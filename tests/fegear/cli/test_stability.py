@@ -8,7 +8,7 @@ import json
 import pytest
 from typer.testing import CliRunner
 
-from fegear import stability
+from fegear import lumped_system, stability
 from fegear.cli import app, run
 from fegear.errors import InputError
 from fegear.gearset import load_gear_set
@@ -99,25 +99,17 @@ def test_an_interrupted_chart_goes_on_to_the_same_bytes(made, tmp_path, monkeypa
 
 def test_friction_bending_comes_from_the_finite_elements(monkeypatch):
     given = []
-    known = stability.ToothFriction
+    known = lumped_system.with_bending
 
-    def kept(*args):
-        given.append(args)
-        return known(*args)
+    def kept(excitation, friction):
+        given.append(friction)
+        return known(excitation, friction)
 
-    monkeypatch.setattr(stability, "ToothFriction", kept)
-    words = [
-        "stability",
-        "liu-pair",
-        "--over",
-        "friction=0.1",
-        "--resolution",
-        "coarse",
-    ]
-    invoked(*words, "--speeds", "5000:6000:500")
-    (coefficient, ratio), *_ = given
-    assert coefficient == 0.1
-    assert ratio == pytest.approx(0.39, abs=0.03)
+    monkeypatch.setattr(lumped_system, "with_bending", kept)
+    words = ["stability", "liu-pair", "--over", "friction=0.1"]
+    invoked(*words, "--resolution", "coarse", "--speeds", "5000:6000:500")
+    assert given[-1].coefficient == 0.1
+    assert given[-1].bending == pytest.approx(0.39, abs=0.03)
 
 
 @pytest.mark.parametrize(
@@ -133,7 +125,7 @@ def test_friction_bending_comes_from_the_finite_elements(monkeypatch):
         ("--over friction=0.1 --speeds 1000", "two or more are needed"),
         ("--over friction=0.1 --speeds 0.05:10:1", "allowed 0.1 to 1e6 Hz"),
         ("--over friction=0.1 --method euler", "--method = euler; allowed"),
-        ("--over friction=0.1 --model 2 --bending 0.3", "of model 1"),
+        ("--over friction=0.1 --model 2 --bending 0.3", "--model = 2; allowed is 1"),
         ("--over nothing=0.1,0.2", "nothing"),
         ("--over damping_ratio=0,2", "damping_ratio"),
     ],
@@ -151,7 +143,43 @@ def test_wrong_input_is_one_line(words, message, monkeypatch, capsys, tmp_path):
 def test_too_many_cells_are_refused():
     axis = Axis("friction", tuple(i / 1e5 for i in range(10_000)))
     gear_set = load_gear_set("liu-pair")
-    varied = VariedSet("liu-pair", gear_set, (), 100.0, LumpedModel())
+    varied = VariedSet("liu-pair", gear_set, (axis,), 100.0, LumpedModel())
     speeds = [float(i) for i in range(1, 1001)]
     with pytest.raises(InputError, match="4000000 cells"):
-        stability.find_stability(varied, axis, speeds, stability.Rubbing())
+        stability.find_stability(varied, speeds)
+
+
+def test_sweeps_and_waves_take_friction(tmp_path):
+    at = [*("liu-pair", "--resolution", "coarse", "--torque", "100")]
+    sweep = ["sweep", *at, "--speeds", "2000:2200:100", "--json"]
+    found = {
+        words: json.loads(invoked(*sweep, *words.split()))
+        for words in ("", "--friction 0.1", "--friction 0.1 --no-bending")
+    }
+    levels = [
+        values["branches"][0]["largest"][0]["dte_rms_m"] for values in found.values()
+    ]
+    assert len({round(1e9 * level, 3) for level in levels}) == 3
+    assert [each["friction_coefficient"] for each in found.values()] == [0.0, 0.1, 0.1]
+    shown = invoked("wave", *at, "--speed", 2100, "--friction", 0.1)
+    assert "friction 0.1" in shown
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        ("--no-bending", "--no-bending; needs --friction above 0"),
+        ("--bending 0.3", "--bending = 0.3; needs --friction above 0"),
+        ("--friction 0.1 --bending 0.3 --no-bending", "--no-bending leaves it out"),
+        ("--friction 0.1 --model 2", "--friction needs --model 1, got 2"),
+        ("--friction 0.1 --model coupled", "--friction needs --model 1, got coupled"),
+        ("--friction 0.1 --method dopri5", "rk4"),
+        ("--friction 0.1 --no-bending --excitation fourier", "every tooth pair"),
+        ("--friction 1", "--friction = 1"),
+    ],
+)
+def test_wrong_friction_of_sweeps_is_one_line(words, message, capsys):
+    given = ["--resolution", "coarse"] if "--excitation" not in words else []
+    argv = ["sweep", "liu-pair", "--speeds", "2000", *given, *words.split()]
+    assert run(argv) == 2
+    assert message in capsys.readouterr().err

@@ -11,7 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.special import airy
 
-from lumped.friction import ToothFriction, base_pitch, friction_rows
+from lumped.analytic import StiffnessFigures, analytic_excitation
+from lumped.friction import ToothFriction, base_pitch, friction_rows, with_bending
 from lumped.stability.combinations import combinations
 from lumped.stability.intervals import examined
 from lumped.stability.multipliers import (
@@ -21,6 +22,8 @@ from lumped.stability.multipliers import (
     transition,
 )
 from lumped.stability.periodic import PeriodicSystem, periodic_system
+from lumped.system import LumpedSystem
+from lumped.train import TrainError
 
 SPEEDS = np.linspace(1.7, 12.0, 400)
 
@@ -60,7 +63,7 @@ def test_the_sawtooth_has_its_exact_solution(a, b):
 
 @pytest.mark.parametrize("method", METHODS)
 def test_methods_agree(method):
-    system = periodic_system(pair_system(0.3, 0.001), [ToothFriction(0.1, 0.5)])
+    system = periodic_system(pair_system(0.3, 0.001, ToothFriction(0.1, 0.5)))
     at = np.array([1.9, 4.2, 7.0, 11.4])
     found, other = transition(system, at, method), transition(system, at)
     within = {"integration": 1e-7, "exponential": 1e-4, "peano-baker": 1e-15}[method]
@@ -68,7 +71,7 @@ def test_methods_agree(method):
 
 
 def test_exponentials_converge_with_the_square_of_their_number():
-    system = periodic_system(pair_system(0.3, 0.001), [ToothFriction(0.1, 0.5)])
+    system = periodic_system(pair_system(0.3, 0.001, ToothFriction(0.1, 0.5)))
     exact = transition(system, 7.0)
     errors = [
         np.abs(transition(system.averaged(n), 7.0) - exact).max() for n in (8, 16, 32)
@@ -128,8 +131,8 @@ def test_the_normal_force_grows_in_approach():
 def test_perturbation_is_right_to_second_order(name, low, high, damping):
     errors = []
     for size in (0.1, 0.05, 0.025):
-        rub = [ToothFriction(size / 3.0, 0.4)] if damping else []
-        system = periodic_system(pair_system(size, damping * size), rub)
+        rub = ToothFriction(size / 3.0, 0.4) if damping else None
+        system = periodic_system(pair_system(size, damping * size, rub))
         (found,) = intervals(system, low, high, name)
         (near,) = [c for c in combinations(system, (low, high)) if c.name == name]
         errors.append(max(abs(near.low - found.low), abs(near.high - found.high)))
@@ -151,10 +154,10 @@ def test_the_printed_stable_and_unstable_speeds():
 
 def test_difference_type_comes_with_friction_only():
     kinds = [
-        {each.kind for each in examined(periodic_system(*args), SPEEDS).intervals}
-        for args in (
-            (pair_system(0.3, 0.001),),
-            (pair_system(0.3, 0.001), [ToothFriction(0.1)]),
+        {each.kind for each in examined(periodic_system(pair), SPEEDS).intervals}
+        for pair in (
+            pair_system(0.3, 0.001),
+            pair_system(0.3, 0.001, ToothFriction(0.1)),
         )
     ]
     differences = [{kind for kind in own if " - " in kind} for own in kinds]
@@ -184,8 +187,8 @@ def test_sum_type_is_wider_than_difference_type(seed):
     train = type(base.train)(
         gears=tuple(gears), meshes=base.train.meshes, damping_ratio=0.005
     )
-    system = type(base)(train, base.excitations)
-    varying = periodic_system(system, [ToothFriction(random.uniform(0.01, 0.05))])
+    rub = (random.uniform(0.01, 0.05),)
+    varying = periodic_system(type(base)(train, base.excitations, friction=rub))
     widths = {
         (c.kind, c.first, c.second, c.order): c.high - c.low
         for c in combinations(varying)
@@ -198,10 +201,9 @@ def test_sum_type_is_wider_than_difference_type(seed):
 
 def test_modes_across_the_line_of_action_do_not_grow():
     """They are driven by the others and drive nothing: their own multipliers stay."""
-    system = pair_system(0.3, 0.001)
+    system = pair_system(0.3, 0.001, ToothFriction(0.2))
     assert system.moving.size == 3
-    varying = periodic_system(system, [ToothFriction(0.2)])
-    assert varying.modes == 3
+    assert periodic_system(system).modes == 3
 
 
 @pytest.mark.parametrize(
@@ -219,8 +221,20 @@ def test_friction_that_cannot_be(kwargs, message):
 
 
 def test_friction_is_of_every_mesh():
-    with pytest.raises(ValueError, match="friction must be of 1 meshes, got 2"):
-        periodic_system(pair_system(0.3), [ToothFriction(0.1)] * 2)
+    pair = pair_system(0.3)
+    with pytest.raises(TrainError, match="friction: 2 for 1 meshes"):
+        LumpedSystem(pair.train, pair.excitations, friction=(0.1, 0.1))
+
+
+def test_friction_needs_tooth_pairs():
+    pair = pair_system(0.3)
+    one = analytic_excitation(
+        StiffnessFigures(mean=1e8, variation=0.3, contact_ratio=1.5), harmonics=3
+    )
+    with pytest.raises(ValueError, match="that of model 1"):
+        with_bending(one, ToothFriction(0.1))
+    with pytest.raises(TrainError, match="needs tooth pairs"):
+        LumpedSystem(pair.train, (one,), friction=(0.1,))
 
 
 @pytest.mark.parametrize("speed", [0.0, -1.0, math.nan, math.inf])

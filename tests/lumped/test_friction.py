@@ -1,0 +1,149 @@
+"""Vibration with tooth friction, beside equations written down a second time."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from friction_pairs import ACROSS, COUPLED, RADII, pair_system, update
+from scipy.integrate import solve_ivp
+
+from lumped.branches.balance import HarmonicBalance
+from lumped.closed_forms import parametric_system
+from lumped.friction import ToothFriction
+from lumped.respond import respond
+from lumped.settings import Settings
+from lumped.stability.multipliers import largest_multiplier
+from lumped.stability.periodic import periodic_system
+from lumped.train import TrainError
+
+MU, BENDING, EPS, ALPHA, GAMMA, C = 0.1, 0.5, 0.3, 0.6, 0.28, 1.5
+RATIO = 0.02
+
+
+class Oracle:
+    """Eq. 4.44 in u, x1, y1, x2, y2 with the sign of eq. 4.40, x across the line."""
+
+    def __init__(self):
+        turn = (2.0 * math.pi) ** 2
+        a, b, c = update([f**2 for f in COUPLED], [0.0, *(f**2 for f in ACROSS)])
+        self.k = a * turn
+        masses = self.k / (b * turn), self.k / (c * turn)
+        self.mass = np.array([1.0, masses[0], masses[0], masses[1], masses[1]])
+        bearings = [m * turn * f**2 for m, f in zip(masses, ACROSS, strict=True)]
+        rest = np.diag([0.0, *np.repeat(bearings, 2)])
+        self.row = np.array([1.0, 0.0, 1.0, 0.0, -1.0])
+        self.rest = rest
+        whole = rest + self.k * np.outer(self.row, self.row)
+        root = np.sqrt(self.mass)
+        squares, shapes = np.linalg.eigh(whole / np.outer(root, root))
+        own = shapes * np.sqrt(np.abs(squares)) @ shapes.T
+        self.damping = 2.0 * RATIO * own * np.outer(root, root)
+        self.eta = masses[1] / (masses[0] + masses[1])
+
+    def stiffness(self, place):
+        """Of the pair in recess and the pair in approach, eq. 4.42 and 4.43."""
+        low, high = 1.0 + EPS * (1.0 - C), 1.0 + EPS * (2.0 - C)
+        end = C - 1.0 + GAMMA
+        if place < GAMMA:
+            pairs = low, 0.0
+        elif place < end:
+            part = (place - GAMMA) / (end - GAMMA)
+            share = ALPHA + (1.0 - 2.0 * ALPHA) * part
+            pairs = high * share, high * (1.0 - share)
+        else:
+            pairs = 0.0, low
+        change = 1.0 - BENDING * MU, 1.0 + BENDING * MU
+        return [self.k * p * f for p, f in zip(pairs, change, strict=True)]
+
+    def rate(self, speed):
+        pitch = 2.0 * math.pi * RADII[0] / 38
+        slope = math.tan(math.radians(20.0))
+
+        def derivative(t, state):
+            q, v = state[:5], state[5:]
+            place = (speed * t) % 1.0
+            found = np.array([1.0, 0.0, 0.0, 0.0, 0.0]) - self.rest @ q
+            found -= self.damping @ v
+            deflection = self.row @ q
+            if deflection > 0.0:
+                ways = place * pitch, (place - 1.0) * pitch
+                stiff = self.stiffness(place)
+                for side, way, k in zip((-1, 1), ways, stiff, strict=True):
+                    arms = RADII[0] * slope + way, RADII[1] * slope - way
+                    turned = self.eta * arms[0] / RADII[0]
+                    turned += (1.0 - self.eta) * arms[1] / RADII[1]
+                    across = np.array([turned, -1.0, 0.0, 1.0, 0.0])
+                    load = k * deflection
+                    found -= load * (self.row - side * MU * across)
+            return np.concatenate([v, found / self.mass])
+
+        return derivative
+
+    def rms(self, speed, periods=240):
+        """Of the deflection over the last period."""
+        state = np.zeros(10)
+        derivative = self.rate(speed)
+        marks = np.cumsum([GAMMA, C - 1.0, 2.0 - C - GAMMA])
+        for period in range(periods):
+            ends = (period + np.concatenate([[0.0], marks])) / speed
+            path = []
+            for start, end in pairwise(ends):
+                inside = start + 1e-13, end - 1e-13
+                last = period == periods - 1
+                found = solve_ivp(
+                    *(derivative, inside, state),
+                    rtol=1e-9 if last else 1e-8,
+                    atol=1e-12 / self.k,
+                    dense_output=last,
+                )
+                state = found.y[:, -1]
+                if last:
+                    nodes, weights = np.polynomial.legendre.leggauss(40)
+                    half = 0.5 * (end - start)
+                    times = start + half * (1.0 + nodes)
+                    values = self.row @ found.sol(times)[:5]
+                    path.append((values, weights * half * speed))
+        values, weight = (np.concatenate(each) for each in zip(*path, strict=True))
+        mean = values @ weight
+        return math.sqrt(float((values - mean) ** 2 @ weight))
+
+
+@pytest.mark.parametrize("speed", [2.75, 4.4])
+def test_vibration_is_that_of_equations_written_again(speed):
+    pair = pair_system(EPS, RATIO, ToothFriction(MU, BENDING))
+    assert largest_multiplier(periodic_system(pair), speed)[0] < 1.0
+    found = respond(pair, speed, Settings(steps=512, tolerance=1e-7))
+    assert found.dte_rms[0] == pytest.approx(Oracle().rms(speed), rel=2e-4)
+    without = respond(pair_system(EPS, RATIO), speed).dte_rms[0]
+    assert abs(found.dte_rms[0] / without - 1.0) > 0.01
+
+
+def test_a_motion_next_to_rest_grows_as_its_multiplier_says():
+    """With contact kept, stable speeds settle and unstable ones lose contact."""
+    rub = ToothFriction(0.1)
+    pair = pair_system(0.3, 0.001, rub)
+    varying = periodic_system(pair)
+    for speed in (6.4, 7.2, 9.5):
+        grows = largest_multiplier(varying, speed)[0] > 1.0
+        found = respond(pair, speed, Settings(max_periods=20_000))
+        assert bool(found.contact_loss[0] > 0.0) == grows, speed
+
+
+def test_without_friction_nothing_changes():
+    for speed in (2.75, 9.0):
+        plain = respond(pair_system(EPS, RATIO), speed)
+        none = respond(pair_system(EPS, RATIO, ToothFriction(0.0, 0.4)), speed)
+        np.testing.assert_array_equal(plain.dte_rms, none.dte_rms)
+
+
+def test_what_leaves_friction_out_says_so():
+    pair = pair_system(EPS, RATIO, ToothFriction(MU))
+    with pytest.raises(ValueError, match="rk4 for teeth with friction"):
+        respond(pair, 9.0, Settings(method="dopri5"))
+    with pytest.raises(TrainError, match="harmonic balance leaves it out"):
+        HarmonicBalance(pair)
+    with pytest.raises(ValueError, match="closed forms leave it out"):
+        parametric_system(pair)
