@@ -144,8 +144,8 @@ class NamedMachine:
             return self.assembly.as_machine()
         except ValueError as error:
             raise InputError(
-                f"{self.name}: {error}; only fegear rattle critical takes a machine "
-                "whose relative rotation has no equation of its own"
+                f"{self.name}: {error}; only fegear rattle critical and noise take a "
+                "machine whose relative rotation has no equation of its own"
             ) from None
 
     @property

@@ -9,11 +9,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from fegear.errors import InputError
 from fegear.rattle.machines import NamedMachine, figures_of
 from lumped.csv_text import format_csv
 from lumped.rattle.basins import QUIET
 from lumped.rattle.figure import draw_noise, words_of
-from lumped.rattle.noise import Noise, measure_noise, random_departures
+from lumped.rattle.noise import (
+    Noise,
+    measure_noise,
+    measure_noise_of_parts,
+    random_departures,
+)
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -30,7 +36,8 @@ class Runs:
 
     starts : random departures; seed : that makes them again
     velocity : lowest and highest speed of a start [rad per turn]
-    iterations : returns to the upper flank until noise is measured; turns : of which
+    iterations : returns to the upper flank until noise is measured, of machines whose
+        relative motion has more than one equation turns; turns : of which
     """
 
     starts: int = 1000
@@ -138,11 +145,12 @@ def find_noise(
 ) -> NoiseResult:
     """Noise of runs from random departures, once they have settled."""
     starts = random_departures(runs.starts, runs.velocity, runs.seed)
-    noise = measure_noise(
-        named.machine,
-        starts,
-        runs.iterations,
-        runs.turns,
-        lambda done, total: report("runs", done, total),
-    )
+    how = runs.iterations, runs.turns, lambda done, total: report("runs", done, total)
+    if named.assembly.more_equations:
+        try:
+            noise = measure_noise_of_parts(named.assembly, starts, *how)
+        except ValueError as error:
+            raise InputError(f"{named.name}: {error}") from None
+    else:
+        noise = measure_noise(named.machine, starts, *how)
     return NoiseResult(named, runs, noise)

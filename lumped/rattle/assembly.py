@@ -176,22 +176,32 @@ class Assembly:
         """Of the teeth: what the drag of the driven shaft takes."""
         return TURN * self.machine.damping * self.shafts.driven_drag
 
-    def as_machine(self) -> Machine:
-        """The one equation of relative motion, where it is one.
+    @property
+    def more_equations(self) -> str:
+        """Why relative motion has more than one equation; empty where it has one.
 
-        It is with stiff shafts whose drags are in the ratio of their inertias, as each
-        then slows down at the same rate in the play. Raises ValueError otherwise.
+        It has with stiff shafts whose drags are in the ratio of their inertias, as each
+        then slows down at the same rate in the play.
         """
-        shafts, machine = self.shafts, self.machine
         for name, _ in self.beside_shafts:
-            raise ValueError(f"[{name}] adds a motion of its own")
+            return f"[{name}] adds a motion of its own"
+        shafts = self.shafts
+        x, y = shafts.driving_inertia, shafts.driven_inertia
+        one, two = shafts.driving_drag, shafts.driven_drag
+        if math.isclose(one / x, two / y, rel_tol=1e-9):
+            return ""
+        return (
+            f"[shafts] drags {one:g} and {two:g} are not in the ratio of the inertias "
+            f"{x:g} and {y:g}"
+        )
+
+    def as_machine(self) -> Machine:
+        """The one equation of relative motion; ValueError where it has more."""
+        shafts, machine = self.shafts, self.machine
+        if self.more_equations:
+            raise ValueError(self.more_equations)
         x, y = shafts.driving_inertia, shafts.driven_inertia
         rate = shafts.driving_drag / x
-        if not math.isclose(rate, shafts.driven_drag / y, rel_tol=1e-9):
-            raise ValueError(
-                f"[shafts] drags {shafts.driving_drag:g} and {shafts.driven_drag:g} "
-                f"are not in the ratio of the inertias {x:g} and {y:g}"
-            )
         return replace(
             machine,
             damping=machine.damping * rate,

@@ -5,6 +5,7 @@ Section 6.3 of the source, table 6.1.
 
 from __future__ import annotations
 
+import math
 import threading
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -14,15 +15,20 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from lumped.rattle.assembly import Assembly
+from lumped.rattle.basins import QUIET as QUIET_NAME
 from lumped.rattle.basins import Attractor, sort_departures
 from lumped.rattle.departures import Settled, settle_departures
 from lumped.rattle.kernels import noise as kernel
 from lumped.rattle.kernels.settle import QUIET
 from lumped.rattle.machine import Machine
+from lumped.rattle.motions import Motion, Motions
 from lumped.workers import run_tasks
 
 Array = NDArray[np.float64]
 Numbers = NDArray[np.int64]
+KINDS = QUIET_NAME, "single-sided rattle", "double-sided rattle"
+NOWHERE = math.nan, math.nan
 SHARE = 250  # runs that a worker takes at a time
 
 
@@ -79,6 +85,52 @@ def measure_noise(
     level, impacts = np.concatenate([meetings for _, meetings in ordered]).T
     attractors, motion = sort_departures(machine, iterations, settled)
     return Noise(machine, starts, attractors, motion, level, impacts)
+
+
+def measure_noise_of_parts(
+    assembly: Assembly,
+    starts: Array,
+    settling: int,
+    turns: int,
+    report: Callable[[int, int], None] = lambda done, total: None,
+) -> Noise:
+    """The same of a machine whose relative motion has more than one equation.
+
+    At the departures (n, 2) all but the driving side is in steady rotation. Runs are
+    told apart by the flanks that meet.
+
+    settling : turns before noise is measured
+    Raises ValueError for parts without inertia.
+    """
+    ready = Motions(assembly)
+    machine = assembly.machine
+    found: dict[int, Motion] = {}
+
+    def run(time: float, speed: float) -> Motion:
+        state = ready.settled(machine.half_backlash, -speed, time)
+        begin = time + settling
+        return ready.run(state, begin, begin + turns, start=time)
+
+    def take(number: int, motion: Motion) -> None:
+        found[number] = motion
+        report(len(found), len(starts))
+
+    tasks = (
+        (number, partial(run, float(time), float(speed)))
+        for number, (time, speed) in enumerate(starts)
+    )
+    run_tasks(tasks, take, threading.Event())
+    motions = [found[number] for number in range(len(starts))]
+    level = np.array([each.noise for each in motions])
+    kind = np.array([(each.upper > 0) + (each.lower > 0) for each in motions])
+    seen, motion = np.unique(kind, return_inverse=True)
+    names = [Attractor(KINDS[i], 0, NOWHERE, math.nan) for i in seen]
+    return Noise(
+        *(machine, starts, tuple(names)),
+        motion=np.where(np.isfinite(level), motion, -1),
+        level=level,
+        impacts=np.array([each.upper + each.lower for each in motions]) / turns,
+    )
 
 
 def _run(

@@ -35,7 +35,8 @@ class RandomRuns:
         allowed=Range(least=0, most=2**32),
     )
     iterations: int = option(
-        "Returns to the upper flank before noise is measured.",
+        "Returns to the upper flank before noise is measured; turns where parts of the "
+        "machine move on their own.",
         default=1499,
         allowed=Range(least=100, most=10_000_000),
     )

@@ -193,8 +193,8 @@ def meet(s, state, w, to):
 def run(s, state, start, begin, end, times, out):
     """Noise from `begin` to `end` of a motion from a state (2 n,) at `start`.
 
-    (sum of squared speeds at which flanks meet, meetings of the upper and of the lower
-    flank, and whether all was found.) The state is left as it is at the end.
+    (sum of squared speeds at which flanks meet in that time, meetings of the upper and
+    of the lower flank, and whether all was found.) The state is left as at the end.
 
     times, out : instants, that rise, and the relative rotations then
     """
@@ -220,8 +220,9 @@ def run(s, state, start, begin, end, times, out):
         if to == 0 or side != 0:
             side = 0
             continue
-        high, low = high + (to > 0), low + (to < 0)
-        noise += w * w if t >= begin else 0.0
+        if t >= begin:
+            high, low = high + (to > 0), low + (to < 0)
+            noise += w * w
         turn, often = (turn, often + 1) if t < turn + 1.0 else (t, 0)
         side = meet(s, state, w, to)
     return noise, high, low, t >= end

@@ -174,6 +174,27 @@ def test_motion_of_parts_of_their_own_is_refused_where_it_is_not_computed(
     assert error.count("\n") == 1
 
 
+def test_noise_of_a_sprung_gear_is_told_by_the_flanks_that_meet():
+    """Some ten times that without springs, table 6.1."""
+    words = "--velocity", "0:0.002", "--starts", "12", "--turns", "50"
+    figures = "--epsilon", "8e-5", "--kappa", "inf", "--iterations", "500"
+    sprung = told("noise", "roots-a-sprung", *words, *figures)
+    names = {each["name"] for each in sprung["motions"]}
+    assert names <= {"quiet", "single-sided rattle", "double-sided rattle"}
+    assert sprung["unclear_fraction"] == 0.0
+    alone = told("noise", "roots-a", *words, *figures)
+    ratio = sprung["noise_rad2_per_turn3"] / alone["noise_rad2_per_turn3"]
+    assert 4.0 < ratio < 20.0
+
+
+def test_noise_of_gears_without_inertia_is_refused(capsys):
+    assert run(["rattle", "noise", "roots-a-refined", "--starts", "2"]) == 2
+    error = capsys.readouterr().err
+    assert error == (
+        "fegear: roots-a-refined: parts without inertia: an inertia above 0 is needed\n"
+    )
+
+
 def test_unequal_shafts_that_slow_down_at_one_rate_have_basins(tmp_path):
     shafts = {"driving_inertia": 1.5, "driving_drag": 1.5}
     path = written(tmp_path, IMPACTS | {"shafts": shafts})
