@@ -37,6 +37,7 @@ FIRST, MOST = 2e-3, 0.02  # arc lengths, in turns and units
 HALVED = "the period is half of it again"
 ASIDE = 2e-3  # arc length to the first point of a branch of twice the period
 ALIKE = 1e-6  # distance of departures on one orbit
+ON_LIMIT = 1e-9  # of the range, within which a point is on its limit
 CLOSE = 1e-3  # of the range, from its end, where a branch has reached it
 TRUE = 1e-3  # distance from -1 of a multiplier that has passed it, at most
 
@@ -248,7 +249,7 @@ class BranchFinder:
         )
         last = followed.points[-1]
         for limit in self.limits:  # steps beyond one that is the last possible fail
-            if 0.0 < abs(limit - last.parameter) < CLOSE * self.unit:
+            if ON_LIMIT < abs(limit - last.parameter) / self.unit < CLOSE:
                 try:
                     end = branch.at(last.x, limit, limit > last.parameter)
                 except NoSolution:

@@ -26,12 +26,18 @@ def settled_departures(machine: Machine, velocity: tuple[float, float]) -> Array
     speeds = velocity[0] + place * (velocity[1] - velocity[0])
     starts = np.stack(np.meshgrid(place, speeds), axis=-1).reshape(-1, 2)
     settled = settle_departures(machine, starts, ITERATIONS)
-    found = np.empty((0, 2))
-    for period, end in zip(settled.period.tolist(), settled.end, strict=True):
-        if period > 0:
-            found = np.vstack([found, follow(machine, end, period)[:, :2]])
-        elif period == CHANGING:
-            found = np.vstack([found, follow(machine, end, KEPT)[:, :2]])
+    changing = settled.period == CHANGING
+    # those that are quiet in the end have been on their way only
+    later = settle_departures(machine, settled.end[changing], ITERATIONS)
+    counts, ends = settled.period.copy(), settled.end.copy()
+    counts[changing] = np.where(later.period == CHANGING, KEPT, later.period)
+    ends[changing] = later.end
+    paths = [
+        follow(machine, end, count)[:, :2]
+        for end, count in zip(ends, counts.tolist(), strict=True)
+        if count > 0
+    ]
+    found = np.vstack([np.empty((0, 2)), *paths])
     found = found[np.isfinite(found).all(axis=1)]
     found[:, 0] %= 1.0
     _, first = np.unique(np.round(found / ALIKE), axis=0, return_index=True)

@@ -30,6 +30,7 @@ if TYPE_CHECKING:
 Find = Callable[..., "BifurcationResult | ExistenceResult"]
 
 EXAMPLE = "fegear rattle bifurcation roots-scaled --over delta=0.5:0.75 --plot b.png"
+NONE_FOUND = "nothing was found at the values looked at; --starts looks at more"
 FIGURES = {  # by the names of options, and of those that have none
     "delta": "damping",
     "epsilon": "eccentricity",
@@ -169,6 +170,8 @@ def print_bifurcations(values: dict[str, Any]) -> None:
         f"{values['over']} from {values['from']:g} to {values['to']:g}, "
         f"{counted(len(values['branches']), 'branch', 'branches')}"
     )
+    if not values["branches"]:
+        say(NONE_FOUND)
     for place, branch in enumerate(values["branches"], start=1):
         say(
             f"branch {place}: {branch['name']}, "
@@ -191,6 +194,8 @@ def print_existence(values: dict[str, Any]) -> None:
     first, second = values["over"]
     curves = values["curves"]
     say(f"{first} and {second}, {counted(len(curves), 'curve', 'curves')}")
+    if not curves:
+        say(NONE_FOUND)
     for place, curve in enumerate(curves, start=1):
         ends = " to ".join("({:.6g}, {:.6g})".format(*curve[k]) for k in ("from", "to"))
         say(

@@ -33,7 +33,7 @@ OrbitSpeeds = Annotated[
         "--velocity",
         metavar="A:B",
         help="Speeds of departure at which orbits are looked for [rad per turn]. "
-        "[default: 0 to twice that of P(1,1,0), 4 pi damping]",
+        "[default: 0 to 4 pi damping + 4 half backlashes]",
     ),
 ]
 
@@ -106,7 +106,11 @@ def print_machine(values: dict[str, Any]) -> None:
 
 
 def orbit_speeds(text: str | None, machine: Machine) -> tuple[float, float]:
-    return (0.0, 2.0 * machine.speed) if text is None else speeds_of(text)
+    """Where none are given, up to twice the speed of P(1,1,0), and with what takes
+    gears through the play and back in a turn on top."""
+    if text is not None:
+        return speeds_of(text)
+    return 0.0, 2.0 * machine.speed + 4.0 * machine.half_backlash
 
 
 def speeds_of(text: str) -> tuple[float, float]:

@@ -127,8 +127,19 @@ def test_any_figure_of_the_machine_can_vary(figure, limits, changes):
     assert whole
     for branch in whole:
         ends = sorted((branch.points[0].value, branch.points[-1].value))
-        assert ends == pytest.approx(limits, abs=1e-12)
+        assert ends == pytest.approx(limits, abs=1e-9)
+        assert not branch.bifurcations
         for point in branch.points[1:-1:3]:
             there = replace(machine, **{figure: point.value})
             path = follow(there, point.departures[0], 2)
             assert apart(path[0], path[-1]) < 1e-6
+
+
+def test_a_branch_that_comes_back_to_a_limit_turns_once():
+    """And not where it leaves the range."""
+    machine = replace(SCALED, stiffness=1000.0)
+    found = branches("stiffness", (50.0, 2000.0), 515.0, 1, machine)
+    for branch in found:
+        for point in branch.bifurcations:
+            assert 51.0 < point.value < 1999.0
+    assert points(found, "P(1,1,1)", FOLD) == [pytest.approx(64.781, abs=1e-2)]
