@@ -13,6 +13,7 @@ from validation.reproduce.computations import (
     rattle_orbits,
     settled_motions,
     spectra,
+    stability,
 )
 from validation.reproduce.computations import frequency_response as response
 from validation.reproduce.computations import natural_frequencies as natural
@@ -32,6 +33,7 @@ AnyPart = (
     | mesh_forces.ForcesPart
     | settled_motions.AttractorsPart
     | spectra.SpectraPart
+    | stability.StabilityPart
     | rattle_models.QuietPart
     | rattle_motions.MotionsPart
     | rattle_orbits.OrbitBranchesPart
@@ -52,6 +54,7 @@ COMPUTE: Mapping[type[Part], Compute] = {
     mesh_forces.ForcesPart: mesh_forces.forces,
     settled_motions.AttractorsPart: settled_motions.attractors,
     spectra.SpectraPart: spectra.spectra,
+    stability.StabilityPart: stability.stability,
     rattle_models.QuietPart: rattle_models.quiet,
     rattle_motions.MotionsPart: rattle_motions.motions,
     rattle_orbits.OrbitBranchesPart: rattle_orbits.orbit_branches,

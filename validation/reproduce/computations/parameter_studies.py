@@ -15,7 +15,7 @@ from pydantic import AfterValidator, Field
 
 from fegear.errors import InputError
 from fegear.gearset.edit import require_known_key
-from fegear.parameter_maps import Evaluate, respond_at, respond_over
+from fegear.parameter_maps import OF_TEETH, Evaluate, respond_at, respond_over
 from fegear.speeds import parsed_speeds
 from fegear.statics import Progress
 from lumped.closed_forms import (
@@ -41,7 +41,7 @@ FEWEST = 3  # speeds of a sweep at which a subharmonic is seen to grow
 
 
 def _require_key(key: str) -> str:
-    if key not in (DELAY, LEAD):
+    if key not in (DELAY, LEAD, *OF_TEETH):
         require_known_key(key)
     return key
 
