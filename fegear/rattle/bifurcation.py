@@ -185,7 +185,7 @@ def find_bifurcations(
         [np.empty((0, 3))]
         + [
             np.column_stack([np.full(len(rows), value), rows])
-            for value, rows in _of(found, "run", search.values(search.runs))
+            for value, rows in _rows_at(found, "run", search.values(search.runs))
         ]
     )
     return BifurcationResult(named, search, branches, settled)
@@ -264,7 +264,7 @@ def kept_tasks(
             checkpoint.close(keep=bool(found) and not finished)
 
 
-def _of(
+def _rows_at(
     found: Mapping[str, Array], kind: str, values: list[float]
 ) -> Iterator[tuple[float, Array]]:
     for i, value in enumerate(values):
@@ -280,7 +280,7 @@ def _followed(
         done = round(100.0 * (value - low) / (high - low))
         report(f"branch {number}", done, 100)
 
-    rows = list(_of(found, "orbits", search.values(search.starts)))
+    rows = list(_rows_at(found, "orbits", search.values(search.starts)))
     return followed(machine, search, rows, watch)
 
 

@@ -237,8 +237,10 @@ class BranchFinder:
     def _follow(
         self, orbits: Orbits, start: Point, origin: str, doublings: int
     ) -> None:
-        turned = Point(start.x, start.parameter, -start.tangent)
-        followed = joined(self._one_way(orbits, turned), self._one_way(orbits, start))
+        followed = self._one_way(orbits, start)
+        if not followed.closed:
+            turned = replace(start, tangent=-start.tangent)
+            followed = joined(self._one_way(orbits, turned), followed)
         self._add(orbits, followed, origin, doublings)
 
     def _one_way(self, orbits: Orbits, start: Point) -> Followed:
@@ -249,6 +251,8 @@ class BranchFinder:
         )
         last = followed.points[-1]
         for limit in self.limits:  # steps beyond one that is the last possible fail
+            if followed.reason in (GRAZING, HALVED):
+                break
             if ON_LIMIT < abs(limit - last.parameter) / self.unit < CLOSE:
                 try:
                     end = branch.at(last.x, limit, limit > last.parameter)
