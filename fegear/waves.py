@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from os import PathLike
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from fegear.gearset.model import GearSet
 from fegear.headings import friction_in_words, friction_of
@@ -21,6 +24,7 @@ from fegear.output import write_text
 from fegear.sweeps import UNITS, Progress
 from fegear.unphysical import doubts_of_meshes
 from lumped.figures import draw_time_history
+from lumped.losses import driven_power
 from lumped.motion import (
     TimeHistory,
     arrive,
@@ -137,7 +141,24 @@ def _mesh_summary(motion: TimeHistory, m: int) -> dict[str, Any]:
         **figures,
         "engaged_pairs": sorted({int(count) for count in pairs.count}),
         "contact_conditions": dict(pairs.conditions),
+        **_losses(motion, m),
         "largest_lines": _largest_lines(motion, m),
+    }
+
+
+def _losses(motion: TimeHistory, m: int) -> dict[str, float]:
+    """What friction takes from a mesh over the motion; empty without friction."""
+    system, history = motion.system, motion.history
+    if not system.rubs:
+        return {}
+    lost = motion.friction_power[:, m]
+    span = history.time[-1] - history.time[0]
+    mean = float(np.trapezoid(lost, history.time) / span)
+    carried = driven_power(system, m, motion.response.frequency)
+    return {
+        "friction_power_mean_W": mean,
+        "friction_power_largest_W": float(lost.max()),
+        "efficiency": 1.0 - mean / carried if carried > 0.0 else math.nan,
     }
 
 

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lumped.csv_text import format_csv
+from lumped.losses import friction_power
 from lumped.pair_motions import PairMotion, pair_motions
 from lumped.respond import respond_confirmed, respond_with_history
 from lumped.response import History, Response, Status
@@ -45,6 +46,7 @@ class TimeHistory:
     spectrum : (n, m) amplitudes of the deflection [m], the mean at 0 Hz; a discrete
         Fourier transform over the whole span, resampled evenly by the cubics through
         deflections and rates, so that no window is needed and no line leaks
+    friction_power : (t, m) that the teeth lose [W], 0 without friction
     """
 
     system: LumpedSystem
@@ -56,6 +58,7 @@ class TimeHistory:
     section_rate: Array
     spectrum_frequency: Array
     spectrum: Array
+    friction_power: Array
 
 
 def time_history(
@@ -93,6 +96,7 @@ def time_history(
         pair_motions(system, frequency, settings, history),
         *section,
         *spectrum(history),
+        friction_power(system, frequency, settings, history),
     )
 
 
@@ -186,6 +190,9 @@ def _wave_columns(motion: TimeHistory) -> dict[str, list[Any]]:
     for m, pairs in enumerate(motion.pairs):
         columns[f"mesh{m + 1}_dte_m"] = history.deflection[:, m].tolist()
         columns[f"mesh{m + 1}_force_N"] = history.force[:, m].tolist()
+        if motion.system.rubs:
+            name = f"mesh{m + 1}_friction_power_W"
+            columns[name] = motion.friction_power[:, m].tolist()
         for p in range(pairs.force.shape[1]):
             name = f"mesh{m + 1}_pair{p + 1}"
             columns[f"{name}_force_N"] = pairs.force[:, p].tolist()

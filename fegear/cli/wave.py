@@ -99,6 +99,13 @@ def print_wave(values: dict[str, Any]) -> None:
     from lumped.pair_motions import CONDITIONS
 
     for mesh in values["meshes"]:
+        if "efficiency" in mesh:
+            console.print(
+                f"mesh {mesh['mesh']}: friction takes "
+                f"{mesh['friction_power_mean_W']:.4g} W, at most "
+                f"{mesh['friction_power_largest_W']:.4g} W; efficiency "
+                f"{100.0 * mesh['efficiency']:.3f} %"
+            )
         for name, part in mesh["contact_conditions"].items():
             console.print(
                 f"mesh {mesh['mesh']}, two pairs or more engaged, condition {name}, "

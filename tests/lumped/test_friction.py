@@ -10,13 +10,17 @@ import pytest
 from friction_pairs import ACROSS, COUPLED, RADII, pair_system, update
 from scipy.integrate import solve_ivp
 
+from lumped.analytic import StiffnessFigures, analytic_excitation
 from lumped.branches.balance import HarmonicBalance
 from lumped.closed_forms import parametric_system
-from lumped.friction import ToothFriction
+from lumped.friction import ToothFriction, with_bending
+from lumped.losses import driven_power
+from lumped.motion import time_history
 from lumped.respond import respond
 from lumped.settings import Settings
 from lumped.stability.multipliers import largest_multiplier
 from lumped.stability.periodic import periodic_system
+from lumped.system import LumpedSystem
 from lumped.train import TrainError
 
 MU, BENDING, EPS, ALPHA, GAMMA, C = 0.1, 0.5, 0.3, 0.6, 0.28, 1.5
@@ -147,3 +151,26 @@ def test_what_leaves_friction_out_says_so():
         HarmonicBalance(pair)
     with pytest.raises(ValueError, match="closed forms leave it out"):
         parametric_system(pair)
+
+
+def test_losses_are_those_of_the_classical_formula():
+    """Ohlendorf's loss factor: mean power over what is carried, mu pi (1/z1 + 1/z2)
+    (1 - eps + eps1^2 + eps2^2), of pairs that carry all or half of the load."""
+    pair = pair_system(0.0, RATIO)
+    figures = StiffnessFigures(
+        mean=pair.excitations[0].mean_stiffness,
+        variation=0.0,
+        contact_ratio=C,
+        approach=1.0 - GAMMA,
+        load_share=0.5,
+    )
+    rub = ToothFriction(0.05)
+    bent = with_bending(analytic_excitation(figures), rub)
+    system = LumpedSystem(pair.train, (bent,), friction=(0.05,))
+    found = time_history(system, 0.003, Settings(steps=256))
+    ways = 1.0 - GAMMA, C - 1.0 + GAMMA
+    factor = 1.0 - C + ways[0] ** 2 + ways[1] ** 2
+    exact = 0.05 * math.pi * (1.0 / 38 + 1.0 / 55) * factor
+    lost = np.trapezoid(found.friction_power[:, 0], found.history.time)
+    share = lost / (found.history.time[-1] * driven_power(system, 0, 0.003))
+    assert share == pytest.approx(exact, rel=0.01)

@@ -17,7 +17,6 @@ import validation.reproduce
 from fegear.cli import app, run
 from fegear.errors import InputError
 from lumped.closed_forms import parametric_system
-from lumped.response import History
 from validation.kept import RESULT
 from validation.reproduce import (
     figure_numbers,
@@ -28,7 +27,6 @@ from validation.reproduce import (
 )
 from validation.reproduce.comparison import Compared, compare, count_lines, overview
 from validation.reproduce.computations.kinds import COMPUTE, KINDS
-from validation.reproduce.computations.spectra import spectrum
 from validation.reproduce.parts import Curve, PartResult
 from validation.reproduce.readings import read_found
 from validation.reproduce.references import Beside, Reference
@@ -586,22 +584,6 @@ def test_the_list_names_every_figure():
     assert "not made: forces of the finite elements" in " ".join(shown.split())
     values = json.loads(invoked("--list", "--json").stdout)
     assert [each["number"] for each in values["figures"]] == list(figure_numbers())
-
-
-def test_a_spectrum_has_sines_with_their_own_amplitudes():
-    length = 0.25
-    time = np.sort(np.concatenate([np.linspace(0.0, length, 1500), [0.0401, 0.1777]]))
-    waves = ((40.0, 3e-6, 0.3), (100.0, 5e-7, 1.1))
-    turns = [(2.0 * np.pi * f, a, p) for f, a, p in waves]
-    deflection = 2e-6 + sum(a * np.sin(w * time + p) for w, a, p in turns)
-    rate = sum(a * w * np.cos(w * time + p) for w, a, p in turns)
-    nothing = np.zeros((time.size, 1))
-    history = History(time, deflection[:, None], rate[:, None], *[nothing] * 4)
-    frequency, amplitude = spectrum(history, 0, length)
-    for hertz, exact, _ in waves:
-        assert amplitude[frequency == hertz] == pytest.approx(exact, rel=1e-5)
-    far = np.all([np.abs(frequency - hertz) > 10.0 for hertz, _, _ in waves], axis=0)
-    assert amplitude[far].max() < 1e-9
 
 
 def test_lowest_components_of_the_counter_shaft(

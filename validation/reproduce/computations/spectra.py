@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from fegear.statics import Progress
-from lumped.response import History
+from lumped.motion import spectrum
 from lumped.settings import Settings
 from lumped.steady_state import Speed
 from lumped.steppers import stepper_of
@@ -20,7 +20,7 @@ from validation.reproduce.parts import Curve, Part, PartResult
 from validation.reproduce.scene import Scene
 
 Array = NDArray[np.float64]
-HIGH, LOW = 0.1, 1e-4  # of the largest amplitude: high peaks, and all
+HIGH, LOW = 0.05, 1e-4  # of the largest amplitude: high peaks, and all
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,7 +44,7 @@ class SpectraPart(Part):
 def spectra(part: SpectraPart, scene: Scene, report: Progress) -> PartResult:
     """Found of speedN., speeds counted from 1:
 
-    peaks : frequencies of peaks above a tenth of the highest, in the unit of the
+    peaks : frequencies of peaks above a twentieth of the highest, in the unit of the
         figure; highest : that of the highest one; lowest : of all, the first
     """
     unit, settings = scene.unit_Hz, Settings()
@@ -68,9 +68,9 @@ def spectra(part: SpectraPart, scene: Scene, report: Progress) -> PartResult:
     ):
         at = Speed(response.frequency, settings)
         _, history = stepper.record(response.state, at, part.periods)
-        period = system.common_period[0] / response.frequency
+        frequency, amplitudes = spectrum(history)
         for mesh in scene.meshes:
-            frequency, amplitude = spectrum(history, mesh - 1, period * part.periods)
+            amplitude = amplitudes[:, mesh - 1]
             shown = frequency <= unit * part.up_to
             points = np.stack([frequency / unit, 1e6 * amplitude], axis=1)[shown]
             rows = tuple((float(x), float(y)) for x, y in points[1:])
@@ -79,34 +79,16 @@ def spectra(part: SpectraPart, scene: Scene, report: Progress) -> PartResult:
             start = f"speed{number}.mesh{mesh}"
             for name, places in (
                 ("peaks", _peaks(amplitude, HIGH)),
-                ("highest", [amplitude.argmax()]),
+                ("highest", [1 + amplitude[1:].argmax()]),
                 ("lowest", _peaks(amplitude, LOW)[:1]),
             ):
                 found[f"{start}.{name}"] = tuple((frequency[places] / unit).tolist())
     return PartResult(tuple(curves), found)
 
 
-def spectrum(history: History, mesh: int, length: float) -> tuple[Array, Array]:
-    """Frequencies [Hz] and amplitudes [m] of a deflection, by Hann's window.
-
-    length : of what is recorded [s]; a sine stands with its own amplitude
-    """
-    from scipy.interpolate import CubicHermiteSpline
-
-    step = np.diff(history.time).min()
-    count = max(2, int(np.ceil(length / step)))
-    motion = CubicHermiteSpline(
-        history.time, history.deflection[:, mesh], history.rate[:, mesh]
-    )
-    values = motion(np.arange(count) / count * length)
-    window = 1.0 - np.cos(2.0 * np.pi * np.arange(count) / count)
-    waves = np.fft.rfft((values - values.mean()) * window)
-    amplitude = 2.0 * np.abs(waves) / count
-    return np.arange(amplitude.size) / length, amplitude
-
-
 def _peaks(amplitude: Array, part: float) -> NDArray[np.int64]:
     """Places higher than their neighbours and than a part of the highest."""
     inner = amplitude[1:-1]
-    high = (inner > amplitude[:-2]) & (inner >= amplitude[2:])
-    return np.flatnonzero(high & (inner > part * amplitude.max())) + 1
+    high = inner > part * amplitude[1:].max()  # at 0 is the mean
+    high &= (inner > amplitude[:-2]) & (inner >= amplitude[2:])
+    return np.flatnonzero(high) + 1
