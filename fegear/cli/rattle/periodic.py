@@ -53,16 +53,16 @@ def print_periodic(values: dict[str, Any]) -> None:
     print_machine(values)
     console.print(f"motions of up to {values['departures']} departures a period")
     table = ruled_table(
-        *("motion", "stable", "largest\nmultiplier", "departures: time [turns]"),
-        "speed [rad per turn]",
+        *("motion", "stable", "largest\nmultiplier", "departures:\ntime [turns]"),
+        "speed\n[rad per turn]",
     )
     for each in values["orbits"]:
         table.add_row(
             each["name"],
             "yes" if each["stable"] else "no",
             number(each["largest_multiplier"], 4),
-            ", ".join(number(time_, 4) for time_, _ in each["departures"]),
-            ", ".join(number(speed, 4) for _, speed in each["departures"]),
+            "\n".join(number(time_, 4) for time_, _ in each["departures"]),
+            "\n".join(number(speed, 4) for _, speed in each["departures"]),
         )
     console.print(table)
     least = values["least_eccentricity_of_P(1,1,0)_rad"]

@@ -75,6 +75,8 @@ def test_motions_that_repeat_are_listed_with_their_stability():
     shown = CliRunner().invoke(app, words).stdout
     assert shown.count("P(1,1,0)") == 3  # the last line has one
     assert "exists from an eccentricity of 0.05964 rad on" in shown
+    words = "rattle", "periodic", "roots-scaled", "--departures", "3"
+    assert "P(3,3,2)" in CliRunner().invoke(app, words).stdout  # fits a narrow screen
 
 
 def test_a_machine_file_is_read(tmp_path):
