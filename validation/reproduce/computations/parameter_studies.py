@@ -340,7 +340,7 @@ class WidthPart(Part):
     Width by closed forms, RMS by a sweep down, each at values of one figure.
     """
 
-    keys: ClassVar = ("off_line|gone|widest",)
+    keys: ClassVar = ("off_line|gone",)
     no_command: ClassVar = "fegear theory and sweep have one point at a time"
 
     kind: Literal["width"] = "width"
@@ -355,7 +355,6 @@ def width(part: WidthPart, scene: Scene, report: Progress) -> PartResult:
     """Found of the points: how far they are off a straight line, over their height.
 
     gone : value of the figure at which closed forms give no interval
-    widest : RMS of the point with the widest interval [um]
     """
     unit, values = scene.unit_Hz, part.over.values
     speeds = [unit * value for value in parsed_speeds(part.band)]
@@ -370,15 +369,14 @@ def width(part: WidthPart, scene: Scene, report: Progress) -> PartResult:
         grown = [
             r.dte_rms[part.mesh - 1]
             for r in branch.responses
-            # below the boundary doubled motions die out for long, with contact
-            if r.multiple == 2 and r.contact_loss.max() > 0.0
+            # where there is none, motions that die out slowly keep contact
+            if r.multiple != 1 and r.contact_loss.max() > 0.0
         ]
         if ends and len(grown) >= FEWEST:
             points.append(((ends[1] - ends[0]) / unit, MICRO * float(max(grown))))
     found = {"gone": _crossings(values, np.array(margins))}
     if len(points) > 2:
         x, y = np.array(sorted(points)).T
-        found["widest"] = (float(y[-1]),)
         line = np.polyval(np.polyfit(x, y, 1), x)
         found["off_line"] = (float(np.abs(y - line).max() / np.ptp(y)),)
     curve = Curve("circles", tuple(points))
