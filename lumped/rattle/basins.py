@@ -40,6 +40,9 @@ LEAST_CHAOTIC = 2e-3  # exponent per return; neighbours of others part by log(n)
 BESIDE = 1e-8  # distance of neighbours that tell a Lyapunov exponent
 QUIET, CHAOTIC = "quiet", "chaotic"
 MOST_CHAOTIC = 50  # motions that are followed for long, at most
+MOST_LATE = 4000  # others that are given so many more returns
+HALF = 0.5  # of a chaotic motion's departures in another's footprint: it is the same
+GOLDEN = 0.6180339887498949
 BOX = 5  # cells a side of the boxes of basin entropy
 
 
@@ -218,6 +221,45 @@ def _numbered(attractors: list[Attractor]) -> Iterator[Attractor]:
             yield each
 
 
+@dataclass(frozen=True, eq=False)
+class Footprint:
+    """Where a chaotic motion departs: cells of a grid over a turn and its speeds that
+    it comes to, and those beside them (SEEN, SEEN)."""
+
+    low: float
+    high: float
+    near: NDArray[np.bool_]
+
+    def holds(self, points: Array) -> NDArray[np.bool_]:
+        """Whether departures (c, 2) or more columns are in it."""
+        row, column = _cells(points, self.low, self.high)
+        inside = (points[:, 1] > self.low) & (points[:, 1] < self.high)
+        return np.asarray(inside & self.near[row, column])
+
+
+def footprint_of(path: Array) -> Footprint:
+    low, high = float(path[:, 1].min()), float(path[:, 1].max())
+    margin = (high - low) / SEEN
+    low, high = low - margin, high + margin
+    seen = np.zeros((SEEN, SEEN), bool)
+    seen[_cells(path, low, high)] = True
+    near = np.zeros_like(seen)
+    for shift in np.ndindex(3, 3):
+        near |= np.roll(seen, (shift[0] - 1, shift[1] - 1), axis=(0, 1))
+    return Footprint(low, high, near)
+
+
+def _cells(points: Array, low: float, high: float) -> tuple[Numbers, Numbers]:
+    """Rows and columns of a footprint."""
+    row = (points[:, 1] - low) / (high - low) * SEEN
+    column = points[:, 0] % 1.0 * SEEN
+    last = SEEN - 1
+    return (
+        np.clip(row, 0, last).astype(np.int64),
+        np.clip(column, 0, last).astype(np.int64),
+    )
+
+
 @dataclass
 class Naming:
     """Finds the attractors of cells one after another."""
@@ -225,6 +267,7 @@ class Naming:
     machine: Machine
     iterations: int
     found: list[Attractor] = field(default_factory=list)
+    footprints: dict[int, Footprint] = field(default_factory=dict)  # of chaotic ones
 
     def sort(self, settled: Settled) -> Numbers:
         """Number of the attractor of each cell (c,), -1 where it is not clear."""
@@ -242,12 +285,19 @@ class Naming:
             )
             number[own] = orbits[which.ravel()]
         changing = np.flatnonzero(settled.period == kernel.CHANGING)
-        for _ in range(MOST_CHAOTIC):
+        for attempt in range(1, MOST_CHAOTIC + 1):
             if not changing.size:
                 break
-            found, inside = self._long(settled.end[changing])
+            chosen = int(changing.size * (GOLDEN * attempt % 1.0))  # from everywhere
+            found, inside = self._long(settled.end[changing], chosen)
             number[changing[inside]] = found
             changing = changing[~inside]
+        late = changing[:MOST_LATE]
+        if late.size:
+            again = LASTING * self.iterations
+            later = settle_departures(self.machine, settled.end[late], again)
+            later.period[later.period == kernel.CHANGING] = kernel.UNKNOWN
+            number[late] = self.sort(later)
         return number
 
     def _quiet(self) -> int:
@@ -277,47 +327,36 @@ class Naming:
         exponent = self._exponent(point, 100 * period) * period / way.turns
         return self._add(Attractor(way.name, way.turns, at, exponent))
 
-    def _long(self, ends: Array) -> tuple[int, NDArray[np.bool_]]:
-        """The attractor of the first of departures (c, 2), and which share it; -1 where
-        it has not settled, for all that can be told, and is not chaotic."""
-        settled = settle_departures(self.machine, ends[:1], LONG)
+    def _long(self, ends: Array, chosen: int) -> tuple[int, NDArray[np.bool_]]:
+        """The attractor of one of departures (c, 2), and which share it; -1 where it
+        has not settled, for all that can be told, and is not chaotic."""
+        start = ends[chosen]
+        settled = settle_departures(self.machine, start[None], LONG)
         alone = np.zeros(len(ends), bool)
-        alone[0] = True
+        alone[chosen] = True
         if settled.period[0] == kernel.CHANGING:  # unless it has settled at last
             last = settle_departures(self.machine, settled.end, LAST)
             settled = settled._replace(period=last.period)
         lasts = int(settled.returns[0])
         if settled.period[0] != kernel.CHANGING and lasts < LASTING * self.iterations:
             return int(self.sort(settled)[0]), alone
-        stretches = self._exponent(ends[0], min(EXPONENT, lasts))
+        stretches = self._exponent(start, min(EXPONENT, lasts))
         if not stretches > LEAST_CHAOTIC:
             return -1, alone
-        path = follow(self.machine, ends[0], lasts)
-        low, high = path[:, 1].min(), path[:, 1].max()
-        margin = (high - low) / SEEN
-        seen = np.zeros((SEEN, SEEN), bool)
-
-        def place(points: Array) -> tuple[Numbers, Numbers]:
-            row = (points[:, 1] - low + margin) / (high - low + 2.0 * margin) * SEEN
-            column = points[:, 0] % 1.0 * SEEN
-            return (
-                np.clip(row, 0, SEEN - 1).astype(np.int64),
-                np.clip(column, 0, SEEN - 1).astype(np.int64),
-            )
-
-        seen[place(path)] = True
-        near = np.zeros_like(seen)
-        for shift in np.ndindex(3, 3):
-            near |= np.roll(seen, (shift[0] - 1, shift[1] - 1), axis=(0, 1))
-        inside = near[place(ends)]
-        inside &= (ends[:, 1] > low - margin) & (ends[:, 1] < high + margin)
-        inside[0] = True
+        path = follow(self.machine, start, lasts)
+        footprint = footprint_of(path)
+        inside = footprint.holds(ends) | alone
+        for number, known in self.footprints.items():
+            if known.holds(path).mean() > HALF:
+                return number, inside
         turns = path[-1, 0] - path[0, 0]
         exponent = stretches * lasts / turns
         fastest = int(path[:, 1].argmax())
         point = float(path[fastest, 0] % 1.0), float(path[fastest, 1])
         settles = 0 if settled.period[0] == kernel.CHANGING else lasts
-        return self._add(Attractor(CHAOTIC, 0, point, exponent, settles)), inside
+        number = self._add(Attractor(CHAOTIC, 0, point, exponent, settles))
+        self.footprints[number] = footprint
+        return number, inside
 
     def _exponent(self, point: Array, count: int) -> float:
         """Per return."""

@@ -30,16 +30,20 @@ CURVES_OVER = ("white", "black", "yellow", "magenta", "lime", "cyan", "orange")
 
 
 def color_of(attractor: Attractor) -> Any:
-    """By the itinerary, so that it is the same in all pictures."""
-    from matplotlib.colors import hsv_to_rgb
+    return color_of_motion(attractor.name)
 
-    if attractor.name == QUIET:
-        return NIGHT
-    found = ORBIT.match(attractor.name)
-    if attractor.name.startswith(CHAOTIC) or found is None:
-        return RED
+
+def color_of_motion(name: str) -> Any:
+    """By the itinerary, so that it is the same in all pictures."""
+    from matplotlib.colors import hsv_to_rgb, to_rgb
+
+    if name == QUIET:
+        return to_rgb(NIGHT)
+    found = ORBIT.match(name)
+    if found is None:
+        return to_rgb(RED if name.startswith(CHAOTIC) else GREY)
     turns, upper, lower = map(int, found.groups())
-    number = 37 * turns + 7 * upper + 3 * lower + 101 * attractor.name.count(" ")
+    number = 37 * turns + 7 * upper + 3 * lower + 101 * name.count(" ")
     return tuple(hsv_to_rgb([(0.47 + GOLDEN * number) % 1.0, 0.55, 0.95]))
 
 

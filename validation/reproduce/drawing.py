@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lumped.drawing import color_of, draw_legend, panels
+from lumped.rattle.figure import color_of_motion
 from validation.reproduce.parts import QUANTITIES, Curve, Style
 from validation.reproduce.runs import COLUMNS, FigureResult
 from validation.reproduce.source_figures import SourceFigure
@@ -26,10 +27,23 @@ LOOKS: Mapping[Style, dict[str, Any]] = {
     "dotted": {"ls": ":", "lw": 1.2},
     "dots": {"ls": "", "marker": "o", "ms": 2.6},
     "circles": {"ls": "", "marker": "o", "ms": 4.0, "mfc": "none", "mew": 0.7},
+    "crosses": {"ls": "", "marker": "x", "ms": 6.0, "mew": 1.4},
     "points": {"ls": "", "marker": ".", "ms": 2.0},
     "pale": {"ls": "", "marker": ".", "ms": 2.0, "alpha": 0.12},
+    "cells": {"ls": "", "marker": "s", "ms": 6.0},
 }
 DIRECTIONS: Mapping[Style, str] = {"dots": "up", "circles": "down"}
+ON_CELLS = {
+    "chaos": "black",
+    "attractors": "white",
+    "stable orbits": "white",
+    "unstable orbits": "white",
+    "grazing": "white",
+    "pre-image 1 of grazing": "black",
+    "pre-image 2 of grazing": "yellow",
+    "stable manifold of P(1,1,0)": "magenta",
+    "stable manifold of P(1,1,1)": "lime",
+}
 LEVELS = 12  # of a surface
 LETTERS = 72  # of titles beside each other
 WHOLE = ("mode",)  # axes of whole numbers
@@ -54,11 +68,18 @@ def draw_figure(result: FigureResult) -> Figure:
     own_labels = {part.panel: part.y for part in figure.part if part.y}
     for axes, name in zip(every, names, strict=False):
         own = [curve for curve in curves if _panel(figure, curve) == name]
+        cells = [curve for curve in own if curve.style == "cells"]
         for curve in own:
-            _draw(axes, curve, color_of(labels.index(_name(curve))))
+            if curve.style != "cells":
+                _draw(axes, curve, _color(curve, labels))
         axes.set_ylabel(own_labels.get(name, label))
         axes.set_title(fill(name, LETTERS // columns), fontsize=10)
-        if not surface:
+        if cells:
+            size = _frame(axes, cells)
+            for curve in cells:
+                _fill(axes, curve, size)
+            _frame(axes, cells)
+        elif not surface:
             axes.margins(x=0.01)
             _from_zero(axes, own)
     for axes in every[len(names) :]:
@@ -70,6 +91,8 @@ def draw_figure(result: FigureResult) -> Figure:
     handles = [] if surface else _handles(curves, labels)
     if handles:
         draw_legend(drawn, handles, 3)
+        if any(curve.style == "cells" for curve in curves):  # some marks are white
+            drawn.legends[0].get_frame().set_facecolor("0.75")
     return drawn
 
 
@@ -80,6 +103,42 @@ def column_names(result: FigureResult) -> tuple[str, ...]:
     surface = any(curve.style == "surface" for curve in result.curves)
     value = QUANTITIES[figure.quantity][0] if surface else "value"
     return (*COLUMNS[:4], figure.x or _speed(figure.relative), y, value)
+
+
+def _color(curve: Curve, labels: Sequence[str]) -> Any:
+    """That of the motion over all pictures for cells; light ones for curves on them."""
+    if curve.style == "cells":
+        return color_of_motion(curve.label)
+    return ON_CELLS.get(curve.label, color_of(labels.index(_name(curve))))
+
+
+def _frame(axes: Axes, cells: Sequence[Curve]) -> tuple[float, float]:
+    """Limits around all cells of a panel; the size of one."""
+    points = np.array([point for curve in cells for point in curve.points])
+    low, high = points.min(axis=0), points.max(axis=0)
+    width, height = (float(np.diff(np.unique(c)).min()) for c in points.T)
+    axes.set_xlim(low[0] - 0.5 * width, high[0] + 0.5 * width)
+    axes.set_ylim(low[1] - 0.5 * height, high[1] + 0.5 * height)
+    axes.grid(visible=False)
+    return width, height
+
+
+def _fill(axes: Axes, curve: Curve, size: tuple[float, float]) -> None:
+    """Cells of a grid, of which some are missing, by the size of one."""
+    points, (width, height) = np.array(curve.points), size
+    left, low = points.min(axis=0)
+    column = np.round((points[:, 0] - left) / width).astype(int)
+    row = np.round((points[:, 1] - low) / height).astype(int)
+    image = np.zeros((row.max() + 1, column.max() + 1, 4))
+    image[row, column] = (*color_of_motion(curve.label), 1.0)
+    right, high = left + (column.max() + 0.5) * width, low + (row.max() + 0.5) * height
+    axes.imshow(
+        image,
+        origin="lower",
+        extent=(left - 0.5 * width, right, low - 0.5 * height, high),
+        aspect="auto",
+        interpolation="nearest",
+    )
 
 
 def _panel(figure: SourceFigure, curve: Curve) -> str:
@@ -107,7 +166,7 @@ def _from_zero(axes: Axes, curves: Sequence[Curve]) -> None:
         axes.set_ylim(bottom=0.0)
 
 
-def _draw(axes: Axes, curve: Curve, color: str) -> None:
+def _draw(axes: Axes, curve: Curve, color: Any) -> None:
     points = np.array(curve.points, float)
     if curve.style != "surface":
         look = LOOKS[curve.style]
@@ -133,10 +192,11 @@ def _handles(curves: Sequence[Curve], labels: Sequence[str]) -> list[Any]:
 
     styles = dict.fromkeys(curve.style for curve in curves)
     found = []
-    for number, label in enumerate(labels):
-        own = next(curve.style for curve in curves if _name(curve) == label)
+    for label in labels:
+        first = next(curve for curve in curves if _name(curve) == label)
+        own = first.style
         look = LOOKS[own] | ({"ms": 6.0, "alpha": 1.0} if own == "points" else {})
-        found.append(Line2D([], [], color=color_of(number), label=label, **look))
+        found.append(Line2D([], [], color=_color(first, labels), label=label, **look))
     words: dict[Style, str] = {}
     if {"line", "dashed"} <= styles.keys():
         words |= {"line": "stable", "dashed": "unstable"}

@@ -21,7 +21,16 @@ from validation.data_files import STRICT, Edit, Flag, Number, Positive
 
 Value = float | tuple[float, ...]  # a point of a map has two coordinates
 Style = Literal[
-    "line", "dashed", "dotted", "dots", "circles", "points", "pale", "surface"
+    "line",
+    "dashed",
+    "dotted",
+    "dots",
+    "circles",
+    "crosses",
+    "points",
+    "pale",
+    "surface",
+    "cells",
 ]
 Quantity = Literal["dte_rms", "dte_peak", "separation", "force_peak"]
 ModelNumber = Annotated[Any, AfterValidator(require_model)]
@@ -94,7 +103,8 @@ class Part(Train):
 
 @dataclass(frozen=True)
 class Curve:
-    """Points (x, y), or (x, y, value) of a surface; NaN parts stretches.
+    """Points (x, y), or (x, y, value) of a surface; NaN parts stretches. Cells are
+    those of a grid that lead to the motion of the label.
 
     mesh : that it is of, counted from 1, 0 for none
     panel, label : further words for its panel and in the legend

@@ -8,6 +8,7 @@ from typing import get_args, get_type_hints
 from validation.reproduce.computations import (
     finite_elements,
     mesh_forces,
+    rattle_basins,
     rattle_models,
     rattle_motions,
     rattle_orbits,
@@ -34,6 +35,9 @@ AnyPart = (
     | settled_motions.AttractorsPart
     | spectra.SpectraPart
     | stability.StabilityPart
+    | rattle_basins.BasinsPart
+    | rattle_basins.BoundariesPart
+    | rattle_basins.LimitPart
     | rattle_models.QuietPart
     | rattle_motions.MotionsPart
     | rattle_orbits.OrbitBranchesPart
@@ -55,6 +59,9 @@ COMPUTE: Mapping[type[Part], Compute] = {
     settled_motions.AttractorsPart: settled_motions.attractors,
     spectra.SpectraPart: spectra.spectra,
     stability.StabilityPart: stability.stability,
+    rattle_basins.BasinsPart: rattle_basins.basins,
+    rattle_basins.BoundariesPart: rattle_basins.boundaries,
+    rattle_basins.LimitPart: rattle_basins.limit,
     rattle_models.QuietPart: rattle_models.quiet,
     rattle_motions.MotionsPart: rattle_motions.motions,
     rattle_orbits.OrbitBranchesPart: rattle_orbits.orbit_branches,

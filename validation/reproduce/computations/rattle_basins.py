@@ -1,0 +1,288 @@
+"""Basins of attraction of machines, their boundaries, and how they change."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Annotated, ClassVar, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+
+from fegear.statics import Progress
+from lumped.rattle.basins import CHAOTIC, QUIET, Attractor, sort_departures
+from lumped.rattle.departures import follow, settle_departures
+from lumped.rattle.machine import Machine
+from lumped.rattle.manifolds import (
+    Fineness,
+    grazing_curve,
+    grow_manifolds,
+    saddles,
+)
+from lumped.rattle.orbits import Orbit, find_orbits
+from validation.data_files import Flag, Number, Positive
+from validation.reproduce.machine_scene import MachineScene
+from validation.reproduce.parts import Curve, Part, PartResult
+
+Array = NDArray[np.float64]
+Numbers = NDArray[np.int64]
+COUNT = re.compile(r" [b-z]$| \d+$")  # of motions of one name
+Side = Annotated[int, Field(strict=True, ge=5, le=2000)]
+Speeds = tuple[Number, Number]
+
+
+@dataclass(frozen=True, kw_only=True)
+class BasinsPart(Part):
+    """Which motion departures lead to, over their time and speed.
+
+    grid : cells a side; iterations : returns after which a motion counts as chaotic
+    marks : whether departures of the motions are marked
+    """
+
+    keys: ClassVar = (r"(fraction|number)\.(quiet|chaotic|P\(\d+,\d+,\d+\))",)
+    of_machine: ClassVar = True
+
+    kind: Literal["basins"] = "basins"
+    grid: Side = 80
+    velocity: Speeds = (0.0, 7.0)
+    times: Speeds = (0.0, 1.0)
+    iterations: Annotated[int, Field(strict=True, ge=100, le=1_000_000)] = 1499
+    marks: Flag = True
+
+    def command(self, scene: MachineScene) -> Sequence[str]:
+        low, high = self.velocity
+        options = (
+            *("--grid", str(self.grid), "--velocity", f"{low:g}:{high:g}"),
+            *("--iterations", str(self.iterations)),
+        )
+        return ("rattle", "basin", scene.name, *_figures(scene), *options)
+
+
+def _figures(scene: MachineScene) -> list[str]:
+    """Options of the figures that are edited."""
+    names = {
+        "machine.damping": "--delta",
+        "machine.eccentricity_rad": "--epsilon",
+        "machine.half_backlash_rad": "--beta",
+        "machine.stiffness": "--kappa",
+        "machine.restitution": "--restitution",
+    }
+    given = [(names[key], value) for key, value in scene.given.items()]
+    return [word for name, value in given for word in (name, f"{value:g}")]
+
+
+def _cells(part: BasinsPart) -> Array:
+    """Times and speeds at the centres of cells (c, 2)."""
+    place = (np.arange(part.grid) + 0.5) / part.grid
+    times, speeds = (
+        low + place * (high - low) for low, high in (part.times, part.velocity)
+    )
+    return np.stack(np.meshgrid(times, speeds), axis=-1).reshape(-1, 2)
+
+
+def _settled(
+    machine: Machine, part: BasinsPart, cells: Array
+) -> tuple[tuple[Attractor, ...], Numbers]:
+    settled = settle_departures(machine, cells, part.iterations)
+    return sort_departures(machine, part.iterations, settled)
+
+
+def basins(part: BasinsPart, scene: MachineScene, report: Progress) -> PartResult:
+    """Found are parts of the cells that lead to motions of a name, and their number."""
+    report("basins", 0, 1)
+    cells = _cells(part)
+    attractors, which = _settled(scene.machine, part, cells)
+    curves, values = [], dict[str, tuple[float, ...]]()
+    for number in range(-1, len(attractors)):
+        own = cells[which == number]
+        name = attractors[number].name if number >= 0 else "not clear"
+        if len(own):
+            curves.append(Curve("cells", _points(own), label=name))
+    for name in {COUNT.sub("", each.name) for each in attractors}:
+        own_numbers = [
+            i for i, each in enumerate(attractors) if COUNT.sub("", each.name) == name
+        ]
+        values[f"fraction.{name}"] = (float(np.mean(np.isin(which, own_numbers))),)
+        values[f"number.{name}"] = (float(len(own_numbers)),)
+    if part.marks:
+        curves += _marks(scene.machine, attractors)
+    return PartResult(tuple(curves), values)
+
+
+def _marks(machine: Machine, attractors: Sequence[Attractor]) -> list[Curve]:
+    """Departures of periodic motions, and a chaotic one followed for a while."""
+    marks, chaos = [], []
+    for each in attractors:
+        if each.period:
+            if each.name != QUIET:
+                marks.append(np.array([each.point]))
+        elif each.name.startswith(CHAOTIC):
+            path = follow(machine, each.point, 1500)[:, :2]
+            chaos.append(np.stack([path[:, 0] % 1.0, path[:, 1]], axis=1))
+    curves = (
+        [Curve("points", _points(np.vstack(chaos)), label="chaos")] if chaos else []
+    )
+    if marks:
+        curves.append(Curve("crosses", _points(np.vstack(marks)), label="attractors"))
+    return curves
+
+
+def _points(points: np.ndarray) -> tuple[tuple[float, ...], ...]:
+    return tuple((float(t), float(v)) for t, v in points)
+
+
+@dataclass(frozen=True, kw_only=True)
+class BoundariesPart(Part):
+    """Stable manifolds of saddles, and the grazing curve with its pre-images.
+
+    orbits : names of the saddles; length : of each branch, see `Fineness`
+    preimages : of the grazing curve, none if negative; velocity : that is looked at
+    locate : whether all orbits are marked, with what is found of them
+    """
+
+    keys: ClassVar = (
+        r"(time|speed|largest)\.P\(\d+,\d+,\d+\)",
+        *("boundary", "graze_highest"),
+    )
+    of_machine: ClassVar = True
+
+    kind: Literal["boundaries"] = "boundaries"
+    orbits: tuple[str, ...] = ()
+    length: Positive = 20.0
+    preimages: Annotated[int, Field(ge=-1, le=9)] = -1
+    velocity: Speeds = (0.0, 7.0)
+    times: Speeds = (0.0, 1.0)
+    locate: Flag = False
+
+    def command(self, scene: MachineScene) -> Sequence[str]:
+        return (
+            *("rattle", "manifold", scene.name, *_figures(scene)),
+            *("--length", f"{self.length:g}"),
+        )
+
+
+def boundaries(
+    part: BoundariesPart, scene: MachineScene, report: Progress
+) -> PartResult:
+    """Found are times and speeds of orbits, and the highest speed of grazing.
+
+    boundary : part of points on the manifolds beside which departures settle to
+        different motions on both sides
+    """
+    machine, curves = scene.machine, []
+    values: dict[str, tuple[float, ...]] = {}
+    for before in range(part.preimages + 1):
+        curve = grazing_curve(machine, before, Fineness())
+        label = f"pre-image {before} of grazing" if before else "grazing"
+        if before == 0:
+            values["graze_highest"] = (float(np.nanmax(curve.points[:, 1])),)
+        curves.append(_shown(part, curve.points, label))
+    orbits = find_orbits(machine, 1, (0.0, 7.0)) if part.orbits or part.locate else []
+    parted: list[float] = []
+    for orbit in saddles(orbits):
+        if orbit.name not in part.orbits:
+            continue
+        report(f"manifolds of {orbit.name}", 0, 1)
+        for each in grow_manifolds(machine, orbit, True, part.length, Fineness()):
+            label = f"stable manifold of {orbit.name}"
+            curves.append(_shown(part, each.curve.points, label))
+            parted += _parts_basins(machine, each.curve.points)
+    if parted:
+        values["boundary"] = (float(np.mean(parted)),)
+    if part.locate:
+        curves += _located(orbits, values)
+    return PartResult(tuple(curves), values)
+
+
+def _located(
+    orbits: Sequence[Orbit], values: dict[str, tuple[float, ...]]
+) -> list[Curve]:
+    curves = []
+    for kind in ("stable", "unstable"):
+        own = [o for o in orbits if o.stable == (kind == "stable")]
+        if own:
+            points = np.array([orbit.departures[0] for orbit in own])
+            style: Literal["crosses", "circles"] = (
+                "crosses" if kind == "stable" else "circles"
+            )
+            curves.append(Curve(style, _points(points), label=f"{kind} orbits"))
+    for name in {orbit.name for orbit in orbits}:
+        own = [orbit for orbit in orbits if orbit.name == name]
+        values[f"time.{name}"] = tuple(o.departures[0][0] for o in own)
+        values[f"speed.{name}"] = tuple(o.departures[0][1] for o in own)
+        sizes = (max(map(abs, o.multipliers)) for o in own)
+        values[f"largest.{name}"] = tuple(float(size) for size in sizes)
+    return curves
+
+
+def _shown(part: BoundariesPart, points: np.ndarray, label: str) -> Curve:
+    """Inside the picture, parted where it leaves it or goes round the turn."""
+    (first, last), (low, high) = part.times, part.velocity
+    inside = (points[:, 0] >= first) & (points[:, 0] <= last)
+    inside &= (points[:, 1] >= low) & (points[:, 1] <= high)
+    shown = np.where(inside[:, None], points, np.nan)
+    around = np.flatnonzero(np.abs(np.diff(shown[:, 0])) > 0.5) + 1
+    shown = np.insert(shown, around, np.nan, axis=0)
+    shown = np.vstack([shown, [[np.nan, np.nan]]])  # apart from the next of its name
+    empty = np.isnan(shown[:, 0])
+    again = np.concatenate([[False], empty[1:] & empty[:-1]])
+    return Curve("line", _points(shown[~again]), label=label)
+
+
+def _parts_basins(machine: Machine, points: np.ndarray) -> list[float]:
+    """Whether departures 1e-6 beside points of a manifold, on both of its sides,
+    settle to different motions."""
+    at = points[5:-5:40]
+    along = points[6:-4:40] - at
+    across = np.stack([-along[:, 1], along[:, 0]], axis=1)
+    size = np.hypot(*across.T)
+    good = (size > 0.0) & (size < 0.5) & (at[:, 1] > 0.1)
+    across, at = 1e-6 * across[good] / size[good][:, None], at[good]
+    one, two = (
+        settle_departures(machine, at + sign * across, 1499).period for sign in (1, -1)
+    )
+    return [float(a != b) for a, b in zip(one, two, strict=True)]
+
+
+@dataclass(frozen=True, kw_only=True)
+class LimitPart(Part):
+    """Part of the cells that lead elsewhere with a stiffness than in the impact limit,
+    quiet or not, over the logarithm of the stiffness."""
+
+    keys: ClassVar = ("last", "falls", "order")
+    of_machine: ClassVar = True
+
+    kind: Literal["limit"] = "limit"
+    exponents: tuple[Number, ...]
+    grid: Side = 60
+    velocity: Speeds = (0.0, 7.0)
+
+
+def limit(part: LimitPart, scene: MachineScene, report: Progress) -> PartResult:
+    """Found are the last part, whether parts fall throughout, and the power of the
+    stiffness by which they do."""
+    asked = BasinsPart(grid=part.grid, velocity=part.velocity)
+    cells = _cells(asked)
+    impact = _quiet(*_settled(scene.machine, asked, cells))
+    points = []
+    for done, exponent in enumerate(part.exponents):
+        report("stiffness", done, len(part.exponents))
+        machine = replace(scene.machine, stiffness=10.0**exponent)
+        apart = float(np.mean(_quiet(*_settled(machine, asked, cells)) != impact))
+        points.append((float(exponent), apart))
+    x, y = np.array(points).T
+    slope = np.polyfit(x, np.log10(np.maximum(y, 1e-12)), 1)[0]
+    values: Mapping[str, tuple[float, ...]] = {
+        "last": (float(y[-1]),),
+        "falls": (float((np.diff(y) < 0.0).all()),),
+        "order": (float(slope),),
+    }
+    shown = tuple((a, float(np.log10(max(b, 1e-12)))) for a, b in points)
+    return PartResult((Curve("line", shown), Curve("dots", shown)), values)
+
+
+def _quiet(attractors: Sequence[Attractor], which: Numbers) -> NDArray[np.bool_]:
+    quiet = [i for i, each in enumerate(attractors) if each.name == QUIET]
+    return np.isin(which, quiet)
