@@ -18,7 +18,7 @@ ORIGINS: dict[Origin, tuple[str, str]] = {  # word of a line, and of a table
     "method": ("beside", "another method of the same figure"),
 }
 UnitOfTrains = Literal["1", "Hz", "omega_1", "N", "um", "rad", "deg", "pitches"]
-UnitOfMachines = Literal["pitch radii", "rad2/turn3", "of 25", "s", "%"]
+UnitOfMachines = Literal["pitch radii", "rad/turn", "rad2/turn3", "of 25", "s", "%"]
 Unit = Literal[UnitOfTrains, UnitOfMachines]
 
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import time
+import tracemalloc
 
 import numpy as np
 import pytest
@@ -14,7 +16,7 @@ from lumped.rattle.basins import (
     settle_tile,
 )
 from lumped.rattle.departures import settle_departures
-from lumped.rattle.machine import Machine
+from lumped.rattle.machine import TURN, Machine
 
 GRID = Grid(side=60, velocity=(0.0, 7.0))
 
@@ -73,16 +75,60 @@ def test_cells_beside_each_other_do_not_change_each_other():
         np.testing.assert_array_equal(one, np.concatenate(parts))
 
 
-def test_parts_are_those_of_random_starts():
-    """Within what 2000 starts can tell."""
-    which = machine(0.575)
-    basins = found(which)
+def brute_force(which, starts, turns=60, steps=400):
+    """Whether runs from departures (n, 2) still leave the flank after so many turns, by
+    Runge-Kutta steps that end on impacts."""
+    delta, beta, eps = which.damping, which.half_backlash, which.eccentricity
+    x, w, dt = np.full(len(starts), beta), -starts[:, 1], 1.0 / steps
+    t, least = starts[:, 0].copy(), np.full(len(starts), beta)
+
+    def pull(t, w):
+        angle = TURN * t
+        load = 2.0 * TURN * delta - TURN**2 * eps * np.cos(angle)
+        return load - TURN * delta * eps * np.sin(angle) - delta * w
+
+    def step(t, x, w, dt):
+        one = pull(t, w)
+        two = pull(t + 0.5 * dt, w + 0.5 * dt * one)
+        three = pull(t + 0.5 * dt, w + 0.5 * dt * two)
+        four = pull(t + dt, w + dt * three)
+        return (
+            x + dt * (w + dt * (one + two + three) / 6.0),
+            w + dt * (one + 2.0 * two + 2.0 * three + four) / 6.0,
+        )
+
+    for k in range(turns * steps):
+        ahead, speed = step(t, x, w, dt)
+        out = np.flatnonzero(np.abs(ahead) > beta)
+        if out.size:
+            side = np.sign(ahead[out])
+            part = (side * beta - x[out]) / (ahead[out] - x[out])
+            meets = w[out] + part * (speed[out] - w[out])
+            rest = (1.0 - part) * dt
+            place = np.clip(side * beta, -beta, beta)
+            again = step(t[out] + part * dt, place, -meets, rest)
+            ahead[out], speed[out] = np.clip(again[0], -beta, beta), again[1]
+        x, w, t = ahead, speed, t + dt
+        if k >= (turns - 2) * steps:
+            least = np.minimum(least, x)
+    return least < beta - 0.05
+
+
+def parts_by_brute_force(count):
+    """The quiet part by so many random runs and by cells, and the standard error."""
+    which = machine(0.6, 0.067)
     random = np.random.default_rng(7)
-    starts = np.stack([random.uniform(0, 1, 2000), random.uniform(0, 7, 2000)], axis=1)
-    settled = settle_departures(which, starts, 1499)
-    quiet = float(np.mean(settled.period < 0))
-    spread = math.sqrt(quiet * (1.0 - quiet) / 2000)
-    assert abs(quiet - basins.fractions[0]) < 4.0 * spread
+    starts = random.uniform((0.0, 0.0), (1.0, 7.0), (count, 2))
+    quiet = 1.0 - float(np.mean(brute_force(which, starts)))
+    cells = found(which, Grid(side=200, velocity=(0.0, 7.0))).fractions[0]
+    return quiet, cells, math.sqrt(cells * (1.0 - cells) / count)
+
+
+def test_parts_are_those_of_random_runs():
+    """By other means, within what so many can tell."""
+    quiet, cells, error = parts_by_brute_force(600)
+    assert 0.1 < cells < 0.95
+    assert abs(quiet - cells) < 3.0 * error
 
 
 def test_stiff_flanks_tend_to_impacts():
@@ -123,3 +169,35 @@ def test_entropy_is_that_of_the_mixture():
 def test_a_grid_of_no_speeds_is_refused(velocity):
     with pytest.raises(ValueError, match="velocity must rise from 0 or more"):
         Grid(side=10, velocity=velocity)
+
+
+def processor_time(which, cells, iterations):
+    """Of departures that stay in chaos."""
+    random = np.random.default_rng(2)
+    starts = random.uniform((0.55, 4.4), (0.75, 4.6), (cells, 2))
+    times = []
+    for _ in range(3):
+        begin = time.thread_time()
+        settle_departures(which, starts, iterations)
+        times.append(time.thread_time() - begin)
+    return min(times)
+
+
+def test_time_grows_with_cells_and_iterations():
+    which = machine(0.6)
+    once = processor_time(which, 400, 400)
+    assert processor_time(which, 1600, 400) / once == pytest.approx(4.0, rel=0.5)
+    assert processor_time(which, 400, 1600) / once == pytest.approx(4.0, rel=0.5)
+
+
+def test_memory_is_that_of_the_picture():
+    """And not that of the trajectories."""
+    which, peaks = machine(0.6), []
+    grid = Grid(side=100, velocity=(0.0, 7.0))
+    for iterations in (100, 800):
+        tracemalloc.start()
+        settle_grid(which, grid, iterations, {})
+        peaks.append(tracemalloc.get_traced_memory()[1])
+        tracemalloc.stop()
+    assert peaks[1] < 1.2 * peaks[0]
+    assert peaks[1] < 160 * grid.cells
