@@ -27,7 +27,7 @@ from lumped.stability.periodic import PeriodicSystem
 Array = NDArray[np.float64]
 Kind = Literal["single", "sum", "difference"]
 KINDS: Mapping[int, Kind] = {1: "sum", -1: "difference"}
-ORDERS = 12  # of the common period's frequency that are looked at, per mesh period
+ORDERS = 12  # harmonics of the fastest mesh's frequency that are looked at
 NONE = 1e-14  # of the squares of frequencies, an excitation that is round-off
 
 
@@ -77,7 +77,7 @@ def _combinations(
 ) -> Iterator[Combination]:
     angular, right = mean_modes(system)
     decay = 0.5 * np.einsum("ij,j,ji->i", np.linalg.inv(right), system.damping, right)
-    for s in range(1, round(orders * system.length) + 1):
+    for s in system.orders(orders):
         # of the first mesh's frequency that meets one of modes
         per = system.length / (2.0 * math.pi * s)
         own = np.linalg.solve(right, system.harmonic(s) @ right)

@@ -11,7 +11,9 @@ no mesh move with the others and do nothing to them: they are left out.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
+from fractions import Fraction
 from functools import cached_property
 from math import comb
 
@@ -37,12 +39,14 @@ class PeriodicSystem:
     edges : (p + 1,) of the pieces, in periods of the first mesh
     stiffness : (p, d + 1, n, n) coefficients of K over time from the start of a piece,
         in periods of the first mesh [1/s2]
+    rates : mesh frequencies over that of the first, of which K has harmonics
     """
 
     angular: Array
     damping: Array
     edges: Array
     stiffness: Array
+    rates: tuple[Fraction, ...] = (Fraction(1),)
 
     def __post_init__(self) -> None:
         n, pieces = self.angular.size, self.edges.size - 1
@@ -71,6 +75,17 @@ class PeriodicSystem:
         """Of the common period, in periods of the first mesh."""
         return float(self.edges[-1])
 
+    def orders(self, count: int) -> list[int]:
+        """Of harmonics of K over the frequency of the common period: so many of the
+        fastest mesh's frequency, rising."""
+        highest = count * max(self.rates)
+        found = {
+            s * rate
+            for rate in self.rates
+            for s in range(1, math.floor(highest / rate) + 1)
+        }
+        return sorted(round(float(order) * self.length) for order in found)
+
     def at(self, time: Array, piece: NDArray[np.int64]) -> Array:
         """K (t, n, n) at times from the starts of pieces."""
         powers = time[:, None] ** np.arange(self.stiffness.shape[1])
@@ -80,7 +95,7 @@ class PeriodicSystem:
         """Fourier coefficient (n, n) of K, of e^(2 pi i order t / length)."""
         start, step = self.edges[:-1, None], np.diff(self.edges)[:, None]
         nodes, weights = np.polynomial.legendre.leggauss(NODES)
-        cuts = max(1, abs(order))
+        cuts = max(1, math.ceil(abs(order) * float(step.max()) / self.length))
         place = (np.arange(cuts)[:, None] + 0.5 * (1.0 + nodes)).ravel() / cuts
         weight = np.tile(0.5 * weights / cuts, cuts)
         time = (step * place).ravel()
@@ -142,7 +157,8 @@ def periodic_system(system: LumpedSystem) -> PeriodicSystem:
             growing = -slide * pitch * rate * per_metre[m]
             found[:, :4] += np.einsum("pd,pi,j->pdij", wave, steady, v[m])
             found[:, 1:] += np.einsum("pd,i,j->pdij", wave, growing, v[m])
-    return PeriodicSystem(modes.angular[kept], arrays.damping, times, found)
+    rates = system.train.mesh_rates
+    return PeriodicSystem(modes.angular[kept], arrays.damping, times, found, rates)
 
 
 def _along(wave: Wave, phase: float, rate: float, times: Array) -> tuple[Array, Array]:

@@ -11,6 +11,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.special import airy
 
+from fegear.excitation import Source
+from fegear.gearset import load_gear_set
+from fegear.lumped_system import LumpedModel, lumped_system
 from lumped.analytic import StiffnessFigures, analytic_excitation
 from lumped.friction import ToothFriction, base_pitch, friction_rows, with_bending
 from lumped.stability.combinations import combinations
@@ -241,3 +244,17 @@ def test_friction_needs_tooth_pairs():
 def test_speeds_are_positive(speed):
     with pytest.raises(ValueError, match="frequency must be positive"):
         transition(periodic_system(pair_system(0.3)), [7.0, speed])
+
+
+def test_harmonics_are_those_of_the_meshes():
+    """Of a counter-shaft that repeats after five periods of the first mesh."""
+    source = Source(kind="rectangular")
+    model = LumpedModel(stiffness=source, friction=0.1, bending=0.4)
+    gears = load_gear_set("liu-countershaft-2")
+    varying = periodic_system(lumped_system(gears, 100.0, model))
+    assert varying.length == 5.0
+    orders = varying.orders(3)
+    assert orders == [3, 5, 6, 9, 10, 12, 15]
+    sizes = {s: np.abs(varying.harmonic(s)).max() for s in range(1, 16)}
+    assert min(sizes[s] for s in orders if s not in (6, 10, 12)) > 1e-3 * sizes[5]
+    assert max(size for s, size in sizes.items() if s not in orders) < 1e-9 * sizes[5]
