@@ -6,9 +6,11 @@ import math
 import threading
 from dataclasses import dataclass
 from functools import partial
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import null_space
 
 from lumped.rattle.assembly import Assembly, Linear
 from lumped.rattle.kernels import modes as kernel
@@ -25,7 +27,7 @@ class Motion:
     """What flanks did over some turns.
 
     noise : sum of squared speeds at which they met over the turns [rad^2 per turn^3];
-        NaN where a meeting was not found, or they would come to rest in impacts
+        NaN where a meeting was not found, or they meet far too often in a turn
     upper, lower : how often they met
     rotation : relative one at the instants asked for [rad]
     """
@@ -52,16 +54,17 @@ class Motions:
         machine = assembly.machine
         if np.linalg.cond(linear.mass) > SINGULAR:
             raise ValueError("parts without inertia: an inertia above 0 is needed")
-        play = self._regime(0.0, 0)
-        regimes = play, play, play
-        kick: Array = np.empty(0)
+        play, bound = self._regime(0.0, 0), machine.half_backlash
         if machine.is_impact:
             soft = np.asarray(np.linalg.solve(linear.mass, linear.row), np.float64)
-            kick = (1.0 + machine.restitution) / float(linear.row @ soft) * soft
+            kick = 1.0 / float(linear.row @ soft) * soft
+            regimes = self._at_rest(-1), play, self._at_rest(1)
+            last = 0.0, kick, machine.restitution
         else:
             lower, upper = (self._regime(machine.stiffness, side) for side in (-1, 1))
             regimes = lower, play, upper
-        self.system = kernel.System(regimes, machine.half_backlash, kick)
+            last = bound, np.empty(0), 0.0
+        self.system = kernel.System(regimes, bound, *last)
 
     def settled(self, rotation: float, speed: float, time: float = 0.0) -> Array:
         """State (2 n,) of all parts in steady rotation but for the driving side.
@@ -113,18 +116,71 @@ class Motions:
         turn = _forced(linear, pressed, TURN, pull)
         ripple_rate = TURN * machine.ripple_order
         ripple = _forced(linear, pressed, ripple_rate, linear.ripple)
+        watched = row @ vectors[:n]
+        forced = complex(row @ turn) + machine.eccentricity, complex(row @ ripple)
+        steady = float(row @ offset), float(row @ drift)
         return kernel.Regime(
-            rates=rates,
-            vectors=vectors,
-            inverse=np.linalg.inv(vectors),
-            row=row,
+            *(rates, vectors, np.linalg.inv(vectors), row),
             offset=np.concatenate([offset, drift]),
             drift=np.concatenate([drift, np.zeros(n)]),
-            turn=np.concatenate([turn, 1j * TURN * turn]),
-            ripple=np.concatenate([ripple, 1j * ripple_rate * ripple]),
-            order=float(machine.ripple_order),
-            error=machine.eccentricity,
+            **self._waves(turn, ripple),
+            watched=watched,
+            forced=forced,
+            steady=steady,
         )
+
+    def _at_rest(self, side: int) -> kernel.Regime:
+        """Rigid flanks at rest on each other, which the load's change of sign ends.
+
+        Rotations that keep them so are shapes (n, n - 1) times coordinates.
+        """
+        linear, machine = self.linear, self.assembly.machine
+        n, row = len(linear.names), linear.row
+        shapes = null_space(row[None, :])
+        reduced = [
+            shapes.T @ each @ shapes
+            for each in (linear.mass, linear.damping, linear.stiffness)
+        ]
+        rates, vectors = _basis(*reduced)
+        both = np.kron(np.eye(2), shapes)
+        found = {
+            "rates": np.zeros(2 * n, complex),
+            "vectors": np.zeros((2 * n, 2 * n), complex),
+            "inverse": np.zeros((2 * n, 2 * n), complex),
+            "watched": np.zeros(2 * n, complex),
+        }
+        used = 2 * n - 2
+        found["rates"][:used] = rates
+        found["vectors"][:, :used] = both @ vectors
+        found["inverse"][:used] = np.linalg.inv(vectors) @ both.T
+        moved = shapes @ vectors[: n - 1]
+        force = linear.mass @ moved * rates**2 + linear.damping @ moved * rates
+        found["watched"][:used] = (
+            -row @ (force + linear.stiffness @ moved) / (row @ row)
+        )
+        mean = linear.respond(0.0, linear.mean, -side * machine.half_backlash).real
+        turn = linear.respond(TURN, np.zeros(n), machine.eccentricity)
+        ripple = linear.respond(TURN * machine.ripple_order, linear.ripple)
+        return kernel.Regime(
+            *(found["rates"], found["vectors"], found["inverse"], row),
+            offset=np.concatenate([mean[:-1], np.zeros(n)]),
+            drift=np.zeros(2 * n),
+            **self._waves(turn[:-1], ripple[:-1]),
+            watched=found["watched"],
+            forced=(complex(turn[-1]), complex(ripple[-1])),
+            steady=(float(mean[-1]), 0.0),
+        )
+
+    def _waves(self, turn: Waves, ripple: Waves) -> dict[str, Any]:
+        """Of rotations and speeds, with what they go by."""
+        machine = self.assembly.machine
+        rate = TURN * machine.ripple_order
+        return {
+            "turn": np.concatenate([turn, 1j * TURN * turn]),
+            "ripple": np.concatenate([ripple, 1j * rate * ripple]),
+            "order": float(machine.ripple_order),
+            "error": machine.eccentricity,
+        }
 
 
 def _modes(linear: Linear, stiffness: Array) -> tuple[Waves, Waves]:
@@ -138,22 +194,29 @@ def _modes(linear: Linear, stiffness: Array) -> tuple[Waves, Waves]:
     for group in _groups(_coupling(linear, stiffness)):
         own = np.ix_(group, group)
         size = len(group)
-        matrix = np.zeros((2 * size, 2 * size))
-        matrix[:size, size:] = np.eye(size)
-        matrix[size:, :size] = -np.linalg.solve(linear.mass[own], stiffness[own])
-        matrix[size:, size:] = -np.linalg.solve(linear.mass[own], linear.damping[own])
-        found, shapes = np.linalg.eig(matrix)
-        if np.linalg.cond(shapes) > SINGULAR:
-            raise ValueError(
-                "modes of the parts are no basis; change a figure a little"
-            )
         columns = slice(used, used + 2 * size)
-        # damping takes energy: growth is round-off
-        rates[columns] = np.minimum(found.real, 0.0) + 1j * found.imag
+        rates[columns], shapes = _basis(
+            linear.mass[own], linear.damping[own], stiffness[own]
+        )
         places = np.concatenate([group, group + n])
         vectors[places, columns] = shapes
         used += 2 * size
     return rates, vectors
+
+
+def _basis(mass: Array, damping: Array, stiffness: Array) -> tuple[Waves, Waves]:
+    """Rates (2 s,) and vectors (2 s, 2 s) of s coordinates and their speeds."""
+    size = len(mass)
+    matrix = np.zeros((2 * size, 2 * size))
+    matrix[:size, size:] = np.eye(size)
+    matrix[size:, :size] = -np.linalg.solve(mass, stiffness)
+    matrix[size:, size:] = -np.linalg.solve(mass, damping)
+    found, shapes = np.linalg.eig(matrix)
+    if np.linalg.cond(shapes) > SINGULAR:
+        raise ValueError("modes of the parts are no basis; change a figure a little")
+    # damping takes energy: growth is round-off
+    rates = np.minimum(found.real, 0.0) + 1j * found.imag
+    return rates, np.asarray(shapes, np.complex128)
 
 
 def _coupling(linear: Linear, stiffness: Array) -> Array:

@@ -19,7 +19,8 @@ TURN = 2.0 * math.pi
 LONG = 0.25  # turns of a first step, at most
 CLOSE = 1e-13  # turns: a step so short ends a search
 MOST_STEPS = 10_000_000  # of a search
-MOST_MEETINGS = 10_000  # of flanks in a turn: more would come to rest on each other
+MOST_MEETINGS = 10_000  # of flanks in a turn
+REST = 1e-9  # rad per turn: slower flanks rest on each other
 
 
 class Regime(NamedTuple):
@@ -29,6 +30,9 @@ class Regime(NamedTuple):
     i t) and ripple e^(2 pi i order t), and vectors (2 n, 2 n) times amplitudes that go
     with e^(rates t). The relative rotation of the flanks is row (n,) times the
     rotations, and the transmission error.
+
+    watched : what ends the regime, by the amplitudes of the modes (2 n,); forced,
+        steady : its amplitudes at a turn and at `order`, its offset and drift
     """
 
     rates: NDArray[Any]
@@ -41,6 +45,9 @@ class Regime(NamedTuple):
     ripple: NDArray[Any]
     order: float
     error: float
+    watched: NDArray[Any]
+    forced: tuple[complex, complex]
+    steady: tuple[float, float]
 
 
 @inlined
@@ -86,40 +93,19 @@ def relative(m, state, t):
 
 
 @inlined
-def waves(m, amplitudes, seen):
-    """Amplitudes of the relative rotation: of the modes into `seen`, turn and ripple.
-
-    Last is a bound on the forced third derivative.
-    """
-    n = m.row.size
-    turn, ripple = m.error + 0j, 0j
-    for j in range(2 * n):
-        seen[j] = 0.0
-    for i in range(n):
-        turn += m.row[i] * m.turn[i]
-        ripple += m.row[i] * m.ripple[i]
-        for j in range(2 * n):
-            seen[j] += m.row[i] * m.vectors[i, j] * amplitudes[j]
-    jerk = TURN**3 * (abs(turn) + m.order**3 * abs(ripple))
-    return turn, ripple, jerk
-
-
-@inlined
-def look(m, seen, turn, ripple, steady, tau, t):
-    """Relative rotation, its rate, second derivative, and a bound on the third one.
-
-    steady : its offset and drift
-    """
-    one = turn * np.exp(1j * TURN * t)
-    two = ripple * np.exp(1j * TURN * m.order * t)
+def look(m, amplitudes, tau, t):
+    """What is watched, its rate, second derivative, and a bound on the third one from
+    t on, `tau` after the start of the regime."""
+    one = m.forced[0] * np.exp(1j * TURN * t)
+    two = m.forced[1] * np.exp(1j * TURN * m.order * t)
     rate = TURN * m.order
-    x = steady[0] + steady[1] * tau + one.real + two.real
-    w = steady[1] - TURN * one.imag - rate * two.imag
+    x = m.steady[0] + m.steady[1] * tau + one.real + two.real
+    w = m.steady[1] - TURN * one.imag - rate * two.imag
     a = -(TURN * TURN) * one.real - rate * rate * two.real
-    jerk = 0.0
-    for j in range(seen.size):
+    jerk = TURN**3 * abs(one) + rate**3 * abs(two)
+    for j in range(amplitudes.size):
         r = m.rates[j]
-        now = seen[j] * np.exp(r * tau)
+        now = m.watched[j] * amplitudes[j] * np.exp(r * tau)
         x += now.real
         w += (r * now).real
         a += (r * r * now).real
@@ -128,23 +114,17 @@ def look(m, seen, turn, ripple, steady, tau, t):
 
 
 @inlined
-def leave(m, amplitudes, seen, start, low, high, until):
-    """Time at which the relative rotation leaves low to high, and by which end.
+def leave(m, amplitudes, start, low, high, until):
+    """Time at which what is watched leaves low to high, and by which end.
 
     0 is that of `until`, come before; the time is NaN where no end is found.
     """
-    turn, ripple, forced = waves(m, amplitudes, seen)
-    offset, drift = 0.0, 0.0
-    for i in range(m.row.size):
-        offset += m.row[i] * m.offset[i]
-        drift += m.row[i] * m.drift[i]
-    steady = (offset, drift)
     tau, horizon = 0.0, LONG
     for _ in range(MOST_STEPS):
         if start + tau >= until:
             return until, 0
-        x, w, a, jerk = look(m, seen, turn, ripple, steady, tau, start + tau)
-        bend = (jerk + forced) * horizon / 3.0
+        x, w, a, jerk = look(m, amplitudes, tau, start + tau)
+        bend = jerk * horizon / 3.0
         step, side = horizon, 0
         if high < math.inf:
             step, side = min(step, reach(max(high - x, 0.0), w, a + bend)), 1
@@ -163,30 +143,33 @@ class System(NamedTuple):
     """Regimes of the lower flank, of the play, |relative rotation| < bound, and of the
     upper flank.
 
-    kick : what the parts' speeds (n,) lose per speed of an impact; empty where flanks
-        have a stiffness, and the regimes of the flanks count
+    edge : of what the regimes of the flanks watch: the relative rotation, where flanks
+        have a stiffness, else the load of flanks at rest on each other, and it is 0
+    kick : what the parts' speeds (n,) lose per speed that flanks lose in an impact;
+        empty where they have a stiffness
     """
 
     regimes: tuple[Regime, Regime, Regime]
     bound: float
+    edge: float
     kick: NDArray[Any]
+    restitution: float
 
 
 @inlined
 def ends(s, side):
-    """Relative rotations between which the play, 0, or a flank, 1 or -1, ends."""
-    low = -s.bound if side == 0 else s.bound
-    high = s.bound if side == 0 else -s.bound
+    """Between which what is watched in the play, 0, or on a flank, 1 or -1, stays."""
+    low = -s.bound if side == 0 else s.edge
+    high = s.bound if side == 0 else -s.edge
     return (-math.inf if side < 0 else low), (math.inf if side > 0 else high)
 
 
 @inlined
-def meet(s, state, w, to):
-    """Where flanks that meet at a speed w go on: in the play, or on a side."""
+def slow_down(s, state, w):
+    """Take a speed w of the flanks from the parts."""
     n = s.kick.size
     for i in range(n):
         state[n + i] -= s.kick[i] * w
-    return 0 if n > 0 else to
 
 
 @compiled
@@ -198,16 +181,15 @@ def run(s, state, start, begin, end, times, out):
 
     times, out : instants, that rise, and the relative rotations then
     """
-    n = state.size
-    amplitudes, seen = np.empty(n, np.complex128), np.empty(n, np.complex128)
+    amplitudes = np.empty(state.size, np.complex128)
     x, _ = relative(s.regimes[1], state, start)
     side = int(x > s.bound) - int(x < -s.bound) if s.kick.size == 0 else 0
     t, shown, noise, high, low, turn, often = start, 0, 0.0, 0, 0, start, 0
     while t < end and often <= MOST_MEETINGS:
         m = s.regimes[side + 1]
-        bottom, top = ends(s, side)
         excite(m, state, t, amplitudes)
-        now, to = leave(m, amplitudes, seen, t, bottom, top, end)
+        bottom, top = ends(s, side)
+        now, to = leave(m, amplitudes, t, bottom, top, end)
         if math.isnan(now):
             break
         while shown < times.size and times[shown] <= now:
@@ -218,11 +200,20 @@ def run(s, state, start, begin, end, times, out):
         _, w = relative(m, state, now)
         t = now
         if to == 0 or side != 0:
+            # flanks that were at rest leave with a speed, so that they are apart
+            slow_down(s, state, w + side * REST)
             side = 0
             continue
         if t >= begin:
             high, low = high + (to > 0), low + (to < 0)
             noise += w * w
         turn, often = (turn, often + 1) if t < turn + 1.0 else (t, 0)
-        side = meet(s, state, w, to)
+        side = to if s.restitution * abs(w) < REST else 0
+        slow_down(s, state, w if side != 0 else (1.0 + s.restitution) * w)
+        if side != 0 and s.edge == 0.0:
+            m = s.regimes[side + 1]
+            excite(m, state, t, amplitudes)
+            if side * look(m, amplitudes, 0.0, t)[0] <= 0.0:
+                slow_down(s, state, side * REST)
+                side = 0
     return noise, high, low, t >= end

@@ -15,6 +15,7 @@ from lumped.rattle.impulses import impulse_rattle
 from lumped.rattle.machine import Machine
 from lumped.rattle.motions import Motions
 from lumped.rattle.periodic import least_eccentricity, simple_rattle
+from lumped.rattle.quiet import quiet_motion
 
 TURN = 2.0 * math.pi
 SCALED = Machine(damping=0.6, eccentricity=0.1, half_backlash=0.6, ripple=0.3)
@@ -109,10 +110,31 @@ def test_flanks_that_stay_together_make_no_noise():
     assert motions.run(state, 40.0, 50.0).is_quiet
 
 
-def test_flanks_that_come_to_rest_in_impacts_are_told():
-    machine = replace(SCALED, ripple=0.0, eccentricity=0.02, restitution=0.5)
+def test_flanks_come_to_rest_in_impacts_and_part_where_the_load_ends():
+    """Below the critical eccentricity for good, above it until the load is 0."""
+    machine = replace(SCALED, ripple=0.0, restitution=0.5)
+    limit = quiet_motion(Assembly(machine=machine, **PARTS)).critical_eccentricity
+    for factor, quiet in ((0.97, True), (1.03, False)):
+        own = replace(machine, eccentricity=factor * limit)
+        motions = Motions(Assembly(machine=own, **PARTS))
+        found = motions.run(motions.settled(0.59, 0.01), 60.0, 70.0)
+        assert found.is_quiet is quiet
+        assert math.isfinite(found.noise)
+
+
+def test_rest_of_equal_shafts_ends_as_in_their_one_equation():
+    """Beside chattering departures, whose speeds are of round-off after a rest."""
+    machine = replace(SCALED, ripple=0.0, restitution=0.3, eccentricity=0.25)
     motions = Motions(Assembly(machine=machine))
-    assert math.isnan(motions.run(motions.settled(0.5, 0.1), 0.0, 50.0).noise)
+    path = follow(machine, np.array([0.1, 1.0]), 400)
+    speeds = np.append(path[:-1, 1], path[-1, 1])
+    state = motions.settled(0.6, -1.0, 0.1)
+    end = path[-1, 0]
+    found = motions.run(state, 0.1, end + 1e-9, start=0.1)
+    # each departure at restitution times the speed of the meeting before it
+    expected = ((speeds[1:] / 0.3) ** 2).sum() / (end - 0.1)
+    if path[:, 2].sum() == 0:
+        assert found.noise == pytest.approx(expected, rel=1e-3)
 
 
 def test_a_gear_without_inertia_is_refused():
