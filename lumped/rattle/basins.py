@@ -313,10 +313,14 @@ class Naming:
     def _orbit(self, period: int, point: Array) -> int:
         """The number of the orbit through a departure, by its fastest one."""
         path = follow(self.machine, point, period + 1)
-        # departures may have come close a multiple of the period apart only
-        period = next(
-            n for n in range(1, period + 1) if apart(path[0], path[n]) < ALIKE
+        # departures may have come close a multiple of the period apart only, and within
+        # a turn before flanks come to rest on each other
+        again = (
+            n
+            for n in range(1, period)
+            if apart(path[0], path[n]) < ALIKE and path[n, 0] - path[0, 0] > 0.5
         )
+        period = next(again, period)
         path = path[: period + 1]
         way = itinerary(path)
         fastest = int(path[:-1, 1].argmax())

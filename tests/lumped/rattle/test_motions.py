@@ -14,6 +14,7 @@ from lumped.rattle.departures import follow
 from lumped.rattle.impulses import impulse_rattle
 from lumped.rattle.machine import Machine
 from lumped.rattle.motions import Motions
+from lumped.rattle.noise import measure_noise, measure_noise_of_parts
 from lumped.rattle.periodic import least_eccentricity, simple_rattle
 from lumped.rattle.quiet import quiet_motion
 
@@ -122,19 +123,18 @@ def test_flanks_come_to_rest_in_impacts_and_part_where_the_load_ends():
         assert math.isfinite(found.noise)
 
 
-def test_rest_of_equal_shafts_ends_as_in_their_one_equation():
-    """Beside chattering departures, whose speeds are of round-off after a rest."""
-    machine = replace(SCALED, ripple=0.0, restitution=0.3, eccentricity=0.25)
-    motions = Motions(Assembly(machine=machine))
-    path = follow(machine, np.array([0.1, 1.0]), 400)
-    speeds = np.append(path[:-1, 1], path[-1, 1])
-    state = motions.settled(0.6, -1.0, 0.1)
-    end = path[-1, 0]
-    found = motions.run(state, 0.1, end + 1e-9, start=0.1)
-    # each departure at restitution times the speed of the meeting before it
-    expected = ((speeds[1:] / 0.3) ** 2).sum() / (end - 0.1)
-    if path[:, 2].sum() == 0:
-        assert found.noise == pytest.approx(expected, rel=1e-3)
+@pytest.mark.parametrize(("restitution", "eccentricity"), [(0.0, 0.4), (0.3, 0.2)])
+def test_flanks_that_rest_in_every_turn_are_as_loud_as_by_one_equation(
+    restitution, eccentricity
+):
+    machine = replace(
+        SCALED, ripple=0.0, restitution=restitution, eccentricity=eccentricity
+    )
+    starts = np.array([[0.1, 1.0], [0.6, 2.5]])
+    alone = measure_noise(machine, starts, 300, 50)
+    parts = measure_noise_of_parts(Assembly(machine=machine), starts, 100, 50)
+    np.testing.assert_allclose(parts.level, alone.level, rtol=1e-6)
+    assert [each.name for each in parts.attractors] == ["single-sided rattle"]
 
 
 def test_a_gear_without_inertia_is_refused():
