@@ -258,3 +258,37 @@ def test_harmonics_are_those_of_the_meshes():
     sizes = {s: np.abs(varying.harmonic(s)).max() for s in range(1, 16)}
     assert min(sizes[s] for s in orders if s not in (6, 10, 12)) > 1e-3 * sizes[5]
     assert max(size for s, size in sizes.items() if s not in orders) < 1e-9 * sizes[5]
+
+
+def recursion(coefficients, h, count):
+    """State transition by the recursion of eq. 4.55, for any degree of G."""
+    size = len(coefficients[0])
+    terms = [[h ** (j + 1) * g / (j + 1) for j, g in enumerate(coefficients)]]
+    for n in range(2, count + 1):
+        before, own = terms[-1], []
+        for i in range(len(before) + len(coefficients) - 1):
+            total = np.zeros((size, size))
+            for j, g in enumerate(coefficients):
+                if 0 <= i - j < len(before):
+                    total += h ** (j + 1) * g @ before[i - j]
+            own.append(total / (n + i))
+        terms.append(own)
+    return np.eye(size) + sum(sum(own) for own in terms)
+
+
+def test_the_recursion_of_the_source_and_the_series_are_one():
+    """Figure 5.4: round-off at 20 terms and a step of 0.5, a = b = -1."""
+    a, b, h = -1.0, -1.0, 0.5
+    G = [np.array([[0.0, 1.0], [-b, 0.0]]), np.array([[0.0, 0.0], [-a, 0.0]])]
+    stiffness, edges = np.array([[[[b]], [[a]]]]), np.array([0.0, h])
+    system = PeriodicSystem(np.ones(1), np.zeros(1), edges, stiffness)
+    u = [1.0 + 0.0, 1.0 + h]  # x'' = (1 + t) x
+    states = [np.array([airy(v)[::2], airy(v)[1::2]]) for v in u]
+    exact = states[1] @ np.linalg.inv(states[0])
+    errors = [np.abs(recursion(G, h, n) - exact).max() for n in (4, 8, 12, 20)]
+    assert errors[0] > 1e-4 > errors[1] > 1e-12
+    assert errors[-1] < 1e-14
+    np.testing.assert_allclose(transition(system, 1.0)[0], exact, atol=1e-14)
+    for divisions, least in ((20, 1e-6), (200, 1e-8)):
+        found = transition(system.averaged(divisions), 1.0)[0]
+        assert least < np.abs(found - exact).max() < 1e3 * least
