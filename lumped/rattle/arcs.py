@@ -76,15 +76,19 @@ class Layout:
         """Of two periods."""
         return Layout(2 * self.turns, np.tile(self.sides, 2), np.tile(self.pressed, 2))
 
-    def join(self, machine: Machine, starts: Array) -> tuple[Array, Array]:
+    def join(
+        self, machine: Machine, starts: Array, closing: float = 1.0
+    ) -> tuple[Array, Array]:
         """How far arcs with starts (2, a), times and speeds, miss to join: errors of
-        places and speeds (2 a,), and by times and speeds (2 a, 2 a)."""
+        places and speeds (2 a,), and by times and speeds (2 a, 2 a).
+
+        closing : -1 turns changes round after a period
+        """
         count = 2 * self.sides.size
         errors, by_x = np.empty(count), np.empty((count, count))
-        times, speeds = np.ascontiguousarray(starts)
         kernel.join(
             *(machine.arc_arrays, float(self.turns), self.sides, self.pressed),
-            *(times, speeds, errors, by_x),
+            *(np.ascontiguousarray(starts), closing, errors, by_x),
         )
         return errors, by_x
 

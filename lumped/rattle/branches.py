@@ -75,9 +75,11 @@ class Orbits:
         count = self.layout.sides.size
         return np.repeat([1.0, self.speed], count)
 
-    def errors(self, x: Array, value: float) -> tuple[Array, Array]:
-        """Errors (2 a,) and by x (2 a, 2 a), over the scale of speeds."""
-        errors, by_x = self.layout.join(self.at(value), self.starts(x))
+    def errors(
+        self, x: Array, value: float, closing: float = 1.0
+    ) -> tuple[Array, Array]:
+        """Errors (2 a,) and by x (2 a, 2 a), over the scale of speeds; see `join`."""
+        errors, by_x = self.layout.join(self.at(value), self.starts(x), closing)
         return errors / self.speed, by_x * self._scales / self.speed
 
     def equations(self, x: Array, parameter: float) -> tuple[Array, Array, Array]:

@@ -72,8 +72,9 @@ class Condition:
         orbits, x, first = self.at(value), z[:-1], self.first(z)
         if self.kind == GRAZING:
             return orbits.margin(x, first) * TURN / orbits.speed
-        at = 1.0 if self.kind == FOLD else -1.0
-        return beyond(orbits.multipliers(x, first), at)
+        # multipliers themselves grow beyond all bounds where an impact fades away
+        closing = 1.0 if self.kind == FOLD else -1.0
+        return float(np.linalg.det(orbits.errors(x, first, closing)[1]))
 
     def errors(self, z: Array, value: float) -> Array:
         errors, _ = self.at(value).errors(z[:-1], self.first(z))

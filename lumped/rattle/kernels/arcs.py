@@ -146,12 +146,15 @@ def close(m, t, v, count, least, longest, arcs, change):
 
 
 @compiled
-def join(m, turns, sides, pressed, times, speeds, errors, by_x):
-    """How far arcs (a,) with starts at times and speeds miss to join into an orbit.
+def join(m, turns, sides, pressed, starts, closing, errors, by_x):
+    """How far arcs (a,) with starts (2, a), times and speeds, miss to join an orbit.
 
     errors (2 a,) : of place and of speed at the end of each arc
-    by_x (2 a, 2 a) : by the times, then the speeds
+    by_x (2 a, 2 a) : by the times, then the speeds; its determinant is zero where a
+        multiplier is 1, or -1 if changes come back turned round
+    closing : 1, or -1 so that they do
     """
+    times, speeds = starts[0], starts[1]
     a = times.size
     by_x[:] = 0.0
     for i in range(a):
@@ -169,11 +172,12 @@ def join(m, turns, sides, pressed, times, speeds, errors, by_x):
         errors[a + i] = turned * speed - speeds[j]
         by_x[i, i] -= one * w + two * start
         by_x[i, a + i] += two
-        by_x[i, j] += speed
+        turn = closing if j == 0 else 1.0
+        by_x[i, j] += turn * speed
         by_x[a + i, i] -= turned * (three * w + four * start)
         by_x[a + i, a + i] += turned * four
-        by_x[a + i, j] += turned * force
-        by_x[a + i, a + j] -= 1.0
+        by_x[a + i, j] += turn * turned * force
+        by_x[a + i, a + j] -= turn
 
 
 @inlined

@@ -48,15 +48,20 @@ def test_the_fold_of_simple_rattle_is_the_closed_form(curves):
         )
 
 
-def test_all_curves_meet_in_a_grazing_fold(curves):
-    """Figure 6.2; its place is not printed, and is where the closed form says."""
+def test_folds_end_in_grazes_where_constructed_motions_do(curves):
+    """Figure 6.2, where both are one point; their places are not printed."""
     (met,) = (p for p in curves["P(1,1,0)", FOLD].points if p.kind)
     assert met.kind == GRAZING_FOLD
     one, two = simple_rattle(replace(scaled(met), eccentricity=met.second * 1.000001))
     assert abs(one.margin) < 1e-3
     assert abs(two.margin) < 1e-3
     assert (met.first, met.second) == pytest.approx((0.77015, 0.09789), abs=1e-5)
-    assert curves["P(1,1,1)", FOLD].points[-1].first < met.first
+    (met,) = (p for p in curves["P(1,1,1)", FOLD].points if p.kind)
+    assert (met.first, met.second) == pytest.approx((0.760165, 0.095706), abs=1e-6)
+    above = replace(scaled(met), eccentricity=met.second * (1.0 + 1e-9))
+    both = two_sided_rattle(above)
+    assert len(both) == 2
+    assert max(abs(motion.margin) for motion in both) < 1e-4
 
 
 def test_curves_end_on_the_limits(curves):
