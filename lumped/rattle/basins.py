@@ -40,7 +40,7 @@ LEAST_CHAOTIC = 2e-3  # exponent per return; neighbours of others part by log(n)
 BESIDE = 1e-8  # distance of neighbours that tell a Lyapunov exponent
 QUIET, CHAOTIC = "quiet", "chaotic"
 MOST_CHAOTIC = 50  # motions that are followed for long, at most
-MOST_LATE = 4000  # others that are given so many more returns
+MOST_LATE = 20_000  # others that are given so many more returns
 HALF = 0.5  # of a chaotic motion's departures in another's footprint: it is the same
 GOLDEN = 0.6180339887498949
 BOX = 5  # cells a side of the boxes of basin entropy
@@ -292,8 +292,10 @@ class Naming:
             found, inside = self._long(settled.end[changing], chosen)
             number[changing[inside]] = found
             changing = changing[~inside]
-        late = changing[:MOST_LATE]
-        if late.size:
+        if changing.size:
+            # of more than can be followed those that are spread over all
+            spread = np.linspace(0, changing.size - 1, min(MOST_LATE, changing.size))
+            late = changing[spread.astype(np.int64)]
             again = LASTING * self.iterations
             later = settle_departures(self.machine, settled.end[late], again)
             later.period[later.period == kernel.CHANGING] = kernel.UNKNOWN
