@@ -348,6 +348,8 @@ def test_another_method_is_a_reference_as_well():
     found = compare(given, results)
     assert (found.value, found.computed) == (2.0, 2.2)
     assert "beside 2 Hz of c, 10 % apart" in found.line
+    higher = compare(replace(given, bound="above"), results)
+    assert "computed 2.2 Hz, above 2 Hz of c, met" in higher.line
 
 
 def test_lines_are_counted_by_their_origin():

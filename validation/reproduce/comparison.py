@@ -75,10 +75,10 @@ class Compared:
     def line(self) -> str:
         """`jump down: computed 0.81, printed 0.8, 1.2 % apart: why`."""
         given = self.reference
-        shown = f"{given.bound} {_shown(self.value, given.unit)}".lstrip()
-        told = f"{ORIGINS[given.origin][0]} {shown}"
+        words = [ORIGINS[given.origin][0], given.bound, _shown(self.value, given.unit)]
         if given.beside is not None:
-            told += f" of {given.beside.part}"
+            words = [*words[1 if given.bound else 0 :], f"of {given.beside.part}"]
+        told = " ".join(filter(None, words))
         why = f": {given.why}" if given.why else ""
         if math.isnan(_as_point(self.computed)[0]):
             return f"{given.quantity}: {told}, none found{why}"
