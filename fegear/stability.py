@@ -98,7 +98,8 @@ class StabilityResult:
             "columns": [
                 {
                     "value": value,
-                    "intervals": [_plain(each) for each in column.intervals],
+                    "largest_multiplier": float(column.largest.max()),
+                    "intervals": list(map(_plain, column.intervals)),
                 }
                 for value, column in zip(self.axis.values, self.columns, strict=False)
             ],

@@ -29,10 +29,7 @@ if TYPE_CHECKING:
     from fegear.parameter_maps import VariedSet
     from lumped.maps import Axis
 
-EXAMPLE = (
-    "fegear stability liu-pair --over friction=0:0.2:41 --speeds 500:6000:10 "
-    "--plot chart.png"
-)
+EXAMPLE = "fegear stability liu-pair --over friction=0:0.2:21 --speeds 500:6000:25"
 MOST_SHOWN = 12  # intervals on the screen
 
 
@@ -110,11 +107,12 @@ def stability_command(
     model: TabledOptions,
     outputs: ResumedOutputs,
 ) -> None:
-    """Parametric instability of a train in contact, its teeth with friction.
+    """Speeds at which a train shakes, its teeth with friction.
 
-    Floquet multipliers over speed and one figure. The edges of unstable intervals are
-    traced, also of those that are narrower than the steps of speed. With --output each
-    value is kept in FILE.partial until the file is written; --resume goes on there.
+    Parametric instability while teeth stay in contact: Floquet multipliers over speed
+    and one figure. The edges of unstable intervals are traced, also of those that are
+    narrower than the steps of speed. With --output each value is kept in FILE.partial
+    until the file is written; --resume goes on there.
     """
     begin = time.perf_counter()
     outputs.require(subject.set_name, *(model.table or ()))
@@ -159,6 +157,8 @@ def print_stability(values: dict[str, Any]) -> None:
         f"{counted(len(columns), 'value', 'values')} of {values['over']}, at "
         f"{len(unstable)} of them vibration grows at some speed"
     )
+    largest = max(each["largest_multiplier"] for each in columns)
+    console.print(f"largest multiplier at the speeds {number(largest, 6)}")
     table = ruled_table(
         *("combination", f"{values['over']}\nfrom", "to", "widest\nat"),
         *("from\n[Hz]", "to\n[Hz]", "largest\nmultiplier"),

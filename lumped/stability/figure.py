@@ -44,7 +44,8 @@ def draw_chart(
             filled.set_label(kind or OTHERS)
             handles.append(filled)
     handles += _draw_expected(axes, values, columns)
-    axes.set_xlim(min(values), max(values))
+    if len(set(values)) > 1:
+        axes.set_xlim(min(values), max(values))
     axes.set_ylim(*speeds)
     axes.set_xlabel(label)
     axes.set_ylabel("mesh frequency of the first mesh [Hz]")

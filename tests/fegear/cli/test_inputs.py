@@ -241,6 +241,19 @@ FIGURES = {
     "--kappa": "--kappa 1000",
     "--restitution": "--restitution 0.9",
 }
+RUBBED = (
+    "stability SET --over friction=0.1 --speeds 2000:20000:1000 --damping 0.002 --json"
+)
+BUILT = f"{RUBBED} --excitation rectangular --bending 0.4"
+HOLDING = "stability SET --over damping_ratio=0.002 --speeds 2000:20000:1000 --json"
+OVER_DELTA = (
+    "rattle bifurcation roots-scaled --over epsilon=0.09:0.1 --departures 1 --starts 2 "
+    "--runs 2 --json"
+)
+DOUBLED_ORBITS = (
+    "rattle bifurcation roots-scaled --over epsilon=0.06:0.09 --departures 1 "
+    "--starts 5 --runs 0 --json"
+)
 SECTIONS = (
     "bifurcations SET --over gear.a.inertia_kg_m2=1e-4,2e-4 --at 3000 "
     "--excitation rectangular -o b.csv --json"
@@ -280,6 +293,49 @@ def lumped(base: str) -> dict[str, Case]:
         "--max-periods": plus(f"{base} --damping 1e-4", "--max-periods 40"),
         "--plot": plus(base, "--plot p.png"),
         "--json": less(base, "--json"),
+    }
+
+
+def rubbed(base: str) -> dict[str, Case]:
+    """Options of friction, of finite elements that give its bending."""
+    base = base.replace(" --excitation rectangular", f" {COARSE}")
+    friction = f"{base} --friction 0.2"
+    return {
+        "--friction": plus(base, "--friction 0.2"),
+        "--bending": plus(friction, "--bending 0.2"),
+        "--no-bending": plus(friction, "--no-bending"),
+    }
+
+
+def stable() -> dict[str, Case]:
+    """Those of `stability`, which integrates nothing."""
+    cases = {
+        name: case
+        for name, case in lumped(BUILT).items()
+        if name not in ("--steps", "--method", "--tolerance", "--max-periods")
+    }
+    return cases | {
+        "--model": plus(BUILT, "--model 2", refused=True),
+        "--harmonics": plus(f"{HOLDING} --excitation fourier", "--harmonics 1", TRAIN),
+        "--damping": swap(BUILT, "0.002", "0.01"),
+        "--torque": plus(f"{RUBBED} {COARSE}", "--torque 60"),
+        "--plane": plus(RUBBED, "--plane strain"),
+        "--resolution": plus(RUBBED, COARSE),
+        "--excitation": plus(f"{RUBBED} --bending 0.4", "--excitation trapezoid"),
+        "--ramp": plus(f"{RUBBED} --bending 0.4 --excitation trapezoid", "--ramp 0.05"),
+        "--translations": plus(BUILT, "--translations", TRAIN),
+        "--over": swap(BUILT, "friction=0.1", "friction=0.1,0.2"),
+        "--speeds": swap(BUILT, "20000", "21000"),
+        "--method": plus(BUILT, "--method exponential"),
+        "--friction": plus(
+            f"{HOLDING} --excitation rectangular", "--friction 0.2 --bending 0.4"
+        ),
+        "--bending": swap(BUILT, "--bending 0.4", "--bending 0.2"),
+        "--no-bending": plus(f"{RUBBED} {COARSE}", "--no-bending"),
+        "--table": plus(RUBBED, "--table TABLE", refused=True),
+        "--output": plus(BUILT, "-o s.csv"),
+        "--plot": plus(BUILT, "--plot s.png"),
+        "--resume": plus(BUILT, "--resume", refused=True),
     }
 
 
@@ -354,7 +410,9 @@ OPTIONS: dict[str, dict[str, Case]] = {
         "--resolution": plus(f"{MODES} --stiffness fe", COARSE),
         "--json": less(MODES, "--json"),
     },
+    "stability": stable(),
     "sweep": lumped(SWEEP)
+    | rubbed(SWEEP)
     | {
         "--speeds": swap(SWEEP, "4000", "4100"),
         "--rpm": swap(SWEEP, "--speeds 2000,4000", "--rpm 3000"),
@@ -364,6 +422,7 @@ OPTIONS: dict[str, dict[str, Case]] = {
         "--without": plus(f"{COUPLED} --direction up", "--without body"),
     },
     "wave": lumped(WAVE)
+    | rubbed(WAVE)
     | {
         "--speed": swap(WAVE, "2100", "4000"),
         "--from-speed": plus(WAVE, "--from-speed 2101"),
@@ -552,6 +611,20 @@ OPTIONS: dict[str, dict[str, Case]] = {
         "--departures": swap(ORBITS, "--departures 1", "--departures 2"),
         "--velocity": plus(ORBITS, "--velocity 0:4"),
         "--json": less(ORBITS, "--json"),
+    },
+    "rattle bifurcation": figures_of_machine(OVER_DELTA)
+    | {
+        "--epsilon": plus(OVER_DELTA.replace("epsilon", "delta"), "--epsilon 0.09"),
+        "--over": swap(OVER_DELTA, "0.09:0.1", "0.09:0.11"),
+        "--departures": swap(OVER_DELTA, "--departures 1", "--departures 2"),
+        "--starts": swap(DOUBLED_ORBITS, "--starts 5", "--starts 1"),
+        "--doublings": plus(DOUBLED_ORBITS, "--doublings 0"),
+        "--runs": swap(OVER_DELTA, "--runs 2", "--runs 3"),
+        "--velocity": plus(OVER_DELTA, "--velocity 0:4"),
+        "--output": plus(OVER_DELTA, "-o b.csv"),
+        "--plot": plus(OVER_DELTA, "--plot b.png"),
+        "--resume": plus(OVER_DELTA, "--resume", refused=True),
+        "--json": less(OVER_DELTA, "--json"),
     },
     "rattle basin": figures_of_machine(RATTLE)
     | {
