@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property, lru_cache
+from functools import cached_property, lru_cache, partial
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
@@ -41,8 +40,9 @@ from lumped.respond import respond_confirmed
 from lumped.settings import Settings
 from lumped.sweep import Direction, sweep
 from lumped.system import LumpedSystem
+from lumped.workers import Cluster, NoClusterError, Stop
 
-Evaluate = Callable[[LumpedSystem, threading.Event], Cell | None]
+Evaluate = Callable[[LumpedSystem, Stop], Cell | None]
 TORQUE, DAMPING = "torque_Nm", "damping_ratio"  # axes that are no keys of a gear set,
 FRICTION, BENDING = "friction", "friction_bending"  # of teeth, the same of all meshes
 ENTRIES = {FRICTION: "friction coefficient", BENDING: "friction-bending ratio"}
@@ -138,9 +138,13 @@ def digest(gear_set: GearSet) -> str:
 
 def respond_at(frequency: float, settings: Settings) -> Evaluate:
     """The response at a frequency of the first mesh [Hz], from rest."""
-    return lambda system, stop: cell_of(
-        [respond_confirmed(system, frequency, settings)[0]]
-    )
+    return partial(_response_at, frequency, settings)
+
+
+def _response_at(
+    frequency: float, settings: Settings, system: LumpedSystem, stop: Stop
+) -> Cell:
+    return cell_of([respond_confirmed(system, frequency, settings)[0]])
 
 
 def respond_over(
@@ -149,17 +153,23 @@ def respond_over(
     directions: Sequence[Direction] = BOTH,
 ) -> Evaluate:
     """The largest response of sweeps [Hz], None where they were stopped."""
+    return partial(_response_over, tuple(frequencies), settings, tuple(directions))
 
-    def evaluate(system: LumpedSystem, stop: threading.Event) -> Cell | None:
-        branches = [
-            sweep(system, frequencies, direction, settings, stop=stop)
-            for direction in directions
-        ]
-        if stop.is_set():
-            return None
-        return cell_of([r for branch in branches for r in branch.responses])
 
-    return evaluate
+def _response_over(
+    frequencies: Sequence[float],
+    settings: Settings,
+    directions: Sequence[Direction],
+    system: LumpedSystem,
+    stop: Stop,
+) -> Cell | None:
+    branches = [
+        sweep(system, frequencies, direction, settings, stop=stop)
+        for direction in directions
+    ]
+    if stop.is_set():
+        return None
+    return cell_of([r for branch in branches for r in branch.responses])
 
 
 def take_up(grid: ParameterMap, path: Path | None) -> ParameterMap:
@@ -179,18 +189,25 @@ def compute_map(
     path: Path | None = None,
     progress: Progress = lambda what, done, total: None,
     tell: Callable[[str], None] = lambda message: None,
+    workers: Cluster | None = None,
 ) -> ParameterMap:
     """Compute what is missing; the file grows point by point and ends in order.
 
     tell : called with what the file holds after Ctrl-C
-    Raises InputError where no point is possible.
+    workers : that compute points; threads, one a core, where there are none
+    Raises InputError where no point is possible or a cluster cannot be used.
     """
 
     def report(done: int, total: int) -> None:
         progress("points", done, total)
 
     if path is None:
-        found = run_map(grid, varied.system, evaluate, report=report)
+        try:
+            found = run_map(
+                grid, varied.system, evaluate, report=report, workers=workers
+            )
+        except NoClusterError as error:
+            raise InputError(str(error)) from None
         return _require_possible(found)
     write_text(path, format_map(grid))  # mends a torn last line
     kept = len(grid.cells)
@@ -206,7 +223,9 @@ def compute_map(
         kept += 1
 
     try:
-        found = run_map(grid, varied.system, evaluate, keep, report)
+        found = run_map(grid, varied.system, evaluate, keep, report, workers)
+    except NoClusterError as error:
+        raise InputError(str(error)) from None
     except KeyboardInterrupt:
         tell(
             f"{kept} of {len(grid.points)} points are in {path}; the same map "

@@ -25,7 +25,7 @@ from lumped.response import FIGURES as MEASURED
 from lumped.response import Response
 from lumped.sweep_table import COLUMNS
 from lumped.system import LumpedSystem
-from lumped.workers import run_tasks
+from lumped.workers import Cluster, Never, Stop, run_tasks
 
 T = TypeVar("T")
 Array = NDArray[np.float64]
@@ -133,22 +133,24 @@ def _possible(meshes: int, attempt: Callable[[], T]) -> T | Cell:
 def run_map(
     parameter_map: ParameterMap,
     build: Callable[[Point], LumpedSystem],
-    evaluate: Callable[[LumpedSystem, threading.Event], Cell | None],
+    evaluate: Callable[[LumpedSystem, Stop], Cell | None],
     keep: Callable[[Point, Cell], None] = lambda point, cell: None,
     report: Report = lambda done, total: None,
-    workers: int | None = None,
+    workers: int | Cluster | None = None,
 ) -> ParameterMap:
     """The map with all points; those that it holds already are not computed again.
 
     build : the system at a point, called in this thread; a ValueError makes the
         point impossible
-    evaluate : called in worker threads; where the event is set it may give up: None
+    evaluate : called by the workers; where the event is set it may give up: None. For
+        a cluster it must be a function of a module, or a `partial` of one
     keep : called in this thread with every point as it is finished
 
     Ctrl-C ends the work after the points that are under way and is raised again.
     """
     points, cells = parameter_map.points, dict(parameter_map.cells)
     stop = threading.Event()
+    heeded: Stop = Never() if isinstance(workers, Cluster) else stop
     possible = partial(_possible, parameter_map.meshes)
 
     def take(point: Point, cell: Cell | None) -> None:
@@ -166,7 +168,7 @@ def run_map(
             if isinstance(system, Cell):
                 take(point, system)
             else:
-                yield point, partial(possible, partial(evaluate, system, stop))
+                yield point, partial(possible, partial(evaluate, system, heeded))
 
     run_tasks(tasks(), take, stop, workers)
     return ParameterMap(

@@ -17,7 +17,7 @@ from lumped.settings import Settings, SteadySettings
 from lumped.steady_state import Stepper, Watch, confirmed
 from lumped.steppers import stepper_of
 from lumped.system import LumpedSystem
-from lumped.workers import run_together
+from lumped.workers import Stop, run_together
 
 Array = NDArray[np.float64]
 Direction = Literal["up", "down"]
@@ -106,7 +106,7 @@ def sweep_branch(
     store: BranchStore | None = None,
     keep: Keep = lambda frequency, motion: None,
     observer: Observer = SILENT,
-    stop: threading.Event | None = None,
+    stop: Stop | None = None,
 ) -> Branch:
     """Pass through mesh frequencies [Hz], each from where the one before settled.
 
@@ -139,7 +139,7 @@ def settle_in_turn(
     store: BranchStore | None = None,
     keep: Keep = lambda frequency, motion: None,
     observer: Observer = SILENT,
-    stop: threading.Event | None = None,
+    stop: Stop | None = None,
 ) -> tuple[tuple[Response, ...], bool]:
     """Settle at stations, each from where the one before did; a divergence ends it.
 
@@ -199,7 +199,7 @@ def sweep(
     settings: Settings | None = None,
     *,
     observer: Observer = SILENT,
-    stop: threading.Event | None = None,
+    stop: Stop | None = None,
 ) -> Branch:
     """As `sweep_branch`, of a lumped system."""
     settings = settings or Settings()

@@ -18,7 +18,7 @@ from concurrent.futures import (
 )
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import TypeVar
+from typing import Protocol, TypeVar
 
 K = TypeVar("K")
 R = TypeVar("R")
@@ -34,6 +34,19 @@ class Cluster:
     """
 
     scheduler: str = ""
+
+
+class Stop(Protocol):
+    """What tasks look at to end early."""
+
+    def is_set(self) -> bool: ...
+
+
+class Never:
+    """An event that is never set: what tasks of other processes heed."""
+
+    def is_set(self) -> bool:
+        return False
 
 
 class NoClusterError(Exception):

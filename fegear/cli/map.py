@@ -19,7 +19,7 @@ from fegear.cli.lumped_options import (
     LoadCase,
     speeds_of,
 )
-from fegear.cli.options import FREQUENCY, Outputs, named_options, refuse_idle
+from fegear.cli.options import FREQUENCY, Outputs, Workers, named_options, refuse_idle
 from fegear.cli.screen import complain, counted, number, screen
 from fegear.cli.varied import parsed_axes, varied_set
 from fegear.errors import InputError
@@ -105,6 +105,7 @@ def map_command(
     torque: LoadCase = None,
     model: CoupledOptions,
     integration: Integration,
+    workers: Workers,
 ) -> None:
     """Vibration of a lumped train over a grid of parameters.
 
@@ -130,7 +131,10 @@ def map_command(
         except InputError as error:
             raise InputError(f"{error}; choose another -o or --overwrite") from None
     with outputs.progress() as report:
-        found = compute_map(grid, varied, evaluate, outputs.output, report, complain)
+        found = compute_map(
+            *(grid, varied, evaluate, outputs.output, report, complain),
+            workers=workers.chosen,
+        )
     values = summarise_map(found, varied.gear_set)
     values["wall_time_s"] = round(time.perf_counter() - begin, 3)
     outputs.draw(lambda: draw_map(found))

@@ -3,18 +3,24 @@
 from __future__ import annotations
 
 import os
+import pickle
 import signal
 import threading
+from functools import partial
 
 import numpy as np
 import pytest
 
+from fegear.parameter_maps import respond_at, respond_over
+from lumped.maps import Axis, ParameterMap, format_map, run_map
 from lumped.rattle import basins
 from lumped.rattle.basins import Grid, settle_grid
 from lumped.rattle.machine import Machine
-from lumped.workers import Cluster, NoClusterError, run_tasks
+from lumped.settings import Settings
+from lumped.workers import Cluster, Never, NoClusterError, run_tasks
 
 GRID = Grid(side=60, velocity=(0.0, 7.0))
+AT, OVER = respond_at(2000.0, Settings()), respond_over((1900.0, 2000.0), Settings())
 MACHINE = Machine(damping=0.6, eccentricity=0.1, half_backlash=0.6)
 
 
@@ -55,3 +61,26 @@ def test_a_worker_that_is_killed_changes_nothing(monkeypatch):
     assert sorted(seen) == list(range(18))
     for one, other in zip(exact, found, strict=True):
         np.testing.assert_array_equal(one, other)
+
+
+@pytest.mark.parametrize("evaluate", [AT, OVER], ids=["a speed", "a band"])
+def test_points_of_maps_can_go_to_other_processes(system, evaluate):
+    """As they are sent: systems with what they have worked out, and what is asked."""
+    own = system(harmonics=3)
+    here = evaluate(own, threading.Event())
+    sent = pickle.loads(pickle.dumps(partial(evaluate, own, Never())))
+    there = sent()
+    np.testing.assert_array_equal(here.values, there.values)
+    assert here.status == there.status
+
+
+def test_maps_in_processes_are_those_of_threads(system):
+    pytest.importorskip("distributed")
+    grid = ParameterMap((Axis("harmonics", (1.0, 2.0, 3.0)),), 2, {})
+
+    def build(point):
+        return system(harmonics=int(point[0]))
+
+    threads = run_map(grid, build, AT)
+    cluster = run_map(grid, build, AT, workers=Cluster())
+    assert format_map(threads) == format_map(cluster)

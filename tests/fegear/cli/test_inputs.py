@@ -468,6 +468,8 @@ OPTIONS: dict[str, dict[str, Case]] = {
         "--without": plus(COUPLED_MAP, "--without body"),
         "--output": plus(MAP, "-o m.csv"),
         "--overwrite": plus(MAP, "--overwrite", refused=True),
+        "--cluster": plus(MAP, "--cluster --scheduler tcp://nowhere:1", refused=True),
+        "--scheduler": plus(MAP, "--scheduler nowhere", refused=True),
     },
     "bifurcations": lumped(SECTIONS)
     | {
