@@ -258,7 +258,10 @@ WORDS: dict[str, list[str]] = {  # by option; what is not here is a flag
     "--body": ["held", "free", "hung"],
     "--without": ["body", "pairs", "teeth"],
     "--runs": ["kept", "set.toml"],
+    "--bending": ["0.3", "1", "nan"],
+    "--scheduler": ["nowhere", ""],
 }
+LONG = {"--cluster"}  # starts processes
 # what keeps a command short; and how often it is drawn
 BASE = {
     "show": ("SET", 12),
@@ -267,6 +270,11 @@ BASE = {
     "wave": ("SET --excitation rectangular --speed 1500", 8),
     "theory": ("SET --excitation rectangular", 6),
     "map": ("SET --excitation rectangular --at 1500 --over mesh.1.phase=0", 6),
+    "stability": (
+        "SET --excitation rectangular --bending 0.3 --over friction=0.1 "
+        "--speeds 1000:2000:500",
+        4,
+    ),
     "bifurcations": (
         "SET --excitation rectangular --over mesh_frequency_Hz=1500",
         4,
@@ -287,7 +295,11 @@ def option_lists() -> dict[str, list[str]]:
     """Names of the options of every command, from typer."""
     group: Any = typer.main.get_command(app)
     return {
-        name: [max(param.opts, key=len) for param in group.commands[name].params]
+        name: [
+            option
+            for param in group.commands[name].params
+            if (option := max(param.opts, key=len)) not in LONG
+        ]
         for name in BASE
     }
 
