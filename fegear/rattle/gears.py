@@ -151,17 +151,21 @@ def machine_of_gears(
     row = solved["torques"][0]
     stiffness = row["mean_stiffness_N_per_m"]
     scale = inertia * conditions.speed**2
-    machine = Machine(
-        damping=conditions.drag / (4.0 * math.pi * scale),
-        eccentricity=conditions.eccentricity / radius,
-        half_backlash=0.5 * own.backlash / radius,
-        stiffness=stiffness * radius**2 / scale,
-    )
-    shafts = Shafts(
-        driven_inertia=other / inertia,
-        driving_drag=2.0 * (1.0 - share),
-        driven_drag=2.0 * share,
-    )
+    try:
+        machine = Machine(
+            damping=conditions.drag / (4.0 * math.pi * scale),
+            eccentricity=conditions.eccentricity / radius,
+            half_backlash=0.5 * own.backlash / radius,
+            stiffness=stiffness * radius**2 / scale,
+        )
+        shafts = Shafts(
+            driven_inertia=other / inertia,
+            driving_drag=2.0 * (1.0 - share),
+            driven_drag=2.0 * share,
+        )
+        assembly = Assembly(machine=machine, shafts=shafts)
+    except ValueError as error:
+        raise InputError(f"{gear_set.name}: {error}") from None
     figures = {
         "gear_set": gear_set.name,
         "mesh": mesh + 1,
@@ -181,7 +185,7 @@ def machine_of_gears(
     return MachineOfGears(
         f"{gear_set.name}-mesh-{mesh + 1}",
         tuple(_inferences(gear_set, conditions)),
-        Assembly(machine=machine, shafts=shafts),
+        assembly,
         figures,
         tuple(solved.get("warnings", ())),
     )

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fegear.errors import InputError
 from fegear.rattle.machines import NamedMachine, figures_of
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
 
     from fegear.statics import Progress
 
+Array = NDArray[np.float64]
 SURE = 1.96  # standard errors of an interval that holds the value 19 times of 20
 PARTS = 5, 50, 95  # per cent of the runs that are less loud
 
@@ -64,7 +66,10 @@ class NoiseResult:
         count = len(noise.level)
         quiet = [i for i, each in enumerate(names) if each.name == QUIET]
         silent = int(np.isin(noise.motion, quiet).sum())
-        low, high = proportion_limits(silent, count)
+        unclear = int(np.sum(noise.motion < 0))
+        # runs that are not clear may be quiet or not
+        low, _ = proportion_limits(silent, count)
+        _, high = proportion_limits(silent + unclear, count)
         spread = float(level.std(ddof=1)) if level.size > 1 else math.nan
         parts = np.percentile(level, PARTS) if level.size else [math.nan] * len(PARTS)
         return {
@@ -76,12 +81,14 @@ class NoiseResult:
             "iterations": self.runs.iterations,
             "turns": self.runs.turns,
             "noise_rad2_per_turn3": float(level.mean()) if level.size else None,
-            "noise_within_rad2_per_turn3": _plain(SURE * spread / math.sqrt(count)),
+            "noise_within_rad2_per_turn3": _plain(
+                SURE * spread / math.sqrt(max(level.size, 1))
+            ),
             "noise_percentiles_rad2_per_turn3": {
                 str(part): _plain(float(value))
                 for part, value in zip(PARTS, parts, strict=True)
             },
-            "impacts_per_turn": _plain(float(np.mean(noise.impacts[known]))),
+            "impacts_per_turn": _mean(noise.impacts[known]),
             "quiet_probability": silent / count,
             "quiet_probability_within": [low, high],
             "unclear_fraction": float(np.mean(noise.motion < 0)),
@@ -94,8 +101,8 @@ class NoiseResult:
         return {
             "name": name,
             "fraction": float(np.mean(own)),
-            "noise_rad2_per_turn3": _plain(float(np.nanmean(level))),
-            "impacts_per_turn": _plain(float(np.nanmean(impacts))),
+            "noise_rad2_per_turn3": _mean(level[np.isfinite(level)]),
+            "impacts_per_turn": _mean(impacts[np.isfinite(level)]),
         }
 
     def csv(self) -> str:
@@ -121,6 +128,11 @@ class NoiseResult:
     def draw(self) -> Figure:
         title = f"{self.named.name}: {words_of(self.noise.machine)}"
         return draw_noise(self.noise, title)
+
+
+def _mean(values: Array) -> float | None:
+    """None of no values."""
+    return float(values.mean()) if values.size else None
 
 
 def _plain(value: float) -> float | None:

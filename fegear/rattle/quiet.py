@@ -43,12 +43,16 @@ def quiet_summary(named: NamedMachine) -> dict[str, Any]:
 def _simple_rattle(assembly: Assembly) -> float | None:
     """Eccentricity from which P(1,1,0) exists, flanks rigid.
 
-    None of other parts than shafts: a light gear may strike again before it is back.
+    None of other parts than shafts, where a light gear may strike again before it is
+    back, with torque ripple, and where damping is too small to tell.
     """
-    if any(assembly.beside_shafts):
+    if any(assembly.beside_shafts) or assembly.machine.ripple:
         return None
     rigid = replace(assembly.machine, stiffness=math.inf, ripple=0.0)
-    motions = Motions(replace(assembly, machine=rigid))
+    try:
+        motions = Motions(replace(assembly, machine=rigid))
+    except ValueError:
+        return None
     return impulse_rattle(motions).least_eccentricity
 
 

@@ -18,6 +18,7 @@ from lumped.rattle.run_down import fit_run_down
 Array = NDArray[np.float64]
 AGREE = 0.1  # by which the rates of both halves may differ if drag goes with speed
 SURE = 3.0  # standard errors by which they may differ by chance
+FEWEST = 6  # rows
 TIME = "time_s"
 TURNS_PER_SECOND = {
     "speed_rpm": 1.0 / 60.0,
@@ -37,6 +38,11 @@ def run_down_summary(
     """
     time, turns = _read(Path(path))
     half = time.size // 2
+    if time.size < FEWEST:
+        raise InputError(
+            f"{path}: {FEWEST} rows at least are needed, half of them for each part of "
+            f"the way, got {time.size}"
+        )
     try:
         whole = fit_run_down(time, turns)
         first = fit_run_down(time[:half], turns[:half])

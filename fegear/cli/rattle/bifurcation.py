@@ -94,6 +94,10 @@ def refuse_idle_figures(
         raise InputError(f"--{name}; --over {name}=A:B takes its place")
     if figure == "restitution" and not machine.is_impact:
         raise InputError(f"--over {name}; belongs to impacts, {named.name} has none")
+    if name == "kappa" and given.get("restitution") is not None:
+        raise InputError(
+            "--restitution; belongs to impacts, --over kappa gives flanks a stiffness"
+        )
     if figure == "ripple_phase" and not machine.ripple:
         raise InputError(f"--over {name}; {named.name} has no torque ripple")
 

@@ -146,3 +146,9 @@ def test_what_is_wrong_is_one_line(words, message, capsys):
     error = capsys.readouterr().err
     assert message in error
     assert error.count("\n") == 1
+
+
+def test_restitution_with_a_stiffness_that_varies_is_refused(capsys):
+    words = "rattle bifurcation roots-scaled --over kappa=10:1000 --restitution 0.5"
+    assert run(words.split()) == 2
+    assert "--restitution; belongs to impacts" in capsys.readouterr().err

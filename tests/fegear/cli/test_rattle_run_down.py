@@ -57,7 +57,7 @@ def test_drag_that_does_not_go_with_the_speed_is_told(tmp_path):
         ("speed_rpm", [3.0, 2.0, "x", 1.0, 1.0, 1.0], "line 4: 'x' is not a number"),
         ("speed_rpm", [1.0, 2.0, 3.0, 4.0, 5.0, 6.0], "the speed does not fall"),
         ("speed_rpm", [3.0, 2.0, 1.0, 0.5, 0.2, -1.0], "speeds must be above 0"),
-        ("speed_rpm", [3.0, 2.0, 1.0], "3 rows at least are needed, got 1"),
+        ("speed_rpm", [3.0, 2.0, 1.0], "6 rows at least are needed, half"),
     ],
 )
 def test_a_file_that_cannot_be_used_is_one_line(tmp_path, capsys, name, speed, message):
