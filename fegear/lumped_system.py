@@ -16,7 +16,7 @@ from fegear.train import mesh_torques_at, train_of
 from fegear.unphysical import doubts_of_meshes
 from fegear.version import package_version
 from lumped.coupled import INGREDIENTS
-from lumped.excitation import MeshExcitation, at_torque
+from lumped.excitation import at_torque
 from lumped.friction import ToothFriction, with_bending
 from lumped.settings import Settings
 from lumped.system import LumpedSystem
@@ -108,12 +108,13 @@ def lumped_system(
         source.of(gear_set, mesh, on_mesh, model.springs)
         for mesh, on_mesh in enumerate(on_meshes)
     )
-    rubs = [model.friction] * len(driven) if model.friction else []
+    rubs: tuple[ToothFriction, ...] = ()
     try:
-        if rubs:
+        if model.friction:
             ratios = bending_ratios(gear_set, on_meshes, source, model)
-            driven = _bent(driven, model, ratios)
-        system = LumpedSystem(train, driven, friction=tuple(rubs))
+            rubs = tuple(ToothFriction(model.friction, ratio) for ratio in ratios)
+            driven = tuple(map(with_bending, driven, rubs))
+        system = LumpedSystem(train, driven, friction=rubs)
     except (TrainError, ValueError) as error:
         raise InputError(f"{gear_set.name}: {error}") from None
     if known is None:
@@ -123,16 +124,6 @@ def lumped_system(
     require_physical(gear_set, torque, system)
     contacts = coupled_contacts(gear_set, torque, system, known, model.without)
     return replace(system, contacts=contacts)
-
-
-def _bent(
-    excitations: tuple[MeshExcitation, ...], model: LumpedModel, ratios: Sequence[float]
-) -> tuple[MeshExcitation, ...]:
-    """Excitations with tooth pairs as friction bends them."""
-    return tuple(
-        with_bending(excitation, ToothFriction(model.friction, ratio))
-        for excitation, ratio in zip(excitations, ratios, strict=True)
-    )
 
 
 def bending_ratios(

@@ -17,6 +17,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -81,8 +82,22 @@ def base_pitch(train: Train, mesh: int) -> float:
     return 2.0 * math.pi * driver.base_radius / driver.teeth
 
 
-def friction_rows(train: Train, space: Coordinates) -> tuple[Array, Array]:
-    """Rows b_0 (m, n) and b_1 (m, n) per metre ahead of the pitch point."""
+class FrictionRows(NamedTuple):
+    """What a friction force does to coordinates, or modes, of every mesh (m, n).
+
+    at_pitch : b_0, at the pitch point; per_metre : b_1, per metre ahead of it
+    """
+
+    at_pitch: Array
+    per_metre: Array
+
+    def of_shapes(self, shapes: Array) -> FrictionRows:
+        """On modes of shapes (n, k)."""
+        return FrictionRows(*(row @ shapes for row in self))
+
+
+def friction_rows(train: Train, space: Coordinates) -> FrictionRows:
+    """On the coordinates."""
     shape = len(train.meshes), space.mass.size
     at_pitch, per_metre = np.zeros(shape), np.zeros(shape)
     for m, mesh in enumerate(train.meshes):
@@ -97,4 +112,4 @@ def friction_rows(train: Train, space: Coordinates) -> tuple[Array, Array]:
             for axis, cosine in across.items():
                 if (gear, axis) in space.places:
                     at_pitch[m, space.places[gear, axis]] += side * cosine
-    return at_pitch, per_metre
+    return FrictionRows(at_pitch, per_metre)

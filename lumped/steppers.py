@@ -124,9 +124,13 @@ class AdaptiveStepper(LumpedStepper):
         system, now = self.system, np.array(state)
         status, part, settled = dopri5.settle_dopri5(
             system.arrays,
-            system.pieces_in(0),
+            system.excitation.pieces_in(0),
             self._rules(at),
-            (float(system.train.common_period[0]), system.rounds, system.turns),
+            (
+                float(system.train.common_period[0]),
+                system.rounds,
+                system.excitation.turns,
+            ),
             now,
             check,
             most,
@@ -149,7 +153,7 @@ class AdaptiveStepper(LumpedStepper):
         for number, start in enumerate(range(0, time.size - 1, steps)):
             status, _ = dopri5.record_dopri5(
                 system.arrays,
-                system.pieces_in(number % system.rounds),
+                system.excitation.pieces_in(number % system.rounds),
                 rules,
                 (0.0, float(length)),
                 now,

@@ -71,4 +71,4 @@ def pair_system(variation, damping_ratio=0.0, friction=None, contact_ratio=1.5):
     if friction is None:
         return LumpedSystem(train, (excitation,))
     bent = with_bending(excitation, friction)
-    return LumpedSystem(train, (bent,), friction=(friction.coefficient,))
+    return LumpedSystem(train, (bent,), friction=(friction,))

@@ -86,8 +86,8 @@ class SpringForces:
     @cached_property
     def grid(self) -> QuadratureGrid:
         times = self.sampled.times
-        inside = self.system.excitation_at(times[:, :4])
-        at_end = self.system.excitation_at(times[:, 4:], side=-1)
+        inside = self.system.excitation.at(times[:, :4])
+        at_end = self.system.excitation.at(times[:, 4:], side=-1)
         stiffness, gap = (
             np.concatenate(both, axis=1) for both in zip(inside, at_end, strict=True)
         )
@@ -100,10 +100,11 @@ class SpringForces:
     def _edges(self) -> Array:
         """Corners, hand-overs and ends of paths of contact of a period, and even parts
         between them."""
+        excitation = self.system.excitation
         own, length = self.system.train.common_period[0], self.series.length
         # a path that ends within a piece would make its quadrature depend on where
         # contact cuts it, which the Jacobian does not know
-        stops = np.union1d(self.system.pieces.stops, self.system.breaks())
+        stops = np.union1d(excitation.pieces.stops, excitation.breaks())
         marks = (own * np.arange(length // own)[:, None] + stops).ravel()
         marks = np.concatenate([[0.0], marks, [float(length)]])
         marks = marks[np.append(np.diff(marks) > 1e-9, True)]
@@ -115,7 +116,7 @@ class SpringForces:
 
     @cached_property
     def _waves(self) -> Pieces:
-        return self.system.pieces_in(0)
+        return self.system.excitation.pieces_in(0)
 
     @cached_property
     def _room(self) -> ContactPieces:

@@ -134,7 +134,7 @@ def periodic_system(system: LumpedSystem) -> PeriodicSystem:
     _require(system)
     kept = system.moving
     modes, arrays = system.modes, system.arrays
-    times = np.concatenate([[0.0], system.breaks()])
+    times = np.concatenate([[0.0], system.excitation.breaks()])
     times = np.append(times, float(system.common_period[0]))
     v, n = arrays.shapes, arrays.rigidity.size
     rest = np.diag(arrays.rigidity) - np.einsum(
@@ -143,15 +143,16 @@ def periodic_system(system: LumpedSystem) -> PeriodicSystem:
     found = np.zeros((times.size - 1, DEGREE + 1, n, n))
     found[:, 0] = rest
     rows = friction_rows(system.train, modes.coordinates)
-    at_pitch, per_metre = (each @ modes.shapes[:, kept] for each in rows)
+    at_pitch, per_metre = rows.of_shapes(modes.shapes[:, kept])
     for m, excitation in enumerate(system.excitations):
         phase = system.train.meshes[m].phase % 1.0
         rate = float(system.train.mesh_rates[m])
         pitch = base_pitch(system.train, m)
+        coefficient = system.friction[m].coefficient if system.rubs else 0.0
         for pair in excitation.pairs:
             wave, place = _along(pair.stiffness, phase, rate, times)
             ahead = pair.ahead or 0
-            slide = system.friction[m] * side_of(ahead) if system.rubs else 0.0
+            slide = coefficient * side_of(ahead)
             arm = pitch * (place + ahead)
             steady = v[m] - slide * (at_pitch[m] + arm[:, None] * per_metre[m])
             growing = -slide * pitch * rate * per_metre[m]

@@ -166,7 +166,7 @@ def test_losses_are_those_of_the_classical_formula():
     )
     rub = ToothFriction(0.05)
     bent = with_bending(analytic_excitation(figures), rub)
-    system = LumpedSystem(pair.train, (bent,), friction=(0.05,))
+    system = LumpedSystem(pair.train, (bent,), friction=(rub,))
     found = time_history(system, 0.003, Settings(steps=256))
     ways = 1.0 - GAMMA, C - 1.0 + GAMMA
     factor = 1.0 - C + ways[0] ** 2 + ways[1] ** 2

@@ -190,7 +190,7 @@ def test_sum_type_is_wider_than_difference_type(seed):
     train = type(base.train)(
         gears=tuple(gears), meshes=base.train.meshes, damping_ratio=0.005
     )
-    rub = (random.uniform(0.01, 0.05),)
+    rub = (ToothFriction(random.uniform(0.01, 0.05)),)
     varying = periodic_system(type(base)(train, base.excitations, friction=rub))
     widths = {
         (c.kind, c.first, c.second, c.order): c.high - c.low
@@ -226,7 +226,7 @@ def test_friction_that_cannot_be(kwargs, message):
 def test_friction_is_of_every_mesh():
     pair = pair_system(0.3)
     with pytest.raises(TrainError, match="friction: 2 for 1 meshes"):
-        LumpedSystem(pair.train, pair.excitations, friction=(0.1, 0.1))
+        LumpedSystem(pair.train, pair.excitations, friction=(ToothFriction(0.1),) * 2)
 
 
 def test_friction_needs_tooth_pairs():
@@ -237,7 +237,7 @@ def test_friction_needs_tooth_pairs():
     with pytest.raises(ValueError, match="that of model 1"):
         with_bending(one, ToothFriction(0.1))
     with pytest.raises(TrainError, match="needs tooth pairs"):
-        LumpedSystem(pair.train, (one,), friction=(0.1,))
+        LumpedSystem(pair.train, (one,), friction=(ToothFriction(0.1),))
 
 
 @pytest.mark.parametrize("speed", [0.0, -1.0, math.nan, math.inf])

@@ -83,7 +83,7 @@ def _system_at(part: StabilityPart, scene: Scene, value: float) -> LumpedSystem:
         system = scene.changed({key: value}).system
     rub = ToothFriction(friction, bending)
     bent = tuple(with_bending(each, rub) for each in system.excitations)
-    return replace(system, excitations=bent, friction=(friction,) * len(bent))
+    return replace(system, excitations=bent, friction=(rub,) * len(bent))
 
 
 def _figures(column: Column) -> Iterator[tuple[str, float]]:
