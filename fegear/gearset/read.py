@@ -41,6 +41,8 @@ def path_of(name_or_path: str, kind: str, known: Sequence[str]) -> Path:
 
     known : names of what is built in, such as gear sets
     """
+    if not name_or_path:
+        raise InputError(f"no name of a {kind} (built-in: {', '.join(known)})")
     path = Path(name_or_path)
     if path.suffix != ".toml" and path.name == name_or_path and not exists(path):
         raise InputError(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
@@ -40,21 +41,45 @@ class QuietMotion:
 
         return 1.0 + self._least(load) / float(self.mean[-1])
 
-    @cached_property
+    @property
     def critical_eccentricity(self) -> float:
-        """Above which flanks part [rad]; 0 if they part without eccentricity.
+        """Above which flanks part [rad]; 0 if they part at every eccentricity."""
+        return 0.0 if self.window is None else self.window[1]
 
-        The load is linear in the eccentricity: at each instant what it takes away per
-        unit eccentricity, over what there is, must be at most 1 over the eccentricity.
+    @cached_property
+    def window(self) -> tuple[float, float] | None:
+        """Eccentricities between which flanks stay together [rad], None if nowhere.
+
+        The lower one is above 0 where a ripple of one cycle a turn parts them alone,
+        and the eccentricity takes from it. A faster ripple parts them at instants that
+        are spread evenly over the turn: what the eccentricity loads at one of them it
+        unloads at another.
         """
+        if self.assembly.machine.ripple_order == 1:
+            return self._window_at_a_turn()
         mean = float(self.mean[-1])
 
-        def taken(t: NDArray[np.float64]) -> NDArray[np.float64]:
-            there = mean + self._wave(t, 0.0, self.ripple[-1])
-            return self._wave(t, self.turn[-1], 0.0) / there
+        def there(t: NDArray[np.float64]) -> NDArray[np.float64]:
+            return mean + self._wave(t, 0.0, self.ripple[-1])
 
-        there = mean + self._least(lambda t: self._wave(t, 0.0, self.ripple[-1]))
-        return -1.0 / self._least(taken) if there > 0.0 else 0.0
+        def taken(t: NDArray[np.float64]) -> NDArray[np.float64]:
+            return self._wave(t, self.turn[-1], 0.0) / there(t)
+
+        # per unit eccentricity over what there is: at most 1 over the eccentricity
+        return (0.0, -1.0 / self._least(taken)) if self._least(there) > 0.0 else None
+
+    def _window_at_a_turn(self) -> tuple[float, float] | None:
+        """Where |eccentricity turn + ripple| is below the mean load."""
+        turn, ripple = complex(self.turn[-1]), complex(self.ripple[-1])
+        square = abs(turn) ** 2
+        middle = -(turn.conjugate() * ripple).real / square
+        product = (abs(ripple) ** 2 - float(self.mean[-1]) ** 2) / square
+        wide = middle**2 - product
+        if wide <= 0.0 or (middle <= 0.0 and product >= 0.0):
+            return None
+        half = math.sqrt(wide)
+        highest = middle + half if middle > 0.0 else -product / (half - middle)
+        return max(product / highest, 0.0), highest
 
     def largest_rotation(
         self, one: str, other: str | None = None, with_error: bool = False

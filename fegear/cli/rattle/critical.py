@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from math import degrees
 from typing import Any
 
@@ -11,6 +12,10 @@ from fegear.cli.rattle.machine import LoadFigures, MachineName, print_machine
 from fegear.cli.screen import say
 
 LEAST_SHOWN = 1e-3  # per cent per cent
+LIMITS = {  # whose changes are told
+    "percent_of_critical_per_percent": "critical eccentricity",
+    "percent_of_least_quiet_per_percent": "least quiet eccentricity",
+}
 EXAMPLE = "fegear rattle critical roots-a --epsilon 8e-5"
 
 
@@ -29,10 +34,7 @@ def critical_command(
 
 def print_critical(values: dict[str, Any]) -> None:
     print_machine(values)
-    say(
-        f"eccentricity {values['eccentricity_rad']:g} rad, "
-        f"critical {values['critical_eccentricity_rad']:.4g} rad"
-    )
+    say(f"eccentricity {values['eccentricity_rad']:g} rad, {_window(values)}")
     margin = values["least_contact_load_over_mean"]
     if values["quiet_motion_exists"]:
         say(f"it can run quietly: contact keeps {margin:.1%} of its mean load")
@@ -51,11 +53,43 @@ def print_critical(values: dict[str, Any]) -> None:
             "critical eccentricity without torque ripple "
             f"{values['critical_without_ripple_rad']:.4g} rad"
         )
-    changes = values["percent_of_critical_per_percent"].items()
-    helpful = [(name, change) for name, change in changes if change is not None]
-    for name, change in sorted(helpful, key=lambda both: -abs(both[1])):
-        if abs(change) >= LEAST_SHOWN:
-            say(f"1 % more {name}: {change:+.3g} % critical eccentricity")
+    for key, limit in LIMITS.items():
+        for line in _changes(values[key], limit):
+            say(line)
+
+
+def _window(values: dict[str, Any]) -> str:
+    """At which eccentricities it can run quietly."""
+    lowest = values["least_quiet_eccentricity_rad"]
+    critical = values["critical_eccentricity_rad"]
+    if critical is None:
+        return "none is quiet: the torque ripple alone parts the flanks"
+    if lowest > 0.0:
+        return (
+            f"quiet from {lowest:.4g} rad, below which the torque ripple parts the "
+            f"flanks, to the critical {critical:.4g} rad"
+        )
+    return f"critical {critical:.4g} rad"
+
+
+def _changes(slopes: dict[str, Any], limit: str) -> Iterator[str]:
+    """What a change of each figure does to a limit, the largest first."""
+    known = {name: slope for name, slope in slopes.items() if slope is not None}
+    for name, slope in sorted(known.items(), key=lambda both: -_largest(both[1])):
+        if _largest(slope) < LEAST_SHOWN:
+            continue
+        if isinstance(slope, tuple):
+            less, more = slope
+            yield (
+                f"{name} is at a corner: per % {less:+.3g} % {limit} below it and "
+                f"{more:+.3g} % above"
+            )
+        else:
+            yield f"1 % more {name}: {slope:+.3g} % {limit}"
+
+
+def _largest(slope: float | tuple[float, float]) -> float:
+    return max(map(abs, slope)) if isinstance(slope, tuple) else abs(slope)
 
 
 def _of_gears(values: dict[str, Any]) -> str:
@@ -71,4 +105,6 @@ def _of_gears(values: dict[str, Any]) -> str:
     )
     if within is None:
         return f"{text}no other angle makes it quiet"
-    return f"{text}it can run quietly within {degrees(within):.4g} degrees"
+    beyond = values["quiet_for_phases_beyond_rad"]
+    least = f"beyond {degrees(beyond):.4g} and " if beyond else ""
+    return f"{text}it can run quietly {least}within {degrees(within):.4g} degrees"

@@ -68,6 +68,14 @@ def test_names_that_are_too_long(capsys, monkeypatch, tmp_path, words):
     assert LONG in refused(capsys, *words)
 
 
+@pytest.mark.parametrize(
+    ("words", "kind"), [(["show"], "gear set"), (["rattle", "critical"], "machine")]
+)
+def test_no_name(capsys, words, kind):
+    line = refused(capsys, *words, "")
+    assert f"no name of a {kind} (built-in: " in line
+
+
 def test_a_full_disk_under_a_map(capsys, monkeypatch, tmp_path):
     path = tmp_path / "m.csv"
     module = import_module("fegear.parameter_maps")

@@ -249,6 +249,54 @@ def test_sensitivities_are_slopes_of_the_critical_eccentricity(tmp_path):
         assert helps[f"{table}.{key}"] == pytest.approx(slope, rel=1e-3)
 
 
+def test_a_ripple_that_the_eccentricity_cancels_has_a_quiet_window(tmp_path):
+    rippled = {k: v for k, v in SCALED.items() if k != "stiffness"} | {"ripple": 7.9}
+
+    def at(**changes: float) -> dict:
+        return told("critical", written(tmp_path, {"machine": rippled | changes}))
+
+    values = at(eccentricity_rad=0.2)
+    assert values["quiet_motion_exists"]
+    limits = "least_quiet_eccentricity_rad", "critical_eccentricity_rad"
+    low, high = (values[name] for name in limits)
+    assert (low, high) == pytest.approx((0.009125, 0.3875), rel=1e-3)
+    for value, quiet in ((0.99, False), (1.01, True)):
+        assert at(eccentricity_rad=value * low)["quiet_motion_exists"] is quiet
+    slopes = [
+        values[f"percent_of_{name}_per_percent"]["ripple"]
+        for name in ("critical", "least_quiet")
+    ]
+    more = at(ripple=7.9 * 1.001)
+    changes = [math.log(more[name] / values[name]) for name in limits[::-1]]
+    assert slopes == pytest.approx([1e3 * each for each in changes], rel=0.02)
+    path = written(tmp_path, {"machine": rippled})
+    shown = CliRunner().invoke(app, ["rattle", "critical", path]).stdout
+    assert "quiet from 0.009125 rad, below which the torque ripple parts" in shown
+    assert "1 % more ripple: +21.9 % least quiet eccentricity" in shown
+    none = at(ripple_phase_rad=3.0)
+    assert [none[name] for name in limits] == [None, None]
+    path = written(tmp_path, {"machine": rippled | {"ripple_phase_rad": 3.0}})
+    shown = CliRunner().invoke(app, ["rattle", "critical", path]).stdout
+    assert "none is quiet: the torque ripple alone parts the flanks" in shown
+
+
+def test_at_a_corner_the_slopes_of_both_sides_are_told(tmp_path):
+    """A light gear on a spring that resonates with the turn leaves next to nothing."""
+    gear = {"stiffness": 2.0 * math.pi**2}
+    rigid = SCALED | {"damping": 1e-7}
+    tables = {"machine": rigid, "driving_gear": gear}
+    values = told("critical", written(tmp_path, tables))
+    below, above = values["percent_of_critical_per_percent"]["driving_gear.stiffness"]
+    assert below < -1.0
+    assert above > 1.0
+    shown = (
+        CliRunner()
+        .invoke(app, ["rattle", "critical", written(tmp_path, tables)])
+        .stdout
+    )
+    assert "driving_gear.stiffness is at a corner: per % -" in shown
+
+
 def test_rattle_of_one_impact_a_turn_exists_from_the_checked_eccentricity():
     """0.05964 at a damping of 0.6; other parts than shafts may strike twice."""
     name = "simple_rattle_in_impacts_from_rad"

@@ -273,7 +273,55 @@ def test_ripple_of_the_torque_takes_from_the_margin():
     mean = 4.0 * math.pi * ROOTS.damping
     rippled = replace(ROOTS, ripple=0.03 * mean, ripple_phase=math.pi)
     assert critical(rippled) < critical()
-    assert critical(replace(ROOTS, ripple=2.0 * mean)) == 0.0
+    fast = replace(ROOTS, ripple=2.0 * mean, ripple_order=3)
+    assert critical(fast) == 0.0
+
+
+def quiet_among(machine: Machine, eccentricities: np.ndarray) -> np.ndarray:
+    """Those (n,) at which the right side of eq. 2.26 never changes its sign.
+
+    Rigid flanks of equal shafts are pressed together by it alone.
+    """
+    t = TURN * np.arange(2000) / 2000
+    there = 2.0 * TURN * machine.damping + machine.ripple * np.cos(
+        machine.ripple_order * t + machine.ripple_phase
+    )
+    swing = -(TURN**2) * np.cos(t) - TURN * machine.damping * np.sin(t)
+    loads = there + eccentricities[:, None] * swing
+    return eccentricities[loads.min(axis=1) > 0.0]
+
+
+@pytest.mark.parametrize(
+    ("ripple", "order", "phase", "kind"),
+    [
+        (0.0, 1, 0.0, "from 0"),
+        (7.0, 1, 3.0, "from 0"),
+        (7.9, 1, 0.0, "above 0"),  # alone it parts the flanks
+        (7.9, 1, 0.5, "above 0"),
+        (30.0, 1, 0.0, "above 0"),
+        (7.9, 1, 3.0, "none"),
+        (30.0, 1, 0.7, "none"),
+        (3.0, 2, 1.0, "from 0"),
+        (7.9, 2, 1.0, "none"),
+        (7.9, 5, 0.0, "none"),
+    ],
+)
+def test_quiet_eccentricities_are_a_window_where_the_torque_ripples(
+    ripple, order, phase, kind
+):
+    machine = replace(
+        SCALED,
+        stiffness=math.inf,
+        ripple=ripple,
+        ripple_order=order,
+        ripple_phase=phase,
+    )
+    window = quiet_motion(Assembly(machine=machine)).window
+    seen = quiet_among(machine, np.linspace(0.0, 1.5, 3001))
+    assert (window is None) == (kind == "none") == (not seen.size)
+    if window is not None:
+        assert (window[0] == 0.0) == (kind == "from 0")
+        assert window == pytest.approx((seen[0], seen[-1]), abs=6e-4)
 
 
 def test_ripple_of_many_cycles_a_turn_is_seen():
