@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
+from itertools import pairwise
 from os import PathLike
 from typing import TYPE_CHECKING, Any
 
@@ -39,6 +40,8 @@ if TYPE_CHECKING:
     from fegear.statics import Progress
 
 Array = NDArray[np.float64]
+END = 1e-3  # of a range, from its ends, where orbits are looked for
+HALVINGS = 2  # of parts of a range at whose ends there are different orbits
 LEGEND = {
     "branch, index": "from 1, points in the order of the branch; branch 0: long runs",
     "departure": "from the upper flank, counted from 1",
@@ -55,7 +58,7 @@ class Search:
     figure : of `Machine`; limits : from where to where
     departures : of a period, at most, of the orbits that are looked for
     velocity : lowest and highest speed at which they are looked for [rad per turn]
-    starts : values of the figure at which they are looked for
+    starts : values of the figure at which they are looked for, beside both ends
     runs : values of the figure at which long runs settle
     doublings : how often the period may double on the way from branch to branch
     """
@@ -72,6 +75,13 @@ class Search:
         """Of the figure, in the middle of equal parts."""
         low, high = self.limits
         return [low + (i + 0.5) / count * (high - low) for i in range(count)]
+
+    @property
+    def seeds(self) -> list[float]:
+        """Values at which orbits are looked for first."""
+        low, high = self.limits
+        hair = END * (high - low)
+        return [low + hair, *self.values(self.starts), high - hair]
 
 
 @dataclass(frozen=True, eq=False)
@@ -177,32 +187,56 @@ def find_bifurcations(
     """
     machine = named.machine
     require_possible(machine, search.figure, search.limits)
-    tasks = _tasks(machine, search)
     inputs = {"search": repr(search)}
-    with kept_tasks(machine, inputs, tasks, keeping, report) as found:
-        branches = _followed(machine, search, found, report)
+    values = search.values(search.runs)
+    with kept_tasks(machine, inputs, keeping, report) as compute:
+        found = compute(_orbit_tasks(machine, search, search.seeds))
+        found = compute(
+            {
+                f"run {value!r}": partial(settled_departures, at, search.velocity)
+                for value, at in _machines(machine, search, values)
+            }
+        )
+        seeds = search.seeds
+        for _ in range(HALVINGS):
+            seeds = sorted(seeds + list(_between_differing(seeds, found)))
+            found = compute(_orbit_tasks(machine, search, seeds))
+        branches = _followed(machine, search, _rows_at(found, "orbits", seeds), report)
     settled = np.vstack(
         [np.empty((0, 3))]
         + [
             np.column_stack([np.full(len(rows), value), rows])
-            for value, rows in _rows_at(found, "run", search.values(search.runs))
+            for value, rows in _rows_at(found, "run", values)
         ]
     )
     return BifurcationResult(named, search, branches, settled)
 
 
-def _tasks(machine: Machine, search: Search) -> Mapping[str, partial[Array]]:
+def _orbit_tasks(
+    machine: Machine, search: Search, values: Sequence[float]
+) -> dict[str, partial[Array]]:
     """By name; each gives an array that can be kept."""
-    tasks: dict[str, partial[Array]] = {}
-    for i, value in enumerate(search.values(search.starts)):
-        at = machine_with(machine, search.figure, value)
-        tasks[f"orbits {i}"] = partial(
-            orbit_rows, at, search.departures, search.velocity
-        )
-    for i, value in enumerate(search.values(search.runs)):
-        at = machine_with(machine, search.figure, value)
-        tasks[f"run {i}"] = partial(settled_departures, at, search.velocity)
-    return tasks
+    return {
+        f"orbits {value!r}": partial(orbit_rows, at, search.departures, search.velocity)
+        for value, at in _machines(machine, search, values)
+    }
+
+
+def _machines(
+    machine: Machine, search: Search, values: Sequence[float]
+) -> Iterator[tuple[float, Machine]]:
+    for value in values:
+        yield value, machine_with(machine, search.figure, value)
+
+
+def _between_differing(
+    seeds: Sequence[float], found: Mapping[str, Array]
+) -> Iterator[float]:
+    """Half way between values at which not the same motions are found."""
+    rows = _rows_at(found, "orbits", seeds)
+    for (low, one), (high, two) in pairwise(rows):
+        if not np.array_equal(one[:, :3], two[:, :3]):
+            yield 0.5 * (low + high)
 
 
 def orbit_rows(
@@ -229,11 +263,10 @@ def require_possible(
 def kept_tasks(
     machine: Machine,
     inputs: Mapping[str, str],
-    tasks: Mapping[str, Callable[[], Array]],
     keeping: Keeping,
     report: Progress,
-) -> Iterator[Mapping[str, Array]]:
-    """Arrays that tasks give, by name, kept until what is made of them is made.
+) -> Iterator[Callable[[Mapping[str, Callable[[], Array]]], Mapping[str, Array]]]:
+    """Computes tasks, kept until what is made of them is made; gives all by name.
 
     inputs : what determines them beside the machine
     """
@@ -242,22 +275,29 @@ def kept_tasks(
     found: dict[str, Array] = {}
     finished = False
 
-    def take(name: str, rows: Array) -> None:
-        found[name] = rows
+    def compute(tasks: Mapping[str, Callable[[], Array]]) -> Mapping[str, Array]:
+        left = {name: task for name, task in tasks.items() if name not in found}
+        total = len(found) + len(left)
         if checkpoint is not None:
-            checkpoint.add(name, {}, {"rows": rows})
-        report("orbits and long runs", len(found), len(tasks))
+            states = {name: checkpoint.state(name) for name in left}
+            kept = {name: s["rows"] for name, s in states.items() if s is not None}
+            if keeping.resume and kept:
+                count = f"{len(kept)} of {len(left)}"
+                keeping.tell(f"{checkpoint.path}: {count} values are finished")
+            found.update(kept)
+
+        def take(name: str, rows: Array) -> None:
+            found[name] = rows
+            if checkpoint is not None:
+                checkpoint.add(name, {}, {"rows": rows})
+            report("orbits and long runs", len(found), total)
+
+        missing = ((name, task) for name, task in left.items() if name not in found)
+        run_tasks(missing, take, threading.Event())
+        return found
 
     try:
-        if checkpoint is not None:
-            states = {name: checkpoint.state(name) for name in tasks}
-            found |= {name: s["rows"] for name, s in states.items() if s is not None}
-            if keeping.resume:
-                kept = f"{len(found)} of {len(tasks)}"
-                keeping.tell(f"{checkpoint.path}: {kept} values are finished")
-        left = ((name, task) for name, task in tasks.items() if name not in found)
-        run_tasks(left, take, threading.Event())
-        yield found
+        yield compute
         finished = True
     finally:
         if checkpoint is not None:
@@ -265,14 +305,17 @@ def kept_tasks(
 
 
 def _rows_at(
-    found: Mapping[str, Array], kind: str, values: list[float]
+    found: Mapping[str, Array], kind: str, values: Sequence[float]
 ) -> Iterator[tuple[float, Array]]:
-    for i, value in enumerate(values):
-        yield value, found[f"{kind} {i}"]
+    for value in values:
+        yield value, found[f"{kind} {value!r}"]
 
 
 def _followed(
-    machine: Machine, search: Search, found: Mapping[str, Array], report: Progress
+    machine: Machine,
+    search: Search,
+    rows: Iterable[tuple[float, Array]],
+    report: Progress,
 ) -> tuple[OrbitBranch, ...]:
     low, high = search.limits
 
@@ -280,7 +323,6 @@ def _followed(
         done = round(100.0 * (value - low) / (high - low))
         report(f"branch {number}", done, 100)
 
-    rows = list(_rows_at(found, "orbits", search.values(search.starts)))
     return followed(machine, search, rows, watch)
 
 

@@ -156,10 +156,11 @@ def find_existence(
             *(search.departures, search.velocity),
         )
         for i, other in enumerate(plane.slices)
-        for k, v in enumerate(search.values(search.starts))
+        for k, v in enumerate(search.seeds)
     }
     inputs = {"plane": repr(plane)}
-    with kept_tasks(machine, inputs, tasks, keeping, report) as found:
+    with kept_tasks(machine, inputs, keeping, report) as compute:
+        found = compute(tasks)
         curves: list[Curve] = []
         for i, other in enumerate(plane.slices):
             report("curves", i, len(plane.slices))
@@ -172,7 +173,7 @@ def _slice(
     found: Mapping[str, Array], number: int, search: Search
 ) -> list[tuple[float, Array]]:
     """Orbits at values of the first figure, of one of the second."""
-    values = search.values(search.starts)
+    values = search.seeds
     return [(v, found[f"orbits {number} {k}"]) for k, v in enumerate(values)]
 
 

@@ -6,7 +6,7 @@ followed through folds, and up to where it would pass through a flank.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache, partial
 from itertools import pairwise
@@ -38,6 +38,7 @@ HALVED = "the period is half of it again"
 ASIDE = 2e-3  # arc length to the first point of a branch of twice the period
 ALIKE = 1e-6  # distance of departures on one orbit
 ON_LIMIT = 1e-9  # of the range, within which a point is on its limit
+AT_GRAZE = 1e-5  # of unknowns, within which a fold is a graze
 CLOSE = 1e-3  # of the range, from its end, where a branch has reached it
 TRUE = 1e-3  # distance from -1 of a multiplier that has passed it, at most
 
@@ -268,7 +269,7 @@ class BranchFinder:
         self, orbits: Orbits, followed: Followed, origin: str, doublings: int
     ) -> None:
         """Keep a branch, and follow those that set out from where it doubles."""
-        points = tuple(_with_bifurcations(orbits, followed))
+        points = tuple(_named_once(_with_bifurcations(orbits, followed)))
         if not points:
             return
         found = OrbitBranch(orbits, points, origin, followed.reason)
@@ -340,6 +341,17 @@ def _with_bifurcations(orbits: Orbits, followed: Followed) -> Iterator[OrbitPoin
         last = there
     if last.margin > 0.0:
         yield last
+
+
+def _named_once(points: Iterable[OrbitPoint]) -> Iterator[OrbitPoint]:
+    """Without folds that are grazes: where flanks stop parting, a flight of no length
+    turns into one of negative time, and the branch of the equations with it."""
+    kept = list(points)
+    grazes = [point.x for point in kept if point.kind == GRAZING]
+    for point in kept:
+        at_graze = any(np.abs(point.x - x).max() < AT_GRAZE for x in grazes)
+        if not (point.kind == FOLD and at_graze):
+            yield point
 
 
 def _is_true(point: OrbitPoint) -> bool:

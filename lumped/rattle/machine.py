@@ -81,6 +81,15 @@ class Machine:
         return TURN * self.damping * self.drive
 
     @property
+    def fastest(self) -> float:
+        """Speed from which on damping takes more than all forcing gives [rad per turn].
+
+        No motion that repeats with impacts is faster.
+        """
+        steady = 2.0 * TURN * self.drive
+        return steady + sum(map(abs, self.loads)) / self.damping
+
+    @property
     def loads(self) -> tuple[complex, complex]:
         """Amplitudes of the forcing at one turn and at `ripple_order`, of e^(i w t).
 

@@ -18,6 +18,7 @@ from lumped.rattle.periodic import has_closed_form, simple_rattle, two_sided_rat
 Array = NDArray[np.float64]
 ARCS = 32  # of a return, at most, while an orbit is looked for
 STARTS = 24  # a side of the grid of departures from which orbits are looked for
+FAST_STARTS = 6  # rows of it for speeds that are higher than usual
 MOST_TURNS = 4  # of constructed motions
 ALIKE = 1e-6  # distance of departures that are one
 SLOWEST = 3e-4  # speed of a departure that counts, over that of P(1,1,0)
@@ -44,6 +45,12 @@ class Orbit:
         return max(map(abs, self.multipliers)) < 1.0
 
 
+def usual_speed(machine: Machine) -> float:
+    """Twice that of P(1,1,0), and with what takes gears through the play and back in a
+    turn on top, if forcing can give as much."""
+    return min(2.0 * machine.speed + 4.0 * machine.half_backlash, machine.fastest)
+
+
 def find_orbits(
     machine: Machine, most_departures: int, velocity: tuple[float, float]
 ) -> list[Orbit]:
@@ -52,12 +59,20 @@ def find_orbits(
     velocity : lowest and highest speed of a departure from which they are looked for
     All that a grid of starts and the constructed P(m, 1, n-) lead to: more may exist.
     """
+    machine = _with_play_in_reach(machine)
     found: list[Orbit] = []
     for count in range(1, most_departures + 1):
         for orbit in _from_starts(machine, count, velocity):
             if not any(_same(orbit, known) for known in found):
                 found.append(orbit)
     return sorted(found, key=_rank)
+
+
+def _with_play_in_reach(machine: Machine) -> Machine:
+    """A machine with the same orbits: a lower flank that no departure reaches may be
+    anywhere, and places are told from each other to 16 digits of the backlash."""
+    reach = machine.fastest / machine.damping + sum(map(abs, machine.forced(0.0)))
+    return replace(machine, half_backlash=min(machine.half_backlash, 2.0 * reach))
 
 
 def _rank(orbit: Orbit) -> tuple[int, int, int, bool, tuple[float, float]]:
@@ -89,9 +104,20 @@ def _starts(
         for turns in range(1, MOST_TURNS + 1):
             both = simple_rattle(limit, turns) + two_sided_rattle(limit, turns)
             yield from ((each.time, each.velocity) for each in both if each.physical)
-    for row, column in np.ndindex(STARTS, STARTS):
-        speed = low + (row + 0.5) / STARTS * (high - low)
-        yield (column + 0.5) / STARTS, speed
+    for speed in _speeds(machine, low, high):
+        yield from (((i + 0.5) / STARTS, speed) for i in range(STARTS))
+
+
+def _speeds(machine: Machine, low: float, high: float) -> list[float]:
+    """Of starts: as close to each other where speeds are usual, however wide limits."""
+    usual = max(min(usual_speed(machine), high), low)
+    parts = (np.arange(STARTS) + 0.5) / STARTS
+    found = low + parts * (usual - low) if usual > low else np.empty(0)
+    most = min(high, machine.fastest)
+    if most > usual:
+        fast = (np.arange(FAST_STARTS) + 0.5) / FAST_STARTS
+        found = np.append(found, usual * (most / usual) ** fast)
+    return [float(speed) for speed in found]
 
 
 def _orbit(machine: Machine, at: tuple[float, float], count: int) -> Orbit | None:

@@ -69,7 +69,7 @@ class SoughtBranches:
         allowed=Range(least=1, most=12),
     )
     starts: int = option(
-        "Values of the figure at which such motions are looked for.",
+        "Values of the figure at which such motions are looked for, beside both ends.",
         default=5,
         allowed=Range(least=1, most=1000),
     )

@@ -33,7 +33,7 @@ OrbitSpeeds = Annotated[
         "--velocity",
         metavar="A:B",
         help="Speeds of departure at which orbits are looked for [rad per turn]. "
-        "[default: 0 to 4 pi damping + 4 half backlashes]",
+        "[default: 0 to 4 pi damping + 4 half backlashes, or what forcing can give]",
     ),
 ]
 
@@ -106,11 +106,12 @@ def print_machine(values: dict[str, Any]) -> None:
 
 
 def orbit_speeds(text: str | None, machine: Machine) -> tuple[float, float]:
-    """Where none are given, up to twice the speed of P(1,1,0), and with what takes
-    gears through the play and back in a turn on top."""
+    """Where none are given, up to the usual one of the machine."""
     if text is not None:
         return speeds_of(text)
-    return 0.0, 2.0 * machine.speed + 4.0 * machine.half_backlash
+    from lumped.rattle.orbits import usual_speed
+
+    return 0.0, usual_speed(machine)
 
 
 def speeds_of(text: str) -> tuple[float, float]:

@@ -81,9 +81,28 @@ def test_an_interrupted_run_goes_on_to_the_same_file(tmp_path, monkeypatch, caps
     monkeypatch.setattr(bifurcation, "settled_departures", settle)
     capsys.readouterr()
     assert run([*WORDS, "-o", str(file), "--resume"]) == 0
-    assert " of 7 values are finished" in capsys.readouterr().err
+    assert ": 3 of 6 values are finished" in capsys.readouterr().err
     assert file.read_bytes() == whole.read_bytes()
     assert not (tmp_path / "b.csv.partial").exists()
+
+
+def test_branches_do_not_depend_on_how_wide_the_range_is():
+    found = []
+    for limits in ("0:1", "0.85:1"):
+        words = [
+            *("rattle", "bifurcation", "roots-scaled", "--departures", "1"),
+            *("--over", f"restitution={limits}", "--runs", "0", "--json"),
+        ]
+        values = json.loads(CliRunner().invoke(app, words).stdout)
+        found.append(
+            sorted(
+                (branch["name"], each["kind"], round(each["value"], 6))
+                for branch in values["branches"]
+                for each in branch["bifurcations"]
+            )
+        )
+    assert found[0] == found[1]
+    assert ("P(1,1,1)", "fold", 0.903158) in found[0]
 
 
 def test_curves_over_two_figures(tmp_path):

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from lumped.branches.bifurcations import DOUBLING, FOLD
+from lumped.rattle.assembly import Assembly
 from lumped.rattle.branches import GRAZING, BranchFinder, orbits_at
 from lumped.rattle.departures import apart, follow
 from lumped.rattle.machine import Machine
@@ -17,6 +18,7 @@ from lumped.rattle.periodic import (
     simple_rattle,
     two_sided_rattle,
 )
+from lumped.rattle.quiet import quiet_motion
 
 SPEEDS = 0.0, 7.0
 SCALED = Machine(damping=0.6, eccentricity=0.1, half_backlash=0.6)
@@ -143,3 +145,25 @@ def test_a_branch_that_comes_back_to_a_limit_turns_once():
         for point in branch.bifurcations:
             assert 51.0 < point.value < 1999.0
     assert points(found, "P(1,1,1)", FOLD) == [pytest.approx(64.781, abs=1e-2)]
+
+
+def test_where_flanks_stop_parting_is_one_graze():
+    """And the critical eccentricity is that of the machine there."""
+    machine = replace(SCALED, stiffness=109.0)
+    found = branches("stiffness", (10.0, 1000.0), 109.0, 1, machine)
+    fading = [
+        (point.kind, point.value)
+        for branch in found
+        for point in branch.bifurcations
+        if abs(point.departures[0][1]) < 1e-3
+    ]
+    assert [kind for kind, _ in fading] == [GRAZING, GRAZING]
+    assert sorted(value for _, value in fading) == pytest.approx(
+        [13.10757, 41.47006], abs=1e-5
+    )
+    for _, value in fading:
+        there = Assembly(machine=replace(machine, stiffness=value))
+        critical = quiet_motion(there).critical_eccentricity
+        assert critical == pytest.approx(machine.eccentricity, rel=1e-9)
+    # folds of motions that rattle stay, next to a graze as well
+    assert points(found, "P(1,1,0)", FOLD) == pytest.approx([36.71424, 95.62888])

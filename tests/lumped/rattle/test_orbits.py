@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from lumped.rattle.machine import Machine
-from lumped.rattle.orbits import find_orbits
+from lumped.rattle.orbits import find_orbits, usual_speed
 from lumped.rattle.periodic import simple_rattle
 
 SPEEDS = 0.0, 7.0
@@ -72,3 +72,23 @@ def test_stiff_flanks_have_the_orbits_of_impacts():
             for other in named(found, orbit.name)
         )
         assert near < 5e-3
+
+
+@pytest.mark.parametrize("highest", [100.0, 1e4, 1e9])
+def test_wide_limits_of_speed_hide_no_orbit(highest):
+    machine, known = orbits(0.6)
+    found = find_orbits(machine, 2, (0.0, highest))
+    assert [orbit.name for orbit in found] == [orbit.name for orbit in known]
+    assert not find_orbits(machine, 2, (machine.fastest, highest + 100.0))
+
+
+def test_a_lower_flank_out_of_reach_hides_no_orbit():
+    """However far it is: the motions that miss it stay the same."""
+    found = []
+    for half_backlash in (1e3, 1e9):
+        machine, _ = orbits(0.6, 1, half_backlash=half_backlash)
+        found.append(find_orbits(machine, 2, (0.0, usual_speed(machine))))
+    near, far = found
+    assert [orbit.name for orbit in near] == ["P(1,1,0)", "P(1,1,0)"]
+    for one, two in zip(near, far, strict=True):
+        assert one.departures[0] == pytest.approx(two.departures[0], rel=1e-9)
