@@ -8,6 +8,18 @@ way round. Loads on the coordinates are -N (a - mu sgn b), with a the mesh's row
 friction: moments about both gears' axes with arms l_1 = r_1 tan(phi) + x and
 l_2 = r_2 tan(phi) - x, and forces off the line of action.
 
+Along the row, b v is the sliding speed, that of the driver's flank less that of the
+driven's. Nominally it is x times both gears' speeds; with v the whole motion, eq. 6.3,
+sgn is -sgn(b v), and friction takes the power mu N |b v|.
+
+Where back flanks touch, the contact runs along the other line of action, on which the
+driver is the gear that is pushed. That mirrors the pair about the line of centres and
+turns the sliding round: the row is b_0' - x b_1, with the same moments at the pitch
+point and forces across the other line, and the friction -mu N sgn(b v). As the
+stiffness of the back side is that of the drive side at the same position, so is x:
+teeth count as thin. Their normal force stays on the line of the drive side, as in
+`lumped.excitation`.
+
 This is eq. 4.40 and 4.44 of the multi-mesh source but for a sign: with eq. 4.40 the
 normal force grows in approach, with the matrix L of eq. 4.44 as printed it falls.
 Only the first lets friction take energy away.
@@ -17,32 +29,47 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.coordinates import Coordinates, line_of_action
+from lumped.coordinates import Coordinates
 from lumped.excitation import MeshExcitation
-from lumped.train import Train
+from lumped.train import Mesh, Train
 
 Array = NDArray[np.float64]
+Sliding = Literal["nominal", "instantaneous"]
+SLIDING = ("nominal", "instantaneous")
 
 
 @dataclass(frozen=True)
 class ToothFriction:
-    """Coulomb friction of a mesh, by the nominal direction of sliding.
+    """Coulomb friction of a mesh.
 
     coefficient : mu
     bending : friction-bending ratio, deflection by a friction force over that by a
         normal force of the same size; pairs are stiffer by `bending` mu in approach
         and softer in recess, eq. 4.42
+    sliding : whose direction friction opposes, that of the gears' nominal speeds, or
+        with their vibration
+    transition : sliding speed V [m/s] about which instantaneous friction turns, as
+        mu tanh(v / V); 0 to turn at once
     """
 
     coefficient: float
     bending: float = 0.0
+    sliding: Sliding = "nominal"
+    transition: float = 0.0
 
     def __post_init__(self) -> None:
+        if self.sliding not in SLIDING:
+            allowed = " or ".join(SLIDING)
+            raise ValueError(f"sliding must be {allowed}, got {self.sliding}")
+        if not 0.0 <= self.transition < math.inf:
+            raise ValueError(f"transition must be 0 or more, got {self.transition:g}")
+        if self.transition and self.sliding == "nominal":
+            raise ValueError("transition is of instantaneous sliding, got nominal")
         for name in ("coefficient", "bending"):
             value = getattr(self, name)
             if not 0.0 <= value < 1.0:
@@ -85,10 +112,12 @@ def base_pitch(train: Train, mesh: int) -> float:
 class FrictionRows(NamedTuple):
     """What a friction force does to coordinates, or modes, of every mesh (m, n).
 
-    at_pitch : b_0, at the pitch point; per_metre : b_1, per metre ahead of it
+    at_pitch : b_0, at the pitch point on the drive side; at_pitch_back : the same on
+        the back side; per_metre : b_1, per metre ahead of it
     """
 
     at_pitch: Array
+    at_pitch_back: Array
     per_metre: Array
 
     def of_shapes(self, shapes: Array) -> FrictionRows:
@@ -99,17 +128,36 @@ class FrictionRows(NamedTuple):
 def friction_rows(train: Train, space: Coordinates) -> FrictionRows:
     """On the coordinates."""
     shape = len(train.meshes), space.mass.size
-    at_pitch, per_metre = np.zeros(shape), np.zeros(shape)
+    drive, back, per_metre = np.zeros(shape), np.zeros(shape), np.zeros(shape)
     for m, mesh in enumerate(train.meshes):
-        sense, slope = train.sense(mesh.driver), math.tan(mesh.pressure_angle)
-        along = line_of_action(train, mesh)
-        # the way of the driver's flank at the contact
-        across = {"x": -sense * along[1], "y": sense * along[0]}
+        sense = train.sense(mesh.driver)
+        # from the line of centres to the way of the driver's flank at the contact
+        ways = (drive, math.pi - mesh.pressure_angle), (back, mesh.pressure_angle)
+        for row, angle in ways:
+            row[m] = _row_at_pitch(train, mesh, space, sense * angle)
         for gear, side in ((mesh.driver, 1.0), (mesh.driven, -1.0)):
-            place = space.places[gear, "rotation"]
-            at_pitch[m, place] += sense * train.gears[gear].base_radius * slope
-            per_metre[m, place] += sense * side
-            for axis, cosine in across.items():
-                if (gear, axis) in space.places:
-                    at_pitch[m, space.places[gear, axis]] += side * cosine
-    return FrictionRows(at_pitch, per_metre)
+            per_metre[m, space.places[gear, "rotation"]] += sense * side
+    return FrictionRows(drive, back, per_metre)
+
+
+def _row_at_pitch(train: Train, mesh: Mesh, space: Coordinates, angle: float) -> Array:
+    """Of a force on the driver at an angle to the line of centres (n,), and of the same
+    against it on the driven gear."""
+    row, slope = np.zeros(space.mass.size), math.tan(mesh.pressure_angle)
+    way = mesh.center_line + angle
+    for gear, side in ((mesh.driver, 1.0), (mesh.driven, -1.0)):
+        arm = train.sense(mesh.driver) * train.gears[gear].base_radius * slope
+        row[space.places[gear, "rotation"]] += arm
+        for axis, cosine in (("x", math.cos(way)), ("y", math.sin(way))):
+            if (gear, axis) in space.places:
+                row[space.places[gear, axis]] += side * cosine
+    return row
+
+
+def sliding_rate(train: Train, mesh: int) -> float:
+    """Nominal sliding speed per metre from the pitch point, over the frequency of the
+    first mesh: both gears' speeds by their base radii."""
+    along = float(train.mesh_rates[mesh]) * base_pitch(train, mesh)
+    spec = train.meshes[mesh]
+    radii = (train.gears[g].base_radius for g in (spec.driver, spec.driven))
+    return along * sum(1.0 / radius for radius in radii)

@@ -7,7 +7,13 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.friction import FrictionRows, ToothFriction, base_pitch, side_of
+from lumped.friction import (
+    FrictionRows,
+    ToothFriction,
+    base_pitch,
+    side_of,
+    sliding_rate,
+)
 from lumped.kernels.arrays import FrictionSamples, Samples
 from lumped.train_excitation import TrainExcitation
 
@@ -26,32 +32,34 @@ def with_friction(
     times : of the grid that they stand on, in periods of the first mesh
     friction : of every mesh; rows : on the modes
     """
-    slide, arm = sliding_at(0.5 * (times[:-1] + times[1:]), excitation, friction)
-    at = np.stack([times[:-1], 0.5 * (times[:-1] + times[1:]), times[1:]], axis=1)
-    slide = np.repeat(slide[:, None], 3, axis=1)
-    train, mesh_of = excitation.train, excitation.mesh_of
-    growth = [
-        float(rate) * base_pitch(train, m) for m, rate in enumerate(train.mesh_rates)
-    ]
-    arm = arm[:, None] + (at - at[:, 1:2])[..., None] * np.array(growth)[mesh_of]
-    rounds = (excitation.rounds, 1, 1)
+    train, shape = excitation.train, samples.stiffness.shape
+    slide, arm, bending = np.empty(shape), np.empty(shape), np.empty(shape)
+    middle = 0.5 * (times[:-1] + times[1:])
+    at = np.stack([times[:-1], middle, times[1:]], axis=1)
+    column = 0
+    for m, (mesh, rub) in enumerate(zip(excitation.meshes, friction, strict=True)):
+        pitch, rate = base_pitch(train, m), float(train.mesh_rates[m])
+        # a step stays within a cycle, and ends there too
+        place = excitation.positions(m, middle)[:, None] + rate * (at - middle[:, None])
+        for pair in mesh.pairs:
+            ahead = pair.ahead or 0
+            every = np.tile(place, (excitation.rounds, 1))
+            slide[..., column] = rub.coefficient * side_of(ahead)
+            arm[..., column] = (every + ahead) * pitch
+            bending[..., column] = rub.coefficient * rub.bending
+            column += 1
+    meshes = range(len(friction))
     return FrictionSamples(
-        *samples, np.tile(slide, rounds), np.tile(arm, rounds), *rows
+        *samples,
+        *(slide, arm, bending),
+        *rows,
+        np.array([sliding_rate(train, m) for m in meshes]),
+        np.array([each.sliding == "instantaneous" for each in friction]),
+        np.array([each.transition for each in friction]),
     )
 
 
-def sliding_at(
-    times: Array, excitation: TrainExcitation, friction: Sequence[ToothFriction]
-) -> tuple[Array, Array]:
-    """Of all pairs (t, p) at times, in periods of the first mesh: coefficient of
-    friction, negative in recess, and way ahead of the pitch point [m]."""
-    slide, arm = [], []
-    for m, mesh in enumerate(excitation.meshes):
-        place = excitation.positions(m, times)
-        pitch = base_pitch(excitation.train, m)
-        for pair in mesh.pairs:
-            ahead = pair.ahead or 0
-            side = friction[m].coefficient * side_of(ahead)
-            slide.append(np.full(times.shape, side))
-            arm.append((place + ahead) * pitch)
-    return np.stack(slide, axis=-1), np.stack(arm, axis=-1)
+def at_frequency(samples: FrictionSamples, frequency: float) -> FrictionSamples:
+    """Steps in seconds and sliding speeds at a frequency of the first mesh [Hz]."""
+    h, rate = samples.h / frequency, samples.sliding_rate * frequency
+    return samples._replace(h=h, sliding_rate=rate)

@@ -96,7 +96,7 @@ def time_history(
         pair_motions(system, frequency, settings, history),
         *section,
         *spectrum(history),
-        friction_power(system, frequency, settings, history),
+        friction_power(system, history),
     )
 
 

@@ -7,7 +7,7 @@ pitch point, and each takes the place of the one ahead of it.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -79,7 +79,7 @@ def pair_motions(
     h, stiffness, gap = samples[:3]
     rows = np.arange(history.time.size) % h.size
     first = system.arrays.first_pair
-    return tuple(
+    found = tuple(
         _spring_motion(
             stiffness[rows][:, :, first[m] : first[m + 1]],
             gap[rows][:, :, first[m] : first[m + 1]],
@@ -89,6 +89,12 @@ def pair_motions(
         )
         for m, mesh in enumerate(system.train.meshes)
     )
+    if history.friction is None:
+        return found
+    # reversed sliding bends teeth the other way
+    normal = np.split(history.friction[:, 0], first[1:-1], axis=1)
+    each = zip(found, normal, strict=True)
+    return tuple(replace(pairs, force=force) for pairs, force in each)
 
 
 def _spring_motion(

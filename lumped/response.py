@@ -38,6 +38,8 @@ class History:
     drive_overlap, back_overlap : (t, m) of the nearest flanks, negative apart [m]
     force_before : (t, m) [N], other than the force where a stiffness jumps
     contacts : (t, 2, c) loads [N] and penetrations [m] of the coupled model's contacts
+    friction : (t, 3, p) of tooth pairs with friction, normal force [N], sliding speed
+        [m/s] and power that friction takes [W]
     """
 
     time: Array
@@ -48,6 +50,7 @@ class History:
     back_overlap: Array
     force_before: Array
     contacts: Array | None = field(default=None, kw_only=True)
+    friction: Array | None = field(default=None, kw_only=True)
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,6 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lumped.coupled import with_room
+from lumped.friction_samples import at_frequency
+from lumped.kernels.arrays import FrictionSamples
 from lumped.response import History
 from lumped.settings import Settings
 from lumped.steady_state import Diverged, Speed, new_convergence
@@ -20,6 +22,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 WATCHED = 100_000  # fixed steps or a common period, whichever is more, between looks
+CONTACT_ROWS, FRICTION_ROWS = 2, 3  # recorded of each contact, or pair
 FINEST = 512  # fixed steps per period, beyond which nothing hangs on them
 
 
@@ -58,6 +61,8 @@ class FixedStepper(LumpedStepper):
         steps = steps_per_period(system, frequency, at.settings)
         if system.coupled_arrays is None:
             samples = system.samples(steps)
+            if isinstance(samples, FrictionSamples):
+                return system.arrays, at_frequency(samples, frequency)
             return system.arrays, samples._replace(h=samples.h / frequency)
         h = np.full(system.common_period[0] * steps, 1.0 / (frequency * steps))
         halves = system.coupled_steps(steps)
@@ -191,10 +196,14 @@ def _room(system: LumpedSystem, h: Array, periods: int) -> tuple[Array, Array]:
 
 
 def room_to_record(system: LumpedSystem, instants: int) -> Array:
-    """Of the meshes at so many instants (t, 6, m), or more rows where contacts are
-    recorded besides."""
-    most = 0 if system.contacts is None else np.bincount(system.contacts.mesh_of).max()
-    return np.full((instants, 6 + 2 * most, len(system.excitations)), np.nan)
+    """Of the meshes at so many instants (t, 6, m), or more rows where contacts or teeth
+    with friction are recorded besides."""
+    more = 0
+    if system.contacts is not None:
+        more = CONTACT_ROWS * np.bincount(system.contacts.mesh_of).max()
+    elif system.rubs:
+        more = FRICTION_ROWS * np.bincount(system.excitation.mesh_of).max()
+    return np.full((instants, 6 + more, len(system.excitations)), np.nan)
 
 
 def history_of(time: Array, out: Array, system: LumpedSystem) -> History:
@@ -204,15 +213,23 @@ def history_of(time: Array, out: Array, system: LumpedSystem) -> History:
     own: hubs follow the mean rotations and the contact forces.
     """
     history = History(time, *out[:, :6].transpose(1, 0, 2))
+    if system.rubs:
+        mesh_of = system.excitation.mesh_of
+        return replace(history, friction=_of_each(out, mesh_of, FRICTION_ROWS))
     if system.contacts is None:
         return history
     from scipy.interpolate import CubicSpline
 
     rate = CubicSpline(history.time, history.deflection, axis=0)(history.time, 1)
-    mesh_of = system.contacts.mesh_of
-    place = np.arange(mesh_of.size) - np.searchsorted(mesh_of, mesh_of)
-    contacts = np.stack([out[:, 6 + 2 * place + i, mesh_of] for i in range(2)], axis=1)
+    contacts = _of_each(out, system.contacts.mesh_of, CONTACT_ROWS)
     return replace(history, rate=np.asarray(rate), contacts=contacts)
+
+
+def _of_each(out: Array, mesh_of: NDArray[np.intp], rows: int) -> Array:
+    """What is recorded of every contact or pair (t, rows, c), from the sixth row on."""
+    place = np.arange(mesh_of.size) - np.searchsorted(mesh_of, mesh_of)
+    each = [out[:, 6 + rows * place + i, mesh_of] for i in range(rows)]
+    return np.stack(each, axis=1)
 
 
 def steps_per_period(system: LumpedSystem, frequency: float, settings: Settings) -> int:

@@ -244,7 +244,7 @@ class LumpedSystem:
         meshes = len(self.excitations)
         if self.contacts is None:
             length, each = self.common_period[0], 48 * self.arrays.first_pair[-1]
-            each *= 2 if self.rubs else 1
+            each = 5 * each // 2 if self.rubs else each
             contacts = 0
         else:
             contacts, _, n = self.contacts.rows.shape

@@ -51,8 +51,13 @@ class FrictionSamples(NamedTuple):
     """Samples of a train whose teeth rub.
 
     slide (s, 3, p) coefficient of friction, negative in recess; arm (s, 3, p) way of
-    the pair ahead of the pitch point [m]
-    at_pitch, per_metre (m, n) rows of friction in the modes; see `lumped.friction`
+    the pair ahead of the pitch point [m]; bending (s, 3, p) by how much friction
+    stiffens a pair in approach, relative
+    at_pitch, at_pitch_back, per_metre (m, n) rows of friction in the modes; see
+    `lumped.friction`
+    sliding_rate (m,) nominal sliding speed per way from the pitch point [1/s]
+    reversible (m,) whether vibration can turn the friction; transition (m,) sliding
+    speed about which it then turns, 0 at once [m/s]
     """
 
     h: Array
@@ -60,8 +65,13 @@ class FrictionSamples(NamedTuple):
     gap: Array
     slide: Array
     arm: Array
+    bending: Array
     at_pitch: Array
+    at_pitch_back: Array
     per_metre: Array
+    sliding_rate: Array
+    reversible: Array
+    transition: Array
 
 
 class Pieces(NamedTuple):

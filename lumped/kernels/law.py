@@ -58,27 +58,6 @@ def set_spring_acceleration(system, samples, instant, q, v, a, s):
 
 
 @inlined
-def set_friction_acceleration(system, samples, instant, q, v, a, s):
-    """The same with friction of the drive flanks, which pushes along rows of its own.
-
-    samples : FrictionSamples
-    """
-    set_spring_acceleration(system, samples, instant, q, v, a, s)
-    k, stage = instant
-    at_pitch, per_metre = samples.at_pitch, samples.per_metre
-    for m in range(s.size):
-        push, turn = 0.0, 0.0
-        for p in range(system.first_pair[m], system.first_pair[m + 1]):
-            elastic = s[m] - samples.gap[k, stage, p]
-            if elastic > 0.0:
-                own = samples.slide[k, stage, p] * samples.stiffness[k, stage, p]
-                push += own * elastic
-                turn += own * elastic * samples.arm[k, stage, p]
-        for i in range(q.size):
-            a[i] += at_pitch[m, i] * push + per_metre[m, i] * turn
-
-
-@inlined
 def record(system, stiffness, gap, q, v, out):
     """What is recorded of every mesh (6, m), the last row left to `record_before`.
 

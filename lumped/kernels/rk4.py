@@ -18,12 +18,8 @@ from lumped.kernels.arrays import (
     VariedSteps,
 )
 from lumped.kernels.coupled import record_coupled, set_coupled_acceleration
-from lumped.kernels.law import (
-    record,
-    record_before,
-    set_friction_acceleration,
-    set_spring_acceleration,
-)
+from lumped.kernels.friction import record_friction, set_friction_acceleration
+from lumped.kernels.law import record, record_before, set_spring_acceleration
 from lumped.kernels.settling import (
     FINISHED,
     NOT_FINITE,
@@ -65,7 +61,11 @@ def set_acceleration(system, steps, instant, q, v, a, s):
 
 def record_row(system, steps, k, q, v, out):
     """The meshes (6, m) at the start of step k; see `lumped.kernels.law.record`."""
-    chosen = record_coupled if isinstance(steps, CoupledSteps) else record_springs
+    chosen: Any = record_springs
+    if isinstance(steps, FrictionSamples):
+        chosen = record_friction
+    if isinstance(steps, CoupledSteps):
+        chosen = record_coupled
     chosen(system, steps, k, q, v, out)
 
 
@@ -82,7 +82,7 @@ chosen_by_record(
     record_row,
     {
         Samples: record_springs,
-        FrictionSamples: record_springs,
+        FrictionSamples: record_friction,
         CoupledSteps: record_coupled,
     },
 )

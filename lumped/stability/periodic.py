@@ -143,7 +143,7 @@ def periodic_system(system: LumpedSystem) -> PeriodicSystem:
     found = np.zeros((times.size - 1, DEGREE + 1, n, n))
     found[:, 0] = rest
     rows = friction_rows(system.train, modes.coordinates)
-    at_pitch, per_metre = rows.of_shapes(modes.shapes[:, kept])
+    at_pitch, _, per_metre = rows.of_shapes(modes.shapes[:, kept])
     for m, excitation in enumerate(system.excitations):
         phase = system.train.meshes[m].phase % 1.0
         rate = float(system.train.mesh_rates[m])

@@ -95,7 +95,7 @@ def test_friction_takes_energy_away():
     """In approach and in recess, whatever the gears."""
     train = pair_system(0.3).train
     space = pair_system(0.3).modes.coordinates
-    at_pitch, per_metre = friction_rows(train, space)
+    at_pitch, _, per_metre = friction_rows(train, space)
     # both gears turn, their pitch circles roll on each other
     turning = np.zeros(space.mass.size)
     turning[space.places[0, "rotation"]] = 1.0 / RADII[0]
@@ -114,7 +114,7 @@ def test_the_normal_force_grows_in_approach():
     the line between the base circles."""
     system = pair_system(0.3)
     space = system.modes.coordinates
-    at_pitch, per_metre = friction_rows(system.train, space)
+    at_pitch, _, per_metre = friction_rows(system.train, space)
     x = -0.4 * base_pitch(system.train, 0)
     load = space.mesh_rows[0] - 0.1 * (at_pitch[0] + x * per_metre[0])
     slope = math.tan(math.radians(20.0))
