@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
+from scipy.optimize import fsolve
 
 from lumped.rattle.departures import apart, follow
 from lumped.rattle.machine import Machine
 from lumped.rattle.periodic import simple_rattle, two_sided_rattle
 
 SCALED = {"damping": 0.6, "half_backlash": 0.6}
+TURN = 2.0 * math.pi
 
 
 @pytest.mark.parametrize("restitution", [1.0, 0.9, 0.7])
@@ -51,18 +55,70 @@ def test_virtual_motions_are_known_as_such():
         assert (apart(start, end) < 1e-8) == physical
 
 
-def test_two_sided_rattle_is_born_in_a_saddle_node():
-    """Printed as seen in figure 3.11 at an eccentricity of 0.067: at 0.06875."""
-    for eccentricity, count in ((0.06874, 0), (0.06876, 2)):
-        machine = Machine(**SCALED, eccentricity=eccentricity)
-        assert len(two_sided_rattle(machine)) == count
-    one, two = two_sided_rattle(machine)
-    assert np.isclose(one.velocity, two.velocity, rtol=0.01)
-
-
 def test_motions_of_soft_flanks_are_not_constructed():
     soft = Machine(**SCALED, eccentricity=0.1, stiffness=1e3)
     with pytest.raises(ValueError, match="impacts without torque ripple are needed"):
         two_sided_rattle(soft)
     with pytest.raises(ValueError, match="turns must be at least 1"):
         two_sided_rattle(Machine(**SCALED, eccentricity=0.1), 0)
+
+
+def moved(t, start, place, speed, damping, eccentricity):
+    """Place and speed at t of x'' + d x' = 4 pi d - 4 pi^2 e cos 2 pi t
+    - 2 pi d e sin 2 pi t, of which 4 pi t + e cos 2 pi t is a solution."""
+    forced = [
+        (
+            2.0 * TURN * time + eccentricity * math.cos(TURN * time),
+            2.0 * TURN - TURN * eccentricity * math.sin(TURN * time),
+        )
+        for time in (start, t)
+    ]
+    own, fade = speed - forced[0][1], math.exp(-damping * (t - start))
+    gone = forced[1][0] - forced[0][0] + own * (1.0 - fade) / damping
+    return place + gone, forced[1][1] + own * fade
+
+
+def test_birth_of_two_sided_rattle_by_the_arcs_alone():
+    """0.0687468: where the conditions of both impacts have a singular derivative.
+
+    Printed is 0.067, a panel of figure 3.11 in which the motion is not seen yet.
+    """
+
+    def missed(u, eccentricity):
+        departs, lower, speed, there = u
+        x, v = moved(lower, departs, 0.6, -speed, 0.6, eccentricity)
+        y, w = moved(departs + 1.0, lower, -0.6, there, 0.6, eccentricity)
+        return np.array([x + 0.6, v + there, y - 0.6, w - speed])
+
+    def singular(z):
+        u, eccentricity = z[:4], z[4]
+        columns = [
+            missed(u + step, eccentricity) - missed(u - step, eccentricity)
+            for step in 1e-5 * np.eye(4)
+        ]
+        area = np.linalg.det(np.array(columns) / 2e-5)
+        return np.append(missed(u, eccentricity), area)
+
+    born = fsolve(singular, [0.76, 1.28, 4.28, 0.51, 0.07], xtol=1e-12)
+    assert np.abs(singular(born)).max() < 1e-9
+    assert born[4] == pytest.approx(0.0687468, abs=1e-7)
+    for change, count in ((-1e-7, 0), (1e-7, 2)):
+        machine = Machine(**SCALED, eccentricity=born[4] + change)
+        assert len(two_sided_rattle(machine)) == count
+
+
+def test_graze_of_simple_rattle_by_its_arc_alone():
+    """0.690675: where the lower flank is met without speed. Printed is 0.6905, the last
+    damping in steps of 0.0005 at which the motion exists."""
+
+    def missed(z):
+        departs, speed, lowest, damping = z
+        x, v = moved(departs + 1.0, departs, 0.6, -speed, damping, 0.1)
+        y, w = moved(lowest, departs, 0.6, -speed, damping, 0.1)
+        return [x - 0.6, v - speed, y + 0.6, w]
+
+    damping = fsolve(missed, [0.86, 4.3, 1.4, 0.7], xtol=1e-12)[3]
+    assert damping == pytest.approx(0.690675, abs=1e-6)
+    for change, physical in ((-1e-8, True), (1e-8, False)):
+        machine = Machine(**(SCALED | {"damping": damping + change}), eccentricity=0.1)
+        assert simple_rattle(machine)[0].physical == physical
