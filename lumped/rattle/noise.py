@@ -66,7 +66,8 @@ def measure_noise(
     """Noise of runs from departures (n, 2) once they have settled.
 
     iterations : returns to the upper flank before it is measured
-    turns : over which it is measured; quiet runs have none
+    turns : over which it is measured, at least, whole periods of runs that repeat;
+        quiet runs have none
     """
     limits = list(pairwise([*range(0, len(starts), SHARE), len(starts)]))
     found: dict[int, tuple[Settled, Array]] = {}
@@ -141,6 +142,7 @@ def _run(
     loud = np.flatnonzero(settled.period != QUIET)
     meetings = np.empty((loud.size, 2))
     ends = np.ascontiguousarray(settled.end[loud])
-    kernel.sum_impacts(machine.arrays, ends, float(turns), meetings)
+    periods = settled.period[loud]
+    kernel.sum_impacts(machine.arrays, ends, periods, float(turns), meetings)
     found[loud] = meetings
     return settled, found

@@ -11,18 +11,20 @@ MOST_IMPACTS = 10_000  # per turn
 
 
 @compiled
-def sum_impacts(m, starts, turns, found):
+def sum_impacts(m, starts, periods, turns, found):
     """Of runs from departures (n, 2): sum of squared speeds at which flanks meet, and
     how often they do (n, 2), from each start to the first meeting after `turns`, both
     over that time; NaN where it is not clear what follows, or flanks meet too often.
 
+    periods (n,) : in departures from the upper flank, of runs that repeat, which are
+        measured over whole ones; else 0 or less
     Flanks that stay together meet no more, nor are those heard that fade away.
     """
     for i in range(starts.shape[0]):
         begin = starts[i, 0]
         t, w, side = begin, -starts[i, 1], 1
-        total, count = 0.0, 0
-        while t - begin < turns and count < MOST_IMPACTS * turns:
+        total, count, returns, whole = 0.0, 0, 0, periods[i] <= 0
+        while (t - begin < turns or not whole) and count < MOST_IMPACTS * turns:
             before, start = side, t
             t, w, side = fly(m, t, side * m.play, w)
             if not math.isfinite(t):
@@ -33,6 +35,9 @@ def sum_impacts(m, starts, turns, found):
             total += w * w
             count += 1
             t, w = bounce(m, t, w, side)
+            if periods[i] > 0:
+                returns += side > 0
+                whole = side > 0 and returns % periods[i] == 0
         lasts = turns if math.isnan(t) else t - begin
         found[i, 0], found[i, 1] = total / lasts, count / lasts
         if t == math.inf or lasts < turns:
