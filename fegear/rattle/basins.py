@@ -65,14 +65,14 @@ class BasinsResult:
         fraction, count = float(basins.fractions[number]), basins.grid.cells
         error = math.sqrt(fraction * (1.0 - fraction) / count)
         time, speed = attractor.point
-        is_quiet = math.isnan(time)
+        at_rest = attractor.exponent == -math.inf  # quiet or sticking: reached exactly
         return {
             "name": attractor.name,
             "fraction": fraction,
             "fraction_of_random_starts_within": SURE * error,
             "period": attractor.period,
-            "point": None if is_quiet else [time, speed],
-            "lyapunov_per_turn": None if is_quiet else attractor.exponent,
+            "point": None if math.isnan(time) else [time, speed],
+            "lyapunov_per_turn": None if at_rest else attractor.exponent,
             "seen_to_end_after_returns": attractor.settles or None,
         }
 

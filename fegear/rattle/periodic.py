@@ -14,6 +14,7 @@ from lumped.rattle.periodic import (
     simple_rattle,
     two_sided_rattle,
 )
+from lumped.rattle.sticking import Sticking, sticking_motions
 
 
 def periodic_summary(
@@ -43,7 +44,20 @@ def periodic_summary(
                 "from_construction": _from_construction(machine, orbit),
             }
             for orbit in find_orbits(machine, departures, velocity)
-        ],
+        ]
+        + [_resting(motion) for motion in sticking_motions(machine)],
+    }
+
+
+def _resting(motion: Sticking) -> dict[str, Any]:
+    """One that comes to rest, in the same words: it forgets all changes."""
+    return {
+        "name": motion.name,
+        "turns": motion.turns,
+        "stable": True,
+        "largest_multiplier": 0.0,
+        "departures": [list(motion.point)],
+        "from_construction": None,
     }
 
 

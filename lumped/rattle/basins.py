@@ -26,6 +26,7 @@ from lumped.rattle.departures import (
 )
 from lumped.rattle.kernels import settle as kernel
 from lumped.rattle.machine import Machine
+from lumped.rattle.sticking import sticking_from
 from lumped.workers import Cluster, run_tasks
 
 Array = NDArray[np.float64]
@@ -80,7 +81,8 @@ class Attractor:
     """A motion that others settle to.
 
     name : quiet, P(m, n+, n-) for a motion of m turns with so many departures from the
-        upper and impacts on the lower flank, or chaotic
+        upper and impacts on the lower flank, sticking(m) where flanks come to rest on
+        each other in between (see `Sticking`), or chaotic
     period : in turns, 0 where it has none; point : (time, speed) of a departure
     exponent : largest Lyapunov exponent per turn
     settles : returns after which a chaotic motion was seen to end; 0 if it was not
@@ -275,15 +277,17 @@ class Naming:
         if (quiet := settled.period == kernel.QUIET).any():
             number[quiet] = self._quiet()
         for period in np.unique(settled.period[settled.period > 0]):
-            own = np.flatnonzero(settled.period == period)
-            cells = np.round(settled.end[own] / ALIKE).astype(np.int64)
-            _, first, which = np.unique(
-                cells, axis=0, return_index=True, return_inverse=True
+            own = settled.period == period
+            number[own] = self._alike(
+                partial(self._orbit, int(period)),
+                settled.end[own],
+                np.round(settled.end[own] / ALIKE),
             )
-            orbits = np.array(
-                [self._orbit(int(period), settled.end[own[i]]) for i in first]
-            )
-            number[own] = orbits[which.ravel()]
+        if (sticking := settled.period == kernel.STICKING).any():
+            ends = settled.end[sticking]
+            signs = np.sign(ends[:, 1])  # which flank is left
+            cells = np.stack([np.round(ends[:, 0] / ALIKE), signs], axis=1)
+            number[sticking] = self._alike(self._sticking, ends, cells)
         changing = np.flatnonzero(settled.period == kernel.CHANGING)
         for attempt in range(1, MOST_CHAOTIC + 1):
             if not changing.size:
@@ -308,9 +312,32 @@ class Naming:
                 return number
         return self._add(Attractor(QUIET, 1, (math.nan, 0.0), -math.inf))
 
+    def _alike(
+        self, find: Callable[[Array], int], ends: Array, cells: Array
+    ) -> Numbers:
+        """Numbers that departures lead to (c,), found once where cells are equal."""
+        _, first, which = np.unique(
+            cells, axis=0, return_index=True, return_inverse=True
+        )
+        return np.array([find(ends[i]) for i in first])[which.ravel()]
+
+    def _known(self, name: str, point: tuple[float, float]) -> int | None:
+        for number, known in enumerate(self.found):
+            if known.name == name and apart(known.point, point) < 10.0 * ALIKE:
+                return number
+        return None
+
     def _add(self, attractor: Attractor) -> int:
         self.found.append(attractor)
         return len(self.found) - 1
+
+    def _sticking(self, release: Array) -> int:
+        motion = sticking_from(self.machine, (float(release[0]), float(release[1])))
+        if motion is None:
+            return -1
+        if (number := self._known(motion.name, motion.point)) is not None:
+            return number
+        return self._add(Attractor(motion.name, motion.turns, motion.point, -math.inf))
 
     def _orbit(self, period: int, point: Array) -> int:
         """The number of the orbit through a departure, by its fastest one."""
@@ -327,9 +354,8 @@ class Naming:
         way = itinerary(path)
         fastest = int(path[:-1, 1].argmax())
         at = float(path[fastest, 0] % 1.0), float(path[fastest, 1])
-        for number, known in enumerate(self.found):
-            if known.name == way.name and apart(known.point, at) < 10.0 * ALIKE:
-                return number
+        if (number := self._known(way.name, at)) is not None:
+            return number
         exponent = self._exponent(point, 100 * period) * period / way.turns
         return self._add(Attractor(way.name, way.turns, at, exponent))
 

@@ -21,9 +21,12 @@ if TYPE_CHECKING:
     from lumped.rattle.noise import Noise
 
 NIGHT, RED, GREY = "#1b2a6b", "#8c1515", "#d0d0d0"  # quiet, chaotic, not clear
-ORBIT = re.compile(r"P\((\d+),(\d+),(\d+)\)")
+ORBIT = re.compile(r"P\((\d+),(\d+),(\d+)\)(?: (\w))?")
+STICKING = re.compile(r"sticking\((\d+|irregular)\)(?: (\w))?")
 GOLDEN = 0.6180339887498949  # of a turn of the hue, from one itinerary to the next
-MOST_NAMED = 14
+TONES = (0.45, 1.0), (1.0, 0.9), (0.55, 0.65), (0.95, 0.5)  # saturation and value
+AT_REST = 0.35, 0.35  # the same of motions that come to rest
+MOST_NAMED = 12
 # of curves alone, and over basins
 CURVES = ("black", "tab:orange", "tab:red", "tab:blue", "tab:green", "tab:purple")
 CURVES_OVER = ("white", "black", "yellow", "magenta", "lime", "cyan", "orange")
@@ -39,12 +42,24 @@ def color_of_motion(name: str) -> Any:
 
     if name == QUIET:
         return to_rgb(NIGHT)
-    found = ORBIT.match(name)
-    if found is None:
+    if (found := ORBIT.match(name)) is not None:
+        number = _number(*(int(each) for each in found.groups()[:3]))
+        (saturation, value), begin = TONES[number % len(TONES)], 0.47
+    elif (found := STICKING.match(name)) is not None:
+        turns = found.group(1)
+        number = int(turns) if turns.isdigit() else 0
+        (saturation, value), begin = AT_REST, 0.16
+    else:
         return to_rgb(RED if name.startswith(CHAOTIC) else GREY)
-    turns, upper, lower = map(int, found.groups())
-    number = 37 * turns + 7 * upper + 3 * lower + 101 * name.count(" ")
-    return tuple(hsv_to_rgb([(0.47 + GOLDEN * number) % 1.0, 0.55, 0.95]))
+    copies = ord(found.groups()[-1] or "a") - ord("a")
+    hue = (begin + GOLDEN * number + 0.09 * copies) % 1.0
+    return tuple(hsv_to_rgb([hue, saturation, value * 0.85**copies]))
+
+
+def _number(turns: int, upper: int, lower: int) -> int:
+    """Of an itinerary in a list of all of them, short ones first."""
+    one, two = turns - 1 + upper - 1 + lower, upper - 1 + lower
+    return one * (one + 1) * (one + 2) // 6 + two * (two + 1) // 2 + lower
 
 
 def draw_basins(basins: Basins, name: str) -> Figure:
@@ -82,6 +97,9 @@ def _show_basins(axes: Axes, basins: Basins) -> list[Any]:
         )
         for i in sorted(shown)
     ]
+    if others := len(basins.attractors) - shown.size:
+        part = 100.0 * (basins.fractions.sum() - basins.fractions[shown].sum())
+        handles.append(Patch(color="none", label=f"{others} others {part:.3g} %"))
     if (basins.attractor < 0).any():
         handles.append(Patch(color=GREY, label="not clear"))
     return handles
@@ -156,10 +174,14 @@ def draw_noise(noise: Noise, title: str) -> Figure:
 def words_of(machine: Machine, *without: str) -> str:
     """What a title says of a machine; without : figures of it that vary."""
     law = "impacts" if machine.is_impact else f"stiffness {machine.stiffness:g}"
+    if machine.is_impact and "restitution" not in without:
+        law += f" with restitution {machine.restitution:g}"
     words = {
         "damping": f"damping {machine.damping:g}",
         "eccentricity": f"eccentricity {machine.eccentricity:g} rad",
         "half_backlash": f"half backlash {machine.half_backlash:g} rad",
         "stiffness": law,
     }
+    if machine.ripple:
+        words["ripple"] = f"ripple {machine.ripple:g} of order {machine.ripple_order}"
     return ", ".join(text for name, text in words.items() if name not in without)

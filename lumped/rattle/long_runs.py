@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lumped.rattle.departures import follow, settle_departures
-from lumped.rattle.kernels.settle import CHANGING
+from lumped.rattle.kernels.settle import CHANGING, STICKING
 from lumped.rattle.machine import Machine
 
 Array = NDArray[np.float64]
@@ -18,7 +18,7 @@ ALIKE = 1e-6  # distance of departures that are one
 
 def settled_departures(machine: Machine, velocity: tuple[float, float]) -> Array:
     """Times and speeds (d, 2) of departures of all motions that a grid of starts
-    settles to; none of quiet ones.
+    settles to; none of quiet ones, of those that come to rest the first ones after it.
 
     velocity : lowest and highest speed of the starts [rad per turn]
     """
@@ -37,8 +37,10 @@ def settled_departures(machine: Machine, velocity: tuple[float, float]) -> Array
         for end, count in zip(ends, counts.tolist(), strict=True)
         if count > 0
     ]
+    for end in np.unique(ends[counts == STICKING], axis=0):
+        paths.append(follow(machine, end, KEPT)[:, :2])
     found = np.vstack([np.empty((0, 2)), *paths])
-    found = found[np.isfinite(found).all(axis=1)]
+    found = found[np.isfinite(found).all(axis=1) & (found[:, 1] > 0.0)]
     found[:, 0] %= 1.0
     _, first = np.unique(np.round(found / ALIKE), axis=0, return_index=True)
     return np.asarray(found[np.sort(first)])

@@ -69,6 +69,7 @@ def manifold_command(
     Motions that start on a stable manifold lead to its saddle; those beside it lead to
     one motion on one side and to another on the other. Departures of the grazing curve
     barely meet the lower flank next, those of its pre-images some returns later.
+    Motions that come to rest on a flank have neither.
     """
     begin = time.perf_counter()
     outputs.require(machine)

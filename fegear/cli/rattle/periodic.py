@@ -39,7 +39,9 @@ def periodic_command(
     """Motions P(m, n+, n-) that repeat, stable or not.
 
     Fixed points of the return map by Newton's method from a grid of departures: m
-    turns, n+ departures from the upper and n- meetings with the lower flank.
+    turns, n+ departures from the upper and n- meetings with the lower flank. Where
+    impacts lose speed, flanks may chatter to rest until the load lets them part:
+    sticking(m), known by its release from rest, whatever the number of impacts.
     """
     named = figures.load(machine)
     from fegear.rattle.periodic import periodic_summary

@@ -268,9 +268,9 @@ def returned(m, t, v):
     """The next departure (t, v) from the upper flank after one at a speed v > 0.
 
     Third is how often the lower flank was met; t is NaN where the flanks stay together,
-    inf where it is not clear what follows.
+    inf where it is not clear what follows. A speed v < 0 is that of the lower flank.
     """
-    now, w, side = fly(m, t, m.play, -v)
+    now, w, side = fly(m, t, math.copysign(m.play, v), -v)
     lower = 0
     while side < 0:
         lower += 1

@@ -6,6 +6,7 @@ import math
 
 from lumped.compiled import compiled
 from lumped.rattle.kernels.flight import bounce, fly
+from lumped.rattle.kernels.settle import SAME, STICKING
 
 MOST_IMPACTS = 10_000  # per turn
 
@@ -17,13 +18,16 @@ def sum_impacts(m, starts, periods, turns, found):
     over that time; NaN where it is not clear what follows, or flanks meet too often.
 
     periods (n,) : in departures from the upper flank, of runs that repeat, which are
-        measured over whole ones; else 0 or less
+        measured over whole ones, as those from one release to the same are, which have
+        STICKING in its place; else 0 or less
+    Speeds below 0 are those of departures from the lower flank.
     Flanks that stay together meet no more, nor are those heard that fade away.
     """
     for i in range(starts.shape[0]):
         begin = starts[i, 0]
-        t, w, side = begin, -starts[i, 1], 1
-        total, count, returns, whole = 0.0, 0, 0, periods[i] <= 0
+        t, w, side = begin, -starts[i, 1], -1 if starts[i, 1] < 0.0 else 1
+        period, rests = periods[i], periods[i] == STICKING
+        total, count, returns, whole = 0.0, 0, 0, period <= 0 and not rests
         while (t - begin < turns or not whole) and count < MOST_IMPACTS * turns:
             before, start = side, t
             t, w, side = fly(m, t, side * m.play, w)
@@ -34,10 +38,14 @@ def sum_impacts(m, starts, periods, turns, found):
                 break
             total += w * w
             count += 1
+            met = t
             t, w = bounce(m, t, w, side)
-            if periods[i] > 0:
+            if period > 0:
                 returns += side > 0
-                whole = side > 0 and returns % periods[i] == 0
+                whole = side > 0 and returns % period == 0
+            elif rests:
+                turn = t - begin
+                whole = t > met and abs(turn - math.floor(turn + 0.5)) < SAME
         lasts = turns if math.isnan(t) else t - begin
         found[i, 0], found[i, 1] = total / lasts, count / lasts
         if t == math.inf or lasts < turns:

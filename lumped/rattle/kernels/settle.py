@@ -16,17 +16,20 @@ from lumped.rattle.kernels.flight import (
     AGAIN,
     LOST,
     MOST_STEPS,
+    REST,
     advance,
     bounce,
     first_step,
+    fly,
     launch,
+    loosen,
     returned,
 )
 
 SAME = 1e-9  # turns, and of a speed: departures that are one
 EXACT = 1e-13  # the same to round-off
 ANCHORED = 32  # returns, at least, after which departures are compared with another one
-QUIET, CHANGING, UNKNOWN = -1, 0, -2  # in place of a period
+QUIET, CHANGING, UNKNOWN, STICKING = -1, 0, -2, -3  # in place of a period
 LANES = 32
 # where the lanes' values of each kind begin, see `advance`
 KINDS = 11
@@ -50,6 +53,11 @@ CELL = np.dtype(
         ("anchored", np.int64),
         ("renewed", np.int64),
         ("gap", np.float64),  # to it, when departures came close to it
+        # a former release from rest, how many there were, and when it is replaced
+        ("release", np.float64),  # its time, from 0 to 1
+        ("upper", np.float64),  # flank that it leaves, 1 or -1
+        ("releases", np.int64),
+        ("replaced", np.int64),
     ],
     align=True,
 )
@@ -70,6 +78,27 @@ def depart(cell, number, t, v, most):
     cell.period, cell.clear = CHANGING, most
     cell.anchor_t, cell.anchor_v, cell.anchored, cell.renewed = t, v, 0, ANCHORED
     cell.gap = math.inf
+    cell.release, cell.upper, cell.releases, cell.replaced = math.nan, 1.0, 0, 1
+
+
+@inlined
+def release(cell, t, upper):
+    """Flanks that were at rest on each other part at a time from 0 to 1.
+
+    What follows depends on that time and the flank, 1 or -1, alone: the same release
+    again ends the search, and departures are not compared with any before it.
+    """
+    cell.releases += 1
+    if cell.period != CHANGING:
+        return
+    turn = t - cell.release
+    if upper == cell.upper and abs(turn - math.floor(turn + 0.5)) < SAME:
+        cell.period, cell.clear = STICKING, cell.returns + int(upper > 0.0)
+    elif cell.releases >= cell.replaced:
+        cell.release, cell.upper = t, upper
+        cell.replaced = 2 * cell.releases
+    cell.anchor_t, cell.gap = math.nan, math.inf
+    cell.renewed = cell.returns + ANCHORED
 
 
 @inlined
@@ -178,10 +207,14 @@ def land(m, lanes, i, cell, early):
         lanes[TIME + i] = t - whole
     else:
         take_off(m, lanes, i, after - whole, x, w)
+        if m.stiffness == math.inf:
+            release(cell, after - whole, lanes[SIDE + i])
+    last = False
     if up:
-        return take(m, cell, after - whole, -w, early)
-    cell.lower += 1
-    return False
+        last = take(m, cell, after - whole, -w, early)
+    else:
+        cell.lower += 1
+    return last or (early and cell.period == STICKING)
 
 
 @compiled
@@ -189,9 +222,10 @@ def settle_cells(m, times, speeds, most, early, found, end):
     """What departures (c,) belong to, and the departure after `most` returns.
 
     found (c, 2) : the period in returns, QUIET where the flanks stay together or
-        flights fade away, CHANGING else, UNKNOWN where an event is not found; and the
-        returns until that was clear
-    end (c, 2) : its time, from 0 to 1, and speed
+        flights fade away, STICKING where they come to rest on each other again and
+        again, CHANGING else, UNKNOWN where an event is not found; and the returns until
+        that was clear
+    end (c, 2) : its time, from 0 to 1, and speed; of STICKING a release from rest
     early : stop where it is clear; what is found is the same
     """
     rippled = m.free[2] != 0.0 or m.free[3] != 0.0
@@ -211,6 +245,8 @@ def settle_cells(m, times, speeds, most, early, found, end):
             number = cells[i].number
             found[number, 0], found[number, 1] = cells[i].period, cells[i].clear
             end[number, 0], end[number, 1] = lanes[TIME + i], -lanes[SPEED + i]
+            if cells[i].period == STICKING:
+                end[number, 0], end[number, 1] = cells[i].release, cells[i].upper * REST
             if taken < times.size:
                 depart(cells[i], taken, times[taken], speeds[taken], most)
                 take_off(m, lanes, i, times[taken], m.play, -speeds[taken])
@@ -234,6 +270,32 @@ def follow(m, t, v, count, out):
         out[i, 2] = lower
         if not math.isfinite(t):
             break
+
+
+@compiled
+def release_of(m, t, side):
+    """Time and speed of the release of flanks that are at rest at a time; `loosen`."""
+    return loosen(m, t, side), side * REST
+
+
+@compiled
+def next_release(m, t, v, most):
+    """Time and speed of the next release from rest after a departure.
+
+    Speeds are those from the flank that is left, negative from the lower one. The time
+    is NaN where the flanks stay together, inf where none is found in `most` meetings.
+    """
+    w, side = -v, -1 if v < 0.0 else 1
+    for _ in range(most):
+        met, w, side = fly(m, t, side * m.play, w)
+        if not math.isfinite(met):
+            return met, 0.0
+        t, w = bounce(m, met, w, side)
+        if not math.isfinite(t):
+            return t, 0.0
+        if t > met and m.stiffness == math.inf:
+            return t, -w
+    return math.inf, 0.0
 
 
 @compiled

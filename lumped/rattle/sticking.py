@@ -1,0 +1,140 @@
+"""Motions whose flanks chatter to rest on each other, until the load lets them part.
+
+What follows a release from rest depends on its time and its flank alone, so that the
+motion is known by its releases, however many impacts of the chatter are counted. What
+comes to rest meets it exactly: it is stable, with multipliers 0.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from lumped.rattle.departures import follow
+from lumped.rattle.kernels import settle as kernel
+from lumped.rattle.machine import Machine
+
+Release = tuple[float, float]  # time [turns] and speed, negative from the lower flank
+ALIKE = 1e-8  # turns: releases that are one
+LONGEST = 100_000  # meetings of flanks from one release to the next
+MOST_RELEASES = 100  # of a period
+FASTER = 10.0  # a release so much faster is followed beside each
+VARIED = np.geomspace(1.0, FASTER, 2 * MOST_RELEASES)  # speeds that stand for round-off
+INSTANTS = 256  # of each cycle of the fastest forcing at which flanks are put to rest
+
+
+@dataclass(frozen=True)
+class Sticking:
+    """A motion that comes to rest, by its releases in the order of their times.
+
+    turns : after which it repeats; 0 where a motion between two releases is so
+        sensitive that numbers do not tell how long it takes
+    point : time from 0 to 1 and speed of a departure from the upper flank: a release,
+        at a speed of 0, or the first departure after one from the lower flank
+    """
+
+    turns: int
+    releases: tuple[Release, ...]
+    point: tuple[float, float]
+
+    @property
+    def name(self) -> str:
+        return f"sticking({self.turns or 'irregular'})"
+
+
+def sticking_from(machine: Machine, release: Release) -> Sticking | None:
+    """The motion that a release belongs or leads to; None where it rests no more."""
+    path, turns = _cycle(machine, release)
+    if path and not turns:
+        wandered = _wander(machine, release)
+        path, turns = _cycle(machine, wandered[-1]) if wandered else ([], 0)
+        path = path if turns or not path else wandered[len(wandered) // 2 :]
+    return _motion(machine, path, turns) if path else None
+
+
+def sticking_motions(machine: Machine) -> list[Sticking]:
+    """All of a machine: there is a release where the load of a flank ends, no other."""
+    found: list[Sticking] = []
+    for release in _possible_releases(machine):
+        motion = sticking_from(machine, release)
+        if motion is not None and not any(_same(motion, each) for each in found):
+            found.append(motion)
+    return sorted(found, key=lambda each: (each.turns, each.point))
+
+
+def _cycle(machine: Machine, release: Release) -> tuple[list[Release], int]:
+    """Releases that come again from one on, none where it rests no more, and after how
+    many turns; 0 where that is not certain."""
+    path, certain = [release], list[bool]()
+    while len(path) <= MOST_RELEASES:
+        after, clear = _next(machine, path[-1])
+        if not math.isfinite(after[0]):
+            break
+        certain.append(clear)
+        for number, each in enumerate(path):
+            if _alike(each, after):
+                turns = round(after[0] - each[0]) if all(certain[number:]) else 0
+                return path[number:], turns
+        path.append(after)
+    return [], 0
+
+
+def _wander(machine: Machine, release: Release) -> list[Release]:
+    """Releases one after another where speeds vary; none where it rests no more."""
+    path = [release]
+    for factor in VARIED:
+        time, speed = path[-1]
+        path.append(kernel.next_release(machine.arrays, time, factor * speed, LONGEST))
+        if not math.isfinite(path[-1][0]):
+            return []
+    return path
+
+
+def _next(machine: Machine, release: Release) -> tuple[Release, bool]:
+    """The next release, and whether one that is a little faster leads there as well."""
+    time, speed = release
+    arrays = machine.arrays
+    one, other = (
+        kernel.next_release(arrays, time, factor * speed, LONGEST)
+        for factor in (1.0, FASTER)
+    )
+    return one, abs(one[0] - other[0]) < ALIKE and one[1] == other[1]
+
+
+def _possible_releases(machine: Machine) -> Iterator[Release]:
+    if not machine.is_impact or machine.restitution == 1.0:
+        return
+    count = INSTANTS * machine.ripple_order
+    for side in (1, -1):
+        known: list[Release] = []
+        for time in np.arange(count) / count:
+            later, speed = kernel.release_of(machine.arrays, time, side)
+            if not (math.isfinite(later) and later > time):
+                continue
+            release = later % 1.0, speed
+            known += [] if any(_alike(release, each) for each in known) else [release]
+        yield from known
+
+
+def _alike(one: Release, two: Release) -> bool:
+    turn = one[0] - two[0]
+    return abs(turn - round(turn)) < ALIKE and one[1] == two[1]
+
+
+def _same(one: Sticking, two: Sticking) -> bool:
+    return any(_alike(one.releases[0], each) for each in two.releases)
+
+
+def _motion(machine: Machine, path: list[Release], turns: int) -> Sticking:
+    single: dict[tuple[int, float], Release] = {}
+    for time, speed in path:
+        single.setdefault((round(time % 1.0 / ALIKE), speed), (time % 1.0, speed))
+    releases = tuple(sorted(single.values()))
+    upper = [(time, 0.0) for time, speed in releases if speed > 0.0]
+    if not upper:
+        after = [follow(machine, each, 2)[1, :2] for each in releases]
+        upper = [(float(time % 1.0), float(speed)) for time, speed in after]
+    return Sticking(turns, releases, min(upper))
