@@ -129,7 +129,7 @@ def parametric_system(
     if harmonics < 1:
         raise ValueError(f"harmonics must be 1 or more, got {harmonics}")
     waves = [
-        _harmonics(excitation, mesh.phase, harmonics)
+        excitation_harmonics(excitation, mesh.phase, harmonics)
         for excitation, mesh in zip(
             system.excitations, system.train.meshes, strict=True
         )
@@ -157,7 +157,7 @@ def parametric_system(
     )
 
 
-def _harmonics(
+def excitation_harmonics(
     excitation: MeshExcitation, phase: float, count: int
 ) -> tuple[ComplexArray, ComplexArray]:
     """Harmonics 0 ... count of the stiffness [N/m] and of stiffness times gap [N].

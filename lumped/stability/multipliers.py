@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Literal
 
 import numpy as np
@@ -45,12 +46,21 @@ def transition(
 
 
 def _integrated(system: PeriodicSystem, speed: float) -> Array:
+    return integrated(system, speed, system.edges[-1:])[-1]
+
+
+def integrated(system: PeriodicSystem, speed: float, times: Array) -> Array:
+    """State transitions (t, 2 n, 2 n) from 0 to times, by adaptive steps of SciPy.
+
+    speed : [Hz]; times : (t,) in a common period, rising, in periods of the first mesh
+    """
     from scipy.integrate import solve_ivp
 
     n, period = system.modes, 1.0 / speed
-    state = np.eye(2 * n)
-    for p, step in enumerate(np.diff(system.edges)):
+    state, found = np.eye(2 * n), []
+    for p, (start, end) in enumerate(pairwise(system.edges.tolist())):
         own = system.stiffness[p]
+        inside = times[(times > start) & (times <= end)]
 
         def rate(t: float, y: Array, own: Array = own) -> Array:
             q, w = y.reshape(2, n, 2 * n)
@@ -58,13 +68,16 @@ def _integrated(system: PeriodicSystem, speed: float) -> Array:
             pull = period * system.damping[:, None] * w + period**2 * (k @ q)
             return np.stack([w, -pull]).ravel()
 
-        found = solve_ivp(
-            *(rate, (0.0, float(step)), state.ravel(), "DOP853"),
+        path = solve_ivp(
+            *(rate, (0.0, end - start), state.ravel(), "DOP853"),
+            t_eval=np.unique(np.append(inside - start, end - start)),
             rtol=ACCURACY,
             atol=ACCURACY,
         )
-        state = found.y[:, -1].reshape(2 * n, 2 * n)
-    return state
+        states = path.y.T.reshape(-1, 2 * n, 2 * n)
+        found.append(states[: inside.size])
+        state = states[-1]
+    return np.concatenate(found)
 
 
 def multipliers(

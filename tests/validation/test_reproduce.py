@@ -594,3 +594,98 @@ def test_lowest_components_of_the_counter_shaft(
     found = run_figure(load_figure("4.4b"), tmp_path).runs[0].result.found
     assert found["speed1.mesh1.lowest"][0] == pytest.approx(0.658, rel=1e-6)
     assert found["speed3.mesh1.lowest"][0] == pytest.approx(0.658, rel=1e-6)
+
+
+RUBBING = """
+number = "9.1"
+title = "Small"
+says = "Nothing."
+gear_set = "liu-friction"
+excitation = "rectangular"
+meshes = [1]
+friction = 0.1
+bending = 0.4
+edits = ["mesh.1.stiffness_variation=0.3"]
+
+[[part]]
+"""
+PITCH, PART_IN_RECESS, PART_IN_APPROACH = 7.4984e-3, 0.78, 0.72  # [m], base pitches
+
+
+def test_friction_of_a_figure_is_that_of_its_model():
+    text = RUBBING + 'kind = "sweep"\nspeeds = "500:700:100"\n'
+    figure = read_figure(text)
+    scene = figure.scene(figure.part[0])
+    assert (scene.model.friction, scene.model.bending) == (0.1, 0.4)
+    assert scene.system.friction[0].coefficient == 0.1
+    assert scene.friction_words == ["--friction", "0.1", "--bending", "0.4"]
+    own = read_figure(text + "friction = 0.0\n")
+    assert not own.scene(own.part[0]).system.rubs
+    changed = scene.changed({"friction": 0.05, "friction_bending": 0.2})
+    assert (changed.model.friction, changed.model.bending) == (0.05, 0.2)
+
+
+@pytest.mark.parametrize("ratio", [1.0, 1.3, 1.7])
+def test_a_contact_ratio_leaves_the_start_of_contact(ratio):
+    figure = read_figure(RUBBING + 'kind = "sweep"\nspeeds = "500:700:100"\n')
+    scene = figure.scene(figure.part[0])
+    before = scene.gear_set.meshes[0].pair
+    pair = scene.changed({"contact_ratio": ratio}).gear_set.meshes[0].pair
+    assert pair.contact_ratio == pytest.approx(ratio, abs=1e-6)
+    assert pair.contact_ratio >= ratio
+    assert pair.path[0] == before.path[0]
+
+
+def test_harmonics_of_the_stiffness_are_those_of_a_rectangle():
+    """Eq. 4.85 without bending, and even ones that grow with it."""
+    over = 'over = { key = "friction_bending", low = 0.0, high = 0.5, count = 3 }\n'
+    found = computed(RUBBING + 'kind = "harmonics"\n' + over).found
+    for order in range(1, 7):
+        size = 0.3 * abs(math.sin(order * math.pi * 0.5)) / (order * math.pi)
+        assert found[f"order{order}.first"] == (pytest.approx(size, abs=1e-5),)
+    assert found["order2.last"][0] > 0.01
+
+
+def test_arms_and_pairs_are_those_of_the_source():
+    """Eq. 4.43; the pair in recess is softer all the way."""
+    arms = computed(RUBBING + 'kind = "tooth_pairs"\nshows = "arm"\n').found
+    ends = arms["recess.last"][0] - arms["recess.first"][0]
+    assert ends == pytest.approx(1e3 * PITCH * PART_IN_RECESS, rel=0.02)
+    assert arms["recess.first"][0] == pytest.approx(arms["approach.last"][0], abs=0.05)
+    stiff = computed(RUBBING + 'kind = "tooth_pairs"\nshows = "stiffness"\n').found
+    single, double = 1.0 - 0.3 * 0.5, 1.0 + 0.3 * 0.5
+    assert stiff["recess.first"][0] == pytest.approx(0.96 * single, rel=1e-4)
+    assert stiff["approach.last"][0] == pytest.approx(1.04 * single, rel=1e-4)
+    for name, value in (
+        ("recess.double_first", 0.6 * 0.96),
+        ("recess.double_last", 0.4 * 0.96),
+        ("approach.double_first", 0.4 * 1.04),
+        ("approach.double_last", 0.6 * 1.04),
+    ):
+        assert stiff[name][0] == pytest.approx(value * double, rel=0.01)
+
+
+def test_moments_of_friction_change_the_static_deflection():
+    """Eq. 4.40 of a single pair; bending of tan(phi) takes all of it back."""
+    text = RUBBING + 'kind = "friction_deflection"\n'
+    moments = computed(text + "bending = 0.0\n").found
+    force, stiffness = 100.0 / 45.35e-3, 1.95e8 * 0.85
+    share = 0.1 * math.tan(math.radians(21.22))
+    one = 1e6 * share * force / stiffness
+    assert moments["single.recess"][0] == pytest.approx(-one, rel=0.1)
+    assert moments["single.approach"][0] == pytest.approx(one, rel=0.1)
+    both = computed(text + "bending = 0.388\n").found
+    for side in ("recess", "approach"):
+        assert abs(both[f"single.{side}"][0]) < 0.1 * one
+
+
+def test_free_motions_grow_as_their_multiplier_says():
+    free = "friction = 0.0\ntranslations = true\nrelative = true"
+    text = RUBBING.replace("friction = 0.1", free)
+    text += 'kind = "free_motions"\nspeeds = "7.35,6.5"\nperiods = 80\n'
+    found = computed(text.replace('0.3"]', '0.1", "dynamics.damping_ratio=0"]')).found
+    assert found["speed1.multiplier"][0] > 1.03
+    growth = found["speed1.growth"][0]
+    assert growth == pytest.approx(found["speed1.multiplier"][0], rel=2e-3)
+    assert found["speed2.multiplier"][0] < 1.0 + 1e-9
+    assert found["speed2.largest"][0] < 2.0

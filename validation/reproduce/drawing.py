@@ -48,6 +48,7 @@ LEVELS = 12  # of a surface
 LETTERS = 72  # of titles beside each other
 WHOLE = ("mode",)  # axes of whole numbers
 PLACES = 300  # of marks along an axis
+FAR = 0.5  # of the largest value, below which an axis begins at 0
 
 
 def draw_figure(result: FigureResult) -> Figure:
@@ -162,7 +163,9 @@ def _speed(relative: bool) -> str:
 
 
 def _from_zero(axes: Axes, curves: Sequence[Curve]) -> None:
-    if np.nanmin([point[1] for curve in curves for point in curve.points]) >= 0.0:
+    """But where all values are far from it."""
+    values = np.array([point[1] for curve in curves for point in curve.points])
+    if 0.0 <= np.nanmin(values) < FAR * np.nanmax(values):
         axes.set_ylim(bottom=0.0)
 
 

@@ -34,6 +34,7 @@ Style = Literal[
 ]
 Quantity = Literal["dte_rms", "dte_peak", "separation", "force_peak"]
 ModelNumber = Annotated[Any, AfterValidator(require_model)]
+Ratio = Annotated[Number, Field(ge=0.0, lt=1.0)]
 Harmonics = Annotated[int, Field(strict=True, ge=1, le=200)]
 # label, field of a response, factor
 QUANTITIES: Mapping[str, tuple[str, str, float]] = {
@@ -55,6 +56,8 @@ class Train:
     translations : whether gears move in the plane; rotations alone if left out
     corner_contact : whether tip corners touch beyond the nominal path of contact in
         the finite elements; they do if left out
+    friction : coefficient of sliding friction of the teeth, none if left out
+    bending : friction-bending ratio, that of the finite elements if left out
     """
 
     __pydantic_config__ = STRICT
@@ -67,6 +70,8 @@ class Train:
     model: ModelNumber | None = None
     translations: Flag | None = None
     corner_contact: Flag | None = None
+    friction: Ratio | None = None
+    bending: Ratio | None = None
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -15,6 +15,7 @@ from fegear.excitation import STIFFNESS, Excitations, GivenTables, Kind, Source
 from fegear.gearset import load_gear_set
 from fegear.gearset.model import GearSet
 from fegear.lumped_system import LumpedModel, Number, lumped_system
+from fegear.parameter_maps import OF_TEETH
 from fegear.train import mesh_torques_at, train_of
 from lumped.closed_forms.predictions import STRAINED
 from lumped.system import LumpedSystem
@@ -22,7 +23,8 @@ from lumped.table import MeshTable
 from validation.data_files import edits_by_key
 from validation.reproduce.parts import QUANTITIES, Part, Quantity, Train
 
-DELAY, LEAD = "delay_rad", "lead_rad"  # among keys of a gear set, though none is
+# among keys of a gear set, though none is
+DELAY, LEAD, CONTACT_RATIO = "delay_rad", "lead_rad", "contact_ratio"
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -33,6 +35,7 @@ class Scene:
     delay : see `Train`
     kept : harmonics of the finite elements' stiffness, None for all
     relative : whether frequencies are those over the first natural frequency
+    friction, bending : of the teeth, see `Train`
     """
 
     set_name: str
@@ -45,6 +48,8 @@ class Scene:
     quantity: Quantity = "dte_rms"
     number: Number = 1
     translations: bool = False
+    friction: float = 0.0
+    bending: float | None = None
 
     @property
     def inputs(self) -> dict[str, str]:
@@ -57,12 +62,28 @@ class Scene:
         }
 
     def changed(self, values: Mapping[str, float]) -> Scene:
-        """With other figures of the gear set, or another delay or lead of mesh 2."""
-        edits = {k: int(v) if v.is_integer() else v for k, v in values.items()}
+        """With other figures of the gear set or of friction, another delay or lead of
+        mesh 2, or another contact ratio of mesh 1, see `with_contact_ratio`."""
+        given = dict(values)
+        teeth = OF_TEETH.keys() & given.keys()
+        own: dict[str, Any] = {OF_TEETH[key]: given.pop(key) for key in teeth}
+        edits = {k: int(v) if v.is_integer() else v for k, v in given.items()}
         delay = edits.pop(DELAY, self.delay)
         if LEAD in edits:
             delay = -edits.pop(LEAD)
-        return replace(self, given={**self.given, **edits}, delay=delay)
+        if CONTACT_RATIO in edits:
+            ratio = float(edits.pop(CONTACT_RATIO))
+            edits |= self.with_contact_ratio(ratio)
+        return replace(self, given={**self.given, **edits}, delay=delay, **own)
+
+    def with_contact_ratio(self, ratio: float) -> dict[str, float]:
+        """The tip of the driver that ends the path of mesh 1 there; its start stays."""
+        mesh = load_gear_set(self.set_name, self.given).meshes[0]
+        pair = mesh.pair
+        end = pair.path_start + ratio * pair.base_pitch
+        tip = math.hypot(pair.driver.base_radius, end)
+        # up to a nanometre, so that a contact ratio of 1 is one
+        return {f"gear.{mesh.driver + 1}.tip_radius_mm": math.ceil(1e9 * tip) / 1e6}
 
     @cached_property
     def edits(self) -> dict[str, Any]:
@@ -89,6 +110,8 @@ class Scene:
             number=self.number,
             translations=self.translations,
             stiffness=self.source if self.kept is None else self._few_harmonics(),
+            friction=self.friction,
+            bending=self.bending,
         )
 
     @cached_property
@@ -162,6 +185,16 @@ class Scene:
         return found + self.train_words
 
     @property
+    def friction_words(self) -> list[str]:
+        """Of a command that takes friction of the teeth."""
+        found = ["--friction", f"{self.friction:g}"] if self.friction else []
+        return found + self.bending_words if found else found
+
+    @property
+    def bending_words(self) -> list[str]:
+        return [] if self.bending is None else ["--bending", f"{self.bending:g}"]
+
+    @property
     def needs_tables(self) -> bool:
         """Whether a command takes mesh tables that another one makes."""
         return self.source.kind == "fe" and not self.source.corner_contact
@@ -226,6 +259,8 @@ def scene_of(part: Part, figure: Train, **others: Any) -> Scene:
         kept=kept if kind == "fe" else None,
         number=values["model"] or 1,
         translations=bool(values["translations"]),
+        friction=values["friction"] or 0.0,
+        bending=values["bending"],
         **others,
     )
 

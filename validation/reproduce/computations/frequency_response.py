@@ -158,7 +158,8 @@ class SweepPart(Part):
         speeds = speeds_in_Hz(self.speeds, scene.unit_Hz)
         waves = scene.kept_harmonics("--harmonics")
         one = ["--direction", *self.directions] if len(self.directions) == 1 else []
-        return ["sweep", *scene.words, *waves, "--speeds", speeds, *one]
+        how = [*scene.friction_words, *waves, "--speeds", speeds, *one]
+        return ["sweep", *scene.words, *how]
 
 
 def sweep(part: SweepPart, scene: Scene, report: Progress) -> PartResult:

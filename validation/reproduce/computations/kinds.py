@@ -7,6 +7,7 @@ from typing import get_args, get_type_hints
 
 from validation.reproduce.computations import (
     finite_elements,
+    free_motions,
     mesh_forces,
     rattle_basins,
     rattle_models,
@@ -15,6 +16,7 @@ from validation.reproduce.computations import (
     settled_motions,
     spectra,
     stability,
+    tooth_friction,
 )
 from validation.reproduce.computations import frequency_response as response
 from validation.reproduce.computations import natural_frequencies as natural
@@ -35,6 +37,10 @@ AnyPart = (
     | settled_motions.AttractorsPart
     | spectra.SpectraPart
     | stability.StabilityPart
+    | free_motions.FreeMotionsPart
+    | tooth_friction.ToothPairsPart
+    | tooth_friction.FrictionDeflectionPart
+    | tooth_friction.HarmonicsPart
     | rattle_basins.BasinsPart
     | rattle_basins.BoundariesPart
     | rattle_basins.LimitPart
@@ -59,6 +65,10 @@ COMPUTE: Mapping[type[Part], Compute] = {
     settled_motions.AttractorsPart: settled_motions.attractors,
     spectra.SpectraPart: spectra.spectra,
     stability.StabilityPart: stability.stability,
+    free_motions.FreeMotionsPart: free_motions.free_motions,
+    tooth_friction.ToothPairsPart: tooth_friction.tooth_pairs,
+    tooth_friction.FrictionDeflectionPart: tooth_friction.friction_deflection,
+    tooth_friction.HarmonicsPart: tooth_friction.harmonics,
     rattle_basins.BasinsPart: rattle_basins.basins,
     rattle_basins.BoundariesPart: rattle_basins.boundaries,
     rattle_basins.LimitPart: rattle_basins.limit,

@@ -32,7 +32,7 @@ from lumped.sweep import Direction, sweep_all
 from validation.data_files import STRICT, Number, Speeds
 from validation.reproduce.computations.frequency_response import require_finished
 from validation.reproduce.parts import Curve, Part, PartResult, Value
-from validation.reproduce.scene import DELAY, LEAD, Scene
+from validation.reproduce.scene import CONTACT_RATIO, DELAY, LEAD, Scene
 
 Array = NDArray[np.float64]
 Point = tuple[float, ...]
@@ -41,7 +41,7 @@ FEWEST = 3  # speeds of a sweep at which a subharmonic is seen to grow
 
 
 def _require_key(key: str) -> str:
-    if key not in (DELAY, LEAD, *OF_TEETH):
+    if key not in (DELAY, LEAD, CONTACT_RATIO, *OF_TEETH):
         require_known_key(key)
     return key
 
@@ -63,7 +63,8 @@ MeshNumber = Literal[1, 2]
 
 @dataclass(frozen=True, kw_only=True)
 class Over:
-    """A key of the gear set, or delay_rad or lead_rad, from one value to another."""
+    """A key of the gear set, friction or friction_bending, delay_rad or lead_rad, or
+    contact_ratio by the driver's tip, from one value to another."""
 
     __pydantic_config__ = STRICT
 
@@ -162,7 +163,8 @@ class MapPart(Part):
 
     def command(self, scene: Scene) -> Sequence[str]:
         moves = scene.delay is not None and any("ratio" in o.key for o in self.over)
-        if self.at is None or moves or any(o.key in (DELAY, LEAD) for o in self.over):
+        own = DELAY, LEAD, CONTACT_RATIO
+        if self.at is None or moves or any(o.key in own for o in self.over):
             return ()
         axes = [f"{o.key}={o.low:g}:{o.high:g}:{o.count}" for o in self.over]
         over = [word for axis in axes for word in ("--over", axis)]

@@ -4,86 +4,97 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Annotated, ClassVar, Literal
+from typing import ClassVar, Literal
 
 import numpy as np
-from pydantic import Field
 
 from fegear.parameter_maps import BENDING, FRICTION
 from fegear.statics import Progress
-from lumped.friction import ToothFriction, with_bending
+from lumped.stability.combinations import combinations
 from lumped.stability.intervals import Column, examined
-from lumped.stability.periodic import periodic_system
-from lumped.system import LumpedSystem
-from validation.data_files import Speeds, parsed_speeds
+from lumped.stability.periodic import PeriodicSystem, periodic_system
+from validation.data_files import Flag, Speeds, parsed_speeds
 from validation.reproduce.computations.parameter_studies import Over
-from validation.reproduce.parts import Curve, Part, PartResult
-from validation.reproduce.scene import Scene
+from validation.reproduce.parts import Curve, Part, PartResult, Style
+from validation.reproduce.scene import CONTACT_RATIO, Scene
 
-Ratio = Annotated[float, Field(ge=0.0, lt=1.0)]
-COMBINATION = r"[^.]+\.(low|high|width|expected_low|expected_high)"
+COMBINATION = r"[^.]+\.(expected_)?(low|high|width)"
 
 
 @dataclass(frozen=True, kw_only=True)
 class StabilityPart(Part):
     """Edges of unstable intervals, traced and by perturbation, over one figure.
 
-    over : a key of the gear set, friction or friction_bending
+    over : a key of the gear set, friction, friction_bending or contact_ratio
     speeds : `A:B:STEP` in the unit of the figure
-    friction, bending : coefficient and friction-bending ratio of the teeth
+    traced : whether multipliers are found, else perturbation alone
+    only : names of combinations that are drawn, each in a panel; all in one if empty
     """
 
-    keys: ClassVar = (rf"value\d+\.{COMBINATION}",)
+    keys: ClassVar = (
+        rf"value\d+\.{COMBINATION}",
+        r"[^.]+\.(expected_)?widest_at",
+    )
 
     kind: Literal["stability"] = "stability"
     over: Over
     speeds: Speeds
-    friction: Ratio = 0.0
-    bending: Ratio = 0.0
+    traced: Flag = True
+    only: tuple[str, ...] = ()
 
     def command(self, scene: Scene) -> Sequence[str]:
         low, high, step = (scene.unit_Hz * float(v) for v in self.speeds.split(":"))
-        over = f"{self.over.key}={self.over.low:g}:{self.over.high:g}:{self.over.count}"
-        words = ["stability", *scene.words, "--over", over]
-        if self.over.key != FRICTION and self.friction:
-            words += ["--friction", f"{self.friction:g}"]
-        if self.over.key != BENDING and self.friction:
-            words += ["--bending", f"{self.bending:g}"]
-        return [*words, "--speeds", f"{low:.6g}:{high:.6g}:{step:.6g}"]
+        words = ["stability", *scene.words, *self._friction_words(scene)]
+        speeds = f"{low:.6g}:{high:.6g}:{step:.6g}"
+        return [*words, "--over", self._over_words(scene), "--speeds", speeds]
+
+    def _friction_words(self, scene: Scene) -> Sequence[str]:
+        """Without what varies."""
+        if self.over.key == FRICTION:
+            return scene.bending_words
+        if self.over.key == BENDING:
+            return replace(scene, bending=None).friction_words
+        return scene.friction_words
+
+    def _over_words(self, scene: Scene) -> str:
+        over = self.over
+        if over.key != CONTACT_RATIO:
+            return f"{over.key}={over.low:g}:{over.high:g}:{over.count}"
+        edits = [scene.with_contact_ratio(ratio) for ratio in over.values]
+        tips = ",".join(f"{tip:.10g}" for edit in edits for tip in edit.values())
+        return f"{next(iter(edits[0]))}={tips}"
 
 
 def stability(part: StabilityPart, scene: Scene, report: Progress) -> PartResult:
     """Found of valueN.COMBINATION., values counted from 1, in the unit of the figure:
 
     low, high, width : of the widest interval of that name
-    expected_low, expected_high : of perturbation
+    expected_low, expected_high, expected_width : of perturbation
+    COMBINATION.widest_at, expected_widest_at : values of the figure
     """
     unit = scene.unit_Hz
     speeds = [unit * value for value in parsed_speeds(part.speeds)]
     columns = []
     for done, value in enumerate(part.over.values):
         report("values", done, part.over.count)
-        varying = periodic_system(_system_at(part, scene, value))
-        columns.append(examined(varying, speeds))
-    found = {
+        system = scene.changed({part.over.key: value}).system
+        columns.append(_column(part, periodic_system(system), speeds))
+    found: dict[str, tuple[float, ...]] = {
         f"value{number}.{name}": (frequency / unit,)
         for number, column in enumerate(columns, start=1)
         for name, frequency in _figures(column)
     }
+    found |= _widest(part.over.values, columns)
     return PartResult(tuple(_curves(part, columns, unit)), found)
 
 
-def _system_at(part: StabilityPart, scene: Scene, value: float) -> LumpedSystem:
-    key, friction, bending = part.over.key, part.friction, part.bending
-    if key in (FRICTION, BENDING):
-        friction = value if key == FRICTION else friction
-        bending = value if key == BENDING else bending
-        system = scene.system
-    else:
-        system = scene.changed({key: value}).system
-    rub = ToothFriction(friction, bending)
-    bent = tuple(with_bending(each, rub) for each in system.excitations)
-    return replace(system, excitations=bent, friction=(rub,) * len(bent))
+def _column(
+    part: StabilityPart, varying: PeriodicSystem, speeds: Sequence[float]
+) -> Column:
+    if part.traced:
+        return examined(varying, speeds)
+    known = combinations(varying, (speeds[0], speeds[-1]))
+    return Column(np.empty(0), (), tuple(known))
 
 
 def _figures(column: Column) -> Iterator[tuple[str, float]]:
@@ -97,27 +108,56 @@ def _figures(column: Column) -> Iterator[tuple[str, float]]:
         if each.unstable:
             yield f"{each.name}.expected_low", each.low
             yield f"{each.name}.expected_high", each.high
+            yield f"{each.name}.expected_width", each.high - each.low
+
+
+def _widest(
+    values: Sequence[float], columns: Sequence[Column]
+) -> dict[str, tuple[float, ...]]:
+    """Where the intervals of a name are widest."""
+    widest: dict[str, tuple[float, float]] = {}
+    for value, column in zip(values, columns, strict=True):
+        own = [(each.kind, each.low, each.high) for each in column.intervals]
+        near = [c for c in column.expected if c.unstable]
+        own += [(f"{c.name}.expected", c.low, c.high) for c in near]
+        for name, low, high in own:
+            key = f"{name}_widest_at" if "." in name else f"{name}.widest_at"
+            widest[key] = max(widest.get(key, (0.0, value)), (high - low, value))
+    return {key: (value,) for key, (_, value) in widest.items()}
 
 
 def _curves(
     part: StabilityPart, columns: Sequence[Column], unit: float
 ) -> Iterator[Curve]:
     """Traced edges as dots; those of perturbation on lines, for each combination."""
-    values = part.over.values
-    dots = [
-        (value, edge / unit)
-        for value, column in zip(values, columns, strict=True)
-        for each in column.intervals
-        for edge in (each.low, each.high)
-    ]
-    yield Curve("dots", tuple(dots), label="multipliers")
-    names = sorted({c.name for column in columns for c in column.expected})
-    lines: list[tuple[float, float]] = []
+    names = {c.name for column in columns for c in column.expected}
+    for panel in part.only or ("",):
+        own = [panel] if panel else sorted(names)
+        dots = [
+            (value, edge / unit)
+            for value, column in zip(part.over.values, columns, strict=True)
+            for each in column.intervals
+            if not panel or each.kind == panel
+            for edge in (each.low, each.high)
+        ]
+        if part.traced:
+            yield Curve("dots", tuple(dots), panel=panel, label="multipliers")
+        lines = tuple(_expected_lines(part.over.values, columns, own, unit))
+        style: Style = "line" if part.traced else "dotted"
+        yield Curve(style, lines, panel=panel, label="perturbation")
+
+
+def _expected_lines(
+    values: Sequence[float],
+    columns: Sequence[Column],
+    names: Sequence[str],
+    unit: float,
+) -> Iterator[tuple[float, float]]:
     for name in names:
         for edge in ("low", "high"):
             way = [_edge(column, name, edge) / unit for column in columns]
-            lines += [*zip(values, way, strict=True), (np.nan, np.nan)]
-    yield Curve("line", tuple(lines), label="perturbation")
+            yield from zip(values, way, strict=True)
+            yield np.nan, np.nan
 
 
 def _edge(column: Column, name: str, edge: str) -> float:

@@ -1,0 +1,90 @@
+"""Free motion of a train in contact, its stiffness varying: bounded or growing."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Annotated, ClassVar, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+
+from fegear.statics import Progress
+from lumped.stability.multipliers import integrated, largest_multiplier
+from lumped.stability.periodic import PeriodicSystem, periodic_system
+from lumped.system import LumpedSystem
+from validation.data_files import Speeds, parsed_speeds
+from validation.reproduce.parts import Curve, Part, PartResult
+from validation.reproduce.scene import Scene
+
+Array = NDArray[np.float64]
+SAMPLES = 16  # of a common period
+
+
+@dataclass(frozen=True, kw_only=True)
+class FreeMotionsPart(Part):
+    """Mesh deflection from a unit one at rest, a panel a speed.
+
+    speeds : in the unit of the figure
+    periods : of the first mesh
+    """
+
+    keys: ClassVar = (r"speed\d+\.(largest|growth|multiplier)",)
+    no_command: ClassVar = "fegear wave has the static load and loss of contact"
+
+    kind: Literal["free_motions"] = "free_motions"
+    speeds: Speeds
+    periods: Annotated[int, Field(strict=True, ge=8, le=10_000)] = 200
+
+
+def free_motions(part: FreeMotionsPart, scene: Scene, report: Progress) -> PartResult:
+    """Found of speedN., speeds counted from 1:
+
+    largest : deflection, over the one at the start
+    growth : of the largest deflection over the second half, per common period
+    multiplier : largest one of Floquet, by the series of Peano and Baker
+    """
+    varying = periodic_system(scene.system)
+    curves, found = [], {}
+    values = parsed_speeds(part.speeds)
+    for number, value in enumerate(values, start=1):
+        report("motions", number - 1, len(values))
+        speed = scene.unit_Hz * value
+        time, deflection = _motion(scene.system, varying, speed, part.periods)
+        label = f"mesh frequency {value:.4g}"
+        points = tuple(zip(time.tolist(), deflection.tolist(), strict=True))
+        curves.append(Curve("line", points, mesh=1, panel=label))
+        start = f"speed{number}."
+        found[f"{start}largest"] = (float(np.abs(deflection).max()),)
+        found[f"{start}growth"] = (_growth(deflection),)
+        multiplier = float(largest_multiplier(varying, speed)[0])
+        found[f"{start}multiplier"] = (multiplier,)
+    return PartResult(tuple(curves), found)
+
+
+def _motion(
+    system: LumpedSystem, varying: PeriodicSystem, speed: float, periods: int
+) -> tuple[Array, Array]:
+    """Times (t,) in periods of the first mesh and deflections (t,) of that mesh."""
+    length = varying.length
+    parts = length * np.arange(1, SAMPLES + 1) / SAMPLES
+    through = integrated(varying, speed, parts)
+    row = np.concatenate([system.arrays.shapes[0], np.zeros(varying.modes)])
+    state = np.concatenate([system.static_state[0], np.zeros(varying.modes)])
+    state /= row @ state
+    values = [row @ state]
+    count = math.ceil(periods / length)
+    for _ in range(count):
+        values.extend((through @ state @ row).tolist())
+        state = through[-1] @ state
+    time = np.append(0.0, (length * np.arange(count)[:, None] + parts).ravel())
+    return time, np.array(values)
+
+
+def _growth(deflection: Array) -> float:
+    """Per common period, by the largest of the last quarter and the one before."""
+    quarter = (deflection.size - 1) // 4 // SAMPLES
+    last = np.abs(deflection[-quarter * SAMPLES :]).max()
+    before = np.abs(deflection[-2 * quarter * SAMPLES : -quarter * SAMPLES]).max()
+    return float((last / before) ** (1.0 / quarter))
