@@ -17,7 +17,7 @@ from fegear.unphysical import doubts_of_meshes
 from fegear.version import package_version
 from lumped.coupled import INGREDIENTS
 from lumped.excitation import at_torque
-from lumped.friction import ToothFriction, with_bending
+from lumped.friction import Sliding, ToothFriction, with_bending
 from lumped.settings import Settings
 from lumped.system import LumpedSystem
 from lumped.train import TrainError
@@ -42,6 +42,7 @@ class LumpedModel:
     stiffness : where the mesh stiffness comes from, or mesh tables that give it
     friction : coefficient of sliding friction of all meshes
     bending : friction-bending ratio of all, None for that of the mesh tables
+    sliding, transition : see `lumped.friction.ToothFriction`
     """
 
     number: Number = 1
@@ -51,6 +52,8 @@ class LumpedModel:
     stiffness: Source | GivenTables = field(default_factory=Source)
     friction: float = 0.0
     bending: float | None = None
+    sliding: Sliding = "nominal"
+    transition: float = 0.0
 
     def __post_init__(self) -> None:
         if self.number not in (1, 2, 3, "coupled"):
@@ -65,7 +68,15 @@ class LumpedModel:
             )
         if self.friction and self.number != 1:
             raise ValueError(f"friction needs model 1, got {self.number}")
-        ToothFriction(self.friction, self.bending or 0.0)  # checks both
+        self._tooth_friction(self.bending or 0.0)  # checks its fields
+
+    def _tooth_friction(self, bending: float) -> ToothFriction:
+        """Of a mesh, with its friction-bending ratio."""
+        return ToothFriction(self.friction, bending, self.sliding, self.transition)
+
+    def tooth_frictions(self, ratios: Sequence[float]) -> tuple[ToothFriction, ...]:
+        """Of all meshes, with their friction-bending ratios."""
+        return tuple(map(self._tooth_friction, ratios))
 
     @property
     def springs(self) -> int:
@@ -112,7 +123,7 @@ def lumped_system(
     try:
         if model.friction:
             ratios = bending_ratios(gear_set, on_meshes, source, model)
-            rubs = tuple(ToothFriction(model.friction, ratio) for ratio in ratios)
+            rubs = model.tooth_frictions(ratios)
             driven = tuple(map(with_bending, driven, rubs))
         system = LumpedSystem(train, driven, friction=rubs)
     except (TrainError, ValueError) as error:
@@ -273,10 +284,14 @@ def _friction(model: LumpedModel) -> dict[str, str]:
     if not model.friction:
         return {}
     bending = "of the mesh tables" if model.bending is None else f"{model.bending:g}"
-    return {
+    entries = {
         "friction coefficient": f"{model.friction:g}",
         "friction-bending ratio": bending,
     }
+    if model.sliding == "instantaneous":
+        turns = f" within {model.transition:g} m/s" if model.transition else ""
+        entries["direction of friction"] = f"turned by vibration{turns}"
+    return entries
 
 
 def _pitch_errors(gear_set: GearSet) -> dict[str, str]:

@@ -302,6 +302,38 @@ class Rubbing:
 
 
 @dataclass(frozen=True, kw_only=True)
+class MovingTeeth(Rubbing):
+    """Friction of teeth that vibrate, and slide by it."""
+
+    sliding: Literal["nominal", "instantaneous"] | None = option(
+        "Whose sliding friction opposes. nominal: that of gears that turn evenly; "
+        "instantaneous: with the vibration, which can turn it near the pitch point. "
+        "[default: nominal]"
+    )
+    transition_speed: float | None = option(
+        "Sliding speed [m/s] about which instantaneous friction turns smoothly, by "
+        "tanh. [default: 0, it turns at once]",
+        allowed=Range(above=0.0, below=10.0, unit="m/s"),
+    )
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not self.friction:
+            refuse_idle("needs --friction above 0", sliding=self.sliding)
+        if self.sliding != "instantaneous":
+            idle = "needs --sliding instantaneous"
+            refuse_idle(idle, transition_speed=self.transition_speed)
+
+    def of(self, model: LumpedModel) -> LumpedModel:
+        """A lumped model with this friction."""
+        return replace(
+            super().of(model),
+            sliding=self.sliding or "nominal",
+            transition=self.transition_speed or 0.0,
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
 class AnyModel(CoupledOptions, TabledOptions):
     """The coupled model, or models of mesh tables that are given."""
 

@@ -13,7 +13,7 @@ from fegear.cli.lumped_options import (
     AnyModel,
     Integration,
     LoadCases,
-    Rubbing,
+    MovingTeeth,
     SweptSpeeds,
     chosen_torques,
     speeds_of,
@@ -54,7 +54,7 @@ def sweep_command(
     swept: SpeedsOfEither,
     torque: LoadCases = None,
     model: AnyModel,
-    friction: Rubbing,
+    friction: MovingTeeth,
     integration: Integration,
     outputs: Outputs,
 ) -> None:

@@ -14,7 +14,7 @@ from fegear.cli.lumped_options import (
     AnyModel,
     Integration,
     LoadCase,
-    Rubbing,
+    MovingTeeth,
     middle_torque,
 )
 from fegear.cli.options import FREQUENCY, Outputs, named_options
@@ -52,7 +52,7 @@ def wave_command(
     approach: Approach,
     torque: LoadCase = None,
     model: AnyModel,
-    friction: Rubbing,
+    friction: MovingTeeth,
     integration: Integration,
     outputs: Outputs,
 ) -> None:

@@ -10,6 +10,9 @@ import pytest
 from friction_pairs import pair_system
 from numba import njit
 
+from fegear.excitation import Source
+from fegear.gearset import load_gear_set
+from fegear.lumped_system import LumpedModel, lumped_system
 from lumped.analytic import StiffnessFigures, analytic_excitation
 from lumped.friction import ToothFriction, base_pitch, with_bending
 from lumped.friction_samples import at_frequency
@@ -198,3 +201,29 @@ def test_friction_gives_no_energy_where_flanks_hammer(transition):
     np.testing.assert_allclose(force.sum(axis=1), found.history.force[:, 0])
     np.testing.assert_array_equal(force, found.pairs[0].force)
     assert {-1, 0, 1} <= set(found.pairs[0].state.ravel())
+
+
+def liu_pair(sliding, speed):
+    """Settled at a speed [Hz]: RMS of the transmission error and mean power taken."""
+    source = Source(kind="rectangular")
+    model = LumpedModel(stiffness=source, friction=0.1, bending=0.39, sliding=sliding)
+    system = lumped_system(load_gear_set("liu-pair"), 100.0, model)
+    found = time_history(system, speed, Settings(steps=256, max_periods=100))
+    time = found.history.time
+    power = np.trapezoid(found.friction_power[:, 0], time) / time[-1]
+    return found.response.dte_rms[0], power
+
+
+def test_vibration_turns_the_sliding_at_low_speeds_only():
+    """At 1 Hz a pair slides slower than it vibrates behind the pitch point."""
+    for speed, changes in ((1731.0, (1e-5, 1e-6)), (2308.0, (1e-5, 1e-6))):
+        pairs = zip(
+            liu_pair("nominal", speed), liu_pair("instantaneous", speed), strict=True
+        )
+        for (nominal, own), limit in zip(pairs, changes, strict=True):
+            assert own == pytest.approx(nominal, rel=limit)
+    (rms, power), (own_rms, own_power) = (
+        liu_pair(sliding, 1.0) for sliding in ("nominal", "instantaneous")
+    )
+    assert own_rms / rms - 1.0 == pytest.approx(2.0e-3, rel=0.2)
+    assert own_power / power - 1.0 == pytest.approx(0.155, rel=0.1)

@@ -16,7 +16,7 @@ from fegear.cli import app
 
 ROOT = Path(__file__).parents[3]
 UNIT = re.compile(
-    r"\[(N/m|N.m|Hz|rpm|base pitches|pixels|1/um|um|kg m2|rad|rad per turn|turns)\]"
+    r"\[(N/m|m/s|N.m|Hz|rpm|base pitches|pixels|1/um|um|kg m2|rad|rad per turn|turns)\]"
 )
 NO_UNIT = ("ratio", "coefficient", "tolerance", "deviation", "over its mean")
 # left out, nothing is done in their place

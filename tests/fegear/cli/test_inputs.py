@@ -304,6 +304,10 @@ def rubbed(base: str) -> dict[str, Case]:
         "--friction": plus(base, "--friction 0.2"),
         "--bending": plus(friction, "--bending 0.2"),
         "--no-bending": plus(friction, "--no-bending"),
+        "--sliding": plus(friction, "--sliding instantaneous"),
+        "--transition-speed": plus(
+            f"{friction} --sliding instantaneous", "--transition-speed 0.05"
+        ),
     }
 
 

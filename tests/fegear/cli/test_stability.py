@@ -176,6 +176,13 @@ def test_sweeps_and_waves_take_friction(tmp_path):
         ("--friction 0.1 --method dopri5", "rk4"),
         ("--friction 0.1 --no-bending --excitation fourier", "every tooth pair"),
         ("--friction 1", "--friction = 1"),
+        ("--sliding nominal", "--sliding = nominal; needs --friction above 0"),
+        ("--friction 0.1 --sliding rolling", "--sliding = rolling; allowed"),
+        ("--friction 0.1 --transition-speed 0.1", "needs --sliding instantaneous"),
+        (
+            "--friction 0.1 --sliding instantaneous --transition-speed 0",
+            "--transition-speed = 0; allowed above 0",
+        ),
     ],
 )
 def test_wrong_friction_of_sweeps_is_one_line(words, message, capsys):
