@@ -1,11 +1,14 @@
-"""All commands of the command line, for tests that go through every one."""
+"""Commands of the command line as tests run them, and all of them."""
 
 from __future__ import annotations
 
+import csv
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import typer
+from typer.testing import CliRunner
 
 from fegear.cli import app
 
@@ -20,3 +23,16 @@ def commands(group: Any = ROOF, path: str = "") -> Iterator[tuple[str, Any]]:
             yield from commands(command, words)
         else:
             yield words, command
+
+
+def printed(*words: object, code: int = 0) -> str:
+    """What a command prints that ends with a code."""
+    result = CliRunner().invoke(app, list(map(str, words)))
+    assert result.exit_code == code, result.output
+    return result.stdout
+
+
+def rows_of(path: Path) -> list[dict[str, str]]:
+    """Of a CSV file that a command has written."""
+    lines = path.read_text("utf-8").splitlines()
+    return list(csv.DictReader(line for line in lines if not line.startswith("#")))

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from fegear.errors import InputError
 from fegear.output import write_text
-from fegear.rattle.machines import NamedMachine, figures_of, unit_name
+from fegear.rattle.machines import NamedMachine, figures_of, header_of, unit_name
 from fegear.store import Keeping
 from fegear.version import package_version
 from lumped.csv_text import format_csv
@@ -105,8 +105,8 @@ class BifurcationResult:
             *("branch", "name", "index", self.column, "departure", "time_turns"),
             *("speed_rad_per_turn", "stable", "largest_multiplier", "kind"),
         ]
-        fixed = {k: str(v) for k, v in self._fixed.items() if v is not None}
-        return format_csv(names, self._rows(), {**fixed, **LEGEND})
+        header = {"machine": self.named.name, **header_of(self._fixed), **LEGEND}
+        return format_csv(names, self._rows(), header)
 
     def to_csv(self, path: str | PathLike[str]) -> None:
         write_text(path, self.csv())
@@ -128,7 +128,7 @@ class BifurcationResult:
         """Figures but for the one that varies."""
         figures = figures_of(self.named.machine)
         figures.pop(self.column)
-        return {"machine": self.named.name, **figures}
+        return figures
 
     @property
     def summary(self) -> dict[str, Any]:

@@ -17,7 +17,7 @@ from fegear.rattle.bifurcation import (
     orbit_rows,
     require_possible,
 )
-from fegear.rattle.machines import NamedMachine, figures_of, unit_name
+from fegear.rattle.machines import NamedMachine, figures_of, header_of, unit_name
 from fegear.store import Keeping
 from lumped.branches.continuation import NoSolution
 from lumped.csv_text import format_csv
@@ -88,8 +88,7 @@ class ExistenceResult:
             *("curve", "name", "bifurcation", "index", *self.columns),
             *("time_turns", "speed_rad_per_turn", "kind"),
         ]
-        fixed = {k: str(v) for k, v in self._fixed.items() if v is not None}
-        header = {"machine": self.named.name, **fixed, **LEGEND}
+        header = {"machine": self.named.name, **header_of(self._fixed), **LEGEND}
         return format_csv(names, self._rows(), header)
 
     def _rows(self) -> Iterator[list[object]]:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from fegear.errors import InputError
 from fegear.gearset.inertia import inertia_of
-from fegear.gearset.model import GearSet
+from fegear.gearset.model import Gear, GearSet
 from lumped.rattle.assembly import Assembly, Shafts
 from lumped.rattle.machine import Machine
 from lumped.rattle.quiet import quiet_motion
@@ -23,6 +23,11 @@ if TYPE_CHECKING:
     from fegear.statics import Progress, StaticsSettings
 
 UM = 1e-6
+OF_MESH = (
+    "mean_stiffness_N_per_m",
+    "peak_to_peak_over_mean",
+    "mean_local_stiffness_N_per_m",
+)
 LEAST_TORQUE = 1e-6  # N m on the driver, less is lost in round-off
 
 
@@ -116,6 +121,107 @@ class MachineOfGears:
         )
 
 
+@dataclass(frozen=True)
+class _Pair:
+    """Two gears as they run, rotations and torques those of the driver.
+
+    inertia : of the driving shaft; other : of the driven one [kg m2]
+    share : of the drag on the driven shaft
+    """
+
+    gear_set: GearSet
+    mesh: int
+    conditions: Conditions
+
+    @property
+    def gears(self) -> tuple[Gear, Gear]:
+        driver, driven = self.gear_set.meshes[self.mesh].gears
+        return self.gear_set.gears[driver], self.gear_set.gears[driven]
+
+    @property
+    def backlash(self) -> float:
+        return self.gear_set.meshes[self.mesh].backlash
+
+    @property
+    def radius(self) -> float:
+        return self.gears[0].geometry.base_radius
+
+    @property
+    def ratio(self) -> float:
+        return self.radius / self.gears[1].geometry.base_radius
+
+    @property
+    def inertia(self) -> float:
+        return self.conditions.driving_inertia or inertia_of(self.gears[0])
+
+    @property
+    def other(self) -> float:
+        own = self.conditions.driven_inertia or inertia_of(self.gears[1])
+        return own * self.ratio**2
+
+    @property
+    def share(self) -> float:
+        in_ratio = self.other / (self.inertia + self.other)
+        return self.conditions.driven_share or in_ratio
+
+    @property
+    def torque(self) -> float:
+        """What the drag of the driven shaft takes [N m]."""
+        return self.conditions.drag * self.share
+
+    def require(self) -> None:
+        """Raises InputError for what cannot rattle or is lost in round-off."""
+        name = f"{self.gear_set.name} mesh {self.mesh + 1}"
+        if not self.backlash > 0.0:
+            raise InputError(
+                f"{name}: backlash 0, must be above 0; set backlash_um or "
+                "tooth_thinning_um"
+            )
+        if not self.torque >= LEAST_TORQUE:
+            raise InputError(
+                f"drag of the driven shaft = {self.torque:g} N m; allowed from "
+                f"{LEAST_TORQUE:g}"
+            )
+
+    def assembly(self, stiffness: float) -> Assembly:
+        """In dimensionless figures; stiffness : of the mesh [N/m]."""
+        conditions = self.conditions
+        scale = self.inertia * conditions.speed**2
+        try:
+            machine = Machine(
+                damping=conditions.drag / (4.0 * math.pi * scale),
+                eccentricity=conditions.eccentricity / self.radius,
+                half_backlash=0.5 * self.backlash / self.radius,
+                stiffness=stiffness * self.radius**2 / scale,
+            )
+            shafts = Shafts(
+                driven_inertia=self.other / self.inertia,
+                driving_drag=2.0 * (1.0 - self.share),
+                driven_drag=2.0 * self.share,
+            )
+            return Assembly(machine=machine, shafts=shafts)
+        except ValueError as error:
+            raise InputError(f"{self.gear_set.name}: {error}") from None
+
+    @property
+    def figures(self) -> dict[str, Any]:
+        """In the units of their names."""
+        conditions = self.conditions
+        return {
+            "gear_set": self.gear_set.name,
+            "mesh": self.mesh + 1,
+            "teeth": [gear.geometry.teeth for gear in self.gears],
+            "speed_rpm": 60.0 * conditions.speed,
+            "drag_Nm": conditions.drag,
+            "driven_drag_Nm": self.torque,
+            "base_radius_mm": 1e3 * self.radius,
+            "backlash_um": self.backlash / UM,
+            "eccentricity_um": conditions.eccentricity / UM,
+            "driving_inertia_kg_m2": self.inertia,
+            "driven_inertia_kg_m2": self.other / self.ratio**2,
+        }
+
+
 def machine_of_gears(
     gear_set: GearSet,
     mesh: int,
@@ -130,63 +236,15 @@ def machine_of_gears(
     """
     from fegear.statics import solve_mesh
 
-    own = gear_set.meshes[mesh]
-    driver, driven = (gear_set.gears[i] for i in own.gears)
-    if not own.backlash > 0.0:
-        raise InputError(
-            f"{gear_set.name} mesh {mesh + 1}: backlash 0, must be above 0; set "
-            "backlash_um or tooth_thinning_um"
-        )
-    radius = driver.geometry.base_radius
-    ratio = radius / driven.geometry.base_radius
-    inertia = conditions.driving_inertia or inertia_of(driver)
-    other = (conditions.driven_inertia or inertia_of(driven)) * ratio**2
-    share = conditions.driven_share or other / (inertia + other)
-    torque = conditions.drag * share
-    if not torque >= LEAST_TORQUE:
-        raise InputError(
-            f"drag of the driven shaft = {torque:g} N m; allowed from {LEAST_TORQUE:g}"
-        )
-    solved = solve_mesh(gear_set, mesh, (torque,), settings, report).summary
+    pair = _Pair(gear_set, mesh, conditions)
+    pair.require()
+    solved = solve_mesh(gear_set, mesh, (pair.torque,), settings, report).summary
     row = solved["torques"][0]
-    stiffness = row["mean_stiffness_N_per_m"]
-    scale = inertia * conditions.speed**2
-    try:
-        machine = Machine(
-            damping=conditions.drag / (4.0 * math.pi * scale),
-            eccentricity=conditions.eccentricity / radius,
-            half_backlash=0.5 * own.backlash / radius,
-            stiffness=stiffness * radius**2 / scale,
-        )
-        shafts = Shafts(
-            driven_inertia=other / inertia,
-            driving_drag=2.0 * (1.0 - share),
-            driven_drag=2.0 * share,
-        )
-        assembly = Assembly(machine=machine, shafts=shafts)
-    except ValueError as error:
-        raise InputError(f"{gear_set.name}: {error}") from None
-    figures = {
-        "gear_set": gear_set.name,
-        "mesh": mesh + 1,
-        "teeth": [gear.geometry.teeth for gear in (driver, driven)],
-        "speed_rpm": 60.0 * conditions.speed,
-        "drag_Nm": conditions.drag,
-        "driven_drag_Nm": torque,
-        "base_radius_mm": 1e3 * radius,
-        "backlash_um": own.backlash / UM,
-        "eccentricity_um": conditions.eccentricity / UM,
-        "driving_inertia_kg_m2": inertia,
-        "driven_inertia_kg_m2": other / ratio**2,
-        "mean_stiffness_N_per_m": stiffness,
-        "peak_to_peak_over_mean": row["peak_to_peak_over_mean"],
-        "mean_local_stiffness_N_per_m": row["mean_local_stiffness_N_per_m"],
-    }
     return MachineOfGears(
         f"{gear_set.name}-mesh-{mesh + 1}",
         tuple(_inferences(gear_set, conditions)),
-        assembly,
-        figures,
+        pair.assembly(row["mean_stiffness_N_per_m"]),
+        pair.figures | {name: row[name] for name in OF_MESH},
         tuple(solved.get("warnings", ())),
     )
 

@@ -251,6 +251,11 @@ def figures_of(machine: Machine) -> dict[str, float | None]:
     }
 
 
+def header_of(figures: Mapping[str, float | None]) -> dict[str, str]:
+    """Figures of `figures_of` as the header of a table says them."""
+    return {k: "impacts" if v is None else str(v) for k, v in figures.items()}
+
+
 def unit_name(figure: str) -> str:
     """A figure of `Machine` with its unit."""
     return f"{figure}_rad" if figure in ANGLES else figure

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from fegear.errors import InputError
-from fegear.rattle.machines import NamedMachine, figures_of
+from fegear.rattle.machines import NamedMachine, figures_of, header_of
 from lumped.csv_text import format_csv
 from lumped.rattle.basins import Basins
 from lumped.rattle.figure import draw_curves, words_of
@@ -69,7 +69,7 @@ class ManifoldsResult:
             *("curve", "motion", "kind", "returns_before", "branch", "length"),
             *("time_turns", "speed_rad_per_turn"),
         ]
-        fixed = {k: str(v) for k, v in figures_of(self.named.machine).items()}
+        fixed = header_of(figures_of(self.named.machine))
         header = {"machine": self.named.name, **fixed, **LEGEND}
         return format_csv(names, self._rows(), header)
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fegear.errors import InputError
-from fegear.rattle.machines import NamedMachine, figures_of
+from fegear.rattle.machines import NamedMachine, figures_of, header_of
 from lumped.csv_text import format_csv
 from lumped.rattle.basins import QUIET
 from lumped.rattle.figure import draw_noise, words_of
@@ -111,7 +111,7 @@ class NoiseResult:
             *("start_time_turns", "start_speed_rad_per_turn", "motion"),
             *("noise_rad2_per_turn3", "impacts_per_turn"),
         ]
-        fixed = {k: str(v) for k, v in figures_of(self.noise.machine).items()}
+        fixed = header_of(figures_of(self.noise.machine))
         return format_csv(names, self._rows(), {"machine": self.named.name, **fixed})
 
     def _rows(self) -> Iterator[list[object]]:

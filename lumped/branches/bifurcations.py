@@ -26,6 +26,7 @@ Test = Callable[[Point], float]
 FOLD, DOUBLING = "fold", "period doubling"
 CROSSING, TORUS = "branch point", "torus"
 KINDS = FOLD, DOUBLING, CROSSING, TORUS
+HALVED = "the period is half of it again"  # why a branch of a doubled period ends
 REAL = 1e-9  # imaginary part of a multiplier that is real
 ONE = 2e-5  # of the parameter's unit: a fold and what its multiplier does
 FINE = 8e-3  # of the unit, between points while a multiplier is near to -1

@@ -147,6 +147,20 @@ class Branch(Generic[P]):
         turned = point.tangent if (point.along > 0.0) == grows else -point.tangent
         return Point(point.x, point.parameter, turned)
 
+    def aside(self, x: Array, parameter: float, length: float) -> Point:
+        """Where a branch sets out that crosses this one: a solution so far from x along
+        what the equations nearly take to nothing, its tangent leading away.
+
+        Raises NoSolution.
+        """
+        _, by_x, _ = self.problem.equations(x, parameter)
+        row = np.append(np.linalg.svd(by_x)[2][-1], 0.0)
+        start, _ = self.solve(
+            self.scaled(x, parameter) + length * row, row, 10.0 * length
+        )
+        away = start.tangent @ row >= 0.0
+        return start if away else replace(start, tangent=-start.tangent)
+
     def follow(
         self,
         start: Point,

@@ -20,6 +20,7 @@ from lumped.branches.bifurcations import (
     CROSSING,
     DOUBLING,
     FOLD,
+    HALVED,
     BranchPoint,
     branch_point,
     with_bifurcations,
@@ -42,7 +43,6 @@ from lumped.sweep import Direction, Station, settle_in_turn
 from lumped.train import TrainError
 
 Array = NDArray[np.float64]
-HALVED = "the period is half of it again"
 ASIDE = 0.01  # arc length to the first point of a branch that sets out from another
 FAR = 3.0  # spread of random states, over the static one
 SEAM = 3e-4  # of the parameter's unit, by which branches miss each other at doublings
@@ -281,18 +281,12 @@ class BranchFinder:
     def _double(self, parent: PeriodicBranch, point: BranchPoint, number: int) -> None:
         branch, own = (self._branch(n * parent.multiple) for n in (2, 1))
         x = own.problem.at(point.parameter)[0].lengthened(point.x, 2)
-        aside = _softest(branch.problem.equations(x, point.parameter)[1])
-        row = np.append(aside, 0.0)
         try:
-            start, _ = branch.solve(
-                branch.scaled(x, point.parameter) + ASIDE * row, row, 10.0 * ASIDE
-            )
+            start = branch.aside(x, point.parameter, ASIDE)
         except NoSolution:
             return
         if repeats_sooner(branch, start) or self._is_known(branch, start):
             return
-        if start.tangent @ row < 0.0:
-            start = Point(start.x, start.parameter, -start.tangent)
         at = self.family.words(point.parameter)
         self._follow(branch, start, f"period doubling of branch {number + 1} at {at}")
 
@@ -436,8 +430,3 @@ def _cut_at_its_end(branch: Branch[Motions], followed: Followed) -> Followed:
     except ArithmeticError:
         return followed
     return replace(followed, points=(*followed.points[:-1], last))
-
-
-def _softest(matrix: Array) -> Array:
-    """Unit vector (u,) that a matrix (u, u) nearly takes to nothing."""
-    return np.asarray(np.linalg.svd(matrix)[2][-1])

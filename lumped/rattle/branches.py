@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.branches.bifurcations import DOUBLING, FOLD, beyond
+from lumped.branches.bifurcations import DOUBLING, FOLD, HALVED, beyond
 from lumped.branches.continuation import (
     Branch,
     Followed,
@@ -34,7 +34,6 @@ GRAZING = "grazing"
 KINDS = FOLD, DOUBLING, GRAZING
 BESIDE = 1e-6  # of the parameter's unit, that tells its derivatives
 FIRST, MOST = 2e-3, 0.02  # arc lengths, in turns and units
-HALVED = "the period is half of it again"
 ASIDE = 2e-3  # arc length to the first point of a branch of twice the period
 ALIKE = 1e-6  # distance of departures on one orbit
 ON_LIMIT = 1e-9  # of the range, within which a point is on its limit
@@ -288,21 +287,15 @@ class BranchFinder:
         later = times + np.array([[parent.layout.turns], [0.0]])
         orbits = replace(parent, layout=layout)
         x, branch = orbits.unknowns(np.hstack([times, later])), orbits.branch()
-        aside = np.linalg.svd(orbits.errors(x, point.value)[1])[2][-1]
-        row = np.append(aside, 0.0)
         try:
-            start, _ = branch.solve(
-                branch.scaled(x, point.value) + ASIDE * row, row, 10.0 * ASIDE
-            )
+            start = branch.aside(x, point.value, ASIDE)
             leaves = orbits.margin(start.x, start.parameter) > 0.0
         except NoSolution:
             return
         if not leaves or self._is_known(orbits, start):
             return
-        if start.tangent @ row < 0.0:
-            start = replace(start, tangent=-start.tangent)
         followed = self._one_way(orbits, start)
-        birth = Point(x, point.value, row)
+        birth = Point(x, point.value, np.append(start.tangent[:-1], 0.0))
         followed = replace(followed, points=(birth, *followed.points))
         origin = f"period doubling of branch {number} at {point.value:.6g}"
         self._add(orbits, followed, origin, doublings)

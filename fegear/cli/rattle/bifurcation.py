@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from fegear.cli.groups import Range, grouped, option
-from fegear.cli.options import ResumedOutputs, limits_of, refuse_idle
+from fegear.cli.options import ResumedOutputs, limits_of, refuse_idle, require
 from fegear.cli.rattle.machine import (
     MachineName,
     MotionFigures,
@@ -43,18 +43,17 @@ FIGURES = {  # by the names of options, and of those that have none
 
 
 def axes_of(over: Sequence[str]) -> dict[str, tuple[float, float]]:
-    """Limits by the names of one or two figures, of NAME=A:B."""
+    """Limits by the names of one or two figures, of KEY=A:B."""
+    require(1 <= len(over) <= 2, "--over", len(over), "one or two are allowed")
     found: dict[str, tuple[float, float]] = {}
     for text in over:
         name, _, values = text.partition("=")
         if name not in FIGURES:
-            allowed = f"must be NAME=A:B of {', '.join(FIGURES)}"
+            allowed = f"must be KEY=A:B, KEY one of {', '.join(FIGURES)}"
             raise InputError(f"--over = {text}; {allowed}")
         if name in found:
-            raise InputError(f"--over {name}; is given more than once")
-        found[name] = limits_of(f"--over = {text}; must be NAME=A:B", values)
-    if len(found) > 2:
-        raise InputError(f"--over; {len(found)} figures, allowed are one or two")
+            raise InputError(f"--over {name}; is given twice")
+        found[name] = limits_of(f"--over = {text}; must be KEY=A:B", values)
     return found
 
 
@@ -69,7 +68,8 @@ class SoughtBranches:
         allowed=Range(least=1, most=12),
     )
     starts: int = option(
-        "Values of the figure at which such motions are looked for, beside both ends.",
+        "Values of the figure, beside both ends, from whose motions branches are "
+        "looked for.",
         default=5,
         allowed=Range(least=1, most=1000),
     )
@@ -91,7 +91,7 @@ def refuse_idle_figures(
     """Refuse to vary what changes nothing, or what is given as well."""
     machine, figure = named.machine, FIGURES[name]
     if given.get(figure) is not None:
-        raise InputError(f"--{name}; --over {name}=A:B takes its place")
+        raise InputError(f"--{name}; --over {name} replaces it, leave it out")
     if figure == "restitution" and not machine.is_impact:
         raise InputError(f"--over {name}; belongs to impacts, {named.name} has none")
     if name == "kappa" and given.get("restitution") is not None:
@@ -110,7 +110,7 @@ def bifurcation_command(
         list[str],
         typer.Option(
             "--over",
-            metavar="NAME=A:B",
+            metavar="KEY=A:B",
             help="Figure of the machine that varies, and from where to where: "
             f"{', '.join(FIGURES)}. Give it twice for the bifurcations over two.",
         ),

@@ -55,8 +55,8 @@ class Running:
         Range(least=0.0, below=math.inf),
     ]
     driven_share: float | None = option(
-        "Share of the drag on the driven shaft, a ratio from 0 to 1. [default: that of "
-        "its inertia]",
+        "Share of the drag on the driven shaft, a ratio above 0 and below 1. [default: "
+        "that of its inertia]",
         allowed=Range(above=0.0, below=1.0),
     )
     driving_inertia_kgm2: float | None = option(

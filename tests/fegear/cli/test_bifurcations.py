@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import json
 import signal
 import subprocess
@@ -10,9 +9,7 @@ import sys
 import time
 
 import pytest
-from typer.testing import CliRunner
-
-from fegear.cli import app
+from cli_commands import printed, rows_of
 
 CHAPTER_3 = [
     *("liu-idler", "--torque", "100", "--excitation", "rectangular"),
@@ -23,22 +20,11 @@ SPEEDS = "mesh_frequency_Hz=1570,1620,1660"
 WORDS = ["bifurcations", *CHAPTER_3, "--sections", "30"]
 
 
-def run(*words: object, code: int = 0) -> str:
-    result = CliRunner().invoke(app, list(map(str, words)))
-    assert result.exit_code == code, result.output
-    return result.stdout
-
-
-def rows_of(path):
-    lines = path.read_text("utf-8").splitlines()
-    return list(csv.DictReader(line for line in lines if not line.startswith("#")))
-
-
 @pytest.fixture(scope="module")
 def made(tmp_path_factory):
     folder = tmp_path_factory.mktemp("bifurcations")
     path, plot = folder / "b.csv", folder / "b.png"
-    values = run(*WORDS, "--over", SPEEDS, "--json", "-o", path, "--plot", plot)
+    values = printed(*WORDS, "--over", SPEEDS, "--json", "-o", path, "--plot", plot)
     return json.loads(values), rows_of(path), folder
 
 
@@ -76,14 +62,16 @@ def test_the_summary_names_doublings_and_chaos(made):
     largest = max(s["largest_lyapunov_per_period"] for s in down["stretches"])
     listed = [float(r["lyapunov_per_period"]) for r in rows if r["direction"] == "down"]
     assert largest == max(listed)
-    shown = run(*WORDS, "--over", "mesh_frequency_Hz=1620,1660", "--direction", "down")
+    shown = printed(
+        *WORDS, "--over", "mesh_frequency_Hz=1620,1660", "--direction", "down"
+    )
     assert "period doubling" in shown
 
 
 def test_another_figure_stands_in_the_table_by_its_key(tmp_path):
     path, key = tmp_path / "b.csv", "mesh.2.backlash_um"
     over = ("--over", f"{key}=100,200", "--at", 1620, "--direction", "up")
-    values = json.loads(run(*WORDS, *over, "--json", "-o", path))
+    values = json.loads(printed(*WORDS, *over, "--json", "-o", path))
     assert (values["over"], values["speed_Hz"]) == (key, 1620.0)
     rows = rows_of(path)
     assert [float(row[key]) for row in rows[::4]] == [100.0, 200.0]
@@ -112,7 +100,7 @@ def test_ctrl_c_keeps_what_is_finished_and_resume_goes_on(tmp_path):
     assert "was begun with sections" in done.stderr
     whole = tmp_path / "whole.csv"
     assert subprocess.run([*command, "--resume"], check=True, capture_output=True)
-    run(*words, whole)
+    printed(*words, whole)
     assert path.read_bytes() == whole.read_bytes()
     assert not partial.exists()
     assert rows_of(path)[: len(begun)] == begun

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import csv
 import json
 
 import pytest
-from typer.testing import CliRunner
+from cli_commands import printed, rows_of
 
-from fegear.cli import app, run
+from fegear.cli import run
 from lumped.rattle.machine import Machine
 from lumped.rattle.periodic import least_eccentricity
 
@@ -21,11 +20,7 @@ WORDS = (
 def test_branches_on_screen_in_files_and_for_machines(tmp_path):
     """All say the same."""
     file, plot = tmp_path / "b.csv", tmp_path / "b.png"
-    result = CliRunner().invoke(
-        app, [*WORDS, "-o", str(file), "--plot", str(plot), "--json"]
-    )
-    assert result.exit_code == 0, result.output
-    values = json.loads(result.stdout)
+    values = json.loads(printed(*WORDS, "-o", file, "--plot", plot, "--json"))
     assert values["over"] == "damping"
     assert "damping" not in values
     found = {
@@ -35,8 +30,8 @@ def test_branches_on_screen_in_files_and_for_machines(tmp_path):
     }
     assert found["P(2,2,1)", "period doubling"] == pytest.approx(0.5818, abs=1e-4)
     assert found["P(4,4,2)", "grazing"] == pytest.approx(0.5922, abs=1e-4)
-    lines = [li for li in file.read_text().splitlines() if not li.startswith("#")]
-    rows = list(csv.DictReader(lines))
+    assert "# stiffness: impacts" in file.read_text()
+    rows = rows_of(file)
     for place, branch in enumerate(values["branches"], start=1):
         own = [row for row in rows if row["branch"] == str(place)]
         assert {row["name"] for row in own} == {branch["name"]}
@@ -54,7 +49,7 @@ def test_branches_on_screen_in_files_and_for_machines(tmp_path):
     }
     assert {round(float(r["speed_rad_per_turn"]), 1) for r in runs} & stable
     assert plot.stat().st_size > 10_000
-    shown = CliRunner().invoke(app, [*WORDS]).stdout
+    shown = printed(*WORDS)
     for branch in values["branches"]:
         assert branch["name"] in shown
         for each in branch["bifurcations"]:
@@ -93,7 +88,7 @@ def test_branches_do_not_depend_on_how_wide_the_range_is():
             *("rattle", "bifurcation", "roots-scaled", "--departures", "1"),
             *("--over", f"restitution={limits}", "--runs", "0", "--json"),
         ]
-        values = json.loads(CliRunner().invoke(app, words).stdout)
+        values = json.loads(printed(*words))
         found.append(
             sorted(
                 (branch["name"], each["kind"], round(each["value"], 6))
@@ -112,19 +107,14 @@ def test_curves_over_two_figures(tmp_path):
         *("--doublings", "0"),
     ]
     file, plot = tmp_path / "c.csv", tmp_path / "c.png"
-    result = CliRunner().invoke(
-        app, [*words, "-o", str(file), "--plot", str(plot), "--json"]
-    )
-    assert result.exit_code == 0, result.output
-    values = json.loads(result.stdout)
+    values = json.loads(printed(*words, "-o", file, "--plot", plot, "--json"))
     assert values["over"] == ["damping", "eccentricity_rad"]
     found = {(each["name"], each["bifurcation"]): each for each in values["curves"]}
     assert {("P(1,1,0)", "grazing"), ("P(1,1,0)", "fold")} <= found.keys()
     (met,) = found["P(1,1,0)", "fold"]["meetings"]
     assert met["kind"] == "grazing fold"
     assert met["at"] == pytest.approx([0.77015, 0.09789], abs=1e-5)
-    lines = [li for li in file.read_text().splitlines() if not li.startswith("#")]
-    rows = list(csv.DictReader(lines))
+    rows = rows_of(file)
     assert len(rows) == sum(each["points"] for each in values["curves"])
     folds = [
         (float(row["damping"]), float(row["eccentricity_rad"]))
@@ -140,17 +130,17 @@ def test_curves_over_two_figures(tmp_path):
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        ("roots-scaled --over gamma=0:1", "must be NAME=A:B of delta, epsilon"),
-        ("roots-scaled --over delta=1:0.5", "must be NAME=A:B, two values that rise"),
+        ("roots-scaled --over gamma=0:1", "must be KEY=A:B, KEY one of delta, epsilon"),
+        ("roots-scaled --over delta=1:0.5", "must be KEY=A:B, two values that rise"),
         ("roots-scaled --over delta=0:1", "--over: damping must be above 0"),
         ("roots-scaled --over restitution=0.5:2", "restitution must be from 0 to 1"),
-        ("roots-scaled --over delta=0.5:1 --delta 0.6", "takes its place"),
+        ("roots-scaled --over delta=0.5:1 --delta 0.6", "--over delta replaces it"),
         ("roots-a --over restitution=0.5:1", "belongs to impacts"),
         ("roots-scaled --over phase=0:1", "roots-scaled has no torque ripple"),
-        ("roots-scaled --over delta=0.5:1 --over delta=0.5:1", "more than once"),
+        ("roots-scaled --over delta=0.5:1 --over delta=0.5:1", "is given twice"),
         (
             "roots-scaled --over delta=1:2 --over epsilon=0:1 --over beta=1:2",
-            "3 figures, allowed are one or two",
+            "--over = 3; one or two are allowed",
         ),
         (
             "roots-scaled --over delta=1:2 --over epsilon=0:1 --runs 3",

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import csv
 import json
 
 import pytest
-from typer.testing import CliRunner
+from cli_commands import printed, rows_of
 
 from fegear import lumped_system, stability
-from fegear.cli import app, run
+from fegear.cli import run
 from fegear.errors import InputError
 from fegear.gearset import load_gear_set
 from fegear.lumped_system import LumpedModel
@@ -22,22 +21,11 @@ WORDS = [
 ]
 
 
-def invoked(*words: object, code: int = 0) -> str:
-    result = CliRunner().invoke(app, list(map(str, words)))
-    assert result.exit_code == code, result.output
-    return result.stdout
-
-
-def rows_of(path):
-    lines = path.read_text("utf-8").splitlines()
-    return list(csv.DictReader(line for line in lines if not line.startswith("#")))
-
-
 @pytest.fixture(scope="module")
 def made(tmp_path_factory):
     folder = tmp_path_factory.mktemp("stability")
     path, plot = folder / "s.csv", folder / "s.png"
-    values = invoked(*WORDS, "--json", "-o", path, "--plot", plot)
+    values = printed(*WORDS, "--json", "-o", path, "--plot", plot)
     return json.loads(values), rows_of(path), folder
 
 
@@ -69,7 +57,7 @@ def test_intervals_hold_the_unstable_cells(made):
 def test_methods_tell_the_same(made, tmp_path):
     _, rows, _ = made
     few = [*WORDS[:-2], "--speeds", "1400:3600:200"]
-    invoked(*few, "--method", "exponential", "-o", tmp_path / "e.csv")
+    printed(*few, "--method", "exponential", "-o", tmp_path / "e.csv")
     at = {
         (r["mesh_frequency_Hz"], r["friction"]): float(r["floquet_max"]) for r in rows
     }
@@ -90,10 +78,10 @@ def test_an_interrupted_chart_goes_on_to_the_same_bytes(made, tmp_path, monkeypa
         return known(*args)
 
     monkeypatch.setattr(stability, "examined", stopped)
-    invoked(*WORDS, "-o", path, code=130)
+    printed(*WORDS, "-o", path, code=130)
     assert "incomplete" in path.read_text("utf-8")
     monkeypatch.setattr(stability, "examined", known)
-    invoked(*WORDS, "-o", path, "--resume")
+    printed(*WORDS, "-o", path, "--resume")
     assert path.read_bytes() == (folder / "s.csv").read_bytes()
 
 
@@ -107,7 +95,7 @@ def test_friction_bending_comes_from_the_finite_elements(monkeypatch):
 
     monkeypatch.setattr(lumped_system, "with_bending", kept)
     words = ["stability", "liu-pair", "--over", "friction=0.1"]
-    invoked(*words, "--resolution", "coarse", "--speeds", "5000:6000:500")
+    printed(*words, "--resolution", "coarse", "--speeds", "5000:6000:500")
     assert given[-1].coefficient == 0.1
     assert given[-1].bending == pytest.approx(0.39, abs=0.03)
 
@@ -153,7 +141,7 @@ def test_sweeps_and_waves_take_friction(tmp_path):
     at = [*("liu-pair", "--resolution", "coarse", "--torque", "100")]
     sweep = ["sweep", *at, "--speeds", "2000:2200:100", "--json"]
     found = {
-        words: json.loads(invoked(*sweep, *words.split()))
+        words: json.loads(printed(*sweep, *words.split()))
         for words in ("", "--friction 0.1", "--friction 0.1 --no-bending")
     }
     levels = [
@@ -161,7 +149,7 @@ def test_sweeps_and_waves_take_friction(tmp_path):
     ]
     assert len({round(1e9 * level, 3) for level in levels}) == 3
     assert [each["friction_coefficient"] for each in found.values()] == [0.0, 0.1, 0.1]
-    shown = invoked("wave", *at, "--speed", 2100, "--friction", 0.1)
+    shown = printed("wave", *at, "--speed", 2100, "--friction", 0.1)
     assert "friction 0.1" in shown
 
 
