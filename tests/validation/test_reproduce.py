@@ -689,3 +689,15 @@ def test_free_motions_grow_as_their_multiplier_says():
     assert growth == pytest.approx(found["speed1.multiplier"][0], rel=2e-3)
     assert found["speed2.multiplier"][0] < 1.0 + 1e-9
     assert found["speed2.largest"][0] < 2.0
+
+
+def test_spectra_of_finite_elements_have_the_harmonics_of_the_mesh():
+    text = RUBBING.replace("bending = 0.4", "").replace("rectangular", "fe")
+        "bending = 0.4", ""
+    )
+    text += 'kind = "spectra"\nspeeds = "1300"\nperiods = 8\nelements = true\n'
+    text += "up_to = 900.0\n"
+    found = computed(text.replace("0.3", "0.2")).found
+    peaks = np.array(found["speed1.mesh1.peaks"]) / 1300.0
+    assert peaks.size > 1
+    np.testing.assert_allclose(peaks, np.round(peaks), atol=1e-6)

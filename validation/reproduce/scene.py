@@ -187,8 +187,13 @@ class Scene:
     @property
     def friction_words(self) -> list[str]:
         """Of a command that takes friction of the teeth."""
-        found = ["--friction", f"{self.friction:g}"] if self.friction else []
+        found = self.coefficient_words
         return found + self.bending_words if found else found
+
+    @property
+    def coefficient_words(self) -> list[str]:
+        """The same where finite elements bend the teeth."""
+        return ["--friction", f"{self.friction:g}"] if self.friction else []
 
     @property
     def bending_words(self) -> list[str]:

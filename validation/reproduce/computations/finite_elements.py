@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar, Literal
 
 from fegear.dynamic_sweeps import DynamicsSettings, sweep_elements
+from fegear.dynamics.build import FiniteElements, prepare
+from fegear.dynamics.stepper import DynamicSettings, ImplicitStepper
 from fegear.statics import Progress
 from lumped.sweep import Direction
 from validation.data_files import Speeds, parsed_speeds
@@ -17,7 +19,7 @@ from validation.reproduce.computations.frequency_response import (
     swept_result,
 )
 from validation.reproduce.parts import Part, PartResult
-from validation.reproduce.scene import Scene
+from validation.reproduce.scene import Scene, excitations_of
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -36,14 +38,17 @@ class ElementsPart(Part):
     def command(self, scene: Scene) -> Sequence[str]:
         one = ["--direction", *self.directions] if len(self.directions) == 1 else []
         speeds = speeds_in_Hz(self.speeds, scene.unit_Hz)
-        return ["dynamics", *scene.words, "--speeds", speeds, *one]
+        words = ["dynamics", *scene.words, *scene.coefficient_words]
+        return [*words, "--speeds", speeds, *one]
 
 
 def elements(part: ElementsPart, scene: Scene, report: Progress) -> PartResult:
     """Found as of a sweep of a lumped model."""
     speeds = [scene.unit_Hz * value for value in parsed_speeds(part.speeds)]
     settings = DynamicsSettings(
-        translations=scene.translations, directions=part.directions
+        elements=FiniteElements(friction=scene.friction),
+        translations=scene.translations,
+        directions=part.directions,
     )
     result = sweep_elements(
         scene.gear_set, [scene.torque], speeds, settings, progress=report
@@ -51,3 +56,13 @@ def elements(part: ElementsPart, scene: Scene, report: Progress) -> PartResult:
     swept = [branch for _, branch in result.found]
     require_finished(swept)
     return swept_result(scene, swept)
+
+
+def element_stepper(
+    scene: Scene, speeds: Sequence[float], settings: DynamicSettings
+) -> ImplicitStepper:
+    """Of the fidelity that the program chooses for speeds [Hz]."""
+    reference = replace(scene, friction=0.0).system
+    elements = FiniteElements(friction=scene.friction)
+    given = reference, speeds, elements, settings, excitations_of(scene.source)
+    return prepare(scene.gear_set, scene.torque, *given).stepper

@@ -9,13 +9,15 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
+from fegear.dynamics.stepper import DynamicSettings
 from fegear.statics import Progress
 from lumped.motion import spectrum
 from lumped.settings import Settings
-from lumped.steady_state import Speed
+from lumped.steady_state import Speed, Stepper
 from lumped.steppers import stepper_of
 from lumped.sweep import Station, settle_in_turn
-from validation.data_files import Speeds, parsed_speeds
+from validation.data_files import Flag, Speeds, parsed_speeds
+from validation.reproduce.computations.finite_elements import element_stepper
 from validation.reproduce.parts import Curve, Part, PartResult
 from validation.reproduce.scene import Scene
 
@@ -30,6 +32,7 @@ class SpectraPart(Part):
     speeds : in the unit of the figure, passed in their order
     periods : common periods that are recorded
     up_to : largest frequency that is drawn, in the unit of the figure
+    elements : of the finite elements, else of the lumped model
     """
 
     keys: ClassVar = (r"speed\d+\.mesh[12]\.(peaks|highest|lowest)",)
@@ -39,6 +42,7 @@ class SpectraPart(Part):
     speeds: Speeds
     periods: Annotated[int, Field(strict=True, ge=8, le=4096)] = 128
     up_to: Annotated[float, Field(gt=0.0, lt=1e3)] = 6.0
+    elements: Flag = False
 
 
 def spectra(part: SpectraPart, scene: Scene, report: Progress) -> PartResult:
@@ -47,9 +51,8 @@ def spectra(part: SpectraPart, scene: Scene, report: Progress) -> PartResult:
     peaks : frequencies of peaks above a twentieth of the highest, in the unit of the
         figure; highest : that of the highest one; lowest : of all, the first
     """
-    unit, settings = scene.unit_Hz, Settings()
-    system, values = scene.system, parsed_speeds(part.speeds)
-    stepper = stepper_of(system, settings)
+    unit, values = scene.unit_Hz, parsed_speeds(part.speeds)
+    stepper, settings = _stepper(part, scene)
     done = 0
 
     def station(value: float) -> Station:
@@ -84,6 +87,16 @@ def spectra(part: SpectraPart, scene: Scene, report: Progress) -> PartResult:
             ):
                 found[f"{start}.{name}"] = tuple((frequency[places] / unit).tolist())
     return PartResult(tuple(curves), found)
+
+
+def _stepper(
+    part: SpectraPart, scene: Scene
+) -> tuple[Stepper, Settings | DynamicSettings]:
+    if not part.elements:
+        return stepper_of(scene.system, Settings()), Settings()
+    settings = DynamicSettings()
+    speeds = [scene.unit_Hz * value for value in parsed_speeds(part.speeds)]
+    return element_stepper(scene, speeds, settings), settings
 
 
 def _peaks(amplitude: Array, part: float) -> NDArray[np.int64]:
