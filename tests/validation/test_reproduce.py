@@ -693,8 +693,6 @@ def test_free_motions_grow_as_their_multiplier_says():
 
 def test_spectra_of_finite_elements_have_the_harmonics_of_the_mesh():
     text = RUBBING.replace("bending = 0.4", "").replace("rectangular", "fe")
-        "bending = 0.4", ""
-    )
     text += 'kind = "spectra"\nspeeds = "1300"\nperiods = 8\nelements = true\n'
     text += "up_to = 900.0\n"
     found = computed(text.replace("0.3", "0.2")).found
