@@ -9,8 +9,9 @@ friction: moments about both gears' axes with arms l_1 = r_1 tan(phi) + x and
 l_2 = r_2 tan(phi) - x, and forces off the line of action.
 
 Along the row, b v is the sliding speed, that of the driver's flank less that of the
-driven's. Nominally it is x times both gears' speeds; with v the whole motion, eq. 6.3,
-sgn is -sgn(b v), and friction takes the power mu N |b v|.
+driven's. Nominally it is x times both gears' speeds; with v the whole motion sgn is
+-sgn(b v), and friction takes the power mu N |b v|. Eq. 6.3 has it with another sign of
+one gear's vibration: as printed it takes u_2' off, which closes the mesh as u_1' does.
 
 Where back flanks touch, the contact runs along the other line of action, on which the
 driver is the gear that is pushed. That mirrors the pair about the line of centres and

@@ -18,7 +18,7 @@ from lumped.coupled import (
     loaded_state,
 )
 from lumped.excitation import MeshExcitation
-from lumped.friction import ToothFriction, friction_rows
+from lumped.friction import FrictionRows, ToothFriction, friction_rows
 from lumped.friction_samples import with_friction
 from lumped.kernels.arrays import (
     CoupledSteps,
@@ -45,7 +45,8 @@ class LumpedSystem:
     """A train and the excitation of each of its meshes.
 
     Modes that strain no mesh, rigid rotation among them, take no part in the
-    motion; raises TrainError where torques do not balance on one that is free.
+    motion, unless sliding by them turns friction; raises TrainError where torques do
+    not balance on one that is free.
 
     contacts : of the coupled model, which then move the train; the excitations, of
         Model-1, give its modes and by them its damping
@@ -99,8 +100,27 @@ class LumpedSystem:
 
     @cached_property
     def moving(self) -> NDArray[np.intp]:
-        """Indices of the modes that take part in the motion."""
-        return np.flatnonzero(self.modes.mesh_energy.sum(axis=0) > UNTOUCHED)
+        """Indices of the modes that take part in the motion.
+
+        They strain a mesh, or teeth slide by them and their sliding turns the friction.
+        """
+        taking_part = self._straining
+        if any(each.sliding == "instantaneous" for each in self.friction):
+            sliding = sum(np.abs(row).max(axis=0) for row in self._friction_rows)
+            by_sliding = sliding > UNTOUCHED * np.max(sliding)
+            taking_part = taking_part | (by_sliding & (self.modes.frequency_Hz > 0.0))
+        return np.flatnonzero(taking_part)
+
+    @property
+    def _straining(self) -> NDArray[np.bool_]:
+        """Whether each mode strains a mesh."""
+        return np.asarray(self.modes.mesh_energy.sum(axis=0) > UNTOUCHED)
+
+    @cached_property
+    def _friction_rows(self) -> FrictionRows:
+        """Of friction on all modes."""
+        rows = friction_rows(self.train, self.modes.coordinates)
+        return rows.of_shapes(self.modes.shapes)
 
     @cached_property
     def arrays(self) -> ModalSystem:
@@ -144,9 +164,9 @@ class LumpedSystem:
 
     @cached_property
     def resonances_Hz(self) -> Array:
-        """Natural frequencies of the modes that move; under load if coupled."""
+        """Of the modes that strain a mesh; under load if coupled."""
         if self.loaded is None:
-            return np.asarray(self.modes.frequency_Hz[self.moving])
+            return np.asarray(self.modes.frequency_Hz[self._straining])
         return self.loaded.frequency_Hz
 
     @cached_property
@@ -231,9 +251,8 @@ class LumpedSystem:
         samples = self.excitation.samples(times)
         if not self.rubs:
             return samples
-        rows = friction_rows(self.train, self.modes.coordinates)
-        in_modes = rows.of_shapes(self.modes.shapes[:, self.moving])
-        return with_friction(samples, times, self.excitation, self.friction, in_modes)
+        rows = FrictionRows(*(row[:, self.moving] for row in self._friction_rows))
+        return with_friction(samples, times, self.excitation, self.friction, rows)
 
     def holds(self, steps: int) -> bool:
         """Whether memory should hold a common period of so many steps a period."""
