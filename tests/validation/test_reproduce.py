@@ -164,6 +164,34 @@ over = { key = "machine.damping", low = 1e-4, high = 3e-4, count = 3 }
 """
 
 
+SAWTOOTH = """
+number = "9.1"
+title = "Small"
+says = "Nothing."
+
+[[part]]
+kind = "sawtooth"
+by = "recursion"
+a = -1.0
+b = -1.0
+steps = [0.5]
+counts = [4, 20]
+"""
+
+
+def test_an_equation_needs_no_gears():
+    found = computed(SAWTOOTH).found
+    assert found["step1.at4"][0] > 1e-4
+    assert found["step1.last"][0] < 1e-14
+    for given, message in (
+        ('gear_set = "liu-pair"', "neither gear_set nor machine"),
+        ("translations = true", "translations is of trains, not of equations"),
+    ):
+        wrong = SAWTOOTH.replace('says = "Nothing."', f'says = "Nothing."\n{given}')
+        with pytest.raises(InputError, match=message):
+            read_figure(wrong)
+
+
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [

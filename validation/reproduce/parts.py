@@ -88,6 +88,7 @@ class Part(Train):
 
     keys: ClassVar[tuple[str, ...]] = ()
     of_machine: ClassVar[bool] = False  # that may rattle, in place of a train
+    of_equation: ClassVar[bool] = False  # of neither
     no_command: ClassVar[str] = "none computes this part alone"
 
     name: str = ""

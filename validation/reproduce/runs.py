@@ -51,6 +51,7 @@ SOURCES = {
     ),
     validation: (
         "kept.py",
+        "oracles/hill.py",
         "reproduce/parts.py",
         "reproduce/*scene.py",
         "reproduce/computations/*.py",

@@ -235,6 +235,20 @@ class Scene:
         return ["--translations", *found] if self.translations else found
 
 
+@dataclass(frozen=True)
+class NoScene:
+    """Of a part that needs neither gears nor a machine."""
+
+    no_commands = ""  # every part says for itself
+
+    @property
+    def inputs(self) -> dict[str, str]:
+        return {}
+
+    def table_commands(self) -> Iterator[list[str]]:
+        return iter(())
+
+
 @cache
 def excitations_of(source: Source) -> Excitations:
     """One for all parts, whose tables are solved once each."""

@@ -22,9 +22,9 @@ from validation.reproduce.machine_scene import MachineScene
 from validation.reproduce.parts import Part, Quantity, Train
 from validation.reproduce.readings import found_keys
 from validation.reproduce.references import Reference
-from validation.reproduce.scene import Scene, scene_of
+from validation.reproduce.scene import NoScene, Scene, scene_of
 
-AnyScene = Scene | MachineScene
+AnyScene = Scene | MachineScene | NoScene
 FOLDER = Path(__file__).parents[1] / "figures"
 LEFT_OUT = FOLDER.parent / "left_out_figures.toml"
 NUMBER = re.compile(r"(rattle-)?(table-)?(\d)\.(\d+)([a-z]?)")
@@ -74,6 +74,8 @@ class SourceFigure(Train):
         return {part.own_name: part for part in self.part}
 
     def scene(self, part: Part) -> AnyScene:
+        if part.of_equation:
+            return NoScene()
         if self.machine:
             edits = edits_by_key((*self.edits, *part.edits))
             return MachineScene(name=self.machine, given=edits)
@@ -166,17 +168,29 @@ def read_figure(text: str, source: str = "figure") -> SourceFigure:
 
 
 def _require_one_subject(figure: SourceFigure, source: str) -> None:
-    """A gear set or a machine, and no more of a train than that has."""
-    if bool(figure.gear_set) == bool(figure.machine):
+    """A gear set or a machine, and no more of a train than that has; equations have
+    neither."""
+    bare = all(part.of_equation for part in figure.part)
+    if bare and (figure.gear_set or figure.machine):
+        raise InputError(f"{source}: its parts have neither gear_set nor machine")
+    if not bare and bool(figure.gear_set) == bool(figure.machine):
         raise InputError(f"{source}: one of gear_set and machine is needed")
     for part in figure.part:
+        if part.of_equation:
+            continue
         if part.of_machine != bool(figure.machine):
             of = "machine" if part.of_machine else "gear_set"
             raise InputError(f"{source}: part {part.own_name} needs a {of}")
-    for each in (figure, *figure.part) if figure.machine else ():
+    for each in () if figure.gear_set else (figure, *figure.part):
         for own in fields(Train):
             if own.name != "edits" and getattr(each, own.name) is not None:
-                raise InputError(f"{source}: {own.name} is of trains, not of machines")
+                raise InputError(
+                    f"{source}: {own.name} is of trains, not of {_of(figure)}"
+                )
+
+
+def _of(figure: SourceFigure) -> str:
+    return "machines" if figure.machine else "equations"
 
 
 def _require_found(figure: SourceFigure, part: str, found: str, place: str) -> None:

@@ -9,7 +9,8 @@ import pytest
 from friction_pairs import ACROSS, COUPLED, RADII, pair_system
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.special import airy
+from scipy.linalg import expm
+from scipy.optimize import fsolve
 
 from fegear.excitation import Source
 from fegear.gearset import load_gear_set
@@ -27,6 +28,7 @@ from lumped.stability.multipliers import (
 from lumped.stability.periodic import PeriodicSystem, periodic_system
 from lumped.system import LumpedSystem
 from lumped.train import TrainError
+from validation.oracles.hill import exact_transition, first_order_form, recursion
 
 SPEEDS = np.linspace(1.7, 12.0, 400)
 
@@ -51,15 +53,8 @@ def sawtooth(a, b):
 
 @pytest.mark.parametrize(("a", "b"), [(-1.0, -1.0), (30.0, 5.0), (-200.0, 150.0)])
 def test_the_sawtooth_has_its_exact_solution(a, b):
-    """Eq. 4.57, by Airy functions, which are the Bessel functions of eq. 4.58."""
-    root = np.cbrt(a)
-
-    def states(t):
-        u = -(a * t + b) / root**2
-        ai, ai_rate, bi, bi_rate = airy(u)
-        return np.array([[ai, bi], [-root * ai_rate, -root * bi_rate]])
-
-    exact = states(1.0) @ np.linalg.inv(states(0.0))
+    """Eq. 4.57."""
+    exact = exact_transition(a, b, 1.0)
     found = transition(sawtooth(a, b), 1.0)[0]
     np.testing.assert_allclose(found, exact, atol=1e-11 * np.abs(exact).max())
 
@@ -153,6 +148,59 @@ def test_the_printed_stable_and_unstable_speeds():
     np.testing.assert_allclose(still, 1.0, atol=1e-9)
     (own,) = intervals(system, 11.0, 11.8, "2 f3")
     assert (own.low, own.high) == pytest.approx((11.2, 11.6), abs=0.035)
+
+
+def monodromy_at(speed):
+    """Of eq. 4.44 in u, y1, y2 without friction or damping, by matrix exponentials;
+    its masses from the printed frequencies by a root finder. Eps 0.1, c = 1.5."""
+    row = np.array([1.0, 1.0, -1.0])
+    squares = (2.0 * math.pi * np.array(COUPLED)) ** 2
+    held = (2.0 * math.pi * np.array([0.0, *ACROSS])) ** 2
+
+    def over_mass(logs, share=1.0):
+        """Stiffness over mass, of k and both masses; u has a mass of one."""
+        k, *others = np.exp(logs)
+        return np.diag(held) + share * k * np.outer(row / np.array([1.0, *others]), row)
+
+    logs = fsolve(
+        lambda logs: np.sort(np.linalg.eigvals(over_mass(logs)).real) / squares - 1.0,
+        np.log([squares[2] / 2.0, 2.0, 2.0]),
+        xtol=1e-13,
+    )
+    whole = np.eye(6)
+    for share in (1.05, 0.95):  # half of the cycle each
+        rate = np.block(
+            [[np.zeros((3, 3)), np.eye(3)], [-over_mass(logs, share), np.zeros((3, 3))]]
+        )
+        whole = expm(0.5 / speed * rate) @ whole
+    return np.abs(np.linalg.eigvals(whole)).max()
+
+
+@pytest.mark.parametrize(
+    ("speed", "grows"),
+    [
+        (11.1, False),
+        (11.2, False),  # printed as unstable, 0.03 beside the edge
+        (11.25, True),
+        (11.55, True),
+        (11.6, False),
+        (11.7, False),
+        (7.25, True),
+        (7.79, True),
+    ],
+)
+def test_the_printed_speeds_by_equations_written_again(speed, grows):
+    """The pair in the printed unit, and the gear set made from it."""
+    exact = monodromy_at(speed)
+    assert (exact > 1.001) == grows
+    pair = periodic_system(pair_system(0.1))
+    assert largest_multiplier(pair, speed)[0] == pytest.approx(exact, abs=1e-7)
+    edits = {"dynamics.damping_ratio": 0.0, "mesh.1.stiffness_variation": 0.1}
+    model = LumpedModel(stiffness=Source(kind="rectangular"), translations=True)
+    system = lumped_system(load_gear_set("liu-friction", edits), 100.0, model)
+    unit = system.resonances_Hz[0] / COUPLED[0]
+    own = periodic_system(system)
+    assert largest_multiplier(own, unit * speed)[0] == pytest.approx(exact, abs=2e-4)
 
 
 def test_difference_type_comes_with_friction_only():
@@ -260,31 +308,13 @@ def test_harmonics_are_those_of_the_meshes():
     assert max(size for s, size in sizes.items() if s not in orders) < 1e-9 * sizes[5]
 
 
-def recursion(coefficients, h, count):
-    """State transition by the recursion of eq. 4.55, for any degree of G."""
-    size = len(coefficients[0])
-    terms = [[h ** (j + 1) * g / (j + 1) for j, g in enumerate(coefficients)]]
-    for n in range(2, count + 1):
-        before, own = terms[-1], []
-        for i in range(len(before) + len(coefficients) - 1):
-            total = np.zeros((size, size))
-            for j, g in enumerate(coefficients):
-                if 0 <= i - j < len(before):
-                    total += h ** (j + 1) * g @ before[i - j]
-            own.append(total / (n + i))
-        terms.append(own)
-    return np.eye(size) + sum(sum(own) for own in terms)
-
-
 def test_the_recursion_of_the_source_and_the_series_are_one():
     """Figure 5.4: round-off at 20 terms and a step of 0.5, a = b = -1."""
     a, b, h = -1.0, -1.0, 0.5
-    G = [np.array([[0.0, 1.0], [-b, 0.0]]), np.array([[0.0, 0.0], [-a, 0.0]])]
+    G = first_order_form(a, b)
     stiffness, edges = np.array([[[[b]], [[a]]]]), np.array([0.0, h])
     system = PeriodicSystem(np.ones(1), np.zeros(1), edges, stiffness)
-    u = [1.0 + 0.0, 1.0 + h]  # x'' = (1 + t) x
-    states = [np.array([airy(v)[::2], airy(v)[1::2]]) for v in u]
-    exact = states[1] @ np.linalg.inv(states[0])
+    exact = exact_transition(a, b, h)
     errors = [np.abs(recursion(G, h, n) - exact).max() for n in (4, 8, 12, 20)]
     assert errors[0] > 1e-4 > errors[1] > 1e-12
     assert errors[-1] < 1e-14

@@ -13,6 +13,7 @@ from validation.reproduce.computations import (
     rattle_models,
     rattle_motions,
     rattle_orbits,
+    recursion,
     settled_motions,
     spectra,
     stability,
@@ -38,6 +39,7 @@ AnyPart = (
     | spectra.SpectraPart
     | stability.StabilityPart
     | free_motions.FreeMotionsPart
+    | recursion.SawtoothPart
     | tooth_friction.ToothPairsPart
     | tooth_friction.FrictionDeflectionPart
     | tooth_friction.HarmonicsPart
@@ -66,6 +68,7 @@ COMPUTE: Mapping[type[Part], Compute] = {
     spectra.SpectraPart: spectra.spectra,
     stability.StabilityPart: stability.stability,
     free_motions.FreeMotionsPart: free_motions.free_motions,
+    recursion.SawtoothPart: recursion.sawtooth,
     tooth_friction.ToothPairsPart: tooth_friction.tooth_pairs,
     tooth_friction.FrictionDeflectionPart: tooth_friction.friction_deflection,
     tooth_friction.HarmonicsPart: tooth_friction.harmonics,
