@@ -16,9 +16,11 @@ run is handed on as read from these files, so that a reused one is the same.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+import threading
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from functools import partial
 from math import nan
 from pathlib import Path
 
@@ -27,6 +29,7 @@ from fegear.excitation import Excitations, Source
 from fegear.output import make_directory
 from fegear.statics import Progress
 from fegear.store import Checkpoint, open_checkpoint
+from lumped.workers import Cluster, NoClusterError, run_tasks
 from validation.cases import Case
 from validation.kept import begin_run, write_texts
 from validation.metrics import (
@@ -99,6 +102,54 @@ def run_case(
         own = excitations.setdefault(kind, Excitations(Source(kind=kind)))
         runs.append(_found_or_made(task, store, own, report))
     return CaseResult(case, tuple(runs), tuple(case_verdicts(case, runs)))
+
+
+def make_runs(
+    cases: Sequence[Case],
+    store: Path,
+    workers: int | Cluster | None,
+    report: Progress = lambda what, done, total: None,
+) -> None:
+    """Make the runs of cases that are not in the store yet by workers, several at once.
+
+    Each is kept as it is finished; `run_case` then finds them. Raises InputError where
+    the cluster cannot be used, or its workers have another program.
+    """
+    missing = {
+        store / task.directory_name: task
+        for case in cases
+        for task in tasks_of(case)
+        if read_run(task, store / task.directory_name, reused=True) is None
+    }
+    finished: list[Path] = []
+
+    def take(directory: Path, texts: Mapping[str, str]) -> None:
+        task = missing[directory]
+        begin_run(make_directory(directory), task.inputs, NAMES)
+        write_texts(directory, texts)
+        if read_run(task, directory, reused=False) is None:
+            raise InputError(
+                f"{directory}: made by workers whose program is not the one of here"
+            )
+        finished.append(directory)
+        report("runs of workers", len(finished), len(missing))
+
+    report("runs of workers", 0, len(missing))
+    tasks = [(place, partial(texts_of, task)) for place, task in missing.items()]
+    if not tasks:
+        return
+    try:
+        run_tasks(tasks, take, threading.Event(), workers)
+    except NoClusterError as error:
+        raise InputError(str(error)) from None
+
+
+def texts_of(task: Task) -> dict[str, str]:
+    """The files of a run by name, made without a checkpoint."""
+    kind = "fe" if task.model is None else task.model.excitation
+    excitations = Excitations(Source(kind=kind))
+    found = solve_task(task, None, excitations, lambda what, done, total: None)
+    return contents(task, found)
 
 
 def warnings_of(result: CaseResult) -> Iterator[str]:

@@ -12,11 +12,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from fegear.cli.options import AsJson, progress_bar, require_outputs
+from fegear.cli.groups import grouped
+from fegear.cli.options import AsJson, Workers, progress_bar, require_outputs
 from fegear.cli.screen import print_json, ruled_table, say, screen
 
 if TYPE_CHECKING:
     from fegear.statics import Progress
+    from lumped.workers import Cluster
     from validation.cases import Case
     from validation.runs import CaseResult
 
@@ -31,7 +33,9 @@ class ValidationFidelity(StrEnum):
     quasistatic = "quasistatic"
 
 
+@grouped
 def validate_command(
+    *,
     output: Annotated[
         Path,
         typer.Option(
@@ -60,12 +64,13 @@ def validate_command(
             "that of each case]",
         ),
     ] = None,
+    workers: Workers,
     as_json: AsJson = False,
 ) -> None:
     """Lumped models against finite elements, with tolerances.
 
     The exit code is 1 if a tolerance fails. The same command goes on with an
-    interrupted run.
+    interrupted run, on a cluster with the runs that it had not finished.
     """
     from fegear.output import make_directory
     from validation.report import report_values, write_report
@@ -75,7 +80,7 @@ def validate_command(
     require_outputs([output / name for name in WRITTEN])
     commands = _commands(chosen, cases, fidelity, output)
     with progress_bar(enabled=not as_json) as report:
-        results = _run(chosen, store, report)
+        results = _run(chosen, store, workers.chosen, report)
         values = report_values(results, output, commands)
         write_report(values, results, output, report)
     if as_json:
@@ -126,9 +131,11 @@ def _commands(
     return each | {"": command(*(names or ["--all"]))}
 
 
-def _run(chosen: Sequence[Case], store: Path, report: Progress) -> list[CaseResult]:
+def _run(
+    chosen: Sequence[Case], store: Path, workers: Cluster | None, report: Progress
+) -> list[CaseResult]:
     """Results of the cases, after Ctrl-C of those that were finished."""
-    from validation.runs import run_case
+    from validation.runs import make_runs, run_case
     from validation.tasks import tasks_of
 
     def of(case: Case) -> Progress:
@@ -136,6 +143,8 @@ def _run(chosen: Sequence[Case], store: Path, report: Progress) -> list[CaseResu
 
     for case in chosen:
         list(tasks_of(case))  # a gear set that cannot be used is told at once
+    if workers is not None:
+        make_runs(chosen, store, workers, report)
     results: list[CaseResult] = []
     try:
         for case in chosen:

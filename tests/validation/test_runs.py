@@ -29,7 +29,8 @@ from lumped.excitation import MeshExcitation, PairExcitation
 from lumped.steady_state import Diverged
 from lumped.steppers import FixedStepper
 from lumped.waves import Wave as PeriodicWave
-from validation import kept, runs, solving
+from lumped.workers import Cluster
+from validation import kept, runs, solving, tasks
 from validation.cases import Model, SingleSpeed, Tolerance, load_case
 from validation.metrics import static_measures
 from validation.printed import printed_figure
@@ -69,6 +70,31 @@ def require_same_files(run, other):
     for name in ("sweep.csv", "statics.csv", "waves.csv", "inputs.json"):
         one, two = run.directory / name, other.directory / name
         assert one.read_bytes() == two.read_bytes(), name
+
+
+def test_runs_of_a_cluster_are_those_of_this_process(tmp_path, few):
+    pytest.importorskip("distributed")
+    runs.make_runs([FEW, FEW], tmp_path, Cluster())
+    there = runs.run_case(FEW, tmp_path)
+    for one, other in zip(few[1].runs, there.runs, strict=True):
+        assert other.reused
+        require_same_files(one, other)
+    assert there.verdicts == few[1].verdicts
+
+
+def test_runs_of_another_program_are_refused(tmp_path, monkeypatch):
+    """As told by what a run was made of."""
+    made = runs.texts_of
+
+    def elsewhere(task):
+        with monkeypatch.context() as patch:
+            patch.setattr(tasks, "FORMAT", "another")
+            return made(task)
+
+    monkeypatch.setattr(runs, "texts_of", elsewhere)
+    model_only = replace(FEW, speeds_Hz="1000:1050:50", wave=())
+    with pytest.raises(InputError, match="workers whose program is not the one"):
+        runs.make_runs([model_only], tmp_path, 1)
 
 
 @pytest.fixture(scope="module")

@@ -549,6 +549,10 @@ OPTIONS: dict[str, dict[str, Case]] = {
         "--output": swap(VALIDATE, "out", "there"),
         "--all": plus(VALIDATE, "--all", refused=True),
         "--fidelity": plus(VALIDATE, "--fidelity reduced"),
+        "--cluster": plus(
+            VALIDATE, "--cluster --scheduler tcp://nowhere:1", refused=True
+        ),
+        "--scheduler": plus(VALIDATE, "--scheduler nowhere", refused=True),
         "--json": less(VALIDATE, "--json"),
     },
     "reproduce": {
