@@ -8,10 +8,9 @@ from functools import cached_property
 
 import numpy as np
 
-from lumped.rattle.kernels.arrays import SHORT, Rattle, Waves
+from lumped.rattle.kernels.arrays import SHORT, STEADY, Rattle, Waves
 
 TURN = 2.0 * math.pi
-STEADY = 0.25  # of the time in which the contact load changes: short flights
 INSTANTS = 4096  # of a turn at which it is looked at
 
 

@@ -59,11 +59,15 @@ class Motions:
             soft = np.asarray(np.linalg.solve(linear.mass, linear.row), np.float64)
             kick = 1.0 / float(linear.row @ soft) * soft
             regimes = self._at_rest(-1), play, self._at_rest(1)
-            last = 0.0, kick, machine.restitution
+            # what drags on a gear that turns against the other, or impacts that lose speed
+            slowed = float(soft @ linear.damping @ soft) > 0.0
+            inertia = 1.0 / float(linear.row @ soft)
+            losses = slowed or machine.restitution < 1.0
+            last = 0.0, kick, machine.restitution, inertia if losses else 0.0
         else:
             lower, upper = (self._regime(machine.stiffness, side) for side in (-1, 1))
             regimes = lower, play, upper
-            last = bound, np.empty(0), 0.0
+            last = bound, np.empty(0), 0.0, 0.0
         self.system = kernel.System(regimes, bound, *last)
 
     def settled(self, rotation: float, speed: float, time: float = 0.0) -> Array:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 SHORT = 0.05  # turns: flights that fade away stay shorter
+STEADY = 0.25  # of the time in which the contact load changes: short flights
 Waves = tuple[float, float, float, float]
 
 

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lumped.compiled import compiled, inlined
+from lumped.rattle.kernels.arrays import SHORT, STEADY
 from lumped.rattle.kernels.flight import reach
 
 TURN = 2.0 * math.pi
@@ -147,6 +148,7 @@ class System(NamedTuple):
         have a stiffness, else the load of flanks at rest on each other, and it is 0
     kick : what the parts' speeds (n,) lose per speed that flanks lose in an impact;
         empty where they have a stiffness
+    inertia : of the parts in an impact; 0 where nothing slows flights down
     """
 
     regimes: tuple[Regime, Regime, Regime]
@@ -154,6 +156,7 @@ class System(NamedTuple):
     edge: float
     kick: NDArray[Any]
     restitution: float
+    inertia: float
 
 
 @inlined
@@ -172,12 +175,38 @@ def slow_down(s, state, w):
         state[n + i] -= s.kick[i] * w
 
 
+@inlined
+def fades(s, state, t, side, w, amplitudes):
+    """Whether flights that begin with a speed w off a flank only become shorter.
+
+    As of one equation: where the load of flanks that stay together, at least, is above
+    0 from now on, and changes little in a flight, losses shorten flights until the
+    flanks rest. The load's parts may all add up: no bound is closer than it needs.
+    """
+    m = s.regimes[side + 1]
+    excite(m, state, t, amplitudes)
+    steady, one, two = side * m.steady[0], abs(m.forced[0]), abs(m.forced[1])
+    change, slope = one + two, TURN * (one + m.order * two)
+    for j in range(amplitudes.size):
+        part = abs(m.watched[j] * amplitudes[j])
+        change += part
+        slope += abs(m.rates[j]) * part
+    least = steady - change
+    if least <= 0.0:
+        return False
+    short = SHORT if slope * SHORT < STEADY * least else STEADY * least / slope
+    short *= (least / (steady + change)) ** (2.0 / 3.0)
+    return 2.0 * w * s.inertia < short * least
+
+
 @compiled
 def run(s, state, start, begin, end, times, out):
     """Noise from `begin` to `end` of a motion from a state (2 n,) at `start`.
 
     (sum of squared speeds at which flanks meet in that time, meetings of the upper and
     of the lower flank, and whether all was found.) The state is left as at the end.
+    Motions whose flights fade away end there and have no meetings, unless instants are
+    asked for.
 
     times, out : instants, that rise, and the relative rotations then
     """
@@ -216,4 +245,10 @@ def run(s, state, start, begin, end, times, out):
             if side * look(m, amplitudes, 0.0, t)[0] <= 0.0:
                 slow_down(s, state, side * REST)
                 side = 0
+        elif side == 0 and times.size == 0 and s.inertia > 0.0:
+            speed = s.restitution * abs(w)
+            # the load is rarely more than four times its mean
+            if 0.5 * speed * s.inertia < SHORT * abs(s.regimes[to + 1].steady[0]):
+                if fades(s, state, t, to, speed, amplitudes):
+                    return 0.0, 0, 0, True
     return noise, high, low, t >= end
