@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
@@ -24,6 +25,7 @@ from lumped.rattle.basins import (
     settle_grid,
     tiles_of,
 )
+from lumped.rattle.departures import settling_returns
 from lumped.rattle.figure import draw_basins
 from lumped.workers import Cluster, NoClusterError
 
@@ -58,7 +60,15 @@ class BasinsResult:
             "attractors": [self._plain(i) for i in range(len(basins.attractors))],
             "unclear_fraction": 1.0 - clear,
             "basin_entropy": basins.entropy,
+            "warnings": list(self._warnings()),
         }
+
+    def _warnings(self) -> Iterator[str]:
+        basins = self.basins
+        needed = settling_returns(basins.machine)
+        unclear = float(np.mean(basins.attractor < 0))
+        if unclear and basins.iterations < needed:
+            yield unsettled(unclear, "cells", basins.iterations, needed)
 
     def _plain(self, number: int) -> dict[str, Any]:
         basins, attractor = self.basins, self.basins.attractors[number]
@@ -79,14 +89,14 @@ class BasinsResult:
     def to_npz(self, path: str | PathLike[str]) -> None:
         """Write attractors and returns of the cells, rows of rising speed."""
         basins = self.basins
-        names = "\n".join(attractor.name for attractor in basins.attractors)
         figures = figures_of(basins.machine)
         arrays: dict[str, Any] = {
             "attractor": basins.attractor.astype(np.int32),
             "returns": basins.returns.astype(np.int32),
             "velocity_rad_per_turn": np.array(basins.grid.velocity),
             "fraction": basins.fractions,
-            "names": np.frombuffer(names.encode(), np.uint8),
+            "names": np.array([attractor.name for attractor in basins.attractors], str),
+            "iterations": np.array(basins.iterations),
             **{k: np.array(math.inf if v is None else v) for k, v in figures.items()},
         }
         out = io.BytesIO()
@@ -95,6 +105,14 @@ class BasinsResult:
 
     def draw(self) -> Figure:
         return draw_basins(self.basins, self.named.name)
+
+
+def unsettled(part: float, what: str, iterations: int, needed: int) -> str:
+    """What to do about departures that have not settled."""
+    return (
+        f"{100.0 * part:.3g} % of the {what} have not settled in {iterations} returns; "
+        f"half the damping ends transients in {needed}: --iterations {needed}"
+    )
 
 
 def find_basins(
@@ -134,8 +152,8 @@ def find_basins(
     try:
         if checkpoint is not None:
             tiles |= _kept(checkpoint, grid)
-        if checkpoint is not None and keeping.resume:
-            keeping.tell(f"{checkpoint.path}: tiles that are finished: {len(tiles)}")
+        if tiles:
+            keeping.tell(f"{keeping.checkpoint}: tiles that are finished: {len(tiles)}")
         settled = settle_grid(
             *(machine, grid, iterations, tiles, keep),
             lambda done, total: report("tiles of cells", done, total),

@@ -47,7 +47,7 @@ class CurveSearch:
 
     orbit: str = ""
     departures: int = 1
-    velocity: tuple[float, float] = (0.0, 7.0)
+    velocity: tuple[float, float]
     length: float = 20.0
     preimages: int = 2
     unstable: bool = False
@@ -144,9 +144,15 @@ def find_manifolds(
 ) -> ManifoldsResult:
     """Manifolds of the saddles that are found, and the grazing curve's pre-images.
 
-    Raises InputError where no saddle has the name that is asked for.
+    Raises InputError where no saddle has the name that is asked for, and where impacts
+    lose all speed: then the return map has no inverse.
     """
     machine = named.machine
+    if machine.is_impact and machine.restitution == 0.0:
+        raise InputError(
+            f"{named.name}: restitution = 0; departures have no pre-images where "
+            "impacts lose all speed, manifolds and grazing curves need more"
+        )
     orbits = saddles(find_orbits(machine, search.departures, search.velocity))
     names = sorted({orbit.name for orbit in orbits})
     if search.orbit and search.orbit not in names:

@@ -11,15 +11,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fegear.errors import InputError
+from fegear.rattle.basins import unsettled
 from fegear.rattle.machines import NamedMachine, figures_of, header_of
 from lumped.csv_text import format_csv
 from lumped.rattle.basins import QUIET
+from lumped.rattle.departures import RETURNS, settling_returns
 from lumped.rattle.figure import draw_noise, words_of
 from lumped.rattle.noise import (
+    FADED,
     Noise,
     measure_noise,
     measure_noise_of_parts,
     random_departures,
+    settling_turns,
 )
 
 if TYPE_CHECKING:
@@ -39,13 +43,15 @@ class Runs:
     starts : random departures; seed : that makes them again
     velocity : lowest and highest speed of a start [rad per turn]
     iterations : returns to the upper flank until noise is measured, of machines whose
-        relative motion has more than one equation turns; turns : of which
+        relative motion has more than one equation turns; by default what transients
+        take to fade, of such machines RETURNS
+    turns : over which it is measured
     """
 
     starts: int = 1000
     seed: int = 1
-    velocity: tuple[float, float] = (0.0, 7.0)
-    iterations: int = 1499
+    velocity: tuple[float, float]
+    iterations: int | None = None
     turns: int = 200
 
 
@@ -56,12 +62,14 @@ class NoiseResult:
     named: NamedMachine
     runs: Runs
     noise: Noise
+    iterations: int
+    settling: float  # returns or turns that transients take to fade
 
     @property
     def summary(self) -> dict[str, Any]:
         """Plain values, ready for JSON."""
         noise, names = self.noise, self.noise.attractors
-        known = np.isfinite(noise.level)
+        known = np.isfinite(noise.level) & (noise.motion >= 0)
         level = noise.level[known]
         count = len(noise.level)
         quiet = [i for i, each in enumerate(names) if each.name == QUIET]
@@ -78,7 +86,7 @@ class NoiseResult:
             "starts": count,
             "seed": self.runs.seed,
             "velocity_rad_per_turn": list(self.runs.velocity),
-            "iterations": self.runs.iterations,
+            "iterations": self.iterations,
             "turns": self.runs.turns,
             "noise_rad2_per_turn3": float(level.mean()) if level.size else None,
             "noise_within_rad2_per_turn3": _plain(
@@ -93,7 +101,23 @@ class NoiseResult:
             "quiet_probability_within": [low, high],
             "unclear_fraction": float(np.mean(noise.motion < 0)),
             "motions": [self._motion(i, each.name) for i, each in enumerate(names)],
+            "warnings": list(self._warnings()),
         }
+
+    def _warnings(self) -> Iterator[str]:
+        unclear = float(np.mean(self.noise.motion < 0))
+        if self.iterations >= self.settling:
+            return
+        if self.named.assembly.more_equations:
+            lasts = "never"
+            if math.isfinite(self.settling):
+                lasts = f"in {self.settling:.0f} turns (--iterations)"
+            yield (
+                f"transients of the parts fade to {FADED:g} {lasts}, runs are given "
+                f"{self.iterations}: noise may still fall, unless impacts end them"
+            )
+        elif unclear:
+            yield unsettled(unclear, "runs", self.iterations, int(self.settling))
 
     def _motion(self, number: int, name: str) -> dict[str, Any]:
         own = self.noise.motion == number
@@ -111,8 +135,20 @@ class NoiseResult:
             *("start_time_turns", "start_speed_rad_per_turn", "motion"),
             *("noise_rad2_per_turn3", "impacts_per_turn"),
         ]
-        fixed = header_of(figures_of(self.noise.machine))
-        return format_csv(names, self._rows(), {"machine": self.named.name, **fixed})
+        low, high = self.runs.velocity
+        how = {
+            "velocity_rad_per_turn": f"{low}:{high}",
+            "starts": self.runs.starts,
+            "seed": self.runs.seed,
+            "iterations": self.iterations,
+            "turns": self.runs.turns,
+        }
+        header = {
+            "machine": self.named.name,
+            **header_of(figures_of(self.noise.machine)),
+            **{key: str(value) for key, value in how.items()},
+        }
+        return format_csv(names, self._rows(), header)
 
     def _rows(self) -> Iterator[list[object]]:
         noise = self.noise
@@ -157,12 +193,17 @@ def find_noise(
 ) -> NoiseResult:
     """Noise of runs from random departures, once they have settled."""
     starts = random_departures(runs.starts, runs.velocity, runs.seed)
-    how = runs.iterations, runs.turns, lambda done, total: report("runs", done, total)
-    if named.assembly.more_equations:
-        try:
-            noise = measure_noise_of_parts(named.assembly, starts, *how)
-        except ValueError as error:
-            raise InputError(f"{named.name}: {error}") from None
+    many = bool(named.assembly.more_equations)
+    try:
+        settling = (
+            settling_turns(named.assembly) if many else settling_returns(named.machine)
+        )
+    except ValueError as error:
+        raise InputError(f"{named.name}: {error}") from None
+    iterations = runs.iterations or (RETURNS if many else int(settling))
+    how = iterations, runs.turns, lambda done, total: report("runs", done, total)
+    if many:
+        noise = measure_noise_of_parts(named.assembly, starts, *how)
     else:
         noise = measure_noise(named.machine, starts, *how)
-    return NoiseResult(named, runs, noise)
+    return NoiseResult(named, runs, noise, iterations, settling)

@@ -23,6 +23,7 @@ from lumped.rattle.departures import (
     follow,
     itinerary,
     settle_departures,
+    settling_returns,
 )
 from lumped.rattle.kernels import settle as kernel
 from lumped.rattle.machine import Machine
@@ -35,13 +36,14 @@ TILE = 2_000  # cells that a worker takes at a time
 ALIKE = 1e-5  # distance of departures on one orbit
 LONG = 200_000  # returns for which one of the motions that change still is followed
 LAST, LASTING = 2000, 10  # returns to settle at last; of the iterations, if chaotic
+LATE = 15_000  # returns more of others that change still
 SEEN = 256  # cells a side of a chaotic attractor's footprint
 EXPONENT = 20_000  # returns over which an exponent is a mean
 LEAST_CHAOTIC = 2e-3  # exponent per return; neighbours of others part by log(n) / n
 BESIDE = 1e-8  # distance of neighbours that tell a Lyapunov exponent
 QUIET, CHAOTIC = "quiet", "chaotic"
 MOST_CHAOTIC = 50  # motions that are followed for long, at most
-MOST_LATE = 20_000  # others that are given so many more returns
+MOST_LATE = 20_000  # of those others
 HALF = 0.5  # of a chaotic motion's departures in another's footprint: it is the same
 GOLDEN = 0.6180339887498949
 BOX = 5  # cells a side of the boxes of basin entropy
@@ -115,12 +117,13 @@ class Basins:
 
     @property
     def entropy(self) -> float:
-        """Basin entropy of boxes of five cells a side, 0 for one basin.
+        """Basin entropy of boxes of five cells a side, 0 for one basin; NaN where it is
+        not clear where any cell leads.
 
         A. Daza et al., Sci. Rep. 6 (2016) 31416, eq. 4.
         """
         count = self.grid.side // BOX
-        if not count:
+        if not count or not self.attractors:
             return math.nan
         inside = self.attractor[: count * BOX, : count * BOX]
         split = inside.reshape(count, BOX, count, BOX).swapaxes(1, 2)
@@ -193,10 +196,18 @@ def basins_of(
 
 
 def sort_departures(
-    machine: Machine, iterations: int, settled: Settled
+    machine: Machine, iterations: int, settled: Settled, only_settled: bool = True
 ) -> tuple[tuple[Attractor, ...], Numbers]:
     """Attractors, quiet first, and which one each departure leads to (c,), -1 where it
-    is not clear."""
+    is not clear.
+
+    only_settled : what changes still is clear only if transients have had time to end;
+        else it may count as chaotic beforehand
+    """
+    if only_settled and iterations < settling_returns(machine):
+        changing = settled.period == kernel.CHANGING
+        period = np.where(changing, kernel.UNKNOWN, settled.period)
+        settled = settled._replace(period=period)
     naming = Naming(machine, iterations)
     attractor = naming.sort(settled)
     order = sorted(range(len(naming.found)), key=lambda i: _rank(naming.found[i]))
@@ -300,8 +311,7 @@ class Naming:
             # of more than can be followed those that are spread over all
             spread = np.linspace(0, changing.size - 1, min(MOST_LATE, changing.size))
             late = changing[spread.astype(np.int64)]
-            again = LASTING * self.iterations
-            later = settle_departures(self.machine, settled.end[late], again)
+            later = settle_departures(self.machine, settled.end[late], LATE)
             later.period[later.period == kernel.CHANGING] = kernel.UNKNOWN
             number[late] = self.sort(later)
         return number

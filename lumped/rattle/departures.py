@@ -18,6 +18,7 @@ from lumped.rattle.machine import Machine
 
 Array = NDArray[np.float64]
 Numbers = NDArray[np.int64]
+RETURNS = 1499  # of section 3.3 of the source
 
 
 class Settled(NamedTuple):
@@ -38,6 +39,16 @@ def settle_departures(
     end = np.empty((time.size, 2))
     kernel.settle_cells(machine.arrays, time, speed, iterations, early, found, end)
     return Settled(found[:, 0], found[:, 1], end)
+
+
+def settling_returns(machine: Machine) -> int:
+    """Returns in which a transient fades to what counts as the same, RETURNS at least.
+
+    Of motions in the play and on flanks it fades at half the damping a turn or faster,
+    and a return of those that last takes a turn or so.
+    """
+    turns = 2.0 * math.log(1.0 / kernel.SAME) / machine.damping
+    return max(RETURNS, 100 * math.ceil(turns / 100.0))
 
 
 def follow(machine: Machine, departure: Sequence[float] | Array, count: int) -> Array:

@@ -59,7 +59,7 @@ class Motions:
             soft = np.asarray(np.linalg.solve(linear.mass, linear.row), np.float64)
             kick = 1.0 / float(linear.row @ soft) * soft
             regimes = self._at_rest(-1), play, self._at_rest(1)
-            # what drags on a gear that turns against the other, or impacts that lose speed
+            # by drag on gears that turn against each other, or in impacts
             slowed = float(soft @ linear.damping @ soft) > 0.0
             inertia = 1.0 / float(linear.row @ soft)
             losses = slowed or machine.restitution < 1.0

@@ -29,6 +29,8 @@ Array = NDArray[np.float64]
 Numbers = NDArray[np.int64]
 KINDS = QUIET_NAME, "single-sided rattle", "double-sided rattle"
 NOWHERE = math.nan, math.nan
+FADED = 1e-3  # of a transient: what is left of it is not heard
+STILL = 1e-12  # of the fastest rate: rotation of all parts together
 SHARE = 250  # runs that a worker takes at a time
 
 
@@ -37,7 +39,7 @@ class Noise:
     """Of n runs that have settled.
 
     starts : their departures (n, 2)
-    motion : by number among `attractors` (n,), -1 where it is not clear
+    motion : by number among `attractors` (n,), -1 where it is not clear, or not settled
     level : squared speeds at which flanks meet, per turn (n,) [rad^2 per turn^3]
     impacts : meetings of flanks per turn (n,)
     """
@@ -123,15 +125,28 @@ def measure_noise_of_parts(
     run_tasks(tasks, take, threading.Event())
     motions = [found[number] for number in range(len(starts))]
     level = np.array([each.noise for each in motions])
+    clear = np.isfinite(level)
     kind = np.array([(each.upper > 0) + (each.lower > 0) for each in motions])
-    seen, motion = np.unique(kind, return_inverse=True)
+    impacts = np.array([each.upper + each.lower for each in motions])
+    motion = np.full(len(starts), -1)
+    seen, motion[clear] = np.unique(kind[clear], return_inverse=True)
     names = [Attractor(KINDS[i], 0, NOWHERE, math.nan) for i in seen]
     return Noise(
-        *(machine, starts, tuple(names)),
-        motion=np.where(np.isfinite(level), motion, -1),
-        level=level,
-        impacts=np.array([each.upper + each.lower for each in motions]) / turns,
+        *(machine, starts, tuple(names), motion, level),
+        impacts=np.where(clear, impacts / turns, math.nan),
     )
+
+
+def settling_turns(assembly: Assembly) -> float:
+    """In which transients of all parts fade to `FADED`; inf where one never does.
+
+    Losses in impacts may end them sooner.
+    """
+    regimes = Motions(assembly).system.regimes
+    rates = np.concatenate([each.rates for each in regimes])
+    scale = np.abs(rates).max()
+    slowest = np.min(-rates.real[np.abs(rates) > STILL * scale])
+    return math.log(1.0 / FADED) / slowest if slowest > STILL * scale else math.inf
 
 
 def _run(

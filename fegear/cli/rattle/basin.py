@@ -20,6 +20,7 @@ from fegear.cli.rattle.machine import (
     speeds_of,
 )
 from fegear.cli.screen import number, ruled_table, screen
+from fegear.errors import InputError
 
 EXAMPLE = "fegear rattle basin roots-scaled -o basins.npz --plot basins.png"
 
@@ -40,7 +41,7 @@ def basin_command(
     *,
     machine: MachineName,
     figures: MotionFigures,
-    velocity: Velocity = "0:7",
+    velocity: Velocity = None,
     grid: Annotated[
         int,
         typer.Option(help="Cells a side of the grid, over a turn and over the speeds."),
@@ -50,7 +51,7 @@ def basin_command(
         int,
         typer.Option(
             help="Returns to the upper flank after which a motion that still changes "
-            "counts as chaotic."
+            "counts as chaotic. Low damping needs more, which the result says."
         ),
         Range(least=100, most=10_000_000),
     ] = 1499,
@@ -64,13 +65,15 @@ def basin_command(
     the file is written; --resume goes on from there.
     """
     outputs.require(machine)
+    if outputs.output is not None and outputs.output.suffix != ".npz":
+        raise InputError(f"--output = {outputs.output}; must end in .npz")
     named = figures.load(machine)
     from fegear.rattle.basins import find_basins
     from lumped.rattle.basins import Grid
 
     begin = time.perf_counter()
     with named_options("velocity", "grid"), outputs.progress() as report:
-        cells = Grid(side=grid, velocity=speeds_of(velocity))
+        cells = Grid(side=grid, velocity=speeds_of(velocity, named.machine))
         found = find_basins(
             named, cells, iterations, outputs.keeping, report, workers.chosen
         )
@@ -86,7 +89,9 @@ def print_basins(values: dict[str, Any]) -> None:
     console = screen()
     print_machine(values)
     console.print(
-        f"{values['cells_a_side']} cells a side, {values['iterations']} returns at most"
+        f"{values['cells_a_side']} cells a side, speeds up to "
+        f"{values['velocity_rad_per_turn'][1]:.4g} rad per turn, "
+        f"{values['iterations']} returns at most"
     )
     table = ruled_table(
         *("motion", "part [%]", "+- [%]", "period\n[turns]", "at time\n[turns]"),
@@ -106,5 +111,6 @@ def print_basins(values: dict[str, Any]) -> None:
     console.print(table)
     if values["unclear_fraction"]:
         console.print(f"not clear: {100.0 * values['unclear_fraction']:.2f} % of cells")
-    console.print(f"basin entropy {values['basin_entropy']:.3f}")
+    if not math.isnan(values["basin_entropy"]):
+        console.print(f"basin entropy {values['basin_entropy']:.3f}")
     console.print(f"wall time {values['wall_time_s']:.2f} s")

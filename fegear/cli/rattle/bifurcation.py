@@ -15,9 +15,9 @@ from fegear.cli.options import ResumedOutputs, limits_of, refuse_idle, require
 from fegear.cli.rattle.machine import (
     MachineName,
     MotionFigures,
-    OrbitSpeeds,
-    orbit_speeds,
+    Velocity,
     print_machine,
+    speeds_of,
 )
 from fegear.cli.screen import counted, say
 from fegear.errors import InputError
@@ -117,7 +117,7 @@ def bifurcation_command(
     ],
     figures: MotionFigures,
     sought: SoughtBranches,
-    velocity: OrbitSpeeds = None,
+    velocity: Velocity = None,
     outputs: ResumedOutputs,
 ) -> None:
     """Motions that repeat over a figure: where they are born, double and graze.
@@ -136,7 +136,7 @@ def bifurcation_command(
     for name in axes:
         refuse_idle_figures(name, named, figures.given)
     find, print_values = finder_of(
-        axes, named, sought, orbit_speeds(velocity, named.machine)
+        axes, named, sought, speeds_of(velocity, named.machine)
     )
     with outputs.progress() as report:
         found = find(outputs.keeping, report)

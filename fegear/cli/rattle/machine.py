@@ -22,17 +22,10 @@ MachineName = Annotated[
     typer.Argument(metavar="MACHINE", help="Built-in machine or path of a TOML file."),
 ]
 Velocity = Annotated[
-    str,
-    typer.Option(
-        metavar="A:B", help="Speeds of departure that are looked at [rad per turn]."
-    ),
-]
-OrbitSpeeds = Annotated[
     str | None,
     typer.Option(
-        "--velocity",
         metavar="A:B",
-        help="Speeds of departure at which orbits are looked for [rad per turn]. "
+        help="Speeds of departure that are looked at [rad per turn]. "
         "[default: 0 to 4 pi damping + 4 half backlashes, or what forcing can give]",
     ),
 ]
@@ -105,15 +98,11 @@ def print_machine(values: dict[str, Any]) -> None:
         say(f"inferred: {inference}")
 
 
-def orbit_speeds(text: str | None, machine: Machine) -> tuple[float, float]:
+def speeds_of(text: str | None, machine: Machine) -> tuple[float, float]:
     """Where none are given, up to the usual one of the machine."""
     if text is not None:
-        return speeds_of(text)
+        wrong = f"--velocity = {text}; must be A:B from 0 on"
+        return limits_of(wrong, text, least=0.0)
     from lumped.rattle.orbits import usual_speed
 
     return 0.0, usual_speed(machine)
-
-
-def speeds_of(text: str) -> tuple[float, float]:
-    wrong = f"--velocity = {text}; must be A:B from 0 on"
-    return limits_of(wrong, text, least=0.0)

@@ -60,7 +60,7 @@ def manifold_command(
     *,
     machine: MachineName,
     figures: MotionFigures,
-    velocity: Velocity = "0:7",
+    velocity: Velocity = None,
     asked: AskedCurves,
     outputs: Outputs,
 ) -> None:
@@ -80,9 +80,10 @@ def manifold_command(
     from fegear.rattle.manifolds import CurveSearch, find_manifolds
     from fegear.store import Keeping
     from lumped.rattle.basins import Grid
+    from lumped.rattle.departures import RETURNS
     from lumped.rattle.manifolds import Fineness
 
-    speeds = speeds_of(velocity)
+    speeds = speeds_of(velocity, named.machine)
     search = CurveSearch(
         orbit=asked.orbit.replace(" ", ""),
         departures=asked.departures,
@@ -97,7 +98,7 @@ def manifold_command(
         found = find_manifolds(named, search, report)
         if asked.grid is not None:
             cells = Grid(side=asked.grid, velocity=speeds)
-            basins = find_basins(named, cells, 1499, Keeping(), report).basins
+            basins = find_basins(named, cells, RETURNS, Keeping(), report).basins
     outputs.write(found.csv)
     outputs.draw(lambda: found.draw(basins))
     values = found.summary

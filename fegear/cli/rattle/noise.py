@@ -34,10 +34,10 @@ class RandomRuns:
         default=1,
         allowed=Range(least=0, most=2**32),
     )
-    iterations: int = option(
+    iterations: int | None = option(
         "Returns to the upper flank before noise is measured; turns where parts of the "
-        "machine move on their own.",
-        default=1499,
+        "machine move on their own. [default: 1499, more where damping needs more to "
+        "end transients, but not with parts]",
         allowed=Range(least=100, most=10_000_000),
     )
     turns: int = option(
@@ -52,7 +52,7 @@ def noise_command(
     *,
     machine: MachineName,
     figures: MotionFigures,
-    velocity: Velocity = "0:7",
+    velocity: Velocity = None,
     runs: RandomRuns,
     outputs: Outputs,
 ) -> None:
@@ -67,7 +67,8 @@ def noise_command(
     named = figures.load(machine)
     from fegear.rattle.noise import Runs, find_noise
 
-    asked = Runs(velocity=speeds_of(velocity), **vars(runs))
+    speeds = speeds_of(velocity, named.assembly.machine)
+    asked = Runs(velocity=speeds, **vars(runs))
     with outputs.progress() as report:
         found = find_noise(named, asked, report)
     outputs.write(found.csv)
@@ -83,7 +84,8 @@ def print_noise(values: dict[str, Any]) -> None:
     low, high = values["quiet_probability_within"]
     console.print(
         f"quiet with a probability of {100.0 * values['quiet_probability']:.1f} %, "
-        f"{100.0 * low:.1f} to {100.0 * high:.1f} % by {values['starts']} runs"
+        f"{100.0 * low:.1f} to {100.0 * high:.1f} % by {values['starts']} runs from "
+        f"speeds up to {values['velocity_rad_per_turn'][1]:.4g} rad per turn"
     )
     if values["noise_rad2_per_turn3"] is not None:
         within = values["noise_within_rad2_per_turn3"]
@@ -102,5 +104,8 @@ def print_noise(values: dict[str, Any]) -> None:
     console.print(table)
     if values["unclear_fraction"]:
         part = 100.0 * values["unclear_fraction"]
-        console.print(f"not clear what is settled to: {part:.2f} % of runs")
+        console.print(
+            f"not clear what is settled to, and left out of the noise level: "
+            f"{part:.2f} % of runs"
+        )
     console.print(f"wall time {values['wall_time_s']:.2f} s")

@@ -11,9 +11,9 @@ from fegear.cli.options import AsJson, show
 from fegear.cli.rattle.machine import (
     MachineName,
     MotionFigures,
-    OrbitSpeeds,
-    orbit_speeds,
+    Velocity,
     print_machine,
+    speeds_of,
 )
 from fegear.cli.screen import number, ruled_table, screen
 
@@ -33,7 +33,7 @@ def periodic_command(
         ),
         Range(least=1, most=12),
     ] = 2,
-    velocity: OrbitSpeeds = None,
+    velocity: Velocity = None,
     as_json: AsJson = False,
 ) -> None:
     """Motions P(m, n+, n-) that repeat, stable or not.
@@ -46,7 +46,7 @@ def periodic_command(
     named = figures.load(machine)
     from fegear.rattle.periodic import periodic_summary
 
-    values = periodic_summary(named, departures, orbit_speeds(velocity, named.machine))
+    values = periodic_summary(named, departures, speeds_of(velocity, named.machine))
     show(values, as_json, print_periodic)
 
 

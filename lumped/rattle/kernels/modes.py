@@ -247,8 +247,8 @@ def run(s, state, start, begin, end, times, out):
                 side = 0
         elif side == 0 and times.size == 0 and s.inertia > 0.0:
             speed = s.restitution * abs(w)
-            # the load is rarely more than four times its mean
-            if 0.5 * speed * s.inertia < SHORT * abs(s.regimes[to + 1].steady[0]):
-                if fades(s, state, t, to, speed, amplitudes):
-                    return 0.0, 0, 0, True
+            # the least load is below the mean one
+            short = 2.0 * speed * s.inertia < SHORT * abs(s.regimes[to + 1].steady[0])
+            if short and fades(s, state, t, to, speed, amplitudes):
+                return 0.0, 0, 0, True
     return noise, high, low, t >= end

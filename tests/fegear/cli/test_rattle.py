@@ -48,7 +48,8 @@ def test_basins_on_screen_in_files_and_for_machines(tmp_path):
     assert names == ["quiet", "P(1,1,0)", "P(1,2,0)", "P(2,2,1)"]
     assert sum(each["fraction"] for each in values["attractors"]) == pytest.approx(1.0)
     with np.load(file) as found:
-        assert bytes(found["names"]).decode().split("\n") == names
+        assert found["names"].tolist() == names
+        assert int(found["iterations"]) == 1499
         parts = np.bincount(found["attractor"].ravel()) / found["attractor"].size
         np.testing.assert_allclose(parts, found["fraction"])
         assert found["attractor"].shape == (30, 30)
@@ -109,6 +110,7 @@ WRONG = [
     ("roots-scaled --grid 2", "--grid = 2; allowed 5 to"),
     ("roots-scaled --iterations 3", "--iterations = 3; allowed 100 to"),
     ("roots-scaled --resume", "--resume needs the --output"),
+    ("roots-scaled -o basins.csv", "--output = basins.csv; must end in .npz"),
 ]
 
 
@@ -147,3 +149,67 @@ def test_a_killed_run_loses_the_tiles_under_way_only(tmp_path):
         for name in one.files:
             np.testing.assert_array_equal(one[name], two[name])
     assert not kept.exists()
+
+
+def test_a_run_taken_up_where_there_is_none_says_so_once(tmp_path, capsys):
+    file = str(tmp_path / "b.npz")
+    assert run([*BASIN, "--grid", "10", "-o", file, "--resume"]) == 0
+    assert capsys.readouterr().err.count("\n") == 1
+
+
+def test_what_comes_to_rest_has_one_name_in_all_commands():
+    words = "roots-scaled", "--epsilon", "0.2", "--restitution", "0.95"
+    basins = told("rattle", "basin", *words, "--grid", "40")
+    (attractor,) = basins["attractors"]
+    assert (attractor["name"], attractor["period"]) == ("sticking(1)", 1)
+    assert attractor["lyapunov_per_turn"] is None
+    noise = told("rattle", "noise", *words, "--starts", "20", "--turns", "20")
+    assert [each["name"] for each in noise["motions"]] == ["sticking(1)"]
+    orbits = told("rattle", "periodic", *words, "--departures", "1")["orbits"]
+    (rests,) = [each for each in orbits if each["name"] == "sticking(1)"]
+    assert rests["departures"] == [pytest.approx(attractor["point"], abs=1e-9)]
+    assert not told("rattle", "periodic", "roots-scaled", "--restitution", "0")[
+        "orbits"
+    ]
+
+
+def test_speeds_are_those_of_the_machine():
+    """And not those of another: of roots-a twice 2 pi damping and 4 half backlashes."""
+    words = "--grid", "5", "--iterations", "100"
+    low, high = told("rattle", "basin", "roots-a", *words)["velocity_rad_per_turn"]
+    assert low == 0.0
+    assert high == pytest.approx(4.0 * math.pi * 3e-4 + 4.0 * 6e-4)
+
+
+def test_what_has_not_settled_is_told_and_left_out():
+    """Where damping is low 1499 returns are few; enough of them are the default of
+    noise."""
+    result = CliRunner().invoke(app, ["rattle", "basin", "roots-a", "--grid", "5"])
+    assert "100 % of the cells have not settled in 1499 returns" in result.stderr
+    assert "--iterations 138200" in result.stderr
+    assert "basin entropy" not in result.stdout
+    values = told("rattle", "basin", "roots-a", "--grid", "5")
+    assert (values["attractors"], values["basin_entropy"]) == ([], None)
+    assert values["unclear_fraction"] == 1.0
+    words = "noise", "roots-a", "--starts", "4", "--turns", "20"
+    few = told("rattle", *words, "--iterations", "200")
+    assert few["noise_rad2_per_turn3"] is None
+    assert few["unclear_fraction"] == 1.0
+    enough = told("rattle", *words)
+    assert enough["iterations"] == 138_200
+    assert enough["noise_rad2_per_turn3"] > 0.0
+    assert not enough["warnings"]
+
+
+def test_tables_of_noise_say_how_they_were_made(tmp_path):
+    file = tmp_path / "noise.csv"
+    words = "rattle", "noise", "roots-scaled", "--starts", "3", "--seed", "5"
+    assert run([*words, "-o", str(file), "--turns", "20"]) == 0
+    lines = set(file.read_text().splitlines())
+    assert {"# starts: 3", "# seed: 5", "# turns: 20", "# iterations: 1499"} <= lines
+
+
+def test_a_map_without_inverse_has_no_manifolds(capsys):
+    words = ["rattle", "manifold", "roots-scaled", "--restitution", "0"]
+    assert run(words) == 2
+    assert "departures have no pre-images" in capsys.readouterr().err

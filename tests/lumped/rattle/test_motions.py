@@ -137,6 +137,27 @@ def test_flanks_that_rest_in_every_turn_are_as_loud_as_by_one_equation(
     assert [each.name for each in parts.attractors] == ["single-sided rattle"]
 
 
+def test_flights_that_fade_away_are_quiet():
+    """In impacts without losses; flanks meet ever more often and never rest. Seen as
+    motions, of which nothing is left out, they come closer to the flank."""
+    machine = replace(SCALED, ripple=0.0)
+    limit = quiet_motion(Assembly(machine=machine, **PARTS)).critical_eccentricity
+    own = replace(machine, eccentricity=0.1 * limit)
+    motions = Motions(Assembly(machine=own, **PARTS))
+    times = np.linspace(0.0, 14.0, 14 * 400 + 1)
+    for rotation, speed in ((0.59, 0.1), (0.6, 0.4), (0.55, 0.2)):
+        state = motions.settled(rotation, -speed)
+        assert motions.run(state, 0.0, 14.0).is_quiet
+        seen = motions.run(state, 0.0, 14.0, times)
+        assert seen.noise > 0.0
+        away = 0.6 - seen.rotation[:-1].reshape(14, 400).min(axis=1)
+        assert (np.diff(away[4:]) < 0.0).all()
+        assert away[-1] < 0.1 * away[0]
+    own = replace(machine, eccentricity=1.05 * limit)
+    motions = Motions(Assembly(machine=own, **PARTS))
+    assert not motions.run(motions.settled(0.6, -1e-3), 0.0, 14.0).is_quiet
+
+
 def test_a_gear_without_inertia_is_refused():
     light = Assembly(machine=SCALED, driving_gear=SprungGear(stiffness=3.0))
     with pytest.raises(ValueError, match="inertia above 0"):

@@ -86,7 +86,7 @@ def _settled(
     machine: Machine, part: BasinsPart, cells: Array
 ) -> tuple[tuple[Attractor, ...], Numbers]:
     settled = settle_departures(machine, cells, part.iterations)
-    return sort_departures(machine, part.iterations, settled)
+    return sort_departures(machine, part.iterations, settled, only_settled=False)
 
 
 def basins(part: BasinsPart, scene: MachineScene, report: Progress) -> PartResult:
