@@ -163,7 +163,8 @@ class BifurcationResult:
         label = self.search.figure.replace("_", " ")
         label += " [rad]" if self.column.endswith("_rad") else ""
         runs, title = self.settled[:, [0, 2]], f"{self.named.name}: {words}"
-        return draw_orbit_branches(self.branches, runs, label, title)
+        limits = self.search.limits
+        return draw_orbit_branches(self.branches, runs, limits, label, title)
 
 
 def _bifurcation(point: OrbitPoint) -> dict[str, Any]:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, fields, replace
+from functools import partial
 from typing import Any
 
 from fegear.rattle.machines import NamedMachine, figures_of
@@ -14,9 +15,10 @@ from lumped.rattle.motions import Motions
 from lumped.rattle.quiet import quiet_motion
 from lumped.rattle.receptances import critical_by_receptances
 
-CHANGED = 1e-4  # relative change of a figure that tells a sensitivity
-STRAIGHT = 0.05  # of their sum, by which slopes of less and more of a figure may differ
-FLAT = 1e-3  # slope that is as good as none
+CHANGED = 1e-4  # relative change of a figure that tells a slope
+PERCENT = 1e-2  # change of a figure over which a slope is told
+STRAIGHT = 0.2  # of the slope, by which changes over one per cent may differ from it
+FLAT = 1e-3  # per cent that are as good as none
 VARIED = "damping", "stiffness", "ripple"  # of the machine
 
 
@@ -94,55 +96,76 @@ def _phase_of(eccentricity: float, driving: float, driven: float) -> float:
     return math.acos(squares / (2.0 * driving * driven))
 
 
-def _varied(assembly: Assembly) -> Iterator[tuple[str, Assembly, Assembly]]:
-    """Figures that can help, with less and more of each."""
+Vary = Callable[[float], Assembly]
+
+
+def _varied(assembly: Assembly) -> Iterator[tuple[str, Vary]]:
+    """Figures that can help, and the assembly with each times a factor."""
     machine = assembly.machine
     for name in VARIED:
         value = getattr(machine, name)
         if value and math.isfinite(value):
-            less, more = (
-                replace(assembly, machine=replace(machine, **{name: value * factor}))
-                for factor in (1.0 - CHANGED, 1.0 + CHANGED)
-            )
-            yield name, less, more
+            yield name, partial(_with, assembly, "machine", machine, name)
     for table, part in (("shafts", assembly.shafts), *assembly.beside_shafts):
         for each in fields(part):
             value = getattr(part, each.name)
             if isinstance(value, float) and value:
-                less, more = (
-                    replace(
-                        assembly,
-                        **{table: replace(part, **{each.name: value * factor})},
-                    )
-                    for factor in (1.0 - CHANGED, 1.0 + CHANGED)
-                )
-                yield f"{table}.{each.name}", less, more
+                vary = partial(_with, assembly, table, part, each.name)
+                yield f"{table}.{each.name}", vary
 
 
-Slopes = dict[str, float | tuple[float, float] | None]
+def _with(
+    assembly: Assembly, table: str, part: Any, name: str, factor: float
+) -> Assembly:
+    changed = replace(part, **{name: factor * getattr(part, name)})
+    return replace(assembly, **{table: changed})
 
 
-def _sensitivities(assembly: Assembly) -> tuple[Slopes, Slopes]:
-    """Relative change of both limits of the quiet window over that of each figure.
+Change = float | tuple[float | None, float | None] | None
 
-    Of less and of more of a figure where a limit has a corner, as at the tuning of an
-    absorber; None where a limit is 0 or is not there.
+
+def _sensitivities(
+    assembly: Assembly,
+) -> tuple[dict[str, Change], dict[str, Change]]:
+    """Change of both limits of the quiet window in per cent per per cent of a figure.
+
+    Where a limit bends within one per cent, as at the tuning of an absorber, that of
+    one per cent less and of one more; None where a limit is 0 or is not there.
     """
-    own = quiet_motion(assembly).window
-    lowest: Slopes = {}
-    critical: Slopes = {}
-    for name, *both in _varied(assembly):
-        windows = own, *(quiet_motion(each).window for each in both)
+    lowest: dict[str, Change] = {}
+    critical: dict[str, Change] = {}
+    for name, vary in _varied(assembly):
+        windows = [
+            _window(vary, 1.0 + change)
+            for change in (-PERCENT, -CHANGED, 0.0, CHANGED, PERCENT)
+        ]
         for side, found in enumerate((lowest, critical)):
-            here, less, more = (0.0 if w is None else w[side] for w in windows)
-            found[name] = _slope(less, here, more)
+            found[name] = _change([None if w is None else w[side] for w in windows])
     return lowest, critical
 
 
-def _slope(less: float, here: float, more: float) -> float | tuple[float, float] | None:
-    if 0.0 in (less, here, more):
+def _window(vary: Vary, factor: float) -> tuple[float, float] | None:
+    """None as well of an assembly that is not possible."""
+    try:
+        return quiet_motion(vary(factor)).window
+    except ValueError:
         return None
-    below, above = math.log(here / less) / CHANGED, math.log(more / here) / CHANGED
-    if abs(above - below) > max(FLAT, STRAIGHT * abs(above + below)):
-        return below, above
-    return 0.5 * (below + above)
+
+
+def _change(limits: Sequence[float | None]) -> Change:
+    """Of a limit at one per cent less of a figure, a little less, its own, ..."""
+    here = limits[2]
+    if not here:
+        return None
+    changes = [None if limit is None else limit / here - 1.0 for limit in limits]
+    less, below, _, above, more = changes
+    if less is None or more is None or below is None or above is None:
+        return _percent(less), _percent(more)
+    slope = (above - below) / (2.0 * CHANGED)
+    off = max(abs(less / PERCENT + slope), abs(more / PERCENT - slope))
+    bends = off > max(FLAT, STRAIGHT * abs(slope))
+    return (_percent(less), _percent(more)) if bends else slope
+
+
+def _percent(change: float | None) -> float | None:
+    return None if change is None else change / PERCENT

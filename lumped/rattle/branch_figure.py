@@ -22,14 +22,18 @@ MARKERS = {FOLD: "o", DOUBLING: "d", GRAZING: "x"}
 
 
 def draw_orbit_branches(
-    branches: Sequence[OrbitBranch], settled: Array, label: str, title: str
+    branches: Sequence[OrbitBranch],
+    settled: Array,
+    limits: tuple[float, float],
+    label: str,
+    title: str,
 ) -> Figure:
     """Speeds of departure from the upper flank over a figure of the machine.
 
     Stable orbits are drawn in full, unstable ones dashed.
 
     settled : values and speeds (d, 2) of what long runs settle to
-    label : of the figure, with its unit
+    limits : of the figure, label : with its unit
     """
     figure, ((axes,),) = panels(1, size=(8.0, 5.5))
     axes.plot(*settled.T, ".", color="0.6", ms=1.5, zorder=0)
@@ -46,6 +50,7 @@ def draw_orbit_branches(
                 axes.plot(point.value, speed, MARKERS[point.kind], color=color, ms=5)
     axes.set_xlabel(label)
     axes.set_ylabel("speed of departure [rad per turn]")
+    axes.set_xlim(*limits)
     axes.set_ylim(bottom=0.0)
     draw_legend(figure, _handles(branches, names), 4)
     draw_title(figure, title)

@@ -20,10 +20,12 @@ def settled_departures(machine: Machine, velocity: tuple[float, float]) -> Array
     """Times and speeds (d, 2) of departures of all motions that a grid of starts
     settles to; none of quiet ones, of those that come to rest the first ones after it.
 
-    velocity : lowest and highest speed of the starts [rad per turn]
+    velocity : lowest and highest speed of the starts [rad per turn]; from faster ones
+        than forcing can give, runs would only be on their way
     """
     place = (np.arange(STARTS) + 0.5) / STARTS
-    speeds = velocity[0] + place * (velocity[1] - velocity[0])
+    low, high = np.minimum(velocity, machine.fastest)
+    speeds = low + place * (high - low)
     starts = np.stack(np.meshgrid(place, speeds), axis=-1).reshape(-1, 2)
     settled = settle_departures(machine, starts, ITERATIONS)
     changing = settled.period == CHANGING

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from math import degrees
+from math import degrees, inf
 from typing import Any
 
 from fegear.cli.groups import grouped
@@ -79,17 +79,20 @@ def _changes(slopes: dict[str, Any], limit: str) -> Iterator[str]:
         if _largest(slope) < LEAST_SHOWN:
             continue
         if isinstance(slope, tuple):
-            less, more = slope
-            yield (
-                f"{name} is at a corner: per % {less:+.3g} % {limit} below it and "
-                f"{more:+.3g} % above"
-            )
+            less, more = map(_percent, slope)
+            yield f"1 % more {name}: {more} {limit}, 1 % less: {less}"
         else:
-            yield f"1 % more {name}: {slope:+.3g} % {limit}"
+            yield f"1 % more {name}: {_percent(slope)} {limit}"
 
 
-def _largest(slope: float | tuple[float, float]) -> float:
-    return max(map(abs, slope)) if isinstance(slope, tuple) else abs(slope)
+def _percent(change: float | None) -> str:
+    return "no" if change is None else f"{change:+.3g} %"
+
+
+def _largest(slope: float | tuple[float | None, float | None]) -> float:
+    """Where there is no limit any more it is beyond all."""
+    both = slope if isinstance(slope, tuple) else (slope,)
+    return max(inf if each is None else abs(each) for each in both)
 
 
 def _of_gears(values: dict[str, Any]) -> str:

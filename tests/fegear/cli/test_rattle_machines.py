@@ -281,21 +281,44 @@ def test_a_ripple_that_the_eccentricity_cancels_has_a_quiet_window(tmp_path):
     assert "none is quiet: the torque ripple alone parts the flanks" in shown
 
 
-def test_at_a_corner_the_slopes_of_both_sides_are_told(tmp_path):
-    """A light gear on a spring that resonates with the turn leaves next to nothing."""
-    gear = {"stiffness": 2.0 * math.pi**2}
-    rigid = SCALED | {"damping": 1e-7}
-    tables = {"machine": rigid, "driving_gear": gear}
+def test_a_figure_at_its_limit_has_no_change_beyond_it(tmp_path):
+    """Flanks whose stiffness is that of critical damping, 0.5 % aside."""
+    least = SCALED["damping"] ** 2 / 8.0
+    tables = {"machine": SCALED | {"stiffness": 1.005 * least}}
     values = told("critical", written(tmp_path, tables))
-    below, above = values["percent_of_critical_per_percent"]["driving_gear.stiffness"]
-    assert below < -1.0
-    assert above > 1.0
+    less, more = values["percent_of_critical_per_percent"]["stiffness"]
+    assert less is None
+    assert more < 0.0
+
+
+@pytest.mark.parametrize(
+    ("gear", "key"),
+    [
+        ({"stiffness": 2.0 * math.pi**2}, "driving_gear.stiffness"),  # resonates
+        ({"stiffness": 900.0}, "absorber.path_radius"),  # in tune
+    ],
+)
+def test_changes_of_both_sides_are_told_where_the_critical_one_bends(
+    tmp_path, gear, key
+):
+    absorber = {"mass": 1e-3, "pivot_radius": 0.4, "path_radius": 0.4}
+    tables = {"machine": SCALED | {"damping": 1e-4}, "driving_gear": gear}
+    tables |= {"absorber": absorber} if key.startswith("absorber") else {}
+    values = told("critical", written(tmp_path, tables))
+    less, more = values["percent_of_critical_per_percent"][key]
+    table, name = key.split(".")
+    for factor, change in ((0.99, less), (1.01, more)):
+        own = tables[table] | {name: tables[table][name] * factor}
+        there = told("critical", written(tmp_path, tables | {table: own}))
+        ratio = there["critical_eccentricity_rad"] / values["critical_eccentricity_rad"]
+        assert change == pytest.approx(100.0 * (ratio - 1.0), rel=1e-6)
     shown = (
         CliRunner()
         .invoke(app, ["rattle", "critical", written(tmp_path, tables)])
         .stdout
     )
-    assert "driving_gear.stiffness is at a corner: per % -" in shown
+    line = f"1 % more {key}: {more:+.3g} % critical eccentricity, 1 % less: {less:+.3g}"
+    assert line in shown
 
 
 def test_rattle_of_one_impact_a_turn_exists_from_the_checked_eccentricity():

@@ -41,3 +41,12 @@ def test_what_was_chaotic_for_long_and_dies_leaves_nothing():
     """Beside the boundary of chaos, where runs leave it after thousands of returns."""
     for damping in np.linspace(0.682, 0.689, 8):
         assert (settled_departures(machine(float(damping)), SPEEDS)[:, 1] > 3.5).all()
+
+
+def test_long_runs_from_any_speed_are_those_of_the_machine():
+    """From 1e6 rad per turn a run is not settled in all its returns."""
+    machine = Machine(damping=0.6, eccentricity=0.1, half_backlash=0.6)
+    wide = settled_departures(machine, (0.0, 1e6))
+    assert wide[:, 1].max() < 7.0
+    usual = settled_departures(machine, (0.0, machine.fastest))
+    np.testing.assert_array_equal(wide, usual)
