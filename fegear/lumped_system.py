@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from decimal import Decimal
 from typing import Literal
@@ -16,16 +16,19 @@ from fegear.train import mesh_torques_at, train_of
 from fegear.unphysical import doubts_of_meshes
 from fegear.version import package_version
 from lumped.coupled import INGREDIENTS
-from lumped.excitation import at_torque
+from lumped.excitation import at_torque, bending_along_path
 from lumped.friction import Sliding, ToothFriction, with_bending
 from lumped.settings import Settings
 from lumped.system import LumpedSystem
+from lumped.table import pair_names
 from lumped.train import TrainError
+from lumped.waves import Wave
 
 Number = int | Literal["coupled"]
 COUPLED = 0.05  # of a mode's strain energy in meshes, to count for the usual speeds
 QUASISTATIC = 0.4  # of the frequency of an elastic body, up to which it only yields
 USUAL_SPEEDS = 400  # at most, where none are given
+BendingRatio = float | Mapping[int, Wave]
 RATIO = "friction_bending_ratio"  # column of a mesh table
 
 
@@ -41,7 +44,8 @@ class LumpedModel:
     damping_ratio : of every mode, None for the gear set's
     stiffness : where the mesh stiffness comes from, or mesh tables that give it
     friction : coefficient of sliding friction of all meshes
-    bending : friction-bending ratio of all, None for that of the mesh tables
+    bending : friction-bending ratio of all, None for the mean of the mesh tables,
+        "cycle" for that of each pair over its way, as they have it
     sliding, transition : see `lumped.friction.ToothFriction`
     """
 
@@ -51,7 +55,7 @@ class LumpedModel:
     damping_ratio: float | None = None
     stiffness: Source | GivenTables = field(default_factory=Source)
     friction: float = 0.0
-    bending: float | None = None
+    bending: float | Literal["cycle"] | None = None
     sliding: Sliding = "nominal"
     transition: float = 0.0
 
@@ -68,15 +72,16 @@ class LumpedModel:
             )
         if self.friction and self.number != 1:
             raise ValueError(f"friction needs model 1, got {self.number}")
-        self._tooth_friction(self.bending or 0.0)  # checks its fields
+        if isinstance(self.bending, str) and self.bending != "cycle":
+            raise ValueError(f"bending must be a number or cycle, got {self.bending}")
+        ratio = self.bending
+        if ratio is None or isinstance(ratio, str):
+            ratio = 0.0
+        self.tooth_friction(ratio)  # checks its fields
 
-    def _tooth_friction(self, bending: float) -> ToothFriction:
+    def tooth_friction(self, bending: BendingRatio) -> ToothFriction:
         """Of a mesh, with its friction-bending ratio."""
         return ToothFriction(self.friction, bending, self.sliding, self.transition)
-
-    def tooth_frictions(self, ratios: Sequence[float]) -> tuple[ToothFriction, ...]:
-        """Of all meshes, with their friction-bending ratios."""
-        return tuple(map(self._tooth_friction, ratios))
 
     @property
     def springs(self) -> int:
@@ -123,7 +128,7 @@ def lumped_system(
     try:
         if model.friction:
             ratios = bending_ratios(gear_set, on_meshes, source, model)
-            rubs = model.tooth_frictions(ratios)
+            rubs = tuple(map(model.tooth_friction, ratios))
             driven = tuple(map(with_bending, driven, rubs))
         system = LumpedSystem(train, driven, friction=rubs)
     except (TrainError, ValueError) as error:
@@ -142,16 +147,16 @@ def bending_ratios(
     on_meshes: Sequence[float],
     source: ExcitationSource,
     model: LumpedModel,
-) -> list[float]:
-    """Friction-bending ratios of the meshes: as the model gives them, else means over
-    the cycle of the mesh tables.
+) -> list[BendingRatio]:
+    """Friction-bending ratios of the meshes: as the model gives them, else from the
+    mesh tables.
 
     on_meshes : torques on their drivers [N m]
     Raises InputError where the stiffness comes from no table that has them.
     """
-    if model.bending is not None:
+    if isinstance(model.bending, float | int):
         return [model.bending] * len(on_meshes)
-    found = []
+    found: list[BendingRatio] = []
     for mesh, torque in enumerate(on_meshes):
         if isinstance(source, GivenTables):
             table = source.tables[mesh][1]
@@ -162,11 +167,18 @@ def bending_ratios(
                 "bending is missing; the friction-bending ratio comes from mesh tables "
                 "by finite elements, of other excitations it must be given"
             )
-        if RATIO not in table.columns:
-            raise InputError(
-                f"bending is missing; mesh table {mesh + 1} has no column {RATIO}"
-            )
-        found.append(float(at_torque(table, RATIO, torque).mean()))
+        needed = [RATIO]
+        if model.bending == "cycle":
+            needed = pair_names(table, RATIO) or [f"pair1_{RATIO}"]
+        for name in needed:
+            if name not in table.columns:
+                raise InputError(
+                    f"bending is missing; mesh table {mesh + 1} has no column {name}"
+                )
+        if model.bending == "cycle":
+            found.append(bending_along_path(table, torque))
+        else:
+            found.append(float(at_torque(table, RATIO, torque).mean()))
     return found
 
 
@@ -283,7 +295,11 @@ def file_header(
 def _friction(model: LumpedModel) -> dict[str, str]:
     if not model.friction:
         return {}
-    bending = "of the mesh tables" if model.bending is None else f"{model.bending:g}"
+    bending = "of the mesh tables"
+    if isinstance(model.bending, str):
+        bending = "of the mesh tables, over the way of each pair"
+    elif model.bending is not None:
+        bending = f"{model.bending:g}"
     entries = {
         "friction coefficient": f"{model.friction:g}",
         "friction-bending ratio": bending,

@@ -233,6 +233,14 @@ def _pairs(
     )
 
 
+def bending_along_path(table: MeshTable, torque: float) -> dict[int, Wave]:
+    """Friction-bending ratio of every pair over its way, by whole base pitches ahead.
+
+    That of the nearest place with a load where it has none.
+    """
+    return _along_the_path(table, "friction_bending_ratio", torque, None)
+
+
 def with_errors(gap: Wave, ahead: int, errors: Array) -> Wave:
     """Gap of the pairs that are `ahead` of the reference pair, by their pitch errors.
 

@@ -29,6 +29,7 @@ Only the first lets friction take energy away.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Literal, NamedTuple
 
@@ -38,6 +39,7 @@ from numpy.typing import NDArray
 from lumped.coordinates import Coordinates
 from lumped.excitation import MeshExcitation
 from lumped.train import Mesh, Train
+from lumped.waves import Wave, constant, product
 
 Array = NDArray[np.float64]
 Sliding = Literal["nominal", "instantaneous"]
@@ -51,7 +53,8 @@ class ToothFriction:
     coefficient : mu
     bending : friction-bending ratio, deflection by a friction force over that by a
         normal force of the same size; pairs are stiffer by `bending` mu in approach
-        and softer in recess, eq. 4.42
+        and softer in recess, eq. 4.42. Over the way through the mesh one wave for each
+        pair, by whole base pitches ahead
     sliding : whose direction friction opposes, that of the gears' nominal speeds, or
         with their vibration
     transition : sliding speed V [m/s] about which instantaneous friction turns, as
@@ -59,7 +62,7 @@ class ToothFriction:
     """
 
     coefficient: float
-    bending: float = 0.0
+    bending: float | Mapping[int, Wave] = 0.0
     sliding: Sliding = "nominal"
     transition: float = 0.0
 
@@ -71,10 +74,27 @@ class ToothFriction:
             raise ValueError(f"transition must be 0 or more, got {self.transition:g}")
         if self.transition and self.sliding == "nominal":
             raise ValueError("transition is of instantaneous sliding, got nominal")
-        for name in ("coefficient", "bending"):
-            value = getattr(self, name)
+        for name, value in [("coefficient", self.coefficient), *self._ratios()]:
             if not 0.0 <= value < 1.0:
                 raise ValueError(f"{name} must be from 0 to below 1, got {value:g}")
+
+    def _ratios(self) -> Iterator[tuple[str, float]]:
+        """All friction-bending ratios, of waves at their breaks, by their name."""
+        if not isinstance(self.bending, Mapping):
+            yield "bending", self.bending
+            return
+        for ahead, wave in self.bending.items():
+            ends = wave(wave.breaks[:-1]), wave(wave.breaks[1:], side=-1)
+            for value in np.concatenate(ends).tolist():
+                yield f"bending of pair {ahead}", value
+
+    def bending_of(self, ahead: int) -> Wave:
+        """Friction-bending ratio of a pair by whole base pitches ahead."""
+        if not isinstance(self.bending, Mapping):
+            return constant(self.bending)
+        # a pair that carries nothing where the ratio was found has that of its nearest
+        nearest = min(self.bending, key=lambda pair: abs(pair - ahead))
+        return self.bending[nearest]
 
 
 def with_bending(excitation: MeshExcitation, friction: ToothFriction) -> MeshExcitation:
@@ -91,8 +111,9 @@ def with_bending(excitation: MeshExcitation, friction: ToothFriction) -> MeshExc
                 "friction needs the stiffness of every tooth pair, that of model 1; "
                 "the excitation is one spring for the whole mesh"
             )
-        change = side_of(pair.ahead) * friction.bending * friction.coefficient
-        wave = pair.stiffness.scaled(1.0 + change)
+        change = side_of(pair.ahead) * friction.coefficient
+        factor = friction.bending_of(pair.ahead).scaled(change, 1.0)
+        wave = product(pair.stiffness, factor)
         if pair.ahead == 0:  # it has come from approach to recess
             wave = replace(wave, corners=tuple(sorted({0.0, *wave.corners})))
         pairs.append(replace(pair, stiffness=wave))

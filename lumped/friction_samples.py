@@ -16,6 +16,7 @@ from lumped.friction import (
 )
 from lumped.kernels.arrays import FrictionSamples, Samples
 from lumped.train_excitation import TrainExcitation
+from lumped.waves import Wave, constant, line
 
 Array = NDArray[np.float64]
 
@@ -32,26 +33,23 @@ def with_friction(
     times : of the grid that they stand on, in periods of the first mesh
     friction : of every mesh; rows : on the modes
     """
-    train, shape = excitation.train, samples.stiffness.shape
-    slide, arm, bending = np.empty(shape), np.empty(shape), np.empty(shape)
-    middle = 0.5 * (times[:-1] + times[1:])
-    at = np.stack([times[:-1], middle, times[1:]], axis=1)
-    column = 0
+    train = excitation.train
+    slide: list[Wave] = []
+    arm: list[Wave] = []
+    bending: list[Wave] = []
     for m, (mesh, rub) in enumerate(zip(excitation.meshes, friction, strict=True)):
-        pitch, rate = base_pitch(train, m), float(train.mesh_rates[m])
-        # a step stays within a cycle, and ends there too
-        place = excitation.positions(m, middle)[:, None] + rate * (at - middle[:, None])
+        mu, pitch = rub.coefficient, base_pitch(train, m)
         for pair in mesh.pairs:
             ahead = pair.ahead or 0
-            every = np.tile(place, (excitation.rounds, 1))
-            slide[..., column] = rub.coefficient * side_of(ahead)
-            arm[..., column] = (every + ahead) * pitch
-            bending[..., column] = rub.coefficient * rub.bending
-            column += 1
+            slide.append(constant(mu * side_of(ahead)))
+            arm.append(line(ahead * pitch, pitch))
+            bending.append(rub.bending_of(ahead).scaled(mu))
     meshes = range(len(friction))
     return FrictionSamples(
         *samples,
-        *(slide, arm, bending),
+        excitation.on_steps(slide, times),
+        excitation.on_steps(arm, times),
+        excitation.on_steps(bending, times),
         *rows,
         np.array([sliding_rate(train, m) for m in meshes]),
         np.array([each.sliding == "instantaneous" for each in friction]),

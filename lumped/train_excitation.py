@@ -95,29 +95,39 @@ class TrainExcitation:
             ]
         )
 
-    def at(
-        self, times: Array, side: int = 1, rounds: NDArray[np.intp] | int = 0
-    ) -> tuple[Array, Array]:
+    def at(self, times: Array, side: int = 1) -> tuple[Array, Array]:
         """Stiffness [N/m] and gap [m] of all pairs (..., p) at times.
 
         side : -1 takes the limit from below
+        """
+        stiffness, gap = (self._values(waves, times, side) for waves in self._functions)
+        return stiffness, gap
+
+    @property
+    def _functions(self) -> tuple[list[Wave], list[Wave]]:
+        """Stiffnesses and gaps of all pairs."""
+        pairs = [pair for mesh in self.meshes for pair in mesh.pairs]
+        return [pair.stiffness for pair in pairs], [pair.gap for pair in pairs]
+
+    def _values(
+        self,
+        waves: Sequence[Wave],
+        times: Array,
+        side: int = 1,
+        rounds: NDArray[np.intp] | int = 0,
+    ) -> Array:
+        """A wave of each pair at times (..., p).
+
         rounds : whole common periods of the meshes that have passed, broadcast
         """
-        stiffness, gap = [], []
-        for m, excitation in enumerate(self.meshes):
-            phase, rate = self._places[m]
-            pitch = self._whole[m] + np.asarray(rounds) * self.train.common_period[m]
-            at = phase + rate * times
-            for pair in excitation.pairs:
-                stiffness.append(pair.stiffness(at, side, pitch))
-                gap.append(pair.gap(at, side, pitch))
         # a wave that does not vary has no shape of its own
         shape = np.broadcast_shapes(times.shape, np.shape(rounds))
-        k, g = (
-            np.stack([np.broadcast_to(part, shape) for part in parts], axis=-1)
-            for parts in (stiffness, gap)
-        )
-        return k, g
+        found = np.empty((*shape, len(waves)))
+        for p, (wave, m) in enumerate(zip(waves, self.mesh_of, strict=True)):
+            phase, rate = self._places[m]
+            pitch = self._whole[m] + np.asarray(rounds) * self.train.common_period[m]
+            found[..., p] = wave(phase + rate * times, side, pitch)
+        return found
 
     def grid(self, steps: int) -> Array:
         """Times (s + 1,) until all meshes repeat, on all corners and even between.
@@ -135,20 +145,19 @@ class TrainExcitation:
 
     def samples(self, times: Array) -> Samples:
         """Steps of the common period between times of a grid, and all on them."""
+        stiffness, gap = (self.on_steps(waves, times) for waves in self._functions)
+        return Samples(np.tile(np.diff(times), self.rounds), stiffness, gap)
+
+    def on_steps(self, waves: Sequence[Wave], times: Array) -> Array:
+        """A wave of each pair at start, middle and end of all steps (s, 3, p).
+
+        times : of a grid, whose steps cross no corner
+        """
         middle = 0.5 * (times[:-1] + times[1:])
         points = ((times[:-1], 1), (middle, 1), (times[1:], -1))
         rounds = np.arange(self.rounds)[:, None]
-        found = [self.at(t, side, rounds) for t, side in points]
-        stiffness, gap = (np.stack(parts, axis=2) for parts in zip(*found, strict=True))
-        flat = -1, 3, stiffness.shape[-1]
-        steps = np.tile(np.diff(times), self.rounds)
-        return Samples(steps, stiffness.reshape(flat), gap.reshape(flat))
-
-    def positions(self, mesh: int, times: Array) -> Array:
-        """Of a mesh within its cycle, from 0 to below 1, at times."""
-        phase, rate = self._places[mesh]
-        cycle = phase + rate * times
-        return np.asarray(cycle - np.floor(cycle))
+        found = [self._values(waves, t, side, rounds) for t, side in points]
+        return np.stack(found, axis=2).reshape(-1, 3, len(waves))
 
     @cached_property
     def _places(self) -> list[tuple[float, float]]:

@@ -105,7 +105,12 @@ class Wave:
 
 
 def constant(value: float) -> Wave:
-    return Wave(np.array([0.0, 1.0]), np.array([[value, 0.0, 0.0, 0.0]]))
+    return line(value, 0.0)
+
+
+def line(start: float, slope: float) -> Wave:
+    """That grows evenly over every base pitch."""
+    return Wave(np.array([0.0, 1.0]), np.array([[start, slope, 0.0, 0.0]]))
 
 
 def total(waves: Sequence[Wave]) -> Wave:
@@ -120,6 +125,34 @@ def total(waves: Sequence[Wave]) -> Wave:
         rows += shifted_cubics(wave.coefficients[piece], shift)
     corners = sorted({corner for wave in waves for corner in wave.corners})
     return Wave(breaks, rows, tuple(corners))
+
+
+def product(one: Wave, other: Wave) -> Wave:
+    """The product of waves without offsets, corners of both.
+
+    Values and slopes are exact at all breaks, between them it is of third degree: exact
+    where the degrees add to no more, else of fourth order.
+    """
+    if one.offsets.size or other.offsets.size:
+        raise ValueError("a product is of waves without offsets")
+    breaks = np.unique(np.concatenate([one.breaks, other.breaks]))
+    breaks = np.append(breaks[:-1][np.diff(breaks) > SAME], 1.0)
+    h, period = np.diff(breaks), math.lcm(one.period, other.period)
+    values, slopes = [], []
+    for wave in (one, other):
+        piece = np.searchsorted(wave.breaks, breaks[:-1] + 0.5 * h, "right") - 1
+        shift = breaks[:-1] - wave.breaks[piece]
+        rows = [shifted_cubics(shape[piece], shift) for shape in wave.shapes]
+        c = np.tile(rows, (period // len(rows), 1, 1))
+        powers = h[:, None] ** np.arange(4)
+        ends = (c * powers).sum(axis=-1), (c[..., 1:] * powers[:, :3]) @ [1.0, 2.0, 3.0]
+        values.append(np.stack([c[..., 0], ends[0]]))
+        slopes.append(np.stack([c[..., 1], ends[1]]))
+    value = values[0] * values[1]
+    slope = slopes[0] * values[1] + values[0] * slopes[1]
+    corners = tuple(sorted({*one.corners, *other.corners}))
+    shapes = _hermite_pieces(value, slope, h)
+    return Wave(breaks, shapes if period > 1 else shapes[0], corners)
 
 
 def from_samples(samples: ArrayLike, pitches: int = 1) -> Wave:
@@ -226,7 +259,14 @@ def from_harmonics(mean: float, coefficients: Iterable[complex]) -> Wave:
 
 def _hermite(value: Array, slope: Array, h: float) -> Array:
     """Cubic coefficients from values and slopes at equally spaced points."""
-    secant = np.diff(value) / h
-    c2 = (3.0 * secant - 2.0 * slope[:-1] - slope[1:]) / h
-    c3 = (slope[:-1] + slope[1:] - 2.0 * secant) / h**2
-    return np.stack([value[:-1], slope[:-1], c2, c3], axis=1)
+    values, slopes = (np.stack([each[:-1], each[1:]]) for each in (value, slope))
+    return _hermite_pieces(values, slopes, np.full(value.size - 1, h))
+
+
+def _hermite_pieces(value: Array, slope: Array, h: Array) -> Array:
+    """Coefficients (..., n, 4) from values and slopes (2, ..., n) at the ends of pieces
+    of lengths h (n,)."""
+    secant = (value[1] - value[0]) / h
+    c2 = (3.0 * secant - 2.0 * slope[0] - slope[1]) / h
+    c3 = (slope[0] + slope[1] - 2.0 * secant) / h**2
+    return np.stack([value[0], slope[0], c2, c3], axis=-1)

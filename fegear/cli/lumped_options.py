@@ -278,8 +278,13 @@ class Rubbing:
     )
     bending: float | None = option(
         "Friction-bending ratio: deflection of a tooth pair by a friction force over "
-        "that by a normal force of the same size. [default: that of the mesh tables]",
+        "that by a normal force of the same size. [default: mean of the mesh tables]",
         allowed=BELOW_ONE,
+    )
+    varying_bending: bool = option(
+        "The friction-bending ratio of each tooth pair over its way through the mesh, "
+        "as the mesh tables have it, in place of its mean.",
+        default=False,
     )
     no_bending: bool = option(
         "Leave the bending of teeth by friction out, a ratio of 0.",
@@ -288,14 +293,31 @@ class Rubbing:
 
     def __post_init__(self) -> None:
         if self.no_bending:
-            refuse_idle("--no-bending leaves it out", bending=self.bending)
+            idle = "--no-bending leaves it out"
+            refuse_idle(
+                idle, bending=self.bending, varying_bending=self.varying_bending
+            )
+        if self.varying_bending:
+            refuse_idle("--varying-bending replaces it", bending=self.bending)
         if not self.friction:
-            idle = "needs --friction above 0"
-            refuse_idle(idle, bending=self.bending, no_bending=self.no_bending)
+            refuse_idle("needs --friction above 0", **self.of_bending)
+
+    @property
+    def of_bending(self) -> dict[str, float | bool | None]:
+        """Options of bending, by their names."""
+        return {
+            "bending": self.bending,
+            "varying_bending": self.varying_bending,
+            "no_bending": self.no_bending,
+        }
 
     def of(self, model: LumpedModel) -> LumpedModel:
         """A lumped model with this friction."""
-        ratio = 0.0 if self.no_bending else self.bending
+        ratio: float | Literal["cycle"] | None = self.bending
+        if self.no_bending:
+            ratio = 0.0
+        elif self.varying_bending:
+            ratio = "cycle"
         if self.friction and model.number != 1:
             raise InputError(f"--friction needs --model 1, got {model.number}")
         return replace(model, friction=self.friction or 0.0, bending=ratio)

@@ -60,7 +60,7 @@ class Varied(Rubbing):
         if axis.name == FRICTION:
             refuse_idle(why, friction=self.friction)
         if axis.name == BENDING:
-            refuse_idle(why, bending=self.bending, no_bending=self.no_bending)
+            refuse_idle(why, **self.of_bending)
             if not self.friction:
                 raise InputError(f"--over {BENDING}; needs --friction above 0")
         for value in axis.values:

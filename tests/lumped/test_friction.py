@@ -14,6 +14,7 @@ from scipy.integrate import solve_ivp
 from lumped.analytic import StiffnessFigures, analytic_excitation
 from lumped.branches.balance import HarmonicBalance
 from lumped.closed_forms import parametric_system
+from lumped.excitation import bending_along_path, excitation_from_table
 from lumped.friction import ToothFriction, with_bending
 from lumped.losses import driven_power
 from lumped.motion import time_history
@@ -22,7 +23,9 @@ from lumped.settings import Settings
 from lumped.stability.multipliers import largest_multiplier
 from lumped.stability.periodic import periodic_system
 from lumped.system import LumpedSystem
+from lumped.table import MeshTable
 from lumped.train import TrainError
+from lumped.waves import constant, line
 
 MU, BENDING, EPS, ALPHA, GAMMA, C = 0.1, 0.5, 0.3, 0.6, 0.28, 1.5
 RATIO = 0.02
@@ -180,3 +183,57 @@ def test_losses_are_those_of_the_classical_formula():
     lost = np.trapezoid(found.friction_power[:, 0], found.history.time)
     share = lost / (found.history.time[-1] * driven_power(system, 0, 0.003))
     assert share == pytest.approx(exact, rel=0.01)
+
+
+def ratio_table(pitches=64):
+    """Two pairs, stiffness and friction-bending ratio by the way x through the mesh."""
+    position = np.arange(pitches) / pitches
+    columns = {"stiffness_N_per_m": np.full((1, pitches), 3e8)}
+    for pair, ahead in enumerate((0, -1), start=1):
+        x = position + ahead
+        columns[f"pair{pair}_stiffness_N_per_m"] = STIFF(x)[None]
+        columns[f"pair{pair}_load_share"] = np.full((1, pitches), 0.5)
+        columns[f"pair{pair}_gap_m"] = np.zeros((1, pitches))
+        columns[f"pair{pair}_friction_bending_ratio"] = BENT(x)[None]
+    return MeshTable(np.array([100.0]), position, columns)
+
+
+def STIFF(x):
+    return 2e8 * (1.0 - 0.3 * x**2)
+
+
+def BENT(x):
+    return 0.4 + 0.05 * np.cos(1.5 * x + 0.3)
+
+
+def test_bending_varies_over_the_way_of_a_pair():
+    """k (1 + sgn mu beta) at every place, in approach and in recess."""
+    errors = []
+    for count in (16, 32, 64):
+        table = ratio_table(count)
+        rub = ToothFriction(0.2, bending_along_path(table, 100.0))
+        bent = with_bending(excitation_from_table(table, 100.0), rub)
+        assert [pair.ahead for pair in bent.pairs] == [-1, 0]
+        place = np.linspace(0.1, 0.9, 321)  # off the ends, which cubics know less of
+        found = np.array([pair.stiffness(place) for pair in bent.pairs])
+        x = place + np.array([[-1.0], [0.0]])
+        exact = STIFF(x) * (1.0 + np.array([[0.2], [-0.2]]) * BENT(x))
+        errors.append(np.abs(found / exact - 1.0).max())
+    assert errors[-1] < 1e-6
+    assert errors[0] / errors[-1] > 4.0**2 * 0.9
+
+
+def test_bending_that_varies_is_told_apart_from_its_mean():
+    """A ratio that is the same everywhere is a number; what is not one is refused."""
+    same = {0: constant(0.3), -1: constant(0.3)}
+    plain = pair_system(EPS, RATIO).excitations[0]
+    for one, other in zip(
+        with_bending(plain, ToothFriction(MU, same)).pairs,
+        with_bending(plain, ToothFriction(MU, 0.3)).pairs,
+        strict=True,
+    ):
+        np.testing.assert_array_equal(
+            one.stiffness.coefficients, other.stiffness.coefficients
+        )
+    with pytest.raises(ValueError, match="bending of pair -1 must be from 0"):
+        ToothFriction(MU, {0: constant(0.3), -1: line(0.9, 0.2)})

@@ -16,7 +16,9 @@ from lumped.waves import (
     cut_into_pitches,
     from_harmonics,
     from_samples,
+    line,
     line_pieces,
+    product,
     shifted_cubics,
     total,
 )
@@ -212,3 +214,30 @@ def test_what_is_no_wave_is_named(breaks, rows, message):
 def test_samples_are_checked(samples, message):
     with pytest.raises(ValueError, match=message):
         from_samples(samples)
+
+
+@given(one=waves(), start=small, slope=small)
+def test_products_are_exact_up_to_the_third_degree(one, start, slope):
+    """Else at the breaks, with the slopes there."""
+    square = Wave(one.breaks, one.coefficients * [1.0, 1.0, 1.0, 0.0], one.corners)
+    found, x = product(square, line(start, slope)), np.linspace(0.0, 0.999, 97)
+    exact = square(x) * (start + slope * x)
+    np.testing.assert_allclose(found(x), exact, rtol=1e-9, atol=1e-7)
+    assert found.corners == one.corners
+
+
+def test_products_of_base_pitches_that_differ():
+    rows = np.arange(24.0).reshape(3, 2, 4)
+    one = Wave(np.array([0.0, 0.4, 1.0]), rows)
+    other = Wave(
+        np.array([0.0, 0.7, 1.0]), np.ones((2, 2, 4)) * [[[1.0, 0.5, 0.0, 0.0]]]
+    )
+    found = product(one, other)
+    assert found.period == 6
+    for pitch in range(6):
+        x = found.breaks[:-1]
+        np.testing.assert_allclose(
+            found(x, pitch=pitch), one(x, pitch=pitch) * other(x, pitch=pitch)
+        )
+    with pytest.raises(ValueError, match="without offsets"):
+        product(one, Wave(one.breaks, one.coefficients, offsets=np.ones(2)))

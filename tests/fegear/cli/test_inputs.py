@@ -303,6 +303,7 @@ def rubbed(base: str) -> dict[str, Case]:
     return {
         "--friction": plus(base, "--friction 0.2"),
         "--bending": plus(friction, "--bending 0.2"),
+        "--varying-bending": plus(friction, "--varying-bending"),
         "--no-bending": plus(friction, "--no-bending"),
         "--sliding": plus(friction, "--sliding instantaneous"),
         "--transition-speed": plus(
@@ -335,6 +336,7 @@ def stable() -> dict[str, Case]:
             f"{HOLDING} --excitation rectangular", "--friction 0.2 --bending 0.4"
         ),
         "--bending": swap(BUILT, "--bending 0.4", "--bending 0.2"),
+        "--varying-bending": plus(f"{RUBBED} {COARSE}", "--varying-bending"),
         "--no-bending": plus(f"{RUBBED} {COARSE}", "--no-bending"),
         "--table": plus(RUBBED, "--table TABLE", refused=True),
         "--output": plus(BUILT, "-o s.csv"),

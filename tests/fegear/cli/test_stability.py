@@ -164,6 +164,18 @@ def test_sweeps_and_waves_take_friction(tmp_path):
         ("--friction 0.1 --method dopri5", "rk4"),
         ("--friction 0.1 --no-bending --excitation fourier", "every tooth pair"),
         ("--friction 1", "--friction = 1"),
+        (
+            "--friction 0.1 --bending 0.3 --varying-bending",
+            "--varying-bending replaces it",
+        ),
+        (
+            "--friction 0.1 --no-bending --varying-bending",
+            "--varying-bending; --no-bending leaves it out",
+        ),
+        (
+            "--friction 0.1 --varying-bending --excitation rectangular",
+            "bending is missing",
+        ),
         ("--sliding nominal", "--sliding = nominal; needs --friction above 0"),
         ("--friction 0.1 --sliding rolling", "--sliding = rolling; allowed"),
         ("--friction 0.1 --transition-speed 0.1", "needs --sliding instantaneous"),
