@@ -110,6 +110,12 @@ class Checkpoint:
             row = self._connection.execute(query, [branch]).fetchone()
         return None if row is None else unpack(row[0])
 
+    def branches(self) -> list[str]:
+        """Names of those with a finished speed."""
+        with self._lock:
+            rows = self._connection.execute("select branch from states").fetchall()
+        return [name for (name,) in rows]
+
     def add(
         self, branch: str, values: Mapping[str, Any], state: Mapping[str, Array]
     ) -> None:

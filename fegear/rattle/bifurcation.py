@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from fegear.errors import InputError
 from fegear.output import write_text
 from fegear.rattle.machines import NamedMachine, figures_of, header_of, unit_name
-from fegear.store import Keeping
+from fegear.store import Checkpoint, Keeping
 from fegear.version import package_version
 from lumped.csv_text import format_csv
 from lumped.rattle.branch_figure import draw_orbit_branches
@@ -276,16 +276,14 @@ def kept_tasks(
     found: dict[str, Array] = {}
     finished = False
 
+    if checkpoint is not None:
+        found |= dict(_kept(checkpoint))
+        if found:
+            keeping.tell(f"{checkpoint.path}: values that are finished: {len(found)}")
+
     def compute(tasks: Mapping[str, Callable[[], Array]]) -> Mapping[str, Array]:
         left = {name: task for name, task in tasks.items() if name not in found}
         total = len(found) + len(left)
-        if checkpoint is not None:
-            states = {name: checkpoint.state(name) for name in left}
-            kept = {name: s["rows"] for name, s in states.items() if s is not None}
-            if keeping.resume and kept:
-                count = f"{len(kept)} of {len(left)}"
-                keeping.tell(f"{checkpoint.path}: {count} values are finished")
-            found.update(kept)
 
         def take(name: str, rows: Array) -> None:
             found[name] = rows
@@ -293,8 +291,7 @@ def kept_tasks(
                 checkpoint.add(name, {}, {"rows": rows})
             report("orbits and long runs", len(found), total)
 
-        missing = ((name, task) for name, task in left.items() if name not in found)
-        run_tasks(missing, take, threading.Event())
+        run_tasks(left.items(), take, threading.Event())
         return found
 
     try:
@@ -303,6 +300,13 @@ def kept_tasks(
     finally:
         if checkpoint is not None:
             checkpoint.close(keep=bool(found) and not finished)
+
+
+def _kept(checkpoint: Checkpoint) -> Iterator[tuple[str, Array]]:
+    for name in checkpoint.branches():
+        state = checkpoint.state(name)
+        if state is not None:
+            yield name, state["rows"]
 
 
 def _rows_at(
