@@ -29,7 +29,7 @@ Only the first lets friction take energy away.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal, NamedTuple
 
@@ -183,3 +183,19 @@ def sliding_rate(train: Train, mesh: int) -> float:
     spec = train.meshes[mesh]
     radii = (train.gears[g].base_radius for g in (spec.driver, spec.driven))
     return along * sum(1.0 / radius for radius in radii)
+
+
+def torque_shares(
+    train: Train, mesh: int, coefficient: float, ahead: Sequence[int], position: Array
+) -> Array:
+    """Of the normal forces of pairs, what turns the driver: 1 - mu sgn l / r, eq. 4.40.
+
+    ahead : base pitches by which each is ahead; position : (n,) of the mesh's cycle
+    Of shape (p, n); on the drive side.
+    """
+    spec, pitch = train.meshes[mesh], base_pitch(train, mesh)
+    radius, slope = train.gears[spec.driver].base_radius, math.tan(spec.pressure_angle)
+    rows = [
+        side_of(each) * (slope + pitch * (position + each) / radius) for each in ahead
+    ]
+    return 1.0 - coefficient * np.array(rows)

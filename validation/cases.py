@@ -6,7 +6,7 @@ the keys. Every tolerance says why it is what it is.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -33,7 +33,7 @@ from validation.data_files import (
     require_name,
     require_own_names,
 )
-from validation.metrics import METRICS
+from validation.metrics import EFFECT, METRICS
 from validation.printed import require_key
 
 FOLDER = Path(__file__).parent / "cases"
@@ -61,6 +61,8 @@ class Model:
     number : 1 every tooth pair with its gap; 2 mean stiffness and loaded transmission
         error; 3 total stiffness and no-load error; coupled, see `lumped.coupled`
     without : parts of the coupled model that are left out
+    friction : whether the teeth of model 1 have the friction of the case; bending :
+        their friction-bending ratio, None for that of the finite elements
     edits : of the gear set for this model only, on top of the case's
     """
 
@@ -69,9 +71,15 @@ class Model:
     number: Annotated[Any, AfterValidator(require_model)]
     excitation: Kind = "fe"
     without: tuple[Part, ...] = ()
+    friction: Flag = False
+    bending: Annotated[Number, Field(ge=0.0, lt=1.0)] | None = None
     edits: tuple[Edit, ...] = ()
 
     def __post_init__(self) -> None:
+        if self.friction and self.number != 1:
+            raise ValueError("friction needs model 1")
+        if self.bending is not None and not self.friction:
+            raise ValueError("bending needs friction = true")
         if self.number == "coupled" and self.excitation != "fe":
             raise ValueError("the coupled model takes excitation fe only")
         if self.without and self.number != "coupled":
@@ -79,11 +87,19 @@ class Model:
 
     @property
     def name(self) -> str:
-        """Such as model-1, model-1-rectangular or model-coupled-without-body."""
+        """Such as model-1, model-1-rectangular or model-coupled-without-body; with
+        friction model-1-friction or model-1-friction-bending-0."""
         parts = [f"model-{self.number}"]
         parts += [f"without-{name}" for name in self.without]
+        parts += ["friction"] if self.friction else []
+        parts += [] if self.bending is None else [f"bending-{self.bending:g}"]
         parts += [] if self.excitation == "fe" else [self.excitation]
         return "-".join(parts + (["edited"] if self.edits else []))
+
+    @property
+    def plain(self) -> Model:
+        """The same without friction."""
+        return replace(self, friction=False, bending=None)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -139,7 +155,8 @@ class Case:
 
     torques_Nm : on the input gear; speeds_Hz : of the first mesh, `A:B:STEP`, numbers
         and commas, or empty where nothing moves; directions : of the speed
-    friction : Coulomb coefficient of the finite elements; lumped models have none
+    friction : Coulomb coefficient of the finite elements, and of the models that ask
+        for it
     damping_ratio : of every vibration mode, None for the gear set's
     budget : whether the coupled model is run without each of its parts as well, for
         the error budget; these are what it is made of and no claims, none is judged
@@ -207,6 +224,7 @@ def read_case(text: str, source: str = "case") -> Case:
                 f"{source}: metric {metric.name} needs {needed}, which is missing"
             )
     _require_budget(case, source)
+    _require_friction(case, source)
     if len(set(case.torques_Nm)) < len(case.torques_Nm):
         raise InputError(
             f"{source}: torques_Nm = {list(case.torques_Nm)}; each is allowed once"
@@ -230,6 +248,24 @@ def _require_budget(case: Case, source: str) -> None:
         )
     if case.budget and not case.speeds:
         raise InputError(f"{source}: budget = true; needs speeds_Hz, which is missing")
+
+
+def _require_friction(case: Case, source: str) -> None:
+    """That of models is the case's; its effect needs the model without as well."""
+    rubbing = [model for model in case.model if model.friction]
+    if rubbing and not case.friction:
+        raise InputError(f"{source}: model {rubbing[0].name} needs friction above 0")
+    if EFFECT not in {entry.name for entry in case.metric}:
+        return
+    names = {model.name for model in case.model}
+    if not rubbing:
+        raise InputError(f"{source}: metric {EFFECT} needs a model with friction")
+    for model in rubbing:
+        if model.plain.name not in names:
+            raise InputError(
+                f"{source}: metric {EFFECT} needs {model.plain.name} beside "
+                f"{model.name}"
+            )
 
 
 _FILE = DataFile(

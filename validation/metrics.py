@@ -19,6 +19,8 @@ from lumped.sweep import Direction
 
 Array = NDArray[np.float64]
 FE = "fe"  # source of what the finite elements give, beside the names of models
+FE_PLAIN = "fe-without-friction"  # the same, beside those with friction
+EFFECT = "friction_effect"
 SAME_FEATURE = 0.15  # of the frequency: jumps or peaks further apart are two
 CYCLE_POINTS = 256  # of a cycle
 
@@ -47,6 +49,9 @@ METRICS: Mapping[str, Metric] = {
     "jumps_unmatched": Metric("jumps", "jumps that only one of both has"),
     "contact_loss": Metric("1", "largest contact-loss fraction, less the reference's"),
     "peak_force": Metric("1", "largest mesh force over the reference's, less 1"),
+    EFFECT: Metric(
+        "1", "largest RMS of DTE with friction over that without, less the reference's"
+    ),
     "wave_correlation": Metric(
         "1", "correlation of mesh forces over a cycle", True, "wave"
     ),
@@ -234,6 +239,14 @@ def curve_measures(reference: Curve, model: Curve) -> Iterator[Measured]:
     yield "contact_loss", "", lost if whole else math.nan
     force = ratio_less_1(largest(reference.force_peak), largest(model.force_peak))
     yield "peak_force", "", force if whole else math.nan
+
+
+def friction_effect(with_friction: Curve, without: Curve) -> float:
+    """Largest RMS of a mesh with friction over the one without; NaN of branches that
+    ended early."""
+    if not (with_friction.complete and without.complete):
+        return math.nan
+    return 1.0 + ratio_less_1(largest(without.dte_rms), largest(with_friction.dte_rms))
 
 
 def _peak_measures(

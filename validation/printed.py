@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from validation.metrics import FE
+from validation.metrics import FE, FE_PLAIN
 
 if TYPE_CHECKING:
     from validation.run_files import Run
@@ -44,7 +44,7 @@ def nearest(values: Iterable[float], near: float) -> float:
 
 def _natural(run: Run, near: float) -> float:
     """The finite elements have none."""
-    return nearest(() if run.source == FE else run.natural_Hz, near)
+    return nearest(() if run.source in (FE, FE_PLAIN) else run.natural_Hz, near)
 
 
 def _of_curve(run: Run, near: float, mesh: str, direction: str, kind: str) -> float:

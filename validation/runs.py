@@ -33,16 +33,18 @@ from lumped.workers import Cluster, NoClusterError, run_tasks
 from validation.cases import Case
 from validation.kept import begin_run, write_texts
 from validation.metrics import (
+    EFFECT,
     Measured,
     Verdict,
     curve_measures,
     cycle_measures,
+    friction_effect,
     static_measures,
     verdict,
 )
 from validation.run_files import NAMES, Run, contents, read_run
 from validation.solving import solve_task
-from validation.tasks import FE, Task, tasks_of
+from validation.tasks import FE, FE_PLAIN, Task, tasks_of
 
 CHECKPOINT = "checkpoint"  # file in the directory of a run
 
@@ -66,7 +68,8 @@ class CaseResult:
     @property
     def judged(self) -> tuple[Run, ...]:
         """Without the runs that only the error budget needs."""
-        return tuple(run for run in self.runs if run.source in (FE, *self.models))
+        known = FE, FE_PLAIN, *self.models
+        return tuple(run for run in self.runs if run.source in known)
 
     def of(self, source: str) -> list[Run]:
         return [run for run in self.runs if run.source == source]
@@ -168,11 +171,29 @@ def case_verdicts(case: Case, runs: Sequence[Run]) -> Iterator[Verdict]:
     references = {run.torque: run for run in runs if run.source == FE}
     judged = {model.name for model in case.model}
     for run in (run for run in runs if run.source in judged):
-        for where, (name, place, value) in measures(references[run.torque], run):
+        found = list(measures(references[run.torque], run))
+        found += _friction_measures(case, runs, run) if EFFECT in tolerances else []
+        for where, (name, place, value) in found:
             if name in tolerances:
                 entry = tolerances[name]
                 at = ", ".join(filter(None, (where, place)))
                 yield verdict(name, run.source, at, value, entry.allowed, entry.reason)
+
+
+def _friction_measures(
+    case: Case, runs: Sequence[Run], found: Run
+) -> Iterator[tuple[str, Measured]]:
+    """What friction does to a model less what it does to the finite elements."""
+    (model,) = (each for each in case.model if each.name == found.source)
+    if not model.friction:
+        return
+    names = FE, FE_PLAIN, model.plain.name
+    beside = {run.source: run for run in runs if run.torque == found.torque}
+    others = (beside[name].curves for name in names)
+    for fe, fe_plain, plain, own in zip(*others, found.curves, strict=True):
+        where = f"{found.torque:g} N m, {own.direction}, mesh {own.mesh}"
+        effect = friction_effect(own, plain) - friction_effect(fe, fe_plain)
+        yield where, (EFFECT, "", effect)
 
 
 def measures(reference: Run, found: Run) -> Iterator[tuple[str, Measured]]:

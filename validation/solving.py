@@ -25,6 +25,7 @@ from fegear.train import mesh_torques_at
 from lumped.analytic import lowest_deflection
 from lumped.coupled import static_transmission_error
 from lumped.excitation import MeshExcitation
+from lumped.friction import torque_shares
 from lumped.motion import speeds_between
 from lumped.response import Response, Status
 from lumped.settings import Settings
@@ -208,29 +209,59 @@ def mesh_statics(
     torque = mesh_torques_at(gear_set, task.torque)[mesh]
     force = torque / gear_set.meshes[mesh].pair.driver.base_radius
     if task.model is None:
-        table = free = excitations.table(gear_set, mesh, torque)
-        if task.case.friction > 0.0:
-            statics = excitations.source.statics_of(gear_set, mesh)
-            settings = replace(statics, friction=task.case.friction)
-            table = solve_mesh(gear_set, mesh, [torque], settings).table
-        return Statics(
-            mesh + 1,
-            force,
-            table.position,
-            table["ste_m"][0],
-            table["ste_m"][0] - free["ste_m"][0],
-            free["n_pairs"][0] == 1,
-        )
+        return _element_statics(task, excitations, mesh, torque, force)
     pitches, each = error_periods(gear_set)[mesh], CYCLE_POINTS
     if pitches > 1:
         each = excitations.source.statics_of(gear_set, mesh).positions
     position = np.arange(pitches * each) / each
+    if system.rubs:
+        free = excitations.of(gear_set, mesh, torque, 1)
+        return _rubbed_statics(system, free, mesh, force, position)
     if system.contacts is None:
         deflection = static_deflection(system.excitations[mesh], force, position)
     else:
         position, deflection = _coupled_deflection(system, mesh, force, pitches)
     still, none = np.zeros_like(position), np.zeros(position.size, bool)
     return Statics(mesh + 1, force, position, deflection, still, none)
+
+
+def _element_statics(
+    task: Task, excitations: Excitations, mesh: int, torque: float, force: float
+) -> Statics:
+    table = free = excitations.table(task.gear_set, mesh, torque)
+    if task.friction > 0.0:
+        statics = excitations.source.statics_of(task.gear_set, mesh)
+        settings = replace(statics, friction=task.friction)
+        table = solve_mesh(task.gear_set, mesh, [torque], settings).table
+    return Statics(
+        mesh + 1,
+        force,
+        table.position,
+        table["ste_m"][0],
+        table["ste_m"][0] - free["ste_m"][0],
+        free["n_pairs"][0] == 1,
+    )
+
+
+def _rubbed_statics(
+    system: LumpedSystem,
+    free: MeshExcitation,
+    mesh: int,
+    force: float,
+    position: Array,
+) -> Statics:
+    """With friction of the tooth pairs, whose moments hold a part of the torque.
+
+    free : the excitation of the mesh without friction
+    """
+    ahead = [pair.ahead or 0 for pair in free.pairs]
+    mu = system.friction[mesh].coefficient
+    shares = torque_shares(system.train, mesh, mu, ahead, position)
+    deflection = static_deflection(system.excitations[mesh], force, position, shares)
+    change = deflection - static_deflection(free, force, position)
+    stiffness = np.array([pair.stiffness(position) for pair in free.pairs])
+    single = np.count_nonzero(stiffness > 0.0, axis=0) == 1
+    return Statics(mesh + 1, force, position, deflection, change, single)
 
 
 def _coupled_deflection(
@@ -253,14 +284,20 @@ def _coupled_deflection(
 
 
 def static_deflection(
-    excitation: MeshExcitation, force: float, position: Array
+    excitation: MeshExcitation,
+    force: float,
+    position: Array,
+    shares: Array | float = 1.0,
 ) -> Array:
-    """Deflection [m] at mesh positions (n,) under a force [N]."""
+    """Deflection [m] at mesh positions (n,) under a force [N].
+
+    shares : of the pairs' forces that hold it (p, n)
+    """
     stiffness, gap = (
         np.array([getattr(pair, name)(position) for pair in excitation.pairs])
         for name in ("stiffness", "gap")
     )
-    return lowest_deflection(stiffness, gap, force)
+    return lowest_deflection(shares * stiffness, gap, force)
 
 
 def _with_memory(cost: Cost, level: MemoryLevel) -> Cost:
@@ -276,6 +313,8 @@ def _model(task: Task) -> LumpedModel:
         without=() if task.model is None else task.model.without,
         translations=task.case.translations,
         damping_ratio=task.case.damping_ratio,
+        friction=0.0 if task.model is None else task.friction,
+        bending=None if task.model is None else task.model.bending,
     )
 
 

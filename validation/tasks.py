@@ -24,7 +24,7 @@ from fegear.store import digest
 from fegear.version import package_version
 from lumped.settings import Settings
 from validation.cases import Case, Model, Part, SingleSpeed
-from validation.metrics import FE
+from validation.metrics import EFFECT, FE, FE_PLAIN
 
 FORMAT = "fegear validation run 4"  # of the files and of what stands in them
 PACKAGES: Mapping[
@@ -43,16 +43,28 @@ PACKAGES: Mapping[
 
 @dataclass(frozen=True, kw_only=True)
 class Task:
-    """A run to be made; model None for the finite elements."""
+    """A run to be made; model None for the finite elements.
+
+    plain : whether these are without the friction of the case
+    """
 
     case: Case
     model: Model | None
     torque: float
     gear_set: GearSet
+    plain: bool = False
 
     @property
     def source(self) -> str:
-        return FE if self.model is None else self.model.name
+        if self.model is None:
+            return FE_PLAIN if self.plain else FE
+        return self.model.name
+
+    @property
+    def friction(self) -> float:
+        """Coefficient of friction of the teeth."""
+        rubs = not self.plain if self.model is None else self.model.friction
+        return self.case.friction if rubs else 0.0
 
     @property
     def single_speeds(self) -> tuple[SingleSpeed, ...]:
@@ -85,11 +97,12 @@ class Task:
         source = Source(kind=model.excitation)
         words = {"model": repr(model.number), "excitation": repr(source)}
         words |= {"without": ", ".join(model.without)} if model.without else {}
+        words |= {"friction": repr((self.friction, model.bending))}
         return common | {"source": "lumped", "settings": repr(Settings())} | words
 
     @property
     def elements(self) -> FiniteElements:
-        return FiniteElements(fidelity=self.case.fidelity, friction=self.case.friction)
+        return FiniteElements(fidelity=self.case.fidelity, friction=self.friction)
 
     @property
     def directory_name(self) -> str:
@@ -98,10 +111,15 @@ class Task:
 
 def tasks_of(case: Case) -> Iterator[Task]:
     """The finite elements first: what they take without tables at hand is theirs."""
-    for model in (None, *case.model, *parts_of(case)):
+    every = [(model, False) for model in (None, *case.model, *parts_of(case))]
+    if EFFECT in {entry.name for entry in case.metric}:
+        every.insert(1, (None, True))
+    for model, plain in every:
         gear_set = load_gear_set(case.gear_set, case.edits_of(model))
         for torque in case.torques_Nm:
-            yield Task(case=case, model=model, torque=torque, gear_set=gear_set)
+            yield Task(
+                case=case, model=model, torque=torque, gear_set=gear_set, plain=plain
+            )
 
 
 def parts_of(case: Case) -> tuple[Model, ...]:

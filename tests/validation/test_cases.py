@@ -63,6 +63,7 @@ def test_the_comparisons_of_the_source_are_there():
         "idler-forces-relief-b",
         "countershaft",
         "friction-pair",
+        "friction-resonance",
     }
     assert load_case("idler").torques_Nm == (50.0, 100.0, 150.0)
     assert load_case("idler-bearings").translations
@@ -163,6 +164,16 @@ def test_speeds():
             "metric wave_phase needs wave, which is missing",
         ),
         (
+            "number = 1",
+            "number = 1\nfriction = true",
+            "model model-1-friction needs friction above 0",
+        ),
+        (
+            '"rms_distance"',
+            '"friction_effect"',
+            "metric friction_effect needs a model with friction",
+        ),
+        (
             "torques_Nm = [100]",
             "torques_Nm = [100, 100]",
             r"torques_Nm = \[100.0, 100.0\]; each is allowed once",
@@ -174,3 +185,24 @@ def test_what_cannot_be_judged_is_refused(old, new, message):
     text = GOOD.replace(without_wave, "") if "wave" in new else GOOD
     with pytest.raises(InputError, match=message):
         read_case(text.replace(old, new))
+
+
+def test_the_effect_of_friction_needs_the_model_without():
+    text = GOOD.replace("number = 1", "number = 1\nfriction = true", 1)
+    text = text.replace('"rms_distance"', '"friction_effect"')
+    text = text.replace("torques_Nm", "friction = 0.1\ntorques_Nm", 1)
+    with pytest.raises(InputError, match="needs model-1 beside model-1-friction"):
+        read_case(text)
+
+
+@pytest.mark.parametrize(
+    ("new", "message"),
+    [
+        ("number = 2\nfriction = true", "friction needs model 1"),
+        ("number = 1\nbending = 0.4", "bending needs friction = true"),
+        ("number = 1\nfriction = true\nbending = 1.0", "bending = 1; must be below 1"),
+    ],
+)
+def test_friction_that_a_model_cannot_have(new, message):
+    with pytest.raises(InputError, match=message):
+        read_case(GOOD.replace("number = 1", new, 1))

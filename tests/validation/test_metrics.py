@@ -51,6 +51,15 @@ def test_scaled_curve_is_off_by_its_factor():
     assert m.curve_distance(other, base).value == pytest.approx(0.2 / 1.2)
 
 
+def test_friction_effect_is_the_change_of_the_largest_value():
+    base = curve(resonance(SPEEDS))
+    raised = curve(1.2 * resonance(SPEEDS, at=1700.0))
+    top = base.dte_rms.max() / resonance(SPEEDS, at=1700.0).max()
+    assert m.friction_effect(raised, base) * top == pytest.approx(1.2)
+    assert math.isnan(m.friction_effect(replace(raised, complete=False), base))
+    assert math.isnan(m.friction_effect(raised, curve(0.0 * SPEEDS)))
+
+
 def test_shifted_curve_is_off_at_its_peak_and_not_far_from_it():
     base, other = (curve(resonance(SPEEDS, at)) for at in (1500.0, 1600.0))
     near = m.curve_distance(base, other, [(0.0, 1300.0), (1800.0, 3000.0)]).value

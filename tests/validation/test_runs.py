@@ -462,6 +462,43 @@ def test_friction_changes_the_deflection_of_single_pairs(tmp_path):
     }
 
 
+def test_model_1_with_friction_deflects_as_the_finite_elements(tmp_path):
+    """Within 25 nm where bending takes back what moments do, else 0.3 um off."""
+    case = load_case("friction-pair")
+    case = replace(case, model=case.model[:3])
+    found = {run.source: run for run in runs.run_case(case, tmp_path).runs}
+    changes = {
+        name: [
+            printed_value(run, f"mesh1.friction_{stretch}", 0.0)
+            for stretch in ("recess", "approach")
+        ]
+        for name, run in found.items()
+    }
+    assert np.isnan(changes["model-1"]).all()
+    for name, exact in (
+        ("fe", (0.0, 0.0)),
+        ("model-1-friction", (0.0, 0.0)),
+        ("model-1-friction-bending-0", (-0.37e-6, 0.37e-6)),
+    ):
+        np.testing.assert_allclose(changes[name], exact, atol=4e-8)
+
+
+def test_only_bending_makes_friction_do_what_it_does_in_finite_elements(tmp_path):
+    """The resonance of the case falls; moments alone would raise it."""
+    case = replace(load_case("friction-resonance"), speeds_Hz="1300:1420:20")
+    result = runs.run_case(case, tmp_path)
+    effects = {
+        v.model: (v.measured, v.within)
+        for v in result.verdicts
+        if v.metric == "friction_effect"
+    }
+    assert set(effects) == {"model-1-friction", "model-1-friction-bending-0"}
+    assert effects["model-1-friction"][1]
+    assert effects["model-1-friction-bending-0"][0] > 0.3
+    sources = [run.source for run in result.judged]
+    assert sources[:2] == ["fe", "fe-without-friction"]
+
+
 def constant(value):
     return PeriodicWave(np.array([0.0, 1.0]), np.array([[value, 0.0, 0.0, 0.0]]))
 

@@ -17,7 +17,7 @@ from validation.budget import QUANTITIES, WHOLE, Budget
 from validation.metrics import METRICS, Curve, ForceCycle, Verdict
 from validation.run_files import Run
 from validation.runs import CaseResult
-from validation.tasks import FE
+from validation.tasks import FE, FE_PLAIN
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -33,6 +33,7 @@ LEGEND: Mapping[str, Any] = {
     "fontsize": 8,
     "frameon": False,
 }
+LETTERS = 28  # of a name in a legend of three columns
 LABELS: dict[Column, tuple[str, float]] = {
     "dte_rms": ("RMS of DTE [um]", 1e6),
     "force_peak": ("largest mesh force [kN]", 1e-3),
@@ -43,8 +44,11 @@ SPAN = (1e-2, 1e2)  # of measured over allowed that is drawn; beyond stands on t
 
 def source_name(source: str) -> str:
     """`model-1-rectangular` as `model 1, rectangular`."""
+    if source in (FE, FE_PLAIN):
+        return "finite elements" + (", no friction" if source == FE_PLAIN else "")
     model, *others = source.replace("-", " ", 1).split("-")
-    return "finite elements" if source == FE else ", ".join([model, *others])
+    words = ", ".join([model, *others])
+    return words.replace("without, ", "without ").replace("bending, ", "bending ratio ")
 
 
 def draw_over_speed(result: CaseResult, torque: float, column: Column) -> Figure:
@@ -98,7 +102,10 @@ def draw_statics(result: CaseResult, torque: float) -> Figure:
         axes.margins(x=0.0)
     for m, axes in enumerate(stack[meshes:]):
         statics = reference.statics[m]
-        axes.plot(*_closed(statics.position, 1e9 * statics.friction), "k", lw=1.4)
+        for run, style in _styled(runs):
+            own = run.statics[m]
+            if own.friction.any():
+                axes.plot(*_closed(own.position, 1e9 * own.friction), **style)
         axes.set_ylabel(f"mesh {statics.mesh}: change\nby friction [nm]")
         axes.fill_between(
             *_closed(statics.position, statics.single.astype(float)),
@@ -318,4 +325,5 @@ def _legend(figure: Figure, runs: Sequence[Run]) -> None:
         Line2D([], [], color=s["color"], lw=s["lw"], label=source_name(run.source))
         for run, s in _styled(runs)
     ]
-    figure.legend(handles=handles, ncols=3, **LEGEND)
+    longest = max(len(source_name(run.source)) for run in runs)
+    figure.legend(handles=handles, ncols=3 if longest <= LETTERS else 2, **LEGEND)

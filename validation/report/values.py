@@ -81,7 +81,9 @@ def _settings(result: CaseResult) -> Iterator[tuple[str, str]]:
         yield "damping ratio", "of the gear set" if ratio is None else f"{ratio:g}"
         yield "translations", "free" if case.translations else "held"
     if case.friction:
-        yield "friction of the finite elements", f"{case.friction:g}"
+        rubbing = [model.name for model in case.model if model.friction]
+        whose = ", ".join(["finite elements", *rubbing])
+        yield "friction", f"{case.friction:g}, of {whose}"
 
 
 def _listed(values: Sequence[float]) -> str:

@@ -12,7 +12,7 @@ from pydantic import Field
 
 from fegear.statics import Progress, solve_mesh
 from lumped.closed_forms.parametric import excitation_harmonics
-from lumped.friction import base_pitch
+from lumped.friction import base_pitch, torque_shares
 from validation.reproduce.computations.parameter_studies import Over
 from validation.reproduce.parts import Curve, Part, PartResult
 from validation.reproduce.scene import Scene, excitations_of
@@ -128,14 +128,13 @@ def _by_elements(scene: Scene) -> tuple[Array, Array, NDArray[np.bool_]]:
 
 def _by_pairs(scene: Scene) -> tuple[Array, Array, NDArray[np.bool_]]:
     x = (np.arange(POSITIONS) + 0.5) / POSITIONS
-    (stiffness, arm), ahead = _pairs(scene, x)
+    (stiffness, _), ahead = _pairs(scene, x)
     (plain, _), _ = _pairs(replace(scene, friction=0.0), x)
-    system = scene.system
-    radius = system.train.gears[system.train.meshes[0].driver].base_radius
-    sign = np.where(np.array(ahead) < 0, 1.0, -1.0)[:, None]
-    moments = stiffness * (radius - scene.friction * sign * arm)
-    with_friction = scene.torque / moments.sum(axis=0)
-    without = scene.torque / (radius * plain.sum(axis=0))
+    train = scene.system.train
+    shares = torque_shares(train, 0, scene.friction, ahead, x)
+    force = scene.torque / train.gears[train.meshes[0].driver].base_radius
+    with_friction = force / (stiffness * shares).sum(axis=0)
+    without = force / plain.sum(axis=0)
     return x, with_friction - without, (plain > 0.0).sum(axis=0) == 1
 
 
