@@ -20,12 +20,11 @@ from fegear.version import package_version
 from lumped.rattle.basins import (
     Basins,
     Grid,
-    Settled,
     basins_of,
     settle_grid,
     tiles_of,
 )
-from lumped.rattle.departures import settling_returns
+from lumped.rattle.departures import Settled, settling_returns
 from lumped.rattle.figure import draw_basins
 from lumped.workers import Cluster, NoClusterError
 

@@ -14,7 +14,7 @@ from fegear.errors import InputError
 from fegear.rattle.basins import unsettled
 from fegear.rattle.machines import NamedMachine, figures_of, header_of
 from lumped.csv_text import format_csv
-from lumped.rattle.basins import QUIET
+from lumped.rattle.attractors import QUIET
 from lumped.rattle.departures import RETURNS, settling_returns
 from lumped.rattle.figure import draw_noise, words_of
 from lumped.rattle.noise import (

@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lumped.drawing import draw_legend, draw_title, panels
-from lumped.rattle.basins import CHAOTIC, QUIET, Attractor, Basins
+from lumped.rattle.attractors import CHAOTIC, QUIET, Attractor
+from lumped.rattle.basins import Basins
 from lumped.rattle.machine import Machine
 
 if TYPE_CHECKING:

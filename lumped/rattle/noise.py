@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lumped.rattle.assembly import Assembly
-from lumped.rattle.basins import QUIET as QUIET_NAME
-from lumped.rattle.basins import Attractor, sort_departures
+from lumped.rattle.attractors import QUIET as QUIET_NAME
+from lumped.rattle.attractors import Attractor, sort_departures
 from lumped.rattle.departures import Settled, settle_departures
 from lumped.rattle.kernels import noise as kernel
 from lumped.rattle.kernels.settle import QUIET

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from lumped.rattle.basins import Naming
+from lumped.rattle.attractors import Naming
 from lumped.rattle.departures import follow, settle_departures
 from lumped.rattle.kernels.flight import REST, returned
 from lumped.rattle.kernels.settle import CHANGING, QUIET, UNKNOWN

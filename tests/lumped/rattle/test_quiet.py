@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from lumped.rattle.assembly import Absorber, Assembly, Shafts, SprungGear
-from lumped.rattle.basins import settle_departures
+from lumped.rattle.departures import settle_departures
 from lumped.rattle.kernels.flight import returned
 from lumped.rattle.kernels.settle import QUIET
 from lumped.rattle.machine import Machine, effective_eccentricity

@@ -9,7 +9,8 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from lumped.rattle.basins import Grid, Naming, basins_of, settle_grid
+from lumped.rattle.attractors import Naming
+from lumped.rattle.basins import Grid, basins_of, settle_grid
 from lumped.rattle.departures import settle_departures
 from lumped.rattle.kernels.settle import STICKING
 from lumped.rattle.long_runs import settled_departures

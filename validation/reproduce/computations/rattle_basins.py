@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from fegear.statics import Progress
-from lumped.rattle.basins import CHAOTIC, QUIET, Attractor, sort_departures
+from lumped.rattle.attractors import CHAOTIC, QUIET, Attractor, sort_departures
 from lumped.rattle.departures import follow, settle_departures
 from lumped.rattle.machine import Machine
 from lumped.rattle.manifolds import (

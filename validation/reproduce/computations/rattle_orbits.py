@@ -18,7 +18,7 @@ from fegear.statics import Progress
 from fegear.store import Keeping
 from lumped.branches.bifurcations import stretches
 from lumped.rattle.arcs import arcs_of, history_of
-from lumped.rattle.basins import CHAOTIC, QUIET, Naming
+from lumped.rattle.attractors import CHAOTIC, QUIET, Naming
 from lumped.rattle.branches import OrbitBranch
 from lumped.rattle.departures import follow, settle_departures
 from lumped.rattle.machine import TURN, Machine
