@@ -15,6 +15,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
+from lumped.rattle.arcs import arcs_of, linearised
 from lumped.rattle.departures import (
     Settled,
     apart,
@@ -253,7 +254,9 @@ class Naming:
         at = float(path[fastest, 0] % 1.0), float(path[fastest, 1])
         if (number := self._known(way.name, at)) is not None:
             return number
-        exponent = self._exponent(point, 100 * period) * period / way.turns
+        change = linearised(self.machine, arcs_of(self.machine, path))
+        largest = float(np.abs(np.linalg.eigvals(change)).max())
+        exponent = math.log(largest) / way.turns if largest else -math.inf
         return self._add(Attractor(way.name, way.turns, at, exponent))
 
     def _long(self, ends: Array, chosen: int) -> tuple[int, NDArray[np.bool_]]:

@@ -9,14 +9,17 @@ import tracemalloc
 import numpy as np
 import pytest
 
+from lumped.rattle.attractors import sort_departures
 from lumped.rattle.basins import (
     Grid,
     basins_of,
     settle_grid,
     settle_tile,
 )
-from lumped.rattle.departures import settle_departures
+from lumped.rattle.departures import settle_departures, settling_returns
+from lumped.rattle.kernels.settle import CHANGING
 from lumped.rattle.machine import TURN, Machine
+from lumped.rattle.orbits import usual_speed
 
 GRID = Grid(side=60, velocity=(0.0, 7.0))
 
@@ -201,3 +204,22 @@ def test_memory_is_that_of_the_picture():
         tracemalloc.stop()
     assert peaks[1] < 1.2 * peaks[0]
     assert peaks[1] < 160 * grid.cells
+
+
+def test_runs_on_their_way_are_not_chaotic_by_where_they_depart():
+    """They settle to orbits in ten times as many returns, beside one that is chaotic;
+    the orbits attract at half the damping."""
+    which = Machine(damping=0.01, eccentricity=0.002, half_backlash=0.012)
+    departures = Grid(side=7, velocity=(0.0, usual_speed(which))).departures(0, 49)
+    iterations = settling_returns(which)
+    settled = settle_departures(which, departures, iterations)
+    later = settle_departures(which, departures, 10 * iterations)
+    assert (settled.period == CHANGING).sum() > 40
+    attractors, number = sort_departures(which, iterations, settled)
+    chaotic = [i for i, each in enumerate(attractors) if each.exponent > 0.0]
+    assert len(chaotic) == 1
+    assert (later.period[np.isin(number, chaotic)] == CHANGING).all()
+    assert (number >= 0).mean() > 0.9
+    orbits = [each.exponent for each in attractors if each.name.startswith("P")]
+    assert len(orbits) > 5
+    assert orbits == pytest.approx(len(orbits) * [-0.5 * which.damping], rel=1e-4)
