@@ -40,8 +40,9 @@ if TYPE_CHECKING:
     from fegear.statics import Progress
 
 Array = NDArray[np.float64]
-END = 1e-3  # of a range, from its ends, where orbits are looked for
-HALVINGS = 2  # of parts of a range at whose ends there are different orbits
+END = 1e-6  # of a range, from its ends, where orbits are looked for
+HALVINGS = 8  # at most, of parts of a range at whose ends there are different orbits
+MORE = 3  # times as many values as at first, with which no more are looked for
 LEGEND = {
     "branch, index": "from 1, points in the order of the branch; branch 0: long runs",
     "departure": "from the upper flank, counted from 1",
@@ -200,6 +201,8 @@ def find_bifurcations(
         )
         seeds = search.seeds
         for _ in range(HALVINGS):
+            if len(seeds) >= MORE * len(search.seeds):
+                break
             seeds = sorted(seeds + list(_between_differing(seeds, found)))
             found = compute(_orbit_tasks(machine, search, seeds))
         branches = _followed(machine, search, _rows_at(found, "orbits", seeds), report)

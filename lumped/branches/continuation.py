@@ -40,6 +40,8 @@ class Steps:
     """Arc lengths, in units of the solution's size and the parameter's.
 
     size : of x; unit : of the parameter
+    regular : whether no two branches cross, so that a step after which the determinant
+        of the equations and the tangent has another sign has led to another branch
     """
 
     size: float
@@ -48,6 +50,7 @@ class Steps:
     most: float = 0.1
     least: float = 1e-6
     count: int = 5000
+    regular: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -188,6 +191,8 @@ class Branch(Generic[P]):
                 if ends_here:
                     point = self._on_limit(here, point, limits)
                 turn = float(point.tangent @ here.tangent)
+                if steps.regular and self._side(point) != self._side(here):
+                    turn = min(turn, 0.0)
             except ArithmeticError:
                 corrections, turn, ends_here = MANY + 1, -1.0, False
             if turn < STRAIGHT and length > steps.least:
@@ -220,6 +225,12 @@ class Branch(Generic[P]):
             most = steps.most * max(1.0, self._size(point) / LARGE)
             length = min(factor * length, most)
         return Followed(tuple(points), reason)
+
+    def _side(self, point: Point) -> float:
+        """Sign of the determinant of the equations and the tangent, which changes
+        where branches cross only."""
+        _, matrix = self._linear(self.scaled(point.x, point.parameter))
+        return float(np.linalg.slogdet(np.vstack([matrix, point.tangent]))[0])
 
     def _size(self, point: Point) -> float:
         """Of a solution, in units of the static one."""

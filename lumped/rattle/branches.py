@@ -111,7 +111,8 @@ class Orbits:
         return margin_of(self.at(value), self.arcs(x, value))
 
     def branch(self) -> Branch[Orbits]:
-        return Branch(self, Steps(size=1.0, unit=self.unit, first=FIRST, most=MOST))
+        steps = Steps(size=1.0, unit=self.unit, first=FIRST, most=MOST, regular=True)
+        return Branch(self, steps)
 
 
 @dataclass(frozen=True, eq=False)

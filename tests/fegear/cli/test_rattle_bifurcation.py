@@ -88,7 +88,15 @@ def test_branches_do_not_depend_on_how_wide_the_range_is():
     for limits in ("0:1", "0.85:1"):
         words = [
             *("rattle", "bifurcation", "roots-scaled", "--departures", "1"),
-            *("--over", f"restitution={limits}", "--runs", "0", "--json"),
+            *(
+                "--over",
+                f"restitution={limits}",
+                "--runs",
+                "0",
+                "--starts",
+                "3",
+                "--json",
+            ),
         ]
         values = json.loads(printed(*words))
         found.append(

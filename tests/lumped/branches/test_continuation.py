@@ -78,6 +78,28 @@ def test_a_branch_that_cannot_go_on_says_why_and_keeps_its_points():
     assert 0.4 < found.points[-1].parameter <= 0.5
 
 
+class Fork:
+    """A pitchfork that is imperfect by a hair: x^3 - p x + 1e-9 = 0."""
+
+    def equations(self, x, parameter):
+        return (
+            x**3 - parameter * x + 1e-9,
+            np.array([3.0 * x**2 - parameter]),
+            -x,
+        )
+
+
+@pytest.mark.parametrize(("regular", "mixed"), [(True, False), (False, True)])
+def test_a_step_onto_a_branch_close_by_is_taken_back(regular, mixed):
+    """The upper prong turns round before it meets the lower one."""
+    branch = branch_of(Fork(), regular=regular)
+    followed = branch.follow(branch.at(np.ones(1), 1.0, False), (-1.0, 1.5))
+    values = [float(point.x[0]) for point in followed.points]
+    assert (min(values) < 0.0) == mixed
+    if not mixed:
+        assert followed.points[-1].parameter == 1.5
+
+
 class Pole:
     """x = 1 / (1 - p), which grows beyond every bound."""
 

@@ -12,7 +12,7 @@ from lumped.rattle.assembly import Assembly
 from lumped.rattle.branches import GRAZING, BranchFinder, orbits_at
 from lumped.rattle.departures import apart, follow
 from lumped.rattle.machine import Machine
-from lumped.rattle.orbits import find_orbits
+from lumped.rattle.orbits import find_orbits, usual_speed
 from lumped.rattle.periodic import (
     least_eccentricity,
     simple_rattle,
@@ -167,3 +167,26 @@ def test_where_flanks_stop_parting_is_one_graze():
         assert critical == pytest.approx(machine.eccentricity, rel=1e-9)
     # folds of motions that rattle stay, next to a graze as well
     assert points(found, "P(1,1,0)", FOLD) == pytest.approx([36.71424, 95.62888])
+
+
+def test_branches_that_nearly_cross_are_not_mixed_up():
+    """A pitchfork of P(1,1,1) that the drag's drift leaves imperfect."""
+    pump = Machine(
+        damping=3e-4, eccentricity=1e-4, half_backlash=6e-4, stiffness=1100.0
+    )
+    finder = BranchFinder(pump, "eccentricity", (0.0, 2e-3), 0)
+    there = replace(pump, eccentricity=5.5e-4)
+    for orbit in find_orbits(there, 1, (0.0, usual_speed(there))):
+        if orbit.name == "P(1,1,1)":
+            finder.from_departure(orbit.itinerary, orbit.departures[0], 5.5e-4)
+    assert len(finder.found) == 2
+    grazes = [
+        max(p.value for p in branch.bifurcations if p.kind == GRAZING)
+        for branch in finder.found
+    ]
+    assert sorted(grazes) == pytest.approx([1.537119e-3, 1.537346e-3], rel=1e-6)
+    births = [
+        min(p.value for p in branch.bifurcations if p.kind == FOLD)
+        for branch in finder.found
+    ]
+    assert sorted(births) == pytest.approx([3.2e-8, 5.30947e-4], rel=1e-3)
