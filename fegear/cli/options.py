@@ -79,6 +79,14 @@ class Elements:
         return chosen(plane=self.plane, resolution=self.resolution)
 
 
+def draw_into(path: Path, figure: Callable[[], Figure]) -> None:
+    """A picture by the ending of the path, which appears whole or not at all."""
+    from fegear.output import write_whole
+    from fegear.plots import save_figure
+
+    write_whole(path, lambda place: save_figure(figure(), place))
+
+
 @dataclass(frozen=True, kw_only=True)
 class Outputs:
     """Where the results go: a table, a plot, and how they are printed."""
@@ -104,11 +112,8 @@ class Outputs:
 
     def draw(self, figure: Callable[[], Figure]) -> None:
         """The plot, where one is asked for."""
-        from fegear.output import write_whole
-        from fegear.plots import save_figure
-
         if self.plot is not None:
-            write_whole(self.plot, lambda place: save_figure(figure(), place))
+            draw_into(self.plot, figure)
 
     def show(
         self, values: dict[str, Any], print_values: Callable[[dict[str, Any]], None]

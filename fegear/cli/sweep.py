@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fegear.cli.edits import EditedSet, edit_entries
@@ -18,12 +19,14 @@ from fegear.cli.lumped_options import (
     chosen_torques,
     speeds_of,
 )
-from fegear.cli.options import Outputs, named_options
-from fegear.cli.sweep_report import show_sweep
+from fegear.cli.options import Outputs, draw_into, named_options, require_outputs
+from fegear.cli.sweep_report import show_sweep, title_of_sweep
 from fegear.errors import InputError
 
 if TYPE_CHECKING:
     from fegear.gearset.model import GearSet
+    from fegear.sweeps import SweepResult
+    from lumped.settings import Settings
 
 EXAMPLE = "fegear sweep liu-idler --speeds 800:4200:20 -o s.csv --plot s.png"
 
@@ -47,6 +50,41 @@ class SpeedsOfEither(SweptSpeeds):
         return [turns * teeth / 60.0 for turns in speeds_of(self.rpm, "--rpm")]
 
 
+@dataclass(frozen=True, kw_only=True)
+class SweepOutputs(Outputs):
+    """Responses, and the spectra of the motions that they are of."""
+
+    spectra: Path | None = option(
+        "Write the lines of the spectra of all motions to this CSV file, as amplitudes "
+        "of the dynamic transmission error [m]."
+    )
+    waterfall: Path | None = option(
+        "Draw them over speed into this file, .png, .pdf or .svg: a Campbell diagram, "
+        "and harmonics of the mesh frequency."
+    )
+
+    def require(self, *inputs: Path | str) -> None:
+        """Files can be written and replace no input."""
+        super().require(*inputs)
+        others = [path for path in (self.output, self.plot) if path is not None]
+        require_outputs([self.spectra], [*inputs, *others], self.waterfall)
+
+    def draw_spectra(self, result: SweepResult, settings: Settings) -> None:
+        """Of the motions of all branches, where they are asked for."""
+        from fegear.output import write_text
+        from lumped.waterfall import draw_waterfall, spectra_csv, spectra_over_speed
+
+        if self.spectra is None and self.waterfall is None:
+            return
+        every = [spectra_over_speed(*each, settings) for each in result.found]
+        found = [each for each in every if each.lines]
+        if self.spectra is not None and found:
+            write_text(self.spectra, spectra_csv(found, result.header))
+        if self.waterfall is not None and found:
+            title = title_of_sweep(result)
+            draw_into(self.waterfall, lambda: draw_waterfall(found, title))
+
+
 @grouped
 def sweep_command(
     *,
@@ -56,7 +94,7 @@ def sweep_command(
     model: AnyModel,
     friction: MovingTeeth,
     integration: Integration,
-    outputs: Outputs,
+    outputs: SweepOutputs,
 ) -> None:
     """Vibration of a lumped train over speed.
 
@@ -76,5 +114,6 @@ def sweep_command(
     )
     with outputs.progress() as report, named_options(*NAMED):
         result = sweep_speeds(gear_set, torques, frequencies, settings, report)
-    header = result.header | edit_entries(changes)
-    show_sweep(replace(result, header=header), outputs, begin)
+    result = replace(result, header=result.header | edit_entries(changes))
+    outputs.draw_spectra(result, numerics)
+    show_sweep(result, outputs, begin)

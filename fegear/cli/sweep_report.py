@@ -33,20 +33,28 @@ def show_sweep(result: SweepResult, outputs: Outputs, begin: float) -> None:
     _end(result.found, outputs.output)
 
 
-def _figure(result: SweepResult) -> Figure:
+def title_of_sweep(result: SweepResult) -> str:
+    """The gear set, the model and what was edited."""
     from fegear.headings import friction_in_words, friction_of
     from fegear.sweeps import edits_in_words
-    from lumped.figures import Curve, draw_sweep
 
-    header, name = result.header, result.model if result.beside else ""
-    title = (
+    header = result.header
+    return (
         f"{header['gear set']}, model {result.model}, {header['excitation']}, "
         f"damping ratio {header['damping ratio']}"
         f"{friction_in_words(friction_of(header))}\n{edits_in_words(header)}"
     ).strip()
+
+
+def _figure(result: SweepResult) -> Figure:
+    from lumped.figures import Curve, draw_sweep
+
+    name = result.model if result.beside else ""
     curves = [Curve(torque, branch, name) for torque, branch in result.found]
     curves += [Curve(torque, branch, "Model-1") for torque, branch in result.beside]
-    return draw_sweep(curves, title, f"natural frequency {result.natural}")
+    return draw_sweep(
+        curves, title_of_sweep(result), f"natural frequency {result.natural}"
+    )
 
 
 def print_sweep(values: dict[str, Any]) -> None:

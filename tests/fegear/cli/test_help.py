@@ -26,6 +26,8 @@ WITHOUT_DEFAULT = {
     "--history",
     "--output",
     "--plot",
+    "--spectra",
+    "--waterfall",
     "--root-stress",
     "--rpm",
     "--set",

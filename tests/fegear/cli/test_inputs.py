@@ -425,6 +425,8 @@ OPTIONS: dict[str, dict[str, Case]] = {
         "--direction": plus(SWEEP, "--direction up"),
         "--table": plus("sweep SET --speeds 2000 --model 3 --json", "--table TABLE"),
         "--output": plus(SWEEP, "-o s.csv"),
+        "--spectra": plus(SWEEP, "--spectra l.csv"),
+        "--waterfall": plus(SWEEP, "--waterfall w.png"),
         "--without": plus(f"{COUPLED} --direction up", "--without body"),
     },
     "wave": lumped(WAVE)
