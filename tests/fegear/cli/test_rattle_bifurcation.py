@@ -84,21 +84,11 @@ def test_an_interrupted_run_goes_on_to_the_same_file(tmp_path, monkeypatch, caps
 
 
 def test_branches_do_not_depend_on_how_wide_the_range_is():
+    fixed = "roots-scaled --departures 1 --doublings 0 --runs 0 --starts 3 --json"
     found = []
     for limits in ("0:1", "0.85:1"):
-        words = [
-            *("rattle", "bifurcation", "roots-scaled", "--departures", "1"),
-            *(
-                "--over",
-                f"restitution={limits}",
-                "--runs",
-                "0",
-                "--starts",
-                "3",
-                "--json",
-            ),
-        ]
-        values = json.loads(printed(*words))
+        over = f"rattle bifurcation {fixed} --over restitution={limits}"
+        values = json.loads(printed(*over.split()))
         found.append(
             sorted(
                 (branch["name"], each["kind"], round(each["value"], 6))
