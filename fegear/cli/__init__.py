@@ -58,6 +58,7 @@ BENCHMARKS: dict[str, Callable[..., None]] = {
     "dynamics": bench.dynamics_benchmark,
     "lumped": bench.lumped_benchmark,
     "branches": bench.branches_benchmark,
+    "stability": bench.stability_benchmark,
     "all": bench.all_benchmarks,
 }
 

@@ -35,9 +35,11 @@ EXAMPLES = {
     "dynamics": "fegear bench dynamics liu-pair -o bench",
     "lumped": "fegear bench lumped liu-idler -o bench",
     "branches": "fegear bench branches liu-idler -o bench",
+    "stability": "fegear bench stability liu-friction -o bench",
     "all": "fegear bench all -o bench",
 }
 PAIR, TRAIN, TORQUE = "liu-pair", "liu-idler", 100.0  # N m, of `bench all`
+RUBBING = "liu-friction"
 Directory = Annotated[
     Path,
     typer.Option(
@@ -154,6 +156,24 @@ def branches_benchmark(
     _run("branches", measure, output, as_json)
 
 
+def stability_benchmark(
+    set_name: Annotated[
+        str, typer.Argument(metavar="SET", help=f"{SET_HELP} [default: {RUBBING}]")
+    ] = RUBBING,
+    torque: InputTorque = None,
+    output: Directory = Path("bench-stability"),
+    as_json: AsJson = False,
+) -> None:
+    """Floquet multipliers of trains with tooth friction, and closed forms."""
+    from fegear.cli.lumped_options import middle_torque
+    from fegear.gearset import load_gear_set
+    from validation import bench_stability
+
+    load = middle_torque(load_gear_set(set_name), torque)
+    measure = partial(bench_stability.measure, set_name, load)
+    _run("stability", measure, output, as_json)
+
+
 def all_benchmarks(
     output: Annotated[
         Path,
@@ -170,6 +190,7 @@ def all_benchmarks(
         bench_branches,
         bench_dynamics,
         bench_lumped,
+        bench_stability,
         bench_stiffness,
     )
     from validation.bench import write_page
@@ -179,6 +200,7 @@ def all_benchmarks(
         "stiffness": partial(bench_stiffness.measure, pair, TORQUE),
         "lumped": partial(bench_lumped.measure, train, TORQUE, None),
         "branches": partial(bench_branches.measure, train, TORQUE, None),
+        "stability": partial(bench_stability.measure, RUBBING, TORQUE),
         "dynamics": partial(bench_dynamics.measure, pair, TORQUE),
     }
     others = [output / "index.html", output / "bench.json"]

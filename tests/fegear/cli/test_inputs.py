@@ -593,6 +593,12 @@ OPTIONS: dict[str, dict[str, Case]] = {
         "--output": plus("bench branches --json", "-o there"),
         "--json": plus("bench branches", "--json"),
     },
+    "bench stability": {
+        "SET": plus("bench stability --json", "SET"),
+        "--torque": plus("bench stability --json", "--torque 50"),
+        "--output": plus("bench stability --json", "-o there"),
+        "--json": plus("bench stability", "--json"),
+    },
     "rattle critical": {
         "MACHINE": swap(CRITICAL, "roots-a", "roots-scaled"),
         "--delta": plus(CRITICAL, "--delta 4e-4"),
@@ -765,7 +771,7 @@ def quick_benchmarks(monkeypatch):
 
         return measure
 
-    for name in ("stiffness", "dynamics", "lumped", "branches"):
+    for name in ("stiffness", "dynamics", "lumped", "branches", "stability"):
         module = import_module(f"validation.bench_{name}")
         monkeypatch.setattr(module, "measure", instead(name))
 

@@ -1,0 +1,68 @@
+"""The benchmark of stability: errors, orders and the chart."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from validation import bench, bench_stability
+from validation.bench_stability import (
+    SIZES,
+    edge_rows,
+    measure,
+    multiplier_rows,
+    sawtooth_points,
+)
+
+
+@pytest.fixture(scope="module")
+def points():
+    found = {}
+    for point in sawtooth_points():
+        found.setdefault(point.study, []).append(point)
+    return found
+
+
+def test_series_and_recursion_reach_round_off(points):
+    assert points["series"][-1].error < 1e-13
+    assert points["eq. 4.55, NumPy"][-1].error < 1e-14
+
+
+@pytest.mark.parametrize("study", ["exponentials", "eq. 4.56, SciPy"])
+def test_exponentials_are_of_second_order(points, study):
+    """The compiled ones are those of SciPy."""
+    own = points[study]
+    rate = bench.slope([p.setting for p in own], [p.error for p in own])
+    assert rate == pytest.approx(-2.0, abs=0.05)
+    errors = [p.error for p in points["exponentials"]]
+    np.testing.assert_allclose([p.error for p in own], errors, rtol=1e-3)
+
+
+def test_perturbation_agrees_to_second_order():
+    rows = list(edge_rows("liu-friction", 100.0))
+    names = list(dict.fromkeys(row.combination for row in rows))
+    assert names[0] == "2 f3"
+    assert any(" + " in name for name in names)
+    for name in names:
+        own = [row for row in rows if row.combination == name]
+        assert [row.variation for row in own] == list(SIZES)
+        orders = [row.order for row in own[1:]]
+        assert orders == pytest.approx([2.0] * 3, abs=0.6)
+
+
+def test_multipliers_are_right_to_a_millionth():
+    for row in multiplier_rows("liu-friction", 100.0):
+        assert row.error_largest < 1e-6
+        assert row.us_per_speed > 0.0
+
+
+def test_a_benchmark_has_all_tables(monkeypatch):
+    monkeypatch.setattr(bench_stability, "SPEEDS", 20)
+    monkeypatch.setattr(bench_stability, "VALUES", 3)
+    found = measure("liu-friction", 100.0, lambda *progress: None)
+    assert [name for name, rows in found.tables.items() if rows] == [
+        *("points", "multipliers", "edges", "chart")
+    ]
+    (chart,) = found.tables["chart"]
+    assert (chart["speeds"], chart["values"]) == (20, 3)
+    assert len(found.panels) == 2
