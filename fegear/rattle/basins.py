@@ -64,9 +64,9 @@ class BasinsResult:
 
     def _warnings(self) -> Iterator[str]:
         basins = self.basins
-        needed = settling_returns(basins.machine)
         unclear = float(np.mean(basins.attractor < 0))
-        if unclear and basins.iterations < needed:
+        if unclear:
+            needed = settling_returns(basins.machine)
             yield unsettled(unclear, "cells", basins.iterations, needed)
 
     def _plain(self, number: int) -> dict[str, Any]:
@@ -108,9 +108,12 @@ class BasinsResult:
 
 def unsettled(part: float, what: str, iterations: int, needed: int) -> str:
     """What to do about departures that have not settled."""
+    more = f"half the damping ends transients in {needed}: --iterations {needed}"
+    if iterations >= needed:
+        more = "irregular motion may last long before it ends: more --iterations"
     return (
         f"{100.0 * part:.3g} % of the {what} have not settled in {iterations} returns; "
-        f"half the damping ends transients in {needed}: --iterations {needed}"
+        f"{more}"
     )
 
 

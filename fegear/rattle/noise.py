@@ -106,9 +106,9 @@ class NoiseResult:
 
     def _warnings(self) -> Iterator[str]:
         unclear = float(np.mean(self.noise.motion < 0))
-        if self.iterations >= self.settling:
-            return
         if self.named.assembly.more_equations:
+            if self.iterations >= self.settling:
+                return
             lasts = "never"
             if math.isfinite(self.settling):
                 lasts = f"in {self.settling:.0f} turns (--iterations)"

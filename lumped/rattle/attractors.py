@@ -36,7 +36,8 @@ ALIKE = 1e-5  # distance of departures on one orbit
 LONG = 200_000  # returns for which one of the motions that change still is followed
 LAST, LASTING = 2000, 10  # returns to settle at last; of the iterations, if chaotic
 LATE = 15_000  # returns more of others that change still, at least
-CHECKED, LEAVE = 40, 0.25  # of cells in a footprint; part that may leave it
+# of cells in a footprint, times the iterations in which fewer than this part may settle
+CHECKED, AGAIN, LEAVE = 40, 4, 0.35
 SEEN = 256  # cells a side of a chaotic attractor's footprint
 EXPONENT = 20_000  # returns over which an exponent is a mean
 LEAST_CHAOTIC = 2e-3  # exponent per return; neighbours of others part by log(n) / n
@@ -297,7 +298,7 @@ class Naming:
         where they depart tells nothing of where they lead."""
         if self.lasting is None:
             some = ends[_spread(len(ends), CHECKED)]
-            later = self._settle(some, self.iterations)
+            later = self._settle(some, AGAIN * self.iterations)
             self.lasting = bool(np.mean(later.period != kernel.CHANGING) < LEAVE)
         return self.lasting
 

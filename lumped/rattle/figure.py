@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
@@ -10,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lumped.drawing import draw_legend, draw_title, panels
-from lumped.rattle.attractors import CHAOTIC, QUIET, Attractor
+from lumped.rattle.attractors import CHAOTIC, QUIET
 from lumped.rattle.basins import Basins
 from lumped.rattle.machine import Machine
 
@@ -22,45 +23,72 @@ if TYPE_CHECKING:
     from lumped.rattle.noise import Noise
 
 NIGHT, RED, GREY = "#1b2a6b", "#8c1515", "#d0d0d0"  # quiet, chaotic, not clear
+OTHERS = "#707070"
+Color = tuple[float, float, float]
 ORBIT = re.compile(r"P\((\d+),(\d+),(\d+)\)(?: (\w))?")
 STICKING = re.compile(r"sticking\((\d+|irregular)\)(?: (\w))?")
 GOLDEN = 0.6180339887498949  # of a turn of the hue, from one itinerary to the next
 TONES = (0.45, 1.0), (1.0, 0.9), (0.55, 0.65), (0.95, 0.5)  # saturation and value
 AT_REST = 0.35, 0.35  # the same of motions that come to rest
 MOST_NAMED = 12
+APART, MOST_AWAY = 0.2, 50  # of colours: least distance, and steps to reach it
 # of curves alone, and over basins
 CURVES = ("black", "tab:orange", "tab:red", "tab:blue", "tab:green", "tab:purple")
 CURVES_OVER = ("white", "black", "yellow", "magenta", "lime", "cyan", "orange")
 
 
-def color_of(attractor: Attractor) -> Any:
-    return color_of_motion(attractor.name)
+def color_of_motion(name: str, away: int = 0) -> Color:
+    """By the itinerary, so that it is the same in all pictures.
 
-
-def color_of_motion(name: str) -> Any:
-    """By the itinerary, so that it is the same in all pictures."""
+    away : steps from there, for motions that would look like others
+    """
     from matplotlib.colors import hsv_to_rgb, to_rgb
 
     if name == QUIET:
         return to_rgb(NIGHT)
     if (found := ORBIT.match(name)) is not None:
-        number = _number(*(int(each) for each in found.groups()[:3]))
-        (saturation, value), begin = TONES[number % len(TONES)], 0.47
+        turns, upper, lower, copy = found.groups()
+        number, begin = _number(int(turns), int(upper), int(lower)) + away, 0.47
+        saturation, value = TONES[number % len(TONES)]
     elif (found := STICKING.match(name)) is not None:
-        turns = found.group(1)
-        number = int(turns) if turns.isdigit() else 0
+        turns, copy = found.groups()
+        number = away + (int(turns) if turns.isdigit() else 0)
         (saturation, value), begin = AT_REST, 0.16
     else:
         return to_rgb(RED if name.startswith(CHAOTIC) else GREY)
-    copies = ord(found.groups()[-1] or "a") - ord("a")
-    hue = (begin + GOLDEN * number + 0.09 * copies) % 1.0
-    return tuple(hsv_to_rgb([hue, saturation, value * 0.85**copies]))
+    hue = begin + GOLDEN * number + 0.09 * (ord(copy or "a") - ord("a"))
+    red, green, blue = hsv_to_rgb([hue % 1.0, saturation, value])
+    return float(red), float(green), float(blue)
 
 
 def _number(turns: int, upper: int, lower: int) -> int:
     """Of an itinerary in a list of all of them, short ones first."""
     one, two = turns - 1 + upper - 1 + lower, upper - 1 + lower
     return one * (one + 1) * (one + 2) // 6 + two * (two + 1) // 2 + lower
+
+
+def colors_of(basins: Basins) -> list[Color]:
+    """Of its attractors, by the itinerary, or as far from there as it takes to differ
+    from those of larger basins; the least of many share one."""
+    from matplotlib.colors import to_rgb
+
+    colors: list[Color] = len(basins.attractors) * [to_rgb(OTHERS)]
+    taken: list[Color] = [to_rgb(GREY), to_rgb(OTHERS)]
+    for number in _largest(basins):
+        name = basins.attractors[number].name
+        choices = (color_of_motion(name, away) for away in range(MOST_AWAY))
+        first = color_of_motion(name)
+        colors[number] = next(
+            (c for c in choices if min(math.dist(c, t) for t in taken) > APART), first
+        )
+        taken.append(colors[number])
+    return colors
+
+
+def _largest(basins: Basins) -> list[int]:
+    """Numbers of the attractors that are named, those of large basins first."""
+    order = np.argsort(-basins.fractions, kind="stable")
+    return [int(number) for number in order[:MOST_NAMED]]
 
 
 def draw_basins(basins: Basins, name: str) -> Figure:
@@ -77,8 +105,8 @@ def _show_basins(axes: Axes, basins: Basins) -> list[Any]:
     from matplotlib.patches import Patch
 
     axes.grid(False)
-    colors = [color_of(attractor) for attractor in basins.attractors]
-    palette = np.array([to_rgb(color) for color in [*colors, GREY]])
+    colors = colors_of(basins)
+    palette = np.array([*colors, to_rgb(GREY)])
     axes.imshow(
         palette[basins.attractor],
         origin="lower",
@@ -90,17 +118,15 @@ def _show_basins(axes: Axes, basins: Basins) -> list[Any]:
         if attractor.period:
             axes.plot(*attractor.point, "kx", ms=6)
     _label(axes, basins.grid.velocity)
-    shown = np.argsort(-basins.fractions, kind="stable")[:MOST_NAMED]
+    shown = _largest(basins)
+    parts = 100.0 * basins.fractions
     handles: list[Any] = [
-        Patch(
-            color=colors[i],
-            label=f"{basins.attractors[i].name} {100.0 * basins.fractions[i]:.3g} %",
-        )
+        Patch(color=colors[i], label=f"{basins.attractors[i].name} {parts[i]:.3g} %")
         for i in sorted(shown)
     ]
-    if others := len(basins.attractors) - shown.size:
-        part = 100.0 * (basins.fractions.sum() - basins.fractions[shown].sum())
-        handles.append(Patch(color="none", label=f"{others} others {part:.3g} %"))
+    if others := len(basins.attractors) - len(shown):
+        part = parts.sum() - parts[shown].sum()
+        handles.append(Patch(color=OTHERS, label=f"{others} others {part:.3g} %"))
     if (basins.attractor < 0).any():
         handles.append(Patch(color=GREY, label="not clear"))
     return handles
@@ -159,7 +185,7 @@ def draw_noise(noise: Noise, title: str) -> Figure:
     axes.step(noise.level[order], part, color="black", lw=0.8, where="post")
     for number in range(-1, len(noise.attractors)):
         own = noise.motion[order] == number
-        color = GREY if number < 0 else color_of(noise.attractors[number])
+        color = GREY if number < 0 else color_of_motion(noise.attractors[number].name)
         label = "not clear" if number < 0 else noise.attractors[number].name
         if own.any():
             levels = noise.level[order][own]

@@ -9,14 +9,16 @@ import tracemalloc
 import numpy as np
 import pytest
 
-from lumped.rattle.attractors import sort_departures
+from lumped.rattle.attractors import Attractor, sort_departures
 from lumped.rattle.basins import (
+    Basins,
     Grid,
     basins_of,
     settle_grid,
     settle_tile,
 )
 from lumped.rattle.departures import settle_departures, settling_returns
+from lumped.rattle.figure import color_of_motion, colors_of, draw_basins
 from lumped.rattle.kernels.settle import CHANGING
 from lumped.rattle.machine import TURN, Machine
 from lumped.rattle.orbits import usual_speed
@@ -223,3 +225,23 @@ def test_runs_on_their_way_are_not_chaotic_by_where_they_depart():
     orbits = [each.exponent for each in attractors if each.name.startswith("P")]
     assert len(orbits) > 5
     assert orbits == pytest.approx(len(orbits) * [-0.5 * which.damping], rel=1e-4)
+
+
+def test_motions_that_are_named_in_a_picture_have_colors_that_differ():
+    """Large basins those of their itinerary; the least of many share one."""
+    names = [f"P({m},{n},0)" for m in range(1, 5) for n in range(1, 5)]
+    attractors = [Attractor(name, 1, (0.1, 1.0), -1.0) for name in names]
+    cells = np.repeat(np.arange(16), np.arange(32, 0, -2))
+    number = np.resize(cells, (16, 16))
+    grid = Grid(side=16, velocity=(0.0, 1.0))
+    basins = Basins(machine(), grid, 100, tuple(attractors), number, number)
+    colors = np.array(colors_of(basins))
+    assert tuple(colors[0]) == color_of_motion("P(1,1,0)")
+    assert (colors[12:] == colors[12]).all()
+    gaps = np.linalg.norm(colors[:13, None] - colors[None, :13], axis=2)
+    assert gaps[np.triu_indices(13, 1)].min() > 0.2
+    assert color_of_motion("sticking(1)") != color_of_motion("sticking(2)")
+    (legend,) = draw_basins(basins, "a machine").legends
+    labels = [text.get_text() for text in legend.get_texts()]
+    assert len(labels) == 13
+    assert labels[-1].startswith("4 others ")
