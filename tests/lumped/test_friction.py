@@ -157,32 +157,61 @@ def test_what_leaves_friction_out_says_so():
         parametric_system(pair)
 
 
-def test_losses_are_those_of_the_classical_formula():
-    """Ohlendorf's loss factor: mean power over what is carried, mu pi (1/z1 + 1/z2)
-    (1 - eps + eps1^2 + eps2^2), of pairs that carry all or half of the load.
+SLOW = 0.003  # Hz, a thousandth of the natural frequencies
 
-    Of rigid teeth: here they deflect by a part of the base pitch, which counts.
+
+def turned_slowly(contact_ratio, approach, coefficient=0.05):
+    """A pair that shares its load evenly, and its motion.
+
+    Its deflections are small beside the base pitch, as those of the classical formula.
     """
     pair = pair_system(0.0, RATIO)
     gears = tuple(replace(g, torque=1e-3 * g.torque) for g in pair.train.gears)
-    train = replace(pair.train, gears=gears)
     figures = StiffnessFigures(
         mean=pair.excitations[0].mean_stiffness,
         variation=0.0,
-        contact_ratio=C,
-        approach=1.0 - GAMMA,
+        contact_ratio=contact_ratio,
+        approach=approach,
         load_share=0.5,
     )
-    rub = ToothFriction(0.05)
+    rub = ToothFriction(coefficient)
     bent = with_bending(analytic_excitation(figures), rub)
-    system = LumpedSystem(train, (bent,), friction=(rub,))
-    found = time_history(system, 0.003, Settings(steps=256))
-    ways = 1.0 - GAMMA, C - 1.0 + GAMMA
-    factor = 1.0 - C + ways[0] ** 2 + ways[1] ** 2
+    system = LumpedSystem(replace(pair.train, gears=gears), (bent,), friction=(rub,))
+    return system, time_history(system, SLOW, Settings(steps=256))
+
+
+@pytest.mark.parametrize(
+    ("contact_ratio", "approach"), [(C, 1.0 - GAMMA), (1.3, 0.4), (1.8, 0.95)]
+)
+def test_losses_are_those_of_the_classical_formula(contact_ratio, approach):
+    """Ohlendorf's loss factor: mean power over what is carried, mu pi (1/z1 + 1/z2)
+    (1 - eps + eps1^2 + eps2^2), of pairs that carry all or half of the load."""
+    system, found = turned_slowly(contact_ratio, approach)
+    recess = contact_ratio - approach
+    factor = 1.0 - contact_ratio + approach**2 + recess**2
     exact = 0.05 * math.pi * (1.0 / 38 + 1.0 / 55) * factor
     lost = np.trapezoid(found.friction_power[:, 0], found.history.time)
-    share = lost / (found.history.time[-1] * driven_power(system, 0, 0.003))
+    share = lost / (found.history.time[-1] * driven_power(system, 0, SLOW))
     assert share == pytest.approx(exact, rel=0.01)
+
+
+def test_power_is_that_of_the_force_in_balance_at_every_place():
+    """mu N v of a single pair, N by eq. 4.40 shared out over both gears' inertia."""
+    _, found = turned_slowly(1.3, 0.4)
+    pitch = 2.0 * math.pi * RADII[0] / 38
+    place = (found.history.time * SLOW) % 1.0
+    x = np.where(place > 0.9, place - 1.0, place) * pitch
+    # one pair, and what rang at the last change of contact or friction is gone
+    single = (place > 0.15) & (place < 0.59) | (place > 0.98)
+    slope, eta = math.tan(math.radians(20.0)), Oracle().eta
+    arms = (RADII[0] * slope + x) / RADII[0], (RADII[1] * slope - x) / RADII[1]
+    turn = eta * arms[0] + (1.0 - eta) * arms[1]
+    force = 1e-3 / (1.0 + np.sign(x) * 0.05 * turn)
+    sliding = np.abs(x) * SLOW * pitch * (1.0 / RADII[0] + 1.0 / RADII[1])
+    exact = 0.05 * force * sliding
+    power = found.friction_power[:, 0]
+    scale = 5e-4 * power.max()
+    np.testing.assert_allclose(power[single], exact[single], rtol=1e-4, atol=scale)
 
 
 def ratio_table(pitches=64):
