@@ -284,7 +284,8 @@ def timed_chart(set_name: str, torque: float) -> Chart:
     few = replace(varied, axes=(Axis(FRICTION, coefficients[:2]),))
     find_stability(few, speeds)
     begin = time.perf_counter()
-    find_stability(varied, speeds)
+    if not find_stability(varied, speeds).complete:
+        raise KeyboardInterrupt
     seconds = time.perf_counter() - begin
     return Chart(SPEEDS, VALUES, seconds, 1e6 * seconds / (SPEEDS * VALUES))
 

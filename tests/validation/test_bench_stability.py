@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+import fegear.stability
 from validation import bench, bench_stability
 from validation.bench_stability import (
     SIZES,
@@ -66,3 +67,22 @@ def test_a_benchmark_has_all_tables(monkeypatch):
     (chart,) = found.tables["chart"]
     assert (chart["speeds"], chart["values"]) == (20, 3)
     assert len(found.panels) == 2
+
+
+def test_a_chart_that_was_interrupted_has_no_time(monkeypatch):
+    """What was finished before stands there."""
+    monkeypatch.setattr(bench_stability, "SPEEDS", 20)
+    monkeypatch.setattr(bench_stability, "VALUES", 3)
+    known, seen = fegear.stability.examined, []
+
+    def stopped(*args):
+        seen.append(args)
+        if len(seen) > 3:  # two of the chart that compiles, one of the other
+            raise KeyboardInterrupt
+        return known(*args)
+
+    monkeypatch.setattr(fegear.stability, "examined", stopped)
+    found = measure("liu-friction", 100.0, lambda *progress: None)
+    assert found.interrupted
+    assert not found.tables["chart"]
+    assert found.tables["edges"]

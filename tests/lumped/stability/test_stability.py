@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 
 import numpy as np
 import pytest
 from friction_pairs import ACROSS, COUPLED, RADII, pair_system
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 from scipy.optimize import fsolve
 
@@ -250,11 +252,69 @@ def test_sum_type_is_wider_than_difference_type(seed):
             assert widths[("sum", *modes)] > width
 
 
-def test_modes_across_the_line_of_action_do_not_grow():
-    """They are driven by the others and drive nothing: their own multipliers stay."""
-    system = pair_system(0.3, 0.001, ToothFriction(0.2))
+def whole_monodromy(speed, rub, eps, damping):
+    """Of all of eq. 4.44, u, x1, y1, x2, y2 with the sign of eq. 4.40, by integration
+    between the jumps of the stiffness; modal damping."""
+    share, gamma, ratio = 0.6, 0.28, 1.5
+    pair = pair_system(eps)
+    k, masses = pair.excitations[0].mean_stiffness, [g.mass for g in pair.train.gears]
+    mass = np.array([1.0, masses[0], masses[0], masses[1], masses[1]])
+    row = np.array([1.0, 0.0, 1.0, 0.0, -1.0])
+    held = mass * np.repeat([0.0, *ACROSS], [1, 2, 2]) ** 2 * (2.0 * math.pi) ** 2
+    root = np.sqrt(mass)
+    mean = (np.diag(held) + k * np.outer(row, row)) / np.outer(root, root)
+    squares, shapes = np.linalg.eigh(mean)
+    rates = 2.0 * damping * (shapes * np.sqrt(squares)) @ shapes.T
+    rates *= root / root[:, None]
+    eta, pitch = masses[1] / sum(masses), 2.0 * math.pi * RADII[0] / 38
+    slope = math.tan(math.radians(20.0))
+
+    def pull(place):
+        """K + L over the mass."""
+        low, high = 1.0 + eps * (1.0 - ratio), 1.0 + eps * (2.0 - ratio)
+        part = (place - gamma) / (ratio - 1.0)
+        own = share + (1.0 - 2.0 * share) * part
+        loads = high * own, high * (1.0 - own)
+        if not 0.0 <= part <= 1.0:
+            loads = (low, 0.0) if part < 0.0 else (0.0, low)
+        total = np.diag(held)
+        for side, way, load in zip((-1, 1), (place, place - 1.0), loads, strict=True):
+            arms = RADII[0] * slope + way * pitch, RADII[1] * slope - way * pitch
+            turn = eta * arms[0] / RADII[0] + (1.0 - eta) * arms[1] / RADII[1]
+            across = np.array([turn, -1.0, 0.0, 1.0, 0.0])
+            stiff = k * load * (1.0 + side * rub.bending * rub.coefficient)
+            total = total + stiff * np.outer(row - side * rub.coefficient * across, row)
+        return total / mass[:, None]
+
+    def rate(t, y):
+        q, v = y.reshape(2, 5, 10)
+        return np.stack([v, -pull(t * speed) @ q - rates @ v]).ravel()
+
+    state = np.eye(10).ravel()
+    for start, end in pairwise([0.0, gamma, gamma + ratio - 1.0, 1.0]):
+        span = (start + 1e-12) / speed, (end - 1e-12) / speed
+        state = solve_ivp(rate, span, state, "DOP853", rtol=1e-9, atol=1e-10).y[:, -1]
+    return state.reshape(10, 10)
+
+
+@pytest.mark.parametrize("across", ACROSS)
+@pytest.mark.parametrize("mode", [0, 1, 2])
+@pytest.mark.parametrize("sign", [1, -1])
+def test_no_mode_with_rotation_grows_with_one_across(mode, across, sign):
+    """Where both would meet the mesh frequency multipliers are those of the modes with
+    rotation and, damped, of the others: these drive nothing."""
+    rub, damping = ToothFriction(0.2, 0.4), 0.004
+    speed = abs(COUPLED[mode] + sign * across)
+    system = pair_system(0.3, damping, rub)
     assert system.moving.size == 3
-    assert periodic_system(system).modes == 3
+    found = np.linalg.eigvals(whole_monodromy(speed, rub, 0.3, damping))
+    own = multipliers(periodic_system(system), speed)[0].tolist()
+    for hertz in ACROSS:
+        angular = 2.0 * math.pi * hertz / speed
+        free = np.exp((-damping + 1j * math.sqrt(1.0 - damping**2)) * angular)
+        own += [free, free.conjugate()]
+    for value in own:
+        assert np.abs(found - value).min() < 1e-6
 
 
 @pytest.mark.parametrize(
