@@ -25,11 +25,9 @@ from meshes.outline import (
     half_sector_outline,
 )
 from meshes.profile import Points, polar
+from meshes.triangles import Rows, Triangles, draw_chain, draw_point, make_triangles
 
 __all__ = ["MeshSize", "SectorMesh", "sector_mesh"]
-
-Rows = NDArray[np.int64]
-Half = tuple[Points, Rows, dict[str, Rows]]  # points, triangles, named edges
 
 
 @dataclass(frozen=True)
@@ -67,75 +65,26 @@ def sector_mesh(gear: SpurGear, size: MeshSize | None = None) -> SectorMesh:
 
 def _half_mesh(
     gmsh: ModuleType, gear: SpurGear, size: MeshSize, outline: list[Edges]
-) -> Half:
-    lines = _draw_half_sector(gmsh, gear, size, outline)
-    gmsh.option.setNumber("Mesh.MeshSizeExtendFromBoundary", 1)
-    gmsh.option.setNumber("Mesh.MeshSizeFromPoints", 1)
-    gmsh.option.setNumber("Mesh.Algorithm", 6)
-    gmsh.model.mesh.generate(2)
-    gmsh.model.mesh.setOrder(2)
-    tags, coordinates, _ = gmsh.model.mesh.getNodes()
-    row = np.zeros(int(tags.max()) + 1, np.int64)
-    row[tags] = np.arange(len(tags))
-    points = np.ascontiguousarray(coordinates.reshape(-1, 3)[:, :2])
-    edges = {
-        name: np.concatenate([_line_nodes(gmsh, tag, row) for tag in members])
-        for name, members in lines.items()
-    }
-    for piece in outline:
-        points[edges[piece.name][:, 2]] = piece.midpoints
-    _, _, nodes = gmsh.model.mesh.getElements(2)
-    return points, row[nodes[0]].reshape(-1, 6), edges
-
-
-def _line_nodes(gmsh: ModuleType, line: int, row: Rows) -> Rows:
-    """Edges (k, 3) of one straight gmsh line, in its own direction."""
-    _, _, nodes = gmsh.model.mesh.getElements(1, line)
-    return row[nodes[0]].reshape(-1, 3)
-
-
-def _draw_half_sector(
-    gmsh: ModuleType, gear: SpurGear, size: MeshSize, outline: list[Edges]
-) -> dict[str, list[int]]:
-    """Closed chain of straight lines; returns the line tags of each piece."""
+) -> Triangles:
+    """A closed chain of straight lines, filled."""
     geo, module = gmsh.model.geo, gear.module
     *profile, floor = outline
     lines: dict[str, list[int]] = {}
-
-    def add_point(xy: Points, edge: float) -> int:
-        return geo.addPoint(float(xy[0]), float(xy[1]), 0.0, edge)
-
-    def add_chain(piece: Edges, first: int | None) -> int:
-        vertices = piece.vertices
-        lengths = np.hypot(*np.diff(vertices, axis=0).T)
-        last = first or add_point(vertices[0], lengths[0])
-        lines[piece.name] = []
-        for xy, edge in zip(vertices[1:], lengths, strict=True):
-            point = add_point(xy, edge)
-            line = geo.addLine(last, point)
-            geo.mesh.setTransfiniteCurve(line, 2)
-            lines[piece.name].append(line)
-            last = point
-        return last
-
-    start = end = None
+    top = end = draw_point(gmsh, profile[0].vertices[0], size.tooth_size * module)
     for piece in profile:
-        if start is None:
-            start = add_point(piece.vertices[0], size.tooth_size * module)
-        end = add_chain(piece, end or start)
-    floor_start = add_point(floor.vertices[0], size.hub_size * module)
+        lines[piece.name], end = draw_chain(gmsh, piece, end)
+    floor_start = draw_point(gmsh, floor.vertices[0], size.hub_size * module)
     lines["cut"] = [geo.addLine(end, floor_start)]
-    floor_end = add_chain(floor, floor_start)
+    lines["floor"], floor_end = draw_chain(gmsh, floor, floor_start)
     foot = polar(gear.root_radius - 0.2 * module, 0.0)
-    middle = add_point(foot, 1.5 * size.tooth_size * module)
-    lines["axis"] = [geo.addLine(floor_end, middle), geo.addLine(middle, start)]
+    middle = draw_point(gmsh, foot, 1.5 * size.tooth_size * module)
+    lines["axis"] = [geo.addLine(floor_end, middle), geo.addLine(middle, top)]
     loop = geo.addCurveLoop([line for piece in lines.values() for line in piece])
     geo.addPlaneSurface([loop])
-    geo.synchronize()
-    return lines
+    return make_triangles(gmsh, lines, outline)
 
 
-def _down_to_hub(gear: SpurGear, size: MeshSize, half: Half) -> Half:
+def _down_to_hub(gear: SpurGear, size: MeshSize, half: Triangles) -> Triangles:
     """The layers below the floor joined to it."""
     points, triangles, edges = half
     floor = edges.pop("floor")
@@ -153,7 +102,7 @@ def _down_to_hub(gear: SpurGear, size: MeshSize, half: Half) -> Half:
     return points, np.vstack([triangles, place[cells]]), edges
 
 
-def _mirrored(points: Points, triangles: Rows, edges: dict[str, Rows]) -> Half:
+def _mirrored(points: Points, triangles: Rows, edges: dict[str, Rows]) -> Triangles:
     """The half sector joined to its mirror image along the tooth axis."""
     on_axis = np.zeros(len(points), bool)
     on_axis[edges["axis"]] = True

@@ -44,6 +44,7 @@ COMMANDS = (  # each in a file of its name, in the order of the help
         "stability",
         "dynamics",
         "render",
+        "eccentric",
         "validate",
     ),
     "reproduce",

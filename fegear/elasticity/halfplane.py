@@ -15,12 +15,17 @@ from numpy.typing import ArrayLike, NDArray
 Array = NDArray[np.float64]
 
 
-def _local_polar(points: Array, origin: Array, inward: Array) -> tuple[Array, Array]:
-    """Distance and angle from the inward normal, in (-pi, pi], cut outside."""
+def _local_polar(
+    points: Array, origin: Array, inward: Array, cut: Array | None = None
+) -> tuple[Array, Array]:
+    """Distance and angle from the inward normal, within pi of the direction opposite
+    to the cut, which is the outward normal by default."""
     offset = points - origin
-    depth = offset @ inward
-    side = offset @ [-inward[1], inward[0]]
-    return np.hypot(depth, side), np.arctan2(side, depth)
+    side = np.array([-inward[1], inward[0]])
+    back = 0.0 if cut is None else math.atan2(-side @ cut, -inward @ cut)
+    c, s = math.cos(back), math.sin(back)
+    depth, across = offset @ (c * inward + s * side), offset @ (c * side - s * inward)
+    return np.hypot(depth, across), back + np.arctan2(across, depth)
 
 
 def displacement(
@@ -30,6 +35,7 @@ def displacement(
     modulus: float,
     poisson: float,
     load_angle: float = 0.0,
+    cut: Array | None = None,
 ) -> Array:
     """Displacement (n, 2) of points (n, 2) per unit line load [m/(N/m)].
 
@@ -37,8 +43,11 @@ def displacement(
     the unit `inward` normal. The rigid motion is chosen so that the displacement
     of the surface along a normal load is -2 ln(r) / (pi E'), r in metres. The
     origin itself maps to zero: the finite part of that expression.
+
+    cut : (2,) the way out from the origin across which displacements jump, by default
+        along the outward normal; it must not meet the body
     """
-    r, angle = _local_polar(points, origin, inward)
+    r, angle = _local_polar(points, origin, inward, cut)
     at_load = r == 0.0
     log_r = np.log(np.where(at_load, 1.0, r))
     theta = angle - load_angle

@@ -22,18 +22,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csc_array, csr_array
 from scipy.sparse.linalg import SuperLU, splu
-from skfem import (
-    Basis,
-    BilinearForm,
-    Element,
-    ElementTriP1,
-    ElementTriP2,
-    ElementVector,
-    MeshTri2,
-)
+from skfem import Basis, BilinearForm
 from skfem.helpers import dot
 from skfem.models.elasticity import linear_elasticity
 
+from fegear.elasticity.elements import freedoms_of_nodes, plane_basis
 from fegear.elasticity.material import PlaneMaterial
 from fegear.timing import stage
 from meshes import MeshSize, SectorMesh, SpurGear, sector_mesh
@@ -41,7 +34,6 @@ from meshes.profile import flank_frame
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
-ELEMENTS: dict[int, type[Element]] = {1: ElementTriP1, 2: ElementTriP2}
 RIGHT, LEFT = 0, 1  # flanks of a tooth
 
 
@@ -82,9 +74,7 @@ class CyclicSector:
 
     @cached_property
     def basis(self) -> Basis:
-        grid = MeshTri2(self.mesh.points.T.copy(), self.mesh.triangles.T.copy())
-        element = ElementVector(ELEMENTS[self.order]())
-        return Basis(grid, element, intorder=2 * self.order)
+        return plane_basis(self.mesh.points, self.mesh.triangles, self.order)
 
     @cached_property
     def stiffness(self) -> csr_array:
@@ -139,14 +129,7 @@ class CyclicSector:
     @cached_property
     def node_freedoms(self) -> Indices:
         """(nodes, 2) freedoms (x, y) of the mesh nodes, -1 where there are none."""
-        mesh, basis = self.mesh, self.basis
-        freedoms = np.full((len(mesh.points), 2), -1)
-        # scikit-fem numbers the vertices by rank
-        freedoms[np.unique(mesh.triangles[:, :3])] = basis.nodal_dofs.T
-        if self.order == 2:
-            facets = basis.mesh.t2f.T  # sides 01, 12, 02 as in the mesh
-            freedoms[mesh.triangles[:, 3:]] = basis.facet_dofs.T[facets]
-        return freedoms
+        return freedoms_of_nodes(self.basis, self.mesh.triangles, self.order)
 
     @cached_property
     def flanks(self) -> tuple[FlankPoints, FlankPoints]:

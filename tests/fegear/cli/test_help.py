@@ -15,14 +15,18 @@ from typer.testing import CliRunner
 from fegear.cli import app
 
 ROOT = Path(__file__).parents[3]
-UNIT = re.compile(
-    r"\[(N/m|m/s|N.m|Hz|rpm|base pitches|pixels|1/um|um|kg m2|rad|rad per turn|turns)\]"
+UNITS = (
+    *("N/m", "m/s", "N.m", "Hz", "rpm", "base pitches", "pixels", "1/um", "um", "mm"),
+    *("kg m2", "rad", "rad per turn", "turns", "degrees", "modules"),
 )
+UNIT = re.compile(rf"\[({'|'.join(UNITS)})\]")
 NO_UNIT = ("ratio", "coefficient", "tolerance", "deviation", "over its mean")
 # left out, nothing is done in their place
 WITHOUT_DEFAULT = {
+    "--animate",
     "--at",
     "--band",
+    "--contact",
     "--history",
     "--output",
     "--plot",

@@ -269,6 +269,8 @@ DOUBLED = (
 THEORY = "theory SET --excitation rectangular --json"
 BUDGET = "budget SET --speeds 2000 --json"
 VALIDATE = "validate CASE -o out --json"
+ECCENTRIC = "eccentric --radius 20 --eccentricity 5 --json"
+TURN = f"{ECCENTRIC} --teeth 24 --torque 5 --positions 2"
 REPRODUCE = "reproduce table-2.1 --json"
 
 
@@ -565,6 +567,25 @@ OPTIONS: dict[str, dict[str, Case]] = {
         "--list": Case(f"{REPRODUCE} -o out", "reproduce --list --json"),
         "--output": swap(f"{REPRODUCE} -o out", "out", "there"),
         "--json": less(REPRODUCE, "--json"),
+    },
+    "eccentric": {
+        "--radius": swap(ECCENTRIC, "--radius 20", "--radius 21"),
+        "--eccentricity": swap(ECCENTRIC, "--eccentricity 5", "--eccentricity 4"),
+        "--ratio": plus(ECCENTRIC, "--ratio 2"),
+        "--pressure-angle": plus(ECCENTRIC, "--pressure-angle 22"),
+        "--teeth": plus(ECCENTRIC, "--teeth 30"),
+        "--addendum": plus(f"{ECCENTRIC} --teeth 30", "--addendum 0.9"),
+        "--dedendum": plus(f"{ECCENTRIC} --teeth 30", "--dedendum 1.2"),
+        "--bore": plus(f"{ECCENTRIC} --teeth 30 -o w.msh", "--bore 3"),
+        "--torque": swap(TURN, "--torque 5", "--torque 10"),
+        "--face-width": plus(TURN, "--face-width 12"),
+        "--positions": swap(TURN, "--positions 2", "--positions 3"),
+        "--contact": plus(TURN, "--contact t.csv"),
+        "--resolution": plus(f"{ECCENTRIC} --teeth 30 -o w.msh", "--resolution coarse"),
+        "--output": plus(ECCENTRIC, "-o w.csv"),
+        "--animate": plus(ECCENTRIC, "--animate w.gif"),
+        "--plot": plus(ECCENTRIC, "--plot w.png"),
+        "--json": less(ECCENTRIC, "--json"),
     },
     "bench stiffness": {
         "SET": plus("bench stiffness --json", "SET"),

@@ -1,0 +1,1 @@
+"""Eccentric gearing: a circular wheel that turns off its centre, and its mate."""

@@ -1,0 +1,193 @@
+"""Contact of both wheels at positions of a turn: transmission error, load sharing.
+
+Flanks that are conjugate touch on one line through the pitch point, so all pairs of
+teeth approach each other by the same way. Each pair is a Hertzian contact between the
+half-planes of its flanks; the finite elements of both wheels couple the pairs. Outside
+of the lines of contact, at tip corners, no contact is looked for.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fegear.eccentric.elastic_wheel import ElasticWheel
+from meshes.eccentric.base import LEADING, TRAILING
+from meshes.eccentric.teeth import ToothedPair, Wheel
+
+Array = NDArray[np.float64]
+Progress = Callable[[str, int, int], None]
+SWEEPS = 60
+EXACT = 1e-12
+
+
+class ContactFailure(ArithmeticError):
+    """A contact without a converged solution."""
+
+
+@dataclass(frozen=True, eq=False)
+class Pairs:
+    """Pairs of teeth that touch at one position, (k,) each.
+
+    driver_tooth, driven_tooth : their numbers
+    driver_point, driven_point : (k, 2) in the wheels' own frames [m]
+    radius : of relative curvature of the flanks [m]
+    """
+
+    driver_tooth: NDArray[np.int64]
+    driven_tooth: NDArray[np.int64]
+    driver_point: Array
+    driven_point: Array
+    radius: Array
+
+
+@dataclass(frozen=True, eq=False)
+class TurnResult:
+    """Contact at positions (n,) of a turn of the driven wheel.
+
+    angle : of the driver's centre [rad]; driver_turn, driven_turn : of the wheels [rad]
+    arm : of the normal force about the driver's bearing [m]
+    pairs : in contact; error : approach of the flanks along the line of action [m]
+    driver_error : turn of the driver with the driven wheel held [rad]
+    largest_share : of the normal force that one pair carries
+    torque_ratio : of the reactions at both bores by the flanks as they are meshed
+    """
+
+    angle: Array
+    driver_turn: Array
+    driven_turn: Array
+    arm: Array
+    pairs: NDArray[np.int64]
+    error: Array
+    driver_error: Array
+    largest_share: Array
+    torque_ratio: Array
+
+
+def pairs_at(teeth: ToothedPair, arc: float) -> Pairs:
+    """Pairs of teeth whose flanks touch where the pitch point has gone an arc [m]."""
+    lap = teeth.driven.curve.length
+    laps = np.floor((arc - teeth.contact[:, 0]) / lap) * lap
+    number = np.flatnonzero(arc - laps <= teeth.contact[:, 1])
+    at = arc - laps[number]
+    driver, driven, rack = teeth.driver, teeth.driven, teeth.rack
+    place = rack.pitch * (number - 0.25)
+    alpha = rack.pressure_angle
+    along = (place - at) * math.cos(alpha)
+    angle = at / driver.curve.radius
+    near = math.sin(alpha) / driver.curve.frames(angle).curvature - along
+    far = math.sin(alpha) / driven.curve.frames(angle).curvature + along
+    return Pairs(
+        number % driver.teeth,
+        (number - 1) % driven.teeth,
+        driver.flank(place, at, TRAILING),
+        driven.flank(place, at, LEADING),
+        near * far / (near + far),
+    )
+
+
+def solve_turn(
+    teeth: ToothedPair,
+    driver: ElasticWheel,
+    driven: ElasticWheel,
+    load: float,
+    arcs: Array,
+    report: Progress = lambda what, done, total: None,
+) -> TurnResult:
+    """Contact where the pitch point has gone arcs (n,) [m].
+
+    load : torque on the driver per face width [N]
+    Raises ContactFailure where no solution is found.
+    """
+    found = [pairs_at(teeth, arc) for arc in arcs.tolist()]
+    count = np.array([each.radius.size for each in found])
+    near, driver_arm = _compliances(
+        driver,
+        teeth.driver,
+        [(p.driver_tooth, p.driver_point) for p in found],
+        lambda done: report("driver", done, len(found)),
+    )
+    far, driven_arm = _compliances(
+        driven,
+        teeth.driven,
+        [(p.driven_tooth, p.driven_point) for p in found],
+        lambda done: report("driven wheel", done, len(found)),
+    )
+    softness = 1.0 / driver.material.modulus + 1.0 / driven.material.modulus
+    pair, angle = teeth.pair, arcs / teeth.pair.radius
+    arm = _arm(teeth, angle)
+    error, share, ratio = (np.empty(len(found)) for _ in range(3))
+    for n, pairs in enumerate(found):
+        force, error[n] = share_load(
+            near[n] + far[n], pairs.radius, softness, load / float(arm[n])
+        )
+        share[n] = force.max() / force.sum()
+        ratio[n] = (force @ driven_arm[n]) / (force @ driver_arm[n])
+    return TurnResult(
+        *(angle, pair.driver_turn(angle), pair.driven_turn(angle), arm, count),
+        *(error, error / arm, share, ratio),
+    )
+
+
+def share_load(
+    compliance: Array, radius: Array, softness: float, force: float
+) -> tuple[Array, float]:
+    """Forces (k,) of pairs and their common approach [N/m, m] under a force [N/m].
+
+    compliance : (k, k) of both wheels beside their half-planes [m/(N/m)]
+    radius : (k,) of relative curvature [m]; softness : 1/E' of both [1/Pa]
+
+    Under the semi-ellipse of Hertz over a half-width b, b^2 = 4 F R softness / pi, the
+    half-planes approach by 2/pi softness F (1/2 - ln(b/2)), b in metres.
+    """
+    touching = np.ones(radius.size, bool)
+    own = np.full(radius.size, force / radius.size)
+    for _ in range(SWEEPS):
+        width = np.sqrt(4.0 / math.pi * softness * own * radius)
+        local = 2.0 / math.pi * softness * (0.5 - np.log(0.5 * width[touching]))
+        matrix = compliance[np.ix_(touching, touching)] + np.diag(local)
+        unit = np.linalg.solve(matrix, np.ones(local.size))
+        approach = force / float(unit.sum())
+        new = np.zeros(radius.size)
+        new[touching] = approach * unit
+        if (new < 0.0).any():
+            touching &= new > 0.0
+            own = np.where(touching, np.maximum(new, EXACT * force), 0.0)
+            continue
+        change = float(np.abs(new - own).max())
+        own = new
+        if change <= EXACT * force:
+            return own, approach
+    raise ContactFailure(f"contact not solved under {force:g} N/m")
+
+
+def _arm(teeth: ToothedPair, angle: Array) -> Array:
+    """Of the line of action about the driver's bearing (n,) [m]."""
+    arc = angle * teeth.driver.curve.radius
+    action = teeth.driver.action(arc, TRAILING)
+    point = teeth.driver.curve.frames(angle).point
+    return np.abs(point[:, 0] * action[:, 1] - point[:, 1] * action[:, 0])
+
+
+def _compliances(
+    wheel: ElasticWheel,
+    toothed: Wheel,
+    loads: list[tuple[NDArray[np.int64], Array]],
+    report: Callable[[int], None],
+) -> tuple[list[Array], list[Array]]:
+    """Compliance (k, k) and arms (k,) about the bearing at each position."""
+    matrices: list[Array] = []
+    arms: list[Array] = []
+    for done, (tooth, point) in enumerate(loads):
+        report(done)
+        middle = toothed.first + toothed.rack.pitch * tooth
+        outward = toothed.curve.frames(middle / toothed.curve.radius).normal
+        places = wheel.places(point, outward)
+        matrices.append(wheel.compliance(places, wheel.respond(places)))
+        x, n = places.point, places.inward
+        arms.append(x[:, 0] * n[:, 1] - x[:, 1] * n[:, 0])
+    return matrices, arms

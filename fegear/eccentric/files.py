@@ -1,0 +1,107 @@
+"""Files of an eccentric gearing, by their endings."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fegear.eccentric.drawing import (
+    assembled,
+    draw_gearing,
+    draw_to_scale,
+    film_of,
+    turned,
+)
+from fegear.eccentric.gearing import Gearing
+from fegear.eccentric.turn import Progress, TurnTable, wheel_meshes
+from fegear.errors import InputError
+from fegear.output import write_text, write_whole
+
+
+def write_gearing(
+    gearing: Gearing,
+    path: Path,
+    bore_mm: float | None = None,
+    resolution: str = "default",
+) -> None:
+    """Curves as .csv, to scale as .svg and .dxf [mm], meshes as .msh and .vtu [m].
+
+    Raises InputError for another ending.
+    """
+    writers: dict[str, Callable[[], None]] = {
+        ".csv": lambda: write_text(path, gearing.csv()),
+        ".svg": lambda: _write_svg(gearing, path),
+        ".dxf": lambda: _write_dxf(gearing, path),
+        ".msh": lambda: _write_meshes(gearing, path, bore_mm, resolution),
+        ".vtu": lambda: _write_meshes(gearing, path, bore_mm, resolution),
+    }
+    if path.suffix not in writers:
+        raise InputError(f"{path}: the name must end in {', '.join(writers)}")
+    writers[path.suffix]()
+
+
+def write_plot(gearing: Gearing, turn: TurnTable | None, path: Path) -> None:
+    """Both wheels with the torque and, where it is solved, the contact over a turn."""
+    from fegear.plots import save_figure
+
+    write_whole(path, lambda place: save_figure(draw_gearing(gearing, turn), place))
+
+
+def write_animation(gearing: Gearing, path: Path, report: Progress) -> None:
+    """A turn of the driven wheel."""
+    from PIL import Image as pillow
+
+    from fegear.rendering.film import write_film
+
+    images = list(film_of(gearing, report))
+    colours = pillow.fromarray(images[0]).quantize(256).getpalette() or []
+    palette = np.zeros((256, 3), np.uint8)
+    palette.ravel()[: len(colours)] = colours
+    write_whole(path, lambda place: write_film(images, place, palette))
+
+
+def _write_svg(gearing: Gearing, path: Path) -> None:
+    from fegear.plots import save_figure
+
+    write_whole(path, lambda place: save_figure(draw_to_scale(gearing), place))
+
+
+def _write_dxf(gearing: Gearing, path: Path) -> None:
+    try:
+        import ezdxf
+    except ImportError:
+        raise InputError(
+            f"{path}: needs ezdxf, pip install 'fegear[dxf]', or a name in .svg or .csv"
+        ) from None
+    from ezdxf import units
+
+    ezdxf.options.write_fixed_meta_data_for_testing = True  # neither date nor user
+    drawing = ezdxf.new("R2000", units=units.MM)
+    space = drawing.modelspace()
+    for name, points in assembled(gearing).items():
+        if not np.isfinite(points).all():
+            continue
+        drawing.layers.add(name)
+        space.add_lwpolyline(points[:-1], close=True, dxfattribs={"layer": name})
+    write_whole(path, lambda place: drawing.saveas(place))
+
+
+def _write_meshes(
+    gearing: Gearing, path: Path, bore_mm: float | None, resolution: str
+) -> None:
+    """Both wheels in mesh."""
+    from meshes.files import write_triangles
+
+    meshes = wheel_meshes(gearing, bore_mm, resolution)
+    driver, driven = meshes
+    points = np.vstack(
+        [driver.points, turned(driven.points, 0.0, gearing.pair.center_distance)]
+    )
+    triangles = np.vstack([driver.triangles, driven.triangles + len(driver.points)])
+    wheel: NDArray[np.int64] = np.repeat([0, 1], [len(m.triangles) for m in meshes])
+    write_whole(
+        path, lambda place: write_triangles(place, points, triangles, "wheel", wheel)
+    )

@@ -1,0 +1,145 @@
+"""Contact of an eccentric gearing over a turn of its driven wheel."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fegear.eccentric.contact import Progress, solve_turn
+from fegear.eccentric.elastic_wheel import ElasticWheel
+from fegear.eccentric.gearing import Gearing
+from fegear.elasticity.material import PlaneMaterial
+from fegear.errors import InputError
+from lumped.csv_text import format_csv
+from meshes import GeometryError
+from meshes.eccentric.outline import WheelEdges
+from meshes.eccentric.wheel_mesh import WheelMesh, usual_bore, wheel_mesh
+
+Array = NDArray[np.float64]
+STEEL = PlaneMaterial(2.06e11, 0.3)
+FINENESS = {"coarse": 0.7, "default": 1.0, "fine": 1.7}
+MOST_POSITIONS = 100_000
+MOST_TEETH = 2_000  # of both wheels: 200 MB for every thousand
+LEGEND = {
+    "transmission_error_um": "approach of the flanks along the line of action under "
+    "the load, which lets the driver turn by driver_error_urad",
+    "contact_torque_ratio": "of moments about both bearings of the contact forces on "
+    "the flanks as they are meshed",
+    "tip corners": "no contact outside of the path of contact",
+}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Load:
+    """torque_Nm : on the driver; face_width_mm : of both wheels
+    positions : of a turn of the driven wheel, evenly spaced along the pitch curve
+    bore_mm : radius of both bores, by default two fifths of what fits
+    resolution : of the finite elements, a key of FINENESS
+    """
+
+    torque_Nm: float
+    face_width_mm: float = 10.0
+    positions: int | None = None
+    bore_mm: float | None = None
+    resolution: str = "default"
+
+
+@dataclass(frozen=True, eq=False)
+class TurnTable:
+    """Columns (n,) with their units in their names."""
+
+    gearing: Gearing
+    load: Load
+    columns: Mapping[str, Array]
+
+    def csv(self) -> str:
+        rows = zip(*(column.tolist() for column in self.columns.values()), strict=True)
+        return format_csv(self.columns, rows, {**self.header, **LEGEND})
+
+    @property
+    def header(self) -> Mapping[str, str]:
+        load = self.load
+        own = {
+            "torque_Nm": f"{load.torque_Nm:g}",
+            "face_width_mm": f"{load.face_width_mm:g}",
+            "resolution": load.resolution,
+            "plane": STEEL.plane,
+        }
+        return {**self.gearing.header, **own}
+
+    @cached_property
+    def summary(self) -> dict[str, Any]:
+        """Plain values, ready for JSON."""
+        error, ratio = (
+            self.columns[name]
+            for name in ("transmission_error_um", "contact_torque_ratio")
+        )
+        off = np.abs(ratio / self.columns["torque_ratio"] - 1.0)
+        return {
+            "torque_Nm": self.load.torque_Nm,
+            "face_width_mm": self.load.face_width_mm,
+            "positions": int(error.size),
+            "mean_transmission_error_um": float(error.mean()),
+            "peak_to_peak_transmission_error_um": float(np.ptp(error)),
+            "largest_deviation_of_torque_ratio": float(off.max()),
+        }
+
+
+def solve_load(
+    gearing: Gearing, load: Load, report: Progress = lambda what, done, total: None
+) -> TurnTable:
+    """Contact over a turn of the driven wheel under a torque on the driver.
+
+    Raises InputError for a gearing without teeth, a bore that does not fit, and more
+    teeth or positions than fit into memory.
+    """
+    toothed = gearing.toothed
+    if toothed is None:
+        raise InputError("--torque needs --teeth: pitch curves alone carry no load")
+    if toothed.driver.teeth + toothed.driven.teeth > MOST_TEETH:
+        raise InputError(
+            f"--teeth = {gearing.teeth}; at most {MOST_TEETH} on both wheels under load"
+        )
+    count = load.positions or 8 * toothed.driven.teeth
+    if count > MOST_POSITIONS:
+        raise InputError(f"--positions = {count}; at most {MOST_POSITIONS}")
+    report("meshing", 0, 1)
+    meshes = wheel_meshes(gearing, load.bore_mm, load.resolution)
+    driver, driven = (ElasticWheel(mesh, STEEL) for mesh in meshes)
+    arcs = toothed.driven.curve.length * np.arange(count) / count
+    per_width = load.torque_Nm / (1e-3 * load.face_width_mm)
+    found = solve_turn(toothed, driver, driven, per_width, arcs, report)
+    columns = {
+        "driver_angle_deg": np.degrees(found.driver_turn),
+        "driven_angle_deg": np.degrees(found.driven_turn),
+        "torque_ratio": gearing.pair.torque_ratio(found.angle),
+        "contact_torque_ratio": found.torque_ratio,
+        "transmission_error_um": 1e6 * found.error,
+        "driver_error_urad": 1e6 * found.driver_error,
+        "pairs": found.pairs.astype(float),
+        "largest_load_share": found.largest_share,
+    }
+    return TurnTable(gearing, load, columns)
+
+
+def wheel_meshes(
+    gearing: Gearing, bore_mm: float | None, resolution: str
+) -> tuple[WheelMesh, WheelMesh]:
+    """Of driver and driven wheel; raises InputError for a bore that does not fit."""
+    toothed = gearing.toothed
+    if toothed is None:
+        raise InputError("--teeth is missing: a mesh is made of toothed wheels")
+    edges = WheelEdges().refined(FINENESS[resolution])
+    meshes = []
+    for wheel in (toothed.driver, toothed.driven):
+        bore = usual_bore(wheel) if bore_mm is None else 1e-3 * bore_mm
+        try:
+            meshes.append(wheel_mesh(wheel, bore, edges))
+        except GeometryError as error:
+            raise InputError(f"--{error.field} = {error.message}") from None
+    return meshes[0], meshes[1]

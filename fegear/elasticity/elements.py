@@ -1,0 +1,29 @@
+"""Plane triangles with scikit-fem: bases, and which freedoms a mesh node has."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from skfem import Basis, Element, ElementTriP1, ElementTriP2, ElementVector, MeshTri2
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+ELEMENTS: dict[int, type[Element]] = {1: ElementTriP1, 2: ElementTriP2}
+
+
+def plane_basis(points: Array, triangles: Indices, order: int) -> Basis:
+    """Displacements of an order on curved triangles; points (n, 2), corners and then
+    mid-sides (m, 6)."""
+    grid = MeshTri2(points.T.copy(), triangles.T.copy())
+    return Basis(grid, ElementVector(ELEMENTS[order]()), intorder=2 * order)
+
+
+def freedoms_of_nodes(basis: Basis, triangles: Indices, order: int) -> Indices:
+    """(nodes, 2) freedoms (x, y) of the mesh nodes, -1 where there are none."""
+    freedoms = np.full((int(triangles.max()) + 1, 2), -1)
+    # scikit-fem numbers the vertices by rank
+    freedoms[np.unique(triangles[:, :3])] = basis.nodal_dofs.T
+    if order == 2:
+        facets = basis.mesh.t2f.T  # sides 01, 12, 02 as in the mesh
+        freedoms[triangles[:, 3:]] = basis.facet_dofs.T[facets]
+    return freedoms

@@ -1,0 +1,227 @@
+"""Pitch curves of a circle with an eccentric bearing and of the wheel that it drives.
+
+The circle of radius r turns about a point at a distance e from its centre. At its
+centre angle theta the arc s = r theta has rolled, the pitch point is at a distance
+rho = sqrt(r^2 + e^2 - 2 r e cos theta) from the driver's bearing and c - rho from the
+driven wheel's. Rolling without slip, the driven wheel turns by
+
+    d psi / ds = sqrt(1 - rho'^2) / (c - rho) = (r - e cos theta) / (rho (c - rho)),
+
+the source's first-order system in polar coordinates, where no sign is to be chosen.
+
+Frames: each wheel has its own, the origin in its bearing. When theta = 0 the pitch
+point is on the line of the bearings, at (r - e, 0) of the driver and (r - e - c, 0) of
+the driven wheel. Then the driver turns clockwise and the driven wheel the other way.
+
+W. G. Eschmann, Mathematical problems in gear transmissions, ICTP 1987, part I.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.optimize import brentq
+
+from meshes.gear import GeometryError, floored
+
+Array = NDArray[np.float64]
+LEAST_GAP = 1e-3  # of the radius, from the bearing to the circle
+MOST_LOBES = 100
+FEWEST, MOST = 64, 1 << 17  # terms of a periodic function of the angle
+ROUND_OFF = 4e-16
+MARGIN = 1e-6  # of a radius, from which centre distances are looked for
+
+
+class Frames(NamedTuple):
+    """Of points of a pitch curve: (n, 2) each and (n,), in the wheel's own frame.
+
+    tangent : the way the pitch point goes; normal : out of the wheel
+    curvature : positive where the curve is convex [1/m]; slope : its rate [1/m2]
+    """
+
+    point: Array
+    tangent: Array
+    normal: Array
+    curvature: Array
+    slope: Array
+
+
+@dataclass(frozen=True)
+class PitchCurve:
+    """A closed pitch curve by the driver's centre angle.
+
+    radius : of the driver, arcs are as long as radius times angle [m]
+    turns : of the driver until the curve closes
+    frames : of centre angles (n,) [rad]
+    """
+
+    radius: float
+    turns: int
+    frames: Callable[[ArrayLike], Frames]
+
+    @property
+    def length(self) -> float:
+        return 2.0 * math.pi * self.radius * self.turns
+
+
+@dataclass(frozen=True)
+class EccentricPair:
+    """A circular driver with an eccentric bearing and the wheel that it drives.
+
+    radius, eccentricity : of the driver's pitch circle and of its bearing [m]
+    ratio : turns of the driver for a turn of the driven wheel, a whole number: the
+        driven pitch curve has so many equal lobes
+
+    Raises GeometryError where there is no such pair.
+    """
+
+    radius: float
+    eccentricity: float
+    ratio: float = 1
+
+    def __post_init__(self) -> None:
+        r, e = self.radius, self.eccentricity
+        if not 0.0 < r < math.inf:
+            got = f"{1e3 * r:g} mm; must be positive and finite"
+            raise GeometryError("radius", got)
+        if not 0.0 <= e <= (1.0 - LEAST_GAP) * r:
+            most = floored(1e3 * (1.0 - LEAST_GAP) * r)
+            got = f"{1e3 * e:g} mm; must be from 0 to {most} mm, below the radius"
+            raise GeometryError("eccentricity", got)
+        whole = 1 <= self.ratio <= MOST_LOBES and self.ratio == int(self.ratio)
+        if not whole:
+            raise GeometryError(
+                "ratio",
+                f"{self.ratio:g}; must be a whole number from 1 to {MOST_LOBES}, else "
+                "the driven pitch curve does not close",
+            )
+
+    @property
+    def lobes(self) -> int:
+        """Of the driven pitch curve."""
+        return int(self.ratio)
+
+    @cached_property
+    def center_distance(self) -> float:
+        """Of the bearings [m], such that the driven curve closes, to round-off."""
+        largest = self.radius + self.eccentricity
+
+        def excess(distance: float) -> float:
+            terms = _terms(lambda angle: self._turning(angle, distance))
+            return float(terms[0]) - 1.0 / self.ratio
+
+        low, high = largest + MARGIN * self.radius, largest + self.radius * self.ratio
+        return float(brentq(excess, low, 2.0 * high, xtol=1e-300, rtol=ROUND_OFF * 4.0))
+
+    @property
+    def approximate_center_distance(self) -> float:
+        """Burmester's, for small eccentricities [m]."""
+        n, ratio = self.ratio, self.eccentricity / self.radius
+        return self.radius * (n + 1) * (1.0 - (n - 2) / (4.0 * n) * ratio**2)
+
+    def closing_error(self, distance: float) -> float:
+        """Angle by which the driven curve fails to close after a turn of the driven
+        wheel with a centre distance [m]; positive where it overlaps [rad]."""
+        terms = _terms(lambda angle: self._turning(angle, distance))
+        return 2.0 * math.pi * (self.ratio * float(terms[0]) - 1.0)
+
+    @property
+    def driver(self) -> PitchCurve:
+        return PitchCurve(self.radius, 1, self._driver_frames)
+
+    @property
+    def driven(self) -> PitchCurve:
+        return PitchCurve(self.radius, self.lobes, self._driven_frames)
+
+    def driver_radius(self, angle: ArrayLike) -> Array:
+        """Distance of the pitch point from the driver's bearing [m]."""
+        r, e = self.radius, self.eccentricity
+        half = np.sin(0.5 * np.asarray(angle, float))
+        return np.sqrt((r - e) ** 2 + 4.0 * r * e * half**2)
+
+    def driver_turn(self, angle: ArrayLike) -> Array:
+        """Clockwise angle by which the driver has turned [rad]."""
+        return np.asarray(angle, float) + self._lean(angle)
+
+    def driven_turn(self, angle: ArrayLike) -> Array:
+        """Counter-clockwise angle by which the driven wheel has turned [rad]."""
+        angle = np.asarray(angle, float)
+        return angle / self.ratio + _sine_sum(self._waves, angle)
+
+    def torque_ratio(self, angle: ArrayLike) -> Array:
+        """Output torque over input torque without losses."""
+        rho = self.driver_radius(angle)
+        return (self.center_distance - rho) / rho
+
+    def driven_curvature(self, angle: ArrayLike) -> tuple[Array, Array]:
+        """Of the driven pitch curve, by Euler and Savary, and its rate (n,)."""
+        r, e, theta = self.radius, self.eccentricity, np.asarray(angle, float)
+        rho, c = self.driver_radius(theta), self.center_distance
+        rest = c - rho
+        ahead, rate = r - e * np.cos(theta), e * np.sin(theta) / rho
+        scale = c / (rho**2 * rest)
+        own = e * np.sin(theta) / r - ahead * rate * (2.0 / rho - 1.0 / rest)
+        return scale * ahead - 1.0 / r, scale * own
+
+    def _lean(self, angle: ArrayLike) -> Array:
+        """Of the circle's normal from the line of the bearings [rad]."""
+        r, e, theta = self.radius, self.eccentricity, np.asarray(angle, float)
+        return np.arctan2(e * np.sin(theta), r - e * np.cos(theta))
+
+    def _turning(self, angle: Array, distance: float) -> Array:
+        """d psi / d theta."""
+        rho = self.driver_radius(angle)
+        ahead = self.radius - self.eccentricity * np.cos(angle)
+        return self.radius * ahead / (rho * (distance - rho))
+
+    @cached_property
+    def _waves(self) -> Array:
+        """Of the driven wheel's turn: factors of sin(k theta), k = 1, 2, ..."""
+        terms = _terms(lambda angle: self._turning(angle, self.center_distance))
+        return 2.0 * terms[1:] / np.arange(1, terms.size)
+
+    def _driver_frames(self, angle: ArrayLike) -> Frames:
+        r, e, theta = self.radius, self.eccentricity, np.asarray(angle, float)
+        normal = np.stack([np.cos(theta), np.sin(theta)], axis=-1)
+        tangent = np.stack([-normal[..., 1], normal[..., 0]], axis=-1)
+        curvature = np.full(theta.shape, 1.0 / r)
+        point = r * normal - [e, 0.0]
+        return Frames(point, tangent, normal, curvature, np.zeros(theta.shape))
+
+    def _driven_frames(self, angle: ArrayLike) -> Frames:
+        theta = np.asarray(angle, float)
+        psi = self.driven_turn(theta)
+        rest = self.center_distance - self.driver_radius(theta)
+        point = rest[..., None] * np.stack([-np.cos(psi), np.sin(psi)], axis=-1)
+        outward = math.pi - psi - self._lean(theta)
+        normal = np.stack([np.cos(outward), np.sin(outward)], axis=-1)
+        tangent = np.stack([normal[..., 1], -normal[..., 0]], axis=-1)
+        return Frames(point, tangent, normal, *self.driven_curvature(theta))
+
+
+def _terms(function: Callable[[Array], Array]) -> Array:
+    """Factors of cos(k theta) of an even periodic function, halved but for the first,
+    as many as round-off leaves."""
+    count = FEWEST
+    while True:
+        angle = 2.0 * math.pi * np.arange(count) / count
+        terms = np.fft.rfft(function(angle)).real / count
+        tail = np.abs(terms[-count // 8 :]).max()
+        if tail <= ROUND_OFF * abs(terms[0]) or count >= MOST:
+            break
+        count *= 2
+    seen = np.flatnonzero(np.abs(terms) > ROUND_OFF * abs(terms[0]))
+    return terms[: seen[-1] + 1]
+
+
+def _sine_sum(factors: Array, angle: Array) -> Array:
+    """Sum of factors sin(k angle), k = 1, 2, ..."""
+    padded = np.concatenate([[0.0], factors])
+    circle = np.exp(1j * angle)
+    return np.polynomial.polynomial.polyval(circle, padded.astype(complex)).imag

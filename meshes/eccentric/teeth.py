@@ -1,0 +1,285 @@
+"""Teeth of both wheels, as one rack with rounded tips cuts them while it rolls.
+
+On every pitch curve the same rack rolls, so flanks that are cut by its two sides touch
+in one point, with the normal through the pitch point. Where the pitch point has
+passed a flank's own place s0 by s - s0, the flank is cut at the distance
+
+    l = (s0 - s) cos(alpha)
+
+along the line of action from the pitch point: an involute of the base curve. The
+rounded rack tip cuts the fillet. Litvin & Fuentes, Gear Geometry and Applied Theory,
+2004, sections 6 and 12.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from meshes.eccentric.base import LEADING, TRAILING, Side, feasibility
+from meshes.eccentric.pitch import EccentricPair, PitchCurve
+from meshes.gear import GeometryError, floored
+
+Array = NDArray[np.float64]
+FEWEST_TEETH, MOST_TEETH = 5, 10_000
+ROUNDING = 0.38  # of the rack's tips, in modules (ISO 53)
+LEAST_TIP = 0.05  # tip thickness in modules
+STEPS = 50  # of Newton's method, at most
+EXACT, ROUND_OFF = 1e-12, 2e-15  # of a module, of the whole way round
+LOOKED_AT = 33  # points of a flank
+
+
+@dataclass(frozen=True, kw_only=True)
+class Rack:
+    """The generating rack; its teeth are as wide as its spaces.
+
+    module : pitch of the teeth over pi [m]; pressure_angle [rad]
+    tip_height, root_depth : of the teeth that it cuts, in modules (ISO 53: A)
+
+    Raises GeometryError where there is no such rack.
+    """
+
+    module: float
+    pressure_angle: float
+    tip_height: float = 1.0
+    root_depth: float = 1.25
+
+    def __post_init__(self) -> None:
+        if not 0.1 <= self.tip_height <= 2.0:
+            got = f"{self.tip_height:g} modules; allowed 0.1 to 2"
+            raise GeometryError("addendum", got)
+        if not self.tip_height < self.root_depth <= 3.0:
+            got = f"{self.root_depth:g} modules; allowed above the addendum "
+            raise GeometryError("dedendum", f"{got}{self.tip_height:g}, to 3")
+        if not self.rounding > 0.0:
+            most = floored(0.25 * math.pi / math.tan(self.pressure_angle))
+            got = f"{self.root_depth:g} modules; the rack's tips are pointed, below "
+            raise GeometryError("dedendum", f"{got}{most} is needed")
+
+    @property
+    def pitch(self) -> float:
+        return math.pi * self.module
+
+    @property
+    def addendum(self) -> float:
+        """[m]"""
+        return self.tip_height * self.module
+
+    @property
+    def dedendum(self) -> float:
+        """[m]"""
+        return self.root_depth * self.module
+
+    @cached_property
+    def rounding(self) -> float:
+        """Of its tips, at most what fits between the rack's flanks."""
+        slope = math.tan(0.25 * math.pi - 0.5 * self.pressure_angle)
+        room = 0.25 * self.pitch - self.dedendum * math.tan(self.pressure_angle)
+        return min(ROUNDING * self.module, room / slope)
+
+    @property
+    def depth(self) -> float:
+        """Of the centre of the rounding, below the pitch line."""
+        return self.dedendum - self.rounding
+
+    @property
+    def offset(self) -> float:
+        """Of the centre of the rounding from the place of its flank, along the pitch
+        line."""
+        alpha = self.pressure_angle
+        return self.depth * math.tan(alpha) + self.rounding / math.cos(alpha)
+
+    @property
+    def form(self) -> float:
+        """Arc from a flank's place to where its involute ends at the fillet."""
+        return self.offset + self.depth / math.tan(self.pressure_angle)
+
+
+@dataclass(frozen=True, eq=False)
+class Wheel:
+    """One wheel: its pitch curve and where its teeth are.
+
+    teeth : their number; first : arc at the middle of tooth 0 [m]
+    """
+
+    curve: PitchCurve
+    rack: Rack
+    teeth: int
+    first: float
+
+    def place(self, side: Side) -> Array:
+        """Arcs of the teeth's flanks on the pitch curve (teeth,) [m]."""
+        number = np.arange(self.teeth, dtype=float)
+        return self.first + self.rack.pitch * (number + 0.25 * side)
+
+    def flank(self, place: ArrayLike, arc: ArrayLike, side: Side) -> Array:
+        """Points (n, 2) of flanks by their place and the arc that has rolled [m]."""
+        frames = self.curve.frames(np.asarray(arc) / self.curve.radius)
+        action = self.action(arc, side)
+        alpha = self.rack.pressure_angle
+        along = (np.asarray(place) - arc) * math.cos(alpha)
+        return frames.point + np.asarray(along)[..., None] * action
+
+    def action(self, arc: ArrayLike, side: Side) -> Array:
+        """Line of action (n, 2), the way the pitch point goes."""
+        frames = self.curve.frames(np.asarray(arc) / self.curve.radius)
+        alpha = self.rack.pressure_angle
+        out = side * math.sin(alpha) * frames.normal
+        return math.cos(alpha) * frames.tangent + out
+
+    def fillet(self, place: float, angle: ArrayLike, side: Side) -> Array:
+        """Points (n, 2) of a fillet; angle : of its normal from that of the pitch
+        curve, 0 at the bottom and pi/2 - pressure angle at the flank [rad]."""
+        rack, beta = self.rack, np.asarray(angle, float)
+        arc = place + side * (rack.offset + rack.depth * np.tan(beta))
+        frames = self.curve.frames(arc / self.curve.radius)
+        below = (rack.depth / np.cos(beta) + rack.rounding)[..., None]
+        out = side * np.sin(beta)[..., None] * frames.tangent
+        return frames.point - below * (out + np.cos(beta)[..., None] * frames.normal)
+
+    def land(self, arc: ArrayLike, height: float) -> Array:
+        """Points (n, 2) at a height above the pitch curve [m]."""
+        frames = self.curve.frames(np.asarray(arc) / self.curve.radius)
+        return frames.point + height * frames.normal
+
+    @cached_property
+    def tips(self) -> dict[Side, tuple[Array, Array]]:
+        """By side, arcs (teeth,) at which tip corners are cut, and those of the pitch
+        curve below them [m]."""
+        return {side: self._tips(side) for side in (TRAILING, LEADING)}
+
+    def _tips(self, side: Side) -> tuple[Array, Array]:
+        """By Newton's method, of where the flank is an addendum above the curve."""
+        rack, radius, place = self.rack, self.curve.radius, self.place(side)
+        sin, cos = math.sin(rack.pressure_angle), math.cos(rack.pressure_angle)
+        arc = place - side * 0.5 * rack.addendum / (sin * cos)
+        below = arc + (place - arc) * cos**2
+        exact = EXACT * rack.module + ROUND_OFF * self.curve.length
+        for _ in range(STEPS):
+            here = self.curve.frames(arc / radius)
+            foot = self.curve.frames(below / radius)
+            from_foot = self.flank(place, arc, side) - foot.point
+            ahead = np.einsum("ij,ij->i", from_foot, foot.tangent)
+            height = np.einsum("ij,ij->i", from_foot, foot.normal)
+            across = cos * here.normal - side * sin * here.tangent
+            rate = -side * sin - (place - arc) * cos * here.curvature
+            a = rate * np.einsum("ij,ij->i", across, foot.tangent)
+            b = rate * np.einsum("ij,ij->i", across, foot.normal)
+            d = 1.0 + height * foot.curvature
+            # the height does not depend on the foot where it is perpendicular
+            e = ahead * foot.curvature
+            wrong = height - rack.addendum
+            whole = b * d - a * e
+            step = (d * wrong - e * ahead) / whole
+            foot_step = (b * ahead - a * wrong) / whole
+            arc, below = arc - step, below + foot_step
+            if np.abs([step, foot_step]).max() <= exact:
+                return arc, below
+        raise GeometryError("teeth", f"{self.teeth}; the teeth are pointed, fewer fit")
+
+
+@dataclass(frozen=True, eq=False)
+class ToothedPair:
+    """Both wheels with their teeth.
+
+    pressure_angle : [rad]
+    teeth : of the driver; the driven wheel has `ratio` times as many
+    tip_height, root_depth : of the teeth, in modules
+
+    Raises GeometryError where involute teeth cannot stand on the pitch curves, where
+    they are undercut or pointed.
+    """
+
+    pair: EccentricPair
+    pressure_angle: float
+    teeth: int
+    tip_height: float = 1.0
+    root_depth: float = 1.25
+
+    def __post_init__(self) -> None:
+        if not FEWEST_TEETH <= self.teeth <= MOST_TEETH:
+            allowed = f"allowed {FEWEST_TEETH} to {MOST_TEETH}"
+            raise GeometryError("teeth", f"{self.teeth}; {allowed}")
+        require_feasible(self.pair, self.pressure_angle)
+        for name, wheel in (("driver", self.driver), ("driven wheel", self.driven)):
+            require_teeth(wheel, name)
+        self._require_clear_roots()
+
+    def _require_clear_roots(self) -> None:
+        """Raises GeometryError where tips of one wheel reach below the other's flanks:
+        contact would be asked of a fillet."""
+        form, reach = self.rack.form, self.contact
+        place = self.rack.pitch * (np.arange(len(reach)) - 0.25)
+        if not max((place - reach[:, 0]).max(), (reach[:, 1] - place).max()) < form:
+            got = f"{self.root_depth:g} modules; the mate's tips reach into the fillets"
+            raise GeometryError("dedendum", f"{got}, a larger one is needed")
+
+    @cached_property
+    def rack(self) -> Rack:
+        return Rack(
+            module=2.0 * self.pair.radius / self.teeth,
+            pressure_angle=self.pressure_angle,
+            tip_height=self.tip_height,
+            root_depth=self.root_depth,
+        )
+
+    @cached_property
+    def driver(self) -> Wheel:
+        return Wheel(self.pair.driver, self.rack, self.teeth, 0.0)
+
+    @cached_property
+    def driven(self) -> Wheel:
+        """Its teeth stand in the driver's spaces."""
+        count = self.teeth * self.pair.lobes
+        return Wheel(self.pair.driven, self.rack, count, 0.5 * self.rack.pitch)
+
+    @cached_property
+    def contact(self) -> Array:
+        """Arcs at which the driver's teeth come into contact and leave it (n, 2) [m],
+        over a turn of the driven wheel."""
+        start = self.driven.tips[LEADING][0] - self.rack.pitch
+        laps = self.driver.curve.length * np.arange(self.pair.lobes)
+        end = (self.driver.tips[TRAILING][0] + laps[:, None]).ravel()
+        return np.stack([start, end], axis=1)
+
+    @property
+    def contact_ratio(self) -> Array:
+        """Of every tooth (n,)."""
+        return (self.contact[:, 1] - self.contact[:, 0]) / self.rack.pitch
+
+
+def require_feasible(pair: EccentricPair, pressure_angle: float) -> None:
+    """Raises GeometryError where involutes cannot stand on the pitch curves."""
+    found = feasibility(pair, pressure_angle)
+    if not found.feasible:
+        degrees = math.degrees(found.largest_pressure_angle)
+        raise GeometryError(
+            "pressure_angle",
+            f"{math.degrees(pressure_angle):g} deg; {found.reason}: below "
+            f"{floored(degrees)} deg is needed with this eccentricity, or an "
+            f"eccentricity below {floored(1e3 * found.largest_eccentricity)} mm",
+        )
+
+
+def require_teeth(wheel: Wheel, name: str) -> None:
+    """Raises GeometryError where teeth are undercut or pointed."""
+    rack = wheel.rack
+    sin, cos = math.sin(rack.pressure_angle), math.cos(rack.pressure_angle)
+    reach = np.linspace(0.0, rack.form, LOOKED_AT)
+    for side in (TRAILING, LEADING):
+        arc = wheel.place(side)[:, None] + side * reach
+        curvature = wheel.curve.frames(arc / wheel.curve.radius).curvature
+        if not (sin - reach * cos * curvature > 0.0).all():
+            got = f"{wheel.teeth}; teeth of the {name} are undercut, more teeth"
+            raise GeometryError("teeth", f"{got} or a larger pressure angle are needed")
+    thickness = wheel.tips[LEADING][1] - wheel.tips[TRAILING][1]
+    if not thickness.min() > LEAST_TIP * rack.module:
+        raise GeometryError(
+            "teeth",
+            f"{wheel.teeth}; teeth of the {name} are pointed, fewer teeth or a "
+            "smaller pressure angle are needed",
+        )

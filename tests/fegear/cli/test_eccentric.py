@@ -1,0 +1,165 @@
+"""`fegear eccentric`: curves, drawings, meshes, contact, films, wrong input."""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+from itertools import groupby
+
+import ezdxf
+import meshio
+import numpy as np
+import pytest
+from PIL import Image
+from typer.testing import CliRunner
+
+from fegear.cli import app, run
+
+WHEELS = ("eccentric", "--radius", 20, "--eccentricity", 6)
+TOOTHED = (*WHEELS, "--ratio", 2, "--pressure-angle", 20, "--teeth", 30)
+CURVES = [
+    *("driver_pitch", "driver_base", "driven_pitch", "driven_base"),
+    *("driver_tooth", "driven_tooth"),
+]
+
+
+def invoked(*words: object) -> str:
+    result = CliRunner().invoke(app, list(map(str, words)))
+    assert result.exit_code == 0, result.output
+    return result.stdout
+
+
+def test_points_of_all_curves(tmp_path):
+    values = json.loads(invoked(*TOOTHED, "-o", tmp_path / "w.csv", "--json"))
+    lines = (tmp_path / "w.csv").read_text("utf-8").splitlines()
+    header = dict(line[2:].split(": ", 1) for line in lines if line.startswith("#"))
+    distance = float(header["center_distance_mm"])
+    assert distance == pytest.approx(values["center_distance_mm"], rel=1e-11)
+    burmester = float(header["burmester_center_distance_mm"])
+    assert burmester == pytest.approx(60.0)  # ratio 2 has no correction
+    assert header["feasible"] == "True"
+    rows = list(csv.DictReader(line for line in lines if not line.startswith("#")))
+    assert list(rows[0]) == ["curve", "index", "x_mm", "y_mm"]
+    found = {k: list(own) for k, own in groupby(rows, key=lambda row: row["curve"])}
+    assert list(found) == CURVES
+    for name, own in found.items():
+        assert [int(row["index"]) for row in own] == list(range(len(own)))
+        points = np.array([[float(row["x_mm"]), float(row["y_mm"])] for row in own])
+        np.testing.assert_allclose(points[0], points[-1], atol=1e-9)
+        if name.endswith("pitch"):
+            length = np.hypot(*np.diff(points, axis=0).T).sum()
+            turns = 2 if name.startswith("driven") else 1
+            assert length == pytest.approx(40.0 * math.pi * turns, rel=1e-4)
+    farthest = [
+        max(math.hypot(float(row["x_mm"]), float(row["y_mm"])) for row in found[name])
+        for name in ("driver_pitch", "driven_pitch")
+    ]
+    assert farthest == pytest.approx([26.0, distance - 14.0], rel=1e-9)
+
+
+def test_without_teeth_curves_and_whether_they_are_feasible(tmp_path):
+    words = ("eccentric", "--radius", 1, "--eccentricity", 0.627)
+    for angle, feasible in ((22, True), (28, False)):
+        values = json.loads(invoked(*words, "--pressure-angle", angle, "--json"))
+        assert values["feasible"] is feasible
+    assert values["reason"] == "the base curve has cusps and cuts itself"
+    text = invoked(*words, "--pressure-angle", 28, "-o", tmp_path / "w.csv")
+    assert "not feasible: the base curve has cusps" in text
+    assert "driver_tooth" not in (tmp_path / "w.csv").read_text()
+
+
+def test_drawings_to_scale(tmp_path):
+    for name in ("w.svg", "w.dxf"):
+        first = (
+            invoked(*TOOTHED, "-o", tmp_path / name) and (tmp_path / name).read_bytes()
+        )
+        invoked(*TOOTHED, "-o", tmp_path / name)
+        assert (tmp_path / name).read_bytes() == first
+    drawing = ezdxf.readfile(tmp_path / "w.dxf")
+    assert drawing.units == ezdxf.units.MM
+    lines = {line.dxf.layer: line for line in drawing.modelspace()}
+    assert list(lines) == CURVES
+    assert all(line.closed for line in lines.values())
+    pitch = np.array(list(lines["driver_pitch"].vertices()))
+    assert np.ptp(pitch, axis=0) == pytest.approx([40.0, 40.0], rel=1e-4)
+    svg = (tmp_path / "w.svg").read_text()
+    width = float(svg.split('width="')[1].split("pt")[0])
+    reach = 26.0 + 60.0 + 46.0 + 2.0 * 4.0 / 3.0  # [mm], two lobes, teeth at all ends
+    assert 25.4 / 72.0 * width == pytest.approx(1.1 * reach, rel=1e-3)
+
+
+def test_meshes_of_both_wheels(tmp_path):
+    invoked(*TOOTHED, "--bore", 3, "--resolution", "coarse", "-o", tmp_path / "w.msh")
+    mesh = meshio.read(tmp_path / "w.msh")
+    wheel = mesh.cell_data["wheel"][0]
+    assert set(wheel) == {0, 1}
+    points = mesh.points[np.unique(mesh.cells[0].data[wheel == 0])][:, :2]
+    assert np.hypot(*points.T).min() == pytest.approx(3e-3, rel=1e-6)
+
+
+def test_contact_over_a_turn(tmp_path):
+    table, plot = tmp_path / "c.csv", tmp_path / "c.png"
+    words = (*WHEELS, "--teeth", 24, "--torque", 10, "--positions", 12)
+    values = json.loads(invoked(*words, "--contact", table, "--plot", plot, "--json"))[
+        "contact"
+    ]
+    rows = list(
+        csv.DictReader(
+            line for line in table.read_text().splitlines() if line[0] != "#"
+        )
+    )
+    assert len(rows) == values["positions"] == 12
+    errors = [float(row["transmission_error_um"]) for row in rows]
+    assert values["mean_transmission_error_um"] == pytest.approx(np.mean(errors))
+    assert values["largest_deviation_of_torque_ratio"] < 1e-3
+    assert Image.open(plot).size[0] > 1000
+    double = json.loads(invoked(*words[:-3], 20, *words[-2:], "--json"))["contact"]
+    # Hertzian contact is stiffer under more load, the wheels are not
+    growth = double["mean_transmission_error_um"] / values["mean_transmission_error_um"]
+    assert 1.8 < growth < 2.0
+    wide = json.loads(invoked(*words, "--face-width", 20, "--json"))["contact"]
+    half = wide["mean_transmission_error_um"] / values["mean_transmission_error_um"]
+    assert half == pytest.approx(1.0 / growth, rel=0.02)
+
+
+def test_a_film_of_a_turn(tmp_path):
+    invoked(*WHEELS, "--animate", tmp_path / "w.gif")
+    film = Image.open(tmp_path / "w.gif")
+    assert film.n_frames == 60
+    film.seek(30)
+    assert len(film.convert("RGB").getcolors(10_000)) > 10
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--radius", "0"], "--radius = 0; allowed above 0 to 1000000 mm"),
+        (["--eccentricity", "20"], "--eccentricity = 20 mm; must be from 0 to 19.98"),
+        (["--eccentricity", "nan"], "--eccentricity = nan mm; must be from 0"),
+        (["--ratio", "1.5"], "--ratio = 1.5; must be a whole number from 1 to 100"),
+        (["--pressure-angle", "40"], "--pressure-angle = 40 deg; allowed 5 to 35"),
+        (["--teeth", "12"], "--teeth = 12; teeth of the driver are undercut"),
+        (["--teeth", "4"], "--teeth = 4; allowed 5 to 10000"),
+        (["--addendum", "1"], "--addendum = 1; needs --teeth"),
+        (["--teeth", "40", "--dedendum", "0.9"], "--dedendum = 0.9 modules; allowed"),
+        (["--torque", "10"], "--torque needs --teeth"),
+        (["--positions", "10"], "--positions = 10; needs --torque"),
+        (["--bore", "3"], "--bore = 3; needs --torque or an --output in .msh"),
+        (["-o", "w.stl"], "w.stl: the name must end in .csv, .svg, .dxf"),
+        (["-o", "w.msh"], "--teeth is missing"),
+        (["--animate", "w.avi"], "w.avi: the name must end in .gif, .mp4"),
+    ],
+)
+def test_wrong_input_ends_in_one_line(words, message, capsys, monkeypatch, tmp_path):
+    monkeypatch.chdir(tmp_path)
+    own = [*map(str, WHEELS)]
+    if words[0] in own:
+        place = own.index(words[0])
+        del own[place : place + 2]
+    assert run([*own, *words]) == 2
+    printed = capsys.readouterr()
+    assert printed.out == ""
+    assert printed.err.startswith(f"fegear: {message}")
+    assert printed.err.count("\n") == 1
+    assert not list(tmp_path.iterdir())
