@@ -57,7 +57,8 @@ class Train:
     corner_contact : whether tip corners touch beyond the nominal path of contact in
         the finite elements; they do if left out
     friction : coefficient of sliding friction of the teeth, none if left out
-    bending : friction-bending ratio, that of the finite elements if left out
+    bending : friction-bending ratio, the mean of the finite elements' if left out;
+        "cycle" for that of each pair over its way
     """
 
     __pydantic_config__ = STRICT
@@ -71,7 +72,7 @@ class Train:
     translations: Flag | None = None
     corner_contact: Flag | None = None
     friction: Ratio | None = None
-    bending: Ratio | None = None
+    bending: Ratio | Literal["cycle"] | None = None
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cache, cached_property
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -49,7 +49,7 @@ class Scene:
     number: Number = 1
     translations: bool = False
     friction: float = 0.0
-    bending: float | None = None
+    bending: float | Literal["cycle"] | None = None
 
     @property
     def inputs(self) -> dict[str, str]:
@@ -197,6 +197,8 @@ class Scene:
 
     @property
     def bending_words(self) -> list[str]:
+        if isinstance(self.bending, str):
+            return ["--varying-bending"]
         return [] if self.bending is None else ["--bending", f"{self.bending:g}"]
 
     @property
