@@ -120,7 +120,10 @@ class VariedSet:
 
     def header(self, integration: str) -> dict[str, str]:
         """Entries of a file without what the axes vary; see `file_header`."""
-        first = lumped_system(self.gear_set, self.load, self.model, self.excitations)
+        model = self.model
+        if BENDING in self.names:
+            model = replace(model, bending=0.0)  # no mesh table need have it
+        first = lumped_system(self.gear_set, self.load, model, self.excitations)
         ratio = first.train.damping_ratio
         header = file_header(self.gear_set, self.model, ratio, integration)
         if {DAMPING, SHORT[DAMPING]} & self.names:

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from fegear.excitation import GivenTables, Source
     from fegear.gearset.model import GearSet
     from fegear.lumped_system import LumpedModel
+    from lumped.maps import Axis
     from lumped.settings import Settings
     from lumped.sweep import Direction
 
@@ -299,8 +300,13 @@ class Rubbing:
             )
         if self.varying_bending:
             refuse_idle("--varying-bending replaces it", bending=self.bending)
-        if not self.friction:
+        if not self.rubs:
             refuse_idle("needs --friction above 0", **self.of_bending)
+
+    @property
+    def rubs(self) -> bool:
+        """Whether teeth have friction."""
+        return bool(self.friction)
 
     @property
     def of_bending(self) -> dict[str, float | bool | None]:
@@ -340,7 +346,7 @@ class MovingTeeth(Rubbing):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if not self.friction:
+        if not self.rubs:
             refuse_idle("needs --friction above 0", sliding=self.sliding)
         if self.sliding != "instantaneous":
             idle = "needs --sliding instantaneous"
@@ -353,6 +359,22 @@ class MovingTeeth(Rubbing):
             sliding=self.sliding or "nominal",
             transition=self.transition_speed or 0.0,
         )
+
+
+def require_axis_of_teeth(axis: Axis, teeth: Rubbing) -> None:
+    """What varies friction or its bending is in its range and not given besides."""
+    from fegear.parameter_maps import BENDING, FRICTION
+
+    why = f"--over {axis.name} replaces it, leave it out"
+    if axis.name == FRICTION:
+        refuse_idle(why, friction=teeth.friction)
+    if axis.name == BENDING:
+        refuse_idle(why, **teeth.of_bending)
+        if not teeth.rubs:
+            raise InputError(f"--over {BENDING}; needs --friction above 0")
+    for value in axis.values:
+        if axis.name in (FRICTION, BENDING) and value not in BELOW_ONE:
+            raise InputError(f"--over {axis.name} = {value:g}; allowed {BELOW_ONE}")
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import itertools
 import time
-from dataclasses import dataclass
+from dataclasses import MISSING, dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
-
-import typer
+from typing import TYPE_CHECKING, Any
 
 from fegear.cli.edits import EditedSet, edit_entries
 from fegear.cli.groups import grouped, option
@@ -17,6 +15,8 @@ from fegear.cli.lumped_options import (
     CoupledOptions,
     Integration,
     LoadCase,
+    MovingTeeth,
+    require_axis_of_teeth,
     speeds_of,
 )
 from fegear.cli.options import FREQUENCY, Outputs, Workers, named_options, refuse_idle
@@ -25,7 +25,7 @@ from fegear.cli.varied import parsed_axes, varied_set
 from fegear.errors import InputError
 
 if TYPE_CHECKING:
-    from fegear.parameter_maps import Evaluate
+    from fegear.parameter_maps import Evaluate, VariedSet
     from lumped.settings import Settings
 
 EXAMPLE = "fegear map liu-idler --over mesh.2.phase=0:1:41 --at 1605 --plot map.png"
@@ -86,20 +86,40 @@ class MapOutputs(Outputs):
             refuse_idle("needs --output", overwrite=self.overwrite)
 
 
+@dataclass(frozen=True, kw_only=True)
+class Varied(MovingTeeth):
+    """What varies, and the friction of the teeth."""
+
+    over: list[str] = option(
+        "Axis of the map: a key of the gear set, torque_Nm, damping_ratio, friction "
+        "(coefficient) or friction_bending (ratio), and N values from A to B, or "
+        "values with commas. Give it twice for two axes.",
+        default=MISSING,
+        metavar="KEY=A:B:N",
+    )
+
+    @property
+    def rubs(self) -> bool:
+        return super().rubs or any(text.startswith("friction=") for text in self.over)
+
+    def of_set(
+        self, subject: EditedSet, model: CoupledOptions, torque: float | None
+    ) -> VariedSet:
+        """The gear set with friction, as the axes vary it."""
+        axes = parsed_axes(self.over)
+        for axis in axes:
+            require_axis_of_teeth(axis, self)
+        varied = varied_set(subject, axes, model, torque)
+        if self.rubs and varied.model.number != 1:
+            raise InputError(f"friction needs --model 1, got {varied.model.number}")
+        return replace(varied, model=self.of(varied.model))
+
+
 @grouped
 def map_command(
     *,
     subject: EditedSet,
-    over: Annotated[
-        list[str],
-        typer.Option(
-            "--over",
-            metavar="KEY=A:B:N",
-            help="Axis of the map: a key of the gear set, torque_Nm or damping_ratio, "
-            "and N values from A to B, or values with commas. Give it twice for two "
-            "axes.",
-        ),
-    ],
+    figure: Varied,
     response: Response,
     outputs: MapOutputs,
     torque: LoadCase = None,
@@ -116,7 +136,7 @@ def map_command(
     from fegear.parameter_maps import compute_map, digest, summarise_map, take_up
     from lumped.map_figure import draw_map
 
-    varied = varied_set(subject, parsed_axes(over), model, torque)
+    varied = figure.of_set(subject, model, torque)
     settings = integration.settings
     evaluate = response.evaluation(settings)
     entries = edit_entries(varied.fixed) | {

@@ -12,10 +12,10 @@ import typer
 from fegear.cli.edits import EditedSet, edit_entries
 from fegear.cli.groups import grouped, option
 from fegear.cli.lumped_options import (
-    BELOW_ONE,
     LoadCase,
     Rubbing,
     TabledOptions,
+    require_axis_of_teeth,
     require_one_of,
     speeds_of,
 )
@@ -45,27 +45,16 @@ class Varied(Rubbing):
         default=MISSING,
     )
 
-    def __post_init__(self) -> None:
-        if not self.over.startswith("friction="):
-            super().__post_init__()
+    @property
+    def rubs(self) -> bool:
+        return super().rubs or self.over.startswith("friction=")
 
     def axis(self) -> Axis:
         """What varies; refuses what is given twice or changes nothing."""
-        from fegear.parameter_maps import BENDING, FRICTION
-
         (axis,) = parsed_axes([self.over])
-        why = f"--over {axis.name} replaces it, leave it out"
         if axis.name == MESH_FREQUENCY:
             raise InputError(f"--over {axis.name}; is the speed, --speeds A:B:STEP")
-        if axis.name == FRICTION:
-            refuse_idle(why, friction=self.friction)
-        if axis.name == BENDING:
-            refuse_idle(why, **self.of_bending)
-            if not self.friction:
-                raise InputError(f"--over {BENDING}; needs --friction above 0")
-        for value in axis.values:
-            if axis.name in (FRICTION, BENDING) and value not in BELOW_ONE:
-                raise InputError(f"--over {axis.name} = {value:g}; allowed {BELOW_ONE}")
+        require_axis_of_teeth(axis, self)
         return axis
 
     def of_set(

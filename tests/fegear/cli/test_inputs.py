@@ -471,6 +471,7 @@ OPTIONS: dict[str, dict[str, Case]] = {
         "--output": plus(THEORY, "-o t.csv"),
     },
     "map": lumped(MAP)
+    | rubbed(MAP)
     | {
         "--over": plus(MAP, "--over mesh.1.stiffness_variation=0.3,0.4"),
         "--at": swap(MAP, "3000", "4000"),

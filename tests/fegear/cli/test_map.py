@@ -198,3 +198,37 @@ def test_whole_numbers_are_whole(tmp_path):
     path = tmp_path / "m.csv"
     run(*BASE, "--over", "gear.3.teeth=94,95", "--at", 1700, "-o", path)
     assert "impossible" not in path.read_text().splitlines()[-3]
+
+
+def test_friction_is_an_axis_or_the_same_at_all_points(tmp_path):
+    """The points of one map are on the other."""
+    base = ("liu-pair", "--excitation", "rectangular", "--at", 1000, "--torque", 100)
+    over, fixed = tmp_path / "over.csv", tmp_path / "fixed.csv"
+    run(*base, "--bending", 0.4, "--over", "friction=0,0.1,0.2", "-o", over)
+    words = ("--friction", 0.2, "--over", "friction_bending=0,0.4", "-o", fixed)
+    run(*base, *words)
+    rows, others = numbers(over), numbers(fixed)
+    assert len(set(rows[:, 3])) == 3
+    np.testing.assert_array_equal(rows[2, 1:], others[1, 1:])
+    assert others[0, 3] != others[1, 3]
+    assert "friction coefficient: 0.2" in fixed.read_text()
+    assert "friction coefficient" not in over.read_text()
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        ("--over friction=0:0.2:3 --friction 0.1", "--over friction replaces it"),
+        ("--over friction=0,1", "--over friction = 1; allowed 0 to below 1"),
+        ("--over friction_bending=0,0.4", "needs --friction above 0"),
+        (
+            "--over friction_bending=0,0.4 --friction 0.1 --varying-bending",
+            "--over friction_bending replaces it",
+        ),
+        ("--over friction=0,0.1 --model 3", "friction needs --model 1, got 3"),
+        ("--over torque_Nm=1,2 --bending 0.4", "needs --friction above 0"),
+    ],
+)
+def test_wrong_friction_of_maps_is_one_line(words, message):
+    with pytest.raises(InputError, match=message):
+        run("liu-pair", "--excitation", "rectangular", "--at", 1000, *words.split())

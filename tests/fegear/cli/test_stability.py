@@ -137,6 +137,14 @@ def test_too_many_cells_are_refused():
         stability.find_stability(varied, speeds)
 
 
+def test_bending_varies_without_finite_elements():
+    words = ["stability", "liu-pair", "--over", "friction_bending=0,0.4"]
+    words += ["--friction", "0.1", "--excitation", "rectangular"]
+    values = json.loads(printed(*words, "--speeds", "1400:1800:50", "--json"))
+    first, second = values["columns"]
+    assert first["largest_multiplier"] != second["largest_multiplier"]
+
+
 def test_sweeps_and_waves_take_friction(tmp_path):
     at = [*("liu-pair", "--resolution", "coarse", "--torque", "100")]
     sweep = ["sweep", *at, "--speeds", "2000:2200:100", "--json"]
