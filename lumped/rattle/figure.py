@@ -29,7 +29,7 @@ ORBIT = re.compile(r"P\((\d+),(\d+),(\d+)\)(?: (\w))?")
 STICKING = re.compile(r"sticking\((\d+|irregular)\)(?: (\w))?")
 GOLDEN = 0.6180339887498949  # of a turn of the hue, from one itinerary to the next
 TONES = (0.45, 1.0), (1.0, 0.9), (0.55, 0.65), (0.95, 0.5)  # saturation and value
-AT_REST = 0.35, 0.35  # the same of motions that come to rest
+AT_REST = 0.7, 0.42  # the same of motions that come to rest
 MOST_NAMED = 12
 APART, MOST_AWAY = 0.2, 50  # of colours: least distance, and steps to reach it
 # of curves alone, and over basins
@@ -53,7 +53,7 @@ def color_of_motion(name: str, away: int = 0) -> Color:
     elif (found := STICKING.match(name)) is not None:
         turns, copy = found.groups()
         number = away + (int(turns) if turns.isdigit() else 0)
-        (saturation, value), begin = AT_REST, 0.16
+        (saturation, value), begin = AT_REST, 0.7
     else:
         return to_rgb(RED if name.startswith(CHAOTIC) else GREY)
     hue = begin + GOLDEN * number + 0.09 * (ord(copy or "a") - ord("a"))
