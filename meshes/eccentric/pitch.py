@@ -131,6 +131,15 @@ class EccentricPair:
         terms = _terms(lambda angle: self._turning(angle, distance))
         return 2.0 * math.pi * (self.ratio * float(terms[0]) - 1.0)
 
+    def rolled(self, angle: ArrayLike, distance: float) -> Array:
+        """Points (n, 2) that roll on the driver if the bearings are a distance apart,
+        in the driven wheel's frame [m]; closed at the centre distance alone."""
+        angle = np.asarray(angle, float)
+        terms = _terms(lambda own: self._turning(own, distance))
+        turn = terms[0] * angle + _sine_sum(_integrated(terms), angle)
+        along = np.stack([-np.cos(turn), np.sin(turn)], axis=-1)
+        return (distance - self.driver_radius(angle))[..., None] * along
+
     @property
     def driver(self) -> PitchCurve:
         return PitchCurve(self.radius, 1, self._driver_frames)
@@ -183,8 +192,8 @@ class EccentricPair:
     @cached_property
     def _waves(self) -> Array:
         """Of the driven wheel's turn: factors of sin(k theta), k = 1, 2, ..."""
-        terms = _terms(lambda angle: self._turning(angle, self.center_distance))
-        return 2.0 * terms[1:] / np.arange(1, terms.size)
+        distance = self.center_distance
+        return _integrated(_terms(lambda angle: self._turning(angle, distance)))
 
     def _driver_frames(self, angle: ArrayLike) -> Frames:
         r, e, theta = self.radius, self.eccentricity, np.asarray(angle, float)
@@ -218,6 +227,11 @@ def _terms(function: Callable[[Array], Array]) -> Array:
         count *= 2
     seen = np.flatnonzero(np.abs(terms) > ROUND_OFF * abs(terms[0]))
     return terms[: seen[-1] + 1]
+
+
+def _integrated(terms: Array) -> Array:
+    """Factors of sin(k theta), k = 1, 2, ..., of the integral without its mean."""
+    return 2.0 * terms[1:] / np.arange(1, terms.size)
 
 
 def _sine_sum(factors: Array, angle: Array) -> Array:

@@ -31,7 +31,10 @@ LOOKS: Mapping[Style, dict[str, Any]] = {
     "points": {"ls": "", "marker": ".", "ms": 2.0},
     "pale": {"ls": "", "marker": ".", "ms": 2.0, "alpha": 0.12},
     "cells": {"ls": "", "marker": "s", "ms": 6.0},
+    "outline": {"ls": "-", "lw": 1.0},
+    "broken outline": {"ls": "--", "lw": 0.8},
 }
+OUTLINES = ("outline", "broken outline")  # as long along both axes
 DIRECTIONS: Mapping[Style, str] = {"dots": "up", "circles": "down"}
 ON_CELLS = {
     "chaos": "black",
@@ -81,8 +84,7 @@ def draw_figure(result: FigureResult) -> Figure:
                 _fill(axes, curve, size)
             _frame(axes, cells)
         elif not surface:
-            axes.margins(x=0.01)
-            _from_zero(axes, own)
+            _scale(axes, own)
     for axes in every[len(names) :]:
         axes.set_visible(False)
     for axes in grid[-1]:
@@ -162,8 +164,12 @@ def _speed(relative: bool) -> str:
     return "mesh frequency of mesh 1 [Hz]"
 
 
-def _from_zero(axes: Axes, curves: Sequence[Curve]) -> None:
-    """But where all values are far from it."""
+def _scale(axes: Axes, curves: Sequence[Curve]) -> None:
+    """Outlines as they are, values from 0, but where all of them are far from it."""
+    if any(curve.style in OUTLINES for curve in curves):
+        axes.set_aspect("equal", adjustable="datalim")
+        return
+    axes.margins(x=0.01)
     values = np.array([point[1] for curve in curves for point in curve.points])
     if 0.0 <= np.nanmin(values) < FAR * np.nanmax(values):
         axes.set_ylim(bottom=0.0)

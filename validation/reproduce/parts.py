@@ -31,6 +31,8 @@ Style = Literal[
     "pale",
     "surface",
     "cells",
+    "outline",
+    "broken outline",
 ]
 Quantity = Literal["dte_rms", "dte_peak", "separation", "force_peak"]
 ModelNumber = Annotated[Any, AfterValidator(require_model)]

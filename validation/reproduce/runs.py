@@ -46,7 +46,7 @@ SOURCES = {
     fegear: (
         *PACKAGES[fegear],
         *("branches.py", "theory.py", "theory_figure.py", "waves.py"),
-        *("rattle/*.py", "rattle/machines/*.toml"),
+        *("rattle/*.py", "rattle/machines/*.toml", "eccentric/*.py"),
         *("dynamic_sweeps.py", "modes.py", "bifurcations.py", "parameter_maps.py"),
     ),
     validation: (

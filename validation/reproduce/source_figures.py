@@ -28,11 +28,15 @@ AnyScene = Scene | MachineScene | NoScene
 FOLDER = Path(__file__).parents[1] / "figures"
 LEFT_OUT = FOLDER.parent / "left_out_figures.toml"
 NUMBER = re.compile(r"(rattle-)?(table-)?(\d)\.(\d+)([a-z]?)")
+SHORT = re.compile(r"(eccentric|clatter)-(\d+)([a-z]?)")  # of sources without chapters
+ORDER = ("", "rattle-", "eccentric", "clatter")  # of the sources
 
 
 def _require_number(text: str) -> str:
-    if not NUMBER.fullmatch(text):
-        raise ValueError("must be a number such as 3.6, 3.14a, table-2.1 or rattle-5.6")
+    if not (NUMBER.fullmatch(text) or SHORT.fullmatch(text)):
+        raise ValueError(
+            "must be a number such as 3.6, 3.14a, table-2.1, rattle-5.6 or clatter-7"
+        )
     return text
 
 
@@ -96,14 +100,18 @@ def figure_numbers() -> tuple[str, ...]:
     return tuple(sorted((path.stem for path in FOLDER.glob("*.toml")), key=_place))
 
 
-def _place(number: str) -> tuple[bool, int, int, str]:
-    """Tables stand before the figures of their chapter, rattle after gear trains."""
+def _place(number: str) -> tuple[int, int, int, str]:
+    """Tables stand before the figures of their chapter, sources one after another."""
+    if short := SHORT.fullmatch(number):
+        source, own, letter = short.groups()
+        return ORDER.index(source), 0, int(own), letter
     found = NUMBER.fullmatch(number)
     if found is None:
         file = FOLDER / f"{number}.toml"
         raise InputError(f"{file}: must be named after its figure, such as 3.6.toml")
-    rattle, table, chapter, own, letter = found.groups()
-    return bool(rattle), int(chapter), int(own) - 1000 * bool(table), letter
+    source, table, chapter, own, letter = found.groups("")
+    place = int(own) - 1000 * bool(table)
+    return ORDER.index(source), int(chapter), place, letter
 
 
 @cache

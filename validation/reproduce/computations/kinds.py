@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import get_args, get_type_hints
 
 from validation.reproduce.computations import (
+    eccentric_gearing,
     finite_elements,
     free_motions,
     mesh_forces,
@@ -52,6 +53,9 @@ AnyPart = (
     | rattle_orbits.ExistencePart
     | rattle_orbits.OrbitMotionsPart
     | rattle_orbits.SettledRattlePart
+    | eccentric_gearing.WheelsPart
+    | eccentric_gearing.TorquePart
+    | eccentric_gearing.LimitsPart
 )
 COMPUTE: Mapping[type[Part], Compute] = {
     response.BranchesPart: response.branches,
@@ -81,6 +85,9 @@ COMPUTE: Mapping[type[Part], Compute] = {
     rattle_orbits.ExistencePart: rattle_orbits.existence,
     rattle_orbits.OrbitMotionsPart: rattle_orbits.orbit_motions,
     rattle_orbits.SettledRattlePart: rattle_orbits.settled_rattle,
+    eccentric_gearing.WheelsPart: eccentric_gearing.wheels,
+    eccentric_gearing.TorquePart: eccentric_gearing.torque,
+    eccentric_gearing.LimitsPart: eccentric_gearing.limits,
 }
 KINDS: Mapping[str, type[Part]] = {
     str(get_args(get_type_hints(part)["kind"])[0]): part for part in COMPUTE
