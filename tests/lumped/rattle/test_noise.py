@@ -9,9 +9,16 @@ import numpy as np
 import pytest
 
 from fegear.rattle.noise import proportion_limits
+from lumped.rattle.assembly import Assembly
 from lumped.rattle.departures import follow
+from lumped.rattle.figure import draw_noise
 from lumped.rattle.machine import Machine
-from lumped.rattle.noise import measure_noise, random_departures
+from lumped.rattle.motions import Motion, Motions
+from lumped.rattle.noise import (
+    measure_noise,
+    measure_noise_of_parts,
+    random_departures,
+)
 from lumped.rattle.orbits import find_orbits
 from lumped.rattle.periodic import simple_rattle
 
@@ -97,3 +104,15 @@ def test_limits_of_a_proportion_hold_it():
             low, high = proportion_limits(int(seen), 200)
             inside.append(low <= chance <= high)
         assert np.mean(inside) == pytest.approx(0.95, abs=0.03)
+
+
+def test_runs_whose_meetings_are_not_found_have_no_figures(monkeypatch):
+    lost = Motion(math.nan, 3, 0, np.empty(0))
+    monkeypatch.setattr(Motions, "run", lambda *given, **named: lost)
+    assembly = Assembly(machine=Machine(damping=0.6, **FIGURES))
+    noise = measure_noise_of_parts(assembly, random_departures(3, SPEEDS, 1), 9, 9)
+    assert np.isnan(noise.impacts).all()
+    assert not noise.attractors
+    assert (noise.motion == -1).all()
+    (axes,) = draw_noise(noise, "a machine").axes
+    assert "not clear" in axes.texts[0].get_text()
