@@ -39,7 +39,7 @@ class History:
     force_before : (t, m) [N], other than the force where a stiffness jumps
     contacts : (t, 2, c) loads [N] and penetrations [m] of the coupled model's contacts
     friction : (t, 3, p) of tooth pairs with friction, normal force [N], sliding speed
-        [m/s] and power that friction takes [W]
+        [m/s] and power that friction takes [W], 0 where teeth are apart
     """
 
     time: Array

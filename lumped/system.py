@@ -251,7 +251,8 @@ class LumpedSystem:
         samples = self.excitation.samples(times)
         if not self.rubs:
             return samples
-        rows = FrictionRows(*(row[:, self.moving] for row in self._friction_rows))
+        kept = (row[:, self.moving] for row in self._friction_rows)
+        rows = FrictionRows(*map(np.ascontiguousarray, kept))
         return with_friction(samples, times, self.excitation, self.friction, rows)
 
     def holds(self, steps: int) -> bool:

@@ -30,10 +30,8 @@ def row_speeds(samples, m, v):
 
 
 @inlined
-def sliding_factor(samples, m, nominal, speed):
+def sliding_factor(samples, m, speed):
     """Direction of sliding, from -1 to 1, at a sliding speed [m/s]."""
-    if not samples.reversible[m]:
-        return nominal
     if samples.transition[m] > 0.0:
         return math.tanh(speed / samples.transition[m])
     if speed == 0.0:
@@ -51,11 +49,15 @@ def pair_friction(samples, instant, m, p, elastic, backlash, speeds):
     k, stage = instant
     arm, slide = samples.arm[k, stage, p], samples.slide[k, stage, p]
     force = pair_force(samples.stiffness[k, stage, p], elastic, backlash)
+    if force == 0.0:
+        return 0.0, 0.0, 0.0, 0.0
     side = -1.0 if elastic < -backlash else 1.0
     at_pitch = speeds[0] if side > 0.0 else speeds[1]
     speed = at_pitch + side * arm * (samples.sliding_rate[m] + speeds[2])
     nominal = -side * math.copysign(1.0, slide)
-    factor = sliding_factor(samples, m, nominal, speed)
+    if not samples.reversible[m]:
+        return force, 0.0, speed, nominal
+    factor = sliding_factor(samples, m, speed)
     # the stiffness is that of nominal sliding, eq. 4.42
     bent = side * samples.bending[k, stage, p]
     added = force * ((1.0 - bent * factor) / (1.0 - bent * nominal) - 1.0)
@@ -72,13 +74,17 @@ def set_friction_acceleration(system, samples, instant, q, v, a, s):
     k, stage = instant
     at_pitch, back_at_pitch = samples.at_pitch, samples.at_pitch_back
     for m in range(s.size):
-        speeds, backlash = row_speeds(samples, m, v), system.backlash[m]
+        backlash, speeds = system.backlash[m], (0.0, 0.0, 0.0)
+        if samples.reversible[m]:
+            speeds = row_speeds(samples, m, v)
         drive, back, turn, excess = 0.0, 0.0, 0.0, 0.0
         for p in range(system.first_pair[m], system.first_pair[m + 1]):
             elastic = s[m] - samples.gap[k, stage, p]
             force, added, _, factor = pair_friction(
                 samples, instant, m, p, elastic, backlash, speeds
             )
+            if force == 0.0:
+                continue
             # against the sliding
             rub = -factor * abs(samples.slide[k, stage, p]) * abs(force)
             excess += added
@@ -98,7 +104,7 @@ def record_friction(system, samples, k, q, v, out):
     """The meshes (6 + 3 k, m) at the start of step k, see `lumped.kernels.law.record`.
 
     After those rows come normal force [N], sliding speed [m/s] and power taken [W] of
-    each mesh's pairs, k at most.
+    each mesh's pairs, k at most; all are 0 where teeth are apart.
     """
     before = k - 1 if k > 0 else samples.h.size - 1
     record(system, samples.stiffness[k, 0], samples.gap[k, 0], q, v, out)

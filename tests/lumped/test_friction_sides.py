@@ -195,7 +195,7 @@ def test_friction_gives_no_energy_where_flanks_hammer(transition):
     assert (force > 0.0).any()
     assert (power >= 0.0).all()
     assert not power[force == 0.0].any()
-    turned = speed / np.abs(speed) if not transition else np.tanh(speed / transition)
+    turned = np.tanh(speed / transition) if transition else np.sign(speed)
     np.testing.assert_allclose(power, MU * np.abs(force) * turned * speed, rtol=1e-12)
     np.testing.assert_allclose(power.sum(axis=1), found.friction_power[:, 0])
     np.testing.assert_allclose(force.sum(axis=1), found.history.force[:, 0])
