@@ -646,7 +646,10 @@ def test_friction_of_a_figure_is_that_of_its_model():
     scene = figure.scene(figure.part[0])
     assert (scene.model.friction, scene.model.bending) == (0.1, 0.4)
     assert scene.system.friction[0].coefficient == 0.1
-    assert scene.friction_words == ["--friction", "0.1", "--bending", "0.4"]
+    assert scene.friction_words() == ["--friction", "0.1", "--bending", "0.4"]
+    assert scene.friction_words(["friction"]) == ["--bending", "0.4"]
+    assert scene.friction_words(["friction_bending"]) == ["--friction", "0.1"]
+    assert scene.friction_words(["friction", "friction_bending"]) == []
     own = read_figure(text + "friction = 0.0\n")
     assert not own.scene(own.part[0]).system.rubs
     changed = scene.changed({"friction": 0.05, "friction_bending": 0.2})
@@ -727,3 +730,17 @@ def test_spectra_of_finite_elements_have_the_harmonics_of_the_mesh():
     peaks = np.array(found["speed1.mesh1.peaks"]) / 1300.0
     assert peaks.size > 1
     np.testing.assert_allclose(peaks, np.round(peaks), atol=1e-6)
+
+
+def test_a_map_over_friction_can_be_typed():
+    """Its command has the same, and leaves out what varies."""
+    over = '[{ key = "friction", low = 0.0, high = 0.1, count = 2 }]'
+    text = RUBBING + f'kind = "map"\nat = 1000.0\nover = {over}\n'
+    figure = read_figure(text)
+    (part,) = figure.part
+    (words,) = commands_of(part, figure.scene(part))
+    assert "--friction" not in words
+    assert words[words.index("--bending") + 1] == "0.4"
+    dict(commands())["map"].make_context("map", list(words[1:]))
+    points = computed(text).curves[0].points
+    assert points[0][1] != points[1][1]

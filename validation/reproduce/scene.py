@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Container, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cache, cached_property
 from typing import Any, Literal
@@ -15,7 +15,7 @@ from fegear.excitation import STIFFNESS, Excitations, GivenTables, Kind, Source
 from fegear.gearset import load_gear_set
 from fegear.gearset.model import GearSet
 from fegear.lumped_system import LumpedModel, Number, lumped_system
-from fegear.parameter_maps import OF_TEETH
+from fegear.parameter_maps import BENDING, FRICTION, OF_TEETH
 from fegear.train import mesh_torques_at, train_of
 from lumped.closed_forms.predictions import STRAINED
 from lumped.system import LumpedSystem
@@ -184,11 +184,12 @@ class Scene:
             found += [word for path in self._tables for word in ("--table", path)]
         return found + self.train_words
 
-    @property
-    def friction_words(self) -> list[str]:
-        """Of a command that takes friction of the teeth."""
+    def friction_words(self, over: Container[str] = ()) -> list[str]:
+        """Of a command that takes friction of the teeth, without what varies."""
+        if FRICTION in over:
+            return [] if BENDING in over else self.bending_words
         found = self.coefficient_words
-        return found + self.bending_words if found else found
+        return found + self.bending_words if found and BENDING not in over else found
 
     @property
     def coefficient_words(self) -> list[str]:

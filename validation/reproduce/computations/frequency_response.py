@@ -158,7 +158,7 @@ class SweepPart(Part):
         speeds = speeds_in_Hz(self.speeds, scene.unit_Hz)
         waves = scene.kept_harmonics("--harmonics")
         one = ["--direction", *self.directions] if len(self.directions) == 1 else []
-        how = [*scene.friction_words, *waves, "--speeds", speeds, *one]
+        how = [*scene.friction_words(), *waves, "--speeds", speeds, *one]
         return ["sweep", *scene.words, *how]
 
 

@@ -34,7 +34,7 @@ class ForcesPart(Part):
     def command(self, scene: Scene) -> Sequence[str]:
         unit = scene.unit_Hz
         waves = scene.kept_harmonics("--harmonics")
-        how = [*scene.friction_words, *waves]
+        how = [*scene.friction_words(), *waves]
         words = ["wave", *scene.words, *how, "--speed", f"{unit * self.at:.6g}"]
         if self.from_speed is not None:
             words += ["--from-speed", f"{unit * self.from_speed:.6g}"]

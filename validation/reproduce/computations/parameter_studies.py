@@ -170,7 +170,8 @@ class MapPart(Part):
         over = [word for axis in axes for word in ("--over", axis)]
         speed = ["--at", f"{scene.unit_Hz * self.at:.6g}"]
         waves = scene.kept_harmonics("--harmonics")
-        return ["map", *scene.words, *waves, *over, *speed]
+        teeth = scene.friction_words([o.key for o in self.over])
+        return ["map", *scene.words, *teeth, *waves, *over, *speed]
 
 
 def parameter_map(part: MapPart, scene: Scene, report: Progress) -> PartResult:

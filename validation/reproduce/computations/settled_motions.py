@@ -38,6 +38,8 @@ class AttractorsPart(Part):
     last_map: Flag = False
 
     def command(self, scene: Scene) -> Sequence[str]:
+        if scene.friction:  # fegear bifurcations has none
+            return ()
         values = (scene.unit_Hz * value for value in parsed_speeds(self.speeds))
         over = "mesh_frequency_Hz=" + ",".join(f"{value:.6g}" for value in values)
         words = ["bifurcations", *scene.words, *scene.kept_harmonics("--harmonics")]

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import ClassVar, Literal
 
 import numpy as np
 
-from fegear.parameter_maps import BENDING, FRICTION
 from fegear.statics import Progress
 from lumped.stability.combinations import combinations
 from lumped.stability.intervals import Column, examined
@@ -44,17 +43,9 @@ class StabilityPart(Part):
 
     def command(self, scene: Scene) -> Sequence[str]:
         low, high, step = (scene.unit_Hz * float(v) for v in self.speeds.split(":"))
-        words = ["stability", *scene.words, *self._friction_words(scene)]
+        words = ["stability", *scene.words, *scene.friction_words([self.over.key])]
         speeds = f"{low:.6g}:{high:.6g}:{step:.6g}"
         return [*words, "--over", self._over_words(scene), "--speeds", speeds]
-
-    def _friction_words(self, scene: Scene) -> Sequence[str]:
-        """Without what varies."""
-        if self.over.key == FRICTION:
-            return scene.bending_words
-        if self.over.key == BENDING:
-            return replace(scene, bending=None).friction_words
-        return scene.friction_words
 
     def _over_words(self, scene: Scene) -> str:
         over = self.over
