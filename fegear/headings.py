@@ -48,11 +48,28 @@ def title_of(values: Mapping[str, Any]) -> str:
     return ", ".join([values["gear_set"], *fixed])
 
 
+BENDING = "friction-bending ratio"  # entry of a header of lumped models
+TURNED = "direction of friction"  # entry of a header where vibration can turn it
+
+
 def friction_of(header: Mapping[str, str]) -> float:
     """Coefficient of friction of the teeth, 0 where the header has none."""
     return float(header.get("friction coefficient", "0"))
 
 
-def friction_in_words(coefficient: float) -> str:
+def sliding_of(header: Mapping[str, str]) -> str | None:
+    """Whose sliding friction opposes, nominal or instantaneous.
+
+    None without friction, and of finite elements, which have a rule of their own.
+    """
+    if not friction_of(header) or BENDING not in header:
+        return None
+    return "instantaneous" if TURNED in header else "nominal"
+
+
+def friction_in_words(coefficient: float, sliding: str | None = None) -> str:
     """For a title or a line, empty without friction."""
-    return f", friction {coefficient:g}" if coefficient else ""
+    if not coefficient:
+        return ""
+    turned = " turned by vibration" if sliding == "instantaneous" else ""
+    return f", friction {coefficient:g}{turned}"

@@ -12,6 +12,7 @@ from fegear.errors import InputError
 from fegear.excitation import Excitations, ExcitationSource, GivenTables, Source
 from fegear.gearset.model import GearSet
 from fegear.gearset.pitch_errors import error_periods
+from fegear.headings import BENDING, TURNED
 from fegear.train import mesh_torques_at, train_of
 from fegear.unphysical import doubts_of_meshes
 from fegear.version import package_version
@@ -302,11 +303,11 @@ def _friction(model: LumpedModel) -> dict[str, str]:
         bending = f"{model.bending:g}"
     entries = {
         "friction coefficient": f"{model.friction:g}",
-        "friction-bending ratio": bending,
+        BENDING: bending,
     }
     if model.sliding == "instantaneous":
         turns = f" within {model.transition:g} m/s" if model.transition else ""
-        entries["direction of friction"] = f"turned by vibration{turns}"
+        entries[TURNED] = f"turned by vibration{turns}"
     return entries
 
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fegear.gearset.model import GearSet
-from fegear.headings import friction_in_words, friction_of
+from fegear.headings import friction_in_words, friction_of, sliding_of
 from fegear.lumped_system import (
     LumpedModel,
     doubts_of_bodies,
@@ -68,6 +68,7 @@ class SettledMotion:
             "excitation": header["excitation"],
             "damping_ratio": float(header["damping ratio"]),
             "friction_coefficient": friction_of(header),
+            "sliding": sliding_of(header),
             "torque_Nm": float(header["torque_Nm"]),
             "speed_Hz": float(response.frequency),
             "status": str(response.status),
@@ -89,7 +90,7 @@ class SettledMotion:
             f"{header['gear set']} at {self.motion.response.frequency:g} Hz and "
             f"{header['torque_Nm']} N m, model {header['model']}, "
             f"{header['excitation']}, damping ratio {header['damping ratio']}"
-            f"{friction_in_words(friction_of(header))}"
+            f"{friction_in_words(friction_of(header), sliding_of(header))}"
         )
         return draw_time_history(self.motion, title)
 

@@ -35,14 +35,14 @@ def show_sweep(result: SweepResult, outputs: Outputs, begin: float) -> None:
 
 def title_of_sweep(result: SweepResult) -> str:
     """The gear set, the model and what was edited."""
-    from fegear.headings import friction_in_words, friction_of
+    from fegear.headings import friction_in_words, friction_of, sliding_of
     from fegear.sweeps import edits_in_words
 
     header = result.header
+    rubs = friction_in_words(friction_of(header), sliding_of(header))
     return (
         f"{header['gear set']}, model {result.model}, {header['excitation']}, "
-        f"damping ratio {header['damping ratio']}"
-        f"{friction_in_words(friction_of(header))}\n{edits_in_words(header)}"
+        f"damping ratio {header['damping ratio']}{rubs}\n{edits_in_words(header)}"
     ).strip()
 
 
@@ -67,7 +67,7 @@ def print_sweep(values: dict[str, Any]) -> None:
     console.print(
         f"{values['gear_set']}, model {values['model']}, {values['excitation']}, "
         f"damping ratio {values['damping_ratio']:g}"
-        f"{friction_in_words(values['friction_coefficient'])}\n"
+        f"{friction_in_words(values['friction_coefficient'], values['sliding'])}\n"
         f"natural frequencies {values['natural_frequencies']} that strain a mesh "
         f"[Hz]: {lines}\n"
         f"{counted(values['speeds'], 'speed', 'speeds')}, {span} of the first mesh"

@@ -89,6 +89,7 @@ REPEATED = {
     "positions",
     "resolution",
     "seconds",
+    "sliding",
     "speeds",
     "stiffness_variation",
     "teeth",
