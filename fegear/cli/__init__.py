@@ -60,6 +60,7 @@ BENCHMARKS: dict[str, Callable[..., None]] = {
     "lumped": bench.lumped_benchmark,
     "branches": bench.branches_benchmark,
     "stability": bench.stability_benchmark,
+    "eccentric": bench.eccentric_benchmark,
     "all": bench.all_benchmarks,
 }
 

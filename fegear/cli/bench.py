@@ -36,6 +36,7 @@ EXAMPLES = {
     "lumped": "fegear bench lumped liu-idler -o bench",
     "branches": "fegear bench branches liu-idler -o bench",
     "stability": "fegear bench stability liu-friction -o bench",
+    "eccentric": "fegear bench eccentric -o bench",
     "all": "fegear bench all -o bench",
 }
 PAIR, TRAIN, TORQUE = "liu-pair", "liu-idler", 100.0  # N m, of `bench all`
@@ -174,6 +175,15 @@ def stability_benchmark(
     _run("stability", measure, output, as_json)
 
 
+def eccentric_benchmark(
+    output: Directory = Path("bench-eccentric"), as_json: AsJson = False
+) -> None:
+    """Eccentric wheels: centre distance, and contact over the mesh size."""
+    from validation import bench_eccentric
+
+    _run("eccentric", bench_eccentric.measure, output, as_json)
+
+
 def all_benchmarks(
     output: Annotated[
         Path,
@@ -189,6 +199,7 @@ def all_benchmarks(
     from validation import (
         bench_branches,
         bench_dynamics,
+        bench_eccentric,
         bench_lumped,
         bench_stability,
         bench_stiffness,
@@ -196,11 +207,12 @@ def all_benchmarks(
     from validation.bench import write_page
 
     pair, train = load_gear_set(PAIR), load_gear_set(TRAIN)
-    measures = {
+    measures: dict[str, Measure] = {
         "stiffness": partial(bench_stiffness.measure, pair, TORQUE),
         "lumped": partial(bench_lumped.measure, train, TORQUE, None),
         "branches": partial(bench_branches.measure, train, TORQUE, None),
         "stability": partial(bench_stability.measure, RUBBING, TORQUE),
+        "eccentric": bench_eccentric.measure,
         "dynamics": partial(bench_dynamics.measure, pair, TORQUE),
     }
     others = [output / "index.html", output / "bench.json"]

@@ -622,6 +622,10 @@ OPTIONS: dict[str, dict[str, Case]] = {
         "--output": plus("bench stability --json", "-o there"),
         "--json": plus("bench stability", "--json"),
     },
+    "bench eccentric": {
+        "--output": plus("bench eccentric --json", "-o there"),
+        "--json": plus("bench eccentric", "--json"),
+    },
     "rattle critical": {
         "MACHINE": swap(CRITICAL, "roots-a", "roots-scaled"),
         "--delta": plus(CRITICAL, "--delta 4e-4"),
@@ -794,7 +798,14 @@ def quick_benchmarks(monkeypatch):
 
         return measure
 
-    for name in ("stiffness", "dynamics", "lumped", "branches", "stability"):
+    for name in (
+        "stiffness",
+        "dynamics",
+        "lumped",
+        "branches",
+        "stability",
+        "eccentric",
+    ):
         module = import_module(f"validation.bench_{name}")
         monkeypatch.setattr(module, "measure", instead(name))
 

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.integrate import quad, solve_ivp
-from scipy.optimize import brentq
+from scipy.integrate import quad
 
 from meshes import GeometryError
 from meshes.eccentric import EccentricPair
+from validation.oracles.rolling import adaptive, runge_kutta, shoot
 
 PAIRS = st.builds(EccentricPair, st.just(1.0), st.floats(0.0, 0.9), st.integers(1, 6))
 
@@ -37,28 +37,16 @@ def test_the_driven_curve_closes(pair):
     assert abs(pair.closing_error(pair.center_distance)) < 1e-12
 
 
-def test_the_source_s_equations_by_shooting():
-    """Its Cartesian system with the sign by branch, y(0) = y(pi r) = 0."""
-    r, e = 1.0, 0.627
+@pytest.mark.parametrize("e", [0.1, 0.627, 0.8])
+def test_the_source_s_equations_by_shooting(e):
+    distance = shoot(adaptive(e, 1e-12), e)
+    assert EccentricPair(1.0, e).center_distance == pytest.approx(distance, abs=1e-10)
 
-    def rates(s, state, c):
-        x, y = state
-        rho = math.sqrt(r * r + e * e - 2.0 * r * e * math.cos(s / r))
-        slope = e * math.sin(s / r) / rho
-        # the radius falls as rho grows; the rest of unit speed goes round the bearing
-        radial = np.array([x - c, y]) / math.hypot(x - c, y)
-        around = np.array([radial[1], -radial[0]])
-        return -slope * radial + math.sqrt(1.0 - slope**2) * around
 
-    def gap(c):
-        start = [r - e, 0.0]
-        found = solve_ivp(
-            rates, (0.0, math.pi * r), start, args=(c,), rtol=1e-11, atol=1e-12
-        )
-        return found.y[1, -1]
-
-    distance = brentq(gap, 2.1, 2.3, xtol=1e-12)
-    assert EccentricPair(r, e).center_distance == pytest.approx(distance, abs=1e-9)
+def test_shooting_is_of_order_four():
+    exact = EccentricPair(1.0, 0.627).center_distance
+    errors = [abs(shoot(runge_kutta(0.627, n), 0.627) - exact) for n in (32, 64)]
+    assert math.log2(errors[0] / errors[1]) == pytest.approx(4.0, abs=0.3)
 
 
 @settings(max_examples=25, deadline=None)

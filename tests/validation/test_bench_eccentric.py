@@ -1,0 +1,54 @@
+"""The benchmark of eccentric gearing: orders and errors."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import pytest
+
+from validation import bench, bench_eccentric
+from validation.bench_eccentric import contact_rows, distance_points, measure
+
+
+def quiet(what: str, done: int, total: int) -> None: ...
+
+
+@pytest.fixture(scope="module")
+def points():
+    found = {}
+    for point in distance_points():
+        found.setdefault(point.study, []).append(point)
+    return found
+
+
+def test_the_integral_converges_faster_than_any_power(points):
+    errors = [p.error for p in points["rolling integral"]]
+    assert errors[-1] < 1e-14
+    drops = [one / two for one, two in pairwise(errors[:-1:2])]
+    assert drops == sorted(drops)  # twice the samples, the square of the error
+
+
+def test_shooting_is_of_order_four_and_slower(points):
+    own = points["shooting, Runge-Kutta"][2:]
+    rate = bench.slope([p.setting for p in own], [p.error for p in own])
+    assert rate == pytest.approx(-4.0, abs=0.3)
+    assert own[-1].ms > 10.0 * points["rolling integral"][-1].ms
+
+
+def test_contact_converges(monkeypatch):
+    monkeypatch.setattr(bench_eccentric, "FINENESS", (0.4, 0.8, 1.2))
+    monkeypatch.setattr(bench_eccentric, "POSITIONS", 2)
+    rows = contact_rows(quiet)
+    assert rows[0].error > rows[1].error > rows[2].error == 0.0
+    assert rows[0].freedoms < rows[1].freedoms
+
+
+def test_ctrl_c_keeps_what_is_finished(monkeypatch):
+    def stopped(report):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(bench_eccentric, "contact_rows", stopped)
+    measured = measure(quiet)
+    assert measured.interrupted
+    assert measured.tables[bench.POINTS]
+    assert measured.tables["contact"] == []

@@ -1,0 +1,71 @@
+"""The source's equations of a curve that rolls on an eccentric circle, by shooting.
+
+Radius 1, eccentricity e; in the frame of the driver's bearing with the driven one at
+(c, 0). W. G. Eschmann, ICTP 1987, part I (i) and (ii): first-order equations in
+Cartesian coordinates, y(0) = y(pi) = 0. Of their sign the upper branch is taken.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+NEAR = 0.9, 1.1  # of Burmester's distance, between which the exact one is
+
+
+def rates(s: float, place: Array, c: float, e: float) -> Array:
+    """Of (x, y) along the arc: the distance from (c, 0) falls as rho grows, and what is
+    left of unit speed goes round it."""
+    rho = math.sqrt(1.0 + e * e - 2.0 * e * math.cos(s))
+    slope = e * math.sin(s) / rho
+    radial = (place - [c, 0.0]) / math.hypot(place[0] - c, place[1])
+    around = np.array([radial[1], -radial[0]])
+    return -slope * radial + math.sqrt(1.0 - slope**2) * around
+
+
+def runge_kutta(e: float, steps: int) -> Callable[[float], float]:
+    """y at half a turn over c, by the classical method of order four."""
+    h = math.pi / steps
+
+    def end(c: float) -> float:
+        place = np.array([1.0 - e, 0.0])
+        for i in range(steps):
+            s = i * h
+            k1 = rates(s, place, c, e)
+            k2 = rates(s + 0.5 * h, place + 0.5 * h * k1, c, e)
+            k3 = rates(s + 0.5 * h, place + 0.5 * h * k2, c, e)
+            k4 = rates(s + h, place + h * k3, c, e)
+            place = place + h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
+        return float(place[1])
+
+    return end
+
+
+def adaptive(e: float, tolerance: float) -> Callable[[float], float]:
+    """The same by a method of order eight that chooses its steps."""
+    from scipy.integrate import solve_ivp
+
+    def end(c: float) -> float:
+        found = solve_ivp(
+            lambda s, place: rates(s, place, c, e),
+            (0.0, math.pi),
+            np.array([1.0 - e, 0.0]),
+            method="DOP853",
+            rtol=tolerance,
+            atol=tolerance,
+        )
+        return float(found.y[1, -1])
+
+    return end
+
+
+def shoot(end: Callable[[float], float], e: float) -> float:
+    """The centre distance at which the curve closes."""
+    from scipy.optimize import brentq
+
+    low, high = (part * 2.0 * (1.0 + 0.25 * e * e) for part in NEAR)
+    return float(brentq(end, low, high, xtol=1e-15))
