@@ -64,6 +64,7 @@ def test_the_comparisons_of_the_source_are_there():
         "countershaft",
         "friction-pair",
         "friction-resonance",
+        "friction-sweep",
     }
     assert load_case("idler").torques_Nm == (50.0, 100.0, 150.0)
     assert load_case("idler-bearings").translations
