@@ -11,22 +11,22 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from fegear.contact.problem import ContactFailure
 from fegear.eccentric.elastic_wheel import ElasticWheel
 from meshes.eccentric.base import LEADING, TRAILING
 from meshes.eccentric.teeth import ToothedPair, Wheel
 
+if TYPE_CHECKING:
+    from fegear.statics import Progress
+
 Array = NDArray[np.float64]
-Progress = Callable[[str, int, int], None]
 SWEEPS = 60
 EXACT = 1e-12
-
-
-class ContactFailure(ArithmeticError):
-    """A contact without a converged solution."""
 
 
 @dataclass(frozen=True, eq=False)

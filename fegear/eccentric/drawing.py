@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from fegear.eccentric.contact import Progress
     from fegear.eccentric.turn import TurnTable
+    from fegear.statics import Progress
 
 Array = NDArray[np.float64]
 MM_PER_INCH = 25.4

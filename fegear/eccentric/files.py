@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,9 +17,12 @@ from fegear.eccentric.drawing import (
     turned,
 )
 from fegear.eccentric.gearing import Gearing
-from fegear.eccentric.turn import Progress, TurnTable, wheel_meshes
+from fegear.eccentric.turn import TurnTable, wheel_meshes
 from fegear.errors import InputError
 from fegear.output import write_text, write_whole
+
+if TYPE_CHECKING:
+    from fegear.statics import Progress
 
 
 def write_gearing(

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fegear.eccentric.contact import Progress, solve_turn
+from fegear.eccentric.contact import solve_turn
 from fegear.eccentric.elastic_wheel import ElasticWheel
 from fegear.eccentric.gearing import Gearing
 from fegear.elasticity.material import PlaneMaterial
@@ -19,6 +19,9 @@ from lumped.csv_text import format_csv
 from meshes import GeometryError
 from meshes.eccentric.outline import WheelEdges
 from meshes.eccentric.wheel_mesh import WheelMesh, usual_bore, wheel_mesh
+
+if TYPE_CHECKING:
+    from fegear.statics import Progress
 
 Array = NDArray[np.float64]
 STEEL = PlaneMaterial(2.06e11, 0.3)

@@ -201,13 +201,29 @@ class ToothedPair:
     root_depth: float = 1.25
 
     def __post_init__(self) -> None:
-        if not FEWEST_TEETH <= self.teeth <= MOST_TEETH:
-            allowed = f"allowed {FEWEST_TEETH} to {MOST_TEETH}"
+        most = MOST_TEETH // self.pair.lobes
+        if not FEWEST_TEETH <= self.teeth <= most:
+            allowed = f"allowed {FEWEST_TEETH} to {most}"
             raise GeometryError("teeth", f"{self.teeth}; {allowed}")
         require_feasible(self.pair, self.pressure_angle)
         for name, wheel in (("driver", self.driver), ("driven wheel", self.driven)):
             require_teeth(wheel, name)
         self._require_clear_roots()
+        self._require_contact()
+
+    def _require_contact(self) -> None:
+        """Raises GeometryError where a pair of teeth parts before the next meets."""
+        start, end = self.contact.T
+        least = float(
+            (end - np.append(start[1:], start[0] + self.driven.curve.length)).min()
+        )
+        if not least > 0.0:
+            ratio = float(self.contact_ratio.min())
+            raise GeometryError(
+                "addendum",
+                f"{self.tip_height:g} modules; a larger one is needed, the contact "
+                f"ratio falls to {ratio:.3g} and must stay above 1",
+            )
 
     def _require_clear_roots(self) -> None:
         """Raises GeometryError where tips of one wheel reach below the other's flanks:

@@ -165,6 +165,8 @@ def _area_of(mesh):
         ({"part": 0.0, "tip_height": 1.24}, "dedendum", "reach into the fillets"),
         ({"part": 0.7, "teeth": 60}, "pressure_angle", "cusps"),
         ({"part": 0.3, "teeth": 4}, "teeth", "allowed 5 to"),
+        ({"part": 0.0, "teeth": 5001, "ratio": 2}, "teeth", "allowed 5 to 5000"),
+        ({"part": 0.3, "tip_height": 0.4}, "addendum", "contact ratio falls to 0.7"),
     ],
 )
 def test_teeth_that_cannot_be(words, field, reason):
