@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 SHOWN_HARMONICS = 6  # of a mesh, over speed
 FAINT = 1e-4  # of the largest amplitude of a mesh, below which lines are left out
+REST = 1e-12  # m, scale of amplitudes where nothing vibrates
 ABOVE = 1.15  # of the highest natural frequency, up to which lines are drawn
 COLUMNS = (
     *("torque_Nm", "direction", "mesh_frequency_Hz", "mesh"),
@@ -133,7 +134,7 @@ def draw_waterfall(found: Sequence[SpectraOverSpeed], title: str = "") -> Figure
     for column, each in enumerate(found):
         for mesh in range(meshes):
             lines, harmonics = (rows[2 * mesh + i][column] for i in range(2))
-            largest = 1e6 * max(other.largest(mesh) for other in found)
+            largest = 1e6 * max(REST, *(other.largest(mesh) for other in found))
             _draw_lines(lines, each, mesh, largest)
             _draw_harmonics(harmonics, each, mesh)
             harmonics.set_ylim(0.0, 1.05 * largest)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -77,3 +78,15 @@ def test_the_picture_has_a_column_for_each_branch(spectra):
     np.testing.assert_allclose(ratios, np.round(ratios), rtol=1e-9)
     natural = [line.get_ydata()[0] for line in campbell.lines if line.get_ls() == "--"]
     np.testing.assert_allclose(natural, COUPLED)
+
+
+def test_a_train_at_rest_has_no_lines():
+    pair = pair_system(0.05, 0.02)
+    gears = tuple(replace(gear, torque=0.0) for gear in pair.train.gears)
+    still = replace(pair, train=replace(pair.train, gears=gears))
+    found = spectra_over_speed(0.0, sweep(still, [2.0, 3.0], "up"))
+    assert not list(found.seen(0))
+    assert spectra_csv([found], {}).splitlines()[-1].startswith("torque_Nm")
+    campbell, harmonics = draw_waterfall([found]).axes[:2]
+    assert not campbell.collections[0].get_offsets().size
+    assert harmonics.get_ylim()[1] > 0.0
