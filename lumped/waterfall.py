@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 SHOWN_HARMONICS = 6  # of a mesh, over speed
 FAINT = 1e-4  # of the largest amplitude of a mesh, below which lines are left out
+MOST_RAYS = 40  # multiples of the mesh frequency that are drawn
 REST = 1e-12  # m, scale of amplitudes where nothing vibrates
 ABOVE = 1.15  # of the highest natural frequency, up to which lines are drawn
 COLUMNS = (
@@ -183,7 +184,7 @@ def _draw_rays(
 ) -> None:
     """Multiples of a mesh's frequency, as far as they are in the picture."""
     low, high = min(speeds), max(speeds)
-    for order in range(1, int(highest / (rate * low)) + 1):
+    for order in range(1, min(MOST_RAYS, int(highest / (rate * low))) + 1):
         end = min(high, highest / (order * rate))
         ray = order * rate * low, order * rate * end
         axes.plot((low, end), ray, color="0.8", lw=0.7, zorder=1)

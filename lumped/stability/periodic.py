@@ -127,7 +127,7 @@ class PeriodicSystem:
 
 
 def periodic_system(system: LumpedSystem) -> PeriodicSystem:
-    """A train in contact, with the friction of its teeth.
+    """A train in contact, with the friction of its teeth by nominal sliding.
 
     Raises ValueError for the coupled model and for tooth pairs that differ.
     """
