@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 
 POINTS = "points"  # the table that is drawn
 REPEATS = 3
+MARKERS = "osD^v"  # of curves, which have no more
+Row = TypeVar("Row")
 
 
 @dataclass(frozen=True)
@@ -105,6 +107,21 @@ def _draw_curve(axes: Axes, curve: Curve) -> None:
             xytext=(4, 4),
             fontsize=7,
         )
+
+
+def curves_of(
+    rows: Sequence[Row],
+    label: Callable[[Row], str],
+    place: Callable[[Row], tuple[float, float]],
+    setting: Callable[[Row], float] | None = None,
+) -> list[Curve]:
+    """A curve for each label, in the order of the rows."""
+    curves = []
+    for name, marker in zip(dict.fromkeys(map(label, rows)), MARKERS, strict=False):
+        own = [row for row in rows if label(row) == name]
+        settings = [] if setting is None else list(map(setting, own))
+        curves.append(Curve(name, marker, list(map(place, own)), settings))
+    return curves
 
 
 def collect(

@@ -382,13 +382,12 @@ def _errors_at_speeds(
 
 def time_panel(points: Sequence[Point]) -> bench.Panel:
     """Time of a motion over its error."""
-    curves = []
-    for study, marker in zip(
-        dict.fromkeys(p.study for p in points), "os", strict=False
-    ):
-        own = [point for point in points if point.study == study]
-        places = [(max(p.error_median, 1e-12), p.ms_per_motion) for p in own]
-        curves.append(bench.Curve(study, marker, places, [p.setting for p in own]))
+    curves = bench.curves_of(
+        points,
+        lambda p: p.study,
+        lambda p: (max(p.error_median, 1e-12), p.ms_per_motion),
+        lambda p: p.setting,
+    )
     return bench.Panel(
         "relative error of the RMS of the DTE, median over motions",
         "time per motion [ms]",

@@ -143,13 +143,12 @@ def contact_rows(report: Progress) -> list[Contact]:
 
 
 def _distance_panel(points: Sequence[Point]) -> bench.Panel:
-    curves = []
-    for study, marker in zip(
-        dict.fromkeys(p.study for p in points), "osD^", strict=False
-    ):
-        own = [p for p in points if p.study == study]
-        places = [(max(p.error, 1e-16), p.ms) for p in own]
-        curves.append(bench.Curve(study, marker, places, [p.setting for p in own]))
+    curves = bench.curves_of(
+        points,
+        lambda p: p.study,
+        lambda p: (max(p.error, 1e-16), p.ms),
+        lambda p: p.setting,
+    )
     return bench.Panel("relative error of the centre distance", "time [ms]", curves)
 
 

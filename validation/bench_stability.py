@@ -291,25 +291,22 @@ def timed_chart(set_name: str, torque: float) -> Chart:
 
 
 def _transition_panel(points: Sequence[Point]) -> bench.Panel:
-    curves = []
-    for study, marker in zip(
-        dict.fromkeys(p.study for p in points), "osD^", strict=False
-    ):
-        own = [p for p in points if p.study == study]
-        places = [(max(p.error, 1e-16), p.us_per_transition) for p in own]
-        curves.append(bench.Curve(study, marker, places, [p.setting for p in own]))
+    curves = bench.curves_of(
+        points,
+        lambda p: p.study,
+        lambda p: (max(p.error, 1e-16), p.us_per_transition),
+        lambda p: p.setting,
+    )
     return bench.Panel(
         "relative error of a state transition", "time per transition [us]", curves
     )
 
 
 def _edge_panel(rows: Sequence[Edge]) -> bench.Panel:
-    curves = []
-    for name, marker in zip(
-        dict.fromkeys(r.combination for r in rows), "osD", strict=False
-    ):
-        own = [r for r in rows if r.combination == name and r.error > 0.0]
-        curves.append(bench.Curve(name, marker, [(r.variation, r.error) for r in own]))
+    known = [row for row in rows if row.error > 0.0]
+    curves = bench.curves_of(
+        known, lambda r: r.combination, lambda r: (r.variation, r.error)
+    )
     return bench.Panel(
         "stiffness variation; friction and damping in proportion",
         "error of edges by perturbation",

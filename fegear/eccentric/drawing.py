@@ -102,8 +102,7 @@ def draw_gearing(gearing: Gearing, turn: TurnTable | None = None) -> Figure:
     _draw_wheels(wheels, gearing)
     wheels.set_xlabel("x [mm], driver's bearing at 0")
     wheels.set_ylabel("y [mm]")
-    above = {"loc": "lower center", "bbox_to_anchor": (0.5, 1.0)}
-    wheels.legend(fontsize=8, ncols=3, **above)
+    wheels.legend(fontsize=8, ncols=3, loc="lower center", bbox_to_anchor=(0.5, 1.0))
     angle = np.linspace(0.0, 2.0 * math.pi * gearing.pair.lobes, 721)
     degrees = np.degrees(gearing.pair.driver_turn(angle))
     torque.plot(degrees, gearing.pair.torque_ratio(angle), "k", label="kinematics")
