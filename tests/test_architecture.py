@@ -49,6 +49,7 @@ ALLOWED = {
     "fegear.theory_figure.py": {"fegear", "lumped"},
     "fegear.waves.py": {"fegear", "lumped"},
     "fegear.rattle": {"fegear", "lumped"},
+    "fegear.clatter": {"fegear", "lumped"},
     "fegear.dynamic_sweeps.py": {"fegear", "lumped"},
     # the same motions by other means: responses and their files are the lumped ones
     "fegear.dynamics": {"fegear", "meshes", "lumped"},
@@ -95,6 +96,7 @@ def test_kernels_import_only_numerics(path):
         "fegear.dynamics",
         "fegear.elasticity.flank_grid",
         "lumped.kernels",
+        "lumped.clatter.kernels",
         "lumped.rattle.kernels",
         "lumped.stability.kernels",
         "lumped.compiled",

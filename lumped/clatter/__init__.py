@@ -1,0 +1,1 @@
+"""Clattering gearboxes: loose wheels that fly between the edges of their plays."""

@@ -1,0 +1,1 @@
+"""Impacts, flights and maps of loose wheels, compiled."""

@@ -1,0 +1,108 @@
+"""What the compiled kernels know of loose wheels, by name."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Numbers = NDArray[np.int64]
+NUMBERS = "locked", "contact", "side", "leaving", "basis"  # whole ones of `Work`
+RECORD = 6  # columns of an impact, see `lumped.clatter.kernels.events.run`
+
+
+class Box(NamedTuple):
+    """Wheels that depend on each other: n coordinates q, p plays; time in periods.
+
+    Between impacts q'' = push - fading q'; of a play low <= s <= high with
+    s = ratios e(t) + rows q.
+
+    push, fading, yielding (n,) : drag and damping over the mass, and 1 over the mass
+    rows (p, n), ratios, low, high, restitution (p,)
+    wall (p,) : the coordinate that a bearing's play is of, -1 of teeth
+    turning (p,) : the coordinate that takes up round-off of a play
+    orders, cosines, sines (h,) : harmonics of e, in whole turns of a period
+    pieces (k, 6) : or else where a piece of e begins and its polynomial, degree 0 to 4;
+        none with harmonics
+    jerk, snap : largest third and fourth derivative of e
+    rest : speed below which contacts do not bounce any more
+    tolerance : periods, of the time of an event
+    longest : step in sustained contact of teeth, for a series to round-off
+    """
+
+    push: Array
+    fading: Array
+    yielding: Array
+    rows: Array
+    ratios: Array
+    low: Array
+    high: Array
+    restitution: Array
+    wall: Numbers
+    turning: Numbers
+    orders: Array
+    cosines: Array
+    sines: Array
+    pieces: Array
+    jerk: float
+    snap: float
+    rest: float
+    tolerance: float
+    longest: float
+
+
+class Work(NamedTuple):
+    """Room for what a run computes at each step; see `lumped.clatter.kernels.events`.
+
+    a, j (n,) : second and third derivatives of the coordinates; most_j, most_k (n,) :
+        largest third and fourth ones up to the horizon
+    locked (n,) : 1 where a bearing holds a coordinate
+    s (p, 4) : plays and their derivatives; bounds (p, 2) : largest third, fourth ones
+    contact, side (p,) : closed contacts: play and its edge, 1 upper or -1 lower
+    leaving (p,) : the edge that a contact without speed leaves, else 0
+    delassus, inverse (p, p), b, z (p,), basis (p,), eliminated (p, p + 1) : of the
+        complementarity problem
+    lift (n, p), pull (n,) : accelerations by contact forces, and those by e''
+    e (19,), x (19, n) : derivatives of e and of the coordinates
+    """
+
+    a: Array
+    j: Array
+    most_j: Array
+    most_k: Array
+    locked: Numbers
+    s: Array
+    bounds: Array
+    contact: Numbers
+    side: Numbers
+    leaving: Numbers
+    delassus: Array
+    inverse: Array
+    b: Array
+    z: Array
+    basis: Numbers
+    eliminated: Array
+    lift: Array
+    pull: Array
+    e: Array
+    x: Array
+
+
+def work_for(n: int, p: int, terms: int) -> Work:
+    """Room for n coordinates, p plays and so many terms of a series."""
+    shapes = {
+        **dict.fromkeys(("a", "j", "most_j", "most_k", "locked", "pull"), (n,)),
+        **dict.fromkeys(("contact", "side", "leaving", "b", "z", "basis"), (p,)),
+        **dict.fromkeys(("delassus", "inverse"), (p, p)),
+        "s": (p, 4),
+        "bounds": (p, 2),
+        "eliminated": (p, p + 1),
+        "lift": (n, p),
+        "e": (terms,),
+        "x": (terms, n),
+    }
+    kinds = {name: np.int64 if name in NUMBERS else np.float64 for name in shapes}
+    room: dict[str, Any] = {k: np.zeros(v, kinds[k]) for k, v in shapes.items()}
+    return Work(**room)

@@ -1,0 +1,236 @@
+"""Sustained contact: forces, which contacts hold, and motion under them; compiled.
+
+Contact forces are a complementarity problem like impulses. While teeth rest on each
+other, the damped coordinates are coupled; their motion is a Taylor series to round-off.
+"""
+
+from __future__ import annotations
+
+import math
+
+from lumped.clatter.kernels.excitation import derive, excite
+from lumped.clatter.kernels.impact import complement, fill_delassus, solve_basis
+from lumped.compiled import compiled_part, inlined
+
+CLOSED = 1e-12  # of a play: gaps below are closed
+TERMS = 19  # of a series
+
+
+@inlined
+def measure(box, work, t, q, v):
+    """Plays and their derivatives in `work.s`, of coordinates that fly."""
+    e, e1, e2, e3, _ = excite(box, t)
+    for p in range(box.ratios.size):
+        c = box.ratios[p]
+        s, s1, s2, s3 = c * e, c * e1, c * e2, c * e3
+        for i in range(box.push.size):
+            row = box.rows[p, i]
+            a = box.push[i] - box.fading[i] * v[i]
+            s += row * q[i]
+            s1 += row * v[i]
+            s2 += row * a
+            s3 -= row * box.fading[i] * a
+        work.s[p, 0], work.s[p, 1], work.s[p, 2], work.s[p, 3] = s, s1, s2, s3
+
+
+@inlined
+def gather_closed(box, work, fastest, event, side):
+    """Closed contacts that part at most at a speed `fastest`; how many.
+
+    event, side : a play and edge that is one whatever its gap, -1 for none
+    """
+    count = 0
+    for p in range(box.ratios.size):
+        near = CLOSED * (box.high[p] - box.low[p])
+        s, s1 = work.s[p, 0], work.s[p, 1]
+        upper = box.high[p] - s <= near and -s1 <= fastest
+        lower = s - box.low[p] <= near and s1 <= fastest
+        if event == p:
+            upper, lower = side > 0, side < 0
+        if upper or lower:
+            work.contact[count] = p
+            work.side[count] = 1 if upper else -1
+            count += 1
+    return count
+
+
+@inlined
+def place(box, work, q, p, side):
+    """Put a contact onto its edge, to round-off."""
+    edge = box.high[p] if side > 0 else box.low[p]
+    i = box.turning[p]
+    q[i] += (edge - work.s[p, 0]) / box.rows[p, i]
+
+
+@compiled_part
+def hold(box, work, t, q, v, held, released):
+    """Choose which closed contacts without speed hold, by their forces.
+
+    held (p,) : the edge of each play that holds, else 0
+    released : a play whose force has just ended, -1 for none
+    Returns how many plays of teeth hold, -1 where forces are not found.
+    """
+    measure(box, work, t, q, v)
+    count, kept = gather_closed(box, work, box.rest, -1, 0), 0
+    for p in range(held.size):
+        held[p], work.leaving[p] = 0, 0
+    for i in range(count):
+        p, side = work.contact[i], work.side[i]
+        if -side * work.s[p, 1] < -2.0 * box.rest:
+            continue  # an impact is yet to come
+        if p == released:
+            work.leaving[p] = side
+            continue
+        work.contact[kept], work.side[kept] = p, side
+        kept += 1
+    fill_delassus(box, work, kept)
+    for i in range(kept):
+        p, side = work.contact[i], work.side[i]
+        work.b[i] = -side * work.s[p, 2]
+    if kept > 0 and not complement(
+        work.delassus, work.b, work.z, work.basis, kept, work.eliminated
+    ):
+        return -1
+    teeth = 0
+    for i in range(kept):
+        p, side = work.contact[i], work.side[i]
+        if work.basis[i] == 1:
+            held[p] = side
+            teeth += 1 if box.wall[p] < 0 else 0
+        else:
+            work.leaving[p] = side
+    fix(box, work, t, q, v, held)
+    if teeth > 0:
+        couple(box, work, held)
+    return teeth
+
+
+@compiled_part
+def fix(box, work, t, q, v, held):
+    """Put held contacts onto their edges and take their speeds, to round-off."""
+    for i in range(box.push.size):
+        work.locked[i] = 0
+    for p in range(held.size):
+        if held[p] != 0 and box.wall[p] >= 0:
+            i = box.wall[p]
+            work.locked[i], v[i] = 1, 0.0
+            q[i] = box.high[p] if held[p] > 0 else box.low[p]
+    e, e1, _, _, _ = excite(box, t)
+    for p in range(held.size):
+        if held[p] == 0 or box.wall[p] >= 0:
+            continue
+        edge = box.high[p] if held[p] > 0 else box.low[p]
+        s, s1, own = box.ratios[p] * e, box.ratios[p] * e1, box.turning[p]
+        for i in range(box.push.size):
+            s += box.rows[p, i] * q[i]
+            s1 += box.rows[p, i] * v[i]
+        q[own] += (edge - s) / box.rows[p, own]
+        v[own] -= s1 / box.rows[p, own]
+
+
+@compiled_part
+def couple(box, work, held):
+    """Constraints of held contacts: their `inverse`, `lift` and `pull`."""
+    count = 0
+    for p in range(held.size):
+        if held[p] != 0:
+            work.contact[count], work.side[count] = p, 1
+            count += 1
+    fill_delassus(box, work, count)
+    for k in range(count):
+        for i in range(count):
+            work.basis[i] = 1
+            work.b[i] = -1.0 if i == k else 0.0
+        solve_basis(work.delassus, work.b, work.z, work.basis, count, work.eliminated)
+        for i in range(count):
+            work.inverse[i, k] = work.z[i]
+    for c in range(box.push.size):
+        work.pull[c] = 0.0
+        for k in range(count):
+            value = 0.0
+            for i in range(count):
+                row = box.rows[work.contact[i], c]
+                value += box.yielding[c] * row * work.inverse[i, k]
+            work.lift[c, k] = value
+            work.pull[c] -= value * box.ratios[work.contact[k]]
+
+
+@inlined
+def held_count(held):
+    count = 0
+    for p in range(held.size):
+        count += 1 if held[p] != 0 else 0
+    return count
+
+
+@compiled_part
+def expand(box, work, count, t, v):
+    """Derivatives of the held coordinates in `work.x`, from the first on."""
+    derive(box, t, work.e)
+    n = box.push.size
+    for i in range(n):
+        work.x[1, i] = v[i]
+    for m in range(2, TERMS):
+        for i in range(n):
+            push = box.push[i] if m == 2 else 0.0
+            work.x[m, i] = push - box.fading[i] * work.x[m - 1, i]
+        for k in range(count):
+            p = work.contact[k]
+            value = box.ratios[p] * work.e[m]
+            for i in range(n):
+                push = box.push[i] if m == 2 else 0.0
+                value += box.rows[p, i] * (push - box.fading[i] * work.x[m - 1, i])
+            for i in range(n):
+                work.x[m, i] -= work.lift[i, k] * value
+
+
+@compiled_part
+def bound_held(box, work, horizon):
+    """Largest third and fourth derivatives of the held coordinates up to a horizon.
+
+    In the norm of the masses damping lets no derivative grow, the excitation does.
+    """
+    size, pull, fastest = 0.0, 0.0, 0.0
+    for i in range(box.push.size):
+        work.a[i], work.j[i] = work.x[2, i], work.x[3, i]
+        size += work.j[i] ** 2 / box.yielding[i]
+        pull += work.pull[i] ** 2 / box.yielding[i]
+        fastest = max(fastest, box.fading[i])
+    most = math.sqrt(size) + math.sqrt(pull) * box.snap * horizon
+    for i in range(box.push.size):
+        root = math.sqrt(box.yielding[i])
+        work.most_j[i] = root * most
+        work.most_k[i] = root * (fastest * most + math.sqrt(pull) * box.snap)
+
+
+@compiled_part
+def force_of(box, work, held, count, k):
+    """Force of a held contact, its rate and the largest second derivative."""
+    force, rate, most = 0.0, 0.0, 0.0
+    for m in range(count):
+        p, g = work.contact[m], work.inverse[k, m]
+        value, slope = box.ratios[p] * work.e[2], box.ratios[p] * work.e[3]
+        bend = abs(box.ratios[p]) * box.snap
+        for i in range(box.push.size):
+            row = box.rows[p, i]
+            value += row * (box.push[i] - box.fading[i] * work.x[1, i])
+            slope -= row * box.fading[i] * work.x[2, i]
+            bend += abs(row) * box.fading[i] * work.most_j[i]
+        force += g * value
+        rate += g * slope
+        most += abs(g) * bend
+    side = held[work.contact[k]]
+    return side * force, side * rate, most
+
+
+@compiled_part
+def slide(box, work, q, v, h):
+    """A step of the held coordinates, by their series."""
+    for i in range(box.push.size):
+        # both by Horner's rule: sum x_m h^m / m!, and of its derivative
+        speed, shift = 0.0, 0.0
+        for m in range(TERMS - 1, 0, -1):
+            shift = (work.x[m, i] + shift) * h / m
+            speed = work.x[m, i] + (speed * h / m)
+        q[i] += shift
+        v[i] = speed

@@ -1,0 +1,272 @@
+"""Motion of loose wheels from event to event, compiled; time in periods.
+
+Between impacts coordinates move in closed form. The next event is found by steps that
+cannot pass it, as in `lumped.rattle.kernels.flight`: with bounds of the third and
+fourth derivatives of a play, no crossing is missed, and near one such steps converge
+faster than Newton's.
+"""
+
+from __future__ import annotations
+
+import math
+
+from lumped.clatter.kernels.contact import (
+    bound_held,
+    expand,
+    fix,
+    force_of,
+    gather_closed,
+    held_count,
+    hold,
+    measure,
+    place,
+    slide,
+)
+from lumped.clatter.kernels.excitation import excite
+from lumped.clatter.kernels.impact import impact
+from lumped.compiled import compiled, inlined
+from lumped.rattle.kernels.flight import reach
+
+LONG = 0.5  # periods of a step, at most
+SHORT = 1e-6  # periods in which a contact without speed may part
+SAME = 1e-15  # periods: times that are one
+MOST_STEPS = 100_000  # from event to event
+DONE, FULL, LOST = 0, 1, 2  # how a run ends
+
+
+@inlined
+def fade(z):
+    """(1 - e^-z) / z and (z - 1 + e^-z) / z^2, to round-off, for z >= 0."""
+    if z < 0.1:
+        second = 1.0 / 40320.0 - z * (1.0 / 362880.0 - z / 3628800.0)
+        second = 1.0 / 720.0 - z * (1.0 / 5040.0 - z * second)
+        second = 0.5 - z * (
+            1.0 / 6.0 - z * (1.0 / 24.0 - z * (1.0 / 120.0 - z * second))
+        )
+        return 1.0 - z * second, second
+    first = -math.expm1(-z) / z
+    return first, (1.0 - first) / z
+
+
+@inlined
+def fly(box, work, q, v, h):
+    """A step of coordinates that fly, in closed form."""
+    for i in range(box.push.size):
+        if work.locked[i] == 0:
+            z = box.fading[i] * h
+            first, second = fade(z)
+            speed = v[i]
+            q[i] += h * (speed * first + box.push[i] * h * second)
+            v[i] = speed * (1.0 - z * first) + box.push[i] * h * first
+
+
+@inlined
+def derive_flight(box, work, v):
+    """Derivatives of coordinates that fly and their largest values from now on."""
+    for i in range(box.push.size):
+        loose = 1.0 - work.locked[i]
+        a = (box.push[i] - box.fading[i] * v[i]) * loose
+        work.a[i], work.j[i] = a, -box.fading[i] * a
+        work.most_j[i] = box.fading[i] * abs(a)
+        work.most_k[i] = box.fading[i] * work.most_j[i]
+
+
+@inlined
+def derive_plays(box, work, e, q, v, held, horizon):
+    """Plays that are open, their derivatives and bounds; the horizon of the next step.
+
+    It is twice the time to an edge at constant acceleration, at most.
+    """
+    for p in range(box.ratios.size):
+        if held[p] != 0:
+            continue
+        c = box.ratios[p]
+        s, s1, s2, s3 = c * e[0], c * e[1], c * e[2], c * e[3]
+        most, snap = abs(c) * box.jerk, abs(c) * box.snap
+        for i in range(box.push.size):
+            row = box.rows[p, i]
+            if row != 0.0:
+                s += row * q[i]
+                s1 += row * v[i]
+                s2 += row * work.a[i]
+                s3 += row * work.j[i]
+                most += abs(row) * work.most_j[i]
+                snap += abs(row) * work.most_k[i]
+        work.s[p, 0], work.s[p, 1], work.s[p, 2], work.s[p, 3] = s, s1, s2, s3
+        work.bounds[p, 0], work.bounds[p, 1] = most, snap
+        left = work.leaving[p]
+        if left != 0:
+            away, later = -left * s2, -left * s3
+            lift = away / most if away > 0.0 and most > 0.0 else 0.0
+            if later > 0.0 and away >= 0.0 and snap > 0.0:
+                lift = max(lift, 2.0 * later / snap)
+            if most > 0.0:
+                horizon = min(horizon, max(lift, SHORT))
+        if left <= 0:
+            gap = max(box.high[p] - s, 0.0)
+            horizon = min(horizon, 2.0 * reach(gap, s1, s2))
+        if left >= 0:
+            gap = max(s - box.low[p], 0.0)
+            horizon = min(horizon, 2.0 * reach(gap, -s1, -s2))
+    return horizon
+
+
+@inlined
+def next_edge(box, work, held, horizon):
+    """A step that passes no edge: its length, play, edge, whether it ends there."""
+    step, event, edge, near = math.inf, -1, 1, False
+    for p in range(box.ratios.size):
+        if held[p] != 0:
+            continue
+        s, s1, s2, s3 = work.s[p, 0], work.s[p, 1], work.s[p, 2], work.s[p, 3]
+        most = work.bounds[p, 0] * horizon / 3.0
+        toward = s3 * horizon / 3.0
+        rest = work.bounds[p, 1] * horizon * horizon / 12.0
+        up = min(most, max(toward, 0.0) + rest)
+        down = min(most, max(-toward, 0.0) + rest)
+        first, second = math.inf, math.inf
+        if work.leaving[p] <= 0:
+            first = reach(max(box.high[p] - s, 0.0), s1, s2 + up)
+        if work.leaving[p] >= 0:
+            second = reach(max(s - box.low[p], 0.0), -s1, down - s2)
+        own = min(first, second)
+        if own < step:
+            step, event, edge = own, p, 1 if first <= second else -1
+            close = (up + down) * own * own < box.tolerance * edge * s1
+            near = own < box.tolerance or close
+    return step, event, edge, near
+
+
+@inlined
+def next_release(box, work, held, count, horizon):
+    """The same for forces of held contacts that end."""
+    step, event, near = math.inf, -1, False
+    for k in range(count):
+        force, rate, most = force_of(box, work, held, count, k)
+        own = reach(max(force, 0.0), -rate, most)
+        if own < step:
+            step, event = own, work.contact[k]
+            near = own < box.tolerance or most * own * own < box.tolerance * -rate
+    return step, event, near
+
+
+@inlined
+def prepare(box, work, t, q, v, held, teeth, horizon):
+    """Derivatives of plays and bounds in `work`, and the horizon of the next step."""
+    value, rate, bend, jerk, end = excite(box, t)
+    horizon = min(horizon, end - t)
+    if teeth > 0:
+        horizon = min(horizon, box.longest)
+        expand(box, work, held_count(held), t, v)
+        bound_held(box, work, horizon)
+    else:
+        derive_flight(box, work, v)
+    return derive_plays(box, work, (value, rate, bend, jerk), q, v, held, horizon), end
+
+
+@inlined
+def choose(box, work, held, teeth, horizon):
+    """A step to the next event at most: its length, play, edge, whether it ends there.
+
+    The edge is 0 where a contact force ends.
+    """
+    step, event, edge, near = next_edge(box, work, held, horizon)
+    if teeth > 0:
+        count = held_count(held)
+        own, play, close = next_release(box, work, held, count, horizon)
+        if own < step:
+            step, event, edge, near = own, play, 0, close
+    return step, event, edge, near and step <= horizon
+
+
+@inlined
+def move(box, work, now, q, v, held, teeth, step):
+    """A step of the motion, to a time."""
+    for p in range(held.size):
+        work.leaving[p] = 0
+    if teeth > 0:
+        slide(box, work, q, v, step)
+        fix(box, work, now, q, v, held)
+    else:
+        fly(box, work, q, v, step)
+
+
+@inlined
+def strike(box, work, t, q, v, event, edge):
+    """The impact of all closed contacts at once; how many, -1 where it is not found."""
+    measure(box, work, t, q, v)
+    count = gather_closed(box, work, box.rest, event, edge)
+    for i in range(count):
+        place(box, work, q, work.contact[i], work.side[i])
+    speed = edge * work.s[event, 1]
+    if count > 1 or speed <= box.rest:
+        return count if impact(box, work, v, count) else -1
+    mobility = 0.0
+    for c in range(box.push.size):
+        mobility += box.rows[event, c] ** 2 * box.yielding[c]
+    work.z[0] = (1.0 + box.restitution[event]) * speed / mobility
+    for c in range(box.push.size):
+        v[c] -= edge * box.yielding[c] * box.rows[event, c] * work.z[0]
+    return count
+
+
+@inlined
+def bounced(box, work, event, edge):
+    """Whether the only contact that is closed parts again."""
+    return box.restitution[event] * edge * work.s[event, 1] > 2.0 * box.rest
+
+
+@inlined
+def record(box, work, count, whole, t, records, taken):
+    """Rows of the contacts that met at a speed; how many rows there are."""
+    for i in range(count):
+        p, side = work.contact[i], work.side[i]
+        speed = side * work.s[p, 1]
+        if speed > box.rest:
+            records[taken, 0], records[taken, 1] = whole, t
+            records[taken, 2], records[taken, 3] = p, side
+            records[taken, 4], records[taken, 5] = speed, work.z[i]
+            taken += 1
+    return taken
+
+
+@compiled
+def run(box, work, clock, q, v, held, goal, records):
+    """Move on to a time; rows taken and how it ended: DONE, FULL records or LOST.
+
+    clock (2,) : whole periods and the part of one, changed as q, v (n,) and held (p,)
+    goal : (whole periods, part of one)
+    records (r, 6) : whole periods, part of one, play, edge, speed of approach, impulse;
+        one or more of each impact
+    """
+    whole, t = clock[0], clock[1]
+    taken, steps, status, horizon = 0, 0, LOST, LONG
+    teeth = hold(box, work, t, q, v, held, -1)
+    while steps < MOST_STEPS and teeth >= 0 and math.isfinite(t):
+        if t >= 1.0 and box.pieces.shape[0] == 0:
+            t -= 1.0
+            whole += 1.0
+        left = (goal[0] - whole) + (goal[1] - t)
+        if left <= SAME or taken + held.size > records.shape[0]:
+            status = DONE if left <= SAME else FULL
+            break
+        reached = min(horizon, left)
+        horizon, end = prepare(box, work, t, q, v, held, teeth, reached)
+        step, event, edge, ends = choose(box, work, held, teeth, horizon)
+        step = min(step, horizon)
+        t = end if step == end - t else t + step
+        move(box, work, t, q, v, held, teeth, step)
+        steps, horizon = steps + 1, min(LONG, max(2.0 * step, 4.0 * SHORT))
+        if not ends:
+            continue
+        steps, horizon, released = 0, LONG, event
+        if edge != 0:
+            hit, released = strike(box, work, t, q, v, event, edge), -1
+            if hit < 0:
+                break
+            taken = record(box, work, hit, whole, t, records, taken)
+            if hit == 1 and work.z[0] > 0.0 and bounced(box, work, event, edge):
+                continue  # nothing is at rest
+        teeth = hold(box, work, t, q, v, held, released)
+    clock[0], clock[1] = whole, t
+    return taken, status

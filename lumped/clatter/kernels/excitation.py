@@ -1,0 +1,71 @@
+"""The excitation e(t) of a gearbox and its derivatives, compiled; time in periods."""
+
+from __future__ import annotations
+
+import math
+
+from lumped.compiled import compiled_part, inlined
+from lumped.rattle.kernels.flight import TURN, turned
+
+
+@compiled_part
+def piece_at(pieces, t):
+    """Number of the piece that holds a time."""
+    low, high = 0, pieces.shape[0]
+    while high - low > 1:
+        middle = (low + high) // 2
+        if pieces[middle, 0] <= t:
+            low = middle
+        else:
+            high = middle
+    return low
+
+
+@compiled_part
+def piecewise(pieces, t):
+    """As `excite`, of a polynomial of each piece."""
+    k = piece_at(pieces, t)
+    end = pieces[k + 1, 0] if k + 1 < pieces.shape[0] else math.inf
+    h = t - pieces[k, 0]
+    c1, c2, c3, c4 = pieces[k, 2], pieces[k, 3], pieces[k, 4], pieces[k, 5]
+    value = pieces[k, 1] + h * (c1 + h * (c2 + h * (c3 + h * c4)))
+    rate = c1 + h * (2.0 * c2 + h * (3.0 * c3 + h * 4.0 * c4))
+    bend = 2.0 * c2 + h * (6.0 * c3 + h * 12.0 * c4)
+    return value, rate, bend, 6.0 * c3 + 24.0 * h * c4, end
+
+
+@inlined
+def excite(box, t):
+    """e and three derivatives, and where the piece of a signal ends."""
+    if box.pieces.shape[0] > 0:
+        return piecewise(box.pieces, t)
+    value, rate, bend, jerk = 0.0, 0.0, 0.0, 0.0
+    for k in range(box.orders.size):
+        own = TURN * box.orders[k]
+        c, s = turned(box.orders[k] * t)
+        wave = box.cosines[k] * c + box.sines[k] * s
+        speed = own * (box.sines[k] * c - box.cosines[k] * s)
+        value += wave
+        rate += speed
+        bend -= own * own * wave
+        jerk -= own * own * speed
+    return value, rate, bend, jerk, math.inf
+
+
+@compiled_part
+def derive(box, t, out):
+    """Derivatives of e at a time, from itself on."""
+    for m in range(out.size):
+        out[m] = 0.0
+    if box.pieces.shape[0] > 0:
+        out[0], out[1], out[2], out[3], _ = piecewise(box.pieces, t)
+        out[4] = 24.0 * box.pieces[piece_at(box.pieces, t), 5]
+        return
+    for k in range(box.orders.size):
+        own = TURN * box.orders[k]
+        c, s = turned(box.orders[k] * t)
+        wave = box.cosines[k] * c + box.sines[k] * s
+        speed = own * (box.sines[k] * c - box.cosines[k] * s)
+        for m in range(out.size):
+            out[m] += wave
+            wave, speed = speed, -own * own * wave

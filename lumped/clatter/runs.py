@@ -1,0 +1,131 @@
+"""Runs of a gearbox: impacts in the order of time, state to go on from, noise."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lumped.clatter.gearbox import Group
+from lumped.clatter.kernels import events
+from lumped.clatter.kernels.arrays import RECORD, Box, work_for
+from lumped.clatter.kernels.contact import TERMS
+
+Array = NDArray[np.float64]
+CHUNK = 50_000  # impacts that are taken at a time
+
+
+class LostMotion(ArithmeticError):
+    """A motion whose next event was not found."""
+
+
+@dataclass(eq=False)
+class State:
+    """Where the wheels of a group are; periods and lengths in metres.
+
+    clock (2,) : whole periods and the part of one; q, v (n,)
+    held (n,) : the edge of each play that holds, else 0
+    """
+
+    clock: Array
+    q: Array
+    v: Array
+    held: NDArray[np.int64]
+
+    @property
+    def time(self) -> float:
+        """In periods."""
+        return float(self.clock.sum())
+
+    def copy(self) -> State:
+        return State(*(each.copy() for each in vars(self).values()))
+
+
+def middle(group: Group) -> State:
+    """Every play half open, teeth moving with the excitation's start at rest."""
+    n = len(group.plays)
+    box = group.box
+    e = float(group.excitation.at(np.zeros(1))[0])
+    q = _placed(box, 0.5 * (box.low + box.high) - box.ratios * e)
+    return State(np.zeros(2), q, np.zeros(n), np.zeros(n, np.int64))
+
+
+def scattered(group: Group, seed: int) -> State:
+    """As `middle`, anywhere in the plays."""
+    state, box = middle(group), group.box
+    random = np.random.default_rng(seed)
+    place = box.low + random.uniform(0.05, 0.95, box.low.size) * (box.high - box.low)
+    start = float(group.excitation.at(np.zeros(1))[0])
+    return replace(state, q=_placed(box, place - box.ratios * start))
+
+
+def _placed(box: Box, plays: Array) -> Array:
+    """Coordinates of plays without the excitation's part."""
+    q: Array = np.linalg.solve(box.rows, plays).astype(np.float64)
+    return q
+
+
+@dataclass(frozen=True, eq=False)
+class Impacts:
+    """Impacts of a group, a row of each contact that was struck.
+
+    time [s], play : number among the group's plays, edge : 1 upper, -1 lower
+    speed : of approach [m/s], impulse [N s]
+    """
+
+    time: Array
+    play: NDArray[np.int64]
+    edge: NDArray[np.int64]
+    speed: Array
+    impulse: Array
+
+    def __len__(self) -> int:
+        return len(self.time)
+
+
+def move(
+    group: Group, state: State, until: float, most: int = CHUNK
+) -> Iterator[Impacts]:
+    """Impacts until a time [s], some at a time; the state moves on with them.
+
+    most : impacts, about, of each part
+    Raises LostMotion where an event is not found.
+    """
+    box, period = group.box, group.excitation.period
+    n = len(group.plays)
+    work = work_for(n, n, TERMS)
+    part, whole = math.modf(until / period)
+    goal = whole, part
+    records = np.empty((most + n, RECORD))
+    status = events.FULL
+    while status == events.FULL:
+        taken, status = events.run(
+            *(box, work, state.clock, state.q, state.v, state.held, goal, records)
+        )
+        if status == events.LOST:
+            raise LostMotion(f"no event is found after {state.time * period:.9g} s")
+        yield _impacts(records[:taken], period)
+
+
+def _impacts(records: Array, period: float) -> Impacts:
+    return Impacts(
+        (records[:, 0] + records[:, 1]) * period,
+        records[:, 2].astype(np.int64),
+        records[:, 3].astype(np.int64),
+        records[:, 4] / period,
+        records[:, 5] / period,
+    )
+
+
+def joined(parts: list[Impacts]) -> Impacts:
+    names = ("time", "play", "edge", "speed", "impulse")
+    return Impacts(*(np.concatenate([getattr(p, n) for p in parts]) for n in names))
+
+
+def energy(group: Group, state: State) -> float:
+    """Kinetic energy [J]."""
+    speeds = state.v / group.excitation.period
+    return float(0.5 * np.sum(group.masses * speeds**2))

@@ -1,0 +1,140 @@
+"""Runs of loose wheels: events beside scipy's, energy, chatter and contact."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from loose_wheels import SINE, STILL, freedom, helical, impacts_by_scipy, spur
+
+from lumped.clatter.gearbox import Group, Harmonics
+from lumped.clatter.runs import energy, joined, middle, move, scattered
+
+
+@pytest.mark.parametrize("wheel", [spur(), helical()], ids=lambda w: w.name)
+def test_impacts_are_those_of_a_fine_integration(wheel):
+    group = Group((wheel,), SINE)
+    state = middle(group)
+    wanted = impacts_by_scipy(group, state.q, state.v, 0.06)
+    found = joined(list(move(group, state, 0.06)))
+    loud = [each for each in wanted if each[2] > 1e-4]
+    keep = found.speed > 1e-4
+    assert len(loud) > 5
+    times, plays, speeds = zip(*loud, strict=True)
+    np.testing.assert_array_equal(found.play[keep][: len(plays)], plays)
+    np.testing.assert_allclose(found.time[keep], times, atol=1e-9)
+    np.testing.assert_allclose(found.speed[keep], speeds, atol=1e-8)
+
+
+def test_no_play_is_left_and_none_overlooked():
+    group = Group((helical(),), SINE)
+    state, box = scattered(group, 4), None
+    box = group.box
+    for time in np.arange(0.0013, 4.0, 0.0013):
+        for _ in move(group, state, time):
+            pass
+        e = group.excitation.at(np.array([time]))[0]
+        s = box.ratios * e + box.rows @ state.q
+        assert np.all(s <= box.high + 1e-15)
+        assert np.all(s >= box.low - 1e-15)
+
+
+@pytest.mark.parametrize("wheel", [spur, helical], ids=lambda w: w.__name__)
+def test_a_million_impacts_keep_the_energy(wheel):
+    group = Group((wheel(1.0, 0.0, 0.0),), STILL)
+    state = scattered(group, 1)
+    box = group.box
+    state.v = np.linalg.solve(box.rows, [-2e-4, 3e-4, 1e-4][: box.low.size])
+    before, count = energy(group, state), 0
+    for part in move(group, state, math.inf):
+        count += len(part)
+        if count > 1_000_000:
+            break
+    assert energy(group, state) == pytest.approx(before, rel=1e-9)
+
+
+def test_bounces_of_decreasing_height_end_in_contact():
+    """A wheel falling onto its edge: infinitely many impacts in a finite time."""
+    wheel = spur(0.5, -0.1, 0.0, ratio=1.0)
+    group = Group((wheel,), STILL)
+    state = middle(group)  # s = -play / 2, accelerated by the drag toward s = 0
+    a = 0.1 * wheel.base_radius / wheel.inertia
+    fall = math.sqrt(wheel.rotation.play / a)
+    end = fall * (1.0 + 0.5) / (1.0 - 0.5)
+    first = joined(list(move(group, state, 0.99999 * end)))
+    assert state.held[0] == 0
+    speeds = first.speed
+    np.testing.assert_allclose(speeds[1:12] / speeds[:11], 0.5, rtol=1e-9)
+    list(move(group, state, 1.001 * end))
+    assert state.held[0] == 1
+    assert sum(len(p) for p in move(group, state, 10.0)) == 0
+
+
+def test_teeth_in_contact_follow_the_excitation_until_it_pulls_away():
+    """Without restitution; the force i e'' M + drag over the base radius ends it."""
+    wheel = spur(0.0, -0.08, 0.0, ratio=1.0, inertia=1e-3)
+    sine = Harmonics(0.04, (0.15e-3,), (0.0,))
+    group = Group((wheel,), sine)
+    turn, radius = 2.0 * math.pi / 0.04, wheel.base_radius
+    weight = wheel.rotation.drag * radius / wheel.inertia  # acceleration of s, minus
+    # in contact s'' = e'' - a, force while e'' > weight; e'' = -A turn^2 sin(turn t)
+    part = -weight / (0.15e-3 * turn**2)
+    leave = (math.pi - math.asin(part)) if part > 1.0 else math.asin(part)
+    leave = leave / turn
+    state = middle(group)
+    state.q[0] = 0.0
+    state.v[0] = 0.15e-3 * turn / radius * 0.04  # with the excitation, per period
+    list(move(group, state, 0.999 * leave))
+    assert state.held[0] == 1
+    list(move(group, state, 1.001 * leave))
+    assert state.held[0] == 0
+    e = float(sine.at(np.array([state.time * 0.04]))[0])
+    assert e - radius * state.q[0] == pytest.approx(0.0, abs=1e-12)
+
+
+def test_damped_contact_of_a_helical_wheel_is_that_of_its_equations():
+    """Teeth held, axial and radial shifts free: beside scipy's solution."""
+    from scipy.integrate import solve_ivp
+
+    sides = {
+        "axial": freedom(1e-2, 0.0, 0.01, 5.0),
+        "radial": freedom(1e-2, 0.0, -0.02, 1.0),
+    }
+    wheel = helical(0.0, -0.5, 0.05, **sides)
+    group = Group((wheel,), SINE)
+    state, box = middle(group), group.box
+    e = SINE.at(np.zeros(1))[0]
+    state.q = np.linalg.solve(box.rows, [-box.ratios[0] * e, -5e-3, -5e-3])
+    turn = 2.0 * math.pi / SINE.period
+    e1 = 0.15e-3 * turn * math.cos(0.3)
+    state.v[0] = -box.ratios[0] * e1 / box.rows[0, 0] * SINE.period
+    start, speed = state.q.copy(), state.v / SINE.period
+    w, masses = box.rows[0], group.masses
+    drag = np.array([f.drag for f in group.freedoms])
+    damping = np.array([f.damping for f in group.freedoms])
+
+    def rates(t, y):
+        e2 = -0.15e-3 * turn**2 * math.sin(turn * t + 0.3) * box.ratios[0]
+        free = (drag - damping * y[3:]) / masses
+        force = -(w @ free + e2) / np.sum(w**2 / masses)
+        return np.concatenate([y[3:], free + w * force / masses])
+
+    list(move(group, state, 0.02))
+    assert state.held[0] == 1
+    y = solve_ivp(
+        *(rates, (0.0, 0.02), np.concatenate([start, speed]), "DOP853"),
+        rtol=1e-12,
+        atol=1e-15,
+    ).y[:, -1]
+    np.testing.assert_allclose(state.q, y[:3], rtol=1e-9, atol=1e-13)
+    np.testing.assert_allclose(state.v / SINE.period, y[3:], rtol=1e-8, atol=1e-10)
+
+
+def test_parts_of_a_run_are_the_whole_run():
+    group = Group((helical(),), SINE)
+    state, other = middle(group), middle(group)
+    whole = joined(list(move(group, state, 2.0)))
+    parts = joined(list(move(group, other, 2.0, most=7)))
+    for name in vars(whole):
+        np.testing.assert_array_equal(getattr(whole, name), getattr(parts, name))

@@ -1,0 +1,122 @@
+"""Impacts of several contacts: the complementarity problem and what it keeps."""
+
+from __future__ import annotations
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+from loose_wheels import SINE, freedom, helical
+
+from lumped.clatter.gearbox import Group
+from lumped.clatter.kernels.arrays import work_for
+from lumped.clatter.kernels.contact import TERMS
+from lumped.clatter.kernels.impact import complement, impact
+
+
+def enumerated(g, b):
+    """The solution by trying every set of active contacts."""
+    n = len(b)
+    for active in itertools.product((False, True), repeat=n):
+        on = np.flatnonzero(active)
+        z = np.zeros(n)
+        z[on] = np.linalg.solve(g[np.ix_(on, on)], -b[on])
+        if z.min() >= -1e-12 and (g @ z + b).min() >= -1e-12:
+            return z
+    raise AssertionError("no solution")
+
+
+def solved(g, b):
+    n = len(b)
+    z, basis = np.zeros(n), np.zeros(n, np.int64)
+    assert complement(g, b, z, basis, n, np.zeros((n, n + 1)))
+    return z
+
+
+def test_impulses_are_those_of_the_active_set_that_fits():
+    random = np.random.default_rng(3)
+    for n in (1, 2, 3, 4, 6):
+        for _ in range(20):
+            a = random.normal(size=(n, n + 1))
+            g, b = a @ a.T, random.normal(size=n)
+            np.testing.assert_allclose(solved(g, b), enumerated(g, b), atol=1e-9)
+
+
+def struck(group, v, contacts, e_rate=0.0):
+    """Speeds after an impact of closed contacts (play, edge), and its impulses."""
+    box, n = group.box, len(v)
+    work, after = work_for(n, n, TERMS), np.array(v)
+    for k, (p, side) in enumerate(contacts):
+        work.contact[k], work.side[k] = p, side
+        work.s[p, 1] = box.ratios[p] * e_rate + box.rows[p] @ v
+    assert impact(box, work, after, len(contacts))
+    return after, work.z[: len(contacts)].copy()
+
+
+# edges that the speeds below close, all at once
+SPEEDS = np.array([2.0, -0.02, -0.05])
+CLOSING = [(0, -1), (1, -1), (2, -1)]
+
+
+def test_no_order_of_contacts_matters():
+    group = Group((helical(0.6),), SINE)
+    first, _ = struck(group, SPEEDS, CLOSING)
+    for order in itertools.permutations(CLOSING):
+        after, _ = struck(group, SPEEDS, order)
+        np.testing.assert_allclose(after, first, rtol=1e-12, atol=1e-16)
+
+
+@pytest.mark.parametrize("count", [1, 2, 3])
+def test_impacts_of_several_plays_follow_equation_6(count):
+    """q+ = [E - M^-1 Z0' (Z0 M^-1 Z0')^-1 (Z0 + Z1)] q- - M^-1 Z0' (...)^-1 Z2."""
+    group, e_rate = Group((helical(0.6),), SINE), 1e-3
+    contacts = CLOSING[:count]
+    after, impulses = struck(group, SPEEDS, contacts, e_rate)
+    assert np.all(impulses > 0.0)
+    plays = [p for p, _ in contacts]
+    eps, mass = 0.6, np.diag(1.0 / group.masses)
+    z0 = -group.rows[plays]
+    z1 = eps * z0
+    z2 = -(1.0 + eps) * group.box.ratios[plays] * e_rate
+    lift = mass @ z0.T @ np.linalg.inv(z0 @ mass @ z0.T)
+    wanted = (np.eye(3) - lift @ (z0 + z1)) @ SPEEDS - lift @ z2
+    np.testing.assert_allclose(after, wanted, rtol=1e-12)
+
+
+def test_an_impact_of_teeth_follows_equation_3():
+    wheel = helical(0.6)
+    group, e_rate = Group((wheel,), SINE), 2e-3
+    v = np.array([0.001, -0.001, 0.002])
+    w = np.array(
+        [
+            0.04 * math.cos(wheel.helix_angle),
+            *(math.sin(wheel.helix_angle), math.cos(wheel.helix_angle)),
+        ]
+    )
+    closing = wheel.ratio * e_rate - w @ v
+    assert closing > 0.0
+    after, _ = struck(group, v, [(0, 1)], e_rate)
+    inertia, mass = wheel.inertia, wheel.mass
+    eta = 1.6 / (w[0] ** 2 / inertia + (w[1] ** 2 + w[2] ** 2) / mass)
+    wanted = v + eta * closing * w / np.array([inertia, mass, mass])
+    np.testing.assert_allclose(after, wanted, rtol=1e-12)
+
+
+@pytest.mark.parametrize("own", [(1.0, 1.0, 1.0), (0.3, 1.0, 0.0), (0.9, 0.2, 0.7)])
+def test_no_impact_adds_energy(own):
+    teeth, axial, radial = own
+    wheel = helical(teeth, axial=freedom(1e-4, axial), radial=freedom(5e-5, radial))
+    group = Group((wheel,), SINE)
+    random = np.random.default_rng(1)
+    for _ in range(200):
+        v = random.normal(size=3) * np.array([25.0, 1.0, 1.0])
+        rates = group.rows @ v
+        every = [(p, 1 if rates[p] > 0.0 else -1) for p in range(3)]
+        for contacts in (every[:1], every[1:], every):
+            after, impulses = struck(group, v, contacts)
+            before = np.sum(group.masses * v**2)
+            assert np.sum(group.masses * after**2) <= before * (1.0 + 1e-12)
+            assert impulses.min() >= 0.0
+            if len(contacts) == 1 and teeth == 1.0:
+                assert np.sum(group.masses * after**2) == pytest.approx(before)
