@@ -169,6 +169,7 @@ def eccentric_command(*, wheels: Wheels, load: LoadOptions, files: Files) -> Non
         turn = load.solve(gearing, report)
         if turn is not None:
             values["contact"] = turn.summary
+            values["warnings"] = turn.summary["warnings"]
             if load.contact is not None:
                 write_text(load.contact, turn.csv())
         if files.output is not None:
@@ -222,7 +223,8 @@ def _print_contact(values: dict[str, Any]) -> None:
         f"under {values['torque_Nm']:g} N m on {values['face_width_mm']:g} mm: "
         f"transmission error {number(values['mean_transmission_error_um'], 4)} um, "
         f"peak to peak {number(values['peak_to_peak_transmission_error_um'], 4)} um, "
-        f"at {values['positions']} positions"
+        f"contact pressure up to {number(values['largest_contact_pressure_MPa'], 4)} "
+        f"MPa, at {values['positions']} positions"
     )
     say(
         "torques of the contact forces keep to the kinematics within "

@@ -53,6 +53,7 @@ class TurnResult:
     arm : of the normal force about the driver's bearing [m]
     pairs : in contact; error : approach of the flanks along the line of action [m]
     driver_error : turn of the driver with the driven wheel held [rad]
+    pressure : the largest of all contacts [Pa]
     largest_share : of the normal force that one pair carries
     torque_ratio : of the reactions at both bores by the flanks as they are meshed
     """
@@ -64,6 +65,7 @@ class TurnResult:
     pairs: NDArray[np.int64]
     error: Array
     driver_error: Array
+    pressure: Array
     largest_share: Array
     torque_ratio: Array
 
@@ -120,16 +122,17 @@ def solve_turn(
     softness = 1.0 / driver.material.modulus + 1.0 / driven.material.modulus
     pair, angle = teeth.pair, arcs / teeth.pair.radius
     arm = _arm(teeth, angle)
-    error, share, ratio = (np.empty(len(found)) for _ in range(3))
+    error, share, ratio, pressure = (np.empty(len(found)) for _ in range(4))
     for n, pairs in enumerate(found):
         force, error[n] = share_load(
             near[n] + far[n], pairs.radius, softness, load / float(arm[n])
         )
         share[n] = force.max() / force.sum()
+        pressure[n] = np.sqrt(force / (math.pi * softness * pairs.radius)).max()
         ratio[n] = (force @ driven_arm[n]) / (force @ driver_arm[n])
     return TurnResult(
         *(angle, pair.driver_turn(angle), pair.driven_turn(angle), arm, count),
-        *(error, error / arm, share, ratio),
+        *(error, error / arm, pressure, share, ratio),
     )
 
 

@@ -68,9 +68,12 @@ def write_animation(gearing: Gearing, path: Path, report: Progress) -> None:
 
 
 def _write_svg(gearing: Gearing, path: Path) -> None:
+    from matplotlib import rc_context
+
     from fegear.plots import save_figure
 
-    write_whole(path, lambda place: save_figure(draw_to_scale(gearing), place))
+    with rc_context({"path.simplify": False}):  # which leaves out what no eye sees
+        write_whole(path, lambda place: save_figure(draw_to_scale(gearing), place))
 
 
 def _write_dxf(gearing: Gearing, path: Path) -> None:

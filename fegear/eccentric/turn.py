@@ -15,6 +15,7 @@ from fegear.eccentric.elastic_wheel import ElasticWheel
 from fegear.eccentric.gearing import Gearing
 from fegear.elasticity.material import PlaneMaterial
 from fegear.errors import InputError
+from fegear.unphysical import doubts
 from lumped.csv_text import format_csv
 from meshes import GeometryError
 from meshes.eccentric.outline import WheelEdges
@@ -83,6 +84,13 @@ class TurnTable:
             for name in ("transmission_error_um", "contact_torque_ratio")
         )
         off = np.abs(ratio / self.columns["torque_ratio"] - 1.0)
+        pressure = float(self.columns["contact_pressure_MPa"].max())
+        warnings = doubts(
+            f"contact at {self.load.torque_Nm:g} N m",
+            1e-3 * self.gearing.summary["module_mm"],
+            transmission_error=1e-6 * float(error.max()),
+            pressure=1e6 * pressure,
+        )
         return {
             "torque_Nm": self.load.torque_Nm,
             "face_width_mm": self.load.face_width_mm,
@@ -90,6 +98,8 @@ class TurnTable:
             "mean_transmission_error_um": float(error.mean()),
             "peak_to_peak_transmission_error_um": float(np.ptp(error)),
             "largest_deviation_of_torque_ratio": float(off.max()),
+            "largest_contact_pressure_MPa": pressure,
+            "warnings": list(warnings),
         }
 
 
@@ -104,10 +114,6 @@ def solve_load(
     toothed = gearing.toothed
     if toothed is None:
         raise InputError("--torque needs --teeth: pitch curves alone carry no load")
-    if toothed.driver.teeth + toothed.driven.teeth > MOST_TEETH:
-        raise InputError(
-            f"--teeth = {gearing.teeth}; at most {MOST_TEETH} on both wheels under load"
-        )
     count = load.positions or 8 * toothed.driven.teeth
     if count > MOST_POSITIONS:
         raise InputError(f"--positions = {count}; at most {MOST_POSITIONS}")
@@ -124,6 +130,7 @@ def solve_load(
         "contact_torque_ratio": found.torque_ratio,
         "transmission_error_um": 1e6 * found.error,
         "driver_error_urad": 1e6 * found.driver_error,
+        "contact_pressure_MPa": 1e-6 * found.pressure,
         "pairs": found.pairs.astype(float),
         "largest_load_share": found.largest_share,
     }
@@ -137,6 +144,10 @@ def wheel_meshes(
     toothed = gearing.toothed
     if toothed is None:
         raise InputError("--teeth is missing: a mesh is made of toothed wheels")
+    if toothed.driver.teeth + toothed.driven.teeth > MOST_TEETH:
+        raise InputError(
+            f"--teeth = {gearing.teeth}; at most {MOST_TEETH} on both wheels in meshes"
+        )
     edges = WheelEdges().refined(FINENESS[resolution])
     meshes = []
     for wheel in (toothed.driver, toothed.driven):

@@ -25,7 +25,7 @@ from meshes.eccentric.pitch import EccentricPair, PitchCurve
 from meshes.gear import GeometryError, floored
 
 Array = NDArray[np.float64]
-FEWEST_TEETH, MOST_TEETH = 5, 10_000
+FEWEST_TEETH, MOST_TEETH = 5, 2_000
 ROUNDING = 0.38  # of the rack's tips, in modules (ISO 53)
 LEAST_TIP = 0.05  # tip thickness in modules
 STEPS = 50  # of Newton's method, at most

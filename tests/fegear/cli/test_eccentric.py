@@ -85,6 +85,8 @@ def test_drawings_to_scale(tmp_path):
     assert np.ptp(pitch, axis=0) == pytest.approx([40.0, 40.0], rel=1e-4)
     svg = (tmp_path / "w.svg").read_text()
     width = float(svg.split('width="')[1].split("pt")[0])
+    points = svg.split('d="M')[5].count("L")  # of the driver's teeth, none left out
+    assert points > 1000
     reach = 26.0 + 60.0 + 46.0 + 2.0 * 4.0 / 3.0  # [mm], two lobes, teeth at all ends
     assert 25.4 / 72.0 * width == pytest.approx(1.1 * reach, rel=1e-3)
 
@@ -114,6 +116,7 @@ def test_contact_over_a_turn(tmp_path):
     assert values["mean_transmission_error_um"] == pytest.approx(np.mean(errors))
     assert values["largest_deviation_of_torque_ratio"] < 1e-3
     assert Image.open(plot).size[0] > 1000
+    assert values["warnings"] == []
     double = json.loads(invoked(*words[:-3], 20, *words[-2:], "--json"))["contact"]
     # Hertzian contact is stiffer under more load, the wheels are not
     growth = double["mean_transmission_error_um"] / values["mean_transmission_error_um"]
@@ -140,7 +143,7 @@ def test_a_film_of_a_turn(tmp_path):
         (["--ratio", "1.5"], "--ratio = 1.5; must be a whole number from 1 to 100"),
         (["--pressure-angle", "40"], "--pressure-angle = 40 deg; allowed 5 to 35"),
         (["--teeth", "12"], "--teeth = 12; teeth of the driver are undercut"),
-        (["--teeth", "4"], "--teeth = 4; allowed 5 to 10000"),
+        (["--teeth", "4"], "--teeth = 4; allowed 5 to 2000"),
         (["--addendum", "1"], "--addendum = 1; needs --teeth"),
         (["--teeth", "40", "--dedendum", "0.9"], "--dedendum = 0.9 modules; allowed"),
         (["--torque", "10"], "--torque needs --teeth"),
@@ -163,3 +166,11 @@ def test_wrong_input_ends_in_one_line(words, message, capsys, monkeypatch, tmp_p
     assert printed.err.startswith(f"fegear: {message}")
     assert printed.err.count("\n") == 1
     assert not list(tmp_path.iterdir())
+
+
+def test_a_deflection_that_is_not_small_is_told():
+    words = (*WHEELS, "--teeth", 24, "--torque", 1e6, "--positions", 1)
+    result = CliRunner().invoke(app, list(map(str, words)))
+    assert result.exit_code == 0
+    assert "exceeds a tenth of the module" in result.stderr
+    assert "contact pressure" in result.stderr
