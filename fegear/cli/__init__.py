@@ -45,6 +45,7 @@ COMMANDS = (  # each in a file of its name, in the order of the help
         "dynamics",
         "render",
         "eccentric",
+        "clatter",
         "validate",
     ),
     "reproduce",

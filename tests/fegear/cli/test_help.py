@@ -17,7 +17,7 @@ from fegear.cli import app
 ROOT = Path(__file__).parents[3]
 UNITS = (
     *("N/m", "m/s", "N.m", "Hz", "rpm", "base pitches", "pixels", "1/um", "um", "mm"),
-    *("kg m2", "rad", "rad per turn", "turns", "degrees", "modules"),
+    *("kg m2", "rad", "rad per turn", "turns", "degrees", "modules", "s"),
 )
 UNIT = re.compile(rf"\[({'|'.join(UNITS)})\]")
 NO_UNIT = ("ratio", "coefficient", "tolerance", "deviation", "over its mean")
@@ -25,6 +25,7 @@ NO_UNIT = ("ratio", "coefficient", "tolerance", "deviation", "over its mean")
 WITHOUT_DEFAULT = {
     "--animate",
     "--at",
+    "--attractor",
     "--band",
     "--contact",
     "--history",

@@ -233,6 +233,8 @@ GEARS = (
 )
 MANIFOLD = "rattle manifold roots-scaled --length 1 --preimages 0 --json"
 NOISE = "rattle noise roots-scaled --starts 40 --delta 0.575 --json"
+CLATTER = "clatter seed-five-speed --seconds 1 --json"
+MAPPED = "clatter SPURRED --seconds 1 --json"
 RUN_DOWN = "rattle run-down FALLING --json"
 FIGURES = {
     "MACHINE": "roots-scaled",
@@ -589,6 +591,20 @@ OPTIONS: dict[str, dict[str, Case]] = {
         "--plot": plus(ECCENTRIC, "--plot w.png"),
         "--json": less(ECCENTRIC, "--json"),
     },
+    "clatter": {
+        "GEARBOX": swap(CLATTER, "seed-five-speed", "SPURRED"),
+        "--seconds": swap(CLATTER, "--seconds 1", "--seconds 2"),
+        "--impacts": plus(CLATTER, "--impacts 20"),
+        "--seed": plus(CLATTER, "--seed 3"),
+        "--map": swap(f"{MAPPED} --map implicit", "implicit", "fermi"),
+        "--chaos": plus(CLATTER, "--chaos"),
+        "--wheel": plus(f"{MAPPED} --map implicit", "--wheel second"),
+        "--attractor": plus(CLATTER, "--attractor a.png"),
+        "--output": plus(CLATTER, "-o i.csv"),
+        "--plot": plus(CLATTER, "--plot m.png"),
+        "--resume": plus(f"{MAPPED} --map fermi -o i.csv", "--resume", refused=True),
+        "--json": less(CLATTER, "--json"),
+    },
     "bench stiffness": {
         "SET": plus("bench stiffness --json", "SET"),
         "--torque": plus("bench stiffness --json", "--torque 50"),
@@ -762,7 +778,23 @@ def files(tmp_path_factory) -> dict[str, str]:
         )
     (folder / "pair.toml").write_text(toml(PAIR))
     written(folder / "history.csv")
-    named = "other.toml", "soft.toml", "table.csv", "case.toml", "third.toml"
+    wheel = (
+        'name = "{}"\nbase_radius_mm = 40\ninertia_kg_m2 = {}\ntooth_play_mm = 0.1\n'
+        "tooth_restitution = 0.8\ndrag_Nm = -0.05\n"
+    )
+    (folder / "spurred.toml").write_text(
+        'name = "spurred"\n[excitation]\nfrequency_Hz = 25\namplitude_mm = 0.15\n'
+        f"[[wheel]]\n{wheel.format('first', 1e-3)}"
+        f"[[wheel]]\n{wheel.format('second', 2e-3)}"
+    )
+    named = (
+        "other.toml",
+        "spurred.toml",
+        "soft.toml",
+        "table.csv",
+        "case.toml",
+        "third.toml",
+    )
     places = (*named, "history.csv", "falling.csv", "slower.csv")
     return {Path(name).stem.upper(): str(folder / name) for name in places}
 

@@ -1,0 +1,1 @@
+"""Clattering gearboxes: files, runs and what they give."""

@@ -1,0 +1,251 @@
+"""Gearboxes that may clatter, from TOML files and the built-in collection."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from importlib import resources
+from importlib.resources.abc import Traversable
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+from pydantic import Field, ValidationError, model_validator
+
+from fegear.errors import InputError
+from fegear.gearset.problems import first_problem
+from fegear.gearset.read import parsed_toml, path_of
+from fegear.gearset.schema import (
+    Entries,
+    Keys,
+    Name,
+    require_all_or_none,
+    require_exactly_one,
+)
+from fegear.output import read_text
+from lumped.clatter.gearbox import (
+    Excitation,
+    Freedom,
+    Gearbox,
+    Harmonics,
+    SpeedSignal,
+    Wheel,
+)
+from lumped.csv_text import TableError, parse_csv
+
+# Limits far beyond any gearbox, so that no product of them leaves the range of numbers.
+Positive = Annotated[float, Field(ge=1e-9, le=1e9)]
+NotNegative = Annotated[float, Field(ge=0.0, le=1e9)]
+Signed = Annotated[float, Field(ge=-1e9, le=1e9)]
+Play = Annotated[float, Field(ge=1e-6, le=1e3)]  # mm
+Part = Annotated[float, Field(ge=0.0, le=1.0)]
+Size = Annotated[float, Field(ge=-1e3, le=1e3)]  # mm
+RPM = 2.0 * math.pi / 60.0
+
+
+class ExcitationKeys(Keys):
+    """The table [excitation]: harmonics of a frequency, or a recorded speed."""
+
+    frequency_Hz: Positive | None = None
+    amplitude_mm: Size | None = None
+    amplitudes_mm: Entries[Size] | None = None
+    phases_deg: Entries[Signed] | None = None
+    speed_file: str | None = None
+    base_radius_mm: Positive | None = None
+
+    @model_validator(mode="after")
+    def _one_kind(self) -> ExcitationKeys:
+        require_exactly_one(self, "amplitude_mm", "amplitudes_mm", "speed_file")
+        require_all_or_none(self, "speed_file", "base_radius_mm")
+        waves = self.given("frequency_Hz", "phases_deg")
+        if self.speed_file is not None and waves:
+            raise ValueError(f"{waves[0]} belongs to amplitudes, not to a speed_file")
+        if self.speed_file is None and self.frequency_Hz is None:
+            raise ValueError("frequency_Hz is missing")
+        return self
+
+
+class WheelKeys(Keys):
+    """A table [[wheel]]; see `lumped.clatter.gearbox.Wheel`."""
+
+    name: Name
+    driver: str | None = None
+    ratio: Annotated[float, Field(ge=1e-3, le=1e3)] = 1.0
+    base_radius_mm: Positive
+    helix_angle_deg: Annotated[float, Field(ge=-60.0, le=60.0)] = 0.0
+    inertia_kg_m2: Positive
+    mass_kg: Positive | None = None
+    tooth_play_mm: Play
+    tooth_restitution: Part
+    drag_Nm: Signed = 0.0
+    damping_Nms_per_rad: NotNegative = 0.0
+    axial_play_mm: Play | None = None
+    axial_restitution: Part | None = None
+    axial_drag_N: Signed | None = None
+    axial_damping_Ns_per_m: NotNegative | None = None
+    radial_play_mm: Play | None = None
+    radial_restitution: Part | None = None
+    radial_drag_N: Signed | None = None
+    radial_damping_Ns_per_m: NotNegative | None = None
+
+    @model_validator(mode="after")
+    def _whole_plays(self) -> WheelKeys:
+        for side in ("axial", "radial"):
+            play, bounce = f"{side}_play_mm", f"{side}_restitution"
+            require_all_or_none(self, play, bounce)
+            others = self.given(f"{side}_drag_N", f"{side}_damping_Ns_per_m")
+            if others and getattr(self, play) is None:
+                raise ValueError(f"{others[0]} needs {play}")
+            if getattr(self, play) is not None and self.mass_kg is None:
+                raise ValueError(f"{play} needs mass_kg")
+        if self.mass_kg is not None and not self.given(
+            "axial_play_mm", "radial_play_mm"
+        ):
+            raise ValueError("mass_kg needs axial_play_mm or radial_play_mm")
+        return self
+
+
+class GearboxFile(Keys):
+    """A gearbox file."""
+
+    name: Name
+    description: str = ""
+    inferences: Entries[str] = ()
+    excitation: ExcitationKeys
+    wheel: Annotated[Entries[WheelKeys], Field(min_length=1)]
+
+
+@dataclass(frozen=True, eq=False)
+class NamedGearbox:
+    """A gearbox with its name; text : of its file, and of its speed file."""
+
+    name: str
+    description: str
+    inferences: tuple[str, ...]
+    gearbox: Gearbox
+    text: str
+
+    @property
+    def heading(self) -> dict[str, Any]:
+        """What every summary says of it first."""
+        return {
+            "gearbox": self.name,
+            "description": self.description,
+            "inferences": list(self.inferences),
+        }
+
+
+def load_gearbox(name_or_path: str) -> NamedGearbox:
+    """A built-in gearbox by its name, or the one in a TOML file.
+
+    Raises InputError, in one line, on anything that cannot be used.
+    """
+    known = gearbox_names()
+    folder = Path(".")
+    if name_or_path in known:
+        text = (_folder() / f"{name_or_path}.toml").read_text("utf-8")
+    else:
+        path = path_of(name_or_path, "gearbox", known)
+        text, folder = read_text(path), path.parent
+    try:
+        return _named(text, folder)
+    except (InputError, TableError, ValueError) as error:
+        raise InputError(f"{name_or_path}: {error}") from None
+
+
+def gearbox_names() -> list[str]:
+    """Names of the gearboxes that come with the program, sorted."""
+    files = (Path(item.name) for item in _folder().iterdir())
+    return sorted(file.stem for file in files if file.suffix == ".toml")
+
+
+def _folder() -> Traversable:
+    return resources.files("fegear.clatter") / "gearboxes"
+
+
+def _named(text: str, folder: Path) -> NamedGearbox:
+    tables = parsed_toml(text)
+    try:
+        given = GearboxFile.model_validate(tables)
+    except ValidationError as error:
+        raise InputError(first_problem(error, tables, GearboxFile)) from None
+    excitation, recorded = _excitation(given.excitation, folder)
+    wheels = tuple(_wheel(keys) for keys in given.wheel)
+    return NamedGearbox(
+        *(given.name, given.description, given.inferences),
+        Gearbox(excitation, wheels),
+        text + recorded,
+    )
+
+
+def _excitation(keys: ExcitationKeys, folder: Path) -> tuple[Excitation, str]:
+    """And the text of its speed file."""
+    if keys.speed_file is not None:
+        radius = 1e-3 * (keys.base_radius_mm or 0.0)
+        return _recorded(folder / keys.speed_file, radius)
+    sizes = keys.amplitudes_mm or (keys.amplitude_mm or 0.0,)
+    phases = keys.phases_deg or (0.0,) * len(sizes)
+    if len(phases) != len(sizes):
+        raise InputError(
+            f"excitation: phases_deg has {len(phases)} entries; {len(sizes)} needed, "
+            "one for each amplitude"
+        )
+    waves = tuple(1e-3 * size for size in sizes)
+    angles = tuple(math.radians(phase) for phase in phases)
+    return Harmonics(1.0 / (keys.frequency_Hz or 1.0), waves, angles), ""
+
+
+def _recorded(path: Path, radius: float) -> tuple[SpeedSignal, str]:
+    text = read_text(path)
+    table = parse_csv(text, str(path))
+    units = {"speed_rpm": RPM, "speed_rad_per_s": 1.0}
+    speed = next((name for name in table.names if name in units), None)
+    if "time_s" not in table.names or speed is None:
+        raise InputError(
+            f"{path}: columns are {', '.join(table.names)}; needed are time_s and "
+            "speed_rpm or speed_rad_per_s"
+        )
+    columns = [table.names.index(name) for name in ("time_s", speed)]
+    rows = []
+    for place, row in table.rows.items():
+        try:
+            rows.append([float(row[column]) for column in columns])
+        except ValueError:
+            raise InputError(f"{place}: must hold numbers") from None
+    values = np.array(rows).reshape(-1, 2)
+    try:
+        return SpeedSignal(values[:, 0], units[speed] * values[:, 1], radius), text
+    except ValueError as error:
+        raise InputError(f"{path}: {error}") from None
+
+
+def _wheel(keys: WheelKeys) -> Wheel:
+    return Wheel(
+        name=keys.name,
+        inertia=keys.inertia_kg_m2,
+        mass=keys.mass_kg or 1.0,
+        base_radius=1e-3 * keys.base_radius_mm,
+        rotation=Freedom(
+            play=1e-3 * keys.tooth_play_mm,
+            restitution=keys.tooth_restitution,
+            drag=keys.drag_Nm,
+            damping=keys.damping_Nms_per_rad,
+        ),
+        axial=_shift(keys, "axial"),
+        radial=_shift(keys, "radial"),
+        helix_angle=math.radians(keys.helix_angle_deg),
+        ratio=keys.ratio,
+        driver=keys.driver,
+    )
+
+
+def _shift(keys: WheelKeys, side: str) -> Freedom | None:
+    play = getattr(keys, f"{side}_play_mm")
+    if play is None:
+        return None
+    return Freedom(
+        play=1e-3 * play,
+        restitution=getattr(keys, f"{side}_restitution"),
+        drag=getattr(keys, f"{side}_drag_N") or 0.0,
+        damping=getattr(keys, f"{side}_damping_Ns_per_m") or 0.0,
+    )

@@ -1,0 +1,81 @@
+"""Largest Lyapunov exponent of a run and the correlation dimension of its impacts."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lumped.clatter.gearbox import Group
+from lumped.clatter.runs import State, move
+
+Array = NDArray[np.float64]
+NEIGHBOUR = 1e-7  # of the plays: distance that a neighbour is kept at
+WINDOW = 10  # impacts next to each other in time that are no neighbours (Theiler 1986)
+MOST_POINTS = 4000
+LEAST_POINTS = 200
+
+
+def lyapunov_exponent(group: Group, start: State, periods: int) -> float:
+    """Largest one [1/s] of the motion at every period, of a neighbour kept close.
+
+    The distance is of plays and of speeds in periods, over the plays. NaN for a signal
+    that does not repeat. Benettin, Galgani and Strelcyn (1976).
+    """
+    if math.isfinite(group.excitation.lasts):
+        return math.nan
+    period, play = group.excitation.period, group.box.high - group.box.low
+    scale = np.concatenate([play, play])
+    state, other = start.copy(), start.copy()
+    other.q = other.q + NEIGHBOUR * np.linalg.solve(group.box.rows, -0.5 * play)
+    total, first = 0.0, round(start.time)
+    for number in range(1, periods + 1):
+        for each in (state, other):
+            for _ in move(group, each, (first + number) * period):
+                pass
+        apart = _coordinates(group, other) - _coordinates(group, state)
+        size = max(float(np.linalg.norm(apart / scale)), 1e-3 * NEIGHBOUR)
+        total += math.log(size / NEIGHBOUR)
+        shift = apart * (NEIGHBOUR / size)
+        n = play.size
+        other = state.copy()
+        other.q = state.q + np.linalg.solve(group.box.rows, shift[:n])
+        other.v = state.v + np.linalg.solve(group.box.rows, shift[n:])
+        if not shift.any():
+            other.q = state.q + NEIGHBOUR * np.linalg.solve(group.box.rows, -0.5 * play)
+    return total / (periods * period)
+
+
+def _coordinates(group: Group, state: State) -> Array:
+    """Plays and their speeds, without the excitation's part."""
+    rows = group.box.rows
+    return np.concatenate([rows @ state.q, rows @ state.v])
+
+
+def correlation_dimension(phase: Array, speed: Array) -> float:
+    """Of impacts by the phase of the period, from 0 to 1, and the speed; NaN of few.
+
+    The slope of the correlation sum between distances of 1 and 10 per cent of the
+    pairs, Grassberger and Procaccia (1983), without neighbours in time.
+    """
+    from scipy.spatial import cKDTree
+
+    count = min(len(phase), MOST_POINTS)
+    if count < LEAST_POINTS or not np.ptp(speed[:count]) > 0.0:
+        return math.nan
+    angle = 2.0 * math.pi * phase[:count]
+    height = speed[:count] / np.std(speed[:count])
+    points = np.column_stack([np.cos(angle), np.sin(angle), height])
+    tree = cKDTree(points)
+    radii = np.geomspace(1e-4, 3.0, 60)
+    pairs = tree.count_neighbors(tree, radii).astype(float) - count
+    for lag in range(1, WINDOW + 1):
+        near = np.linalg.norm(points[lag:] - points[:-lag], axis=1)
+        pairs -= 2.0 * np.searchsorted(np.sort(near), radii, "right")
+    part = pairs / ((count - WINDOW) * (count - WINDOW - 1.0))
+    inside = (part > 0.003) & (part < 0.1)
+    if inside.sum() < 3:
+        return math.nan
+    slope = np.polyfit(np.log(radii[inside]), np.log(part[inside]), 1)[0]
+    return float(slope)

@@ -1,0 +1,126 @@
+"""Maps from impact to impact of a spur wheel whose teeth alone meet, compiled.
+
+Derived again. With Q = R phi + r an impact leaves Q'+ = -eps Q'- + (1 + eps) e', which
+the source prints without the factor 1 + eps in eq. (9) and (11); in eq. (8) the letter
+t_k on the left and first on the right stands for the place of the wheel, e - s.
+"""
+
+from __future__ import annotations
+
+import math
+
+from lumped.compiled import compiled, inlined
+
+EXACT = 1e-15  # periods
+MOST_STEPS = 100_000
+TURN = 2.0 * math.pi
+
+
+@inlined
+def displace(box, t):
+    """i e and i e' of the source at a time."""
+    e, e1 = 0.0, 0.0
+    for m in range(box.orders.size):
+        angle = TURN * box.orders[m]
+        c, s = math.cos(angle * t), math.sin(angle * t)
+        e += box.cosines[m] * c + box.sines[m] * s
+        e1 += angle * (box.sines[m] * c - box.cosines[m] * s)
+    return box.ratios[0] * e, box.ratios[0] * e1
+
+
+@inlined
+def turn(box, v, h):
+    """The wheel's part of s and of its speed, after a time h: the right of eq. (8)."""
+    shift, rate = 0.0, 0.0
+    for i in range(v.size):
+        z, push = box.fading[i] * h, box.push[i]
+        first, second = 1.0 - z / 2.0 + z * z / 6.0 - z**3 / 24.0, 0.5 - z / 6.0
+        second += z * z / 24.0 - z**3 / 120.0
+        if z > 1e-3:
+            first = -math.expm1(-z) / z
+            second = (1.0 - first) / z
+        shift += box.rows[0, i] * h * (v[i] * first + push * h * second)
+        rate += box.rows[0, i] * (v[i] * (1.0 - z * first) + push * h * first)
+    return shift, rate
+
+
+@inlined
+def safe_span(speed, gap, most):
+    """A time in which a gap is not passed, of accelerations up to `most`."""
+    root = math.sqrt(speed * speed + 2.0 * most * gap)
+    return 2.0 * gap / (speed + root) if speed > 0.0 else (root - speed) / most
+
+
+@inlined
+def next_root(box, t, v, edge):
+    """The first root of eq. (8): time from t, edge and speed; inf where none is."""
+    most, high, low = 0.0, box.high[0], box.low[0]
+    for m in range(box.orders.size):
+        size = math.hypot(box.cosines[m], box.sines[m])
+        most += abs(box.ratios[0]) * size * (TURN * box.orders[m]) ** 2
+    for i in range(v.size):
+        most += abs(box.rows[0, i] * (box.push[i] - box.fading[i] * v[i]))
+    start = high if edge > 0 else low
+    begin, _ = displace(box, t)
+    h = 0.0
+    for _ in range(MOST_STEPS):
+        e, e1 = displace(box, t + h)
+        shift, rate = turn(box, v, h)
+        s, speed = start + e - begin + shift, e1 + rate
+        up = max(high - s, 0.0) if h > 0.0 or edge < 0 else 0.0
+        down = max(s - low, 0.0) if h > 0.0 or edge > 0 else 0.0
+        upper, lower = safe_span(speed, up, most), safe_span(-speed, down, most)
+        h += min(upper, lower)
+        if min(upper, lower) < EXACT:
+            return h, 1 if upper < lower else -1, speed
+    return math.inf, 0, 0.0
+
+
+@compiled
+def follow_implicit(box, t, v, edge, out):
+    """Eq. (7) and (8): rows of time, edge, speed of approach, impulse; how many.
+
+    From an impact at a time t in periods at an edge, 1 upper or -1 lower; v (n,) speeds
+    after it, changed. The next time is the first root of eq. (8), found by steps that
+    a bound of the second derivative keeps short of it.
+    """
+    mobility = 0.0
+    for i in range(v.size):
+        mobility += box.rows[0, i] ** 2 * box.yielding[i]
+    for k in range(out.shape[0]):
+        h, edge, speed = next_root(box, t, v, edge)
+        if not math.isfinite(h):
+            return k
+        t += h
+        impulse = (1.0 + box.restitution[0]) * edge * speed / mobility
+        for i in range(v.size):
+            d = box.fading[i]
+            lost = -math.expm1(-d * h)
+            gain = box.push[i] / d * lost if d > 0.0 else box.push[i] * h
+            v[i] += gain - v[i] * lost
+            v[i] -= edge * box.yielding[i] * box.rows[0, i] * impulse
+        out[k, 0], out[k, 1], out[k, 2], out[k, 3] = t, edge, edge * speed, impulse
+    return out.shape[0]
+
+
+@compiled
+def follow_fermi(box, t, j, out):
+    """Eq. (11), the Fermi accelerator: rows as of `follow_implicit`; how many.
+
+    Without drag and damping, the play much longer than the way of the excitation: each
+    flight crosses it. j : speed Q' after an impact.
+    """
+    play, eps = box.high[0] - box.low[0], box.restitution[0]
+    mobility = 0.0
+    for i in range(box.push.size):
+        mobility += box.rows[0, i] ** 2 * box.yielding[i]
+    for k in range(out.shape[0]):
+        t += play / abs(j)
+        _, e1 = displace(box, t)
+        approach = abs(e1 - j)
+        out[k, 0], out[k, 1], out[k, 2] = t, 1.0 if e1 > j else -1.0, approach
+        out[k, 3] = (1.0 + eps) * approach / mobility
+        j = -eps * j + (1.0 + eps) * e1
+        if not math.isfinite(t) or j == 0.0:
+            return k
+    return out.shape[0]

@@ -1,0 +1,44 @@
+"""How loud the wheels of a gearbox are: squared approach speeds and energy per time."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from lumped.clatter.gearbox import Group
+from lumped.clatter.runs import Impacts
+
+
+@dataclass(frozen=True)
+class PlayNoise:
+    """Of a play of a wheel.
+
+    impacts : how many; level : sum of squared approach speeds per time [m2/s3]
+    power : energy that the impacts lose per time [W], (1 - eps) g- L / 2 of each
+    """
+
+    wheel: str
+    play: str
+    impacts: int
+    level: float
+    power: float
+    fastest: float
+
+
+def noise_of(group: Group, impacts: Impacts, seconds: float) -> list[PlayNoise]:
+    """Of each play of a group, over a time."""
+    found = []
+    for number, (wheel, name) in enumerate(group.plays):
+        own = impacts.play == number
+        speed, impulse = impacts.speed[own], impacts.impulse[own]
+        lost = 0.5 * (1.0 - wheel.freedoms[name].restitution) * speed * impulse
+        found.append(
+            PlayNoise(
+                *(wheel.name, name, int(own.sum())),
+                level=float(np.sum(speed**2)) / seconds,
+                power=float(np.sum(lost)) / seconds,
+                fastest=float(speed.max(initial=0.0)),
+            )
+        )
+    return found

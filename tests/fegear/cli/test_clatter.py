@@ -1,0 +1,132 @@
+"""`fegear clatter`: tables, noise, going on after a stop, wrong gearboxes."""
+
+from __future__ import annotations
+
+import json
+import math
+
+import pytest
+from cli_commands import printed, rows_of
+
+from fegear.clatter.gearboxes import load_gearbox
+from fegear.clatter.runs import Clatter, find_clatter
+from fegear.cli import run
+from fegear.store import Keeping
+
+GEARBOX = """
+name = "own"
+[excitation]
+frequency_Hz = 25
+amplitude_mm = 0.15
+[[wheel]]
+name = "first"
+base_radius_mm = 40
+inertia_kg_m2 = 1e-3
+tooth_play_mm = 0.1
+tooth_restitution = 0.8
+drag_Nm = -0.05
+"""
+SIGNAL = GEARBOX.replace(
+    "frequency_Hz = 25\namplitude_mm = 0.15",
+    'speed_file = "speed.csv"\nbase_radius_mm = 50',
+)
+
+
+def test_a_row_for_each_impact_and_noise_that_belongs_to_it(tmp_path):
+    table = tmp_path / "i.csv"
+    words = "clatter", "seed-five-speed", "--seconds", 2, "-o", table, "--json"
+    (wheel,) = json.loads(printed(*words))["wheels"]
+    rows = rows_of(table)
+    assert len(rows) == wheel["impacts"] > 400
+    times = [float(row["time_s"]) for row in rows]
+    assert times == sorted(times)
+    for play in wheel["plays"]:
+        own = [row for row in rows if row["play"] == play["play"]]
+        speeds = [float(row["relative_speed_before_m_per_s"]) for row in own]
+        assert len(own) == play["impacts"] > 0
+        assert sum(v * v for v in speeds) / 2.0 == pytest.approx(
+            play["noise_m2_per_s3"]
+        )
+        assert max(speeds) == play["fastest_m_per_s"]
+
+
+def test_what_was_printed_is_in_the_gearbox():
+    (wheel,) = load_gearbox("seed-five-speed").gearbox.wheels
+    assert wheel.ratio == 0.87
+    plays = [each.play for each in wheel.freedoms.values()]
+    assert plays == pytest.approx([1e-4, 1e-4, 5e-5])
+
+
+def test_a_run_goes_on_where_it_was_stopped(tmp_path, monkeypatch):
+    monkeypatch.setattr("fegear.clatter.runs.CHUNK", 100)
+    named, asked = load_gearbox("seed-five-speed"), Clatter(seconds=3.0)
+    whole, calls = find_clatter(named, asked), []
+
+    def stop(what: str, done: int, total: int) -> None:
+        calls.append(done)
+        if len(calls) == 5:
+            raise KeyboardInterrupt
+
+    path = tmp_path / "i.csv.partial"
+    with pytest.raises(KeyboardInterrupt):
+        find_clatter(named, asked, None, stop, Keeping(checkpoint=path))
+    assert path.exists()
+    assert calls[-1] < 1000
+    later = find_clatter(named, asked, keeping=Keeping(checkpoint=path, resume=True))
+    assert later.csv() == whole.csv()
+    assert not path.exists()
+
+
+def test_a_speed_file_ends_the_run(tmp_path, capsys):
+    rows = [f"{0.001 * k},{800 + 30 * math.sin(0.157 * k)}" for k in range(400)]
+    (tmp_path / "speed.csv").write_text("\n".join(["time_s,speed_rpm", *rows]))
+    (tmp_path / "own.toml").write_text(SIGNAL)
+    words = ["clatter", str(tmp_path / "own.toml"), "--json", "--seconds"]
+    assert run([*words, "0.399"]) == 0
+    assert json.loads(capsys.readouterr().out)["wheels"][0]["impacts"] > 10
+    assert run([*words, "0.4"]) == 2
+    assert "the speed file of own ends after 0.399 s" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("tooth_play_mm = 0.1", "tooth_play_mm = 0.0", "tooth_play_mm = 0; must be"),
+        ("tooth_play_mm = 0.1", "tooth_play_mm = -1.0", "tooth_play_mm = -1; must be"),
+        ("restitution = 0.8", "restitution = 1.2", "tooth_restitution = 1.2; must be"),
+        ("restitution = 0.8", "restitution = -0.1", "tooth_restitution = -0.1"),
+        ("inertia_kg_m2 = 1e-3", "inertia_kg_m2 = -1.0", "inertia_kg_m2 = -1; must"),
+        ("drag_Nm = -0.05", "drag = 1.0", "unknown key"),
+        ("drag_Nm = -0.05", "mass_kg = 1.0", "mass_kg needs axial_play_mm"),
+        ("drag_Nm = -0.05", "axial_play_mm = 0.1", "axial_restitution is needed"),
+        ("drag_Nm = -0.05", 'driver = "none"', "driver none of wheel first"),
+        ("frequency_Hz = 25", "", "frequency_Hz is missing"),
+        (GEARBOX[GEARBOX.index("[[wheel]]") :], "", "wheel is missing"),
+    ],
+)
+def test_a_wrong_gearbox_is_refused_in_a_line(tmp_path, capsys, old, new, words):
+    assert old in GEARBOX
+    (tmp_path / "own.toml").write_text(GEARBOX.replace(old, new))
+    assert run(["clatter", str(tmp_path / "own.toml")]) == 2
+    line = capsys.readouterr().err
+    assert len(line.splitlines()) == 1
+    assert words in line
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("", "no column names"),
+        ("time_s,speed_rpm\n", "needs 4 rows, got 0"),
+        ("time_s,speed\n0,1\n", "needed are time_s and"),
+        ("time_s,speed_rpm\n0,1\n1,a\n", "must hold numbers"),
+        ("time_s,speed_rpm\n0,1\n1,2\n1,3\n2,4\n", "must rise"),
+    ],
+)
+def test_a_wrong_speed_file_is_refused_in_a_line(tmp_path, capsys, text, words):
+    (tmp_path / "own.toml").write_text(SIGNAL)
+    (tmp_path / "speed.csv").write_text(text)
+    assert run(["clatter", str(tmp_path / "own.toml")]) == 2
+    line = capsys.readouterr().err
+    assert len(line.splitlines()) == 1
+    assert words in line
