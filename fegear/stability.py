@@ -16,7 +16,7 @@ from fegear.headings import friction_in_words, friction_of, heading, title_of
 from fegear.output import write_text
 from fegear.parameter_maps import FRICTION, TORQUE, VariedSet
 from fegear.speeds import MESH_FREQUENCY
-from fegear.store import NOTHING, Checkpoint, Keeping
+from fegear.store import NOTHING, InOrder, Keeping
 from lumped.csv_text import format_csv
 from lumped.map_figure import axis_label
 from lumped.maps import Axis
@@ -152,7 +152,7 @@ def find_stability(
     first = _system_at(varied, axis.values[0])
     header = _header(varied, method)
     checkpoint = keeping.open(_inputs(varied, rising, header))
-    kept = _Columns(checkpoint)
+    kept = InOrder(checkpoint, COLUMNS, _stored, _read)
     if checkpoint is not None and keeping.resume:
         checkpoint.tell_finished([COLUMNS], len(axis.values), keeping.tell, "value")
 
@@ -180,27 +180,6 @@ def find_stability(
         header["incomplete"] = f"{finished} of {len(axis.values)} values"
     natural = tuple(first.frequency_Hz.tolist())
     return StabilityResult(header, axis, rising, tuple(kept.done), natural)
-
-
-class _Columns:
-    """Columns that are finished, kept in the order of their values."""
-
-    def __init__(self, checkpoint: Checkpoint | None) -> None:
-        stored = [] if checkpoint is None else checkpoint.finished(COLUMNS)
-        self.checkpoint, self.done = checkpoint, [_read(each) for each in stored]
-        self.waiting: dict[int, Column] = {}
-
-    @property
-    def count(self) -> int:
-        return len(self.done) + len(self.waiting)
-
-    def take(self, number: int, column: Column) -> None:
-        """A column by the number of its value; keeps all up to the first missing."""
-        self.waiting[number] = column
-        while (own := self.waiting.pop(len(self.done), None)) is not None:
-            self.done.append(own)
-            if self.checkpoint is not None:
-                self.checkpoint.add(COLUMNS, _stored(own), {})
 
 
 def _system_at(varied: VariedSet, value: float) -> PeriodicSystem:

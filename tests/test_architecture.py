@@ -49,6 +49,7 @@ ALLOWED = {
     "fegear.theory_figure.py": {"fegear", "lumped"},
     "fegear.waves.py": {"fegear", "lumped"},
     "fegear.rattle": {"fegear", "lumped"},
+    "fegear.eccentric": {"fegear", "meshes", "lumped"},
     "fegear.clatter": {"fegear", "lumped"},
     "fegear.dynamic_sweeps.py": {"fegear", "lumped"},
     # the same motions by other means: responses and their files are the lumped ones

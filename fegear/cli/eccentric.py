@@ -6,6 +6,8 @@ from dataclasses import MISSING, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import typer
+
 from fegear.cli.groups import Range, grouped, option
 from fegear.cli.options import (
     AsJson,
@@ -17,13 +19,14 @@ from fegear.cli.options import (
     require_outputs,
     show,
 )
-from fegear.cli.screen import number, say
+from fegear.cli.screen import complain, number, say
 from fegear.errors import InputError
 
 if TYPE_CHECKING:
     from fegear.eccentric.gearing import Gearing
     from fegear.eccentric.turn import TurnTable
     from fegear.statics import Progress
+    from fegear.store import Keeping
 
 EXAMPLE = "fegear eccentric --radius 20 --eccentricity 6 --teeth 40 -o wheels.svg"
 LENGTH = Range(above=0.0, most=1e6, unit="mm")
@@ -86,6 +89,9 @@ class LoadOptions:
         allowed=Range(least=1, most=100_000),
     )
     contact: Path | None = option("Write the contact over the turn to this CSV file.")
+    resume: bool = option(
+        "Go on with an interrupted run to the same --contact.", default=False
+    )
     bore: float | None = option(
         "Radius of both bores [mm], of meshes and under load. [default: two fifths of "
         "what fits]",
@@ -96,12 +102,17 @@ class LoadOptions:
     def require(self, meshed: bool) -> None:
         """Refuse what would change nothing; meshed : whether a mesh is written."""
         if self.torque is not None:
+            if self.resume and self.contact is None:
+                raise InputError(
+                    "--resume needs the --contact of the run to go on with"
+                )
             return
         refuse_idle(
             "needs --torque",
             face_width=self.face_width,
             positions=self.positions,
             contact=self.contact,
+            resume=self.resume,
         )
         if not meshed:
             reason = "needs --torque or an --output in .msh or .vtu"
@@ -120,7 +131,18 @@ class LoadOptions:
             bore_mm=self.bore,
             resolution=self.resolution or "default",
         )
-        return solve_load(gearing, asked, report)
+        return solve_load(gearing, asked, self.keeping, report)
+
+    @property
+    def checkpoint(self) -> Path | None:
+        """Where finished positions are kept until the table is written."""
+        return None if self.contact is None else Path(f"{self.contact}.partial")
+
+    @property
+    def keeping(self) -> Keeping:
+        from fegear.store import Keeping
+
+        return Keeping(checkpoint=self.checkpoint, resume=self.resume, tell=complain)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -180,6 +202,10 @@ def eccentric_command(*, wheels: Wheels, load: LoadOptions, files: Files) -> Non
         if files.animate is not None:
             write_animation(gearing, files.animate, report)
     show(values, files.as_json, print_eccentric)
+    if turn is not None and not turn.complete:
+        if load.checkpoint is not None:
+            complain(f"{load.checkpoint} is kept, --resume goes on there")
+        raise typer.Exit(130)
 
 
 def print_eccentric(values: dict[str, Any]) -> None:

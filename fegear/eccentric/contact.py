@@ -9,9 +9,7 @@ of the lines of contact, at tip corners, no contact is looked for.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,9 +18,6 @@ from fegear.contact.problem import ContactFailure
 from fegear.eccentric.elastic_wheel import ElasticWheel
 from meshes.eccentric.base import LEADING, TRAILING
 from meshes.eccentric.teeth import ToothedPair, Wheel
-
-if TYPE_CHECKING:
-    from fegear.statics import Progress
 
 Array = NDArray[np.float64]
 SWEEPS = 60
@@ -98,7 +93,6 @@ def solve_turn(
     driven: ElasticWheel,
     load: float,
     arcs: Array,
-    report: Progress = lambda what, done, total: None,
 ) -> TurnResult:
     """Contact where the pitch point has gone arcs (n,) [m].
 
@@ -108,16 +102,10 @@ def solve_turn(
     found = [pairs_at(teeth, arc) for arc in arcs.tolist()]
     count = np.array([each.radius.size for each in found])
     near, driver_arm = _compliances(
-        driver,
-        teeth.driver,
-        [(p.driver_tooth, p.driver_point) for p in found],
-        lambda done: report("driver", done, len(found)),
+        driver, teeth.driver, [(p.driver_tooth, p.driver_point) for p in found]
     )
     far, driven_arm = _compliances(
-        driven,
-        teeth.driven,
-        [(p.driven_tooth, p.driven_point) for p in found],
-        lambda done: report("driven wheel", done, len(found)),
+        driven, teeth.driven, [(p.driven_tooth, p.driven_point) for p in found]
     )
     softness = 1.0 / driver.material.modulus + 1.0 / driven.material.modulus
     pair, angle = teeth.pair, arcs / teeth.pair.radius
@@ -180,13 +168,11 @@ def _compliances(
     wheel: ElasticWheel,
     toothed: Wheel,
     loads: list[tuple[NDArray[np.int64], Array]],
-    report: Callable[[int], None],
 ) -> tuple[list[Array], list[Array]]:
     """Compliance (k, k) and arms (k,) about the bearing at each position."""
     matrices: list[Array] = []
     arms: list[Array] = []
-    for done, (tooth, point) in enumerate(loads):
-        report(done)
+    for tooth, point in loads:
         middle = toothed.first + toothed.rack.pitch * tooth
         outward = toothed.curve.frames(middle / toothed.curve.radius).normal
         places = wheel.places(point, outward)

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,16 +16,21 @@ from fegear.eccentric.elastic_wheel import ElasticWheel
 from fegear.eccentric.gearing import Gearing
 from fegear.elasticity.material import PlaneMaterial
 from fegear.errors import InputError
+from fegear.store import NOTHING, InOrder, Keeping
 from fegear.unphysical import doubts
 from lumped.csv_text import format_csv
+from lumped.workers import run_tasks
 from meshes import GeometryError
 from meshes.eccentric.outline import WheelEdges
+from meshes.eccentric.teeth import ToothedPair
 from meshes.eccentric.wheel_mesh import WheelMesh, usual_bore, wheel_mesh
 
 if TYPE_CHECKING:
     from fegear.statics import Progress
 
 Array = NDArray[np.float64]
+Columns = dict[str, list[float]]  # of some positions
+BLOCK = 8  # positions that are solved and kept together
 STEEL = PlaneMaterial(2.06e11, 0.3)
 FINENESS = {"coarse": 0.7, "default": 1.0, "fine": 1.7}
 MOST_POSITIONS = 100_000
@@ -55,11 +61,12 @@ class Load:
 
 @dataclass(frozen=True, eq=False)
 class TurnTable:
-    """Columns (n,) with their units in their names."""
+    """Columns (n,) with their units in their names; not complete after Ctrl-C."""
 
     gearing: Gearing
     load: Load
     columns: Mapping[str, Array]
+    complete: bool = True
 
     def csv(self) -> str:
         rows = zip(*(column.tolist() for column in self.columns.values()), strict=True)
@@ -95,6 +102,7 @@ class TurnTable:
             "torque_Nm": self.load.torque_Nm,
             "face_width_mm": self.load.face_width_mm,
             "positions": int(error.size),
+            "complete": self.complete,
             "mean_transmission_error_um": float(error.mean()),
             "peak_to_peak_transmission_error_um": float(np.ptp(error)),
             "largest_deviation_of_torque_ratio": float(off.max()),
@@ -104,10 +112,15 @@ class TurnTable:
 
 
 def solve_load(
-    gearing: Gearing, load: Load, report: Progress = lambda what, done, total: None
+    gearing: Gearing,
+    load: Load,
+    keeping: Keeping = NOTHING,
+    report: Progress = lambda what, done, total: None,
 ) -> TurnTable:
     """Contact over a turn of the driven wheel under a torque on the driver.
 
+    keeping : where finished positions are kept
+    After Ctrl-C the table holds the positions that were finished, from the first on.
     Raises InputError for a gearing without teeth, a bore that does not fit, and more
     teeth or positions than fit into memory.
     """
@@ -120,13 +133,55 @@ def solve_load(
     report("meshing", 0, 1)
     meshes = wheel_meshes(gearing, load.bore_mm, load.resolution)
     driver, driven = (ElasticWheel(mesh, STEEL) for mesh in meshes)
+    for wheel in (driver, driven):  # before threads ask for them
+        _ = wheel.factor, wheel.boundary
     arcs = toothed.driven.curve.length * np.arange(count) / count
+    blocks = np.split(arcs, np.arange(BLOCK, count, BLOCK))
+    checkpoint = keeping.open({**gearing.header, "load": repr(load)})
+    kept: InOrder[Columns] = InOrder(checkpoint, "turn", dict, dict)
+    if checkpoint is not None and keeping.resume:
+        checkpoint.tell_finished(["turn"], len(blocks), keeping.tell, "block")
+
+    def take(number: int, columns: Columns) -> None:
+        kept.take(number, columns)
+        report("contact", kept.count, len(blocks))
+
     per_width = load.torque_Nm / (1e-3 * load.face_width_mm)
-    found = solve_turn(toothed, driver, driven, per_width, arcs, report)
+    tasks = (
+        (number, partial(_columns, toothed, driver, driven, per_width, block))
+        for number, block in enumerate(blocks)
+        if number >= len(kept.done)
+    )
+    report("contact", kept.count, len(blocks))
+    try:
+        run_tasks(tasks, take, threading.Event())
+    except KeyboardInterrupt:
+        if not kept.done:
+            raise
+    finally:
+        finished = len(kept.done)
+        if checkpoint is not None:
+            checkpoint.close(keep=0 < finished < len(blocks))
+    columns = {
+        name: np.array([v for own in kept.done for v in own[name]], float)
+        for name in kept.done[0]
+    }
+    return TurnTable(gearing, load, columns, finished == len(blocks))
+
+
+def _columns(
+    toothed: ToothedPair,
+    driver: ElasticWheel,
+    driven: ElasticWheel,
+    load: float,
+    arcs: Array,
+) -> Columns:
+    """Of some positions, by the names of the table."""
+    found = solve_turn(toothed, driver, driven, load, arcs)
     columns = {
         "driver_angle_deg": np.degrees(found.driver_turn),
         "driven_angle_deg": np.degrees(found.driven_turn),
-        "torque_ratio": gearing.pair.torque_ratio(found.angle),
+        "torque_ratio": toothed.pair.torque_ratio(found.angle),
         "contact_torque_ratio": found.torque_ratio,
         "transmission_error_um": 1e6 * found.error,
         "driver_error_urad": 1e6 * found.driver_error,
@@ -134,7 +189,7 @@ def solve_load(
         "pairs": found.pairs.astype(float),
         "largest_load_share": found.largest_share,
     }
-    return TurnTable(gearing, load, columns)
+    return {name: values.tolist() for name, values in columns.items()}
 
 
 def wheel_meshes(

@@ -585,6 +585,7 @@ OPTIONS: dict[str, dict[str, Case]] = {
         "--face-width": plus(TURN, "--face-width 12"),
         "--positions": swap(TURN, "--positions 2", "--positions 3"),
         "--contact": plus(TURN, "--contact t.csv"),
+        "--resume": plus(TURN, "--resume", refused=True),
         "--resolution": plus(f"{ECCENTRIC} --teeth 30 -o w.msh", "--resolution coarse"),
         "--output": plus(ECCENTRIC, "-o w.csv"),
         "--animate": plus(ECCENTRIC, "--animate w.gif"),

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy.integrate import quad
 
 from fegear.contact.problem import ContactProblem, solve_cycle
+from fegear.eccentric import turn as turn_module
 from fegear.eccentric.contact import pairs_at, share_load, solve_turn
 from fegear.eccentric.elastic_wheel import ElasticWheel
 from fegear.eccentric.gearing import Gearing
@@ -17,6 +19,7 @@ from fegear.elasticity.flank import flank_compliance
 from fegear.elasticity.material import PlaneMaterial
 from fegear.elasticity.sector import cyclic_sector
 from fegear.errors import InputError
+from fegear.store import Keeping
 from meshes import GearPair, MeshSize, SpurGear
 from meshes.eccentric import EccentricPair
 from meshes.eccentric.outline import WheelEdges
@@ -159,3 +162,57 @@ def test_loads_add_up_and_none_pulls():
 def test_loads_that_cannot_be(words, load, reason):
     with pytest.raises(InputError, match=reason):
         solve_load(Gearing(*words), Load(torque_Nm=1.0, **load))
+
+
+def test_an_interrupted_turn_goes_on_where_it_ended(tmp_path, monkeypatch):
+    gearing, load = Gearing(20.0, 3.0, 1, 20.0, 18), Load(torque_Nm=5.0, positions=24)
+    whole = solve_load(gearing, load)
+    path = tmp_path / "t.csv.partial"
+    blocks = []
+
+    def stop_at(count, known=turn_module.solve_turn):
+        def solved(*given):
+            blocks.append(given)
+            if len(blocks) == count:
+                raise KeyboardInterrupt
+            return known(*given)
+
+        return solved
+
+    monkeypatch.setattr(turn_module, "solve_turn", stop_at(3))
+    monkeypatch.setattr(turn_module, "run_tasks", in_order)
+    cut = solve_load(gearing, load, Keeping(checkpoint=path))
+    assert not cut.complete
+    assert len(cut.columns["pairs"]) == 16
+    blocks.clear()
+    monkeypatch.setattr(turn_module, "solve_turn", stop_at(9))
+    said = []
+    keeping = Keeping(checkpoint=path, resume=True, tell=said.append)
+    rest = solve_load(gearing, load, keeping)
+    assert len(blocks) == 1
+    assert "2 of 3 blocks are finished" in said[0]
+    assert rest.csv() == whole.csv()
+    assert not path.exists()
+    with pytest.raises(InputError, match="was begun with load"):
+        cut_again(gearing, load, path, monkeypatch)
+
+
+def in_order(tasks, take, stop):
+    for name, task in tasks:
+        take(name, task())
+
+
+def cut_again(gearing, load, path, monkeypatch):
+    """Interrupted once more, and gone on with under another load."""
+    count = []
+
+    def solved(*given, known=solve_turn):
+        count.append(given)
+        if len(count) == 2:
+            raise KeyboardInterrupt
+        return known(*given)
+
+    monkeypatch.setattr(turn_module, "solve_turn", solved)
+    assert not solve_load(gearing, load, Keeping(checkpoint=path)).complete
+    other = replace(load, torque_Nm=6.0)
+    solve_load(gearing, other, Keeping(checkpoint=path, resume=True))
