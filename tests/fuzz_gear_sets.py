@@ -259,6 +259,21 @@ WORDS: dict[str, list[str]] = {  # by option; what is not here is a flag
     "--without": ["body", "pairs", "teeth"],
     "--runs": ["kept", "set.toml"],
     "--bending": ["0.3", "1", "nan"],
+    "--sliding": ["nominal", "instantaneous", "x"],
+    "--transition-speed": ["0", "0.01", "-1", "nan"],
+    "--spectra": FILES,
+    "--waterfall": FILES,
+    "--radius": ["20", "0", "1e300", "nan"],
+    "--eccentricity": ["5", "0", "19.99", "20", "-1", "nan"],
+    "--ratio": ["1", "2", "1.5", "0", "1e9", "nan"],
+    "--pressure-angle": ["20", "28", "1", "nan"],
+    "--teeth": ["30", "12", "4", "99999"],
+    "--addendum": ["1", "0.3", "2", "nan"],
+    "--dedendum": ["1.25", "1", "9", "nan"],
+    "--bore": ["3", "0", "99", "nan"],
+    "--face-width": ["10", "0", "nan"],
+    "--contact": FILES,
+    "--animate": FILES,
     "--scheduler": ["nowhere", ""],
 }
 LONG = {"--cluster"}  # starts processes
@@ -288,6 +303,7 @@ BASE = {
     "render": ("SET --resolution coarse --width 480 --output out.png", 1),
     "budget": ("SET --speeds 1500", 1),
     "sets": ("", 1),
+    "eccentric": ("--radius 20 --eccentricity 5", 3),
 }
 
 

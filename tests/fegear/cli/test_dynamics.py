@@ -143,6 +143,9 @@ def test_finished_speeds_are_not_thrown_away(tmp_path):
     path = tmp_path / "d.csv"
     words = [*PAIR, "--speeds", "1000:1400:1", "--direction", "up", "-o", str(path)]
     started_and_killed(words, tmp_path / "d.csv.partial")
+    with closing(sqlite3.connect(tmp_path / "d.csv.partial")) as connection:
+        # takes back what the kill may have left half committed
+        assert connection.execute("select count(*) from speeds").fetchone()[0] > 0
     kept = (tmp_path / "d.csv.partial").read_bytes()
     done = subprocess.run([*MAIN, *words], capture_output=True, text=True)
     assert done.returncode == 2

@@ -15,6 +15,7 @@ def test_a_random_case_ends_as_it_should(tmp_path, case):
 def test_the_fuzzer_knows_every_option():
     flags = {"--json", "--translations", "--hold-width", "--model-1", "--resume"}
     flags |= {"--overwrite", "--whole", "--corner-contact", "--no-bending"}
+    flags |= {"--varying-bending"}
     flags |= {"--all"}  # takes minutes
     for name, options in option_lists().items():
         assert name in BASE
