@@ -197,16 +197,24 @@ class Assembly:
 
     def as_machine(self) -> Machine:
         """The one equation of relative motion; ValueError where it has more."""
-        shafts, machine = self.shafts, self.machine
         if self.more_equations:
             raise ValueError(self.more_equations)
+        x, y = self.shafts.driving_inertia, self.shafts.driven_inertia
+        stiffness = self.machine.stiffness * 0.5 * (1.0 / x + 1.0 / y)
+        return replace(self.shafts_in_impacts, stiffness=stiffness)
+
+    @property
+    def shafts_in_impacts(self) -> Machine:
+        """The shafts without other parts in the impact limit, as if both slowed down at
+        the mean of their rates, under the mean load of the teeth."""
+        shafts, machine = self.shafts, self.machine
         x, y = shafts.driving_inertia, shafts.driven_inertia
-        rate = shafts.driving_drag / x
+        rate = 0.5 * (shafts.driving_drag / x + shafts.driven_drag / y)
         return replace(
             machine,
             damping=machine.damping * rate,
-            stiffness=machine.stiffness * 0.5 * (1.0 / x + 1.0 / y),
-            drive=0.5 * (x + y) / x,
+            stiffness=math.inf,
+            drive=0.5 * shafts.driven_drag * (1.0 / x + 1.0 / y) / rate,
             ripple=machine.ripple / x,
         )
 

@@ -73,7 +73,7 @@ def basin_command(
 
     begin = time.perf_counter()
     with named_options("velocity", "grid"), outputs.progress() as report:
-        cells = Grid(side=grid, velocity=speeds_of(velocity, named.machine))
+        cells = Grid(side=grid, velocity=speeds_of(velocity, named))
         found = find_basins(
             named, cells, iterations, outputs.keeping, report, workers.chosen
         )

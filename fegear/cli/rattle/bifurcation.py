@@ -135,9 +135,7 @@ def bifurcation_command(
     named = figures.load(machine)
     for name in axes:
         refuse_idle_figures(name, named, figures.given)
-    find, print_values = finder_of(
-        axes, named, sought, speeds_of(velocity, named.machine)
-    )
+    find, print_values = finder_of(axes, named, sought, speeds_of(velocity, named))
     with outputs.progress() as report:
         found = find(outputs.keeping, report)
     outputs.write(found.csv)

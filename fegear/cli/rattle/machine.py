@@ -14,7 +14,6 @@ from fegear.errors import InputError
 
 if TYPE_CHECKING:
     from fegear.rattle.machines import NamedMachine
-    from lumped.rattle.machine import Machine
 
 ABOVE = Range(above=0.0, most=1e9)
 MachineName = Annotated[
@@ -98,11 +97,11 @@ def print_machine(values: dict[str, Any]) -> None:
         say(f"inferred: {inference}")
 
 
-def speeds_of(text: str | None, machine: Machine) -> tuple[float, float]:
-    """Where none are given, up to the usual one of the machine."""
+def speeds_of(text: str | None, named: NamedMachine) -> tuple[float, float]:
+    """Where none are given, up to the usual one of the machine's shafts."""
     if text is not None:
         wrong = f"--velocity = {text}; must be A:B from 0 on"
         return limits_of(wrong, text, least=0.0)
     from lumped.rattle.orbits import usual_speed
 
-    return 0.0, usual_speed(machine)
+    return 0.0, usual_speed(named.assembly.shafts_in_impacts)

@@ -83,7 +83,7 @@ def manifold_command(
     from lumped.rattle.departures import RETURNS
     from lumped.rattle.manifolds import Fineness
 
-    speeds = speeds_of(velocity, named.machine)
+    speeds = speeds_of(velocity, named)
     search = CurveSearch(
         orbit=asked.orbit.replace(" ", ""),
         departures=asked.departures,

@@ -67,7 +67,7 @@ def noise_command(
     named = figures.load(machine)
     from fegear.rattle.noise import Runs, find_noise
 
-    speeds = speeds_of(velocity, named.assembly.machine)
+    speeds = speeds_of(velocity, named)
     asked = Runs(velocity=speeds, **vars(runs))
     with outputs.progress() as report:
         found = find_noise(named, asked, report)

@@ -46,7 +46,7 @@ def periodic_command(
     named = figures.load(machine)
     from fegear.rattle.periodic import periodic_summary
 
-    values = periodic_summary(named, departures, speeds_of(velocity, named.machine))
+    values = periodic_summary(named, departures, speeds_of(velocity, named))
     show(values, as_json, print_periodic)
 
 

@@ -196,6 +196,29 @@ def test_noise_of_gears_without_inertia_is_refused(capsys):
     )
 
 
+@pytest.mark.parametrize("more_drag", [0.0, 1e-6])
+def test_speeds_of_unequal_shafts_are_the_same_in_all_commands(tmp_path, more_drag):
+    """4 pi damping times the drive, which is 2.5 here, and 4 half backlashes."""
+    tables = {
+        "machine": {"damping": 0.4, "eccentricity_rad": 0.2, "half_backlash_rad": 0.4},
+        "shafts": {
+            "driving_inertia": 0.5,
+            "driven_inertia": 2.0,
+            "driving_drag": 0.5,
+            "driven_drag": 2.0 + more_drag,
+        },
+    }
+    path = written(tmp_path, tables)
+    words = "--iterations", "100"
+    found = [told("noise", path, "--starts", "2", "--turns", "5", *words)]
+    if not more_drag:
+        found += [told("basin", path, "--grid", "5", *words)]
+        found += [told("periodic", path, "--departures", "1")]
+    exact = 4.0 * math.pi * 0.4 * 2.5 + 1.6
+    for each in found:
+        assert each["velocity_rad_per_turn"] == pytest.approx([0.0, exact], rel=1e-5)
+
+
 def test_unequal_shafts_that_slow_down_at_one_rate_have_basins(tmp_path):
     shafts = {"driving_inertia": 1.5, "driving_drag": 1.5}
     path = written(tmp_path, IMPACTS | {"shafts": shafts})
