@@ -47,6 +47,7 @@ SOURCES = {
         *PACKAGES[fegear],
         *("branches.py", "theory.py", "theory_figure.py", "waves.py"),
         *("rattle/*.py", "rattle/machines/*.toml", "eccentric/*.py"),
+        *("clatter/*.py", "clatter/gearboxes/*.toml"),
         *("dynamic_sweeps.py", "modes.py", "bifurcations.py", "parameter_maps.py"),
     ),
     validation: (

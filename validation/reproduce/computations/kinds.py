@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import get_args, get_type_hints
 
 from validation.reproduce.computations import (
+    clatter,
     eccentric_gearing,
     finite_elements,
     free_motions,
@@ -56,6 +57,7 @@ AnyPart = (
     | eccentric_gearing.WheelsPart
     | eccentric_gearing.TorquePart
     | eccentric_gearing.LimitsPart
+    | clatter.ClatterPart
 )
 COMPUTE: Mapping[type[Part], Compute] = {
     response.BranchesPart: response.branches,
@@ -88,6 +90,7 @@ COMPUTE: Mapping[type[Part], Compute] = {
     eccentric_gearing.WheelsPart: eccentric_gearing.wheels,
     eccentric_gearing.TorquePart: eccentric_gearing.torque,
     eccentric_gearing.LimitsPart: eccentric_gearing.limits,
+    clatter.ClatterPart: clatter.clatter,
 }
 KINDS: Mapping[str, type[Part]] = {
     str(get_args(get_type_hints(part)["kind"])[0]): part for part in COMPUTE

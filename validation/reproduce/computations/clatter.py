@@ -1,0 +1,83 @@
+"""Loose wheels of a gearbox: their motion in the plays of teeth and bearings."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Annotated, ClassVar, Literal
+
+import numpy as np
+from pydantic import Field
+
+from fegear.clatter.gearboxes import load_gearbox
+from fegear.statics import Progress
+from lumped.clatter.chaos import lyapunov_exponent
+from lumped.clatter.figure import sample_plays
+from lumped.clatter.gearbox import Group
+from lumped.clatter.runs import middle, move
+from validation.data_files import STRICT
+from validation.reproduce.parts import Curve, Part, PartResult
+from validation.reproduce.scene import NoScene
+
+Count = Annotated[int, Field(strict=True, ge=1, le=10_000)]
+POINTS = 200  # of a period
+
+
+@dataclass(frozen=True, kw_only=True)
+class ClatterPart(Part):
+    """A play of a gearbox's first wheel over time.
+
+    settle : periods before it is shown; periods : that are shown
+    exponent_over : periods for the largest Lyapunov exponent
+    """
+
+    __pydantic_config__ = STRICT
+
+    of_equation: ClassVar = True
+    keys: ClassVar = ("range_um|impacts|exponent_per_period",)
+
+    kind: Literal["clatter"] = "clatter"
+    gearbox: str
+    play: Literal["teeth", "axial", "radial"]
+    settle: Count = 20
+    periods: Count = 12
+    exponent_over: Count = 1000
+
+    def command(self, scene: NoScene) -> Sequence[str]:
+        return ["clatter", self.gearbox, "--chaos", "--plot", "motion.png"]
+
+
+def clatter(part: ClatterPart, scene: NoScene, report: Progress) -> PartResult:
+    """Found: the range of the play that is used, impacts on both of its edges, and
+    the largest Lyapunov exponent of the wheel."""
+    report("clatter", 0, 1)
+    gearbox = load_gearbox(part.gearbox).gearbox
+    group = Group(gearbox.groups[0], gearbox.excitation)
+    number = [name for _, name in group.plays].index(part.play)
+    state, period = middle(group), gearbox.excitation.period
+    begin = part.settle * period
+    for _ in move(group, state, begin):
+        pass
+    times = np.linspace(begin, begin + part.periods * period, POINTS * part.periods)
+    shifts = 1e3 * sample_plays(group, state, times)[:, number]
+    impacts = 0
+    for struck in move(group, state, float(times[-1])):
+        impacts += int(np.sum(struck.play == number))
+    exponent = lyapunov_exponent(group, state, part.exponent_over) * period
+    shown = times - begin
+    edges = 1e3 * np.array([group.box.low[number], group.box.high[number]])
+    curves = [
+        Curve("line", tuple(zip(shown.tolist(), shifts.tolist(), strict=True))),
+        *(
+            Curve("dashed", ((0.0, edge), (float(shown[-1]), edge)), label="edges")
+            for edge in edges.tolist()
+        ),
+    ]
+    return PartResult(
+        tuple(curves),
+        {
+            "range_um": (1e3 * float(np.ptp(shifts)),),
+            "impacts": (float(impacts),),
+            "exponent_per_period": (exponent,),
+        },
+    )
