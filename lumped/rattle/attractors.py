@@ -70,9 +70,9 @@ class Attractor:
 
 def sort_departures(
     machine: Machine, iterations: int, settled: Settled, only_settled: bool = True
-) -> tuple[tuple[Attractor, ...], Numbers]:
-    """Attractors, quiet first, and which one each departure leads to (c,), -1 where it
-    is not clear.
+) -> tuple[tuple[Attractor, ...], Numbers, Settled]:
+    """Attractors, quiet first, which one each departure leads to (c,), -1 where it is
+    not clear, and where they lead once those that changed still are followed on.
 
     only_settled : what changes still is clear only if transients have had time to end;
         else it may count as chaotic beforehand
@@ -82,11 +82,12 @@ def sort_departures(
         period = np.where(changing, kernel.UNKNOWN, settled.period)
         settled = settled._replace(period=period)
     naming = Naming(machine, iterations)
-    attractor = naming.sort(settled)
+    attractor, settled = naming.sort(settled)
     order = sorted(range(len(naming.found)), key=lambda i: _rank(naming.found[i]))
     place = np.empty(len(order) + 1, np.int64)
     place[order], place[-1] = np.arange(len(order)), -1
-    return tuple(_numbered([naming.found[i] for i in order])), place[attractor]
+    named = tuple(_numbered([naming.found[i] for i in order]))
+    return named, place[attractor], settled
 
 
 def _rank(attractor: Attractor) -> tuple[bool, bool, int, str, tuple[float, float]]:
@@ -146,6 +147,12 @@ def _cells(points: Array, low: float, high: float) -> tuple[Numbers, Numbers]:
     )
 
 
+def _put(settled: Settled, rows: Numbers, followed: Settled) -> None:
+    """Put where departures were followed to in the place of what was known of them."""
+    for known, found in zip(settled, followed, strict=True):
+        known[rows] = found
+
+
 def _spread(count: int, most: int) -> Numbers:
     """Numbers up to a count, at most so many, spread over all."""
     return np.linspace(0, count - 1, min(most, count)).astype(np.int64)
@@ -161,8 +168,34 @@ class Naming:
     footprints: dict[int, Footprint] = field(default_factory=dict)  # of chaotic ones
     lasting: bool | None = None  # whether what changes keeps changing, once it is known
 
-    def sort(self, settled: Settled) -> Numbers:
-        """Number of the attractor of each cell (c,), -1 where it is not clear."""
+    def sort(self, settled: Settled) -> tuple[Numbers, Settled]:
+        """Number of the attractor of each cell (c,), -1 where it is not clear, and
+        where they lead once those that change still are followed on; chaotic ones stay
+        where they are."""
+        number = self._clear(settled)
+        period, returns, end = settled
+        settled = Settled(period.copy(), returns.copy(), end.copy())
+        changing = np.flatnonzero(settled.period == kernel.CHANGING)
+        for attempt in range(1, MOST_CHAOTIC + 1):
+            if not changing.size:
+                break
+            chosen = int(changing.size * (GOLDEN * attempt % 1.0))  # from everywhere
+            found, inside, alone = self._long(settled.end[changing], chosen)
+            number[changing[inside]] = found
+            _put(settled, changing[chosen : chosen + 1], alone)
+            changing = changing[~inside]
+        if changing.size:
+            # of more than can be followed those that are spread over all
+            again = max(LATE, self.iterations)
+            late = changing[_spread(changing.size, MOST_LATE * LATE // again)]
+            later = self._settle(settled.end[late], again)
+            later.period[later.period == kernel.CHANGING] = kernel.UNKNOWN
+            number[late] = self._clear(later)
+            _put(settled, late, later)
+        return number, settled
+
+    def _clear(self, settled: Settled) -> Numbers:
+        """Number of the attractor of each cell (c,) that does not change still."""
         number = np.full(settled.period.size, -1)
         if (quiet := settled.period == kernel.QUIET).any():
             number[quiet] = self._quiet()
@@ -178,21 +211,6 @@ class Naming:
             signs = np.sign(ends[:, 1])  # which flank is left
             cells = np.stack([np.round(ends[:, 0] / ALIKE), signs], axis=1)
             number[sticking] = self._alike(self._sticking, ends, cells)
-        changing = np.flatnonzero(settled.period == kernel.CHANGING)
-        for attempt in range(1, MOST_CHAOTIC + 1):
-            if not changing.size:
-                break
-            chosen = int(changing.size * (GOLDEN * attempt % 1.0))  # from everywhere
-            found, inside = self._long(settled.end[changing], chosen)
-            number[changing[inside]] = found
-            changing = changing[~inside]
-        if changing.size:
-            # of more than can be followed those that are spread over all
-            again = max(LATE, self.iterations)
-            late = changing[_spread(changing.size, MOST_LATE * LATE // again)]
-            later = self._settle(settled.end[late], again)
-            later.period[later.period == kernel.CHANGING] = kernel.UNKNOWN
-            number[late] = self.sort(later)
         return number
 
     def _settle(self, ends: Array, iterations: int) -> Settled:
@@ -260,9 +278,10 @@ class Naming:
         exponent = math.log(largest) / way.turns if largest else -math.inf
         return self._add(Attractor(way.name, way.turns, at, exponent))
 
-    def _long(self, ends: Array, chosen: int) -> tuple[int, NDArray[np.bool_]]:
-        """The attractor of one of departures (c, 2), and which share it; -1 where it
-        has not settled, for all that can be told, and is not chaotic."""
+    def _long(self, ends: Array, chosen: int) -> tuple[int, NDArray[np.bool_], Settled]:
+        """The attractor of one of departures (c, 2), which share it, and where the one
+        leads; -1 where it has not settled, for all that can be told, and is not
+        chaotic."""
         start = ends[chosen]
         settled = settle_departures(self.machine, start[None], LONG)
         alone = np.zeros(len(ends), bool)
@@ -272,10 +291,11 @@ class Naming:
             settled = settled._replace(period=last.period)
         lasts = int(settled.returns[0])
         if settled.period[0] != kernel.CHANGING and lasts < LASTING * self.iterations:
-            return int(self.sort(settled)[0]), alone
+            return int(self._clear(settled)[0]), alone, settled
+        here = settled._replace(period=np.array([kernel.CHANGING]), end=start[None])
         stretches = self._exponent(start, min(EXPONENT, lasts))
         if not stretches > LEAST_CHAOTIC:
-            return -1, alone
+            return -1, alone, here
         path = follow(self.machine, start, lasts)
         footprint = footprint_of(path)
         inside = footprint.holds(ends) | alone
@@ -283,7 +303,7 @@ class Naming:
             inside = alone
         for number, known in self.footprints.items():
             if known.holds(path).mean() > HALF:
-                return number, inside
+                return number, inside, here
         turns = path[-1, 0] - path[0, 0]
         exponent = stretches * lasts / turns
         fastest = int(path[:, 1].argmax())
@@ -291,7 +311,7 @@ class Naming:
         settles = 0 if settled.period[0] == kernel.CHANGING else lasts
         number = self._add(Attractor(CHAOTIC, 0, point, exponent, settles))
         self.footprints[number] = footprint
-        return number, inside
+        return number, inside, here
 
     def _lasts(self, ends: Array) -> bool:
         """Whether motions that change keep changing; others are on their way only, and

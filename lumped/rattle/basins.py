@@ -143,7 +143,7 @@ def basins_of(
     machine: Machine, grid: Grid, iterations: int, settled: Settled
 ) -> Basins:
     """The attractors that cells settle to, quiet first, and which cell leads where."""
-    attractors, attractor = sort_departures(machine, iterations, settled)
+    attractors, attractor, _ = sort_departures(machine, iterations, settled)
     shape = grid.side, grid.side
     return Basins(
         machine=machine,

@@ -11,6 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from itertools import pairwise
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,13 +21,14 @@ from lumped.rattle.attractors import QUIET as QUIET_NAME
 from lumped.rattle.attractors import Attractor, sort_departures
 from lumped.rattle.departures import Settled, settle_departures
 from lumped.rattle.kernels import noise as kernel
-from lumped.rattle.kernels.settle import QUIET
+from lumped.rattle.kernels.settle import QUIET, UNKNOWN
 from lumped.rattle.machine import Machine
 from lumped.rattle.motions import Motion, Motions
 from lumped.workers import run_tasks
 
 Array = NDArray[np.float64]
 Numbers = NDArray[np.int64]
+Result = TypeVar("Result")
 KINDS = QUIET_NAME, "single-sided rattle", "double-sided rattle"
 NOWHERE = math.nan, math.nan
 FADED = 1e-3  # of a transient: what is left of it is not heard
@@ -67,26 +69,33 @@ def measure_noise(
 ) -> Noise:
     """Noise of runs from departures (n, 2) once they have settled.
 
-    iterations : returns to the upper flank before it is measured
+    iterations : returns to the upper flank before it is measured; runs that change
+        still and are not chaotic are followed on until they repeat
     turns : over which it is measured, at least, whole periods of runs that repeat;
         quiet runs have none
     """
     limits = list(pairwise([*range(0, len(starts), SHARE), len(starts)]))
-    found: dict[int, tuple[Settled, Array]] = {}
 
-    def take(number: int, shares: tuple[Settled, Array]) -> None:
-        found[number] = shares
-        report(len(found), len(limits))
+    def compute(done: int, task: Callable[[slice], Result]) -> list[Result]:
+        found: dict[int, Result] = {}
 
-    tasks = (
-        (number, partial(_run, machine, starts[first:last], iterations, turns))
-        for number, (first, last) in enumerate(limits)
+        def take(number: int, result: Result) -> None:
+            found[number] = result
+            report(done + len(found), 2 * len(limits))
+
+        tasks = ((i, partial(task, slice(*each))) for i, each in enumerate(limits))
+        run_tasks(tasks, take, threading.Event())
+        return [found[i] for i in range(len(limits))]
+
+    shares = compute(0, lambda own: settle_departures(machine, starts[own], iterations))
+    settled = Settled(*map(np.concatenate, zip(*shares, strict=True)))
+    attractors, motion, settled = sort_departures(machine, iterations, settled)
+    period = np.where(motion < 0, UNKNOWN, settled.period)
+    meetings = compute(
+        len(limits),
+        lambda own: _meetings(machine, period[own], settled.end[own], turns),
     )
-    run_tasks(tasks, take, threading.Event())
-    ordered = [found[number] for number in range(len(limits))]
-    settled = Settled(*map(np.concatenate, zip(*(s for s, _ in ordered), strict=True)))
-    level, impacts = np.concatenate([meetings for _, meetings in ordered]).T
-    attractors, motion = sort_departures(machine, iterations, settled)
+    level, impacts = np.concatenate(meetings).T
     return Noise(machine, starts, attractors, motion, level, impacts)
 
 
@@ -149,15 +158,15 @@ def settling_turns(assembly: Assembly) -> float:
     return math.log(1.0 / FADED) / slowest if slowest > STILL * scale else math.inf
 
 
-def _run(
-    machine: Machine, starts: Array, iterations: int, turns: int
-) -> tuple[Settled, Array]:
-    settled = settle_departures(machine, starts, iterations)
-    found = np.zeros((len(starts), 2))
-    loud = np.flatnonzero(settled.period != QUIET)
+def _meetings(machine: Machine, periods: Numbers, ends: Array, turns: int) -> Array:
+    """Noise level and impacts per turn (n, 2) of runs that have settled, see `Settled`;
+    NaN of those that are UNKNOWN."""
+    found = np.where((periods == QUIET)[:, None], np.zeros(2), math.nan)
+    loud = np.flatnonzero((periods != QUIET) & (periods != UNKNOWN))
     meetings = np.empty((loud.size, 2))
-    ends = np.ascontiguousarray(settled.end[loud])
-    periods = settled.period[loud]
-    kernel.sum_impacts(machine.arrays, ends, periods, float(turns), meetings)
+    departures = np.ascontiguousarray(ends[loud])
+    kernel.sum_impacts(
+        machine.arrays, departures, periods[loud], float(turns), meetings
+    )
     found[loud] = meetings
-    return settled, found
+    return found

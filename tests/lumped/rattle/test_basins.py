@@ -217,7 +217,7 @@ def test_runs_on_their_way_are_not_chaotic_by_where_they_depart():
     settled = settle_departures(which, departures, iterations)
     later = settle_departures(which, departures, 10 * iterations)
     assert (settled.period == CHANGING).sum() > 40
-    attractors, number = sort_departures(which, iterations, settled)
+    attractors, number, _ = sort_departures(which, iterations, settled)
     chaotic = [i for i, each in enumerate(attractors) if each.exponent > 0.0]
     assert len(chaotic) == 1
     assert (later.period[np.isin(number, chaotic)] == CHANGING).all()

@@ -88,6 +88,30 @@ def lower_speeds(machine: Machine, departures) -> list[float]:
     return found
 
 
+def test_slow_transients_are_not_measured():
+    """Of P(5,6,3), which attracts by 0.7 % a turn: its noise is that of the last six
+    departures of very many."""
+    machine = Machine(damping=0.6, eccentricity=0.5, half_backlash=0.6, restitution=0.5)
+    noise = measure_noise(machine, random_departures(50, SPEEDS, 3), 1499, 100)
+    assert [each.name for each in noise.attractors] == ["P(5,6,3)"]
+    assert (noise.motion == 0).all()
+    last = follow(machine, (0.3, 2.0), 60_000)[-6:]
+    upper, lower = last[:, 1] / 0.5, lower_speeds(machine, last[:, :2])
+    assert len(lower) == 3
+    exact = (np.sum(upper**2) + np.sum(np.square(lower))) / 5.0
+    np.testing.assert_allclose(noise.level, exact, rtol=1e-7)
+    np.testing.assert_allclose(noise.impacts, 9.0 / 5.0, rtol=1e-9)
+
+
+def test_runs_that_are_not_clear_have_no_noise():
+    machine = Machine(damping=0.02, **FIGURES)
+    noise = measure_noise(machine, random_departures(5, SPEEDS, 3), 100, 20)
+    assert (noise.motion == -1).any()
+    unclear = noise.motion == -1
+    assert np.isnan(noise.level[unclear]).all()
+    assert np.isnan(noise.impacts[unclear]).all()
+
+
 def test_runs_are_made_again_by_their_seed():
     one, again, other = (random_departures(50, SPEEDS, seed) for seed in (4, 4, 5))
     np.testing.assert_array_equal(one, again)

@@ -86,7 +86,8 @@ def _settled(
     machine: Machine, part: BasinsPart, cells: Array
 ) -> tuple[tuple[Attractor, ...], Numbers]:
     settled = settle_departures(machine, cells, part.iterations)
-    return sort_departures(machine, part.iterations, settled, only_settled=False)
+    found = sort_departures(machine, part.iterations, settled, only_settled=False)
+    return found[:2]
 
 
 def basins(part: BasinsPart, scene: MachineScene, report: Progress) -> PartResult:

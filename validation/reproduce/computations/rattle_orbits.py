@@ -230,7 +230,7 @@ def settled_rattle(
     report("settled motions", 0, 1)
     settled = settle_departures(machine, starts, part.iterations)
     naming = Naming(machine, part.iterations)
-    numbers = naming.sort(settled).tolist()
+    numbers = naming.sort(settled)[0].tolist()
     curves: list[Curve] = []
     found: dict[str, float] = {QUIET: 0.0, CHAOTIC: 0.0}
     for number, attractor in enumerate(naming.found):
