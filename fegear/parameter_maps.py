@@ -125,13 +125,20 @@ class VariedSet:
             model = replace(model, bending=0.0)  # no mesh table need have it
         first = lumped_system(self.gear_set, self.load, model, self.excitations)
         ratio = first.train.damping_ratio
-        header = file_header(self.gear_set, self.model, ratio, integration)
+        described = replace(self.model, friction=self._largest_friction)
+        header = file_header(self.gear_set, described, ratio, integration)
         if {DAMPING, SHORT[DAMPING]} & self.names:
             del header["damping ratio"]
         for name, entry in ENTRIES.items():
             if name in self.names:
                 header.pop(entry, None)
         return header | {"model": self.model.name}
+
+    @property
+    def _largest_friction(self) -> float:
+        """Of all points: how teeth rub is told unless none of them does."""
+        of_axes = (max(axis.values) for axis in self.axes if axis.name == FRICTION)
+        return next(of_axes, self.model.friction)
 
 
 def digest(gear_set: GearSet) -> str:

@@ -12,7 +12,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fegear.errors import InputError
-from fegear.headings import friction_in_words, friction_of, heading, title_of
+from fegear.headings import (
+    BENDING,
+    friction_in_words,
+    friction_of,
+    heading,
+    title_of,
+)
 from fegear.output import write_text
 from fegear.parameter_maps import FRICTION, TORQUE, VariedSet
 from fegear.speeds import MESH_FREQUENCY
@@ -87,6 +93,7 @@ class StabilityResult:
             "friction_coefficient": None
             if self.axis.name == FRICTION
             else friction_of(self.header),
+            "friction_bending_ratio": self.header.get(BENDING),
             "method": self.header["method"],
             "speeds": len(self.speeds),
             "first_speed_Hz": self.speeds[0],
@@ -103,12 +110,21 @@ class StabilityResult:
                 }
                 for value, column in zip(self.axis.values, self.columns, strict=False)
             ],
+            "warnings": list(self._warnings()),
         }
+
+    def _warnings(self) -> Iterator[str]:
+        """What varies and changes nothing, to the bit."""
+        first, *others = self.columns
+        if others and all((each.largest == first.largest).all() for each in others):
+            yield f"{self.axis.name} does not change the multipliers"
 
     def draw(self) -> Figure:
         limits = self.speeds[0], self.speeds[-1]
         title = title_of(heading(self.header, self.axis.name))
         title += friction_in_words(friction_of(self.header))
+        if BENDING in self.header:
+            title += f", {BENDING} {self.header[BENDING]}"
         values = self.axis.values[: len(self.columns)]
         return draw_chart(
             values, self.columns, limits, axis_label(self.axis.name), title
@@ -185,6 +201,8 @@ def find_stability(
 def _system_at(varied: VariedSet, value: float) -> PeriodicSystem:
     try:
         return periodic_system(varied.system((value,)))
+    except InputError:
+        raise
     except ValueError as error:
         raise InputError(f"{varied.gear_set.name}: {error}") from None
 

@@ -85,6 +85,39 @@ def test_an_interrupted_chart_goes_on_to_the_same_bytes(made, tmp_path, monkeypa
     assert path.read_bytes() == (folder / "s.csv").read_bytes()
 
 
+def test_the_bending_ratio_is_told_and_kept_runs_of_another_are_refused(
+    made, tmp_path, monkeypatch, capsys
+):
+    values, _, folder = made
+    assert values["friction_bending_ratio"] == "0.39"
+    header = (folder / "s.csv").read_text("utf-8")
+    assert "# friction-bending ratio: 0.39\n" in header
+    assert "# friction coefficient" not in header
+    known, seen = stability.examined, []
+
+    def stopped(*given):
+        seen.append(given)
+        if len(seen) == 3:
+            raise KeyboardInterrupt
+        return known(*given)
+
+    monkeypatch.setattr(stability, "examined", stopped)
+    path = tmp_path / "s.csv"
+    printed(*WORDS, "-o", path, code=130)
+    capsys.readouterr()
+    other = [word if word != "0.39" else "0.4" for word in WORDS]
+    assert run([*other, "-o", str(path), "--resume"]) == 2
+    assert "was begun with friction-bending ratio" in capsys.readouterr().err
+
+
+def test_what_changes_nothing_is_told():
+    words = ["stability", "liu-pair", "--excitation", "rectangular", "--json"]
+    over = ["--over", "mesh.1.backlash_um=10,20", "--speeds", "1000:2000:500"]
+    values = json.loads(printed(*words, *over))
+    warning = "mesh.1.backlash_um does not change the multipliers"
+    assert values["warnings"] == [warning]
+
+
 def test_friction_bending_comes_from_the_finite_elements(monkeypatch):
     given = []
     known = lumped_system.with_bending
