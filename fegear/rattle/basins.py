@@ -14,6 +14,7 @@ import numpy as np
 
 from fegear.errors import InputError
 from fegear.output import write_whole
+from fegear.rattle.limits import MOST_RETURNS
 from fegear.rattle.machines import NamedMachine, figures_of
 from fegear.store import Checkpoint, Keeping
 from fegear.version import package_version
@@ -109,8 +110,15 @@ class BasinsResult:
 def unsettled(part: float, what: str, iterations: int, needed: int) -> str:
     """What to do about departures that have not settled."""
     more = f"half the damping ends transients in {needed}: --iterations {needed}"
-    if iterations >= needed:
-        more = "irregular motion may last long before it ends: more --iterations"
+    if needed > MOST_RETURNS:
+        more = (
+            f"half the damping ends transients in {needed:.3g}, which --iterations "
+            f"cannot be: {MOST_RETURNS} are the most"
+        )
+    elif iterations >= needed:
+        more = "irregular motion may last long before it ends"
+        if iterations < MOST_RETURNS:
+            more += ": more --iterations"
     return (
         f"{100.0 * part:.3g} % of the {what} have not settled in {iterations} returns; "
         f"{more}"

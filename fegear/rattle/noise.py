@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from fegear.errors import InputError
 from fegear.rattle.basins import unsettled
+from fegear.rattle.limits import MOST_RETURNS
 from fegear.rattle.machines import NamedMachine, figures_of, header_of
 from lumped.csv_text import format_csv
 from lumped.rattle.attractors import QUIET
@@ -44,7 +45,7 @@ class Runs:
     velocity : lowest and highest speed of a start [rad per turn]
     iterations : returns to the upper flank until noise is measured, of machines whose
         relative motion has more than one equation turns; by default what transients
-        take to fade, of such machines RETURNS
+        take to fade, RETURNS of such machines and where that is more than is allowed
     turns : over which it is measured
     """
 
@@ -200,7 +201,8 @@ def find_noise(
         )
     except ValueError as error:
         raise InputError(f"{named.name}: {error}") from None
-    iterations = runs.iterations or (RETURNS if many else int(settling))
+    few = many or settling > MOST_RETURNS
+    iterations = runs.iterations or (RETURNS if few else int(settling))
     how = iterations, runs.turns, lambda done, total: report("runs", done, total)
     if many:
         noise = measure_noise_of_parts(named.assembly, starts, *how)

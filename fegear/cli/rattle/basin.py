@@ -21,6 +21,7 @@ from fegear.cli.rattle.machine import (
 )
 from fegear.cli.screen import number, ruled_table, screen
 from fegear.errors import InputError
+from fegear.rattle.limits import LEAST_RETURNS, MOST_RETURNS
 
 EXAMPLE = "fegear rattle basin roots-scaled -o basins.npz --plot basins.png"
 
@@ -53,7 +54,7 @@ def basin_command(
             help="Returns to the upper flank after which a motion that still changes "
             "counts as chaotic. Low damping needs more, which the result says."
         ),
-        Range(least=100, most=10_000_000),
+        Range(least=LEAST_RETURNS, most=MOST_RETURNS),
     ] = 1499,
     workers: Workers,
     outputs: BasinOutputs,

@@ -16,6 +16,7 @@ from fegear.cli.rattle.machine import (
     speeds_of,
 )
 from fegear.cli.screen import number, ruled_table, screen
+from fegear.rattle.limits import LEAST_RETURNS, MOST_RETURNS
 
 EXAMPLE = "fegear rattle noise roots-scaled --starts 2000 -o noise.csv"
 
@@ -38,7 +39,7 @@ class RandomRuns:
         "Returns to the upper flank before noise is measured; turns where parts of the "
         "machine move on their own. [default: 1499, more where damping needs more to "
         "end transients, but not with parts]",
-        allowed=Range(least=100, most=10_000_000),
+        allowed=Range(least=LEAST_RETURNS, most=MOST_RETURNS),
     )
     turns: int = option(
         "Turns of the machine over which it is measured.",

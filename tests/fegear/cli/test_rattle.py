@@ -201,6 +201,19 @@ def test_what_has_not_settled_is_told_and_left_out():
     assert not enough["warnings"]
 
 
+@pytest.mark.parametrize("words", ["basin --grid 5", "noise --starts 4"])
+def test_no_more_returns_are_advised_than_are_allowed(words):
+    command, *few = words.split()
+    figures = "roots-scaled", "--delta", "1e-9", *few
+    (warning,) = told("rattle", command, *figures)["warnings"]
+    assert warning.startswith("100 % of the")
+    assert warning.endswith(
+        "half the damping ends transients in 4.14e+10, which --iterations cannot be: "
+        "10000000 are the most"
+    )
+    assert run(["rattle", command, *figures, "--iterations", "10000001"]) == 2
+
+
 def test_tables_of_noise_say_how_they_were_made(tmp_path):
     file = tmp_path / "noise.csv"
     words = "rattle", "noise", "roots-scaled", "--starts", "3", "--seed", "5"
