@@ -62,6 +62,7 @@ BENCHMARKS: dict[str, Callable[..., None]] = {
     "branches": bench.branches_benchmark,
     "stability": bench.stability_benchmark,
     "eccentric": bench.eccentric_benchmark,
+    "clatter": bench.clatter_benchmark,
     "all": bench.all_benchmarks,
 }
 

@@ -37,6 +37,7 @@ EXAMPLES = {
     "branches": "fegear bench branches liu-idler -o bench",
     "stability": "fegear bench stability liu-friction -o bench",
     "eccentric": "fegear bench eccentric -o bench",
+    "clatter": "fegear bench clatter -o bench",
     "all": "fegear bench all -o bench",
 }
 PAIR, TRAIN, TORQUE = "liu-pair", "liu-idler", 100.0  # N m, of `bench all`
@@ -184,6 +185,15 @@ def eccentric_benchmark(
     _run("eccentric", bench_eccentric.measure, output, as_json)
 
 
+def clatter_benchmark(
+    output: Directory = Path("bench-clatter"), as_json: AsJson = False
+) -> None:
+    """Clattering wheels: impacts per second, and the tolerance of events."""
+    from validation import bench_clatter
+
+    _run("clatter", bench_clatter.measure, output, as_json)
+
+
 def all_benchmarks(
     output: Annotated[
         Path,
@@ -198,6 +208,7 @@ def all_benchmarks(
     from fegear.output import strict_json, write_text
     from validation import (
         bench_branches,
+        bench_clatter,
         bench_dynamics,
         bench_eccentric,
         bench_lumped,
@@ -213,6 +224,7 @@ def all_benchmarks(
         "branches": partial(bench_branches.measure, train, TORQUE, None),
         "stability": partial(bench_stability.measure, RUBBING, TORQUE),
         "eccentric": bench_eccentric.measure,
+        "clatter": bench_clatter.measure,
         "dynamics": partial(bench_dynamics.measure, pair, TORQUE),
     }
     others = [output / "index.html", output / "bench.json"]

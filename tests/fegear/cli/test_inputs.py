@@ -639,6 +639,10 @@ OPTIONS: dict[str, dict[str, Case]] = {
         "--output": plus("bench stability --json", "-o there"),
         "--json": plus("bench stability", "--json"),
     },
+    "bench clatter": {
+        "--output": plus("bench clatter --json", "-o there"),
+        "--json": plus("bench clatter", "--json"),
+    },
     "bench eccentric": {
         "--output": plus("bench eccentric --json", "-o there"),
         "--json": plus("bench eccentric", "--json"),
@@ -838,6 +842,7 @@ def quick_benchmarks(monkeypatch):
         "branches",
         "stability",
         "eccentric",
+        "clatter",
     ):
         module = import_module(f"validation.bench_{name}")
         monkeypatch.setattr(module, "measure", instead(name))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Annotated, ClassVar, Literal
@@ -65,13 +66,12 @@ def clatter(part: ClatterPart, scene: NoScene, report: Progress) -> PartResult:
         impacts += int(np.sum(struck.play == number))
     exponent = lyapunov_exponent(group, state, part.exponent_over) * period
     shown = times - begin
-    edges = 1e3 * np.array([group.box.low[number], group.box.high[number]])
+    low, high = 1e3 * group.box.low[number], 1e3 * group.box.high[number]
+    last = float(shown[-1])
+    edges = (0.0, low), (last, low), (math.nan, math.nan), (0.0, high), (last, high)
     curves = [
         Curve("line", tuple(zip(shown.tolist(), shifts.tolist(), strict=True))),
-        *(
-            Curve("dashed", ((0.0, edge), (float(shown[-1]), edge)), label="edges")
-            for edge in edges.tolist()
-        ),
+        Curve("dotted", edges, label="edges of the play"),
     ]
     return PartResult(
         tuple(curves),

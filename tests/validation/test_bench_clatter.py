@@ -1,0 +1,22 @@
+"""The benchmark of clatter: errors fall with the tolerance of event times."""
+
+from __future__ import annotations
+
+from itertools import groupby
+
+from validation import bench, bench_clatter
+from validation.bench_clatter import measure
+
+
+def quiet(what: str, done: int, total: int) -> None: ...
+
+
+def test_errors_fall_with_the_tolerance(monkeypatch):
+    monkeypatch.setattr(bench_clatter, "TIMED", 1000)
+    points = measure(quiet).tables[bench.POINTS]
+    for _, own in groupby(points, key=lambda p: p["study"]):
+        rows = list(own)
+        assert rows[-1]["error"] < 1e-12 < rows[0]["error"]
+        for row in rows:
+            assert row["error"] < max(100.0 * row["tolerance"], 1e-12)
+            assert row["impacts_per_s"] > 0.0
