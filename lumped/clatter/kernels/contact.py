@@ -185,22 +185,36 @@ def expand(box, work, count, t, v):
 
 
 @compiled_part
-def bound_held(box, work, horizon):
-    """Largest third and fourth derivatives of the held coordinates up to a horizon.
+def bound_held(box, work, count, horizon):
+    """Largest third and fourth derivatives of all coordinates up to a horizon.
 
     In the norm of the masses damping lets no derivative grow, the excitation does.
+    Coordinates that no held contact moves fly on their own.
     """
     size, pull, fastest = 0.0, 0.0, 0.0
     for i in range(box.push.size):
         work.a[i], work.j[i] = work.x[2, i], work.x[3, i]
-        size += work.j[i] ** 2 / box.yielding[i]
-        pull += work.pull[i] ** 2 / box.yielding[i]
-        fastest = max(fastest, box.fading[i])
+        if is_coupled(work, count, i):
+            size += work.j[i] ** 2 / box.yielding[i]
+            pull += work.pull[i] ** 2 / box.yielding[i]
+            fastest = max(fastest, box.fading[i])
     most = math.sqrt(size) + math.sqrt(pull) * box.snap * horizon
     for i in range(box.push.size):
         root = math.sqrt(box.yielding[i])
         work.most_j[i] = root * most
         work.most_k[i] = root * (fastest * most + math.sqrt(pull) * box.snap)
+        if not is_coupled(work, count, i):
+            work.most_j[i] = abs(work.j[i])
+            work.most_k[i] = box.fading[i] * abs(work.j[i])
+
+
+@inlined
+def is_coupled(work, count, i):
+    """Whether forces of held contacts move a coordinate."""
+    most = 0.0
+    for k in range(count):
+        most = max(most, abs(work.lift[i, k]))
+    return most > 0.0
 
 
 @compiled_part

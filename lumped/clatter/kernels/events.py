@@ -30,7 +30,7 @@ from lumped.rattle.kernels.flight import reach
 LONG = 0.5  # periods of a step, at most
 SHORT = 1e-6  # periods in which a contact without speed may part
 SAME = 1e-15  # periods: times that are one
-MOST_STEPS = 100_000  # from event to event
+MOST_STEPS = 100_000  # from event to event, and events without an impact
 DONE, FULL, LOST = 0, 1, 2  # how a run ends
 
 
@@ -157,8 +157,9 @@ def prepare(box, work, t, q, v, held, teeth, horizon):
     horizon = min(horizon, end - t)
     if teeth > 0:
         horizon = min(horizon, box.longest)
-        expand(box, work, held_count(held), t, v)
-        bound_held(box, work, horizon)
+        count = held_count(held)
+        expand(box, work, count, t, v)
+        bound_held(box, work, count, horizon)
     else:
         derive_flight(box, work, v)
     return derive_plays(box, work, (value, rate, bend, jerk), q, v, held, horizon), end
@@ -240,9 +241,9 @@ def run(box, work, clock, q, v, held, goal, records):
         one or more of each impact
     """
     whole, t = clock[0], clock[1]
-    taken, steps, status, horizon = 0, 0, LOST, LONG
+    taken, steps, silent, status, horizon = 0, 0, 0, LOST, LONG
     teeth = hold(box, work, t, q, v, held, -1)
-    while steps < MOST_STEPS and teeth >= 0 and math.isfinite(t):
+    while max(steps, silent) < MOST_STEPS and teeth >= 0 and math.isfinite(t):
         if t >= 1.0 and box.pieces.shape[0] == 0:
             t -= 1.0
             whole += 1.0
@@ -259,12 +260,14 @@ def run(box, work, clock, q, v, held, goal, records):
         steps, horizon = steps + 1, min(LONG, max(2.0 * step, 4.0 * SHORT))
         if not ends:
             continue
-        steps, horizon, released = 0, LONG, event
+        steps, silent, horizon, released = 0, silent + 1, LONG, event
         if edge != 0:
             hit, released = strike(box, work, t, q, v, event, edge), -1
             if hit < 0:
                 break
+            before = taken
             taken = record(box, work, hit, whole, t, records, taken)
+            silent = silent if taken == before else 0
             if hit == 1 and work.z[0] > 0.0 and bounced(box, work, event, edge):
                 continue  # nothing is at rest
         teeth = hold(box, work, t, q, v, held, released)

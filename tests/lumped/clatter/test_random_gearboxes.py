@@ -1,0 +1,60 @@
+"""Gearboxes of random wheels in rows and plays of every size: no play is left."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from lumped.clatter.gearbox import Freedom, Gearbox, Group, Harmonics, Wheel
+from lumped.clatter.runs import move, scattered
+
+
+def random_wheel(random: np.random.Generator, number: int) -> Wheel:
+    """A loose wheel, driven by the input or by one before it."""
+
+    def size(low: float, high: float) -> float:
+        return float(10.0 ** random.uniform(low, high))
+
+    def freedom(inertia: float, force: float) -> Freedom:
+        return Freedom(
+            play=size(-5, -3),
+            restitution=float(random.choice([0.0, 0.3, 0.8, 1.0])),
+            drag=float(random.choice([0.0, 1.0, -1.0])) * size(-3, 1) * force,
+            damping=float(random.choice([0.0, 1.0])) * size(-3, 1.5) * inertia,
+        )
+
+    mass, inertia = size(-1, 1), size(-4, -2)
+    driver = str(random.integers(0, number)) if random.random() < 0.7 * number else None
+    return Wheel(
+        name=str(number),
+        inertia=inertia,
+        mass=mass,
+        base_radius=size(-2, -1),
+        rotation=freedom(inertia, 0.1),
+        axial=freedom(mass, 1.0) if random.random() < 0.6 else None,
+        radial=freedom(mass, 1.0) if random.random() < 0.6 else None,
+        helix_angle=float(random.choice([0.0, 0.4, -0.4])),
+        ratio=size(-0.5, 0.5),
+        driver=driver,
+    )
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_no_random_wheel_leaves_its_plays(seed):
+    random = np.random.default_rng(seed)
+    waves = int(random.integers(1, 4))
+    sizes = tuple(1e-3 * random.uniform(size=waves))
+    excitation = Harmonics(0.04, sizes, tuple(random.uniform(0.0, 6.0, waves)))
+    wheels = tuple(random_wheel(random, k) for k in range(4))
+    for own in Gearbox(excitation, wheels).groups:
+        group = Group(own, excitation)
+        state, box, count = scattered(group, seed), group.box, 0
+        for time in np.arange(0.0133, 2.0, 0.0133):
+            count += sum(len(part) for part in move(group, state, time))
+            e = excitation.at(np.array([time]))[0]
+            s = box.ratios * e + box.rows @ state.q
+            assert np.all(s <= box.high + 1e-13)
+            assert np.all(s >= box.low - 1e-13)
+            if count > 50_000:
+                break
+        assert count > 0
