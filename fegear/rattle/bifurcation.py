@@ -46,7 +46,7 @@ MORE = 3  # times as many values as at first, with which no more are looked for
 LEGEND = {
     "branch, index": "from 1, points in the order of the branch; branch 0: long runs",
     "departure": "from the upper flank, counted from 1",
-    "stable": "1 or 0",
+    "stable": "1 or 0; empty of long runs",
     "largest_multiplier": "modulus, of a small change over a period",
     "kind": "fold, period doubling or grazing; else empty",
 }
@@ -88,12 +88,14 @@ class Search:
 @dataclass(frozen=True, eq=False)
 class BifurcationResult:
     """Branches of a named machine; settled (d, 3): value of the figure, time and speed
-    of departures that long runs settle to."""
+    of departures that long runs settle to; unsettled (u,): values, one for each long
+    run that has not settled."""
 
     named: NamedMachine
     search: Search
     branches: tuple[OrbitBranch, ...]
     settled: Array
+    unsettled: Array
 
     @property
     def column(self) -> str:
@@ -122,7 +124,7 @@ class BifurcationResult:
                         *(int(point.stable), point.largest, point.kind),
                     ]
         for index, (value, time, speed) in enumerate(self.settled.tolist(), start=1):
-            yield [0, "long run", index, value, 1, time, speed, 1, float("nan"), ""]
+            yield [0, "long run", index, value, 1, time, speed, "", float("nan"), ""]
 
     @property
     def _fixed(self) -> dict[str, Any]:
@@ -144,7 +146,17 @@ class BifurcationResult:
             "branches": [self._plain(branch) for branch in self.branches],
             "long_runs": self.search.runs,
             "departures_of_long_runs": len(self.settled),
+            "unsettled_long_runs": len(self.unsettled),
+            "warnings": list(self._warnings()),
         }
+
+    def _warnings(self) -> Iterator[str]:
+        if self.unsettled.size:
+            low, high = self.unsettled.min(), self.unsettled.max()
+            yield (
+                f"left out are long runs that have not settled: {self.unsettled.size}, "
+                f"at {self.column} from {low:.6g} to {high:.6g}"
+            )
 
     def _plain(self, branch: OrbitBranch) -> dict[str, Any]:
         values = [point.value for point in branch.points]
@@ -213,7 +225,10 @@ def find_bifurcations(
             for value, rows in _rows_at(found, "run", values)
         ]
     )
-    return BifurcationResult(named, search, branches, settled)
+    clear = np.isfinite(settled).all(axis=1)
+    return BifurcationResult(
+        named, search, branches, settled[clear], settled[~clear, 0]
+    )
 
 
 def _orbit_tasks(

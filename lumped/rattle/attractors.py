@@ -288,14 +288,14 @@ class Naming:
         alone[chosen] = True
         if settled.period[0] == kernel.CHANGING:  # unless it has settled at last
             last = settle_departures(self.machine, settled.end, LAST)
-            settled = settled._replace(period=last.period)
+            settled = settled._replace(period=last.period, end=last.end)
         lasts = int(settled.returns[0])
-        if settled.period[0] != kernel.CHANGING and lasts < LASTING * self.iterations:
+        stretches = math.nan
+        if settled.period[0] == kernel.CHANGING or lasts >= LASTING * self.iterations:
+            stretches = self._exponent(start, min(EXPONENT, lasts))
+        if not stretches > LEAST_CHAOTIC:
             return int(self._clear(settled)[0]), alone, settled
         here = settled._replace(period=np.array([kernel.CHANGING]), end=start[None])
-        stretches = self._exponent(start, min(EXPONENT, lasts))
-        if not stretches > LEAST_CHAOTIC:
-            return -1, alone, here
         path = follow(self.machine, start, lasts)
         footprint = footprint_of(path)
         inside = footprint.holds(ends) | alone

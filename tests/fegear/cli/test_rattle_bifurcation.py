@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 
+import numpy as np
 import pytest
 from cli_commands import printed, rows_of
 
@@ -42,6 +43,9 @@ def test_branches_on_screen_in_files_and_for_machines(tmp_path):
         assert marked == {(e["kind"], e["value"]) for e in branch["bifurcations"]}
     runs = [row for row in rows if row["branch"] == "0"]
     assert len(runs) == values["departures_of_long_runs"] > 0
+    assert {row["stable"] for row in runs} == {""}
+    assert values["unsettled_long_runs"] == 0
+    assert not values["warnings"]
     stable = {
         round(float(row["speed_rad_per_turn"]), 1)
         for row in rows
@@ -81,6 +85,22 @@ def test_an_interrupted_run_goes_on_to_the_same_file(tmp_path, monkeypatch, caps
     assert 6 <= kept < 9  # orbits at three values, and runs until the fourth
     assert file.read_bytes() == whole.read_bytes()
     assert not (tmp_path / "b.csv.partial").exists()
+
+
+def test_long_runs_that_have_not_settled_are_counted(monkeypatch, tmp_path):
+    from fegear.rattle import bifurcation
+
+    rows = np.array([[0.25, 4.0], [np.nan, np.nan], [np.nan, np.nan]])
+    monkeypatch.setattr(bifurcation, "settled_departures", lambda *given: rows)
+    file = tmp_path / "b.csv"
+    few = "--departures", "1", "--doublings", "0"
+    values = json.loads(printed(*WORDS, *few, "-o", file, "--json"))
+    assert values["departures_of_long_runs"] == 6
+    assert values["unsettled_long_runs"] == 12
+    (warning,) = values["warnings"]
+    assert warning.endswith("not settled: 12, at damping from 0.574167 to 0.615833")
+    runs = [row for row in rows_of(file) if row["branch"] == "0"]
+    assert [row["speed_rad_per_turn"] for row in runs] == 6 * ["4.0"]
 
 
 def test_branches_do_not_depend_on_how_wide_the_range_is():

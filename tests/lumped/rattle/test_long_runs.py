@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from lumped.rattle.departures import apart
+from lumped.rattle.departures import apart, follow, settle_departures
+from lumped.rattle.kernels.settle import CHANGING
 from lumped.rattle.long_runs import settled_departures
 from lumped.rattle.machine import Machine
-from lumped.rattle.orbits import find_orbits
+from lumped.rattle.orbits import find_orbits, usual_speed
 
 SPEEDS = 0.0, 7.0
 
@@ -41,6 +42,41 @@ def test_what_was_chaotic_for_long_and_dies_leaves_nothing():
     """Beside the boundary of chaos, where runs leave it after thousands of returns."""
     for damping in np.linspace(0.682, 0.689, 8):
         assert (settled_departures(machine(float(damping)), SPEEDS)[:, 1] > 3.5).all()
+
+
+def test_what_has_left_chaos_is_not_where_runs_settle():
+    """Nor what is on its way to rest, from speeds up to the usual one."""
+    which = machine(0.685375)
+    found = settled_departures(which, (0.0, usual_speed(which)))
+    assert np.isfinite(found).all()
+    assert not found.size  # all end quietly
+
+
+def test_slow_transients_are_followed_to_the_end():
+    """Those of ten departures a period that attract by 0.02 % a return."""
+    found = settled_departures(machine(0.61), SPEEDS)
+    assert np.isfinite(found).all()
+    last = follow(machine(0.61), found[-1], 30_000)[-20:, 1]
+    np.testing.assert_allclose(last[:10], last[10:], atol=1e-6)
+    for speed in last:
+        assert np.abs(found[:, 1] - speed).min() < 1e-4
+
+
+def test_runs_of_low_damping_are_given_what_they_take():
+    """Their departures repeat at once, or are chaotic and last."""
+    which = Machine(damping=0.01, eccentricity=0.002, half_backlash=0.012)
+    found = settled_departures(which, (0.0, usual_speed(which)))
+    assert np.isfinite(found).all()
+    repeats = np.array([repeats_in(which, each, 200) for each in found])
+    assert repeats.sum() > 10
+    others = found[~repeats]
+    later = settle_departures(which, others[:: len(others) // 5 + 1], 10_000)
+    assert (later.period == CHANGING).all()
+
+
+def repeats_in(which: Machine, departure, count: int) -> bool:
+    later = follow(which, departure, count + 1)[1:]
+    return min(apart(departure, other) for other in later) < 1e-5
 
 
 def test_long_runs_from_any_speed_are_those_of_the_machine():
