@@ -72,17 +72,18 @@ def hold(box, work, t, q, v, held, released):
     """
     measure(box, work, t, q, v)
     count, kept = gather_closed(box, work, box.rest, -1, 0), 0
-    for p in range(held.size):
-        held[p], work.leaving[p] = 0, 0
     for i in range(count):
         p, side = work.contact[i], work.side[i]
         if -side * work.s[p, 1] < -2.0 * box.rest:
             continue  # an impact is yet to come
-        if p == released:
-            work.leaving[p] = side
+        if released >= 0 and (p == released or work.leaving[p] == side):
+            work.leaving[p] = 2 * side  # one whose force ended at this instant
             continue
         work.contact[kept], work.side[kept] = p, side
         kept += 1
+    for p in range(held.size):
+        held[p] = 0
+        work.leaving[p] = work.leaving[p] // 2 if abs(work.leaving[p]) == 2 else 0
     fill_delassus(box, work, kept)
     for i in range(kept):
         p, side = work.contact[i], work.side[i]

@@ -29,6 +29,7 @@ from lumped.rattle.kernels.flight import reach
 
 LONG = 0.5  # periods of a step, at most
 SHORT = 1e-6  # periods in which a contact without speed may part
+INSTANT = 1e-12  # periods: events that are at once
 SAME = 1e-15  # periods: times that are one
 MOST_STEPS = 100_000  # from event to event, and events without an impact
 DONE, FULL, LOST = 0, 1, 2  # how a run ends
@@ -184,7 +185,7 @@ def choose(box, work, held, teeth, horizon):
 def move(box, work, now, q, v, held, teeth, step):
     """A step of the motion, to a time."""
     for p in range(held.size):
-        work.leaving[p] = 0
+        work.leaving[p] = work.leaving[p] if step < INSTANT else 0
     if teeth > 0:
         slide(box, work, q, v, step)
         fix(box, work, now, q, v, held)
