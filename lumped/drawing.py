@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 COLORS = (
     *("tab:blue", "tab:red", "tab:green", "tab:purple", "tab:brown"),
-    *("tab:orange", "tab:cyan", "tab:olive"),
+    *("tab:orange", "tab:cyan", "tab:olive", "tab:pink", "gold", "navy", "lime"),
 )
 LETTERS = 11  # of a title in an inch
 

@@ -171,13 +171,8 @@ def _rows(columns: list[dict[str, Any]]) -> list[list[str]]:
     for kind, own in found.items():
         width, value, widest = max(own, key=lambda each: (each[0], -each[1]))
         ends = min(v for _, v, _ in own), max(v for _, v, _ in own)
-        cells = (
-            *ends,
-            value,
-            widest["from_Hz"],
-            widest["to_Hz"],
-            widest["floquet_max"],
-        )
-        shown = [number(v, 6) if math.isfinite(v) else "" for v in cells]
+        cells = widest["from_Hz"], widest["to_Hz"], widest["floquet_max"]
+        shown = [f"{v:g}" for v in (*ends, value)]
+        shown += [number(v, 6) if math.isfinite(v) else "" for v in cells]
         rows.append((width, [kind or "none", *shown]))
     return [row for _, row in sorted(rows, key=lambda each: -each[0])]

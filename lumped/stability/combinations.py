@@ -36,6 +36,7 @@ class Combination:
     """Modes that take part, counted from 0, and mesh frequencies [Hz].
 
     order : of the first mesh's frequency that meets the frequencies of the modes
+    harmonic, mesh : the same as a multiple of the frequency of a mesh, counted from 0
     at : where it does; low, high : the ends of instability, NaN where it is stable
     """
 
@@ -43,6 +44,8 @@ class Combination:
     first: int
     second: int
     order: float
+    harmonic: int
+    mesh: int
     at: float
     low: float
     high: float
@@ -53,13 +56,23 @@ class Combination:
 
     @property
     def name(self) -> str:
-        """As the source writes it, such as `f1 + f3` or `2 f3 / 2`."""
-        one, two = self.first + 1, self.second + 1
-        words = f"2 f{one}" if self.kind == "single" else f"f{two} - f{one}"
-        words = f"f{one} + f{two}" if self.kind == "sum" else words
-        if self.order == 1.0:
-            return words
-        return f"({words}) / {self.order:g}"
+        """As the source writes it, such as `f1 + f3` or `(2 f3) / 2 of mesh 2`."""
+        words = name_of(self.kind, self.first, self.second, self.harmonic)
+        return f"{words} of mesh {self.mesh + 1}" if self.mesh else words
+
+    def comes_near(self, limits: tuple[float, float]) -> bool:
+        """Whether it is met, or expected to grow, between mesh frequencies [Hz]."""
+        low = min(self.low, self.at) if math.isfinite(self.low) else self.at
+        high = max(self.high, self.at) if math.isfinite(self.high) else self.at
+        return low <= limits[1] and high >= limits[0]
+
+
+def name_of(kind: Kind, first: int, second: int, harmonic: int) -> str:
+    """Of modes counted from 0 that meet a multiple of the first mesh's frequency."""
+    one, two = first + 1, second + 1
+    words = f"2 f{one}" if kind == "single" else f"f{two} - f{one}"
+    words = f"f{one} + f{two}" if kind == "sum" else words
+    return words if harmonic == 1 else f"({words}) / {harmonic}"
 
 
 def combinations(
@@ -67,32 +80,32 @@ def combinations(
     limits: tuple[float, float] = (0.0, math.inf),
     orders: int = ORDERS,
 ) -> list[Combination]:
-    """All that the stiffness excites between mesh frequencies [Hz], by frequency."""
-    found = _combinations(system, limits, orders)
+    """All near mesh frequencies [Hz], by frequency, also what nothing excites."""
+    found = [c for c in _combinations(system, orders) if c.comes_near(limits)]
     return sorted(found, key=lambda each: (each.at, each.order))
 
 
-def _combinations(
-    system: PeriodicSystem, limits: tuple[float, float], orders: int
-) -> Iterator[Combination]:
+def _combinations(system: PeriodicSystem, orders: int) -> Iterator[Combination]:
     angular, right = mean_modes(system)
     decay = 0.5 * np.einsum("ij,j,ji->i", np.linalg.inv(right), system.damping, right)
     for s in system.orders(orders):
         # of the first mesh's frequency that meets one of modes
         per = system.length / (2.0 * math.pi * s)
         own = np.linalg.solve(right, system.harmonic(s) @ right)
+        harmonic, mesh = system.harmonic_of(s)
         for p, q, sign in _pairs(system.modes):
             at = per * (angular[p] + sign * angular[q])
             psi = own[p, q] * own[q, p].conjugate() / (angular[p] * angular[q])
-            driven = abs(psi) >= NONE * angular[p] * angular[q]
-            if not (driven and limits[0] <= at <= limits[1]):
-                continue
-            low, high = detunings(sign * psi / 4.0, decay[p], decay[q])
+            low, high = math.nan, math.nan
+            if abs(psi) >= NONE * angular[p] * angular[q]:
+                low, high = detunings(sign * psi / 4.0, decay[p], decay[q])
             yield Combination(
                 kind="single" if p == q else KINDS[sign],
                 first=q,
                 second=p,
                 order=s / system.length,
+                harmonic=harmonic,
+                mesh=mesh,
                 at=at,
                 low=at + per * low,
                 high=at + per * high,

@@ -8,15 +8,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lumped.drawing import color_of, draw_legend, draw_title, panels
+from lumped.drawing import COLORS, draw_legend, draw_title, panels
 from lumped.stability.intervals import Column
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-MOST_NAMED = 12  # combinations, the widest first, others in grey
-OTHERS, GREY = "others", "0.6"
+OTHERS, GREY = "others", "0.6"  # of combinations beyond the widest ones
 
 
 def draw_chart(
@@ -28,21 +27,26 @@ def draw_chart(
 ) -> Figure:
     """Intervals of speed over a parameter, coloured by the modes that take part.
 
-    Edges by perturbation are dashed. label : of the parameter
+    The widest have colours of their own. Edges by perturbation are dashed.
+    label : of the parameter
     """
+    from matplotlib.patches import Patch
+
     figure, ((axes,),) = panels(1, size=(9.0, 7.0))
     spans: dict[str, float] = {}
     for column in columns:
         for each in column.intervals:
             spans[each.kind] = spans.get(each.kind, 0.0) + each.high - each.low
-    named = sorted(spans, key=lambda kind: -spans[kind])[:MOST_NAMED]
+    widest = sorted(spans, key=lambda kind: -spans[kind])
+    named = dict(zip(widest, COLORS, strict=False))
     handles: list[Any] = []
-    for kind in sorted(spans, key=lambda kind: -spans[kind]):
-        color = color_of(named.index(kind)) if kind in named else GREY
-        filled = _fill(axes, values, columns, kind, color)
-        if kind in named:
-            filled.set_label(kind or OTHERS)
-            handles.append(filled)
+    for kind in widest[len(named) :]:
+        _fill(axes, values, columns, kind, GREY)
+    for kind, color in named.items():
+        handles.append(_fill(axes, values, columns, kind, color))
+        handles[-1].set_label(kind)
+    if len(widest) > len(named):
+        handles.append(Patch(color=GREY, label=OTHERS))
     handles += _draw_expected(axes, values, columns)
     if len(set(values)) > 1:
         axes.set_xlim(min(values), max(values))

@@ -5,20 +5,25 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from itertools import groupby, pairwise
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from lumped.stability.combinations import Combination, combinations, mean_modes
-from lumped.stability.multipliers import Method, largest_multiplier, transition
+from lumped.stability.combinations import ORDERS, Combination, combinations
+from lumped.stability.multipliers import Method
+from lumped.stability.naming import GROWS, Names, candidates, growth
 from lumped.stability.periodic import PeriodicSystem
 
 Array = NDArray[np.float64]
-GROWS = 1e-6  # of a multiplier beyond 1: two that meet are known to half of the digits
-BISECTIONS = 26  # of an edge, to 1e-8 of a step of speed
-INSIDE = 9  # speeds of an expected interval that are looked at
-SHARE = 1e-3  # of a motion's energy in a mode that takes part
+Places = NDArray[np.intp]
+EDGE = 2e-8  # of a speed, to which an edge is traced
+BISECTIONS = 40  # of an edge at most
+HALVINGS = 6  # of the distance of speeds beside an extreme of the multiplier
+MOST_ORDERS = 60  # harmonics that are looked at where speeds are low
+ROUND_OFF = 1e-9  # of a multiplier
+APART = 0.004  # logarithm of speeds that are looked at in any case
+INSIDE, BESIDE = 11, 0.5  # speeds of an expected interval, and its widths beside it
 
 
 @dataclass(frozen=True)
@@ -26,7 +31,7 @@ class Interval:
     """Mesh frequencies [Hz] in which vibration grows.
 
     largest : Floquet multiplier inside, at `worst` [Hz]
-    kind : the combination of modes that grows there, empty where it is none
+    kind : the combination of modes that grows there
     """
 
     low: float
@@ -55,109 +60,105 @@ class Column:
         ]
 
 
+@dataclass(frozen=True, eq=False)
+class Samples:
+    """Speeds (f,) [Hz], rising, their largest multipliers, and what grows there."""
+
+    at: Array
+    largest: Array
+    kinds: Names
+
+    def inserted(
+        self, places: Places, at: Array, largest: Array, kinds: Names
+    ) -> Samples:
+        """With more speeds before those at places."""
+        return Samples(
+            np.insert(self.at, places, at),
+            np.insert(self.largest, places, largest),
+            np.insert(self.kinds, places, kinds),
+        )
+
+
 def examined(
     system: PeriodicSystem, speeds: ArrayLike, method: Method = "peano-baker"
 ) -> Column:
     """Stability at speeds [Hz], rising, and between them.
 
-    Where perturbation expects an interval, more speeds are looked at, so that none is
-    missed that is narrower than the grid. Ends of the grid end an interval.
+    Edges do not depend on the grid: speeds of their own are looked at, close together
+    where perturbation expects an interval. Ends of the grid end an interval.
     """
     grid = np.asarray(speeds, float)
     if grid.size < 2 or not (np.diff(grid) > 0.0).all():
         raise ValueError("speeds must be two or more that rise")
     limits = float(grid[0]), float(grid[-1])
-    known = combinations(system, limits)
-    extra = [np.linspace(*_ends(c, limits), INSIDE) for c in known if c.unstable]
-    extra.append(np.array([c.at for c in known]))
-    at = np.unique(np.concatenate([grid, *extra]))
-    largest = largest_multiplier(system, at, method)
-    grows = largest > 1.0 + GROWS
-    ends = np.flatnonzero(np.diff(grows))
-    edges = _edges(system, at[ends], at[ends + 1], method)
-    marks = np.concatenate([at[:1], edges, at[-1:]]).tolist()
-    kinds = np.full(at.size, "", object)
-    kinds[grows] = kinds_at(system, at[grows], known, method)
-    found: list[Interval] = []
-    for number, (low, high) in enumerate(pairwise(marks)):
-        if bool(grows[0]) != bool(number % 2):
-            own = np.flatnonzero((at >= low) & (at <= high) & grows)
-            found += _parted(low, high, at[own], largest[own], kinds[own].tolist())
-    on_grid = largest[np.searchsorted(at, grid)]
-    return Column(on_grid, tuple(found), tuple(known))
+    highest = 2.0 * float(system.frequency_Hz.max())
+    orders = min(max(ORDERS, math.ceil(highest / limits[0])), MOST_ORDERS)
+    every = combinations(system, orders=orders)
+    known = candidates(system, every)
+    own = _own_speeds(system, every, limits)
+    at = np.unique(np.concatenate([grid, own]))
+    found = Samples(at, *growth(system, at, known, method))
+    on_grid = found.largest[np.searchsorted(at, grid)]
+    for places, rounds in ((_extremes, HALVINGS), (_changes, BISECTIONS)):
+        for _ in range(rounds):
+            left = places(found)
+            if not left.size:
+                break
+            between = 0.5 * (found.at[left] + found.at[left + 1])
+            found = found.inserted(
+                left + 1, between, *growth(system, between, known, method)
+            )
+    near = tuple(each for each in every if each.comes_near(limits))
+    return Column(on_grid, tuple(_intervals(found)), near)
 
 
-def _parted(
-    low: float, high: float, at: Array, largest: Array, kinds: Sequence[str]
-) -> Iterator[Interval]:
-    """An interval, parted half way between speeds at which other modes grow."""
-    groups = [list(g) for _, g in groupby(range(at.size), key=lambda i: kinds[i])]
-    inner = [0.5 * float(at[own[-1]] + at[own[-1] + 1]) for own in groups[:-1]]
-    for own, (start, end) in zip(groups, pairwise([low, *inner, high]), strict=True):
-        worst = own[int(np.argmax(largest[own]))]
-        yield Interval(
-            start, end, float(at[worst]), float(largest[worst]), kinds[own[0]]
-        )
+def _own_speeds(
+    system: PeriodicSystem, known: Sequence[Combination], limits: tuple[float, float]
+) -> Array:
+    """Between limits [Hz], the same in every window but for its ends.
 
-
-def _ends(combination: Combination, limits: tuple[float, float]) -> tuple[float, float]:
-    """Of the expected interval, inside of limits."""
-    low, high = np.clip([combination.low, combination.high], *limits)
-    return float(low), float(high)
-
-
-def _edges(system: PeriodicSystem, below: Array, above: Array, method: Method) -> Array:
-    """Where stability changes between pairs of speeds (e,)."""
-    if not below.size:
-        return below
-    low, high = below.copy(), above.copy()
-    first = largest_multiplier(system, low, method) > 1.0 + GROWS
-    for _ in range(BISECTIONS):
-        middle = 0.5 * (low + high)
-        same = (largest_multiplier(system, middle, method) > 1.0 + GROWS) == first
-        low, high = np.where(same, middle, low), np.where(same, high, middle)
-    return 0.5 * (low + high)
-
-
-def kinds_at(
-    system: PeriodicSystem,
-    speeds: Array,
-    known: Sequence[Combination],
-    method: Method = "peano-baker",
-) -> list[str]:
-    """What grows at speeds (f,) [Hz]: a combination of modes that move.
-
-    known : combinations that may be
+    They are close together where an interval is expected to be narrow.
     """
-    if not (known and speeds.size):
-        return [""] * speeds.size
-    values, vectors = np.linalg.eig(transition(system, speeds, method))
-    worst = np.abs(values).argmax(axis=1)
-    growing = np.take_along_axis(vectors, worst[:, None, None], axis=2)[..., 0]
-    angular, right = mean_modes(system)
-    into, n = np.linalg.inv(right), system.modes
-    rates = growing[:, n:] * speeds[:, None]
-    energy = (
-        np.abs(growing[:, :n] @ into.T * angular) ** 2 + np.abs(rates @ into.T) ** 2
-    )
-    taking = energy > SHARE * energy.sum(axis=1, keepdims=True)
-    return [
-        _nearest(known, set(np.flatnonzero(parts).tolist()), speed)
-        for parts, speed in zip(taking, speeds.tolist(), strict=True)
-    ]
+    top = 2.0 * float(system.frequency_Hz.max())
+    first, last = (math.log(speed / top) / APART for speed in limits)
+    even = top * np.exp(APART * np.arange(math.ceil(first), math.floor(last) + 1))
+    found = [even, np.array([c.at for c in known])]
+    for each in known:
+        width = each.high - each.low
+        if width < INSIDE * APART * each.at:
+            share = np.linspace(-BESIDE, 1.0 + BESIDE, INSIDE)
+            found.append(each.low + width * share)
+    at = np.concatenate(found)
+    return at[(at > limits[0]) & (at < limits[1])]
 
 
-def _nearest(known: Sequence[Combination], modes: set[int], speed: float) -> str:
-    own = [c for c in known if {c.first, c.second} <= modes] or known
-    return min(own, key=lambda c: _far(c, speed)).name
+def _changes(found: Samples) -> Places:
+    """Speeds before a change of what grows, if the next is not near enough."""
+    at = found.at
+    changes = np.flatnonzero(found.kinds[1:] != found.kinds[:-1])
+    return changes[at[changes + 1] - at[changes] > EDGE * at[changes]]
 
 
-def _far(combination: Combination, speed: float) -> tuple[float, float]:
-    """How far a speed is from where a combination is expected [Hz], and from the
-    middle of that over its half."""
-    low, high = combination.low, combination.high
-    if not (combination.unstable and math.isfinite(high)):
-        low = high = combination.at
-    off = abs(speed - 0.5 * (low + high))
-    half = 0.5 * (high - low)
-    return max(off - half, 0.0), off / max(half, 1e-12 * speed)
+def _extremes(found: Samples) -> Places:
+    """Speeds beside which growth may begin or end between its neighbours: where the
+    largest multiplier is a maximum of stable ones or a minimum of others."""
+    stable = found.largest <= 1.0 + GROWS
+    sign = np.where(stable, 1.0, -1.0)
+    before, own, after = found.largest[:-2], found.largest[1:-1], found.largest[2:]
+    inner = sign[1:-1]
+    top = (inner * (own - before) > ROUND_OFF) & (inner * (own - after) > ROUND_OFF)
+    top &= (stable[:-2] == stable[1:-1]) & (stable[2:] == stable[1:-1])
+    place = np.flatnonzero(top)
+    return np.unique(np.concatenate([place, place + 1]))
+
+
+def _intervals(found: Samples) -> Iterator[Interval]:
+    """Of speeds in a row at which the same grows, to half way to the next ones."""
+    at, largest, kinds = found.at, found.largest, found.kinds
+    ends = np.flatnonzero(kinds[1:] != kinds[:-1])
+    cuts = np.concatenate([[0], ends + 1, [at.size]]).tolist()
+    marks = np.concatenate([at[:1], 0.5 * (at[ends] + at[ends + 1]), at[-1:]]).tolist()
+    for (first, past), (low, high) in zip(pairwise(cuts), pairwise(marks), strict=True):
+        if kind := str(kinds[first]):
+            worst = first + int(largest[first:past].argmax())
+            yield Interval(low, high, float(at[worst]), float(largest[worst]), kind)

@@ -86,6 +86,15 @@ class PeriodicSystem:
         }
         return sorted(round(float(order) * self.length) for order in found)
 
+    def harmonic_of(self, order: int) -> tuple[int, int]:
+        """Of a harmonic of the common period's frequency: which one it is of a mesh's,
+        and the first such mesh, counted from 0."""
+        for mesh, rate in enumerate(self.rates):
+            multiple = Fraction(order) / (Fraction(self.length) * rate)
+            if multiple.denominator == 1:
+                return int(multiple), mesh
+        raise ValueError(f"order must be a harmonic of a mesh, got {order}")
+
     def at(self, time: Array, piece: NDArray[np.int64]) -> Array:
         """K (t, n, n) at times from the starts of pieces."""
         powers = time[:, None] ** np.arange(self.stiffness.shape[1])

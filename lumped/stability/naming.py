@@ -1,0 +1,146 @@
+"""Which combination of modes grows, from the motion that grows."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lumped.stability.combinations import (
+    Combination,
+    mean_modes,
+    name_of,
+)
+from lumped.stability.multipliers import Method, transition
+from lumped.stability.periodic import PeriodicSystem
+
+Array = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+Names = NDArray[np.str_]
+GROWS = 1e-6  # of a multiplier beyond 1: two that meet are known to half of the digits
+REACH = 0.5  # of a mesh frequency, from where modes meet a harmonic of it
+
+
+@dataclass(frozen=True, eq=False)
+class Candidates:
+    """Combinations (c,) that may grow, and the modes (n,) of the mean stiffness.
+
+    low, high : where one is expected, both `at` if it is stable or without end [Hz]
+    into : (n, n) from modal coordinates of the system to those of the mean stiffness
+    """
+
+    names: Names
+    first: NDArray[np.int64]
+    second: NDArray[np.int64]
+    order: Array
+    at: Array
+    low: Array
+    high: Array
+    angular: Array
+    into: Array
+
+
+def candidates(system: PeriodicSystem, known: Sequence[Combination]) -> Candidates:
+    """To be named where a system is unstable; known : its combinations."""
+    angular, right = mean_modes(system)
+    at = np.array([c.at for c in known])
+    low, high = np.array([(c.low, c.high) for c in known]).reshape(-1, 2).T
+    bounded = np.isfinite(low) & np.isfinite(high)
+    return Candidates(
+        names=np.array([c.name for c in known], str),
+        first=np.array([c.first for c in known], int),
+        second=np.array([c.second for c in known], int),
+        order=np.array([c.order for c in known]),
+        at=at,
+        low=np.where(bounded, low, at),
+        high=np.where(bounded, high, at),
+        angular=angular,
+        into=np.asarray(np.linalg.inv(right), float),
+    )
+
+
+def growth(
+    system: PeriodicSystem, speeds: Array, known: Candidates, method: Method
+) -> tuple[Array, Names]:
+    """Largest multipliers (f,) at speeds (f,) [Hz] and what grows, empty if nothing."""
+    values, vectors = np.linalg.eig(transition(system, speeds, method))
+    worst = np.abs(values).argmax(axis=1)[:, None]
+    multiplier = np.take_along_axis(values, worst, axis=1)[:, 0]
+    largest = np.abs(multiplier)
+    names = np.full(speeds.size, "", "U64")
+    if (grows := largest > 1.0 + GROWS).any():
+        motion = np.take_along_axis(vectors, worst[..., None], axis=2)[grows, :, 0]
+        energy = _energies(motion, speeds[grows], known)
+        names[grows] = _named(known, energy, multiplier[grows], speeds[grows])
+    return largest, names
+
+
+def _energies(
+    motion: NDArray[np.complex128], speeds: Array, known: Candidates
+) -> Array:
+    """Shares (f, n) of modes in the energy of motions (f, 2 n)."""
+    n = known.angular.size
+    rates = motion[:, n:] * speeds[:, None]
+    energy = (
+        np.abs(motion[:, :n] @ known.into.T * known.angular) ** 2
+        + np.abs(rates @ known.into.T) ** 2
+    )
+    return np.asarray(energy / energy.sum(axis=1, keepdims=True))
+
+
+def _named(
+    known: Candidates,
+    energy: Array,
+    multiplier: NDArray[np.complex128],
+    speeds: Array,
+) -> Names:
+    """The nearest combination, within REACH, of the modes that move most.
+
+    One mode grows with a multiplier that is real, since half a harmonic of the mesh
+    frequency is locked to it. Two modes keep frequencies of their own, with energies as
+    those frequencies.
+    """
+    real = multiplier.imag == 0.0
+    order = np.argsort(-energy, axis=1, kind="stable")
+    one = order[:, :1]
+    other = np.where(real[:, None], one, order[:, min(1, order.shape[1] - 1), None])
+    fits = known.first == np.minimum(one, other)
+    fits &= known.second == np.maximum(one, other)
+    fits &= np.abs(speeds[:, None] - known.at) * known.order <= REACH * speeds[:, None]
+    away = np.abs(speeds[:, None] - 0.5 * (known.low + known.high))
+    half = np.maximum(0.5 * (known.high - known.low), 1e-12 * speeds[:, None])
+    # inside of several, the one whose middle is nearest by its half
+    far = np.where(away <= half, away / half, 1.0 + (away - half) / speeds[:, None])
+    found = fits.any(axis=1)
+    names = np.full(speeds.size, "", "U64")
+    if found.any():
+        names[found] = known.names[np.where(fits, far, np.inf)[found].argmin(axis=1)]
+    for number in np.flatnonzero(~found).tolist():
+        hertz = known.angular / (2.0 * np.pi * speeds[number])
+        names[number] = _name_by_order(
+            int(one[number, 0]), int(other[number, 0]), hertz
+        )
+    return names
+
+
+def _name_by_order(one: int, other: int, over_speed: Array) -> str:
+    """Of two modes or twice the same, by the multiple that they meet most nearly.
+
+    over_speed : (n,) their frequencies over that of the first mesh
+    """
+    first, second = sorted((one, other))
+    gap, both = (
+        over_speed[second] - over_speed[first],
+        over_speed[[first, second]].sum(),
+    )
+    if first == second:
+        return name_of("single", first, first, _order(both))
+    if abs(gap - _order(gap)) < abs(both - _order(both)):
+        return name_of("difference", first, second, _order(gap))
+    return name_of("sum", first, second, _order(both))
+
+
+def _order(ratio: float) -> int:
+    return max(1, round(ratio))
