@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from fegear.store import Keeping
 
 EXAMPLE = "fegear eccentric --radius 20 --eccentricity 6 --teeth 40 -o wheels.svg"
-LENGTH = Range(above=0.0, most=1e6, unit="mm")
+LENGTH = Range(least=1e-3, most=1e6, unit="mm")
 OUTLINES, MESHES = (".csv", ".svg", ".dxf"), (".msh", ".vtu")
 FILMS = (".gif", ".mp4")
 

@@ -32,6 +32,8 @@ ANGLES = (5.0, 35.0)  # pressure angles [deg]
 LEGEND = {
     "frames": "each wheel's own, the origin in its bearing; both wheels are assembled "
     "with the driven bearing at x = center_distance_mm and the driver turns clockwise",
+    "base curves": "of the flanks that drive; those of the other flanks are their "
+    "mirror images about the x axis",
 }
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
@@ -34,6 +34,7 @@ BLOCK = 8  # positions that are solved and kept together
 STEEL = PlaneMaterial(2.06e11, 0.3)
 FINENESS = {"coarse": 0.7, "default": 1.0, "fine": 1.7}
 MOST_POSITIONS = 100_000
+FEWEST_A_TOOTH = 4  # positions, below which peaks are missed
 MOST_TEETH = 2_000  # of both wheels: 200 MB for every thousand
 LEGEND = {
     "transmission_error_um": "approach of the flanks along the line of action under "
@@ -92,12 +93,15 @@ class TurnTable:
         )
         off = np.abs(ratio / self.columns["torque_ratio"] - 1.0)
         pressure = float(self.columns["contact_pressure_MPa"].max())
-        warnings = doubts(
-            f"contact at {self.load.torque_Nm:g} N m",
-            1e-3 * self.gearing.summary["module_mm"],
-            transmission_error=1e-6 * float(error.max()),
-            pressure=1e6 * pressure,
-        )
+        warnings = [
+            *_sparse(self),
+            *doubts(
+                f"contact at {self.load.torque_Nm:g} N m",
+                1e-3 * self.gearing.summary["module_mm"],
+                transmission_error=1e-6 * float(error.max()),
+                pressure=1e6 * pressure,
+            ),
+        ]
         return {
             "torque_Nm": self.load.torque_Nm,
             "face_width_mm": self.load.face_width_mm,
@@ -107,8 +111,19 @@ class TurnTable:
             "peak_to_peak_transmission_error_um": float(np.ptp(error)),
             "largest_deviation_of_torque_ratio": float(off.max()),
             "largest_contact_pressure_MPa": pressure,
-            "warnings": list(warnings),
+            "warnings": warnings,
         }
+
+
+def _sparse(table: TurnTable) -> Iterator[str]:
+    """Where positions are too few to tell the largest values."""
+    teeth = int(table.gearing.summary["driven_teeth"])
+    asked = table.load.positions
+    if asked is not None and asked < FEWEST_A_TOOTH * teeth:
+        yield (
+            f"{asked} positions are less than {FEWEST_A_TOOTH} for each of the {teeth} "
+            "teeth: largest values and peak to peak may lie between them"
+        )
 
 
 def solve_load(

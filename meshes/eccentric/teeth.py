@@ -26,7 +26,7 @@ from meshes.gear import GeometryError, floored
 
 Array = NDArray[np.float64]
 FEWEST_TEETH, MOST_TEETH = 5, 2_000
-ROUNDING = 0.38  # of the rack's tips, in modules (ISO 53)
+ROUNDING = 0.3  # of the rack's tips, in modules, as usual of gear sets
 LEAST_TIP = 0.05  # tip thickness in modules
 STEPS = 50  # of Newton's method, at most
 EXACT, ROUND_OFF = 1e-12, 2e-15  # of a module, of the whole way round
