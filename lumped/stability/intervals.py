@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from lumped.stability.combinations import ORDERS, Combination, combinations
 from lumped.stability.multipliers import Method
-from lumped.stability.naming import GROWS, Names, candidates, growth
+from lumped.stability.naming import Names, candidates, growth
 from lumped.stability.periodic import PeriodicSystem
 
 Array = NDArray[np.float64]
@@ -142,7 +142,7 @@ def _changes(found: Samples) -> Places:
 def _extremes(found: Samples) -> Places:
     """Speeds beside which growth may begin or end between its neighbours: where the
     largest multiplier is a maximum of stable ones or a minimum of others."""
-    stable = found.largest <= 1.0 + GROWS
+    stable = found.kinds == ""
     sign = np.where(stable, 1.0, -1.0)
     before, own, after = found.largest[:-2], found.largest[1:-1], found.largest[2:]
     inner = sign[1:-1]

@@ -19,7 +19,9 @@ from lumped.stability.periodic import PeriodicSystem
 Array = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 Names = NDArray[np.str_]
-GROWS = 1e-6  # of a multiplier beyond 1: two that meet are known to half of the digits
+# of a multiplier beyond 1: two that meet are known to half of the digits, and with
+# damping they meet inside of the unit circle
+GROWS, GROWS_DAMPED = 1e-6, 1e-9
 REACH = 0.5  # of a mesh frequency, from where modes meet a harmonic of it
 
 
@@ -70,7 +72,9 @@ def growth(
     multiplier = np.take_along_axis(values, worst, axis=1)[:, 0]
     largest = np.abs(multiplier)
     names = np.full(speeds.size, "", "U64")
-    if (grows := largest > 1.0 + GROWS).any():
+    decay = 0.5 * float(system.damping.min()) * system.length / speeds
+    least = np.where(decay > GROWS, GROWS_DAMPED, GROWS)
+    if (grows := largest > 1.0 + least).any():
         motion = np.take_along_axis(vectors, worst[..., None], axis=2)[grows, :, 0]
         energy = _energies(motion, speeds[grows], known)
         names[grows] = _named(known, energy, multiplier[grows], speeds[grows])

@@ -36,7 +36,7 @@ def test_a_row_for_every_cell(made):
     assert (folder / "s.png").stat().st_size > 20_000
     assert not list(folder.glob("*.partial"))
     for row in rows:
-        assert bool(row["kind"]) == (float(row["floquet_max"]) > 1.0 + 1e-6)
+        assert bool(row["kind"]) == (float(row["floquet_max"]) > 1.0 + 1e-9)
 
 
 def test_intervals_hold_the_unstable_cells(made):

@@ -49,7 +49,7 @@ def test_intervals_do_not_depend_on_the_grid(pair, whole, steps):
 def test_no_interval_holds_or_leaves_out_a_speed(pair, whole):
     """Beside multipliers at speeds that are much closer."""
     speeds = np.arange(LOW, HIGH, 5e-4)
-    grows = largest_multiplier(pair, speeds) > 1.0 + 1e-6
+    grows = largest_multiplier(pair, speeds) > 1.0 + 1e-9
     inside = np.zeros(speeds.size, bool)
     for each in whole:
         inside |= (each.low <= speeds) & (speeds <= each.high)
