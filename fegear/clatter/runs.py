@@ -127,6 +127,7 @@ class ClatterResult:
         dimension = correlation_dimension(phase, speed)
         return {
             "lyapunov_exponent_per_s": _plain(exponent),
+            "forgets_its_start": exponent == -math.inf,
             "correlation_dimension": _plain(dimension),
         }
 

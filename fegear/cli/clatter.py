@@ -137,6 +137,8 @@ def print_clatter(values: dict[str, Any]) -> None:
         if wheel.get("lyapunov_exponent_per_s") is not None:
             exponent = wheel["lyapunov_exponent_per_s"]
             say(f"largest Lyapunov exponent {exponent:.4g} per s")
+        if wheel.get("forgets_its_start"):
+            say("no Lyapunov exponent: in contact the wheel forgets where it came from")
         if wheel.get("correlation_dimension") is not None:
             dimension = wheel["correlation_dimension"]
             say(f"correlation dimension of its impacts {dimension:.3g}")

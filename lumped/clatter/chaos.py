@@ -12,6 +12,7 @@ from lumped.clatter.runs import State, move
 
 Array = NDArray[np.float64]
 NEIGHBOUR = 1e-7  # of the plays: distance that a neighbour is kept at
+MET = 1e-5  # of this distance, which is left of round-off
 WINDOW = 10  # impacts next to each other in time that are no neighbours (Theiler 1986)
 MOST_POINTS = 4000
 LEAST_POINTS = 200
@@ -21,7 +22,8 @@ def lyapunov_exponent(group: Group, start: State, periods: int) -> float:
     """Largest one [1/s] of the motion at every period, of a neighbour kept close.
 
     The distance is of plays and of speeds in periods, over the plays. NaN for a signal
-    that does not repeat. Benettin, Galgani and Strelcyn (1976).
+    that does not repeat, minus infinity where both meet: in contact that holds all of
+    its plays a wheel forgets where it came from. Benettin, Galgani, Strelcyn (1976).
     """
     if math.isfinite(group.excitation.lasts):
         return math.nan
@@ -35,15 +37,15 @@ def lyapunov_exponent(group: Group, start: State, periods: int) -> float:
             for _ in move(group, each, (first + number) * period):
                 pass
         apart = _coordinates(group, other) - _coordinates(group, state)
-        size = max(float(np.linalg.norm(apart / scale)), 1e-3 * NEIGHBOUR)
+        size = float(np.linalg.norm(apart / scale))
+        if size <= MET * NEIGHBOUR:
+            return -math.inf
         total += math.log(size / NEIGHBOUR)
         shift = apart * (NEIGHBOUR / size)
         n = play.size
         other = state.copy()
         other.q = state.q + np.linalg.solve(group.box.rows, shift[:n])
         other.v = state.v + np.linalg.solve(group.box.rows, shift[n:])
-        if not shift.any():
-            other.q = state.q + NEIGHBOUR * np.linalg.solve(group.box.rows, -0.5 * play)
     return total / (periods * period)
 
 

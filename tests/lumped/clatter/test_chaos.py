@@ -88,3 +88,13 @@ def test_wheels_that_mesh_stay_in_their_plays():
         list(move(group, state, time))
         s = box.ratios * SINE.at(np.array([time]))[0] + box.rows @ state.q
         assert np.all((s <= 1e-15) & (s >= -1e-4 - 1e-15))
+
+
+def test_a_wheel_that_rests_in_contact_has_no_exponent():
+    """After each rest against the teeth it moves as after the one before."""
+    excitation = Harmonics(0.04, (0.15e-3, 0.04e-3), (0.0, math.radians(30.0)))
+    wheel = spur(0.8, -0.05, 1e-3, ratio=0.9)
+    group = Group((wheel,), excitation)
+    state = middle(group)
+    list(move(group, state, 4.0))
+    assert lyapunov_exponent(group, state, 200) == -math.inf
