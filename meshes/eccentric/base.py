@@ -18,6 +18,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Literal
 
 import numpy as np
@@ -73,14 +74,7 @@ def base_points(frames: Frames, pressure_angle: float, side: Side) -> Array:
     return frames.point - (out / frames.curvature)[..., None] * action
 
 
-def base_curvature(frames: Frames, pressure_angle: float, side: Side) -> Array:
-    """Of the base curve (n,) [1/m]; infinite at cusps, negative between them."""
-    k, slope = frames.curvature, frames.slope
-    speed = math.cos(pressure_angle) + side * math.sin(pressure_angle) * slope / k**2
-    with np.errstate(divide="ignore"):
-        return k / speed
-
-
+@lru_cache(maxsize=8)
 def feasibility(pair: EccentricPair, pressure_angle: float) -> Feasibility:
     """Of both wheels; the driver's base curve is a circle and always there."""
     curvature, steepest = least_curvature(pair), steepest_radius(pair)
