@@ -41,6 +41,8 @@ Play = Annotated[float, Field(ge=1e-6, le=1e3)]  # mm
 Part = Annotated[float, Field(ge=0.0, le=1.0)]
 Size = Annotated[float, Field(ge=-1e3, le=1e3)]  # mm
 RPM = 2.0 * math.pi / 60.0
+GYRATION = 0.01, 10.0  # radius of gyration of a wheel over its base radius
+FADING = 1e5  # most that damping slows a wheel in a period, as a rate
 
 
 class ExcitationKeys(Keys):
@@ -48,7 +50,7 @@ class ExcitationKeys(Keys):
 
     frequency_Hz: Positive | None = None
     amplitude_mm: Size | None = None
-    amplitudes_mm: Entries[Size] | None = None
+    amplitudes_mm: Annotated[Entries[Size], Field(min_length=1)] | None = None
     phases_deg: Entries[Signed] | None = None
     speed_file: str | None = None
     base_radius_mm: Positive | None = None
@@ -102,7 +104,39 @@ class WheelKeys(Keys):
             "axial_play_mm", "radial_play_mm"
         ):
             raise ValueError("mass_kg needs axial_play_mm or radial_play_mm")
+        if self.axial_play_mm is not None and self.helix_angle_deg == 0.0:
+            raise ValueError("axial_play_mm needs helix_angle_deg, other than 0")
+        self._require_gyration()
         return self
+
+    def _require_gyration(self) -> None:
+        if self.mass_kg is None:
+            return
+        radius = 1e3 * math.sqrt(self.inertia_kg_m2 / self.mass_kg)
+        low, high = (each * self.base_radius_mm for each in GYRATION)
+        if not low <= radius <= high:
+            raise ValueError(
+                f"inertia_kg_m2 = {self.inertia_kg_m2:g} and mass_kg = "
+                f"{self.mass_kg:g} contradict each other: the radius of gyration, "
+                f"{radius:.4g} mm, must be {low:g} to {high:g} mm for this "
+                "base_radius_mm"
+            )
+
+    def require_slow_fading(self, time_s: float) -> None:
+        """Raises ValueError for damping that stops the wheel in a part of this time."""
+        masses = {
+            "damping_Nms_per_rad": self.inertia_kg_m2,
+            "axial_damping_Ns_per_m": self.mass_kg,
+            "radial_damping_Ns_per_m": self.mass_kg,
+        }
+        for key, mass in masses.items():
+            most = FADING * (mass or 0.0) / time_s
+            if (getattr(self, key) or 0.0) > most:
+                raise ValueError(
+                    f"wheel {self.name}: {key} = {getattr(self, key):g}; must be at "
+                    f"most {most:.4g}, with which the wheel follows the oil within "
+                    f"{time_s / FADING:.3g} s"
+                )
 
 
 class GearboxFile(Keys):
@@ -113,6 +147,18 @@ class GearboxFile(Keys):
     inferences: Entries[str] = ()
     excitation: ExcitationKeys
     wheel: Annotated[Entries[WheelKeys], Field(min_length=1)]
+
+    @model_validator(mode="after")
+    def _in_motion(self) -> GearboxFile:
+        given = self.excitation
+        still = given.amplitude_mm == 0.0 or not any(given.amplitudes_mm or (1.0,))
+        drags = "drag_Nm", "axial_drag_N", "radial_drag_N"
+        if still and not any(getattr(w, key) for w in self.wheel for key in drags):
+            raise ValueError(
+                "excitation has no amplitude other than 0 and no wheel a drag, so that "
+                "nothing moves"
+            )
+        return self
 
 
 @dataclass(frozen=True, eq=False)
@@ -170,6 +216,8 @@ def _named(text: str, folder: Path) -> NamedGearbox:
     except ValidationError as error:
         raise InputError(first_problem(error, tables, GearboxFile)) from None
     excitation, recorded = _excitation(given.excitation, folder)
+    for keys in given.wheel:
+        keys.require_slow_fading(excitation.shortest)
     wheels = tuple(_wheel(keys) for keys in given.wheel)
     return NamedGearbox(
         *(given.name, given.description, given.inferences),

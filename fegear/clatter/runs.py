@@ -17,7 +17,7 @@ from fegear.store import NOTHING, Checkpoint, Keeping
 from lumped.clatter.chaos import correlation_dimension, lyapunov_exponent
 from lumped.clatter.figure import draw_attractor, draw_motion
 from lumped.clatter.gearbox import TEETH, Group, Wheel
-from lumped.clatter.maps import follow_map, require_mapped
+from lumped.clatter.maps import follow_map, map_exponent, require_mapped
 from lumped.clatter.noise import noise_of
 from lumped.clatter.runs import CHUNK, Impacts, State, joined, middle, move, scattered
 from lumped.csv_text import format_csv
@@ -30,7 +30,8 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 MapKind = Literal["event", "implicit", "fermi"]
 MOST_IMPACTS = 20_000_000  # that are kept at a time
-PERIODS = 1000  # over which an exponent is measured, at most
+PERIODS = 1000  # or impacts of a map, over which an exponent is measured, at most
+LEAST_PERIODS = 100
 FEW = 1000  # impacts of a map that are tried first
 SHOWN = 12  # periods of a plot of the motion
 
@@ -91,7 +92,12 @@ class ClatterResult:
                 yield (
                     f"wheel {run.group.wheels[0].name}: ends after {run.seconds:.6g} s "
                     f"and {len(run.impacts)} impacts"
+                    f"{self._reason(run)}"
                 )
+
+    def _reason(self, run: GroupRun) -> str:
+        full = len(run.impacts) >= self.asked.impacts
+        return "" if full else ", where it rests on an edge: the map ends there"
 
     def _wheel(self, run: GroupRun, wheel: Wheel) -> dict[str, Any]:
         noise = noise_of(run.group, run.impacts, run.seconds)
@@ -118,18 +124,24 @@ class ClatterResult:
         return values
 
     def _chaos(self, run: GroupRun, wheel: Wheel) -> dict[str, Any]:
-        exponent = math.nan
-        if self.asked.kind == "event":
-            periods = int(run.seconds / run.group.excitation.period)
-            count = max(1, min(PERIODS, periods))
-            exponent = lyapunov_exponent(run.group, run.end, count)
+        unit, exponent = self._exponent(run)
+        repeats = exponent == -math.inf
         phase, speed, _ = self._teeth(run, wheel)
-        dimension = correlation_dimension(phase, speed)
+        dimension = math.nan if repeats else correlation_dimension(phase, speed)
         return {
-            "lyapunov_exponent_per_s": _plain(exponent),
-            "forgets_its_start": exponent == -math.inf,
+            f"lyapunov_exponent_per_{unit}": _plain(exponent),
+            "forgets_its_start": repeats,
             "correlation_dimension": _plain(dimension),
         }
+
+    def _exponent(self, run: GroupRun) -> tuple[str, float]:
+        """Of events by seconds, of maps by impacts."""
+        if self.asked.kind != "event":
+            edge, kind = int(run.impacts.edge[0]), self.asked.kind
+            return "impact", map_exponent(run.group, kind, run.end, edge, PERIODS)
+        periods = int(run.seconds / run.group.excitation.period)
+        count = min(max(periods, LEAST_PERIODS), PERIODS)
+        return "s", lyapunov_exponent(run.group, run.end, count)
 
     def _teeth(self, run: GroupRun, wheel: Wheel) -> tuple[Array, Array, Array]:
         """Phases in periods, speeds and edges of impacts of a wheel's teeth."""
@@ -142,7 +154,7 @@ class ClatterResult:
         """A row for each contact that was struck, in the order of time."""
         names = [
             *("time_s", "wheel", "play", "edge"),
-            *("relative_speed_before_m_per_s", "impulse_Ns"),
+            *("relative_speed_before_m_per_s", "impulse_Ns", "lost_energy_J"),
         ]
         header = {
             "gearbox": self.named.name,
@@ -168,6 +180,7 @@ class ClatterResult:
                 "upper" if run.impacts.edge[row] > 0 else "lower",
                 float(run.impacts.speed[row]),
                 float(run.impacts.impulse[row]),
+                float(run.impacts.lost[row]),
             ]
 
     def draw(self) -> Figure:
@@ -255,24 +268,36 @@ def _mapped(named: NamedGearbox, asked: Clatter, wheel: Wheel) -> ClatterResult:
         raise InputError(f"{named.name}: wheel {wheel.name} {error}") from None
     if wheel.driver is not None or name == "event":
         raise InputError(f"{named.name}: wheel {wheel.name} has no map of its own")
-    state = start_of(group, asked.seed)
-    part = next(iter(move(group, state, asked.seconds, most=0)))
-    teeth = part.edge[part.play == 0]
-    if not teeth.size:
-        raise InputError(f"{named.name}: wheel {wheel.name} meets no tooth at all")
-    count = FEW
+    state, first = _first_of_teeth(group, asked)
+    count = min(FEW, asked.impacts)
     while True:
-        count = min(count, asked.impacts)
-        found = follow_map(group, name, state, int(teeth[-1]), count)
-        whole = len(found) == count and found.time[-1] < asked.seconds
-        if not whole or count == asked.impacts:
+        rest = follow_map(group, name, state, int(first.edge[0]), count)
+        found = joined([first, rest])
+        more = len(rest) == count and rest.time[-1] < asked.seconds
+        if not more or len(found) >= asked.impacts:
             break
-        count *= 4  # from the start again, which costs a third
-    inside = found.time <= asked.seconds
-    cut = Impacts(*(values[inside] for values in vars(found).values()))
-    lasts = asked.seconds if not inside.all() else float(max(found.time, default=0.0))
-    run = GroupRun(group, cut, lasts or asked.seconds, state)
+        count = min(4 * count, asked.impacts)  # from the start again: a third more
+    cut = _first(found, min(int(np.sum(found.time <= asked.seconds)), asked.impacts))
+    whole = len(cut) < min(len(found), asked.impacts)
+    lasts = asked.seconds if whole else float(cut.time[-1])
+    run = GroupRun(group, cut, lasts, state)
     return ClatterResult(named, asked, wheel, (run,))
+
+
+def _first_of_teeth(group: Group, asked: Clatter) -> tuple[State, Impacts]:
+    """The first impact of teeth by events, and the state after it."""
+    state = start_of(group, asked.seed)
+    for part in move(group, state, asked.seconds, most=0):
+        if part.play[:1] == 0:  # of the group's order, teeth come first
+            return state, _first(part, 1)
+    name = group.wheels[0].name
+    raise InputError(
+        f"seconds = {asked.seconds:g}; teeth of wheel {name} do not meet in this time"
+    )
+
+
+def _first(impacts: Impacts, count: int) -> Impacts:
+    return Impacts(*(values[:count] for values in vars(impacts).values()))
 
 
 def _run(
@@ -294,8 +319,11 @@ def _run(
         tell(count, state.time * period)
         if count >= asked.impacts:
             break
-    impacts = joined(parts)
-    return GroupRun(group, impacts, min(state.time * period, asked.seconds), state)
+    impacts, lasts = joined(parts), min(state.time * period, asked.seconds)
+    if count >= asked.impacts:
+        impacts = _first(impacts, asked.impacts)
+        lasts = float(impacts.time[-1])
+    return GroupRun(group, impacts, lasts, state)
 
 
 def _teller(

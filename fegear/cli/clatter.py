@@ -52,8 +52,8 @@ class RunOptions:
         default="event",
     )
     chaos: bool = option(
-        "Measure the largest Lyapunov exponent, of events, and the correlation "
-        "dimension of the impacts as well.",
+        "Measure the largest Lyapunov exponent and the correlation dimension of the "
+        "impacts as well.",
         default=False,
     )
 
@@ -134,9 +134,10 @@ def print_clatter(values: dict[str, Any]) -> None:
             f"{wheel['seconds']:.6g} s, noise level {wheel['noise_m2_per_s3']:.4g} "
             "m2 per s3"
         )
-        if wheel.get("lyapunov_exponent_per_s") is not None:
-            exponent = wheel["lyapunov_exponent_per_s"]
-            say(f"largest Lyapunov exponent {exponent:.4g} per s")
+        for unit in ("s", "impact"):
+            exponent = wheel.get(f"lyapunov_exponent_per_{unit}")
+            if exponent is not None:
+                say(f"largest Lyapunov exponent {exponent:.4g} per {unit}")
         if wheel.get("forgets_its_start"):
             say("no Lyapunov exponent: in contact the wheel forgets where it came from")
         if wheel.get("correlation_dimension") is not None:

@@ -50,6 +50,11 @@ class Harmonics:
         """Seconds for which it is known."""
         return math.inf
 
+    @property
+    def shortest(self) -> float:
+        """Shortest time in which it changes [s]."""
+        return self.period / max(1, len(self.amplitudes))
+
     def at(self, time: Array) -> Array:
         """Displacement at times [s]."""
         turns = 2.0 * math.pi * np.asarray(time) / self.period
@@ -89,6 +94,10 @@ class SpeedSignal:
     @property
     def lasts(self) -> float:
         return self.period
+
+    @property
+    def shortest(self) -> float:
+        return self.period / len(self.times)
 
     @cached_property
     def pieces(self) -> Array:
@@ -267,6 +276,7 @@ class Group:
             jerk=jerk,
             snap=snap,
             rest=_resting(self, play),
+            most_hits=_most_hits(np.array([each.restitution for each in freedoms])),
             tolerance=self.tolerance,
             longest=SERIES / fastest if fastest > 0.0 else math.inf,
         )
@@ -286,6 +296,17 @@ def _resting(group: Group, play: Array) -> float:
     place = ratio * e + play.max()
     own = RESTING * math.sqrt(2.0 * pull * place * np.finfo(float).eps)
     return float(own + np.finfo(float).eps * play.max())
+
+
+def _most_hits(restitution: Array) -> int:
+    """Impacts at an instant that leave 1e-7 of a speed, of sequences that do end.
+
+    Two contacts i, k that are hit in turn transform their speeds by a matrix with the
+    determinant eps_i eps_k, and end unless its eigenvalues are real.
+    """
+    two = np.prod(np.sort(restitution)[-2:])
+    share = -math.log(max(float(two), 1e-30)) / 4.0  # that a hit loses, at least
+    return int(np.clip(math.log(1e7) / max(share, 1e-9), 10.0, 1e6))
 
 
 def _largest_bend(excitation: Excitation) -> float:

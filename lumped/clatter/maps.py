@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import math
 from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lumped.clatter.gearbox import RADIAL, TEETH, Group, Harmonics
 from lumped.clatter.kernels import maps as kernel
 from lumped.clatter.runs import Impacts, State
 
+Array = NDArray[np.float64]
+NEIGHBOUR = 1e-7  # distance at which a neighbour is kept, of periods and plays
+SETTLE = 100  # impacts before an exponent is measured
 MapName = Literal["implicit", "fermi"]
 
 
@@ -35,18 +40,55 @@ def follow_map(
     The radial play never ends here. Fewer are found where wheels come to rest.
     """
     require_mapped(group)
-    box, period = group.box, group.excitation.period
-    out = np.zeros((count, 4))
-    if name == "implicit":
-        found = kernel.follow_implicit(box, state.time, state.v.copy(), edge, out)
-    else:
-        speed = float(-box.rows[0] @ state.v)
-        found = kernel.follow_fermi(box, state.time, speed, out)
-    out = out[:found]
+    rows = _advanced(group, name, state.time, state.v.copy(), edge, count)
+    bounce, period = group.box.restitution[0], group.excitation.period
+    time, side, speed, impulse = rows.T
     return Impacts(
-        out[:, 0] * period,
-        np.zeros(found, np.int64),
-        out[:, 1].astype(np.int64),
-        out[:, 2] / period,
-        out[:, 3] / period,
+        time * period,
+        np.zeros(len(rows), np.int64),
+        side.astype(np.int64),
+        speed / period,
+        impulse / period,
+        0.5 * (1.0 - bounce) * speed * impulse / period**2,
     )
+
+
+def map_exponent(
+    group: Group, name: MapName, state: State, edge: int, count: int
+) -> float:
+    """Largest Lyapunov exponent of a map, of an impact, over so many of them.
+
+    Of a neighbour that is kept close in times and speeds after each impact, as
+    `lumped.clatter.chaos.lyapunov_exponent`; NaN where wheels come to rest. There is
+    none of time: flights of the Fermi accelerator have no mean.
+    """
+    require_mapped(group)
+    scale = np.abs(group.box.rows[0]) / (group.box.high[0] - group.box.low[0])
+    time, other = state.time, state.time + NEIGHBOUR
+    v, w = state.v.copy(), state.v.copy()
+    total = 0.0
+    for number in range(-SETTLE, count):
+        time, other = time % 1.0, other - math.floor(time)
+        rows = _advanced(group, name, time, v, edge, 1)
+        beside = _advanced(group, name, other, w, edge, 1)
+        if not len(rows) or not len(beside):
+            return math.nan
+        time, other, edge = rows[0, 0], beside[0, 0], int(rows[0, 1])
+        apart = math.hypot(other - time, float(np.linalg.norm(scale * (w - v))))
+        if apart == 0.0:
+            return -math.inf
+        if number >= 0:
+            total += math.log(apart / NEIGHBOUR)
+        other = time + (other - time) * NEIGHBOUR / apart
+        w = v + (w - v) * NEIGHBOUR / apart
+    return total / count
+
+
+def _advanced(
+    group: Group, name: MapName, time: float, v: Array, edge: int, count: int
+) -> Array:
+    """Rows of the kernels, of as many impacts as there are; v is changed."""
+    follow = kernel.follow_implicit if name == "implicit" else kernel.follow_fermi
+    out = np.zeros((count, 4))
+    rows: Array = out[: follow(group.box, time, v, edge, out)]
+    return rows

@@ -15,7 +15,7 @@ class PlayNoise:
     """Of a play of a wheel.
 
     impacts : how many; level : sum of squared approach speeds per time [m2/s3]
-    power : energy that the impacts lose per time [W], (1 - eps) g- L / 2 of each
+    power : energy that the impacts lose per time [W]
     """
 
     wheel: str
@@ -31,13 +31,12 @@ def noise_of(group: Group, impacts: Impacts, seconds: float) -> list[PlayNoise]:
     found = []
     for number, (wheel, name) in enumerate(group.plays):
         own = impacts.play == number
-        speed, impulse = impacts.speed[own], impacts.impulse[own]
-        lost = 0.5 * (1.0 - wheel.freedoms[name].restitution) * speed * impulse
+        speed = impacts.speed[own]
         found.append(
             PlayNoise(
                 *(wheel.name, name, int(own.sum())),
                 level=float(np.sum(speed**2)) / seconds,
-                power=float(np.sum(lost)) / seconds,
+                power=float(np.sum(impacts.lost[own])) / seconds,
                 fastest=float(speed.max(initial=0.0)),
             )
         )

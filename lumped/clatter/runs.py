@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -73,7 +73,7 @@ class Impacts:
     """Impacts of a group, a row of each contact that was struck.
 
     time [s], play : number among the group's plays, edge : 1 upper, -1 lower
-    speed : of approach [m/s], impulse [N s]
+    speed : of approach [m/s], impulse [N s], lost : energy [J]
     """
 
     time: Array
@@ -81,6 +81,7 @@ class Impacts:
     edge: NDArray[np.int64]
     speed: Array
     impulse: Array
+    lost: Array
 
     def __len__(self) -> int:
         return len(self.time)
@@ -117,11 +118,12 @@ def _impacts(records: Array, period: float) -> Impacts:
         records[:, 3].astype(np.int64),
         records[:, 4] / period,
         records[:, 5] / period,
+        records[:, 6] / period**2,
     )
 
 
 def joined(parts: list[Impacts]) -> Impacts:
-    names = ("time", "play", "edge", "speed", "impulse")
+    names = [each.name for each in fields(Impacts)]
     return Impacts(*(np.concatenate([getattr(p, n) for p in parts]) for n in names))
 
 

@@ -9,8 +9,15 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 Numbers = NDArray[np.int64]
-NUMBERS = "locked", "contact", "side", "leaving", "basis"  # whole ones of `Work`
-RECORD = 6  # columns of an impact, see `lumped.clatter.kernels.events.run`
+NUMBERS = (
+    "locked",
+    "contact",
+    "side",
+    "leaving",
+    "basis",
+    "edge",
+)  # whole ones of `Work`
+RECORD = 7  # columns of an impact, see `lumped.clatter.kernels.events.run`
 
 
 class Box(NamedTuple):
@@ -28,6 +35,7 @@ class Box(NamedTuple):
         none with harmonics
     jerk, snap : largest third and fourth derivative of e
     rest : speed below which contacts do not bounce any more
+    most_hits : impacts at an instant; more are without end
     tolerance : periods, of the time of an event
     longest : step in sustained contact of teeth, for a series to round-off
     """
@@ -49,6 +57,7 @@ class Box(NamedTuple):
     jerk: float
     snap: float
     rest: float
+    most_hits: int
     tolerance: float
     longest: float
 
@@ -62,6 +71,8 @@ class Work(NamedTuple):
     s (p, 4) : plays and their derivatives; bounds (p, 2) : largest third, fourth ones
     contact, side (p,) : closed contacts: play and its edge, 1 upper or -1 lower
     leaving (p,) : the edge that a contact without speed leaves, else 0
+    edge, met, total, lost (p,) : of plays struck at an instant: edge, largest speed of
+        approach, impulse and energy lost; approach (p,) : speeds by contact
     delassus, inverse (p, p), b, z (p,), basis (p,), eliminated (p, p + 1) : of the
         complementarity problem
     lift (n, p), pull (n,) : accelerations by contact forces, and those by e''
@@ -78,6 +89,11 @@ class Work(NamedTuple):
     contact: Numbers
     side: Numbers
     leaving: Numbers
+    edge: Numbers
+    met: Array
+    total: Array
+    lost: Array
+    approach: Array
     delassus: Array
     inverse: Array
     b: Array
@@ -95,6 +111,7 @@ def work_for(n: int, p: int, terms: int) -> Work:
     shapes = {
         **dict.fromkeys(("a", "j", "most_j", "most_k", "locked", "pull"), (n,)),
         **dict.fromkeys(("contact", "side", "leaving", "b", "z", "basis"), (p,)),
+        **dict.fromkeys(("edge", "met", "total", "lost", "approach"), (p,)),
         **dict.fromkeys(("delassus", "inverse"), (p, p)),
         "s": (p, 4),
         "bounds": (p, 2),

@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 
 from lumped.clatter.kernels.contact import (
+    CLOSED,
     bound_held,
     expand,
     fix,
@@ -24,15 +25,16 @@ from lumped.clatter.kernels.contact import (
 )
 from lumped.clatter.kernels.excitation import excite
 from lumped.clatter.kernels.impact import impact
-from lumped.compiled import compiled, inlined
+from lumped.compiled import compiled, compiled_part, inlined
 from lumped.rattle.kernels.flight import reach
 
 LONG = 0.5  # periods of a step, at most
 SHORT = 1e-6  # periods in which a contact without speed may part
 INSTANT = 1e-12  # periods: events that are at once
 SAME = 1e-15  # periods: times that are one
-MOST_STEPS = 100_000  # from event to event, and events without an impact
+MOST_STEPS = 1_000_000  # in a time of `SHORT`
 DONE, FULL, LOST = 0, 1, 2  # how a run ends
+ALONE, AGAIN = 1, 2  # how an impact is found
 
 
 @inlined
@@ -195,39 +197,90 @@ def move(box, work, now, q, v, held, teeth, step):
 
 @inlined
 def strike(box, work, t, q, v, event, edge):
-    """The impact of all closed contacts at once; how many, -1 where it is not found."""
+    """The impact of all closed contacts at an instant; its outcome.
+
+    That is ALONE where no other play was closed, AGAIN, or -1 where it is not found.
+    `work.met`, `work.total` and `work.lost` are of the plays that were struck.
+    """
     measure(box, work, t, q, v)
     count = gather_closed(box, work, box.rest, event, edge)
     for i in range(count):
         place(box, work, q, work.contact[i], work.side[i])
+    for p in range(box.ratios.size):
+        work.met[p], work.total[p], work.lost[p] = 0.0, 0.0, 0.0
     speed = edge * work.s[event, 1]
-    if count > 1 or speed <= box.rest:
-        return count if impact(box, work, v, count) else -1
+    if count > 1 or speed <= box.rest or other_closed(box, work, event):
+        return AGAIN if strike_again(box, work, t, q, v, count) else -1
     mobility = 0.0
     for c in range(box.push.size):
         mobility += box.rows[event, c] ** 2 * box.yielding[c]
-    work.z[0] = (1.0 + box.restitution[event]) * speed / mobility
+    bounce = box.restitution[event]
+    impulse = (1.0 + bounce) * speed / mobility
     for c in range(box.push.size):
-        v[c] -= edge * box.yielding[c] * box.rows[event, c] * work.z[0]
-    return count
+        v[c] -= edge * box.yielding[c] * box.rows[event, c] * impulse
+    work.met[event], work.total[event] = speed, impulse
+    work.edge[event] = edge
+    work.lost[event] = 0.5 * (1.0 - bounce) * speed * impulse
+    return ALONE
 
 
 @inlined
-def bounced(box, work, event, edge):
-    """Whether the only contact that is closed parts again."""
-    return box.restitution[event] * edge * work.s[event, 1] > 2.0 * box.rest
+def other_closed(box, work, event):
+    """Whether another play than that of an event is closed, whatever its speed."""
+    found = False
+    for p in range(box.ratios.size):
+        near = CLOSED * (box.high[p] - box.low[p])
+        gap = min(box.high[p] - work.s[p, 0], work.s[p, 0] - box.low[p])
+        found = found or (p != event and gap <= near)
+    return found
 
 
 @inlined
-def record(box, work, count, whole, t, records, taken):
-    """Rows of the contacts that met at a speed; how many rows there are."""
-    for i in range(count):
-        p, side = work.contact[i], work.side[i]
-        speed = side * work.s[p, 1]
-        if speed > box.rest:
+def parted(box, work, event):
+    """Whether a contact that was struck alone parts again, at more than no speed."""
+    return box.restitution[event] * work.met[event] > 2.0 * box.rest
+
+
+@compiled_part
+def strike_again(box, work, t, q, v, count):
+    """Impacts at an instant until no closed contact approaches; whether it was found.
+
+    A light body between two others may be struck without end. So many impacts leave
+    no speed, for they lose it by their restitution: then none bounces.
+    """
+    for number in range(box.most_hits + 1):
+        endless = number == box.most_hits
+        if endless:
+            count = gather_closed(box, work, math.inf, -1, 0)
+        if not impact(box, work, v, count, not endless):
+            return False
+        for i in range(count):
+            p = work.contact[i]
+            work.approach[i] = work.side[i] * work.s[p, 1]
+        measure(box, work, t, q, v)
+        for i in range(count):
+            p, side, approach = work.contact[i], work.side[i], work.approach[i]
+            work.edge[p], work.met[p] = side, max(work.met[p], approach)
+            work.total[p] += work.z[i]
+            work.lost[p] += 0.5 * work.z[i] * (approach + side * work.s[p, 1])
+        count = gather_closed(box, work, box.rest, -1, 0)
+        fastest = 0.0
+        for i in range(count):
+            fastest = max(fastest, work.side[i] * work.s[work.contact[i], 1])
+        if fastest <= box.rest:
+            return True
+    return True
+
+
+@inlined
+def record(box, work, whole, t, records, taken):
+    """Rows of the plays that were struck at a speed; how many rows there are."""
+    for p in range(box.ratios.size):
+        if work.met[p] > box.rest:
             records[taken, 0], records[taken, 1] = whole, t
-            records[taken, 2], records[taken, 3] = p, side
-            records[taken, 4], records[taken, 5] = speed, work.z[i]
+            records[taken, 2], records[taken, 3] = p, work.edge[p]
+            records[taken, 4], records[taken, 5] = work.met[p], work.total[p]
+            records[taken, 6] = work.lost[p]
             taken += 1
     return taken
 
@@ -238,13 +291,14 @@ def run(box, work, clock, q, v, held, goal, records):
 
     clock (2,) : whole periods and the part of one, changed as q, v (n,) and held (p,)
     goal : (whole periods, part of one)
-    records (r, 6) : whole periods, part of one, play, edge, speed of approach, impulse;
-        one or more of each impact
+    records (r, 7) : whole periods, part of one, play, edge, speed of approach, impulse,
+        energy lost; one or more of each impact
     """
     whole, t = clock[0], clock[1]
-    taken, steps, silent, status, horizon = 0, 0, 0, LOST, LONG
+    taken, steps, status, horizon = 0, 0, LOST, LONG
+    since, passed = whole, t
     teeth = hold(box, work, t, q, v, held, -1)
-    while max(steps, silent) < MOST_STEPS and teeth >= 0 and math.isfinite(t):
+    while steps < MOST_STEPS and teeth >= 0 and math.isfinite(t):
         if t >= 1.0 and box.pieces.shape[0] == 0:
             t -= 1.0
             whole += 1.0
@@ -259,17 +313,17 @@ def run(box, work, clock, q, v, held, goal, records):
         t = end if step == end - t else t + step
         move(box, work, t, q, v, held, teeth, step)
         steps, horizon = steps + 1, min(LONG, max(2.0 * step, 4.0 * SHORT))
+        if (whole - since) + (t - passed) > SHORT:
+            steps, since, passed = 0, whole, t
         if not ends:
             continue
-        steps, silent, horizon, released = 0, silent + 1, LONG, event
+        horizon, released = LONG, event
         if edge != 0:
             hit, released = strike(box, work, t, q, v, event, edge), -1
             if hit < 0:
                 break
-            before = taken
-            taken = record(box, work, hit, whole, t, records, taken)
-            silent = silent if taken == before else 0
-            if hit == 1 and work.z[0] > 0.0 and bounced(box, work, event, edge):
+            taken = record(box, work, whole, t, records, taken)
+            if hit == ALONE and parted(box, work, event):
                 continue  # nothing is at rest
         teeth = hold(box, work, t, q, v, held, released)
     clock[0], clock[1] = whole, t

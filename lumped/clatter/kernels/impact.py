@@ -95,18 +95,20 @@ def fill_delassus(box, work, count):
 
 
 @compiled
-def impact(box, work, v, count):
+def impact(box, work, v, count, bounces):
     """Impulses in `work.z` and speeds after an impact; whether they were found.
 
     Contacts and `work.s` are those of the instant. Those that close more slowly than
-    `box.rest` do not bounce.
+    `box.rest` do not bounce, and none does without `bounces`.
     """
     fill_delassus(box, work, count)
     for i in range(count):
         p = work.contact[i]
         speed = -work.side[i] * work.s[p, 1]
-        bounce = box.restitution[p] if speed < -box.rest else 0.0
-        work.b[i] = (1.0 + bounce) * min(speed, 0.0)
+        if bounces:
+            bounce = box.restitution[p] if speed < -box.rest else 0.0
+            speed = (1.0 + bounce) * min(speed, 0.0)
+        work.b[i] = speed
     found = complement(
         work.delassus, work.b, work.z, work.basis, count, work.eliminated
     )

@@ -81,16 +81,16 @@ def follow_implicit(box, t, v, edge, out):
     """Eq. (7) and (8): rows of time, edge, speed of approach, impulse; how many.
 
     From an impact at a time t in periods at an edge, 1 upper or -1 lower; v (n,) speeds
-    after it, changed. The next time is the first root of eq. (8), found by steps that
-    a bound of the second derivative keeps short of it.
+    after it, changed to those after the last. The next time is the first root of eq.
+    (8), found by steps that a bound of the second derivative keeps short of it.
     """
     mobility = 0.0
     for i in range(v.size):
         mobility += box.rows[0, i] ** 2 * box.yielding[i]
     for k in range(out.shape[0]):
         h, edge, speed = next_root(box, t, v, edge)
-        if not math.isfinite(h):
-            return k
+        if not math.isfinite(h) or edge * speed <= box.rest:
+            return k  # at rest on the edge: no impact follows
         t += h
         impulse = (1.0 + box.restitution[0]) * edge * speed / mobility
         for i in range(v.size):
@@ -104,23 +104,26 @@ def follow_implicit(box, t, v, edge, out):
 
 
 @compiled
-def follow_fermi(box, t, j, out):
-    """Eq. (11), the Fermi accelerator: rows as of `follow_implicit`; how many.
+def follow_fermi(box, t, v, edge, out):
+    """Eq. (11), the Fermi accelerator, as `follow_implicit`; the edge is not needed.
 
     Without drag and damping, the play much longer than the way of the excitation: each
-    flight crosses it. j : speed Q' after an impact.
+    flight crosses it.
     """
     play, eps = box.high[0] - box.low[0], box.restitution[0]
-    mobility = 0.0
-    for i in range(box.push.size):
+    mobility, j = 0.0, 0.0
+    for i in range(v.size):
         mobility += box.rows[0, i] ** 2 * box.yielding[i]
+        j -= box.rows[0, i] * v[i]  # the speed Q'
     for k in range(out.shape[0]):
         t += play / abs(j)
         _, e1 = displace(box, t)
-        approach = abs(e1 - j)
-        out[k, 0], out[k, 1], out[k, 2] = t, 1.0 if e1 > j else -1.0, approach
-        out[k, 3] = (1.0 + eps) * approach / mobility
-        j = -eps * j + (1.0 + eps) * e1
-        if not math.isfinite(t) or j == 0.0:
+        approach, edge = abs(e1 - j), 1.0 if e1 > j else -1.0
+        if not math.isfinite(t) or approach <= box.rest:
             return k
+        impulse = (1.0 + eps) * approach / mobility
+        for i in range(v.size):
+            v[i] -= edge * box.yielding[i] * box.rows[0, i] * impulse
+        out[k, 0], out[k, 1], out[k, 2], out[k, 3] = t, edge, approach, impulse
+        j = -eps * j + (1.0 + eps) * e1
     return out.shape[0]

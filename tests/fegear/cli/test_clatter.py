@@ -30,6 +30,8 @@ SIGNAL = GEARBOX.replace(
     "frequency_Hz = 25\namplitude_mm = 0.15",
     'speed_file = "speed.csv"\nbase_radius_mm = 50',
 )
+SPUR_AXIAL = "mass_kg = 1\naxial_play_mm = 0.1\naxial_restitution = 0.5"
+LIGHT = "mass_kg = 1e-3\nradial_play_mm = 0.1\nradial_restitution = 0.5"
 
 
 def test_a_row_for_each_impact_and_noise_that_belongs_to_it(tmp_path):
@@ -48,6 +50,8 @@ def test_a_row_for_each_impact_and_noise_that_belongs_to_it(tmp_path):
             play["noise_m2_per_s3"]
         )
         assert max(speeds) == play["fastest_m_per_s"]
+        lost = sum(float(row["lost_energy_J"]) for row in own)
+        assert lost / 2.0 == pytest.approx(play["lost_power_W"])
 
 
 def test_what_was_printed_is_in_the_gearbox():
@@ -88,6 +92,45 @@ def test_a_speed_file_ends_the_run(tmp_path, capsys):
     assert "the speed file of own ends after 0.399 s" in capsys.readouterr().err
 
 
+def test_nothing_that_moves_is_refused(tmp_path, capsys):
+    still = GEARBOX.replace("0.15", "0.0")
+    (tmp_path / "own.toml").write_text(still.replace("drag_Nm = -0.05", ""))
+    assert run(["clatter", str(tmp_path / "own.toml")]) == 2
+    assert "so that nothing moves" in capsys.readouterr().err
+    (tmp_path / "own.toml").write_text(still)  # it falls by its drag
+    assert run(["clatter", str(tmp_path / "own.toml")]) == 0
+
+
+@pytest.mark.parametrize("kind", ["event", "implicit", "fermi"])
+def test_a_run_ends_at_its_last_impact(tmp_path, kind):
+    path, table = tmp_path / "own.toml", tmp_path / "i.csv"
+    path.write_text(GEARBOX.replace("drag_Nm = -0.05", ""))
+    words = ["clatter", path, "--map", kind, "--seconds", 9, "-o", table, "--json"]
+    values = json.loads(printed(*words, "--impacts", 7))
+    (wheel,) = values["wheels"]
+    rows = rows_of(table)
+    assert len(rows) == wheel["impacts"] == 7
+    assert float(rows[-1]["time_s"]) == wheel["seconds"]
+    assert "ends after" in values["warnings"][0]
+    printed(*words)
+    assert rows_of(table)[:7] == rows
+    printed("clatter", path, "--seconds", 1, "-o", table)
+    assert rows_of(table)[0] == rows[0]  # maps begin with the first one by events
+
+
+def test_a_periodic_motion_loses_neighbours_by_its_restitution(tmp_path):
+    """Without damping, multipliers of a stable focus have the modulus eps an impact."""
+    path = tmp_path / "own.toml"
+    path.write_text(GEARBOX.replace("drag_Nm = -0.05", ""))
+    words = "clatter", path, "--seconds", 40, "--chaos", "--json"
+    (events,) = json.loads(printed(*words))["wheels"]
+    (mapped,) = json.loads(printed(*words, "--map", "implicit"))["wheels"]
+    rate = events["impacts"] / events["seconds"]
+    assert mapped["lyapunov_exponent_per_impact"] == pytest.approx(math.log(0.8), 0.01)
+    wanted = pytest.approx(rate * math.log(0.8), rel=0.05)
+    assert events["lyapunov_exponent_per_s"] == wanted
+
+
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [
@@ -101,6 +144,10 @@ def test_a_speed_file_ends_the_run(tmp_path, capsys):
         ("drag_Nm = -0.05", "axial_play_mm = 0.1", "axial_restitution is needed"),
         ("drag_Nm = -0.05", 'driver = "none"', "driver none of wheel first"),
         ("frequency_Hz = 25", "", "frequency_Hz is missing"),
+        ("amplitude_mm = 0.15", "amplitudes_mm = []", "amplitudes_mm has 0 entries"),
+        ("drag_Nm = -0.05", SPUR_AXIAL, "axial_play_mm needs helix_angle_deg"),
+        ("drag_Nm = -0.05", LIGHT, "the radius of gyration, 1000 mm, must be 0.4 to"),
+        ("drag_Nm = -0.05", "damping_Nms_per_rad = 1e4", "must be at most 2500, with"),
         (GEARBOX[GEARBOX.index("[[wheel]]") :], "", "wheel is missing"),
     ],
 )

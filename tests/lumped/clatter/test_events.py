@@ -138,3 +138,52 @@ def test_parts_of_a_run_are_the_whole_run():
     parts = joined(list(move(group, other, 2.0, most=7)))
     for name in vars(whole):
         np.testing.assert_array_equal(getattr(whole, name), getattr(parts, name))
+
+
+def squeezed(mass: float, restitution: float = 0.8) -> Group:
+    """A light body between a heavy tooth and the edge of its bearing."""
+    play = freedom(1e-4, 0.5)
+    return Group((spur(restitution, 0.0, 0.0, mass=mass, radial=play),), STILL)
+
+
+@pytest.mark.parametrize("mass", [0.3, 1e-2, 1e-6])
+def test_a_body_squeezed_without_end_is_one_impact(mass):
+    """Impacts one after the other, by hand, as long as there are any."""
+    group = squeezed(mass)
+    state, rows, masses = middle(group), group.rows, group.masses
+    state.q = np.linalg.solve(rows, [0.0, 0.0])  # both closed
+    state.v = np.linalg.solve(rows, [0.3e-3, 0.2e-3])  # and both approach
+    v, before = state.v.copy(), energy(group, state)
+    closing, hits = rows @ v, 0
+    g = rows / masses @ rows.T
+    z = np.linalg.solve(g, [1.8 * closing[0], 1.5 * closing[1]])
+    v -= rows.T @ z / masses  # the first one is of both at once
+    while (rows @ v).max() > 1e-14:
+        p = int(np.argmax(rows @ v))
+        bounce = (0.8, 0.5)[p]
+        v -= (1.0 + bounce) * (rows[p] @ v) / g[p, p] * rows[p] / masses
+        hits += 1
+    found = joined(list(move(group, state, 1e-9)))
+    np.testing.assert_allclose(state.v, v, atol=1e-10)
+    assert sorted(found.play) == [0, 1]
+    assert found.lost.sum() == pytest.approx(before - energy(group, state), rel=1e-9)
+
+
+def test_a_light_body_between_heavy_ones_costs_few_impacts():
+    """Without end they would be millions; energy that is lost is all recorded."""
+    group = squeezed(1e-7)
+    state = scattered(group, 2)
+    state.v = np.linalg.solve(group.rows, [3e-3, 1e-4])
+    before = energy(group, state)
+    found = joined(list(move(group, state, 10.0)))
+    assert 10 < len(found) < 5000
+    assert found.lost.sum() == pytest.approx(before - energy(group, state), rel=1e-9)
+
+
+def test_contact_lasts_as_long_as_its_force():
+    """Pressed onto the teeth for 10,000 periods, of 12 steps each at least."""
+    group = Group((spur(0.5, -1e3),), SINE)
+    state = middle(group)
+    list(move(group, state, 1e4 * SINE.period))
+    assert state.held[0] == 1
+    assert state.time == pytest.approx(1e4)

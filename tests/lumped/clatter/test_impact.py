@@ -50,7 +50,7 @@ def struck(group, v, contacts, e_rate=0.0):
     for k, (p, side) in enumerate(contacts):
         work.contact[k], work.side[k] = p, side
         work.s[p, 1] = box.ratios[p] * e_rate + box.rows[p] @ v
-    assert impact(box, work, after, len(contacts))
+    assert impact(box, work, after, len(contacts), True)
     return after, work.z[: len(contacts)].copy()
 
 

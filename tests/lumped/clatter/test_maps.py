@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -9,7 +10,7 @@ import pytest
 from loose_wheels import SINE, freedom, spur
 
 from lumped.clatter.gearbox import Group, Harmonics
-from lumped.clatter.maps import follow_map
+from lumped.clatter.maps import follow_map, map_exponent
 from lumped.clatter.runs import middle, move
 
 # R = m = Theta = 1, equal dampings and a radial play that is never used up
@@ -59,3 +60,35 @@ def test_the_fermi_map_is_where_the_implicit_one_leads():
         errors.append(np.abs(implicit.time / fermi.time - 1.0).max())
     assert errors[0] < 1e-2
     assert errors[1] < 0.2 * errors[0]
+
+
+def test_the_exponent_of_the_fermi_map_is_that_of_its_derivative():
+    """Tangents of t' = t + d / |J|, J' = -eps J + (1 + eps) e'(t') in plain Python."""
+    group = Group((spur(0.9, 0.0, 0.0, ratio=1.0),), SINE)
+    state = middle(group)
+    first = next(iter(move(group, state, 1.0, most=0)))
+    found = map_exponent(group, "fermi", state, int(first.edge[0]), 4000)
+    turn, size, phase, count = 2.0 * math.pi / 0.04, 0.15e-3, 0.3, 40_000
+    t, j = state.time * 0.04, 0.04 * state.v[0] / 0.04
+    tangent, total = np.array([1.0, 0.0]), 0.0
+    for _ in range(count):
+        flight = 1e-4 / abs(j)
+        t += flight
+        rate = size * turn * math.cos(turn * t + phase)
+        bend = -size * turn**2 * math.sin(turn * t + phase)
+        dt = tangent[0] - flight / j * tangent[1]
+        tangent = np.array([dt, -0.9 * tangent[1] + 1.9 * bend * dt])
+        j = -0.9 * j + 1.9 * rate
+        grown = math.hypot(tangent[0], 1e-3 * tangent[1])
+        total, tangent = total + math.log(grown), tangent / grown
+    assert found == pytest.approx(total / count, rel=0.05)  # of two samples
+    assert found > 1.0
+
+
+def test_a_map_ends_where_the_wheel_rests():
+    group = Group((spur(0.3, -0.5),), SINE)
+    state = middle(group)
+    first = next(iter(move(group, state, 1.0, most=0)))
+    found = follow_map(group, "implicit", state, int(first.edge[0]), 10_000)
+    assert 3 < len(found) < 1000
+    assert found.speed.min() * SINE.period > group.box.rest
