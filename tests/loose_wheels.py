@@ -7,7 +7,8 @@ import math
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from lumped.clatter.gearbox import Freedom, Group, Harmonics, Wheel
+from lumped.clatter.gearbox import Freedom, Harmonics, Wheel
+from lumped.clatter.groups import Group
 
 SINE = Harmonics(0.04, (0.15e-3,), (0.3,))
 STILL = Harmonics(0.04, (0.0,), (0.0,))
@@ -54,10 +55,19 @@ def impacts_by_scipy(
     def rates(t, y):
         return np.concatenate([y[n:], (drag - damping * y[n:]) / masses])
 
+    def wave(p, t, rate):
+        wheel, name = group.plays[p]
+        own = wheel.variation
+        if name != "teeth" or own is None:
+            return 0.0
+        angle = own.order * turn * t + own.phase
+        value = turn * own.order * math.cos(angle) if rate else math.sin(angle)
+        return own.amplitude * value
+
     def gap(p, upper):
         def value(t, y):
             s = ratios[p] * size * math.sin(turn * t + phase) + rows[p] @ y[:n]
-            return 1e4 * (-s if upper else s + freedoms[p].play)
+            return 1e4 * (-s if upper else s + freedoms[p].play + wave(p, t, False))
 
         value.terminal, value.direction = True, -1
         return value
@@ -75,9 +85,10 @@ def impacts_by_scipy(
         if run.status == 0:
             return found
         number = next(i for i, times in enumerate(run.t_events) if len(times))
-        p, _ = edges[number]
+        p, upper = edges[number]
         t, y = run.t[-1], run.y[:, -1].copy()
         speed = ratios[p] * size * turn * math.cos(turn * t + phase) + rows[p] @ y[n:]
+        speed += 0.0 if upper else wave(p, t, True)
         found.append((t, p, abs(speed)))
         mobility = np.sum(rows[p] ** 2 / masses)
         y[n:] -= (1.0 + freedoms[p].restitution) * speed / mobility * rows[p] / masses

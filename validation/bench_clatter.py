@@ -13,7 +13,7 @@ import numpy as np
 
 from fegear.clatter.gearboxes import load_gearbox
 from fegear.statics import Progress
-from lumped.clatter.gearbox import Group
+from lumped.clatter.groups import Group
 from lumped.clatter.runs import Impacts, joined, middle, move
 from validation import bench
 

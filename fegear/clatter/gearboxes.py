@@ -29,6 +29,7 @@ from lumped.clatter.gearbox import (
     Gearbox,
     Harmonics,
     SpeedSignal,
+    Variation,
     Wheel,
 )
 from lumped.csv_text import TableError, parse_csv
@@ -79,6 +80,9 @@ class WheelKeys(Keys):
     mass_kg: Positive | None = None
     tooth_play_mm: Play
     tooth_restitution: Part
+    tooth_play_amplitude_mm: Size | None = None
+    tooth_play_order: Annotated[int, Field(ge=1, le=100)] | None = None
+    tooth_play_phase_deg: Signed | None = None
     drag_Nm: Signed = 0.0
     damping_Nms_per_rad: NotNegative = 0.0
     axial_play_mm: Play | None = None
@@ -106,8 +110,19 @@ class WheelKeys(Keys):
             raise ValueError("mass_kg needs axial_play_mm or radial_play_mm")
         if self.axial_play_mm is not None and self.helix_angle_deg == 0.0:
             raise ValueError("axial_play_mm needs helix_angle_deg, other than 0")
+        self._require_open_play()
         self._require_gyration()
         return self
+
+    def _require_open_play(self) -> None:
+        waves = self.given("tooth_play_order", "tooth_play_phase_deg")
+        if waves and self.tooth_play_amplitude_mm is None:
+            raise ValueError(f"{waves[0]} needs tooth_play_amplitude_mm")
+        if abs(self.tooth_play_amplitude_mm or 0.0) >= self.tooth_play_mm:
+            raise ValueError(
+                f"tooth_play_amplitude_mm = {self.tooth_play_amplitude_mm:g}; must be "
+                f"below tooth_play_mm = {self.tooth_play_mm:g}"
+            )
 
     def _require_gyration(self) -> None:
         if self.mass_kg is None:
@@ -151,6 +166,12 @@ class GearboxFile(Keys):
     @model_validator(mode="after")
     def _in_motion(self) -> GearboxFile:
         given = self.excitation
+        for wheel in self.wheel:
+            if given.speed_file and wheel.tooth_play_amplitude_mm is not None:
+                raise ValueError(
+                    f"wheel {wheel.name}: tooth_play_amplitude_mm belongs to a "
+                    "frequency_Hz, not to a speed_file"
+                )
         still = given.amplitude_mm == 0.0 or not any(given.amplitudes_mm or (1.0,))
         drags = "drag_Nm", "axial_drag_N", "radial_drag_N"
         if still and not any(getattr(w, key) for w in self.wheel for key in drags):
@@ -279,12 +300,21 @@ def _wheel(keys: WheelKeys) -> Wheel:
             drag=keys.drag_Nm,
             damping=keys.damping_Nms_per_rad,
         ),
+        variation=_variation(keys),
         axial=_shift(keys, "axial"),
         radial=_shift(keys, "radial"),
         helix_angle=math.radians(keys.helix_angle_deg),
         ratio=keys.ratio,
         driver=keys.driver,
     )
+
+
+def _variation(keys: WheelKeys) -> Variation | None:
+    if not keys.tooth_play_amplitude_mm:
+        return None
+    phase = math.radians(keys.tooth_play_phase_deg or 0.0)
+    size = 1e-3 * keys.tooth_play_amplitude_mm
+    return Variation(size, keys.tooth_play_order or 1, phase)
 
 
 def _shift(keys: WheelKeys, side: str) -> Freedom | None:

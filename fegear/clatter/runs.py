@@ -16,7 +16,8 @@ from fegear.errors import InputError, file_error
 from fegear.store import NOTHING, Checkpoint, Keeping
 from lumped.clatter.chaos import correlation_dimension, lyapunov_exponent
 from lumped.clatter.figure import draw_attractor, draw_motion
-from lumped.clatter.gearbox import TEETH, Group, Wheel
+from lumped.clatter.gearbox import TEETH, Wheel
+from lumped.clatter.groups import Group
 from lumped.clatter.maps import follow_map, map_exponent, require_mapped
 from lumped.clatter.noise import noise_of
 from lumped.clatter.runs import CHUNK, Impacts, State, joined, middle, move, scattered

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.clatter.gearbox import Group
+from lumped.clatter.groups import Group
 from lumped.clatter.runs import State, move
 
 Array = NDArray[np.float64]
@@ -27,10 +27,11 @@ def lyapunov_exponent(group: Group, start: State, periods: int) -> float:
     """
     if math.isfinite(group.excitation.lasts):
         return math.nan
-    period, play = group.excitation.period, group.box.high - group.box.low
+    period, rows = group.excitation.period, group.rows
+    play = np.array([each.play for each in group.freedoms])
     scale = np.concatenate([play, play])
     state, other = start.copy(), start.copy()
-    other.q = other.q + NEIGHBOUR * np.linalg.solve(group.box.rows, -0.5 * play)
+    other.q = other.q + NEIGHBOUR * np.linalg.solve(rows, -0.5 * play)
     total, first = 0.0, round(start.time)
     for number in range(1, periods + 1):
         for each in (state, other):
@@ -44,14 +45,14 @@ def lyapunov_exponent(group: Group, start: State, periods: int) -> float:
         shift = apart * (NEIGHBOUR / size)
         n = play.size
         other = state.copy()
-        other.q = state.q + np.linalg.solve(group.box.rows, shift[:n])
-        other.v = state.v + np.linalg.solve(group.box.rows, shift[n:])
+        other.q = state.q + np.linalg.solve(rows, shift[:n])
+        other.v = state.v + np.linalg.solve(rows, shift[n:])
     return total / (periods * period)
 
 
 def _coordinates(group: Group, state: State) -> Array:
     """Plays and their speeds, without the excitation's part."""
-    rows = group.box.rows
+    rows = group.rows
     return np.concatenate([rows @ state.q, rows @ state.v])
 
 

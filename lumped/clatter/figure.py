@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.clatter.gearbox import TEETH, Group, Wheel
+from lumped.clatter.gearbox import TEETH, Wheel
+from lumped.clatter.groups import Group
 from lumped.clatter.runs import State, move
 from lumped.drawing import color_of, draw_title, panels
 
@@ -24,13 +25,13 @@ LABELS = {
 
 def sample_plays(group: Group, start: State, times: Array) -> Array:
     """Plays of a group at times [s] that rise, from a start (t, p) [m]."""
-    state, box = start.copy(), group.box
-    found = np.empty((times.size, box.low.size))
+    state, rows, ratios = start.copy(), group.rows, group.ratios
+    found = np.empty((times.size, ratios.size))
     waves = group.excitation.at(times)
     for number, time in enumerate(times):
         for _ in move(group, state, float(time)):
             pass
-        found[number] = box.ratios * waves[number] + box.rows @ state.q
+        found[number] = ratios * waves[number] + rows @ state.q
     return found
 
 
@@ -39,13 +40,13 @@ def draw_motion(
 ) -> Figure:
     """Every play of a wheel over time, between its edges."""
     own = [i for i, (each, _) in enumerate(group.plays) if each is wheel]
-    plays = 1e3 * sample_plays(group, start, times)
+    plays, widths = 1e3 * sample_plays(group, start, times), 1e3 * group.widths(times)
     figure, axes = panels(len(own), size=(9.0, 1.0 + 2.2 * len(own)), share=True)
     for row, number in enumerate(own):
         name = group.plays[number][1]
         (panel,) = axes[row]
-        for edge in (1e3 * group.box.low[number], 1e3 * group.box.high[number]):
-            panel.axhline(edge, color="black", linewidth=0.8)
+        for edge in (0.0 * times, -widths[:, number]):
+            panel.plot(times, edge, color="black", linewidth=0.8)
         panel.plot(times, plays[:, number], color=color_of(row), linewidth=1.0)
         panel.set_ylabel(LABELS[name])
     axes[-1][0].set_xlabel("time [s]")

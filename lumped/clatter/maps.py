@@ -8,7 +8,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.clatter.gearbox import RADIAL, TEETH, Group, Harmonics
+from lumped.clatter.gearbox import RADIAL, TEETH, Harmonics
+from lumped.clatter.groups import Group
 from lumped.clatter.kernels import maps as kernel
 from lumped.clatter.runs import Impacts, State
 
@@ -28,6 +29,8 @@ def require_mapped(group: Group) -> None:
         raise ValueError(
             "has a helix angle or an axial play; maps are of spur teeth alone"
         )
+    if wheel.variation is not None:
+        raise ValueError("has a play of teeth that varies; maps need a constant one")
     if not isinstance(group.excitation, Harmonics):
         raise ValueError("is excited by a speed file; maps need harmonics")
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lumped.clatter.gearbox import Group
+from lumped.clatter.groups import Group
 from lumped.clatter.runs import Impacts
 
 

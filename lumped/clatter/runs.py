@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.clatter.gearbox import Group
+from lumped.clatter.groups import Group
 from lumped.clatter.kernels import events
 from lumped.clatter.kernels.arrays import RECORD, Box, work_for
 from lumped.clatter.kernels.contact import TERMS
@@ -27,7 +27,7 @@ class State:
     """Where the wheels of a group are; periods and lengths in metres.
 
     clock (2,) : whole periods and the part of one; q, v (n,)
-    held (n,) : the edge of each play that holds, else 0
+    held (p,) : the edge of each play that holds, else 0, as `Box` counts them
     """
 
     clock: Array
@@ -46,26 +46,23 @@ class State:
 
 def middle(group: Group) -> State:
     """Every play half open, teeth moving with the excitation's start at rest."""
-    n = len(group.plays)
-    box = group.box
-    e = float(group.excitation.at(np.zeros(1))[0])
-    q = _placed(box, 0.5 * (box.low + box.high) - box.ratios * e)
-    return State(np.zeros(2), q, np.zeros(n), np.zeros(n, np.int64))
+    return _placed(group, np.full(len(group.plays), 0.5))
 
 
 def scattered(group: Group, seed: int) -> State:
     """As `middle`, anywhere in the plays."""
-    state, box = middle(group), group.box
     random = np.random.default_rng(seed)
-    place = box.low + random.uniform(0.05, 0.95, box.low.size) * (box.high - box.low)
-    start = float(group.excitation.at(np.zeros(1))[0])
-    return replace(state, q=_placed(box, place - box.ratios * start))
+    return _placed(group, random.uniform(0.05, 0.95, len(group.plays)))
 
 
-def _placed(box: Box, plays: Array) -> Array:
-    """Coordinates of plays without the excitation's part."""
-    q: Array = np.linalg.solve(box.rows, plays).astype(np.float64)
-    return q
+def _placed(group: Group, parts: Array) -> State:
+    """At rest, at parts of the plays from their lower edges."""
+    n, start = len(group.plays), np.zeros(1)
+    e = float(group.excitation.at(start)[0])
+    shifts = (parts - 1.0) * group.widths(start)[0] - group.ratios * e
+    q: Array = np.linalg.solve(group.rows, shifts).astype(np.float64)
+    held = np.zeros(group.box.low.size, np.int64)
+    return State(np.zeros(2), q, np.zeros(n), held)
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,10 +94,10 @@ def move(
     """
     box, period = group.box, group.excitation.period
     n = len(group.plays)
-    work = work_for(n, n, TERMS)
+    work = work_for(n, box.low.size, TERMS)
     part, whole = math.modf(until / period)
     goal = whole, part
-    records = np.empty((most + n, RECORD))
+    records = np.empty((most + box.low.size, RECORD))
     status = events.FULL
     while status == events.FULL:
         taken, status = events.run(
@@ -108,13 +105,13 @@ def move(
         )
         if status == events.LOST:
             raise LostMotion(f"no event is found after {state.time * period:.9g} s")
-        yield _impacts(records[:taken], period)
+        yield _impacts(records[:taken], box, period)
 
 
-def _impacts(records: Array, period: float) -> Impacts:
+def _impacts(records: Array, box: Box, period: float) -> Impacts:
     return Impacts(
         (records[:, 0] + records[:, 1]) * period,
-        records[:, 2].astype(np.int64),
+        box.turning[records[:, 2].astype(np.int64)],
         records[:, 3].astype(np.int64),
         records[:, 4] / period,
         records[:, 5] / period,

@@ -24,16 +24,19 @@ class Box(NamedTuple):
     """Wheels that depend on each other: n coordinates q, p plays; time in periods.
 
     Between impacts q'' = push - fading q'; of a play low <= s <= high with
-    s = ratios e(t) + rows q.
+    s = ratios e(t) + rows q + own wave. A play whose width varies is two, one for each
+    edge, with another edge out of reach.
 
     push, fading, yielding (n,) : drag and damping over the mass, and 1 over the mass
     rows (p, n), ratios, low, high, restitution (p,)
+    near (p,) : gaps below are closed
+    own_order, own_cosine, own_sine (p,) : wave of a play's edge, none of order 0
     wall (p,) : the coordinate that a bearing's play is of, -1 of teeth
-    turning (p,) : the coordinate that takes up round-off of a play
+    turning (p,) : the coordinate of a play, which takes up its round-off
     orders, cosines, sines (h,) : harmonics of e, in whole turns of a period
     pieces (k, 6) : or else where a piece of e begins and its polynomial, degree 0 to 4;
         none with harmonics
-    jerk, snap : largest third and fourth derivative of e
+    jerk, snap (p,) : largest third and fourth derivative of what moves a play
     rest : speed below which contacts do not bounce any more
     most_hits : impacts at an instant; more are without end
     tolerance : periods, of the time of an event
@@ -48,14 +51,18 @@ class Box(NamedTuple):
     low: Array
     high: Array
     restitution: Array
+    near: Array
+    own_order: Array
+    own_cosine: Array
+    own_sine: Array
     wall: Numbers
     turning: Numbers
     orders: Array
     cosines: Array
     sines: Array
     pieces: Array
-    jerk: float
-    snap: float
+    jerk: Array
+    snap: Array
     rest: float
     most_hits: int
     tolerance: float
@@ -75,8 +82,10 @@ class Work(NamedTuple):
         approach, impulse and energy lost; approach (p,) : speeds by contact
     delassus, inverse (p, p), b, z (p,), basis (p,), eliminated (p, p + 1) : of the
         complementarity problem
-    lift (n, p), pull (n,) : accelerations by contact forces, and those by e''
-    e (19,), x (19, n) : derivatives of e and of the coordinates
+    lift (n, p), pull (n,) : accelerations by contact forces, and the largest rate of
+        their rates by what moves the plays
+    e (19,), drives (p, 19), x (19, n) : derivatives of e, of what moves held plays and
+        of the coordinates
     """
 
     a: Array
@@ -103,6 +112,7 @@ class Work(NamedTuple):
     lift: Array
     pull: Array
     e: Array
+    drives: Array
     x: Array
 
 
@@ -118,6 +128,7 @@ def work_for(n: int, p: int, terms: int) -> Work:
         "eliminated": (p, p + 1),
         "lift": (n, p),
         "e": (terms,),
+        "drives": (p, terms),
         "x": (terms, n),
     }
     kinds = {name: np.int64 if name in NUMBERS else np.float64 for name in shapes}

@@ -8,11 +8,10 @@ from __future__ import annotations
 
 import math
 
-from lumped.clatter.kernels.excitation import derive, excite
+from lumped.clatter.kernels.excitation import derive_drives, drive, excite
 from lumped.clatter.kernels.impact import complement, fill_delassus, solve_basis
 from lumped.compiled import compiled_part, inlined
 
-CLOSED = 1e-12  # of a play: gaps below are closed
 TERMS = 19  # of a series
 
 
@@ -21,8 +20,7 @@ def measure(box, work, t, q, v):
     """Plays and their derivatives in `work.s`, of coordinates that fly."""
     e, e1, e2, e3, _ = excite(box, t)
     for p in range(box.ratios.size):
-        c = box.ratios[p]
-        s, s1, s2, s3 = c * e, c * e1, c * e2, c * e3
+        s, s1, s2, s3 = drive(box, p, t, (e, e1, e2, e3))
         for i in range(box.push.size):
             row = box.rows[p, i]
             a = box.push[i] - box.fading[i] * v[i]
@@ -41,8 +39,7 @@ def gather_closed(box, work, fastest, event, side):
     """
     count = 0
     for p in range(box.ratios.size):
-        near = CLOSED * (box.high[p] - box.low[p])
-        s, s1 = work.s[p, 0], work.s[p, 1]
+        s, s1, near = work.s[p, 0], work.s[p, 1], box.near[p]
         upper = box.high[p] - s <= near and -s1 <= fastest
         lower = s - box.low[p] <= near and s1 <= fastest
         if event == p:
@@ -116,12 +113,13 @@ def fix(box, work, t, q, v, held):
             i = box.wall[p]
             work.locked[i], v[i] = 1, 0.0
             q[i] = box.high[p] if held[p] > 0 else box.low[p]
-    e, e1, _, _, _ = excite(box, t)
+    e, e1, e2, e3, _ = excite(box, t)
     for p in range(held.size):
         if held[p] == 0 or box.wall[p] >= 0:
             continue
         edge = box.high[p] if held[p] > 0 else box.low[p]
-        s, s1, own = box.ratios[p] * e, box.ratios[p] * e1, box.turning[p]
+        s, s1, _, _ = drive(box, p, t, (e, e1, e2, e3))
+        own = box.turning[p]
         for i in range(box.push.size):
             s += box.rows[p, i] * q[i]
             s1 += box.rows[p, i] * v[i]
@@ -153,7 +151,7 @@ def couple(box, work, held):
                 row = box.rows[work.contact[i], c]
                 value += box.yielding[c] * row * work.inverse[i, k]
             work.lift[c, k] = value
-            work.pull[c] -= value * box.ratios[work.contact[k]]
+            work.pull[c] += abs(value) * box.snap[work.contact[k]]
 
 
 @inlined
@@ -167,7 +165,7 @@ def held_count(held):
 @compiled_part
 def expand(box, work, count, t, v):
     """Derivatives of the held coordinates in `work.x`, from the first on."""
-    derive(box, t, work.e)
+    derive_drives(box, t, work.contact, count, work.e, work.drives)
     n = box.push.size
     for i in range(n):
         work.x[1, i] = v[i]
@@ -177,7 +175,7 @@ def expand(box, work, count, t, v):
             work.x[m, i] = push - box.fading[i] * work.x[m - 1, i]
         for k in range(count):
             p = work.contact[k]
-            value = box.ratios[p] * work.e[m]
+            value = work.drives[k, m]
             for i in range(n):
                 push = box.push[i] if m == 2 else 0.0
                 value += box.rows[p, i] * (push - box.fading[i] * work.x[m - 1, i])
@@ -199,11 +197,11 @@ def bound_held(box, work, count, horizon):
             size += work.j[i] ** 2 / box.yielding[i]
             pull += work.pull[i] ** 2 / box.yielding[i]
             fastest = max(fastest, box.fading[i])
-    most = math.sqrt(size) + math.sqrt(pull) * box.snap * horizon
+    most = math.sqrt(size) + math.sqrt(pull) * horizon
     for i in range(box.push.size):
         root = math.sqrt(box.yielding[i])
         work.most_j[i] = root * most
-        work.most_k[i] = root * (fastest * most + math.sqrt(pull) * box.snap)
+        work.most_k[i] = root * (fastest * most + math.sqrt(pull))
         if not is_coupled(work, count, i):
             work.most_j[i] = abs(work.j[i])
             work.most_k[i] = box.fading[i] * abs(work.j[i])
@@ -224,8 +222,7 @@ def force_of(box, work, held, count, k):
     force, rate, most = 0.0, 0.0, 0.0
     for m in range(count):
         p, g = work.contact[m], work.inverse[k, m]
-        value, slope = box.ratios[p] * work.e[2], box.ratios[p] * work.e[3]
-        bend = abs(box.ratios[p]) * box.snap
+        value, slope, bend = work.drives[m, 2], work.drives[m, 3], box.snap[p]
         for i in range(box.push.size):
             row = box.rows[p, i]
             value += row * (box.push[i] - box.fading[i] * work.x[1, i])

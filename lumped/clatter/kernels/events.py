@@ -11,7 +11,6 @@ from __future__ import annotations
 import math
 
 from lumped.clatter.kernels.contact import (
-    CLOSED,
     bound_held,
     expand,
     fix,
@@ -23,7 +22,7 @@ from lumped.clatter.kernels.contact import (
     place,
     slide,
 )
-from lumped.clatter.kernels.excitation import excite
+from lumped.clatter.kernels.excitation import drive, excite
 from lumped.clatter.kernels.impact import impact
 from lumped.compiled import compiled, compiled_part, inlined
 from lumped.rattle.kernels.flight import reach
@@ -75,7 +74,7 @@ def derive_flight(box, work, v):
 
 
 @inlined
-def derive_plays(box, work, e, q, v, held, horizon):
+def derive_plays(box, work, t, e, q, v, held, horizon):
     """Plays that are open, their derivatives and bounds; the horizon of the next step.
 
     It is twice the time to an edge at constant acceleration, at most.
@@ -83,9 +82,8 @@ def derive_plays(box, work, e, q, v, held, horizon):
     for p in range(box.ratios.size):
         if held[p] != 0:
             continue
-        c = box.ratios[p]
-        s, s1, s2, s3 = c * e[0], c * e[1], c * e[2], c * e[3]
-        most, snap = abs(c) * box.jerk, abs(c) * box.snap
+        s, s1, s2, s3 = drive(box, p, t, e)
+        most, snap = box.jerk[p], box.snap[p]
         for i in range(box.push.size):
             row = box.rows[p, i]
             if row != 0.0:
@@ -165,7 +163,8 @@ def prepare(box, work, t, q, v, held, teeth, horizon):
         bound_held(box, work, count, horizon)
     else:
         derive_flight(box, work, v)
-    return derive_plays(box, work, (value, rate, bend, jerk), q, v, held, horizon), end
+    e = value, rate, bend, jerk
+    return derive_plays(box, work, t, e, q, v, held, horizon), end
 
 
 @inlined
@@ -229,9 +228,8 @@ def other_closed(box, work, event):
     """Whether another play than that of an event is closed, whatever its speed."""
     found = False
     for p in range(box.ratios.size):
-        near = CLOSED * (box.high[p] - box.low[p])
         gap = min(box.high[p] - work.s[p, 0], work.s[p, 0] - box.low[p])
-        found = found or (p != event and gap <= near)
+        found = found or (p != event and gap <= box.near[p])
     return found
 
 

@@ -1,4 +1,4 @@
-"""The excitation e(t) of a gearbox and its derivatives, compiled; time in periods."""
+"""What moves plays: the excitation e(t) and own waves, compiled; time in periods."""
 
 from __future__ import annotations
 
@@ -52,6 +52,27 @@ def excite(box, t):
     return value, rate, bend, jerk, math.inf
 
 
+@inlined
+def sway(box, p, t):
+    """The wave of a play's own edge and three derivatives."""
+    own = TURN * box.own_order[p]
+    c, s = turned(box.own_order[p] * t)
+    value = box.own_cosine[p] * c + box.own_sine[p] * s
+    rate = own * (box.own_sine[p] * c - box.own_cosine[p] * s)
+    return value, rate, -own * own * value, -own * own * rate
+
+
+@inlined
+def drive(box, p, t, e):
+    """What moves a play, of e and its derivatives, with the wave of its own."""
+    c = box.ratios[p]
+    s, s1, s2, s3 = c * e[0], c * e[1], c * e[2], c * e[3]
+    if box.own_order[p] > 0.0:
+        w, w1, w2, w3 = sway(box, p, t)
+        s, s1, s2, s3 = s + w, s1 + w1, s2 + w2, s3 + w3
+    return s, s1, s2, s3
+
+
 @compiled_part
 def derive(box, t, out):
     """Derivatives of e at a time, from itself on."""
@@ -69,3 +90,19 @@ def derive(box, t, out):
         for m in range(out.size):
             out[m] += wave
             wave, speed = speed, -own * own * wave
+
+
+@compiled_part
+def derive_drives(box, t, plays, count, e, out):
+    """Derivatives of what moves plays, from itself on; out (count, terms), e : room."""
+    derive(box, t, e)
+    for k in range(count):
+        p = plays[k]
+        for m in range(e.size):
+            out[k, m] = box.ratios[p] * e[m]
+        if box.own_order[p] > 0.0:
+            own = TURN * box.own_order[p]
+            wave, speed, _, _ = sway(box, p, t)
+            for m in range(e.size):
+                out[k, m] += wave
+                wave, speed = speed, -own * own * wave

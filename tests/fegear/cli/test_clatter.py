@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 
+import numpy as np
 import pytest
 from cli_commands import printed, rows_of
 
@@ -12,6 +13,7 @@ from fegear.clatter.gearboxes import load_gearbox
 from fegear.clatter.runs import Clatter, find_clatter
 from fegear.cli import run
 from fegear.store import Keeping
+from lumped.clatter.groups import Group
 
 GEARBOX = """
 name = "own"
@@ -31,6 +33,7 @@ SIGNAL = GEARBOX.replace(
     'speed_file = "speed.csv"\nbase_radius_mm = 50',
 )
 SPUR_AXIAL = "mass_kg = 1\naxial_play_mm = 0.1\naxial_restitution = 0.5"
+WIDE = "tooth_play_amplitude_mm = 0.1"
 LIGHT = "mass_kg = 1e-3\nradial_play_mm = 0.1\nradial_restitution = 0.5"
 
 
@@ -59,6 +62,17 @@ def test_what_was_printed_is_in_the_gearbox():
     assert wheel.ratio == 0.87
     plays = [each.play for each in wheel.freedoms.values()]
     assert plays == pytest.approx([1e-4, 1e-4, 5e-5])
+
+
+def test_the_play_varies_as_the_file_says(tmp_path, capsys):
+    words = "tooth_play_amplitude_mm = 0.04\ntooth_play_order = 2\n"
+    (tmp_path / "own.toml").write_text(f"{GEARBOX}{words}tooth_play_phase_deg = 90\n")
+    gearbox = load_gearbox(str(tmp_path / "own.toml")).gearbox
+    group = Group(gearbox.groups[0], gearbox.excitation)
+    times = np.array([0.0, 0.01, 0.02])
+    np.testing.assert_allclose(group.widths(times)[:, 0], [1.4e-4, 6e-5, 1.4e-4])
+    assert run(["clatter", str(tmp_path / "own.toml"), "--map", "fermi"]) == 2
+    assert "that varies; maps need a constant one" in capsys.readouterr().err
 
 
 def test_a_run_goes_on_where_it_was_stopped(tmp_path, monkeypatch):
@@ -146,6 +160,8 @@ def test_a_periodic_motion_loses_neighbours_by_its_restitution(tmp_path):
         ("frequency_Hz = 25", "", "frequency_Hz is missing"),
         ("amplitude_mm = 0.15", "amplitudes_mm = []", "amplitudes_mm has 0 entries"),
         ("drag_Nm = -0.05", SPUR_AXIAL, "axial_play_mm needs helix_angle_deg"),
+        ("drag_Nm = -0.05", WIDE, "= 0.1; must be below tooth_play_mm = 0.1"),
+        ("drag_Nm = -0.05", "tooth_play_order = 2", "needs tooth_play_amplitude_mm"),
         ("drag_Nm = -0.05", LIGHT, "the radius of gyration, 1000 mm, must be 0.4 to"),
         ("drag_Nm = -0.05", "damping_Nms_per_rad = 1e4", "must be at most 2500, with"),
         (GEARBOX[GEARBOX.index("[[wheel]]") :], "", "wheel is missing"),

@@ -9,7 +9,8 @@ import pytest
 from loose_wheels import SINE, spur
 
 from lumped.clatter.chaos import correlation_dimension, lyapunov_exponent
-from lumped.clatter.gearbox import Group, Harmonics, SpeedSignal
+from lumped.clatter.gearbox import Harmonics, SpeedSignal
+from lumped.clatter.groups import Group
 from lumped.clatter.noise import noise_of
 from lumped.clatter.runs import joined, middle, move
 

@@ -3,21 +3,37 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from loose_wheels import SINE, STILL, freedom, helical, impacts_by_scipy, spur
 
-from lumped.clatter.gearbox import Group, Harmonics
+from lumped.clatter.gearbox import Harmonics, Variation
+from lumped.clatter.groups import Group
 from lumped.clatter.runs import energy, joined, middle, move, scattered
 
 
-@pytest.mark.parametrize("wheel", [spur(), helical()], ids=lambda w: w.name)
-def test_impacts_are_those_of_a_fine_integration(wheel):
+def varying(wheel, amplitude, order=2):
+    """A wheel whose play of the teeth varies."""
+    return replace(wheel, variation=Variation(amplitude, order, 0.7))
+
+
+@pytest.mark.parametrize(
+    ("wheel", "until"),
+    [
+        (spur(), 0.06),
+        (helical(), 0.06),
+        (varying(spur(), 4e-5), 0.06),
+        (varying(helical(), 4e-5, 1), 0.034),  # later scipy overlooks a contact
+    ],
+    ids=["spur", "helical", "varying spur", "varying helical"],
+)
+def test_impacts_are_those_of_a_fine_integration(wheel, until):
     group = Group((wheel,), SINE)
     state = middle(group)
-    wanted = impacts_by_scipy(group, state.q, state.v, 0.06)
-    found = joined(list(move(group, state, 0.06)))
+    wanted = impacts_by_scipy(group, state.q, state.v, until)
+    found = joined(list(move(group, state, until)))
     loud = [each for each in wanted if each[2] > 1e-4]
     keep = found.speed > 1e-4
     assert len(loud) > 5
@@ -27,17 +43,18 @@ def test_impacts_are_those_of_a_fine_integration(wheel):
     np.testing.assert_allclose(found.speed[keep], speeds, atol=1e-8)
 
 
-def test_no_play_is_left_and_none_overlooked():
-    group = Group((helical(),), SINE)
-    state, box = scattered(group, 4), None
-    box = group.box
+@pytest.mark.parametrize("amplitude", [None, 5e-5])
+def test_no_play_is_left_and_none_overlooked(amplitude):
+    wheel = helical() if amplitude is None else varying(helical(), amplitude)
+    group = Group((wheel,), SINE)
+    state = scattered(group, 4)
     for time in np.arange(0.0013, 4.0, 0.0013):
         for _ in move(group, state, time):
             pass
         e = group.excitation.at(np.array([time]))[0]
-        s = box.ratios * e + box.rows @ state.q
-        assert np.all(s <= box.high + 1e-15)
-        assert np.all(s >= box.low - 1e-15)
+        s = group.ratios * e + group.rows @ state.q
+        assert np.all(s <= 1e-15)
+        assert np.all(s >= -group.widths(np.array([time]))[0] - 1e-15)
 
 
 @pytest.mark.parametrize("wheel", [spur, helical], ids=lambda w: w.__name__)
@@ -187,3 +204,34 @@ def test_contact_lasts_as_long_as_its_force():
     list(move(group, state, 1e4 * SINE.period))
     assert state.held[0] == 1
     assert state.time == pytest.approx(1e4)
+
+
+def test_teeth_on_a_moving_edge_stay_on_it():
+    """Pressed onto the lower edge of a play that varies, and damped."""
+    group = Group((varying(spur(0.0, 1e3, 0.2), 5e-5, 3),), SINE)
+    state = middle(group)
+    for time in np.arange(0.04, 0.2, 0.0017):
+        list(move(group, state, time))
+        e = SINE.at(np.array([time]))[0]
+        (s,) = group.ratios * e + group.rows @ state.q
+        assert state.held.max() == 0
+        assert state.held.min() == -1
+        assert s == pytest.approx(-group.widths(np.array([time]))[0, 0], abs=1e-17)
+
+
+def test_contact_on_a_moving_edge_ends_with_its_force():
+    """The play of a still wheel opens faster than a weak drag moves the wheel."""
+    amplitude, turn = 5e-5, 2.0 * math.pi / 0.04
+    wheel = varying(spur(0.0, 0.0, 0.0), amplitude, 1)
+    wheel = replace(wheel, rotation=replace(wheel.rotation, drag=0.01))
+    group = Group((wheel,), STILL)
+    state = middle(group)
+    weight = 0.01 * wheel.base_radius / wheel.inertia  # s'' = -weight in flight
+    # the edge is at -play - a sin(turn t + 0.7); it pulls away from the wheel where its
+    # acceleration a turn^2 sin(...) falls below -weight
+    part = weight / (amplitude * turn**2)
+    leave = (math.pi + math.asin(part) - 0.7) / turn + 0.04
+    list(move(group, state, 0.9999 * leave))
+    assert state.held.min() == -1
+    list(move(group, state, 1.0001 * leave))
+    assert state.held.min() == 0

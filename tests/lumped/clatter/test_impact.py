@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from loose_wheels import SINE, freedom, helical
 
-from lumped.clatter.gearbox import Group
+from lumped.clatter.groups import Group
 from lumped.clatter.kernels.arrays import work_for
 from lumped.clatter.kernels.contact import TERMS
 from lumped.clatter.kernels.impact import complement, impact

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 from loose_wheels import SINE, freedom, spur
 
-from lumped.clatter.gearbox import Group, Harmonics
+from lumped.clatter.gearbox import Harmonics
+from lumped.clatter.groups import Group
 from lumped.clatter.maps import follow_map, map_exponent
 from lumped.clatter.runs import middle, move
 

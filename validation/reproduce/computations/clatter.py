@@ -8,19 +8,21 @@ from dataclasses import dataclass
 from typing import Annotated, ClassVar, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 from pydantic import Field
 
 from fegear.clatter.gearboxes import load_gearbox
 from fegear.statics import Progress
 from lumped.clatter.chaos import lyapunov_exponent
 from lumped.clatter.figure import sample_plays
-from lumped.clatter.gearbox import Group
+from lumped.clatter.groups import Group
 from lumped.clatter.runs import middle, move
 from validation.data_files import STRICT
 from validation.reproduce.parts import Curve, Part, PartResult
 from validation.reproduce.scene import NoScene
 
 Count = Annotated[int, Field(strict=True, ge=1, le=10_000)]
+Array = NDArray[np.float64]
 POINTS = 200  # of a period
 
 
@@ -48,6 +50,10 @@ class ClatterPart(Part):
         return ["clatter", self.gearbox, "--chaos", "--plot", "motion.png"]
 
 
+def _points(x: Array, y: Array) -> tuple[tuple[float, float], ...]:
+    return tuple(zip(x.tolist(), y.tolist(), strict=True))
+
+
 def clatter(part: ClatterPart, scene: NoScene, report: Progress) -> PartResult:
     """Found: the range of the play that is used, impacts on both of its edges, and
     the largest Lyapunov exponent of the wheel."""
@@ -66,12 +72,12 @@ def clatter(part: ClatterPart, scene: NoScene, report: Progress) -> PartResult:
         impacts += int(np.sum(struck.play == number))
     exponent = lyapunov_exponent(group, state, part.exponent_over) * period
     shown = times - begin
-    low, high = 1e3 * group.box.low[number], 1e3 * group.box.high[number]
+    lower = -1e3 * group.widths(times)[:, number]
     last = float(shown[-1])
-    edges = (0.0, low), (last, low), (math.nan, math.nan), (0.0, high), (last, high)
+    edges = [(0.0, 0.0), (last, 0.0), (math.nan, math.nan), *_points(shown, lower)]
     curves = [
-        Curve("line", tuple(zip(shown.tolist(), shifts.tolist(), strict=True))),
-        Curve("dotted", edges, label="edges of the play"),
+        Curve("line", _points(shown, shifts)),
+        Curve("dotted", tuple(edges), label="edges of the play"),
     ]
     return PartResult(
         tuple(curves),

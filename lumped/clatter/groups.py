@@ -1,0 +1,218 @@
+"""Wheels that depend on each other, as the compiled kernels take them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lumped.clatter.gearbox import (
+    TEETH,
+    Excitation,
+    Freedom,
+    SpeedSignal,
+    Variation,
+    Wheel,
+)
+from lumped.clatter.kernels.arrays import Box
+from lumped.rattle.kernels.flight import CLOSE
+
+Array = NDArray[np.float64]
+RESTING = 32.0  # of the speed that round-off of a place gives: contacts rest
+CLOSED = 1e-12  # of a play: gaps below are closed
+BEYOND = 1e3  # plays: an edge that is never reached
+SERIES = 0.5  # largest rate times a step in sustained contact, see TERMS
+
+
+@dataclass(frozen=True, eq=False)
+class Group:
+    """Wheels that depend on each other, as the kernels take them.
+
+    plays : wheel and name of each, in the order of the coordinates
+    """
+
+    wheels: tuple[Wheel, ...]
+    excitation: Excitation
+    tolerance: float = CLOSE
+
+    @property
+    def plays(self) -> list[tuple[Wheel, str]]:
+        return [(wheel, name) for wheel in self.wheels for name in wheel.freedoms]
+
+    @property
+    def freedoms(self) -> list[Freedom]:
+        return [wheel.freedoms[name] for wheel, name in self.plays]
+
+    @property
+    def masses(self) -> Array:
+        """Of the coordinates [kg m2 or kg]."""
+        return np.array([w.inertia if n == TEETH else w.mass for w, n in self.plays])
+
+    @property
+    def rows(self) -> Array:
+        """Of the plays by coordinate (p, p), s = ratio e(t) + row q."""
+        starts = np.cumsum([0, *(len(w.freedoms) for w in self.wheels)])
+        spans = {
+            w.name: slice(first, last)
+            for w, (first, last) in zip(self.wheels, pairwise(starts), strict=True)
+        }
+        by_name = {wheel.name: wheel for wheel in self.wheels}
+        rows = np.eye(len(self.plays))
+        for number, (wheel, name) in enumerate(self.plays):
+            if name != TEETH:
+                continue
+            rows[number, spans[wheel.name]] = -wheel.direction()
+            if wheel.driver is not None:
+                own = by_name[wheel.driver].direction(wheel.ratio)
+                rows[number, spans[wheel.driver]] = own
+        return rows
+
+    @property
+    def ratios(self) -> Array:
+        """Of the excitation, by play (p,)."""
+        driven = [n == TEETH and w.driver is None for w, n in self.plays]
+        return np.where(driven, [wheel.ratio for wheel, _ in self.plays], 0.0)
+
+    @property
+    def variations(self) -> list[Variation | None]:
+        return [w.variation if n == TEETH else None for w, n in self.plays]
+
+    def widths(self, times: Array) -> Array:
+        """Of the plays at times [s] (t, p)."""
+        turns = 2.0 * math.pi * np.asarray(times) / self.excitation.period
+        width = np.tile([each.play for each in self.freedoms], (turns.size, 1))
+        for number, each in enumerate(self.variations):
+            if each is not None:
+                width[:, number] += each.at(turns)
+        return width
+
+    @cached_property
+    def box(self) -> Box:
+        freedoms, period, masses = self.freedoms, self.excitation.period, self.masses
+        varying = [each is not None for each in self.variations]
+        # a play whose width varies is two: its upper edge, and its lower one
+        number = np.repeat(np.arange(len(freedoms)), np.where(varying, 2, 1))
+        lower = np.append(False, number[1:] == number[:-1])
+        upper = np.append(lower[1:], False)
+        own_order, own_cosine, own_sine = _own_waves(self, number, lower)
+        own_turn = 2.0 * math.pi * own_order
+        own_size = np.hypot(own_cosine, own_sine)
+        teeth = np.array([name == TEETH for _, name in self.plays])[number]
+        play = np.array([each.play for each in freedoms])[number]
+        orders, cosines, sines, pieces = _waves(self.excitation)
+        jerk, snap = _largest(orders, cosines, sines, pieces)
+        ratios = self.ratios[number]
+        fading = np.array([each.damping for each in freedoms]) / masses * period
+        fastest = 2.0 * math.pi * max([*orders, *own_order, 0.0])
+        fastest = max(fastest, fading.max())
+        restitution = np.array([each.restitution for each in freedoms])
+        return Box(
+            push=np.array([each.drag for each in freedoms]) / masses * period**2,
+            fading=fading,
+            yielding=1.0 / masses,
+            rows=self.rows[number],
+            ratios=ratios,
+            low=np.where(upper, -BEYOND, -1.0) * play,
+            high=np.where(lower, BEYOND, 0.0) * play,
+            restitution=restitution[number],
+            near=CLOSED * play + 4.0 * np.finfo(float).eps * _reach(self),
+            own_order=own_order,
+            own_cosine=own_cosine,
+            own_sine=own_sine,
+            wall=np.where(teeth, -1, number),
+            turning=number,
+            orders=orders,
+            cosines=cosines,
+            sines=sines,
+            pieces=pieces,
+            jerk=np.abs(ratios) * jerk + own_size * own_turn**3,
+            snap=np.abs(ratios) * snap + own_size * own_turn**4,
+            rest=_resting(self, float(np.max(own_size * own_turn**2))),
+            most_hits=_most_hits(restitution),
+            tolerance=self.tolerance,
+            longest=SERIES / fastest if fastest > 0.0 else math.inf,
+        )
+
+
+def _own_waves(
+    group: Group, number: NDArray[np.intp], lower: NDArray[np.bool_]
+) -> tuple[Array, Array, Array]:
+    """Order, cosine and sine of the waves of lower edges, by play of the kernels."""
+    waves, variations = np.zeros((3, number.size)), group.variations
+    for k in np.flatnonzero(lower):
+        own = variations[number[k]]
+        if own is not None:
+            cosine, sine = math.sin(own.phase), math.cos(own.phase)
+            waves[:, k] = own.order, own.amplitude * cosine, own.amplitude * sine
+    return waves[0], waves[1], waves[2]
+
+
+def _reach(group: Group) -> float:
+    """How far plays and what moves them go, at most [m]."""
+    times = np.linspace(0.0, group.excitation.period, 1001)
+    e = float(np.abs(group.excitation.at(times)).max())
+    ratio = max(abs(wheel.ratio) for wheel in group.wheels)
+    return ratio * e + float(group.widths(times).max())
+
+
+def _resting(group: Group, own_bend: float) -> float:
+    """Speed below which contacts do not bounce any more [m in a period].
+
+    Round-off u of a place makes speeds of sqrt(2 a u) under an acceleration a.
+    own_bend : largest acceleration of an edge
+    """
+    period, rows = group.excitation.period, group.rows
+    ratio = max(abs(wheel.ratio) for wheel in group.wheels)
+    push = np.array([f.drag for f in group.freedoms]) / group.masses * period**2
+    pull = np.abs(rows @ push).max() + ratio * _largest_bend(group.excitation)
+    own = 2.0 * (pull + own_bend) * _reach(group) * np.finfo(float).eps
+    largest = max(each.play for each in group.freedoms)
+    return float(RESTING * math.sqrt(own) + np.finfo(float).eps * largest)
+
+
+def _most_hits(restitution: Array) -> int:
+    """Impacts at an instant that leave 1e-7 of a speed, of sequences that do end.
+
+    Two contacts i, k that are hit in turn transform their speeds by a matrix with the
+    determinant eps_i eps_k, and end unless its eigenvalues are real.
+    """
+    two = np.prod(np.sort(restitution)[-2:])
+    share = -math.log(max(float(two), 1e-30)) / 4.0  # that a hit loses, at least
+    return int(np.clip(math.log(1e7) / max(share, 1e-9), 10.0, 1e6))
+
+
+def _largest_bend(excitation: Excitation) -> float:
+    """Largest second derivative, by periods."""
+    orders, cosines, sines, pieces = _waves(excitation)
+    if pieces.size:
+        spans = np.diff([*pieces[:, 0], 1.0])
+        ends = 2 * pieces[:, 3] + spans * (6 * pieces[:, 4] + 12 * spans * pieces[:, 5])
+        return float(np.abs([2.0 * pieces[:, 3], ends]).max())
+    return float(np.sum(np.hypot(cosines, sines) * (2.0 * math.pi * orders) ** 2))
+
+
+def _waves(excitation: Excitation) -> tuple[Array, Array, Array, Array]:
+    """Orders, cosines and sines of harmonics, or pieces of a signal."""
+    if isinstance(excitation, SpeedSignal):
+        nothing = np.zeros(0)
+        return nothing, nothing, nothing, excitation.pieces
+    size, phase = np.array(excitation.amplitudes), np.array(excitation.phases)
+    orders = np.arange(1.0, size.size + 1.0)
+    return orders, size * np.sin(phase), size * np.cos(phase), np.zeros((0, 6))
+
+
+def _largest(
+    orders: Array, cosines: Array, sines: Array, pieces: Array
+) -> tuple[float, float]:
+    """Largest third and fourth derivative of an excitation, by periods."""
+    if pieces.size:
+        spans = np.diff([*pieces[:, 0], 1.0])
+        first, fourth = 6.0 * pieces[:, 4], 24.0 * pieces[:, 5]
+        last = first + fourth * spans
+        return float(np.abs([first, last]).max()), float(np.abs(fourth).max())
+    size, own = np.hypot(cosines, sines), 2.0 * math.pi * orders
+    return float(np.sum(size * own**3)), float(np.sum(size * own**4))
