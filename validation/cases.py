@@ -34,7 +34,7 @@ from validation.data_files import (
     require_own_names,
 )
 from validation.metrics import EFFECT, METRICS
-from validation.printed import require_key
+from validation.printed_keys import require_key
 
 FOLDER = Path(__file__).parent / "cases"
 LADDER = "model-1", "model-coupled"  # from where to where a budget leads

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from validation.metrics import FE, FE_PLAIN
+from validation.printed_keys import CURVE, CYCLE, NATURAL, STATICS
 
 if TYPE_CHECKING:
     from validation.run_files import Run
@@ -27,13 +28,6 @@ def printed_figure(run: Run, key: str, near: float) -> tuple[float, str]:
         if match := re.fullmatch(pattern, key):
             return figure(run, near, *match.groups()), file
     raise ValueError(f"key must be one of {', '.join(KEYS)}, got {key}")
-
-
-def require_key(key: str) -> str:
-    if not any(re.fullmatch(pattern, key) for pattern in KEYS):
-        allowed = "natural or such as mesh1.mean_stiffness, mesh1.up.jump"
-        raise ValueError(f"must be {allowed} or mesh1.wave1.force_peak")
-    return key
 
 
 def nearest(values: Iterable[float], near: float) -> float:
@@ -79,10 +73,9 @@ def _of_statics(run: Run, near: float, mesh: str, name: str) -> float:
     return nan
 
 
-STATICS = "mean_stiffness|stiffness_variation|friction_recess|friction_approach"
 KEYS: Mapping[str, tuple[str, Callable[..., float]]] = {
-    "natural": ("result.json", _natural),
-    rf"mesh([1-9])\.({STATICS})": ("statics.csv", _of_statics),
-    r"mesh([1-9])\.(up|down)\.(jump|peak)": ("sweep.csv", _of_curve),
-    r"mesh([1-9])\.wave([1-9])\.(force_peak|contact_loss)": ("waves.csv", _of_cycle),
+    NATURAL: ("result.json", _natural),
+    STATICS: ("statics.csv", _of_statics),
+    CURVE: ("sweep.csv", _of_curve),
+    CYCLE: ("waves.csv", _of_cycle),
 }

@@ -9,14 +9,13 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 from fegear.version import package_version
+from validation.sources import source_digest
 
 LIBRARIES = ("numpy", "scipy", "numba", "scikit-fem", "gmsh", "matplotlib")
 
 
 def provenance() -> Iterator[tuple[str, str]]:
     """Names and values in the order in which they are shown."""
-    from validation.tasks import source_digest
-
     yield "fegear", f"{package_version()}, sources {source_digest()[:12]}"
     libraries = ", ".join(f"{name} {_version(name)}" for name in LIBRARIES)
     yield "libraries", f"Python {platform.python_version()}, {libraries}"

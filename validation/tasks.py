@@ -2,18 +2,10 @@
 
 from __future__ import annotations
 
-import hashlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import cache
-from pathlib import Path
-from types import ModuleType
 from typing import get_args
 
-import fegear
-import lumped
-import meshes
-import validation
 from fegear.dynamics.build import FiniteElements
 from fegear.dynamics.stepper import DynamicSettings
 from fegear.excitation import Source
@@ -25,20 +17,9 @@ from fegear.version import package_version
 from lumped.settings import Settings
 from validation.cases import Case, Model, Part, SingleSpeed
 from validation.metrics import EFFECT, FE, FE_PLAIN
+from validation.sources import source_digest
 
 FORMAT = "fegear validation run 4"  # of the files and of what stands in them
-PACKAGES: Mapping[
-    ModuleType, tuple[str, ...]
-] = {  # those whose sources results depend on, and which of their files
-    meshes: ("**/*.py",),
-    lumped: ("**/*.py",),
-    fegear: (
-        *(f"{folder}/**/*.py" for folder in ("contact", "elasticity", "gearset")),
-        *("dynamics/**/*.py", "excitation.py", "lumped_system.py", "statics.py"),
-        *("store.py", "sweeps.py", "train.py", "unphysical.py"),
-    ),
-    validation: ("kept.py", "metrics.py", "run_files.py", "solving.py"),
-}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -134,21 +115,3 @@ def parts_of(case: Case) -> tuple[Model, ...]:
     )
     judged = {model.name for model in case.model}
     return tuple(model for model in parts if model.name not in judged)
-
-
-def source_digest() -> str:
-    """Of the sources that results depend on."""
-    return digest_of(tuple(PACKAGES.items()))
-
-
-@cache
-def digest_of(packages: tuple[tuple[ModuleType, tuple[str, ...]], ...]) -> str:
-    """Of the files of packages that fit patterns."""
-    content = hashlib.sha256()
-    for package, parts in packages:
-        root = Path(str(package.__file__)).parent
-        files = {path for part in parts for path in root.glob(part)}
-        for path in sorted(files):
-            content.update(path.relative_to(root.parent).as_posix().encode())
-            content.update(path.read_bytes())
-    return content.hexdigest()

@@ -36,7 +36,7 @@ from validation.reproduce.comparison import Compared, compare
 from validation.reproduce.computations.kinds import COMPUTE
 from validation.reproduce.parts import Curve, Part, PartResult
 from validation.reproduce.source_figures import AnyScene, SourceFigure
-from validation.tasks import PACKAGES, digest_of
+from validation.sources import PACKAGES, digest_of
 
 FORMAT = "fegear reproduce part 2"  # of the files and of what stands in them
 CURVES = "curves.csv"
