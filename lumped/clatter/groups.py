@@ -22,8 +22,8 @@ from lumped.clatter.kernels.arrays import Box
 from lumped.rattle.kernels.flight import CLOSE
 
 Array = NDArray[np.float64]
-RESTING = 32.0  # of the speed that round-off of a place gives: contacts rest
-CLOSED = 1e-12  # of a play: gaps below are closed
+RESTING = 4.0  # of the speed of a fall through such a gap: slower contacts rest
+CLOSED = 64.0  # of the round-off of a place: gaps below are closed
 BEYOND = 1e3  # plays: an edge that is never reached
 SERIES = 0.5  # largest rate times a step in sustained contact, see TERMS
 
@@ -110,6 +110,7 @@ class Group:
         fastest = 2.0 * math.pi * max([*orders, *own_order, 0.0])
         fastest = max(fastest, fading.max())
         restitution = np.array([each.restitution for each in freedoms])
+        near = CLOSED * float(np.finfo(float).eps) * _reach(self)
         return Box(
             push=np.array([each.drag for each in freedoms]) / masses * period**2,
             fading=fading,
@@ -119,7 +120,7 @@ class Group:
             low=np.where(upper, -BEYOND, -1.0) * play,
             high=np.where(lower, BEYOND, 0.0) * play,
             restitution=restitution[number],
-            near=CLOSED * play + 4.0 * np.finfo(float).eps * _reach(self),
+            near=near,
             own_order=own_order,
             own_cosine=own_cosine,
             own_sine=own_sine,
@@ -131,7 +132,7 @@ class Group:
             pieces=pieces,
             jerk=np.abs(ratios) * jerk + own_size * own_turn**3,
             snap=np.abs(ratios) * snap + own_size * own_turn**4,
-            rest=_resting(self, float(np.max(own_size * own_turn**2))),
+            rest=_resting(self, float(np.max(own_size * own_turn**2)), near),
             most_hits=_most_hits(restitution),
             tolerance=self.tolerance,
             longest=SERIES / fastest if fastest > 0.0 else math.inf,
@@ -152,26 +153,30 @@ def _own_waves(
 
 
 def _reach(group: Group) -> float:
-    """How far plays and what moves them go, at most [m]."""
+    """How far teeth move, at most [m]: the play of a row of wheels adds up."""
     times = np.linspace(0.0, group.excitation.period, 1001)
     e = float(np.abs(group.excitation.at(times)).max())
-    ratio = max(abs(wheel.ratio) for wheel in group.wheels)
-    return ratio * e + float(group.widths(times).max())
+    most: dict[str, float] = {}
+    for wheel in group.wheels:
+        before = e if wheel.driver is None else most[wheel.driver]
+        own = wheel.variation.amplitude if wheel.variation is not None else 0.0
+        plays = abs(own) + sum(each.play for each in wheel.freedoms.values())
+        most[wheel.name] = abs(wheel.ratio) * before + plays
+    return max(most.values())
 
 
-def _resting(group: Group, own_bend: float) -> float:
+def _resting(group: Group, own_bend: float, near: float) -> float:
     """Speed below which contacts do not bounce any more [m in a period].
 
-    Round-off u of a place makes speeds of sqrt(2 a u) under an acceleration a.
-    own_bend : largest acceleration of an edge
+    A gap that counts as none holds an energy: contacts that rest must be slower than
+    a fall through it, or it would move them for ever.
+    own_bend : largest acceleration of an edge; near : that gap [m]
     """
     period, rows = group.excitation.period, group.rows
     ratio = max(abs(wheel.ratio) for wheel in group.wheels)
     push = np.array([f.drag for f in group.freedoms]) / group.masses * period**2
     pull = np.abs(rows @ push).max() + ratio * _largest_bend(group.excitation)
-    own = 2.0 * (pull + own_bend) * _reach(group) * np.finfo(float).eps
-    largest = max(each.play for each in group.freedoms)
-    return float(RESTING * math.sqrt(own) + np.finfo(float).eps * largest)
+    return RESTING * math.sqrt(2.0 * (pull + own_bend) * near) + near
 
 
 def _most_hits(restitution: Array) -> int:

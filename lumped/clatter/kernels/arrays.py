@@ -29,7 +29,6 @@ class Box(NamedTuple):
 
     push, fading, yielding (n,) : drag and damping over the mass, and 1 over the mass
     rows (p, n), ratios, low, high, restitution (p,)
-    near (p,) : gaps below are closed
     own_order, own_cosine, own_sine (p,) : wave of a play's edge, none of order 0
     wall (p,) : the coordinate that a bearing's play is of, -1 of teeth
     turning (p,) : the coordinate of a play, which takes up its round-off
@@ -37,6 +36,7 @@ class Box(NamedTuple):
     pieces (k, 6) : or else where a piece of e begins and its polynomial, degree 0 to 4;
         none with harmonics
     jerk, snap (p,) : largest third and fourth derivative of what moves a play
+    near : gaps below are closed
     rest : speed below which contacts do not bounce any more
     most_hits : impacts at an instant; more are without end
     tolerance : periods, of the time of an event
@@ -51,7 +51,6 @@ class Box(NamedTuple):
     low: Array
     high: Array
     restitution: Array
-    near: Array
     own_order: Array
     own_cosine: Array
     own_sine: Array
@@ -63,6 +62,7 @@ class Box(NamedTuple):
     pieces: Array
     jerk: Array
     snap: Array
+    near: float
     rest: float
     most_hits: int
     tolerance: float

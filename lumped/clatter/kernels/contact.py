@@ -39,7 +39,7 @@ def gather_closed(box, work, fastest, event, side):
     """
     count = 0
     for p in range(box.ratios.size):
-        s, s1, near = work.s[p, 0], work.s[p, 1], box.near[p]
+        s, s1, near = work.s[p, 0], work.s[p, 1], box.near
         upper = box.high[p] - s <= near and -s1 <= fastest
         lower = s - box.low[p] <= near and s1 <= fastest
         if event == p:
@@ -97,10 +97,26 @@ def hold(box, work, t, q, v, held, released):
             teeth += 1 if box.wall[p] < 0 else 0
         else:
             work.leaving[p] = side
+    settle(box, work, v, kept)
     fix(box, work, t, q, v, held)
     if teeth > 0:
         couple(box, work, held)
     return teeth
+
+
+@compiled_part
+def settle(box, work, v, count):
+    """Take the speeds of contacts that hold, as impulses do, so that no energy comes.
+
+    What is left of them would else kick the other contacts without end.
+    """
+    for i in range(count):
+        work.b[i] = -work.side[i] * work.s[work.contact[i], 1]
+    solve_basis(work.delassus, work.b, work.z, work.basis, count, work.eliminated)
+    for i in range(count):
+        p = work.contact[i]
+        for c in range(box.push.size):
+            v[c] -= work.side[i] * box.yielding[c] * box.rows[p, c] * work.z[i]
 
 
 @compiled_part

@@ -229,7 +229,7 @@ def other_closed(box, work, event):
     found = False
     for p in range(box.ratios.size):
         gap = min(box.high[p] - work.s[p, 0], work.s[p, 0] - box.low[p])
-        found = found or (p != event and gap <= box.near[p])
+        found = found or (p != event and gap <= box.near)
     return found
 
 
