@@ -43,7 +43,7 @@ Part = Annotated[float, Field(ge=0.0, le=1.0)]
 Size = Annotated[float, Field(ge=-1e3, le=1e3)]  # mm
 RPM = 2.0 * math.pi / 60.0
 GYRATION = 0.01, 10.0  # radius of gyration of a wheel over its base radius
-FADING = 1e5  # most that damping slows a wheel in a period, as a rate
+FADING = 1e4  # most that damping slows a wheel in a period, as a rate
 
 
 class ExcitationKeys(Keys):
@@ -108,20 +108,18 @@ class WheelKeys(Keys):
             "axial_play_mm", "radial_play_mm"
         ):
             raise ValueError("mass_kg needs axial_play_mm or radial_play_mm")
-        if self.axial_play_mm is not None and self.helix_angle_deg == 0.0:
-            raise ValueError("axial_play_mm needs helix_angle_deg, other than 0")
         self._require_open_play()
         self._require_gyration()
         return self
 
     def _require_open_play(self) -> None:
         waves = self.given("tooth_play_order", "tooth_play_phase_deg")
-        if waves and self.tooth_play_amplitude_mm is None:
-            raise ValueError(f"{waves[0]} needs tooth_play_amplitude_mm")
+        if waves and not self.tooth_play_amplitude_mm:
+            raise ValueError(f"{waves[0]} needs tooth_play_amplitude_mm, other than 0")
         if abs(self.tooth_play_amplitude_mm or 0.0) >= self.tooth_play_mm:
             raise ValueError(
-                f"tooth_play_amplitude_mm = {self.tooth_play_amplitude_mm:g}; must be "
-                f"below tooth_play_mm = {self.tooth_play_mm:g}"
+                f"tooth_play_amplitude_mm = {self.tooth_play_amplitude_mm:g}; its size "
+                f"must be below tooth_play_mm = {self.tooth_play_mm:g}"
             )
 
     def _require_gyration(self) -> None:
@@ -171,6 +169,13 @@ class GearboxFile(Keys):
                 raise ValueError(
                     f"wheel {wheel.name}: tooth_play_amplitude_mm belongs to a "
                     "frequency_Hz, not to a speed_file"
+                )
+            meshes = [each for each in self.wheel if each.driver == wheel.name]
+            still = all(each.helix_angle_deg == 0.0 for each in (wheel, *meshes))
+            if wheel.axial_play_mm is not None and still:
+                raise ValueError(
+                    f"wheel {wheel.name}: axial_play_mm needs helix_angle_deg, other "
+                    "than 0, of it or of a wheel that it drives"
                 )
         still = given.amplitude_mm == 0.0 or not any(given.amplitudes_mm or (1.0,))
         drags = "drag_Nm", "axial_drag_N", "radial_drag_N"
@@ -268,12 +273,13 @@ def _recorded(path: Path, radius: float) -> tuple[SpeedSignal, str]:
     text = read_text(path)
     table = parse_csv(text, str(path))
     units = {"speed_rpm": RPM, "speed_rad_per_s": 1.0}
-    speed = next((name for name in table.names if name in units), None)
-    if "time_s" not in table.names or speed is None:
+    speeds = [name for name in table.names if name in units]
+    if "time_s" not in table.names or len(speeds) != 1:
         raise InputError(
             f"{path}: columns are {', '.join(table.names)}; needed are time_s and "
-            "speed_rpm or speed_rad_per_s"
+            "either speed_rpm or speed_rad_per_s"
         )
+    speed = speeds[0]
     columns = [table.names.index(name) for name in ("time_s", speed)]
     rows = []
     for place, row in table.rows.items():

@@ -33,7 +33,6 @@ MapKind = Literal["event", "implicit", "fermi"]
 MOST_IMPACTS = 20_000_000  # that are kept at a time
 PERIODS = 1000  # or impacts of a map, over which an exponent is measured, at most
 LEAST_PERIODS = 100
-FEW = 1000  # impacts of a map that are tried first
 SHOWN = 12  # periods of a plot of the motion
 
 
@@ -56,12 +55,17 @@ class Clatter:
 
 @dataclass(frozen=True, eq=False)
 class GroupRun:
-    """Impacts of wheels that depend on each other, over a time [s]."""
+    """Impacts of wheels that depend on each other, over a time [s].
+
+    end, last_edge : the state from which chaos is measured, and the edge that a map
+        has just left there
+    """
 
     group: Group
     impacts: Impacts
     seconds: float
     end: State
+    last_edge: int = 0
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,18 +132,21 @@ class ClatterResult:
         unit, exponent = self._exponent(run)
         repeats = exponent == -math.inf
         phase, speed, _ = self._teeth(run, wheel)
-        dimension = math.nan if repeats else correlation_dimension(phase, speed)
+        dimension, error = math.nan, math.nan
+        if not repeats:
+            dimension, error = correlation_dimension(phase, speed)
         return {
             f"lyapunov_exponent_per_{unit}": _plain(exponent),
             "forgets_its_start": repeats,
             "correlation_dimension": _plain(dimension),
+            "correlation_dimension_error": _plain(error),
         }
 
     def _exponent(self, run: GroupRun) -> tuple[str, float]:
         """Of events by seconds, of maps by impacts."""
         if self.asked.kind != "event":
-            edge, kind = int(run.impacts.edge[0]), self.asked.kind
-            return "impact", map_exponent(run.group, kind, run.end, edge, PERIODS)
+            kind, last = self.asked.kind, run.last_edge
+            return "impact", map_exponent(run.group, kind, run.end, last, PERIODS)
         periods = int(run.seconds / run.group.excitation.period)
         count = min(max(periods, LEAST_PERIODS), PERIODS)
         return "s", lyapunov_exponent(run.group, run.end, count)
@@ -162,6 +169,8 @@ class ClatterResult:
             "map": self.asked.kind,
             "seconds": str(self.asked.seconds),
         }
+        for number, words in enumerate(self._warnings(), 1):
+            header[f"warning {number}"] = words
         return format_csv(names, self._rows(), header)
 
     def _rows(self) -> Iterator[list[object]]:
@@ -270,18 +279,19 @@ def _mapped(named: NamedGearbox, asked: Clatter, wheel: Wheel) -> ClatterResult:
     if wheel.driver is not None or name == "event":
         raise InputError(f"{named.name}: wheel {wheel.name} has no map of its own")
     state, first = _first_of_teeth(group, asked)
-    count = min(FEW, asked.impacts)
-    while True:
-        rest = follow_map(group, name, state, int(first.edge[0]), count)
-        found = joined([first, rest])
-        more = len(rest) == count and rest.time[-1] < asked.seconds
-        if not more or len(found) >= asked.impacts:
+    parts, count = [first], 1
+    while parts[-1].time[-1] <= asked.seconds and count < asked.impacts:
+        part = follow_map(group, name, state, int(parts[-1].edge[-1]), CHUNK)
+        if not len(part):
             break
-        count = min(4 * count, asked.impacts)  # from the start again: a third more
+        parts.append(part)
+        count += len(part)
+    found = joined(parts)
     cut = _first(found, min(int(np.sum(found.time <= asked.seconds)), asked.impacts))
     whole = len(cut) < min(len(found), asked.impacts)
     lasts = asked.seconds if whole else float(cut.time[-1])
-    run = GroupRun(group, cut, lasts, state)
+    edge = int(found.edge[-1])
+    run = GroupRun(group, cut, lasts, state, edge)
     return ClatterResult(named, asked, wheel, (run,))
 
 

@@ -84,7 +84,7 @@ def clatter_command(
     """
     begin = time.perf_counter()
     if run.kind != "event":
-        refuse_idle("needs --map event", resume=outputs.resume)
+        refuse_idle("needs --map event", resume=outputs.resume, plot=outputs.plot)
     elif attractor is None and outputs.plot is None:
         refuse_idle("needs --plot, --attractor or another --map", wheel=wheel)
     outputs.require(gearbox)
@@ -140,7 +140,17 @@ def print_clatter(values: dict[str, Any]) -> None:
                 say(f"largest Lyapunov exponent {exponent:.4g} per {unit}")
         if wheel.get("forgets_its_start"):
             say("no Lyapunov exponent: in contact the wheel forgets where it came from")
-        if wheel.get("correlation_dimension") is not None:
-            dimension = wheel["correlation_dimension"]
-            say(f"correlation dimension of its impacts {dimension:.3g}")
+        say_dimension(wheel)
     say(f"wall time {values['wall_time_s']:.2f} s")
+
+
+def say_dimension(wheel: dict[str, Any]) -> None:
+    if "correlation_dimension" not in wheel or wheel["forgets_its_start"]:
+        return
+    dimension, error = (
+        wheel[f"correlation_dimension{kind}"] for kind in ("", "_error")
+    )
+    if dimension is None:
+        say("no correlation dimension: impacts of teeth are few, or do not scale")
+    else:
+        say(f"correlation dimension of its impacts {dimension:.2f} +- {error:.2f}")

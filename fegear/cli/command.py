@@ -27,7 +27,7 @@ class Command(TyperCommand):
             return super().parse_args(ctx, args)
         except Exception as error:
             wrong: Any = getattr(error, "param", None)
-            if wrong is None or wrong.name not in given:
+            if wrong is None or given.get(wrong.name) is None:  # missing
                 raise
             reason = _reason(str(getattr(error, "message", error)))
             value = given[wrong.name]

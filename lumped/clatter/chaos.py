@@ -15,7 +15,8 @@ NEIGHBOUR = 1e-7  # of the plays: distance that a neighbour is kept at
 MET = 1e-5  # of this distance, which is left of round-off
 WINDOW = 10  # impacts next to each other in time that are no neighbours (Theiler 1986)
 MOST_POINTS = 4000
-LEAST_POINTS = 200
+LEAST_POINTS = 1000
+UNSURE = 0.5  # of a dimension: no scaling is found
 
 
 def lyapunov_exponent(group: Group, start: State, periods: int) -> float:
@@ -56,29 +57,34 @@ def _coordinates(group: Group, state: State) -> Array:
     return np.concatenate([rows @ state.q, rows @ state.v])
 
 
-def correlation_dimension(phase: Array, speed: Array) -> float:
-    """Of impacts by the phase of the period, from 0 to 1, and the speed; NaN of few.
+def correlation_dimension(phase: Array, speed: Array) -> tuple[float, float]:
+    """Of impacts by the phase of the period, from 0 to 1, and the speed; and its error.
 
-    The slope of the correlation sum between distances of 1 and 10 per cent of the
-    pairs, Grassberger and Procaccia (1983), without neighbours in time.
+    The slope of the correlation sum between distances of 0.1 and 10 per cent of the
+    pairs, Grassberger and Procaccia (1983), without neighbours in time; the error is
+    the largest by which a third of this range departs. NaN of few impacts, and where
+    slopes depart by more than `UNSURE`. The last impacts are taken.
     """
     from scipy.spatial import cKDTree
 
-    count = min(len(phase), MOST_POINTS)
-    if count < LEAST_POINTS or not np.ptp(speed[:count]) > 0.0:
-        return math.nan
-    angle = 2.0 * math.pi * phase[:count]
-    height = speed[:count] / np.std(speed[:count])
+    phase, speed = phase[-MOST_POINTS:], speed[-MOST_POINTS:]
+    count = len(phase)
+    if count < LEAST_POINTS or not np.ptp(speed) > 0.0:
+        return math.nan, math.nan
+    angle, height = 2.0 * math.pi * phase, speed / np.std(speed)
     points = np.column_stack([np.cos(angle), np.sin(angle), height])
     tree = cKDTree(points)
-    radii = np.geomspace(1e-4, 3.0, 60)
+    radii = np.geomspace(1e-5, 3.0, 120)
     pairs = tree.count_neighbors(tree, radii).astype(float) - count
     for lag in range(1, WINDOW + 1):
         near = np.linalg.norm(points[lag:] - points[:-lag], axis=1)
         pairs -= 2.0 * np.searchsorted(np.sort(near), radii, "right")
     part = pairs / ((count - WINDOW) * (count - WINDOW - 1.0))
-    inside = (part > 0.003) & (part < 0.1)
-    if inside.sum() < 3:
-        return math.nan
-    slope = np.polyfit(np.log(radii[inside]), np.log(part[inside]), 1)[0]
-    return float(slope)
+    inside = (part > 1e-3) & (part < 0.1)
+    if inside.sum() < 9:
+        return math.nan, math.nan
+    x, y = np.log(radii[inside]), np.log(part[inside])
+    slope = np.polyfit(x, y, 1)[0]
+    thirds = zip(np.array_split(x, 3), np.array_split(y, 3), strict=True)
+    error = max(abs(np.polyfit(own, of, 1)[0] - slope) for own, of in thirds)
+    return (math.nan, math.nan) if error > UNSURE else (float(slope), float(error))

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+FASTEST = 1e6  # rad/s
 AXIAL, RADIAL, TEETH = "axial", "radial", "teeth"
 
 
@@ -77,8 +78,8 @@ class SpeedSignal:
             raise ValueError(f"a speed signal needs 4 rows, got {len(self.times)}")
         if not np.all(np.diff(self.times) > 0.0):
             raise ValueError("times of a speed signal must rise")
-        if not np.all(np.isfinite(self.speeds)):
-            raise ValueError("speeds of a signal must be finite")
+        if not np.all(np.abs(self.speeds) <= FASTEST):
+            raise ValueError(f"speeds must be numbers up to {FASTEST:g} rad/s")
 
     @property
     def period(self) -> float:
@@ -147,7 +148,9 @@ class Wheel:
     """A loose wheel; SI units, angles in radians.
 
     driver : the loose wheel that meshes with it, else it is the input
-    ratio : displacement of the driving teeth over that at the driver's base circle
+    ratio : displacement of the driving teeth over that of the input, or over that by
+        the driver's rotation at its base circle; shifts of a driver count in full
+    helix_angle : of the mesh that drives it
     axial, radial : shifts in plays of the bearing, None where there are none
     variation : of the play of the teeth, at its lower edge
     """
@@ -178,9 +181,9 @@ class Wheel:
         every = {TEETH: self.rotation, AXIAL: self.axial, RADIAL: self.radial}
         return {name: each for name, each in every.items() if each is not None}
 
-    def direction(self, ratio: float = 1.0) -> Array:
-        """Displacement along the line of action by coordinate, w of the source."""
-        cosine, sine = math.cos(self.helix_angle), math.sin(self.helix_angle)
+    def direction(self, helix_angle: float, ratio: float = 1.0) -> Array:
+        """Displacement along the line of action of a mesh by coordinate, w."""
+        cosine, sine = math.cos(helix_angle), math.sin(helix_angle)
         every = {TEETH: ratio * self.base_radius * cosine, AXIAL: sine, RADIAL: cosine}
         return np.array([every[name] for name in self.freedoms])
 

@@ -65,10 +65,10 @@ class Group:
         for number, (wheel, name) in enumerate(self.plays):
             if name != TEETH:
                 continue
-            rows[number, spans[wheel.name]] = -wheel.direction()
+            rows[number, spans[wheel.name]] = -wheel.direction(wheel.helix_angle)
             if wheel.driver is not None:
-                own = by_name[wheel.driver].direction(wheel.ratio)
-                rows[number, spans[wheel.driver]] = own
+                driver, angle = by_name[wheel.driver], wheel.helix_angle
+                rows[number, spans[wheel.driver]] = driver.direction(angle, wheel.ratio)
         return rows
 
     @property

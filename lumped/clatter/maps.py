@@ -40,10 +40,11 @@ def follow_map(
 ) -> Impacts:
     """Impacts of teeth after one at an edge that a state has just left.
 
-    The radial play never ends here. Fewer are found where wheels come to rest.
+    The state moves on to the last, without the places of the wheels. The radial play
+    never ends here. Fewer are found where wheels come to rest.
     """
     require_mapped(group)
-    rows = _advanced(group, name, state.time, state.v.copy(), edge, count)
+    rows = _advance(group, name, state, edge, count)
     bounce, period = group.box.restitution[0], group.excitation.period
     time, side, speed, impulse = rows.T
     return Impacts(
@@ -67,31 +68,33 @@ def map_exponent(
     """
     require_mapped(group)
     scale = np.abs(group.box.rows[0]) / (group.box.high[0] - group.box.low[0])
-    time, other = state.time, state.time + NEIGHBOUR
-    v, w = state.v.copy(), state.v.copy()
+    own, other = state.copy(), state.copy()
+    other.clock[1] += NEIGHBOUR
     total = 0.0
     for number in range(-SETTLE, count):
-        time, other = time % 1.0, other - math.floor(time)
-        rows = _advanced(group, name, time, v, edge, 1)
-        beside = _advanced(group, name, other, w, edge, 1)
-        if not len(rows) or not len(beside):
+        other.clock[0] -= own.clock[0]  # so that round-off of times stays small
+        own.clock[0] = 0.0
+        rows = _advance(group, name, own, edge, 1)
+        if not len(rows) or not len(_advance(group, name, other, edge, 1)):
             return math.nan
-        time, other, edge = rows[0, 0], beside[0, 0], int(rows[0, 1])
-        apart = math.hypot(other - time, float(np.linalg.norm(scale * (w - v))))
+        edge, shift, kick = int(rows[0, 1]), other.time - own.time, other.v - own.v
+        apart = math.hypot(shift, float(np.linalg.norm(scale * kick)))
         if apart == 0.0:
             return -math.inf
         if number >= 0:
             total += math.log(apart / NEIGHBOUR)
-        other = time + (other - time) * NEIGHBOUR / apart
-        w = v + (w - v) * NEIGHBOUR / apart
+        other = own.copy()
+        other.clock[1] += shift * NEIGHBOUR / apart
+        other.v += kick * NEIGHBOUR / apart
     return total / count
 
 
-def _advanced(
-    group: Group, name: MapName, time: float, v: Array, edge: int, count: int
-) -> Array:
-    """Rows of the kernels, of as many impacts as there are; v is changed."""
+def _advance(group: Group, name: MapName, state: State, edge: int, count: int) -> Array:
+    """Rows of the kernels, of as many impacts as there are; the state moves on."""
     follow = kernel.follow_implicit if name == "implicit" else kernel.follow_fermi
     out = np.zeros((count, 4))
-    rows: Array = out[: follow(group.box, time, v, edge, out)]
+    rows: Array = out[: follow(group.box, state.clock[1], state.v, edge, out)]
+    rows[:, 0] += state.clock[0]
+    if len(rows):
+        state.clock[1], state.clock[0] = math.modf(rows[-1, 0])
     return rows

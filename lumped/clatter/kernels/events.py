@@ -274,7 +274,7 @@ def strike_again(box, work, t, q, v, count):
 def record(box, work, whole, t, records, taken):
     """Rows of the plays that were struck at a speed; how many rows there are."""
     for p in range(box.ratios.size):
-        if work.met[p] > box.rest:
+        if work.met[p] > box.rest and work.total[p] > 0.0:
             records[taken, 0], records[taken, 1] = whole, t
             records[taken, 2], records[taken, 3] = p, work.edge[p]
             records[taken, 4], records[taken, 5] = work.met[p], work.total[p]

@@ -106,6 +106,25 @@ def test_a_speed_file_ends_the_run(tmp_path, capsys):
     assert "the speed file of own ends after 0.399 s" in capsys.readouterr().err
 
 
+def test_the_exponent_of_a_map_is_that_of_the_end_of_its_run(tmp_path):
+    """Chaos of a long time ends in a motion of two impacts that repeats."""
+    keys = {"damping_Nms_per_rad": "1e-3", "ratio": "0.9", "tooth_restitution": "0.9"}
+    text = GEARBOX.replace("tooth_restitution = 0.8\n", "")
+    text = text.replace("amplitude_mm = 0.15", "amplitudes_mm = [0.15, 0.04]")
+    text = text.replace("[[wheel]]", "phases_deg = [0, 30]\n[[wheel]]")
+    text += "\n".join(f"{key} = {value}" for key, value in keys.items())
+    (tmp_path / "own.toml").write_text(text)
+    table = tmp_path / "i.csv"
+    words = "clatter", tmp_path / "own.toml", "--map", "fermi", "--seconds", 1000
+    (wheel,) = json.loads(printed(*words, "--chaos", "--json", "-o", table))["wheels"]
+    speeds = [float(r["relative_speed_before_m_per_s"]) for r in rows_of(table)[-9:]]
+    exponent = wheel["lyapunov_exponent_per_impact"]
+    if speeds[2:] == pytest.approx(speeds[:-2], rel=1e-6):
+        assert exponent == pytest.approx(math.log(0.9) / 2.0, abs=0.002)
+    else:
+        assert exponent > 0.5
+
+
 def test_nothing_that_moves_is_refused(tmp_path, capsys):
     still = GEARBOX.replace("0.15", "0.0")
     (tmp_path / "own.toml").write_text(still.replace("drag_Nm = -0.05", ""))
@@ -126,6 +145,7 @@ def test_a_run_ends_at_its_last_impact(tmp_path, kind):
     assert len(rows) == wheel["impacts"] == 7
     assert float(rows[-1]["time_s"]) == wheel["seconds"]
     assert "ends after" in values["warnings"][0]
+    assert "and 7 impacts" in table.read_text("utf-8").partition("time_s")[0]
     printed(*words)
     assert rows_of(table)[:7] == rows
     printed("clatter", path, "--seconds", 1, "-o", table)
@@ -159,11 +179,15 @@ def test_a_periodic_motion_loses_neighbours_by_its_restitution(tmp_path):
         ("drag_Nm = -0.05", 'driver = "none"', "driver none of wheel first"),
         ("frequency_Hz = 25", "", "frequency_Hz is missing"),
         ("amplitude_mm = 0.15", "amplitudes_mm = []", "amplitudes_mm has 0 entries"),
-        ("drag_Nm = -0.05", SPUR_AXIAL, "axial_play_mm needs helix_angle_deg"),
-        ("drag_Nm = -0.05", WIDE, "= 0.1; must be below tooth_play_mm = 0.1"),
+        (
+            "drag_Nm = -0.05",
+            SPUR_AXIAL,
+            "axial_play_mm needs helix_angle_deg",
+        ),
+        ("drag_Nm = -0.05", WIDE, "= 0.1; its size must be below tooth_play_mm"),
         ("drag_Nm = -0.05", "tooth_play_order = 2", "needs tooth_play_amplitude_mm"),
         ("drag_Nm = -0.05", LIGHT, "the radius of gyration, 1000 mm, must be 0.4 to"),
-        ("drag_Nm = -0.05", "damping_Nms_per_rad = 1e4", "must be at most 2500, with"),
+        ("drag_Nm = -0.05", "damping_Nms_per_rad = 1e4", "must be at most 250, with"),
         (GEARBOX[GEARBOX.index("[[wheel]]") :], "", "wheel is missing"),
     ],
 )
@@ -181,8 +205,11 @@ def test_a_wrong_gearbox_is_refused_in_a_line(tmp_path, capsys, old, new, words)
     [
         ("", "no column names"),
         ("time_s,speed_rpm\n", "needs 4 rows, got 0"),
-        ("time_s,speed\n0,1\n", "needed are time_s and"),
+        ("time_s,speed\n0,1\n", "needed are time_s and either"),
         ("time_s,speed_rpm\n0,1\n1,a\n", "must hold numbers"),
+        ("time_s,speed_rpm,speed_rad_per_s\n0,1,1\n", "either speed_rpm or"),
+        ("time_s,speed_rpm\n0,1\n1,1e300\n2,1\n3,1\n", "up to 1e+06 rad/s"),
+        ("time_s,speed_rpm\n0,1\n1,nan\n2,1\n3,1\n", "up to 1e+06 rad/s"),
         ("time_s,speed_rpm\n0,1\n1,2\n1,3\n2,4\n", "must rise"),
     ],
 )

@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 import pytest
-from loose_wheels import SINE, freedom, helical
+from loose_wheels import SINE, freedom, helical, spur
 
 from lumped.clatter.groups import Group
 from lumped.clatter.kernels.arrays import work_for
@@ -101,6 +101,23 @@ def test_an_impact_of_teeth_follows_equation_3():
     eta = 1.6 / (w[0] ** 2 / inertia + (w[1] ** 2 + w[2] ** 2) / mass)
     wanted = v + eta * closing * w / np.array([inertia, mass, mass])
     np.testing.assert_allclose(after, wanted, rtol=1e-12)
+
+
+def test_a_mesh_of_loose_wheels_keeps_their_momentum():
+    """What one wheel gets along and across its axis the other loses."""
+    sides = {"axial": freedom(1e-4, 0.5), "radial": freedom(5e-5, 0.5)}
+    first = spur(0.6, ratio=1.3, mass=2.0, helix_angle=0.1, **sides)
+    second = helical(0.6, name="second", driver="spur", ratio=0.8, mass=0.7)
+    group = Group((first, second), SINE)
+    v = np.array([1.0, 0.02, -0.03, -2.0, 0.01, 0.04])
+    rate = float(group.rows[3] @ v)
+    after, impulses = struck(group, v, [(3, 1 if rate > 0.0 else -1)])
+    assert impulses[0] > 0.0
+    given = group.masses * (after - v)
+    assert given[4] == pytest.approx(-given[1])
+    assert given[5] == pytest.approx(-given[2])
+    # about their axes by the radii of the teeth that mesh
+    assert given[3] / 0.04 == pytest.approx(-given[0] / (0.8 * 0.04))
 
 
 @pytest.mark.parametrize("own", [(1.0, 1.0, 1.0), (0.3, 1.0, 0.0), (0.9, 0.2, 0.7)])
