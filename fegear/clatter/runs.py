@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import heapq
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -173,25 +174,8 @@ class ClatterResult:
             header[f"warning {number}"] = words
         return format_csv(names, self._rows(), header)
 
-    def _rows(self) -> Iterator[list[object]]:
-        numbers, times, plays = [], [], []
-        for number, run in enumerate(self.runs):
-            numbers.append(np.full(len(run.impacts), number))
-            times.append(run.impacts.time)
-            plays.append(np.arange(len(run.impacts)))
-        order = np.argsort(np.concatenate(times), kind="stable")
-        of_run, of_row = np.concatenate(numbers)[order], np.concatenate(plays)[order]
-        for number, row in zip(of_run, of_row, strict=True):
-            run = self.runs[number]
-            wheel, play = run.group.plays[run.impacts.play[row]]
-            yield [
-                float(run.impacts.time[row]),
-                *(wheel.name, play),
-                "upper" if run.impacts.edge[row] > 0 else "lower",
-                float(run.impacts.speed[row]),
-                float(run.impacts.impulse[row]),
-                float(run.impacts.lost[row]),
-            ]
+    def _rows(self) -> Iterator[tuple[object, ...]]:
+        return heapq.merge(*map(_rows_of, self.runs), key=lambda row: row[0])
 
     def draw(self) -> Figure:
         """Plays of the wheel over the first periods of the run."""
@@ -210,6 +194,14 @@ class ClatterResult:
     @property
     def _own(self) -> GroupRun:
         return next(run for run in self.runs if self.wheel in run.group.wheels)
+
+
+def _rows_of(run: GroupRun) -> Iterator[tuple[Any, ...]]:
+    names = [(wheel.name, play) for wheel, play in run.group.plays]
+    found = run.impacts
+    columns = found.time, found.play, found.edge, found.speed, found.impulse, found.lost
+    for time, play, edge, *rest in zip(*(c.tolist() for c in columns), strict=True):
+        yield time, *names[play], "upper" if edge > 0 else "lower", *rest
 
 
 def _plain(value: float) -> float | None:
