@@ -217,6 +217,7 @@ def _print_list(numbers: Sequence[str], as_json: bool) -> None:
 def print_figures(figures: Sequence[Mapping[str, Any]]) -> None:
     """A line for each figure, and below it one for each printed value."""
     for figure in figures:
-        say(f"{figure['number']} {figure['title']}, {figure['seconds']:.1f} s")
+        seconds = f"computed in {figure['seconds']:.1f} s"
+        say(f"{figure['number']} {figure['title']}, {seconds}")
         for row in figure["printed"]:
             say(f"  {row['line']}")
