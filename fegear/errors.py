@@ -23,4 +23,6 @@ def file_error(
     error : of the system, or a ValueError for a null byte in the path
     """
     reason = getattr(error, "strerror", None) or str(error)
+    if "requested and" in reason:  # as numpy says it
+        reason = "no space left on device"
     return InputError(f"{os.fspath(path)}: cannot be {deed}, {reason.lower()}")

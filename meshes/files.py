@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -10,45 +11,54 @@ from numpy.typing import NDArray
 from meshes.profile import Points, turn
 from meshes.sector import SectorMesh
 
-FORMATS = {".msh": "gmsh", ".vtu": "vtu"}
+# gmsh does not open version 4 of its own format as meshio writes it, without entities
+FORMATS = {".msh": "gmsh22", ".vtu": "vtu"}
 
 
 def write_mesh(mesh: SectorMesh, path: Path, copies: int = 1, teeth: int = 1) -> None:
     """Write a sector, or `copies` of it side by side, with coordinates in metres.
 
     Sectors keep nodes of their own on their cuts. Second-order triangles carry the
-    cell array `tooth`, counted clockwise from the one along y. Raises ValueError
-    for a file name with another ending.
+    cell array `tooth`, counted clockwise from the one along y from 0, and are physical
+    groups `tooth 1` and on in .msh. Raises ValueError for a file name with another
+    ending.
     """
     count = len(mesh.points)
     angles = 2.0 * np.pi * np.arange(copies) / teeth
     points = np.vstack([turn(mesh.points, angle) for angle in angles])
     triangles = np.vstack([mesh.triangles + i * count for i in range(copies)])
     tooth = np.repeat(np.arange(copies), len(mesh.triangles))
-    write_triangles(path, points, triangles, "tooth", tooth)
+    names = [f"tooth {number + 1}" for number in range(copies)]
+    write_triangles(path, points, triangles, "tooth", tooth, names)
 
 
 def write_triangles(
     path: Path,
     points: Points,
     triangles: NDArray[np.int64],
-    name: str,
+    kind: str,
     part: NDArray[np.int64],
+    names: Sequence[str],
 ) -> None:
-    """Write second-order triangles (m, 6) and the part that each belongs to (m,), from
-    0, as a cell array. Raises ValueError for a file name with another ending."""
+    """Write second-order triangles (m, 6), coordinates in metres.
+
+    part (m,) : what each belongs to, from 0, the cell array `kind`
+    names : of the parts, physical groups in .msh
+    Raises ValueError for a file name with another ending.
+    """
     import meshio
 
     path = Path(path)
     if path.suffix not in FORMATS:
         known = " or ".join(FORMATS)
         raise ValueError(f"file name must end in {known}, got {path.name!r}")
-    data = {name: [part]}
+    data, groups = {kind: [part]}, {}
     if path.suffix == ".msh":
         data |= {"gmsh:physical": [part + 1], "gmsh:geometrical": [part + 1]}
+        groups = {name: np.array([i + 1, 2]) for i, name in enumerate(names)}
     space = np.column_stack([points, np.zeros(len(points))])
     meshio.write(
         path,
-        meshio.Mesh(space, [("triangle6", triangles)], cell_data=data),
+        meshio.Mesh(space, [("triangle6", triangles)], None, data, groups),
         file_format=FORMATS[path.suffix],
     )

@@ -150,8 +150,8 @@ class Files:
     """What is written."""
 
     output: Path | None = option(
-        "File to write: points in .csv, drawings to scale in .svg or .dxf, meshes in "
-        ".msh or .vtu.",
+        "File to write: points in .csv, drawings to scale in .svg or .dxf [mm], meshes "
+        "in .msh or .vtu [m].",
         "-o",
         "--output",
     )
@@ -224,10 +224,14 @@ def print_eccentric(values: dict[str, Any]) -> None:
         say("involute teeth can stand on both pitch curves")
     else:
         say(f"not feasible: {values['reason']}")
+    from fegear.eccentric.gearing import ANGLES
+
+    angle, most = values["largest_pressure_angle_deg"], ANGLES[1]
+    words = f"{number(angle, 4)}" if angle <= most else f"above {most:g}"
     say(
-        f"largest pressure angle {number(values['largest_pressure_angle_deg'], 4)} "
-        "degrees with this eccentricity, largest eccentricity "
-        f"{number(values['largest_eccentricity_mm'], 5)} mm with this pressure angle"
+        f"largest pressure angle {words} degrees with this eccentricity, largest "
+        f"eccentricity {number(values['largest_eccentricity_mm'], 5)} mm with this "
+        "pressure angle"
     )
     say(
         f"torque ratio {values['least_torque_ratio']:.4g} to "
@@ -246,7 +250,7 @@ def print_eccentric(values: dict[str, Any]) -> None:
 
 def _print_contact(values: dict[str, Any]) -> None:
     say(
-        f"under {values['torque_Nm']:g} N m on {values['face_width_mm']:g} mm: "
+        f"under {values['torque_Nm']:g} N m on {values['face_width_mm']:g} mm: mean "
         f"transmission error {number(values['mean_transmission_error_um'], 4)} um, "
         f"peak to peak {number(values['peak_to_peak_transmission_error_um'], 4)} um, "
         f"contact pressure up to {number(values['largest_contact_pressure_MPa'], 4)} "

@@ -17,7 +17,7 @@ def mesh_command(
     output: Annotated[
         Path,
         typer.Option(
-            "-o", "--output", help="File to write; its ending is .msh or .vtu."
+            "-o", "--output", help="File to write [m]; its ending is .msh or .vtu."
         ),
     ],
     set_name: SetName = "liu-pair",

@@ -109,6 +109,5 @@ def _write_meshes(
     )
     triangles = np.vstack([driver.triangles, driven.triangles + len(driver.points)])
     wheel: NDArray[np.int64] = np.repeat([0, 1], [len(m.triangles) for m in meshes])
-    write_whole(
-        path, lambda place: write_triangles(place, points, triangles, "wheel", wheel)
-    )
+    parts = "wheel", wheel, ("driver", "driven")
+    write_whole(path, lambda place: write_triangles(place, points, triangles, *parts))

@@ -98,8 +98,8 @@ class EccentricPair:
         if not whole:
             raise GeometryError(
                 "ratio",
-                f"{self.ratio:g}; must be a whole number from 1 to {MOST_LOBES}, else "
-                "the driven pitch curve does not close",
+                f"{self.ratio:.12g}; must be a whole number from 1 to {MOST_LOBES}, "
+                "else the driven pitch curve does not close",
             )
 
     @property

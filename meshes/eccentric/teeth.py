@@ -296,6 +296,7 @@ def require_teeth(wheel: Wheel, name: str) -> None:
     if not thickness.min() > LEAST_TIP * rack.module:
         raise GeometryError(
             "teeth",
-            f"{wheel.teeth}; teeth of the {name} are pointed, fewer teeth or a "
-            "smaller pressure angle are needed",
+            f"{wheel.teeth}; teeth of the {name} are pointed, their tips thinner than "
+            f"{LEAST_TIP:g} modules; fewer teeth, a smaller pressure angle or addendum "
+            "are needed",
         )

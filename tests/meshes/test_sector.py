@@ -124,6 +124,18 @@ def test_mesh_files_read_back(tmp_path, pinion, mesh, suffix):
     assert radius.max() == pytest.approx(pinion.tip_radius)
 
 
+def test_gmsh_opens_its_files(tmp_path, mesh):
+    write_mesh(mesh, tmp_path / "gear.msh", copies=3, teeth=38)
+    gmsh = import_gmsh()
+    with gmsh_model("opened"):
+        gmsh.merge(str(tmp_path / "gear.msh"))
+        _, found, nodes = gmsh.model.mesh.getElements(2)
+        names = [gmsh.model.getPhysicalName(2, k + 1) for k in range(3)]
+    assert len(found[0]) == 3 * len(mesh.triangles)
+    assert len(nodes[0]) == 6 * len(found[0])
+    assert names == ["tooth 1", "tooth 2", "tooth 3"]
+
+
 def test_other_endings_are_refused(tmp_path, mesh):
     with pytest.raises(ValueError, match=r"\.msh or \.vtu"):
         write_mesh(mesh, tmp_path / "gear.stl")
