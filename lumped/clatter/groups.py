@@ -158,10 +158,12 @@ def _reach(group: Group) -> float:
     e = float(np.abs(group.excitation.at(times)).max())
     most: dict[str, float] = {}
     for wheel in group.wheels:
-        before = e if wheel.driver is None else most[wheel.driver]
+        moved = abs(wheel.ratio) * e
+        if wheel.driver is not None:  # whose shifts count in full
+            moved = max(abs(wheel.ratio), 1.0) * most[wheel.driver]
         own = wheel.variation.amplitude if wheel.variation is not None else 0.0
         plays = abs(own) + sum(each.play for each in wheel.freedoms.values())
-        most[wheel.name] = abs(wheel.ratio) * before + plays
+        most[wheel.name] = moved + plays
     return max(most.values())
 
 
