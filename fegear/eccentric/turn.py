@@ -121,8 +121,8 @@ def _sparse(table: TurnTable) -> Iterator[str]:
     asked = table.load.positions
     if asked is not None and asked < FEWEST_A_TOOTH * teeth:
         yield (
-            f"{asked} positions are less than {FEWEST_A_TOOTH} for each of the {teeth} "
-            "teeth: largest values and peak to peak may lie between them"
+            f"positions = {asked} is less than {FEWEST_A_TOOTH} for each of the "
+            f"{teeth} teeth: largest values and peak to peak may lie between them"
         )
 
 

@@ -28,6 +28,7 @@ Array = NDArray[np.float64]
 FEWEST_TEETH, MOST_TEETH = 5, 2_000
 ROUNDING = 0.3  # of the rack's tips, in modules, as usual of gear sets
 LEAST_TIP = 0.05  # tip thickness in modules
+LEAST_ANGLE = 1.0  # degrees: no pressure angle so small helps
 STEPS = 50  # of Newton's method, at most
 EXACT, ROUND_OFF = 1e-12, 2e-15  # of a module, of the whole way round
 LOOKED_AT = 33  # points of a flank
@@ -179,7 +180,9 @@ class Wheel:
             arc, below = arc - step, below + foot_step
             if np.abs([step, foot_step]).max() <= exact:
                 return arc, below
-        raise GeometryError("teeth", f"{self.teeth}; the teeth are pointed, fewer fit")
+        raise GeometryError(
+            "teeth", f"{self.teeth}; the teeth are pointed, more are needed"
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -207,7 +210,7 @@ class ToothedPair:
             raise GeometryError("teeth", f"{self.teeth}; {allowed}")
         require_feasible(self.pair, self.pressure_angle)
         for name, wheel in (("driver", self.driver), ("driven wheel", self.driven)):
-            require_teeth(wheel, name)
+            require_teeth(wheel, name, self.teeth)
         self._require_clear_roots()
         self._require_contact()
 
@@ -271,18 +274,25 @@ class ToothedPair:
 def require_feasible(pair: EccentricPair, pressure_angle: float) -> None:
     """Raises GeometryError where involutes cannot stand on the pitch curves."""
     found = feasibility(pair, pressure_angle)
+    limit = floored(1e3 * found.largest_eccentricity)
+    degrees = math.degrees(found.largest_pressure_angle)
+    if not found.feasible and degrees < LEAST_ANGLE:
+        raise GeometryError(
+            "eccentricity",
+            f"{1e3 * pair.eccentricity:g} mm; {found.reason}: below {limit} mm is "
+            "needed with this pressure angle",
+        )
     if not found.feasible:
-        degrees = math.degrees(found.largest_pressure_angle)
         raise GeometryError(
             "pressure_angle",
             f"{math.degrees(pressure_angle):g} deg; {found.reason}: below "
             f"{floored(degrees)} deg is needed with this eccentricity, or an "
-            f"eccentricity below {floored(1e3 * found.largest_eccentricity)} mm",
+            f"eccentricity below {limit} mm",
         )
 
 
-def require_teeth(wheel: Wheel, name: str) -> None:
-    """Raises GeometryError where teeth are undercut or pointed."""
+def require_teeth(wheel: Wheel, name: str, given: int) -> None:
+    """Raises GeometryError where teeth are undercut or pointed; given : the driver's."""
     rack = wheel.rack
     sin, cos = math.sin(rack.pressure_angle), math.cos(rack.pressure_angle)
     reach = np.linspace(0.0, rack.form, LOOKED_AT)
@@ -290,13 +300,13 @@ def require_teeth(wheel: Wheel, name: str) -> None:
         arc = wheel.place(side)[:, None] + side * reach
         curvature = wheel.curve.frames(arc / wheel.curve.radius).curvature
         if not (sin - reach * cos * curvature > 0.0).all():
-            got = f"{wheel.teeth}; teeth of the {name} are undercut, more teeth"
+            got = f"{given}; teeth of the {name} are undercut, more teeth"
             raise GeometryError("teeth", f"{got} or a larger pressure angle are needed")
     thickness = wheel.tips[LEADING][1] - wheel.tips[TRAILING][1]
     if not thickness.min() > LEAST_TIP * rack.module:
         raise GeometryError(
             "teeth",
-            f"{wheel.teeth}; teeth of the {name} are pointed, their tips thinner than "
-            f"{LEAST_TIP:g} modules; fewer teeth, a smaller pressure angle or addendum "
+            f"{given}; teeth of the {name} are pointed, their tips thinner than "
+            f"{LEAST_TIP:g} modules; more teeth, a smaller pressure angle or addendum "
             "are needed",
         )

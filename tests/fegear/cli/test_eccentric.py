@@ -18,6 +18,10 @@ from fegear.cli import app, run
 
 WHEELS = ("eccentric", "--radius", 20, "--eccentricity", 6)
 TOOTHED = (*WHEELS, "--ratio", 2, "--pressure-angle", 20, "--teeth", 30)
+POINTED = ("--addendum", "1.5", "--dedendum", "1.68", "--pressure-angle", "25")
+THIN = "teeth of the driver are pointed, their tips thinner than 0.05 modules"
+DOUBLE = ("--ratio", "2", "--teeth", "21")
+FIVEFOLD = ("--ratio", "5", "--teeth", "99")
 CURVES = [
     *("driver_pitch", "driver_base", "driven_pitch", "driven_base"),
     *("driver_tooth", "driven_tooth"),
@@ -117,7 +121,7 @@ def test_contact_over_a_turn(tmp_path):
     assert values["largest_deviation_of_torque_ratio"] < 1e-3
     assert Image.open(plot).size[0] > 1000
     (warning,) = values["warnings"]
-    assert warning.startswith("12 positions are less than 4 for each of the 24 teeth")
+    assert warning.startswith("positions = 12 is less than 4 for each of the 24")
     double = json.loads(invoked(*words[:-3], 20, *words[-2:], "--json"))["contact"]
     # Hertzian contact is stiffer under more load, the wheels are not
     growth = double["mean_transmission_error_um"] / values["mean_transmission_error_um"]
@@ -144,6 +148,9 @@ def test_a_film_of_a_turn(tmp_path):
         (["--ratio", "1.5"], "--ratio = 1.5; must be a whole number from 1 to 100"),
         (["--pressure-angle", "40"], "--pressure-angle = 40 deg; allowed 5 to 35"),
         (["--teeth", "12"], "--teeth = 12; teeth of the driver are undercut"),
+        (["--teeth", "60", *POINTED], f"--teeth = 60; {THIN}; more teeth, a smaller"),
+        (["--eccentricity", "9", *DOUBLE], "--teeth = 21; teeth of the driven wheel"),
+        (["--eccentricity", "10", *FIVEFOLD], "--eccentricity = 10 mm; the driven"),
         (["--teeth", "4"], "--teeth = 4; allowed 5 to 2000"),
         (["--addendum", "1"], "--addendum = 1; needs --teeth"),
         (["--teeth", "40", "--dedendum", "0.9"], "--dedendum = 0.9 modules; allowed"),
