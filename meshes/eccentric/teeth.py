@@ -292,7 +292,10 @@ def require_feasible(pair: EccentricPair, pressure_angle: float) -> None:
 
 
 def require_teeth(wheel: Wheel, name: str, given: int) -> None:
-    """Raises GeometryError where teeth are undercut or pointed; given : the driver's."""
+    """Raises GeometryError where teeth are undercut or pointed.
+
+    given : how many the driver has
+    """
     rack = wheel.rack
     sin, cos = math.sin(rack.pressure_angle), math.cos(rack.pressure_angle)
     reach = np.linspace(0.0, rack.form, LOOKED_AT)
