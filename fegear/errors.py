@@ -24,5 +24,5 @@ def file_error(
     """
     reason = getattr(error, "strerror", None) or str(error)
     if "requested and" in reason:  # as numpy says it
-        reason = "no space left on device"
+        reason = "there is no room for all of it"
     return InputError(f"{os.fspath(path)}: cannot be {deed}, {reason.lower()}")

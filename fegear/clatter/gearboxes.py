@@ -43,7 +43,7 @@ Part = Annotated[float, Field(ge=0.0, le=1.0)]
 Size = Annotated[float, Field(ge=-1e3, le=1e3)]  # mm
 RPM = 2.0 * math.pi / 60.0
 GYRATION = 0.01, 10.0  # radius of gyration of a wheel over its base radius
-FADING = 1e4  # most that damping slows a wheel in a period, as a rate
+FADING = 1e4  # largest rate of damping, in the excitation's shortest time of change
 
 
 class ExcitationKeys(Keys):
@@ -162,10 +162,9 @@ class GearboxFile(Keys):
     wheel: Annotated[Entries[WheelKeys], Field(min_length=1)]
 
     @model_validator(mode="after")
-    def _in_motion(self) -> GearboxFile:
-        given = self.excitation
+    def _used_plays(self) -> GearboxFile:
         for wheel in self.wheel:
-            if given.speed_file and wheel.tooth_play_amplitude_mm is not None:
+            if self.excitation.speed_file and wheel.tooth_play_amplitude_mm is not None:
                 raise ValueError(
                     f"wheel {wheel.name}: tooth_play_amplitude_mm belongs to a "
                     "frequency_Hz, not to a speed_file"
@@ -177,6 +176,11 @@ class GearboxFile(Keys):
                     f"wheel {wheel.name}: axial_play_mm needs helix_angle_deg, other "
                     "than 0, of it or of a wheel that it drives"
                 )
+        return self
+
+    @model_validator(mode="after")
+    def _in_motion(self) -> GearboxFile:
+        given = self.excitation
         still = given.amplitude_mm == 0.0 or not any(given.amplitudes_mm or (1.0,))
         drags = "drag_Nm", "axial_drag_N", "radial_drag_N"
         if still and not any(getattr(w, key) for w in self.wheel for key in drags):

@@ -273,7 +273,8 @@ def _mapped(named: NamedGearbox, asked: Clatter, wheel: Wheel) -> ClatterResult:
     state, first = _first_of_teeth(group, asked)
     parts, count = [first], 1
     while parts[-1].time[-1] <= asked.seconds and count < asked.impacts:
-        part = follow_map(group, name, state, int(parts[-1].edge[-1]), CHUNK)
+        most, edge = min(CHUNK, asked.impacts - count), int(parts[-1].edge[-1])
+        part = follow_map(group, name, state, edge, most)
         if not len(part):
             break
         parts.append(part)
@@ -282,8 +283,7 @@ def _mapped(named: NamedGearbox, asked: Clatter, wheel: Wheel) -> ClatterResult:
     cut = _first(found, min(int(np.sum(found.time <= asked.seconds)), asked.impacts))
     whole = len(cut) < min(len(found), asked.impacts)
     lasts = asked.seconds if whole else float(cut.time[-1])
-    edge = int(found.edge[-1])
-    run = GroupRun(group, cut, lasts, state, edge)
+    run = GroupRun(group, cut, lasts, state, int(found.edge[-1]))
     return ClatterResult(named, asked, wheel, (run,))
 
 

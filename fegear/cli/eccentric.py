@@ -209,6 +209,8 @@ def eccentric_command(*, wheels: Wheels, load: LoadOptions, files: Files) -> Non
 
 
 def print_eccentric(values: dict[str, Any]) -> None:
+    from fegear.eccentric.gearing import ANGLES
+
     say(
         f"radius {values['radius_mm']:g} mm, eccentricity "
         f"{values['eccentricity_mm']:g} mm, ratio {values['ratio']}, pressure angle "
@@ -224,8 +226,6 @@ def print_eccentric(values: dict[str, Any]) -> None:
         say("involute teeth can stand on both pitch curves")
     else:
         say(f"not feasible: {values['reason']}")
-    from fegear.eccentric.gearing import ANGLES
-
     angle, most = values["largest_pressure_angle_deg"], ANGLES[1]
     words = f"{number(angle, 4)}" if angle <= most else f"above {most:g}"
     say(

@@ -22,8 +22,8 @@ from lumped.clatter.kernels.arrays import Box
 from lumped.rattle.kernels.flight import CLOSE
 
 Array = NDArray[np.float64]
-RESTING = 4.0  # of the speed of a fall through such a gap: slower contacts rest
 CLOSED = 64.0  # of the round-off of a place: gaps below are closed
+RESTING = 4.0  # of the speed of a fall through such a gap: slower contacts rest
 BEYOND = 1e3  # plays: an edge that is never reached
 SERIES = 0.5  # largest rate times a step in sustained contact, see TERMS
 
@@ -39,7 +39,7 @@ class Group:
     excitation: Excitation
     tolerance: float = CLOSE
 
-    @property
+    @cached_property
     def plays(self) -> list[tuple[Wheel, str]]:
         return [(wheel, name) for wheel in self.wheels for name in wheel.freedoms]
 
@@ -52,7 +52,7 @@ class Group:
         """Of the coordinates [kg m2 or kg]."""
         return np.array([w.inertia if n == TEETH else w.mass for w, n in self.plays])
 
-    @property
+    @cached_property
     def rows(self) -> Array:
         """Of the plays by coordinate (p, p), s = ratio e(t) + row q."""
         starts = np.cumsum([0, *(len(w.freedoms) for w in self.wheels)])
@@ -71,7 +71,7 @@ class Group:
                 rows[number, spans[wheel.driver]] = driver.direction(angle, wheel.ratio)
         return rows
 
-    @property
+    @cached_property
     def ratios(self) -> Array:
         """Of the excitation, by play (p,)."""
         driven = [n == TEETH and w.driver is None for w, n in self.plays]

@@ -9,14 +9,8 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 Numbers = NDArray[np.int64]
-NUMBERS = (
-    "locked",
-    "contact",
-    "side",
-    "leaving",
-    "basis",
-    "edge",
-)  # whole ones of `Work`
+# whole ones of `Work`
+NUMBERS = "locked", "contact", "side", "leaving", "basis", "edge"
 RECORD = 7  # columns of an impact, see `lumped.clatter.kernels.events.run`
 
 

@@ -125,6 +125,25 @@ def test_the_exponent_of_a_map_is_that_of_the_end_of_its_run(tmp_path):
         assert exponent > 0.5
 
 
+def test_chaos_is_told_with_its_error_and_not_of_a_wheel_that_rests(tmp_path):
+    words = "clatter", "seed-five-speed", "--seconds", 40, "--chaos"
+    (wheel,) = json.loads(printed(*words, "--json"))["wheels"]
+    assert not wheel["forgets_its_start"]
+    assert 0.0 < wheel["correlation_dimension_error"] < 0.5
+    assert 1.0 < wheel["correlation_dimension"] < 2.0
+    assert f"{wheel['correlation_dimension']:.2f} +- " in printed(*words)
+    resting = GEARBOX.replace("0.8", "0.3").replace("-0.05", "-0.5")
+    (tmp_path / "own.toml").write_text(resting)
+    words = "clatter", tmp_path / "own.toml", "--chaos"
+    (wheel,) = json.loads(printed(*words, "--json"))["wheels"]
+    assert wheel["forgets_its_start"]
+    assert wheel["lyapunov_exponent_per_s"] is None
+    assert wheel["correlation_dimension"] is None
+    shown = printed(*words)
+    assert "forgets where it came from" in shown
+    assert "dimension" not in shown
+
+
 def test_nothing_that_moves_is_refused(tmp_path, capsys):
     still = GEARBOX.replace("0.15", "0.0")
     (tmp_path / "own.toml").write_text(still.replace("drag_Nm = -0.05", ""))

@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 
 from fegear.cli import run
+from fegear.errors import file_error
 from fegear.printable import HARMFUL, printable
 
 WRONG = Path(__file__).with_name("wrong_inputs.txt")  # command | part of its line
@@ -235,3 +236,9 @@ def test_wrong_input_is_one_line_before_anything_is_done(
     assert message in told
     assert told.count("\n") == 1
     assert not list(tmp_path.iterdir())
+
+
+def test_what_numpy_says_of_a_full_disk_is_told_in_words():
+    error = OSError("75356 requested and 7155 written")
+    line = str(file_error("a.msh", "written", error))
+    assert line == "a.msh: cannot be written, there is no room for all of it"
