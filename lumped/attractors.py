@@ -11,17 +11,14 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from enum import StrEnum
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.branches.balance import HarmonicBalance
 from lumped.branches.bifurcations import branch_point
 from lumped.branches.continuation import Branch, NoSolution, Steps
 from lumped.branches.motions import Motions, OverSpeed
 from lumped.branches.periodic import repeats_sooner
-from lumped.kernels.arrays import CoupledSteps, VariedSteps
 from lumped.response import Response, Status
 from lumped.settings import Settings, require_between
 from lumped.steady_state import Diverged, Speed
@@ -137,35 +134,23 @@ def _diverged(system: LumpedSystem) -> Attractor:
     return Attractor(0, empty, empty, math.nan, math.nan)
 
 
+@dataclass(frozen=True, eq=False)
 class _Way:
     """Along which changes are carried with a motion, in common periods."""
 
-    def __init__(self, system: LumpedSystem, at: Speed) -> None:
-        given: tuple[Any, Any] = FixedStepper(system).driven(at)
-        self.system, (self.arrays, steps) = system, given
-        self.angular = np.sqrt(system.arrays.rigidity)
-        n, damping = self.angular.size, self.arrays.damping
-        contacts = steps.load.size if isinstance(steps, CoupledSteps) else 0
-        self.steps = VariedSteps(
-            h=steps.h,
-            steps=steps,
-            damping=damping if damping.ndim == 2 else np.diag(damping),
-            tangent=np.empty((n, n)),
-            matrix=np.empty((contacts, contacts + n)),
-        )
+    system: LumpedSystem
+    at: Speed
+
+    @property
+    def angular(self) -> Array:
+        """By which velocities count (n,) [rad/s]."""
+        return self.system.angular
 
     def carry(self, state: Array, periods: int) -> tuple[Array, Array, Array]:
         """Deflections and rates (periods, m) at the start of each, and how much changes
         grow in it as a logarithm (periods,); the state (2, n (1 + k)) moves on."""
-        from lumped.kernels import rk4
-
         rows, growth = room_to_record(self.system, periods), np.empty(periods)
-        status, _ = rk4.carry_rk4(
-            *(self.arrays, self.steps, self.system.limit, state, self.angular),
-            *(rows, growth),
-        )
-        if status:
-            raise Diverged(0.0)
+        FixedStepper(self.system).carry(state, self.at, rows, growth)
         return rows[:, 0], rows[:, 1], growth
 
 
@@ -193,12 +178,12 @@ def _balanced(
     harmonic balance finds no stable motion there or takes too long."""
     multiple, length = response.multiple, system.common_period[0]
     size = float(np.abs(system.static_deflection).max())
-    if size == 0.0 or multiple * length * HARMONICS > MOST_HARMONICS:
+    if size == 0.0 or system.contacts is not None or multiple * length * HARMONICS > MOST_HARMONICS:
         return None
     while True:
         motions = Motions(OverSpeed(system), HARMONICS, multiple)
         branch: Branch[Motions] = Branch(motions, Steps(size=size, unit=1000.0))
-        balance: HarmonicBalance = motions.at(response.frequency)[0]
+        balance = motions.at(response.frequency)[0]
         try:
             x = balance.of_response(response, settings)
             point = branch.at(x, response.frequency)
@@ -228,15 +213,10 @@ def _along_steps(system: LumpedSystem, response: Response, at: Speed) -> Attract
         varied = np.concatenate([state, np.ones_like(state)], axis=1)
         _Way(system, at).carry(varied, CLOSING * periods)
         state = varied[:, : state.shape[1]]
-    way = _Way(system, at)
-    n = way.angular.size
-    unit = np.stack([np.eye(2 * n)[:, :n], np.eye(2 * n)[:, n:] * way.angular])
-    state = np.concatenate([state[:, None], unit], axis=1).reshape(2, -1)
-    deflection, rate, growth = way.carry(state, periods)
-    changes = state.reshape(2, -1, n)[:, 1:]
-    monodromy = np.concatenate([changes[0], changes[1] / way.angular], axis=1)
-    largest = np.abs(np.linalg.eigvals(monodromy)).max()
-    exponent = (math.log(largest) + growth.sum()) / length
+    varied = np.concatenate([state, np.ones_like(state)], axis=1)
+    deflection, rate, _ = _Way(system, at).carry(varied, periods)
+    _, monodromy = FixedStepper(system).monodromy(state, at, periods)
+    exponent = math.log(np.abs(np.linalg.eigvals(monodromy)).max()) / length
     return Attractor(response.multiple, deflection, rate, float(exponent), 0.0)
 
 

@@ -23,6 +23,18 @@ Where nothing accelerates this is statics: x + C F(x) = R z - gap.
 
 Damping, by a torque -D z' on the hubs, is -T'D T q' where T is what a coordinate
 turns the hubs by, about the loaded state and on the mean of a mesh cycle.
+
+The lowest modes of the bodies with their hubs held are coordinates e besides, of unit
+mass, carried along by the hubs with G:
+
+    z'' + G'e'' = f - R'F,    e'' + G z'' + c e' + w^2 e = -E'F.
+
+C, U and W are then those of all other modes, C - E w^-2 E' and so on, so that statics
+are the same whatever modes are kept. The coordinates z + G'e and e, scaled to unit
+mass, take the place of z above. Modes with nodal diameters come in pairs that are seen
+in a frame that does not turn with the gear, in which the contacts stay where they are:
+Z = E1 - i E2 is that of the gear's frame times exp(i v t), at the rate v at which its
+pattern turns past the gear.
 """
 
 from __future__ import annotations
@@ -36,17 +48,67 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lumped.kernels.arrays import (
+    ContactGrid,
     ContactProblem,
     Contacts,
     CoupledSteps,
     CoupledSystem,
 )
+from lumped.propagator import LinearPart
 
 Array = NDArray[np.float64]
-INGREDIENTS = "hardening", "pairs", "body", "meshes"
+INGREDIENTS = "hardening", "pairs", "body", "meshes", "modes"
+FACING = 5e-3  # m, gaps beyond which flanks do not face each other
 MOST_ROUNDS = 60  # of Newton's method for static equilibrium
 ROUNDING = 1e-9  # of a mesh cycle
 EXACT = 1e-12  # of the reach of the contacts' tables
+
+
+@dataclass(frozen=True, eq=False)
+class BodyModes:
+    """Modes of b coordinates of the gears' bodies with their hubs held, of unit mass.
+
+    Standing modes come first, then pairs that travel, E1 and E2 after each other.
+
+    angular : (b,) natural frequency [rad/s]; damping : (b,) of the velocity [1/s]
+    coupling : (b, n) G, to the modal coordinates of the hubs
+    rows : (c, p + 1, b) penetration of the contacts per coordinate [1/sqrt(kg)]
+    whirl : (w,) of the pairs, v over the angular frequency of the first mesh
+    gears, nodal_diameters : (b,)
+    """
+
+    angular: Array
+    damping: Array
+    coupling: Array
+    rows: Array
+    whirl: Array
+    gears: NDArray[np.int64]
+    nodal_diameters: NDArray[np.int64]
+
+    @property
+    def count(self) -> int:
+        return self.angular.size
+
+    @cached_property
+    def to_unit(self) -> Array:
+        """Displacements of hubs and modes per coordinate of unit mass (n + b, n + b)."""
+        G = self.coupling
+        mass = np.block([[np.eye(G.shape[1]), G.T], [G, np.eye(self.count)]])
+        return np.linalg.inv(np.linalg.cholesky(mass)).T
+
+
+def no_body_modes(contacts: int, positions: int, modes: int) -> BodyModes:
+    """Of so many contacts, positions p + 1 of a mesh cycle and hub coordinates."""
+    none, nowhere = np.empty(0), np.empty(0, np.int64)
+    return BodyModes(
+        angular=none,
+        damping=none,
+        coupling=np.empty((0, modes)),
+        rows=np.empty((contacts, positions, 0)),
+        whirl=none,
+        gears=nowhere,
+        nodal_diameters=nowhere,
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,8 +127,7 @@ class CoupledContacts:
     inertial : (c, p + 1, n) U, penetration under the inertial loads of all bodies per
         acceleration of each coordinate, reversed [s2/sqrt(kg)]
     work : (n, n) W, work of these loads on themselves [s2]
-    elastic_Hz : lowest frequency at which a body turns against its hub, a vibration
-        that is left out
+    modes : of the bodies, as coordinates of their own; C, U and W still hold them
     without : which of INGREDIENTS are left out
     """
 
@@ -78,8 +139,15 @@ class CoupledContacts:
     closing: Array
     inertial: Array
     work: Array
-    elastic_Hz: float = math.inf
+    modes: BodyModes | None = None
     without: tuple[str, ...] = ()
+
+    @property
+    def bodies(self) -> BodyModes:
+        """Modes that the model has as coordinates."""
+        if self.modes is None or not {"body", "modes"}.isdisjoint(self.without):
+            return no_body_modes(*self.rows.shape)
+        return self.modes
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,6 +174,7 @@ class LoadedState:
 
     deflection : (p + 1, m) of the meshes [m]; load : (p + 1, c) of the contacts [N]
     penetration : (p + 1, c) [m]; pressed : (p + 1, c, n) its load per coordinate
+    place : (p + 1, n) the coordinates
     springs : (n, n) stiffness besides the meshes, in modal coordinates in mean axes
     tangent : (p, m, n, n) stiffness of each mesh [1/s2]; a load that passes on to
         another mesh counts half for each
@@ -115,6 +184,7 @@ class LoadedState:
     load: Array
     penetration: Array
     pressed: Array
+    place: Array
     springs: Array
     tangent: Array
 
@@ -151,56 +221,125 @@ def coupled_system(found: CoupledContacts, train: Springs) -> CoupledSystem:
     if "body" in found.without:
         nothing = np.zeros_like(found.inertial), np.zeros_like(found.work)
         found = replace(found, inertial=nothing[0], work=nothing[1])
-    system, hubs = _in_mean_axes(found, train)
+    system, hubs = _in_mean_axes(*_with_bodies(found, train), found.bodies.whirl)
+    start = _start(train, system)
     for name, leave_out in LEAVE_OUT.items():
         if name in found.without:
             # about the state that the model has with what is not left out yet
-            loaded = loaded_state(system, train.start)
+            loaded = loaded_state(system, start)
             system = system._replace(contacts=leave_out(system, loaded))
-    return system._replace(damping=_damping(system, hubs, train))
+    return system._replace(damping=_damping(system, hubs, train, found.bodies))
 
 
-def coupled_steps(system: CoupledSystem, times: Array, periods: Array) -> CoupledSteps:
-    """The contacts at times (i,), in periods of the first mesh.
+def _start(train: Springs, system: CoupledSystem) -> Array:
+    """Coordinates (n,) near to static equilibrium."""
+    start = np.zeros(system.load.size)
+    start[: train.start.size] = train.start
+    return start
+
+
+def _with_bodies(
+    found: CoupledContacts, train: Springs
+) -> tuple[CoupledContacts, Springs]:
+    """Contacts and springs over hubs and body modes together, of unit mass."""
+    bodies, hubs = found.bodies, train.load.size
+    E, G, squares = bodies.rows, bodies.coupling, bodies.angular**2
+    size, to_unit = hubs + bodies.count, bodies.to_unit
+
+    def joined(of_hubs: Array, of_bodies: Array) -> Array:
+        return np.concatenate([of_hubs, of_bodies], axis=-1) @ to_unit
+
+    compliance = found.contacts.normal_compliance - np.einsum(
+        "cpb,dpb->pcd", E / squares, E
+    )
+    inertial = found.inertial - np.einsum("cpb,bn->cpn", E / squares, G)
+    work = np.zeros((size, size))
+    work[:hubs, :hubs] = found.work - (G.T / squares) @ G
+    stiffness = np.zeros((size, size))
+    stiffness[:hubs, :hubs] = train.stiffness
+    stiffness[hubs:, hubs:] = np.diag(squares)
+    none = np.zeros(bodies.count)
+    contacts = replace(
+        found,
+        rows=joined(found.rows, E),
+        inertial=joined(inertial, np.zeros_like(E)),
+        work=to_unit.T @ work @ to_unit,
+        contacts=found.contacts._replace(normal_compliance=compliance),
+    )
+    springs = replace(
+        train,
+        stiffness=to_unit.T @ stiffness @ to_unit,
+        load=np.concatenate([train.load, none]) @ to_unit,
+        shapes=joined(train.shapes, np.zeros((len(train.shapes), bodies.count))),
+    )
+    return contacts, springs
+
+
+def contact_grid(system: CoupledSystem, steps: int, periods: Array) -> ContactGrid:
+    """The contacts at the steps of so many cycles of the meshes, `steps` in one of the
+    first.
 
     periods : (m,) cycles of each mesh after which all repeat but for pitch errors
-    Step sizes are left to be set, see `with_room`; between steps the times are halves.
     """
     grid, mesh_of = system.contacts.gap.shape[1] - 1, system.mesh_of
-    cycles = system.rate * times[:, None]
+    cycles = system.rate * (np.arange(steps * periods[0]) / steps)[:, None]
     turn = np.floor(cycles + ROUNDING).astype(np.int64)
     at = np.maximum(cycles - turn, 0.0) * grid
     place = np.minimum((at + ROUNDING * grid).astype(np.int64), grid - 1)
     part = np.where(np.abs(at - place) < ROUNDING * grid, 0.0, at - place)
 
     def between(table: Array) -> Array:
-        """Entries (i, c, ...) of a table (c, p + 1, ...) at the times."""
+        """Entries (s, c, ...) of a table (c, p + 1, ...) at the steps."""
         every, here = np.arange(len(mesh_of)), place[:, mesh_of]
         share = part[:, mesh_of].reshape(*here.shape, *[1] * (table.ndim - 2))
         return (1.0 - share) * table[every, here] + share * table[every, here + 1]
 
+    gap = between(system.contacts.gap)
     compliance = np.swapaxes(system.contacts.normal_compliance, 0, 1)
-    return CoupledSteps(
-        h=np.empty(0),
+    return ContactGrid(
         place=place,
         part=part,
         turn=turn,
         periods=np.array(periods),
-        gap=between(system.contacts.gap),
+        gap=gap,
         rows=between(system.rows),
         ahead=between(system.ahead),
         compliance=between(compliance),
+        facing=gap < FACING,
+    )
+
+
+def coupled_steps(
+    system: CoupledSystem,
+    linear: LinearPart,
+    grid: ContactGrid,
+    frequency: float,
+    rounds: int,
+) -> CoupledSteps:
+    """Steps of a common period at a frequency of the first mesh [Hz].
+
+    rounds : of the grid in a common period
+    """
+    from lumped.kernels.coupled import set_moving
+
+    steps = len(grid.gap) // int(grid.periods[0])
+    h = 1.0 / (frequency * steps)
+    propagator = linear.step(frequency, h)
+    a, push = linear.standing, propagator.wave_push[:, 0].sum(axis=0)
+    moving = np.empty_like(grid.compliance)
+    newest = np.ascontiguousarray(propagator.push[0, :, :a])
+    set_moving(grid.rows, newest, push, moving)
+    return CoupledSteps(
+        h=np.full(rounds * len(grid.gap), h),
+        grid=grid,
+        propagator=propagator,
+        moving=moving,
         **_room(system),
     )
 
 
-def with_room(steps: CoupledSteps, system: CoupledSystem, h: Array) -> CoupledSteps:
-    """The same half steps with step sizes and working arrays of their own."""
-    return steps._replace(h=h, **_room(system))
-
-
 def _room(system: CoupledSystem) -> dict[str, Any]:
-    count, n = len(system.mesh_of), len(system.load)
+    count = len(system.mesh_of)
     problem = ContactProblem(
         knots=system.contacts.knots,
         law=system.contacts.law,
@@ -208,7 +347,7 @@ def _room(system: CoupledSystem) -> dict[str, Any]:
         part=np.zeros(system.rate.size),
         mesh_of=system.mesh_of,
         reversed=np.zeros(count, np.int64),
-        free=np.empty(count),
+        free=np.zeros(count),
         start=np.zeros(count),
         cell=np.zeros(count, np.int64),
         chosen=np.empty(count, np.int64),
@@ -220,7 +359,6 @@ def _room(system: CoupledSystem) -> dict[str, Any]:
     return {
         "penetration": np.zeros(count),
         "load": np.zeros(count),
-        "acceleration": np.empty(n),
         "problem": problem,
     }
 
@@ -255,6 +393,7 @@ def static_transmission_error(
         rows=found.closing[own][:, :, None],
         inertial=none,
         work=np.zeros((1, 1)),
+        modes=None,
         contacts=contacts._replace(
             first=np.array([0, own.size]),
             gap=gap,
@@ -275,7 +414,9 @@ def static_transmission_error(
     return loaded_state(coupled_system(alone, train), train.start).deflection[:, 0]
 
 
-def _in_mean_axes(found: CoupledContacts, train: Springs) -> tuple[CoupledSystem, Hubs]:
+def _in_mean_axes(
+    found: CoupledContacts, train: Springs, whirl: Array
+) -> tuple[CoupledSystem, Hubs]:
     R, U, W, K = found.rows, found.inertial, found.work, train.stiffness
     S = np.linalg.inv(np.eye(len(W)) + K @ W)
     P, load = U - R @ W, S @ train.load
@@ -290,8 +431,9 @@ def _in_mean_axes(found: CoupledContacts, train: Springs) -> tuple[CoupledSystem
     )
     system = CoupledSystem(
         stiffness=S @ K,
-        damping=np.diag(train.damping),
+        damping=np.zeros_like(S),
         load=load,
+        whirl=whirl,
         shapes=train.shapes @ turn,
         offset=train.shapes @ W @ load,
         rate=train.rate,
@@ -303,14 +445,20 @@ def _in_mean_axes(found: CoupledContacts, train: Springs) -> tuple[CoupledSystem
     return system, hubs
 
 
-def _damping(system: CoupledSystem, hubs: Hubs, train: Springs) -> Array:
-    """(n, n), of the torques that damp the hubs."""
-    loaded = loaded_state(system, train.start)
+def _damping(
+    system: CoupledSystem, hubs: Hubs, train: Springs, bodies: BodyModes
+) -> Array:
+    """(n, n), of the torques that damp the hubs, and of the body modes."""
+    loaded = loaded_state(system, _start(train, system))
     turned = hubs.turn + np.einsum("cpi,pcj->pij", hubs.ahead, loaded.pressed)
-    return np.asarray(
-        np.einsum("pki,k,pkj->ij", turned[:-1], train.damping, turned[:-1])
-        / (len(turned) - 1)
-    )
+    turned = bodies.to_unit @ turned[:-1]
+    both = np.concatenate([train.damping, bodies.damping])
+    damped = np.einsum("pki,k,pkj->ij", turned, both, turned) / len(turned)
+    # what is left of pairs is their own: they must whirl unchanged
+    pairs = slice(damped.shape[0] - 2 * bodies.whirl.size, None)
+    damped[pairs], damped[:, pairs] = 0.0, 0.0
+    damped[pairs, pairs] = np.diag(both[pairs])
+    return np.asarray(damped)
 
 
 def _without_meshes(system: CoupledSystem, loaded: LoadedState) -> Contacts:
@@ -419,6 +567,7 @@ def _about(system: CoupledSystem, x: Array, q: Array, B: Array) -> LoadedState:
         load=F,
         penetration=x,
         pressed=pressed,
+        place=q,
         springs=system.stiffness,
         tangent=0.5 * (tangent + np.swapaxes(tangent, 2, 3)),
     )

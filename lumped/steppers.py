@@ -9,9 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.coupled import with_room
 from lumped.friction_samples import at_frequency
-from lumped.kernels.arrays import FrictionSamples
+from lumped.kernels.arrays import FrictionSamples, VariedSteps
 from lumped.response import History
 from lumped.settings import Settings
 from lumped.steady_state import Diverged, Speed, new_convergence
@@ -39,10 +38,10 @@ class LumpedStepper:
         return self.system.static_state
 
     def begin(self, state: Array, settings: Settings) -> Convergence:
-        system, cycles = self.system.arrays, self.system.common_period[0]
-        angular = np.sqrt(system.rigidity)
-        check = new_convergence(system.shapes, angular, settings, cycles)
-        check.sections[0] = state[0], state[1] / check.angular
+        system, cycles = self.system, self.system.common_period[0]
+        rows, angular = system.deflection_rows, system.angular
+        check = new_convergence(rows, angular, settings, cycles)
+        check.sections[0] = state[0], state[1] / angular
         return check
 
     def change_speed(
@@ -53,31 +52,28 @@ class LumpedStepper:
 
 
 class FixedStepper(LumpedStepper):
-    """Classical Runge-Kutta, of fourth order."""
+    """Steps of equal size, of fourth order: classical Runge-Kutta for springs, exact
+    but for the contact forces for the coupled model."""
 
     def driven(self, at: Speed) -> tuple[Any, Any]:
         """The system and the steps of a common period, as the kernels take them."""
         system, frequency = self.system, at.frequency
         steps = steps_per_period(system, frequency, at.settings)
-        if system.coupled_arrays is None:
-            samples = system.samples(steps)
-            if isinstance(samples, FrictionSamples):
-                return system.arrays, at_frequency(samples, frequency)
-            return system.arrays, samples._replace(h=samples.h / frequency)
-        h = np.full(system.common_period[0] * steps, 1.0 / (frequency * steps))
-        halves = system.coupled_steps(steps)
-        return system.coupled_arrays, with_room(halves, system.coupled_arrays, h)
+        if system.coupled_arrays is not None:
+            return system.coupled_arrays, system.coupled_steps(steps, frequency)
+        samples = system.samples(steps)
+        if isinstance(samples, FrictionSamples):
+            return system.arrays, at_frequency(samples, frequency)
+        return system.arrays, samples._replace(h=samples.h / frequency)
 
     def advance(
         self, state: Array, at: Speed, check: Convergence, most: int
     ) -> tuple[Array, bool]:
-        from lumped.kernels import rk4
-
         now, (arrays, steps), before = np.array(state), self.driven(at), check.period
         few = max(1, WATCHED // steps.h.size)
         while True:
             left = most - (check.period - before)
-            status, part, settled = rk4.settle_rk4(
+            status, part, settled = self._kernels.settle_motion(
                 arrays, steps, self.system.limit, now, check, min(few, left)
             )
             if status:
@@ -87,15 +83,61 @@ class FixedStepper(LumpedStepper):
             at.watch(check.period - before)
 
     def record(self, state: Array, at: Speed, periods: int) -> tuple[Array, History]:
-        from lumped.kernels import rk4
-
         system, now = self.system, np.array(state)
         arrays, steps = self.driven(at)
         time, out = _room(system, steps.h, periods)
-        status, _ = rk4.record_rk4(arrays, steps, periods, now, system.limit, out)
+        status, _ = self._kernels.record_motion(
+            arrays, steps, periods, now, system.limit, out
+        )
         if status:
             raise Diverged(0.0)
         return now, history_of(time, out, system)
+
+    def carry(
+        self, state: Array, at: Speed, sections: Array, growth: Array
+    ) -> None:
+        """A motion with small changes of it over common periods, in place.
+
+        state : (2, n (1 + k)) the motion, then k changes one after the other
+        sections, growth : see `lumped.kernels.rk4.carry_motion`
+        """
+        arrays, steps = self.driven(at)
+        if self.system.contacts is None:
+            n, damping = self.system.angular.size, np.diag(arrays.damping)
+            steps = VariedSteps(steps.h, steps, damping, np.empty((n, n)))
+        status, _ = self._kernels.carry_motion(
+            *(arrays, steps, self.system.limit, state, self.system.angular),
+            *(sections, growth),
+        )
+        if status:
+            raise Diverged(0.0)
+
+    def monodromy(
+        self, state: Array, at: Speed, periods: int
+    ) -> tuple[Array, Array]:
+        """State (2, n) after common periods, and what a small change becomes in them.
+
+        The matrix (2 n, 2 n) is of displacements, and velocities over `angular`.
+        """
+        n, angular = state.shape[1], self.system.angular
+        unit = np.stack([np.eye(2 * n)[:, :n], np.eye(2 * n)[:, n:] * angular])
+        moved = np.concatenate([state[:, None], unit], axis=1).reshape(2, -1)
+        growth = np.empty(periods)
+        self.carry(moved, at, room_to_record(self.system, periods), growth)
+        changes = math.exp(growth.sum()) * moved.reshape(2, -1, n)[:, 1:]
+        # a row for each change: columns of the matrix
+        matrix = np.concatenate([changes[0], changes[1] / angular], axis=1).T
+        return moved[:, :n].copy(), matrix
+
+    @property
+    def _kernels(self) -> Any:
+        if self.system.contacts is None:
+            from lumped.kernels import rk4
+
+            return rk4
+        from lumped.kernels import coupled
+
+        return coupled
 
     def refined(
         self, frequency: float, settings: Settings, repeats: bool

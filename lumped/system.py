@@ -13,6 +13,7 @@ from lumped.coupled import (
     CoupledContacts,
     LoadedState,
     Springs,
+    contact_grid,
     coupled_steps,
     coupled_system,
     loaded_state,
@@ -21,6 +22,7 @@ from lumped.excitation import MeshExcitation
 from lumped.friction import FrictionRows, ToothFriction, friction_rows
 from lumped.friction_samples import with_friction
 from lumped.kernels.arrays import (
+    ContactGrid,
     CoupledSteps,
     CoupledSystem,
     FrictionSamples,
@@ -28,6 +30,7 @@ from lumped.kernels.arrays import (
     Samples,
 )
 from lumped.modes import Modes, natural_modes
+from lumped.propagator import LinearPart
 from lumped.train import Train, TrainError
 from lumped.train_excitation import TrainExcitation, largest_gap
 
@@ -151,16 +154,23 @@ class LumpedSystem:
             load=known.load,
             shapes=shapes,
             rate=np.array([float(rate) for rate in self.train.mesh_rates]),
-            start=self.static_state[0],
+            start=known.load / known.rigidity,
         )
         return coupled_system(self.contacts, train)
+
+    @cached_property
+    def _linear(self) -> LinearPart:
+        assert self.coupled_arrays is not None
+        return LinearPart(self.coupled_arrays)
 
     @cached_property
     def loaded(self) -> LoadedState | None:
         """Static equilibrium of the coupled model over a mesh cycle."""
         if self.coupled_arrays is None:
             return None
-        return loaded_state(self.coupled_arrays, self.static_state[0])
+        start = np.zeros(self.coupled_arrays.load.size)
+        start[: self.moving.size] = self.arrays.load / self.arrays.rigidity
+        return loaded_state(self.coupled_arrays, start)
 
     @cached_property
     def resonances_Hz(self) -> Array:
@@ -173,24 +183,54 @@ class LumpedSystem:
     def static_state(self) -> Array:
         """Modal displacement at rest under the mean stiffness, zero velocity (2, n).
 
-        No gap counts: a train without load starts with its teeth just touching.
+        No gap counts: a train without load starts with its teeth just touching. The
+        coupled model is in equilibrium as if gears stood at the start of the cycle.
         """
+        if self.loaded is not None:
+            return np.stack([self.loaded.place[0], np.zeros_like(self.loaded.place[0])])
         load = self.arrays.load
         return np.stack([load / self.arrays.rigidity, np.zeros_like(load)])
+
+    @cached_property
+    def angular(self) -> Array:
+        """By which velocities count (n,): natural angular frequencies of the train on
+        its mean mesh stiffness, then of the body modes [rad/s]."""
+        hubs = np.sqrt(self.arrays.rigidity)
+        if self.contacts is None:
+            return hubs
+        return np.concatenate([hubs, self.contacts.bodies.angular])
+
+    @cached_property
+    def deflection_rows(self) -> Array:
+        """Size of each mesh's deflection per coordinate (m, n): body modes bend the
+        teeth that touch."""
+        if self.contacts is None:
+            return self.arrays.shapes
+        rows = self.contacts.bodies.rows
+        each = np.sqrt((rows**2).mean(axis=1))  # (c, b)
+        mesh_of, meshes = self.contacts.mesh_of, range(len(self.excitations))
+        bodies = np.array([each[mesh_of == m].max(axis=0) for m in meshes])
+        return np.concatenate([self.arrays.shapes, bodies], axis=1)
 
     def state_from(self, other: LumpedSystem, state: Array) -> Array:
         """Modal displacements and velocities (2, n) of gears that move as another's.
 
-        state : of the other system, which has the same gears and freedoms
+        state : of the other system, which has the same gears and freedoms; body modes
+            go on where both have the same number of them, else from rest
         """
-        moved = state @ other.modes.shapes[:, other.moving].T
+        hubs = other.moving.size
+        moved = state[:, :hubs] @ other.modes.shapes[:, other.moving].T
         momentum = moved * self.modes.coordinates.mass
-        return np.asarray(momentum @ self.modes.shapes[:, self.moving])
+        found = np.array(self.static_state)
+        found[:, : self.moving.size] = momentum @ self.modes.shapes[:, self.moving]
+        if found.shape[1] - self.moving.size == state.shape[1] - hubs:
+            found[:, self.moving.size :] = state[:, hubs:]
+        return found
 
     @cached_property
     def static_deflection(self) -> Array:
         """Mean mesh deflections (m,) under the external torques [m]."""
-        return self.arrays.shapes @ self.static_state[0]
+        return self.arrays.shapes @ (self.arrays.load / self.arrays.rigidity)
 
     @cached_property
     def excitation(self) -> TrainExcitation:
@@ -232,14 +272,22 @@ class LumpedSystem:
         # long ones are not kept: to make them takes a part of the time of a period
         return self._samples(steps) if self.rounds > 1 else self._kept_samples(steps)
 
+    def coupled_steps(self, steps: int, frequency: float) -> CoupledSteps:
+        """Steps of the coupled model at a frequency of the first mesh [Hz]."""
+        assert self.coupled_arrays is not None
+        return coupled_steps(
+            *(self.coupled_arrays, self._linear, self.contact_grid(steps)),
+            *(frequency, self.rounds),
+        )
+
     @lru_cache(maxsize=4)  # noqa: B019  the system is immutable and short-lived
-    def coupled_steps(self, steps: int) -> CoupledSteps:
-        """The same for the coupled model, but for the step sizes."""
+    def contact_grid(self, steps: int) -> ContactGrid:
+        """The contacts of the coupled model at the steps, at any speed."""
         assert self.coupled_arrays is not None
         self._require_memory(steps)
-        periods = np.array(self.train.common_period)
-        halves = np.arange(2 * steps * periods[0]) / (2 * steps)
-        return coupled_steps(self.coupled_arrays, halves, periods)
+        return contact_grid(
+            self.coupled_arrays, steps, np.array(self.train.common_period)
+        )
 
     @lru_cache(maxsize=16)  # noqa: B019  the system is immutable and short-lived
     def _kept_samples(self, steps: int) -> Samples | FrictionSamples:
@@ -268,9 +316,10 @@ class LumpedSystem:
             contacts = 0
         else:
             contacts, _, n = self.contacts.rows.shape
-            # pitch errors come to half steps that repeat with the meshes
+            n += self.contacts.bodies.count
+            # pitch errors come to steps that repeat with the meshes
             length = self.train.common_period[0]
-            each = 16 * contacts * (contacts + n + meshes + 1)
+            each = 8 * contacts * (2 * contacts + n + meshes + 1)
         found = int(each) * length * steps
         if self.rounds > 1:
             motion = MOTION_BYTES * meshes + CONTACT_BYTES * contacts

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
+from fegear.dynamics.body_modes import body_modes, gears_modes
 from fegear.dynamics.cross_mesh import cross_mesh_compliance
 from fegear.dynamics.elastic import ElasticGear
 from fegear.dynamics.mesh_laws import all_mesh_laws, equal_tables
@@ -84,9 +85,8 @@ def contacts_of(
         closing=np.concatenate([_closing(side, gear_set) for side in model.sides]),
         inertial=inertial[..., moving],
         work=work[np.ix_(moving, moving)],
-        elastic_Hz=min(
-            relief.elastic_Hz(gear.face_width, inertia_of(gear))
-            for gear, relief in zip(gear_set.gears, reliefs, strict=True)
+        modes=body_modes(
+            gear_set, reference, model.sides, gears_modes(gear_set, settings)
         ),
     )
 

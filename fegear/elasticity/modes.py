@@ -11,7 +11,7 @@ Math. 24 (1971) 263), so that only those n are solved that have any.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -120,6 +120,19 @@ def gear_modes(sector: CyclicSector, density: float, cutoff_Hz: float) -> GearMo
     mass = sector.mass(density)
     modes = cyclic_modes(sector, mass, cutoff_Hz)
     return _collect_modes(sector, cutoff_Hz, mass, modes)
+
+
+def lowest_modes(
+    sector: CyclicSector, density: float, nodal_diameters: Sequence[int], count: int
+) -> GearModes:
+    """The `count` lowest modes, or pairs of modes, with each number of nodal diameters.
+
+    nodal_diameters : below half the number of teeth; density in kg/m3
+    """
+    mass = sector.mass(density)
+    with stage("modes"):
+        modes = [_solve_modes(sector, mass, n, count) for n in nodal_diameters]
+    return _collect_modes(sector, math.inf, mass, modes)
 
 
 def resolving_sector(

@@ -19,7 +19,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.branches.contacts import CoupledForces
 from lumped.branches.series import Series
 from lumped.branches.springs import SpringForces
 from lumped.kernels.arrays import ContactPieces
@@ -59,6 +58,8 @@ class HarmonicBalance:
     def __post_init__(self) -> None:
         if self.system.rubs:
             raise TrainError("friction must be 0; harmonic balance leaves it out")
+        if self.system.contacts is not None:
+            raise TrainError("the coupled model is not of springs, see PeriodMap")
         for name in ("harmonics", "multiple"):
             if getattr(self, name) < 1:
                 value = getattr(self, name)
@@ -81,12 +82,15 @@ class HarmonicBalance:
         return Series(self.harmonics * self.length, self.length)
 
     @cached_property
-    def forces(self) -> SpringForces | CoupledForces:
+    def forces(self) -> SpringForces:
         rate = float(max(self.system.train.mesh_rates))
         finest = max(FEWEST * rate, PER_HARMONIC * self.harmonics)
-        if self.system.contacts is None:
-            return SpringForces(self.system, self.series, finest, self.steepness)
-        return CoupledForces(self.system, self.series, finest)
+        return SpringForces(self.system, self.series, finest, self.steepness)
+
+    @property
+    def size(self) -> float:
+        """Of the unknowns under the loads alone."""
+        return float(np.abs(self.forces.static).max())
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -227,7 +231,12 @@ class HarmonicBalance:
         found[at], found[longer.series.order + at] = series[1 : H + 1], series[H + 1 :]
         return found.ravel()
 
-    def delayed(self, x: Array, periods: int) -> Array:
+    def delayed(self, x: Array, periods: int, frequency: float) -> Array:
         """Unknowns x of the motion so many common periods later."""
         later = periods * self.system.common_period[0]
         return self.series.delayed(x.reshape(self.shape), later).ravel()
+
+    def odd_part(self, x: Array, frequency: float) -> Array:
+        """Harmonics that motions of half the period do not have."""
+        series, H = x.reshape(self.shape), self.series.order
+        return np.concatenate([series[1 : H + 1 : 2], series[H + 1 :: 2]]).ravel()

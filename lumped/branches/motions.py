@@ -14,11 +14,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lumped.branches.balance import HarmonicBalance
+from lumped.branches.period_map import PeriodMap
 from lumped.system import LumpedSystem
 
 Array = NDArray[np.float64]
 DIFFERENCE = 1e-6  # of the unit, between systems that tell what a figure changes
 KEPT = 8  # systems of neighbouring values
+PeriodicMotion = HarmonicBalance | PeriodMap
 
 
 class Family(Protocol):
@@ -107,7 +109,8 @@ class OverFigure:
 class Motions:
     """The equations of motions that repeat after some common periods of the meshes.
 
-    harmonics, multiple, steepness : as of `HarmonicBalance`, which takes unknowns apart
+    harmonics, multiple, steepness : as of `HarmonicBalance`, which takes unknowns apart;
+        the coupled model has a `PeriodMap`
     """
 
     family: Family
@@ -115,16 +118,18 @@ class Motions:
     multiple: int = 1
     steepness: float | None = None
 
-    def at(self, value: float) -> tuple[HarmonicBalance, float]:
+    def at(self, value: float) -> tuple[PeriodicMotion, float]:
         """The equations at a value of the parameter, and the mesh frequency [Hz]."""
         system, frequency = self.family.at(value)
         return self._balances(system), frequency
 
     @cached_property
-    def _balances(self) -> Callable[[LumpedSystem], HarmonicBalance]:
+    def _balances(self) -> Callable[[LumpedSystem], PeriodicMotion]:
         """Of systems, kept as long as these motions are."""
 
-        def balance(system: LumpedSystem) -> HarmonicBalance:
+        def balance(system: LumpedSystem) -> PeriodicMotion:
+            if system.contacts is not None:
+                return PeriodMap(system, self.multiple)
             return HarmonicBalance(
                 system, self.harmonics, self.multiple, self.steepness
             )

@@ -15,7 +15,6 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.branches.balance import HarmonicBalance
 from lumped.branches.bifurcations import (
     CROSSING,
     DOUBLING,
@@ -33,7 +32,7 @@ from lumped.branches.continuation import (
     Steps,
     joined,
 )
-from lumped.branches.motions import Family, Motions
+from lumped.branches.motions import Family, Motions, PeriodicMotion
 from lumped.branches.shooting import shoot
 from lumped.respond import respond
 from lumped.response import Response, Status
@@ -220,7 +219,7 @@ class BranchFinder:
         It may begin in any of its common periods, or repeat sooner than it seemed to.
         """
         at, times = motion.parameter, branch.problem.multiple
-        balance, _ = branch.problem.at(at)
+        balance, frequency = branch.problem.at(at)
         for found in self.found:
             if times % found.multiple:
                 continue
@@ -228,12 +227,12 @@ class BranchFinder:
                 own, _ = self.balance(found.multiple, at)
                 x = own.lengthened(near.x, times // found.multiple)
                 for periods in range(times):
-                    shifted = balance.delayed(x, periods)
+                    shifted = balance.delayed(x, periods, frequency)
                     if np.abs(shifted - motion.x).max() < SAME * branch.steps.size:
                         return True
         return False
 
-    def balance(self, multiple: int, value: float) -> tuple[HarmonicBalance, float]:
+    def balance(self, multiple: int, value: float) -> tuple[PeriodicMotion, float]:
         """The equations at a value of the parameter, and the mesh frequency [Hz]."""
         return self._branch(multiple).problem.at(value)
 
@@ -300,7 +299,7 @@ class BranchFinder:
         motions = Motions(self.family, settings.harmonics, multiple, settings.steepness)
         balance, _ = motions.at(self.limits[1])
         steps = Steps(
-            size=float(np.abs(balance.forces.static).max()),
+            size=balance.size,
             unit=self.family.unit,
             first=settings.step,
             most=settings.most_step,
@@ -405,18 +404,18 @@ def _halves(motions: Motions, before: Point, after: Point) -> str:
 
 
 def odd_part(motions: Motions, point: Point) -> Array:
-    """Harmonics of a series that motions of half the period do not have."""
-    balance, _ = motions.at(point.parameter)
-    series, H = point.x.reshape(balance.shape), balance.series.order
-    return np.concatenate([series[1 : H + 1 : 2], series[H + 1 :: 2]]).ravel()
+    """What motions of half the period do not have."""
+    balance, frequency = motions.at(point.parameter)
+    return balance.odd_part(point.x, frequency)
 
 
 def repeats_sooner(branch: Branch[Motions], point: Point) -> bool:
     """Whether a motion of an even multiple repeats after half of its period."""
     motions = branch.problem
-    even = motions.multiple % 2 == 0
+    if motions.multiple % 2:
+        return False
     size = float(np.linalg.norm(odd_part(motions, point)))
-    return even and size < 0.3 * ASIDE * branch.steps.size
+    return size < 0.3 * ASIDE * branch.steps.size
 
 
 def _cut_at_its_end(branch: Branch[Motions], followed: Followed) -> Followed:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.branches.balance import HarmonicBalance
+from lumped.branches.motions import PeriodicMotion
 from lumped.branches.continuation import NoSolution
 from lumped.measures import measures
 from lumped.settings import Settings
@@ -39,8 +39,8 @@ class Shot:
         return float(np.abs(rms - exact).max() / exact.max())
 
 
-def shoot(balance: HarmonicBalance, x: Array, frequency: float) -> Shot:
-    """The motion near unknowns x of harmonic balance at a mesh frequency [Hz].
+def shoot(balance: PeriodicMotion, x: Array, frequency: float) -> Shot:
+    """The motion near unknowns x at a mesh frequency [Hz].
 
     Raises NoSolution where corrections do not fade.
     """

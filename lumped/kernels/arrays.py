@@ -240,11 +240,14 @@ class ContactProblem(NamedTuple):
 
 
 class CoupledSystem(NamedTuple):
-    """A train in modal coordinates whose contacts deflect each other.
+    """A train whose contacts deflect each other, in n coordinates of unit mass.
 
-    Coordinates are mean rotations of the gears' masses: see `lumped.coupled`.
+    Coordinates are mean rotations of the gears and standing body modes, then w pairs of
+    travelling body modes: see `lumped.coupled`.
 
     stiffness (n, n) of all springs but the meshes [1/s^2]; damping (n, n), load (n,)
+    whirl (w,) rate at which each pair's pattern turns past its gear, cycles per cycle
+    of the first mesh
     shapes (m, n), offset (m,) mesh deflection by the hubs per coordinate, and of all 0
     rate (m,) cycles of each mesh per cycle of the first; mesh_of (c,)
     rows (c, p + 1, n) penetration of each contact per coordinate
@@ -255,6 +258,7 @@ class CoupledSystem(NamedTuple):
     stiffness: Array
     damping: Array
     load: Array
+    whirl: Array
     shapes: Array
     offset: Array
     rate: Array
@@ -264,17 +268,15 @@ class CoupledSystem(NamedTuple):
     contacts: Contacts
 
 
-class CoupledSteps(NamedTuple):
-    """Equal steps of a common period, and the contacts at their i half steps.
+class ContactGrid(NamedTuple):
+    """The contacts at s equal steps of the time after which all meshes repeat.
 
-    h (s,) step sizes [s]; half steps repeat after all meshes do, pitch errors aside
-    place, part (i, m) in the tables; turn (i, m) whole cycles of each mesh
-    periods (m,) cycles of each mesh after which the half steps repeat
-    gap (i, c) [m]; rows (i, c, n), ahead (i, c, m); compliance (i, c, c) [m/N]
-    penetration [m], load [N] (c,) of an instant; acceleration (n,)
+    place, part (s, m) in the tables; turn (s, m) whole cycles of each mesh
+    periods (m,) cycles of each mesh after which the steps repeat but for pitch errors
+    gap (s, c) [m]; rows (s, c, n), ahead (s, c, m); compliance (s, c, c) [m/N]
+    facing (s, c) whether flanks face each other
     """
 
-    h: Array
     place: Array
     part: Array
     turn: Array
@@ -283,26 +285,77 @@ class CoupledSteps(NamedTuple):
     rows: Array
     ahead: Array
     compliance: Array
+    facing: Array
+
+
+class Propagator(NamedTuple):
+    """A step of the linear part of a train, exact for forces that are cubic in time.
+
+    The a coordinates that do not whirl have (displacement, velocity) as state (2 a,);
+    a pair of travelling modes Z = E1 - i E2 is the sum of a forward and a backward
+    wave, of which real and imaginary parts are stored.
+
+    carry (2 a, 2 a), push (4, a, 2 a) transposed; push by forces at the end of the
+    step, at its start, and one and two steps before that
+    wave_carry (2, 2, w), wave_push (2, 4, 2, w) : forward and backward, real, imaginary
+    rates (2, 2, w) of the waves [1/s]
+    """
+
+    carry: Array
+    push: Array
+    wave_carry: Array
+    wave_push: Array
+    rates: Array
+
+
+class CoupledSteps(NamedTuple):
+    """Equal steps of a common period at a speed, for the coupled model.
+
+    h (s,) step sizes [s], also of rounds in which all meshes repeat but for pitch errors
+    moving (s, c, c) penetration per load at the end of the step that ends there, by
+    what moves in it [m/N]
+    penetration [m], load [N] (c,) of an instant
+    """
+
+    h: Array
+    grid: ContactGrid
+    propagator: Propagator
+    moving: Array
     penetration: Array
     load: Array
-    acceleration: Array
     problem: ContactProblem
+
+
+class CoupledMotion(NamedTuple):
+    """A motion and k - 1 small changes of it, in the variables of a Propagator.
+
+    state (k, 2 a), waves (k, 2, 2, w); force (k, 4, n) on the coordinates at the last
+    four nodes, in a ring whose newest is head (1,)
+    q (k, n) displacements
+    before (k, 2 a), kept (k, 2 a + 4 w), matrix (c, c + k) working arrays
+    """
+
+    state: Array
+    waves: Array
+    force: Array
+    head: Array
+    q: Array
+    before: Array
+    kept: Array
+    matrix: Array
 
 
 class VariedSteps(NamedTuple):
     """Steps along which small changes are carried with a motion.
 
-    h (s,) of the steps [s]; steps : Samples or CoupledSteps of the motion
-    damping (n, n) [1/s]
-    tangent (n, n) stiffness at an instant [1/s2]; matrix (c, c + n) a working array,
-    with c contacts of the coupled model
+    h (s,) of the steps [s]; steps : Samples of the motion
+    damping (n, n) [1/s]; tangent (n, n) stiffness at an instant [1/s2]
     """
 
     h: Array
     steps: Any
     damping: Array
     tangent: Array
-    matrix: Array
 
 
 class QuadratureGrid(NamedTuple):

@@ -1,21 +1,25 @@
-"""Accelerations of a train whose contacts deflect each other, compiled.
+"""Steps of a train whose contacts deflect each other, compiled.
 
-At an instant the coordinates q, mean rotations, give every contact c the penetration
+Between its contacts the train is linear, and a step of that is exact. The contacts'
+forces on the coordinates, g = load - B'F, pass through a step as the cubic through its
+two ends and the two nodes before (exponential time differencing, with the rule of Adams
+and Moulton: Hairer and Wanner, Solving Ordinary Differential Equations II, IV.11). The
+new forces follow from one contact problem at the end of the step,
 
-    x_c + sum_d Q_cd F_d(x_d) = B_c q - gap_c,
+    x_c + sum_d (Q + B W B')_cd F_d(x_d) = B_c q_free - gap_c,
 
-and the loads F the accelerations
-
-    a = load - K q - D q' - sum_c B_c F_c.
-
-What the hubs deflect the meshes by follows from q and F. See `lumped.coupled`.
+with what the new forces move in the step, W. See `lumped.coupled` for B, Q and q, and
+`lumped.propagator` for the step.
 """
 
 from __future__ import annotations
 
 import math
 
-from lumped.compiled import inlined
+import numpy as np
+
+from lumped.compiled import allocating, compiled, compiled_part, inlined
+from lumped.kernels.arrays import CoupledMotion
 from lumped.kernels.contact import (
     CONVERGED,
     LOADS,
@@ -26,93 +30,216 @@ from lumped.kernels.contact import (
     solve_penetrations,
 )
 from lumped.kernels.elimination import eliminate
+from lumped.kernels.settling import (
+    FINISHED,
+    NOT_FINITE,
+    begin_period,
+    bounded,
+    close_section,
+    set_round_off,
+    widen,
+)
+
+SLOTS = 4  # forces that a step knows
+STARTS = 4  # rounds after which the forces before the start are known
+RESCALED = 64  # steps after which small changes are brought back to length 1
 
 
 @inlined
-def set_coupled_acceleration(system, steps, instant, q, v, a, s):
-    """Accelerations (n,) and deflections of the meshes by their hubs (m,).
+def dot(a, b, count):
+    """Sum of products in four parts, which do not wait for each other."""
+    one, two, three, four = 0.0, 0.0, 0.0, 0.0
+    fours = count - count % 4
+    for j in range(0, fours, 4):
+        one += a[j] * b[j]
+        two += a[j + 1] * b[j + 1]
+        three += a[j + 2] * b[j + 2]
+        four += a[j + 3] * b[j + 3]
+    for j in range(fours, count):
+        one += a[j] * b[j]
+    return (one + two) + (three + four)
 
-    instant : step of the common period, and 0, 1 or 2 for its start, middle or end
+
+@compiled_part
+def set_state(steps, motion, k, q, v):
+    """Take up displacements and velocities (n,)."""
+    rates, a = steps.propagator.rates, motion.state.shape[1] // 2
+    for i in range(a):
+        motion.state[k, i], motion.state[k, a + i] = q[i], v[i]
+    for p in range(rates.shape[2]):
+        i = a + 2 * p
+        z, dz = complex(q[i], -q[i + 1]), complex(v[i], -v[i + 1])
+        forward = complex(rates[0, 0, p], rates[0, 1, p])
+        backward = complex(rates[1, 0, p], rates[1, 1, p])
+        wave = (dz - backward * z) / (forward - backward)
+        motion.waves[k, 0, 0, p], motion.waves[k, 0, 1, p] = wave.real, wave.imag
+        wave = z - wave
+        motion.waves[k, 1, 0, p], motion.waves[k, 1, 1, p] = wave.real, wave.imag
+    set_displacement(motion, k)
+
+
+@compiled_part
+def get_state(steps, motion, k, q, v):
+    """Displacements and velocities (n,)."""
+    rates, a = steps.propagator.rates, motion.state.shape[1] // 2
+    waves = motion.waves[k]
+    for i in range(a):
+        q[i], v[i] = motion.state[k, i], motion.state[k, a + i]
+    for p in range(rates.shape[2]):
+        i = a + 2 * p
+        q[i], q[i + 1] = motion.q[k, i], motion.q[k, i + 1]
+        v[i], v[i + 1] = 0.0, 0.0
+        for s in range(2):
+            real, imaginary = waves[s, 0, p], waves[s, 1, p]
+            v[i] += rates[s, 0, p] * real - rates[s, 1, p] * imaginary
+            v[i + 1] -= rates[s, 0, p] * imaginary + rates[s, 1, p] * real
+
+
+@inlined
+def set_displacement(motion, k):
+    a = motion.state.shape[1] // 2
+    waves, q = motion.waves, motion.q
+    for i in range(a):
+        q[k, i] = motion.state[k, i]
+    for p in range(waves.shape[3]):
+        q[k, a + 2 * p] = waves[k, 0, 0, p] + waves[k, 1, 0, p]
+        q[k, a + 2 * p + 1] = -waves[k, 0, 1, p] - waves[k, 1, 1, p]
+
+
+@inlined
+def carry_linear(steps, motion, k):
+    """The linear part through a step, under the forces that are known."""
+    propagator, head = steps.propagator, motion.head[0]
+    size, a = motion.state.shape[1], motion.state.shape[1] // 2
+    new, state = motion.before[k], motion.state[k]
+    for i in range(size):
+        new[i] = 0.0
+    for j in range(size):
+        known = state[j]
+        for i in range(size):
+            new[i] += propagator.carry[j, i] * known
+    for back in range(1, SLOTS):
+        force = motion.force[k, (head + SLOTS - back) % SLOTS]
+        for j in range(a):
+            known = force[j]
+            for i in range(size):
+                new[i] += propagator.push[back, j, i] * known
+    for i in range(size):
+        state[i] = new[i]
+    for s in range(2):
+        real, imaginary = motion.waves[k, s, 0], motion.waves[k, s, 1]
+        for p in range(real.size):
+            one, two = propagator.wave_carry[s, 0, p], propagator.wave_carry[s, 1, p]
+            before = real[p]
+            real[p] = one * before - two * imaginary[p]
+            imaginary[p] = one * imaginary[p] + two * before
+        for back in range(1, SLOTS):
+            push_waves(propagator, motion, (k, s, back), (head + SLOTS - back) % SLOTS)
+
+
+@inlined
+def push_waves(propagator, motion, which, slot):
+    """Of motion k, forward or backward waves s, by forces so many steps back."""
+    k, s, back = which
+    a = motion.state.shape[1] // 2
+    force, push = motion.force[k, slot], propagator.wave_push[s, back]
+    real, imaginary = motion.waves[k, s, 0], motion.waves[k, s, 1]
+    for p in range(real.size):
+        one, two = force[a + 2 * p], -force[a + 2 * p + 1]
+        real[p] += push[0, p] * one - push[1, p] * two
+        imaginary[p] += push[0, p] * two + push[1, p] * one
+
+
+@inlined
+def push(steps, motion, k):
+    """Add what the newest forces do in the step."""
+    propagator, head = steps.propagator, motion.head[0]
+    size, a = motion.state.shape[1], motion.state.shape[1] // 2
+    force, state = motion.force[k, head], motion.state[k]
+    for j in range(a):
+        known = force[j]
+        for i in range(size):
+            state[i] += propagator.push[0, j, i] * known
+    for s in range(2):
+        push_waves(propagator, motion, (k, s, 0), head)
+    set_displacement(motion, k)
+
+
+@inlined
+def push_constant(system, steps, motion):
+    """Displacement by the constant loads as forces at the end of the step."""
+    push_, state, q = steps.propagator.push, motion.state, motion.q
+    a = state.shape[1] // 2
+    for j in range(a):
+        for i in range(a):
+            q[0, i] += push_[0, j, i] * system.load[j]
+
+
+@inlined
+def set_free_penetrations(system, steps, node, motion):
+    """Of all contacts (c,) without new forces; node : step, and whole rounds before.
+
+    Also the first guess of each penetration: where it goes on, nearly in proportion.
     """
-    stiffness, damping, shapes = system.stiffness, system.damping, system.shapes
-    number = 2 * instant[0] + instant[1]
-    i, n = number % steps.gap.shape[0], q.size
-    set_free_penetrations(system, steps, i, number // steps.gap.shape[0], q)
-    set_loads(steps, i)
-    for j in range(n):
-        a[j] = system.load[j]
-        for k in range(n):
-            a[j] -= stiffness[j, k] * q[k] + damping[j, k] * v[k]
-    for m in range(s.size):
-        s[m] = system.offset[m]
-        for j in range(n):
-            s[m] += shapes[m, j] * q[j]
+    i, passed = node
+    grid, problem = steps.grid, steps.problem
+    q, n = motion.q[0], motion.q.shape[1]
+    for m in range(grid.place.shape[1]):
+        problem.place[m], problem.part[m] = grid.place[i, m], grid.part[i, m]
     for c in range(steps.load.size):
-        load = steps.load[c]
-        if load != 0.0:
-            for j in range(n):
-                a[j] -= steps.rows[i, c, j] * load
-            for m in range(s.size):
-                s[m] += steps.ahead[i, c, m] * load
-
-
-@inlined
-def set_free_penetrations(system, steps, i, passed, q):
-    """Of all contacts (c,) without forces; passed : whole rounds of half steps."""
-    problem, errors = steps.problem, system.contacts.errors
-    for m in range(steps.place.shape[1]):
-        problem.place[m], problem.part[m] = steps.place[i, m], steps.part[i, m]
-    for c in range(steps.load.size):
-        x = -steps.gap[i, c]
-        if errors.shape[1] > 0:
+        x = -grid.gap[i, c]
+        if system.contacts.errors.shape[1] > 0:
             m = problem.mesh_of[c]
-            cycle = steps.turn[i, m] + passed * steps.periods[m]
-            x -= errors[c, cycle % errors.shape[1]]
-        for j in range(q.size):
-            x += steps.rows[i, c, j] * q[j]
-        set_start(problem, c, steps.penetration[c], x)
+            cycle = grid.turn[i, m] + passed * grid.periods[m]
+            x -= system.contacts.errors[c, cycle % system.contacts.errors.shape[1]]
+        if grid.facing[i, c]:
+            x += dot(grid.rows[i, c], q, n)
+        before, known = steps.penetration[c], problem.free[c]
+        problem.start[c] = x
+        if before > 0.0:
+            problem.start[c] = before * x / known if known > 0.5 * before else before
         problem.free[c] = x
 
 
 @inlined
-def set_start(problem, c, before, free):
-    """First guess of a penetration: where it goes on, nearly in proportion."""
-    problem.start[c] = free
-    if before > 0.0:
-        known = problem.free[c]
-        problem.start[c] = before * free / known if known > 0.5 * before else before
+def find_loads(system, steps, node, motion, moves):
+    """Penetrations [m] and loads [N] of all contacts (c,), and the newest forces.
 
-
-@inlined
-def set_loads(steps, i):
-    """Penetrations [m] and loads [N] of all contacts (c,).
-
-    NaN where they were not found, so that the motion ends as one that diverged.
+    moves : 1.0 where the new forces move the train within the step, else 0.0
+    Loads are NaN where they were not found, so that the motion ends as diverged.
     """
-    problem, load = steps.problem, steps.load
+    i, problem, load, grid = node[0], steps.problem, steps.load, steps.grid
+    set_free_penetrations(system, steps, node, motion)
     for c in range(load.size):
         load[c], steps.penetration[c] = 0.0, problem.free[c]
     near = find_near(problem)
     for p in range(near):
         for s in range(near):
-            problem.Q[p, s] = steps.compliance[i, problem.chosen[p], problem.chosen[s]]
+            c, d = problem.chosen[p], problem.chosen[s]
+            problem.Q[p, s] = grid.compliance[i, c, d] + moves * steps.moving[i, c, d]
     if near > 0 and solve_penetrations(problem, near) != CONVERGED:
         problem.newton[LOADS, 0] = math.nan
+    force = motion.force[0, motion.head[0]]
+    for j in range(force.size):
+        force[j] = system.load[j]
     for p in range(near):
-        c = problem.chosen[p]
-        load[c], steps.penetration[c] = problem.newton[LOADS, p], problem.newton[X, p]
+        c, pressed = problem.chosen[p], problem.newton[LOADS, p]
+        load[c], steps.penetration[c] = pressed, problem.newton[X, p]
+        if pressed != 0.0:
+            row = grid.rows[i, c]
+            for j in range(force.size):
+                force[j] -= row[j] * pressed
+    return near
 
 
 @inlined
-def set_contact_stiffness(steps, i, matrix, stiffness):
-    """Tangent stiffness (n, n) [1/s2] of the contacts whose loads `set_loads` found.
+def change_loads(steps, i, near, motion):
+    """Forces of the changes, about the loads that were found.
 
-    x + Q F(x) = B q: (1 + Q F') dx/dq = B, K = B' F' dx/dq
-
-    matrix : (c, c + n), a working array
+    x + Q F' x = B q for every change: Q as `find_loads` left it.
     """
-    problem, n = steps.problem, steps.rows.shape[2]
-    near = find_near(problem)
+    problem, matrix, rows = steps.problem, motion.matrix, steps.grid.rows
+    changes, n = motion.q.shape[0] - 1, motion.q.shape[1]
     for a in range(near):
         c = problem.chosen[a]
         _, problem.newton[SLOPES, a] = load_at(problem, c, steps.penetration[c])
@@ -120,32 +247,102 @@ def set_contact_stiffness(steps, i, matrix, stiffness):
         for b in range(near):
             matrix[a, b] = problem.Q[a, b] * problem.newton[SLOPES, b]
         matrix[a, a] += 1.0
+        row = rows[i, problem.chosen[a]]
+        for k in range(changes):
+            matrix[a, near + k] = dot(row, motion.q[k + 1], n)
+    eliminate(matrix, near, near + changes)
+    for k in range(changes):
+        force = motion.force[k + 1, motion.head[0]]
         for j in range(n):
-            matrix[a, near + j] = steps.rows[i, problem.chosen[a], j]
-    eliminate(matrix, near, near + n)
-    for j in range(n):
-        for k in range(n):
-            stiffness[j, k] = 0.0
-            for a in range(near):
-                row = steps.rows[i, problem.chosen[a], j]
-                push = problem.newton[SLOPES, a] * matrix[a, near + k]
-                stiffness[j, k] += row * push
+            force[j] = 0.0
+        for a in range(near):
+            load = problem.newton[SLOPES, a] * matrix[a, near + k]
+            row = rows[i, problem.chosen[a]]
+            for j in range(n):
+                force[j] -= row[j] * load
 
 
 @inlined
-def record_coupled(system, steps, k, q, v, out):
-    """The meshes (6 + 2 k, m) at the start of step k, see `lumped.kernels.law.record`.
+def advance(system, steps, node, motion):
+    """A step to a node (step of the common period, whole rounds before it)."""
+    motion.head[0] = (motion.head[0] + 1) % SLOTS
+    for k in range(motion.q.shape[0]):
+        carry_linear(steps, motion, k)
+        set_displacement(motion, k)
+    push_constant(system, steps, motion)
+    near = find_loads(system, steps, node, motion, 1.0)
+    if motion.q.shape[0] > 1:
+        change_loads(steps, node[0], near, motion)
+    for k in range(motion.q.shape[0]):
+        push(steps, motion, k)
 
-    The rate is that of the mean rotations. Forces pass through every instant smoothly.
+
+@inlined
+def keep(motion, back):
+    """Keep the variables of all motions, or bring them back."""
+    size, waves = motion.state.shape[1], motion.waves.shape[3]
+    for k in range(motion.q.shape[0]):
+        kept = motion.kept[k]
+        for i in range(size):
+            if back:
+                motion.state[k, i] = kept[i]
+            else:
+                kept[i] = motion.state[k, i]
+        for s in range(2):
+            for r in range(2):
+                for p in range(waves):
+                    at = size + (2 * s + r) * waves + p
+                    if back:
+                        motion.waves[k, s, r, p] = kept[at]
+                    else:
+                        kept[at] = motion.waves[k, s, r, p]
+        set_displacement(motion, k)
+
+
+@compiled_part
+def start(system, steps, passed, motion):
+    """Forces before the first step: those of the parabola through the next nodes."""
+    force, number = motion.force, steps.grid.gap.shape[0]
+    keep(motion, False)
+    for again in range(STARTS + 1):
+        keep(motion, True)
+        motion.head[0] = 0
+        near = find_loads(system, steps, (0, passed), motion, 0.0)
+        if motion.q.shape[0] > 1:
+            change_loads(steps, 0, near, motion)
+        if again == STARTS:
+            break
+        if again == 0:
+            extrapolate(force, 0.0)
+        for i in range(1, 3):
+            advance(system, steps, (i % number, passed + i // number), motion)
+        extrapolate(force, 1.0)
+
+
+@inlined
+def extrapolate(force, part):
+    """Forces one and two steps before the start, from those at the next three nodes.
+
+    part : 1.0 for the parabola through them, 0.0 for the first alone
+    """
+    for k in range(force.shape[0]):
+        for j in range(force.shape[2]):
+            g0, g1, g2 = force[k, 0, j], force[k, 1, j], force[k, 2, j]
+            force[k, 3, j] = g0 + part * (2.0 * g0 - 3.0 * g1 + g2)
+            force[k, 2, j] = g0 + part * (5.0 * g0 - 8.0 * g1 + 3.0 * g2)
+
+
+@inlined
+def record_row(system, steps, i, motion, v, out):
+    """The meshes (6 + 2 k, m) at node i, see `lumped.kernels.law.record`.
+
+    Forces pass through every instant smoothly. The rate is that of the coordinates.
     After those rows come loads and penetrations of each mesh's contacts, k at most.
     """
     first, side = system.contacts.first, system.contacts.side
-    start = (k, 0)
-    set_coupled_acceleration(system, steps, start, q, v, steps.acceleration, out[0])
+    set_deflection(system, steps, i, motion, out[0])
     for m in range(first.size - 1):
-        rate, force, drive, back = 0.0, 0.0, -math.inf, -math.inf
-        for i in range(q.size):
-            rate += system.shapes[m, i] * v[i]
+        force, drive, back = 0.0, -math.inf, -math.inf
         for c in range(first[m], first[m + 1]):
             row = 6 + 2 * (c - first[m])
             out[row, m], out[row + 1, m] = steps.load[c], steps.penetration[c]
@@ -154,5 +351,172 @@ def record_coupled(system, steps, k, q, v, out):
                 drive = max(drive, steps.penetration[c])
             else:
                 back = max(back, steps.penetration[c])
-        out[1, m], out[2, m], out[5, m] = rate, force, force
+        out[1, m] = dot(system.shapes[m], v, v.size)
+        out[2, m], out[5, m] = force, force
         out[3, m], out[4, m] = drive, back
+
+
+@inlined
+def set_deflection(system, steps, i, motion, s):
+    """Deflections (m,) of the meshes by their hubs at node i."""
+    q, ahead = motion.q[0], steps.grid.ahead
+    for m in range(s.size):
+        s[m] = system.offset[m] + dot(system.shapes[m], q, q.size)
+    for c in range(steps.load.size):
+        load = steps.load[c]
+        if load != 0.0:
+            for m in range(s.size):
+                s[m] += ahead[i, c, m] * load
+
+
+@allocating
+def new_motion(system, steps, count):
+    """Room for a motion and its changes, `count` in all."""
+    n, w, c = system.load.size, system.whirl.size, steps.load.size
+    size = 2 * (n - 2 * w)
+    return CoupledMotion(
+        np.zeros((count, size)),
+        np.zeros((count, 2, 2, w)),
+        np.zeros((count, SLOTS, n)),
+        np.zeros(1, np.int64),
+        np.zeros((count, n)),
+        np.zeros((count, size)),
+        np.zeros((count, size + 4 * w)),
+        np.zeros((c, c + count)),
+    )
+
+
+@compiled
+def settle_motion(system, steps, limit, state, check, most):
+    """As `lumped.kernels.rk4.settle_motion`."""
+    q, v = state[0], state[1]
+    motion, count = new_motion(system, steps, 1), steps.h.size
+    rounds, s = steps.grid.gap.shape[0], np.empty(system.offset.size)
+    set_state(steps, motion, 0, q, v)
+    start(system, steps, 0, motion)
+    for _ in range(most):
+        begin_period(check)
+        for k in range(count):
+            set_deflection(system, steps, k % rounds, motion, s)
+            widen(check.limits, s)
+            advance(system, steps, node_after(k, count, rounds), motion)
+            if not math.isfinite(s[0]):
+                return NOT_FINITE, (k + 1) / count, False
+        get_state(steps, motion, 0, q, v)
+        if not bounded(q, v, limit):
+            return NOT_FINITE, 1.0, False
+        set_round_off(check, count)
+        if close_section(check, q, v):
+            return FINISHED, 0.0, True
+    return FINISHED, 0.0, False
+
+
+@inlined
+def node_after(k, count, rounds):
+    """Step of the grid, and whole rounds before it, after step k of so many."""
+    after = (k + 1) % count
+    return after % rounds, after // rounds
+
+
+@compiled
+def record_motion(system, steps, periods, state, limit, out):
+    """As `lumped.kernels.rk4.record_motion`."""
+    q, v = state[0], state[1]
+    motion, count = new_motion(system, steps, 1), steps.h.size
+    rounds = steps.grid.gap.shape[0]
+    set_state(steps, motion, 0, q, v)
+    start(system, steps, 0, motion)
+    for row in range(periods * count):
+        k = row % count
+        get_state(steps, motion, 0, q, v)
+        if not bounded(q, v, limit):
+            return NOT_FINITE, row + 1
+        record_row(system, steps, k % rounds, motion, v, out[row])
+        advance(system, steps, node_after(k, count, rounds), motion)
+    get_state(steps, motion, 0, q, v)
+    if not bounded(q, v, limit):
+        return NOT_FINITE, periods * count
+    record_row(system, steps, 0, motion, v, out[-1])
+    return FINISHED, periods * count
+
+
+@compiled
+def carry_motion(system, steps, limit, state, angular, sections, growth):
+    """As `lumped.kernels.rk4.carry_motion`."""
+    n = angular.size
+    changes, count = state.shape[1] // n - 1, steps.h.size
+    motion, rounds = new_motion(system, steps, changes + 1), steps.grid.gap.shape[0]
+    for k in range(changes + 1):
+        own = slice(k * n, (k + 1) * n)
+        set_state(steps, motion, k, state[0, own], state[1, own])
+    start(system, steps, 0, motion)
+    for period in range(growth.size):
+        growth[period] = 0.0
+        for k in range(count):
+            if k == 0:
+                get_all(steps, motion, state)
+                record_row(system, steps, 0, motion, state[1, :n], sections[period])
+            advance(system, steps, node_after(k, count, rounds), motion)
+            if (k % RESCALED == 0 or k == count - 1) and changes > 0:
+                get_all(steps, motion, state)
+                if not bounded(state[0, :n], state[1, :n], limit):
+                    return NOT_FINITE, period
+                growth[period] += shrink(motion, state, angular)
+    get_all(steps, motion, state)
+    return FINISHED, growth.size
+
+
+@inlined
+def get_all(steps, motion, state):
+    n = motion.q.shape[1]
+    for k in range(motion.q.shape[0]):
+        own = slice(k * n, (k + 1) * n)
+        get_state(steps, motion, k, state[0, own], state[1, own])
+
+
+@inlined
+def shrink(motion, state, angular):
+    """Bring changes back to length 1 together; logarithm of their length before."""
+    n, square = angular.size, 0.0
+    for i in range(n, state.shape[1]):
+        square += state[0, i] ** 2 + (state[1, i] / angular[i % n]) ** 2
+    length = math.sqrt(square)
+    for k in range(1, motion.q.shape[0]):
+        for part in (motion.state[k], motion.q[k]):
+            for i in range(part.size):
+                part[i] /= length
+        for s in range(2):
+            for p in range(motion.waves.shape[3]):
+                motion.waves[k, s, 0, p] /= length
+                motion.waves[k, s, 1, p] /= length
+        for slot in range(SLOTS):
+            for i in range(n):
+                motion.force[k, slot, i] /= length
+    return math.log(length)
+
+
+@compiled
+def set_moving(rows, push, waves, moving):
+    """Penetration per load (s, c, c) by what moves in a step, B W B'.
+
+    push (a, a) displacement per force at the end of the step; waves (2, w) the same of
+    travelling modes, both senses together, real and imaginary
+    """
+    steps, count, n = rows.shape
+    a = push.shape[0]
+    moved = np.empty(n)
+    for i in range(steps):
+        for d in range(count):
+            row = rows[i, d]
+            for j in range(a):
+                moved[j] = 0.0
+            for j in range(a):
+                for l in range(a):
+                    moved[l] += push[j, l] * row[j]
+            for p in range(waves.shape[1]):
+                one, two = row[a + 2 * p], row[a + 2 * p + 1]
+                # of Z = E1 - i E2 under the force one - i two
+                moved[a + 2 * p] = waves[0, p] * one + waves[1, p] * two
+                moved[a + 2 * p + 1] = waves[0, p] * two - waves[1, p] * one
+            for c in range(count):
+                moving[i, c, d] = dot(rows[i, c], moved, n)

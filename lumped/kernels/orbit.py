@@ -17,12 +17,6 @@ import numpy as np
 
 from lumped.compiled import compiled, inlined
 from lumped.kernels.arrays import OFFSET
-from lumped.kernels.coupled import (
-    record_coupled,
-    set_contact_stiffness,
-    set_free_penetrations,
-    set_loads,
-)
 from lumped.kernels.elimination import eliminate
 from lumped.kernels.law import pair_force, pair_slope
 from lumped.kernels.rk4 import rk4_step
@@ -195,32 +189,6 @@ def set_pieces(system, orbit, grid, pieces):
             given = grid.stiffness[i, g + 1], grid.gap[i, g + 1]
             set_force(system, given, orbit.deflection[i, g + 1], force, slope)
     return count
-
-
-@compiled
-def set_contact_forces(system, steps, q, force, slope):
-    """Forces (t, n) of the coupled model's contacts on coordinates q (t, n), and their
-    slopes (t, n, n); NaN where they were not found.
-
-    steps : CoupledSteps at the t instants
-    """
-    n = q.shape[1]
-    matrix = np.empty((steps.load.size, steps.load.size + n))
-    for i in range(q.shape[0]):
-        set_free_penetrations(system, steps, i, 0, q[i])
-        set_loads(steps, i)
-        for j in range(n):
-            force[i, j] = 0.0
-            for c in range(steps.load.size):
-                force[i, j] += steps.rows[i, c, j] * steps.load[c]
-        set_contact_stiffness(steps, i, matrix, slope[i])
-
-
-@compiled
-def record_contacts(system, steps, q, v, out):
-    """Rows (t, 6 + 2 k, m) of `record_coupled` at every second of 2 t instants."""
-    for k in range(q.shape[0]):
-        record_coupled(system, steps, k, q[k], v[k], out[k])
 
 
 @compiled

@@ -11,13 +11,7 @@ from typing import Any
 import numpy as np
 
 from lumped.compiled import chosen_by_record, compiled, inlined
-from lumped.kernels.arrays import (
-    CoupledSteps,
-    FrictionSamples,
-    Samples,
-    VariedSteps,
-)
-from lumped.kernels.coupled import record_coupled, set_coupled_acceleration
+from lumped.kernels.arrays import FrictionSamples, Samples, VariedSteps
 from lumped.kernels.friction import record_friction, set_friction_acceleration
 from lumped.kernels.law import record, record_before, set_spring_acceleration
 from lumped.kernels.settling import (
@@ -45,15 +39,12 @@ def record_springs(system, samples, k, q, v, out):
 def set_acceleration(system, steps, instant, q, v, a, s):
     """Modal accelerations (n,) and mesh deflections (m,) at an instant.
 
-    Of springs along Samples, of springs with friction along FrictionSamples, of
-    contacts along CoupledSteps, of either and small changes of the motion along
-    VariedSteps.
+    Of springs along Samples, of springs with friction along FrictionSamples, of springs
+    and small changes of the motion along VariedSteps.
     """
     chosen: Any = set_spring_acceleration
     if isinstance(steps, FrictionSamples):
         chosen = set_friction_acceleration
-    if isinstance(steps, CoupledSteps):
-        chosen = set_coupled_acceleration
     elif isinstance(steps, VariedSteps):
         chosen = set_varied_acceleration
     chosen(system, steps, instant, q, v, a, s)
@@ -64,8 +55,6 @@ def record_row(system, steps, k, q, v, out):
     chosen: Any = record_springs
     if isinstance(steps, FrictionSamples):
         chosen = record_friction
-    if isinstance(steps, CoupledSteps):
-        chosen = record_coupled
     chosen(system, steps, k, q, v, out)
 
 
@@ -74,7 +63,6 @@ chosen_by_record(
     {
         Samples: set_spring_acceleration,
         FrictionSamples: set_friction_acceleration,
-        CoupledSteps: set_coupled_acceleration,
         VariedSteps: set_varied_acceleration,
     },
 )
@@ -83,7 +71,6 @@ chosen_by_record(
     {
         Samples: record_springs,
         FrictionSamples: record_friction,
-        CoupledSteps: record_coupled,
     },
 )
 
@@ -124,7 +111,7 @@ def rk4_step(system, samples, k, q, v, work, s, later):
 
 
 @compiled
-def record_rk4(system, samples, periods, state, limit, out):
+def record_motion(system, samples, periods, state, limit, out):
     """Integrate over whole common periods and record the way.
 
     system : ModalSystem; samples : Samples, h in [s]
@@ -147,7 +134,7 @@ def record_rk4(system, samples, periods, state, limit, out):
 
 
 @compiled
-def settle_rk4(system, samples, limit, state, check, most):
+def settle_motion(system, samples, limit, state, check, most):
     """Integrate period by period until the motion repeats itself.
 
     check : Convergence, closed after each of at most so many periods
@@ -171,7 +158,7 @@ def settle_rk4(system, samples, limit, state, check, most):
 
 
 @compiled
-def carry_rk4(system, varied, limit, state, angular, sections, growth):
+def carry_motion(system, varied, limit, state, angular, sections, growth):
     """Integrate a motion with small changes of it over whole common periods.
 
     varied : VariedSteps; state : (2, n (1 + k)) the motion, then k changes one after

@@ -14,9 +14,7 @@ from __future__ import annotations
 
 import math
 
-from lumped.compiled import chosen_by_record, inlined
-from lumped.kernels.arrays import CoupledSteps, Samples
-from lumped.kernels.coupled import set_contact_stiffness, set_coupled_acceleration
+from lumped.compiled import inlined
 from lumped.kernels.law import pair_slope, set_spring_acceleration
 
 
@@ -28,7 +26,7 @@ def set_varied_acceleration(system, varied, instant, q, v, a, s):
     """
     damping, tangent = varied.damping, varied.tangent
     n = tangent.shape[0]
-    set_motion(system, varied.steps, varied, instant, q[:n], v[:n], a[:n], s)
+    set_spring_motion(system, varied.steps, varied, instant, q[:n], v[:n], a[:n], s)
     for start in range(n, q.size, n):
         for i in range(n):
             total = 0.0
@@ -56,29 +54,6 @@ def set_spring_motion(system, steps, varied, instant, q, v, a, s):
         for i in range(q.size):
             for j in range(q.size):
                 tangent[i, j] += shapes[m, i] * slope * shapes[m, j]
-
-
-@inlined
-def set_coupled_motion(system, steps, varied, instant, q, v, a, s):
-    """The same of contacts that deflect each other."""
-    set_coupled_acceleration(system, steps, instant, q, v, a, s)
-    i = (2 * instant[0] + instant[1]) % steps.gap.shape[0]
-    set_contact_stiffness(steps, i, varied.matrix, varied.tangent)
-    for j in range(q.size):
-        for k in range(q.size):
-            varied.tangent[j, k] += system.stiffness[j, k]
-
-
-def set_motion(system, steps, varied, instant, q, v, a, s):
-    """Of either, by the steps."""
-    coupled = isinstance(steps, CoupledSteps)
-    chosen = set_coupled_motion if coupled else set_spring_motion
-    chosen(system, steps, varied, instant, q, v, a, s)
-
-
-chosen_by_record(
-    set_motion, {Samples: set_spring_motion, CoupledSteps: set_coupled_motion}
-)
 
 
 @inlined

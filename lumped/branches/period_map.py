@@ -1,0 +1,101 @@
+"""Periodic motions of the coupled model as fixed points of the map over their period.
+
+Steps through a period take hardly longer with their changes than a Jacobian of harmonic
+balance, and leave no harmonics out. The unknowns are displacements, and velocities over
+angular frequencies, at the start of the period.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lumped.measures import measures
+from lumped.response import Response
+from lumped.settings import Settings
+from lumped.steady_state import Speed
+from lumped.steppers import FixedStepper
+from lumped.system import LumpedSystem
+
+Array = NDArray[np.float64]
+STEPS = Settings(steps=256)
+BESIDE = 1e-6  # of a frequency, between two that tell what its change does
+
+
+@dataclass(frozen=True, eq=False)
+class PeriodMap:
+    """Motions of a system with contacts that repeat after `multiple` common periods."""
+
+    system: LumpedSystem
+    multiple: int = 1
+
+    @property
+    def size(self) -> float:
+        """Of the unknowns under the loads alone."""
+        return float(np.abs(self.system.static_state[0]).max())
+
+    def state(self, x: Array, frequency: float) -> Array:
+        """Displacement and velocity (2, n) at the start of the period."""
+        q, v = x.reshape(2, -1)
+        return np.stack([q, v * self.system.angular])
+
+    def _unknowns(self, state: Array) -> Array:
+        return np.concatenate([state[0], state[1] / self.system.angular])
+
+    def _ends(self, x: Array, frequency: float, periods: int = 0) -> Array:
+        """Unknowns after so many common periods, those of the motion if 0."""
+        state = self.state(x, frequency)
+        after, _ = self._stepper.record(
+            state, Speed(frequency, STEPS), periods or self.multiple
+        )
+        return self._unknowns(after)
+
+    @property
+    def _stepper(self) -> FixedStepper:
+        return FixedStepper(self.system)
+
+    def equations(self, x: Array, frequency: float) -> tuple[Array, Array, Array]:
+        """Errors of the equations (u,), their Jacobian (u, u), and what a change of
+        frequency makes of them (u,) per Hz.
+
+        Raises Diverged, an ArithmeticError, where the motion leaves every bound.
+        """
+        state, speed = self.state(x, frequency), Speed(frequency, STEPS)
+        after, transfer = self._stepper.monodromy(state, speed, self.multiple)
+        ends, change = self._unknowns(after), BESIDE * frequency
+        moved = (self._ends(x, frequency + change) - ends) / change
+        return x - ends, np.eye(x.size) - transfer, -moved
+
+    def errors(self, x: Array, frequency: float) -> Array:
+        """Errors of the equations (u,) alone."""
+        return x - self._ends(x, frequency)
+
+    def monodromy(self, x: Array, frequency: float) -> Array:
+        """What a small change of displacement and velocity becomes in a period
+        (2 n, 2 n)."""
+        state, speed = self.state(x, frequency), Speed(frequency, STEPS)
+        return self._stepper.monodromy(state, speed, self.multiple)[1]
+
+    def figures(self, x: Array, frequency: float) -> dict[str, Array]:
+        """As of a sweep's response, (m,) each; see `lumped.measures`."""
+        state, speed = self.state(x, frequency), Speed(frequency, STEPS)
+        return measures(self._stepper.record(state, speed, self.multiple)[1])
+
+    def of_response(self, response: Response, settings: Settings) -> Array:
+        """Unknowns x of a motion that has settled by fixed steps."""
+        return self._unknowns(response.state)
+
+    def lengthened(self, x: Array, times: int) -> Array:
+        """Unknowns x as those of a motion of so many times the period."""
+        return x
+
+    def delayed(self, x: Array, periods: int, frequency: float) -> Array:
+        """Unknowns x of the motion so many common periods later."""
+        return self._ends(x, frequency, periods) if periods else x
+
+    def odd_part(self, x: Array, frequency: float) -> Array:
+        """What a motion of half the period does not have."""
+        half = replace(self, multiple=self.multiple // 2)
+        return 0.5 * (x - half._ends(x, frequency))

@@ -1,0 +1,138 @@
+"""Exact steps of the linear part of a train, see `lumped.kernels.arrays.Propagator`.
+
+With y' = A y + b g the step is y(t + h) = e^{Ah} y + h int_0^1 e^{Ah(1 - s)} b g ds, and
+g a polynomial in s through values at its nodes. Functions of A are taken of its
+eigenvalues. A motion that the step does not resolve has its forces straight within it,
+and fades: a cubic through nodes that far apart would make it grow.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lumped.kernels.arrays import CoupledSystem, Propagator
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+NODES = np.array([1.0, 0.0, -1.0, -2.0])  # of a force, in steps
+RESOLVED = 1.0  # rad a step, up to which a motion is
+FADING = 0.25  # logarithm of the decay in a step per rad beyond it
+SOFT = 1e-10  # of the largest squared frequency: no eigenvalue is defective
+SMALL = 2.0  # |z| below which moments are integrated, else by recurrence
+POINTS, WEIGHTS = np.polynomial.legendre.leggauss(16)
+CUBIC = np.linalg.inv(np.vander(NODES, increasing=True)).T  # values to coefficients
+LINEAR = np.zeros((4, 4))
+LINEAR[:2, :2] = np.linalg.inv(np.vander(NODES[:2], increasing=True)).T
+
+
+@dataclass(frozen=True, eq=False)
+class LinearPart:
+    """The train without its contacts, and its eigenvalues."""
+
+    system: CoupledSystem
+
+    @property
+    def waves(self) -> int:
+        """Number of pairs of travelling modes."""
+        return self.system.whirl.size
+
+    @property
+    def standing(self) -> int:
+        """Number of coordinates that do not whirl."""
+        return self.system.load.size - 2 * self.waves
+
+    @cached_property
+    def _modes(self) -> tuple[Complex, Complex, Complex]:
+        """Eigenvalues (2 a,), eigenvectors (2 a, 2 a), response to forces (2 a, a)."""
+        a = self.standing
+        own, eye = slice(0, a), np.eye(a)
+        stiffness = self.system.stiffness[own, own]
+        stiffness = stiffness + SOFT * self._largest * eye
+        matrix = np.block(
+            [[np.zeros((a, a)), eye], [-stiffness, -self.system.damping[own, own]]]
+        )
+        values, vectors = np.linalg.eig(matrix)
+        response = np.linalg.solve(vectors, np.concatenate([0.0 * eye, eye]))
+        return values.astype(complex), vectors.astype(complex), response.astype(complex)
+
+    @property
+    def _largest(self) -> float:
+        """A squared frequency of the contacts [1/s2]."""
+        contacts, rows = self.system.contacts, self.system.rows[..., : self.standing]
+        reach = contacts.knots[:, -1].max()
+        slope = contacts.law[:, 0, 0, -1, 0].max() / reach
+        return float(slope * (rows**2).sum(axis=2).max())
+
+    @cached_property
+    def _wave_rates(self) -> tuple[Array, Array]:
+        """Decay (w,) and damped angular frequency (w,) in the frame of the gear."""
+        own = np.arange(self.standing, self.system.load.size, 2)
+        squares, damping = (
+            np.diag(matrix)[own]
+            for matrix in (self.system.stiffness, self.system.damping)
+        )
+        return 0.5 * damping, np.sqrt(squares - 0.25 * damping**2)
+
+    def step(self, frequency: float, h: float) -> Propagator:
+        """At a frequency of the first mesh [Hz], of size h [s]."""
+        values, vectors, response = self._modes
+        carried, pushed = _exponential(values, h, np.abs(values) * h)
+        carry = ((vectors * carried) @ np.linalg.inv(vectors)).real
+        push = np.einsum("ik,jk,ka->jai", vectors, pushed, response).real
+        decay, angular = self._wave_rates
+        turn = 2.0 * math.pi * frequency * self.system.whirl
+        rates = -decay + 1j * (turn + np.array([[1.0], [-1.0]]) * angular)
+        wave_carry, wave_push = _exponential(rates, h, np.tile(angular * h, (2, 1)))
+        wave_push /= 2j * angular * np.array([[1.0], [-1.0]])
+        return Propagator(
+            carry=np.ascontiguousarray(carry.T),
+            push=np.ascontiguousarray(push),
+            wave_carry=_parts(wave_carry),
+            wave_push=_parts(wave_push.swapaxes(0, 1)),
+            rates=_parts(rates),
+        )
+
+
+def _exponential(rates: Complex, h: float, angle: Array) -> tuple[Complex, Complex]:
+    """e^{rate h} and what forces at NODES push by (4, ...) [s].
+
+    angle : that a motion turns in a step [rad]
+    """
+    fades = FADING * np.maximum(angle - RESOLVED, 0.0)
+    z = rates * h - fades
+    moments = _moments(z)
+    resolved = angle <= RESOLVED
+    weights = np.where(
+        resolved,
+        np.tensordot(CUBIC, moments, axes=1),
+        np.tensordot(LINEAR, moments, axes=1),
+    )
+    # constant forces lead to the same displacement however fast a motion fades
+    gain = np.where(fades > 0.0, z / np.where(rates == 0.0, 1.0, rates * h), 1.0)
+    return np.exp(z), h * gain * weights
+
+
+def _moments(z: Complex) -> Complex:
+    """int_0^1 e^{z (1 - s)} s^j ds for j = 0 to 3 (4, ...)."""
+    s, w = 0.5 * (POINTS + 1.0), 0.5 * WEIGHTS
+    near = np.where(np.abs(z) < SMALL, z, 0.0)
+    powers = w * s ** np.arange(4)[:, None]
+    found = np.tensordot(powers, np.exp(np.multiply.outer(1.0 - s, near)), axes=1)
+    far = np.abs(z) >= SMALL
+    if far.any():
+        moment = (np.exp(z[far]) - 1.0) / z[far]
+        found[0][far] = moment
+        for j in range(1, 4):
+            moment = (j * moment - 1.0) / z[far]
+            found[j][far] = moment
+    return np.asarray(found)
+
+
+def _parts(values: Complex) -> Array:
+    """Real and imaginary parts (k, 2, ..., w) of values (k, ..., w), contiguous."""
+    return np.ascontiguousarray(np.stack([values.real, values.imag], axis=-2))
