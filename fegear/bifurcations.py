@@ -191,10 +191,14 @@ def find_bifurcations(
     require_method(varied.model, settings.integration)
     require_few(axis, len(varied.gear_set.meshes), settings)
     progress("stiffness", 0, 1)
+    over_speed = axis.name == MESH_FREQUENCY
+    if frequency is None and not over_speed:
+        raise InputError(f"over = {axis.name}; needs a mesh frequency")
+    varied = replace(varied, speeds=axis.values if frequency is None else (frequency,))
     header = _header(varied, axis, frequency, settings)
     system_at = _systems(varied, axis, frequency)
     system_at(min(axis.values))  # so that limits that cannot be are named at once
-    highest = system_at(max(axis.values))
+    last, _ = system_at(max(axis.values))
     names = [str(direction) for direction in settings.directions]
     checkpoint = keeping.open(_inputs(varied, axis, header))
     if checkpoint is not None and keeping.resume:
@@ -225,7 +229,7 @@ def find_bifurcations(
         header["incomplete"] = f"{finished} of {total} values"
     return BifurcationsResult(
         *(varied.gear_set, axis.name, len(axis.values), header, tuple(branches)),
-        doubts=tuple(doubts_of_bodies(*highest)),
+        doubts=tuple(doubts_of_bodies(last, varied.speeds)),
     )
 
 
@@ -246,8 +250,7 @@ def _systems(varied: VariedSet, axis: Axis, frequency: float | None) -> SystemAt
     """Of values of the parameter; one thread at a time solves finite elements."""
     if axis.name == MESH_FREQUENCY:
         return OverSpeed(varied.system(())).at
-    if frequency is None:
-        raise InputError(f"over = {axis.name}; needs a mesh frequency")
+    assert frequency is not None
     limits, lock = (min(axis.values), max(axis.values)), threading.Lock()
     family = OverFigure(axis.name, lambda v: varied.system((v,)), frequency, limits)
 

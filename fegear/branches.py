@@ -14,7 +14,12 @@ from fegear.errors import InputError
 from fegear.excitation import GivenTables
 from fegear.gearset.model import GearSet
 from fegear.headings import heading, title_of
-from fegear.lumped_system import LumpedModel, file_header, lumped_system
+from fegear.lumped_system import (
+    LumpedModel,
+    doubts_of_bodies,
+    file_header,
+    lumped_system,
+)
 from fegear.output import write_text
 from fegear.parameter_maps import TORQUE, VariedSet, digest
 from fegear.speeds import MESH_FREQUENCY
@@ -127,8 +132,9 @@ class BranchesResult:
         }
 
     def _doubts(self) -> Iterator[str]:
-        """Where the largest deflections cannot be physical."""
+        """Where the model leaves out too much or deflections cannot be physical."""
         points = [point for branch in self.branches for point in branch.points]
+        yield from doubts_of_bodies(self.system, [p.frequency for p in points])
         peaks = np.max([point.figures["dte_peak"] for point in points], axis=0)
         where = ", at its worst point"
         yield from doubts_of_meshes(self.gear_set.meshes, where, peaks, 0.0 * peaks)
@@ -161,7 +167,7 @@ def find_branches(
         raise InputError(
             f"speeds = {low:g}:{high:g}; the first must be positive and below the last"
         )
-    system = lumped_system(gear_set, torque, model)
+    system = lumped_system(gear_set, torque, model, speeds=limits)
     header = file_header(gear_set, model, system.train.damping_ratio, SCHEME) | {
         "model": model.name,
         "torque_Nm": f"{torque:g}",
@@ -186,7 +192,7 @@ def find_branches_over(
     varied : with one axis, of the two limits of the figure
     frequency : of the first mesh [Hz]
     """
-    (axis,) = varied.axes
+    varied, (axis,) = replace(varied, speeds=(frequency,)), varied.axes
     low, high = limits = axis.values[0], axis.values[-1]
     if not low < high:
         raise InputError(f"{axis.name} = {low:g}:{high:g}; the first must be below")

@@ -19,6 +19,7 @@ from fegear.version import package_version
 from lumped.coupled import INGREDIENTS
 from lumped.excitation import at_torque, bending_along_path
 from lumped.friction import Sliding, ToothFriction, with_bending
+from lumped.left_out import ALLOWED
 from lumped.settings import Settings
 from lumped.system import LumpedSystem
 from lumped.table import pair_names
@@ -27,7 +28,6 @@ from lumped.waves import Wave
 
 Number = int | Literal["coupled"]
 COUPLED = 0.05  # of a mode's strain energy in meshes, to count for the usual speeds
-QUASISTATIC = 0.4  # of the frequency of an elastic body, up to which it only yields
 USUAL_SPEEDS = 400  # at most, where none are given
 BendingRatio = float | Mapping[int, Wave]
 RATIO = "friction_bending_ratio"  # column of a mesh table
@@ -107,10 +107,15 @@ def lumped_system(
     torque: float,
     model: LumpedModel | None = None,
     excitations: ExcitationSource | None = None,
+    speeds: Sequence[float] = (),
+    like: LumpedSystem | None = None,
 ) -> LumpedSystem:
     """The lumped system at a torque on the input gear [N m].
 
     excitations : in place of the model's own, so that solved tables are used again
+    speeds : mesh frequencies of the first mesh [Hz] for which the coupled model chooses
+        its body modes; the usual ones if there are none
+    like : a system whose choice of body modes this one shares
 
     Raises InputError where the gear set gives no train, or one that would accelerate.
     """
@@ -139,7 +144,12 @@ def lumped_system(
     from fegear.dynamics.coupled import coupled_contacts
 
     require_physical(gear_set, torque, system)
-    contacts = coupled_contacts(gear_set, torque, system, known, model.without)
+    speeds = speeds or usual_speeds(system)
+    contacts = coupled_contacts(
+        *(gear_set, torque, system, known, model.without),
+        band=(min(speeds), max(speeds)),
+        kept=like.contacts.kept if like is not None and like.contacts else None,
+    )
     return replace(system, contacts=contacts)
 
 
@@ -230,18 +240,40 @@ def require_method(model: LumpedModel, settings: Settings) -> None:
         )
 
 
-def doubts_of_bodies(system: LumpedSystem, frequency: float) -> Iterator[str]:
-    """A line where the coupled model leaves out too much at a mesh frequency [Hz]."""
-    if system.contacts is None:
-        return
-    elastic, fastest = system.contacts.elastic_Hz, max(system.train.mesh_rates)
-    limit = QUASISTATIC * elastic / float(fastest)
-    if frequency > limit:
+def doubts_of_bodies(system: LumpedSystem, speeds: Sequence[float]) -> Iterator[str]:
+    """A line where the body modes that the coupled model leaves out matter.
+
+    speeds : mesh frequencies of the first mesh [Hz]
+    """
+    error = left_out_error(system, speeds)
+    if error is not None and error > ALLOWED:
         yield (
-            f"the body of a gear vibrates against its hub near {elastic:.3g} Hz; "
-            "the coupled model leaves that out, above a mesh frequency of "
-            f"{limit:.3g} Hz only finite elements in motion have it"
+            "body modes that the coupled model leaves out change the mesh compliance "
+            f"by up to {100.0 * error:.2g} % of the excitation's RMS between mesh "
+            f"frequencies of {min(speeds):g} and {max(speeds):g} Hz, allowed are "
+            f"{100.0 * ALLOWED:g} %; dynamics --fidelity reduced has more of them"
         )
+
+
+def left_out_error(system: LumpedSystem, speeds: Sequence[float]) -> float | None:
+    """What body modes that the coupled model leaves out change of the mesh compliance,
+    over the excitation's RMS; None for models without bodies.
+
+    speeds : mesh frequencies of the first mesh [Hz]
+    """
+    contacts = system.contacts
+    if contacts is None or contacts.inertia is None or contacts.kept is None:
+        return None
+    kept = contacts.kept & (contacts.bodies.count > 0)
+    return contacts.inertia.largest_error(kept, (min(speeds), max(speeds)))
+
+
+def body_modes_in_words(system: LumpedSystem) -> str:
+    """How many body modes the gears of the coupled model have, in order."""
+    assert system.contacts is not None
+    gears = system.contacts.bodies.gears
+    counts = [int((gears == g).sum()) for g in range(len(system.train.gears))]
+    return " + ".join(map(str, counts))
 
 
 def usual_speeds(system: LumpedSystem) -> list[float]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any, Literal
 
 import numpy as np
@@ -71,15 +72,36 @@ def modes_under_load(system: LumpedSystem) -> Modes:
     """
     loaded, shapes, modes = system.loaded, system.arrays.shapes, system.modes
     assert loaded is not None
-    own = np.einsum("mi,mij,mj->m", shapes, loaded.meshes, shapes)
+    assert system.contacts is not None
+    bodies, hubs = system.contacts.bodies, system.moving.size
+    own = np.einsum("mi,mij,mj->m", shapes, loaded.meshes[:, :hubs, :hubs], shapes)
+    turned = bodies.to_unit @ loaded.shapes
+    space = modes.coordinates
+    names = [_name_of_body_mode(system, i) for i in range(bodies.count)]
     return Modes(
-        coordinates=modes.coordinates,
+        # body modes have a mass of 1 and no place in the train
+        coordinates=replace(
+            space,
+            labels=(*space.labels, *names),
+            mass=np.append(space.mass, np.ones(bodies.count)),
+        ),
         mean_stiffness=own / (shapes**2).sum(axis=1) ** 2,
         frequency_Hz=loaded.frequency_Hz,
-        shapes=modes.shapes[:, system.moving] @ loaded.shapes,
-        mesh_shapes=shapes @ loaded.shapes,
+        shapes=np.concatenate(
+            [modes.shapes[:, system.moving] @ turned[:hubs], turned[hubs:]]
+        ),
+        mesh_shapes=shapes @ turned[:hubs],
         mesh_energy=loaded.mesh_energy,
     )
+
+
+def _name_of_body_mode(system: LumpedSystem, i: int) -> tuple[str, str]:
+    """Gear, and the number of nodal diameters."""
+    assert system.contacts is not None
+    bodies = system.contacts.bodies
+    gear, n = system.train.gears[int(bodies.gears[i])], int(bodies.nodal_diameters[i])
+    diameters = "1 nodal diameter" if n == 1 else f"{n} nodal diameters"
+    return gear.name, f"body, {diameters}" if n else "body against its hub"
 
 
 def mean_stiffnesses(

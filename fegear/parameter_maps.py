@@ -64,6 +64,18 @@ class VariedSet:
     load: float
     model: LumpedModel
     fixed: Mapping[str, Any] = field(default_factory=dict)
+    speeds: Sequence[float] = ()
+
+    def _first(self, model: LumpedModel) -> LumpedSystem:
+        return lumped_system(
+            self.gear_set, self.load, model, self.excitations, self.speeds
+        )
+
+    @cached_property
+    def _alike(self) -> LumpedSystem | None:
+        """Whose body modes all points have: they are then of one family."""
+        coupled = self.model.number == "coupled"
+        return self._first(self.model) if coupled else None
 
     @cached_property
     def excitations(self) -> ExcitationSource:
@@ -85,7 +97,10 @@ class VariedSet:
             raise InputError(str(error)) from None
         changed = {SHORT.get(name, name): value for name, value in values.items()}
         gear_set = self._loaded(tuple(changed.items()))
-        return lumped_system(gear_set, torque, model, self.excitations)
+        return lumped_system(
+            *(gear_set, torque, model, self.excitations),
+            *(self.speeds, self._alike),
+        )
 
     @cached_property
     def _loaded(self) -> Callable[[tuple[tuple[str, float], ...]], GearSet]:
@@ -123,8 +138,7 @@ class VariedSet:
         model = self.model
         if BENDING in self.names:
             model = replace(model, bending=0.0)  # no mesh table need have it
-        first = lumped_system(self.gear_set, self.load, model, self.excitations)
-        ratio = first.train.damping_ratio
+        ratio = self._first(model).train.damping_ratio
         described = replace(self.model, friction=self._largest_friction)
         header = file_header(self.gear_set, described, ratio, integration)
         if {DAMPING, SHORT[DAMPING]} & self.names:

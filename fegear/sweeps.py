@@ -127,7 +127,7 @@ def sweep_speeds(
     progress("stiffness", 0, 1)
     excitations = settings.model.excitations
     systems = [
-        lumped_system(gear_set, torque, settings.model, excitations)
+        lumped_system(gear_set, torque, settings.model, excitations, frequencies)
         for torque in torques
     ]
     frequencies = list(frequencies) or usual_speeds(systems[0])
@@ -183,7 +183,7 @@ def summarise(result: SweepResult) -> dict[str, Any]:
     if result.beside:
         values["model_1_branches"] = _summarise_branches(result.beside)
     found = (*result.found, *result.beside)
-    doubts = doubts_of_sweep(result.gear_set, found, max(result.frequencies))
+    doubts = doubts_of_sweep(result.gear_set, found, result.frequencies)
     return values | {"warnings": list(doubts)}
 
 
@@ -223,13 +223,14 @@ def _gaps(result: SweepResult) -> dict[str, str]:
 
 
 def doubts_of_sweep(
-    gear_set: GearSet, found: Branches, highest: float
+    gear_set: GearSet, found: Branches, speeds: Sequence[float]
 ) -> Iterator[str]:
     """Where a model leaves out too much, or values cannot be physical.
 
-    highest : mesh frequency of the first mesh that was asked for [Hz]
+    speeds : mesh frequencies of the first mesh that were asked for [Hz]
     """
-    yield from doubts_of_bodies(found[0][1].system, highest)
+    for system in dict.fromkeys(branch.system for _, branch in found):
+        yield from doubts_of_bodies(system, speeds)
     for torque in dict.fromkeys(torque for torque, _ in found):
         responses = [
             response

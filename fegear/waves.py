@@ -55,7 +55,7 @@ class SettledMotion:
         """Plain values, ready for JSON."""
         header, motion, response = self.header, self.motion, self.motion.response
         doubts = [
-            *doubts_of_bodies(motion.system, response.frequency),
+            *doubts_of_bodies(motion.system, [response.frequency]),
             *doubts_of_meshes(
                 self.gear_set.meshes,
                 f" at {header['torque_Nm']} N m",
@@ -115,8 +115,8 @@ def settle_motion(
     model, integration = model or LumpedModel(), integration or Settings()
     require_method(model, integration)
     progress("stiffness", 0, 1)
-    system = lumped_system(gear_set, torque, model)
     start = speed if from_speed is None else from_speed
+    system = lumped_system(gear_set, torque, model, speeds=[start, speed])
     observer = reporting(progress, len(speeds_between(start, speed)))
     state = arrive(system, start, speed, integration, observer)
     motion = time_history(system, speed, integration, state, watch=observer.watch)

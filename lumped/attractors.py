@@ -175,10 +175,15 @@ def _balanced(
     system: LumpedSystem, response: Response, settings: Settings
 ) -> tuple[int, float] | None:
     """Common periods after which a motion repeats, and its exponent; None where
-    harmonic balance finds no stable motion there or takes too long."""
+    harmonic balance finds no stable motion there or takes too long, and for the coupled
+    model."""
     multiple, length = response.multiple, system.common_period[0]
     size = float(np.abs(system.static_deflection).max())
-    if size == 0.0 or system.contacts is not None or multiple * length * HARMONICS > MOST_HARMONICS:
+    if (
+        size == 0.0
+        or system.contacts is not None
+        or multiple * length * HARMONICS > MOST_HARMONICS
+    ):
         return None
     while True:
         motions = Motions(OverSpeed(system), HARMONICS, multiple)

@@ -39,7 +39,6 @@ pattern turns past the gear.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -54,6 +53,7 @@ from lumped.kernels.arrays import (
     CoupledSteps,
     CoupledSystem,
 )
+from lumped.left_out import BodyInertia
 from lumped.propagator import LinearPart
 
 Array = NDArray[np.float64]
@@ -64,16 +64,19 @@ ROUNDING = 1e-9  # of a mesh cycle
 EXACT = 1e-12  # of the reach of the contacts' tables
 
 
+OF_EACH = "angular", "damping", "coupling", "whirl", "gears", "nodal_diameters"
+
+
 @dataclass(frozen=True, eq=False)
 class BodyModes:
     """Modes of b coordinates of the gears' bodies with their hubs held, of unit mass.
 
-    Standing modes come first, then pairs that travel, E1 and E2 after each other.
+    Standing modes come first, then E1 of the pairs that travel, then E2.
 
     angular : (b,) natural frequency [rad/s]; damping : (b,) of the velocity [1/s]
     coupling : (b, n) G, to the modal coordinates of the hubs
     rows : (c, p + 1, b) penetration of the contacts per coordinate [1/sqrt(kg)]
-    whirl : (w,) of the pairs, v over the angular frequency of the first mesh
+    whirl : (b,) v over the angular frequency of the first mesh, 0 of standing modes
     gears, nodal_diameters : (b,)
     """
 
@@ -89,9 +92,22 @@ class BodyModes:
     def count(self) -> int:
         return self.angular.size
 
+    def only(self, kept: NDArray[np.bool_]) -> BodyModes:
+        """Some of the modes (b,)."""
+        values = {
+            name: array[kept] for name, array in vars(self).items() if name in OF_EACH
+        }
+        return BodyModes(**values, rows=np.ascontiguousarray(self.rows[..., kept]))
+
+    @property
+    def pairs(self) -> Array:
+        """The rates `whirl` (w,) of the pairs."""
+        travelling = self.whirl[self.nodal_diameters > 0]
+        return travelling[: travelling.size // 2]
+
     @cached_property
     def to_unit(self) -> Array:
-        """Displacements of hubs and modes per coordinate of unit mass (n + b, n + b)."""
+        """Displacement of hubs and modes per coordinate of unit mass, square."""
         G = self.coupling
         mass = np.block([[np.eye(G.shape[1]), G.T], [G, np.eye(self.count)]])
         return np.linalg.inv(np.linalg.cholesky(mass)).T
@@ -128,6 +144,8 @@ class CoupledContacts:
         acceleration of each coordinate, reversed [s2/sqrt(kg)]
     work : (n, n) W, work of these loads on themselves [s2]
     modes : of the bodies, as coordinates of their own; C, U and W still hold them
+    inertia : of all body modes that were solved, and of the rest of the bodies
+    kept : (b,) which of those are coordinates; band : of speeds for which [Hz]
     without : which of INGREDIENTS are left out
     """
 
@@ -140,6 +158,9 @@ class CoupledContacts:
     inertial: Array
     work: Array
     modes: BodyModes | None = None
+    inertia: BodyInertia | None = None
+    kept: NDArray[np.bool_] | None = None
+    band: tuple[float, float] = (0.0, 0.0)
     without: tuple[str, ...] = ()
 
     @property
@@ -221,7 +242,7 @@ def coupled_system(found: CoupledContacts, train: Springs) -> CoupledSystem:
     if "body" in found.without:
         nothing = np.zeros_like(found.inertial), np.zeros_like(found.work)
         found = replace(found, inertial=nothing[0], work=nothing[1])
-    system, hubs = _in_mean_axes(*_with_bodies(found, train), found.bodies.whirl)
+    system, hubs = _in_mean_axes(*_with_bodies(found, train), found.bodies.pairs)
     start = _start(train, system)
     for name, leave_out in LEAVE_OUT.items():
         if name in found.without:
@@ -325,7 +346,7 @@ def coupled_steps(
     steps = len(grid.gap) // int(grid.periods[0])
     h = 1.0 / (frequency * steps)
     propagator = linear.step(frequency, h)
-    a, push = linear.standing, propagator.wave_push[:, 0].sum(axis=0)
+    a, push = linear.standing, propagator.waves[:, 2:4].sum(axis=0)
     moving = np.empty_like(grid.compliance)
     newest = np.ascontiguousarray(propagator.push[0, :, :a])
     set_moving(grid.rows, newest, push, moving)
@@ -455,7 +476,7 @@ def _damping(
     both = np.concatenate([train.damping, bodies.damping])
     damped = np.einsum("pki,k,pkj->ij", turned, both, turned) / len(turned)
     # what is left of pairs is their own: they must whirl unchanged
-    pairs = slice(damped.shape[0] - 2 * bodies.whirl.size, None)
+    pairs = slice(damped.shape[0] - 2 * bodies.pairs.size, None)
     damped[pairs], damped[:, pairs] = 0.0, 0.0
     damped[pairs, pairs] = np.diag(both[pairs])
     return np.asarray(damped)

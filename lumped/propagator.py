@@ -1,9 +1,9 @@
 """Exact steps of the linear part of a train, see `lumped.kernels.arrays.Propagator`.
 
-With y' = A y + b g the step is y(t + h) = e^{Ah} y + h int_0^1 e^{Ah(1 - s)} b g ds, and
-g a polynomial in s through values at its nodes. Functions of A are taken of its
-eigenvalues. A motion that the step does not resolve has its forces straight within it,
-and fades: a cubic through nodes that far apart would make it grow.
+With y' = A y + b g the step is y(t + h) = e^{Ah} y + h int_0^1 e^{Ah(1 - s)} b g ds,
+and g a polynomial in s through values at its nodes. Functions of A are taken of its
+eigenvalues. For a motion that the step does not resolve forces vary linearly within it,
+and it decays: a cubic through nodes that far apart would make it grow.
 """
 
 from __future__ import annotations
@@ -71,7 +71,7 @@ class LinearPart:
     @cached_property
     def _wave_rates(self) -> tuple[Array, Array]:
         """Decay (w,) and damped angular frequency (w,) in the frame of the gear."""
-        own = np.arange(self.standing, self.system.load.size, 2)
+        own = np.arange(self.standing, self.standing + self.waves)
         squares, damping = (
             np.diag(matrix)[own]
             for matrix in (self.system.stiffness, self.system.damping)
@@ -89,11 +89,11 @@ class LinearPart:
         rates = -decay + 1j * (turn + np.array([[1.0], [-1.0]]) * angular)
         wave_carry, wave_push = _exponential(rates, h, np.tile(angular * h, (2, 1)))
         wave_push /= 2j * angular * np.array([[1.0], [-1.0]])
+        waves = np.concatenate([wave_carry[None], wave_push]).swapaxes(0, 1)
         return Propagator(
             carry=np.ascontiguousarray(carry.T),
             push=np.ascontiguousarray(push),
-            wave_carry=_parts(wave_carry),
-            wave_push=_parts(wave_push.swapaxes(0, 1)),
+            waves=_parts(waves).reshape(2, 10, self.waves),
             rates=_parts(rates),
         )
 
@@ -114,7 +114,7 @@ def _exponential(rates: Complex, h: float, angle: Array) -> tuple[Complex, Compl
     )
     # constant forces lead to the same displacement however fast a motion fades
     gain = np.where(fades > 0.0, z / np.where(rates == 0.0, 1.0, rates * h), 1.0)
-    return np.exp(z), h * gain * weights
+    return np.exp(z), np.asarray(h * gain * weights)
 
 
 def _moments(z: Complex) -> Complex:

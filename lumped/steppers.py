@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,7 +18,7 @@ from lumped.steady_state import Diverged, Speed, new_convergence
 from lumped.system import LumpedSystem
 
 if TYPE_CHECKING:
-    from lumped.kernels.arrays import AdaptiveRules, Convergence
+    from lumped.kernels.arrays import AdaptiveRules, Convergence, CoupledSteps
 
 Array = NDArray[np.float64]
 WATCHED = 100_000  # fixed steps or a common period, whichever is more, between looks
@@ -60,11 +61,16 @@ class FixedStepper(LumpedStepper):
         system, frequency = self.system, at.frequency
         steps = steps_per_period(system, frequency, at.settings)
         if system.coupled_arrays is not None:
-            return system.coupled_arrays, system.coupled_steps(steps, frequency)
+            return system.coupled_arrays, self._coupled_steps(steps, frequency)
         samples = system.samples(steps)
         if isinstance(samples, FrictionSamples):
             return system.arrays, at_frequency(samples, frequency)
         return system.arrays, samples._replace(h=samples.h / frequency)
+
+    @lru_cache(maxsize=4)  # noqa: B019  a stepper lives as long as its run
+    def _coupled_steps(self, steps: int, frequency: float) -> CoupledSteps:
+        """Once for settling and recording; their working arrays are of one thread."""
+        return self.system.coupled_steps(steps, frequency)
 
     def advance(
         self, state: Array, at: Speed, check: Convergence, most: int
@@ -93,9 +99,7 @@ class FixedStepper(LumpedStepper):
             raise Diverged(0.0)
         return now, history_of(time, out, system)
 
-    def carry(
-        self, state: Array, at: Speed, sections: Array, growth: Array
-    ) -> None:
+    def carry(self, state: Array, at: Speed, sections: Array, growth: Array) -> None:
         """A motion with small changes of it over common periods, in place.
 
         state : (2, n (1 + k)) the motion, then k changes one after the other
@@ -112,9 +116,7 @@ class FixedStepper(LumpedStepper):
         if status:
             raise Diverged(0.0)
 
-    def monodromy(
-        self, state: Array, at: Speed, periods: int
-    ) -> tuple[Array, Array]:
+    def monodromy(self, state: Array, at: Speed, periods: int) -> tuple[Array, Array]:
         """State (2, n) after common periods, and what a small change becomes in them.
 
         The matrix (2 n, 2 n) is of displacements, and velocities over `angular`.

@@ -36,6 +36,7 @@ from lumped.train_excitation import TrainExcitation, largest_gap
 
 Array = NDArray[np.float64]
 UNTOUCHED = 1e-20  # part of strain energy in the meshes below which a mode is left out
+FELT = 1e-3  # the same of a body mode, to be named among the resonances
 BALANCED = 1e-3  # of the torques on a motion that nothing holds; less is rounding
 MOST_BYTES = 1e9  # of the excitation on the steps of a common period
 MOTION_BYTES = 150  # of a step and mesh, while a motion is recorded and measured
@@ -177,7 +178,8 @@ class LumpedSystem:
         """Of the modes that strain a mesh; under load if coupled."""
         if self.loaded is None:
             return np.asarray(self.modes.frequency_Hz[self._straining])
-        return self.loaded.frequency_Hz
+        strained = self.loaded.mesh_energy.sum(axis=0) > FELT
+        return np.asarray(self.loaded.frequency_Hz[strained])
 
     @cached_property
     def static_state(self) -> Array:

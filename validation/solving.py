@@ -171,7 +171,9 @@ def solve_task(
     """
     level, begin = memory_level(), time.perf_counter()
     report(f"{_name(task)}: statics", 0, 1)
-    system = lumped_system(task.gear_set, task.torque, _model(task), excitations)
+    system = lumped_system(
+        *(task.gear_set, task.torque, _model(task), excitations, task.speeds)
+    )
     statics = [
         mesh_statics(task, excitations, m, system)
         for m in range(len(system.excitations))
@@ -193,7 +195,7 @@ def solve_task(
         steps=sum(map(integrator.steps_to_settle, responses)),
     )
     swept = [(task.torque, branch) for branch in branches]
-    doubts = doubts_of_sweep(task.gear_set, swept, max(task.speeds)) if swept else ()
+    doubts = doubts_of_sweep(task.gear_set, swept, task.speeds) if swept else ()
     cost = _with_memory(cost, level)
     return RunResult(system, statics, branches, cycles, cost, tuple(doubts))
 

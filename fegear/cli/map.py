@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import time
+from collections.abc import Sequence
 from dataclasses import MISSING, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -57,13 +58,20 @@ class Response:
             return f"at {self.at:g} Hz of the first mesh, from rest"
         return f"largest over {self.band} Hz of the first mesh, up and down"
 
+    @property
+    def speeds(self) -> Sequence[float]:
+        """Mesh frequencies at which points are evaluated [Hz]."""
+        if self.at is not None:
+            return (self.at,)
+        return speeds_of(self.band or "", "--band")
+
     def evaluation(self, settings: Settings) -> Evaluate:
         """What a point is asked for, as a function."""
         from fegear.parameter_maps import respond_at, respond_over
 
         if self.at is not None:
             return respond_at(self.at, settings)
-        return respond_over(speeds_of(self.band or "", "--band"), settings)
+        return respond_over(self.speeds, settings)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -136,7 +144,7 @@ def map_command(
     from fegear.parameter_maps import compute_map, digest, summarise_map, take_up
     from lumped.map_figure import draw_map
 
-    varied = figure.of_set(subject, model, torque)
+    varied = replace(figure.of_set(subject, model, torque), speeds=response.speeds)
     settings = integration.settings
     evaluate = response.evaluation(settings)
     entries = edit_entries(varied.fixed) | {

@@ -11,12 +11,6 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from fegear.dynamics.choice import (
-    Choice,
-    ElasticModes,
-    choose,
-    harmonic_amplitudes,
-)
 from fegear.dynamics.cross_mesh import cross_mesh_compliance
 from fegear.dynamics.elastic import ElasticGear, Rayleigh, mass_damping
 from fegear.dynamics.memory import full_bytes, require_memory
@@ -30,6 +24,12 @@ from fegear.excitation import Excitations
 from fegear.gearset.inertia import require_inertia_of_bodies
 from fegear.gearset.model import Gear, GearSet
 from fegear.statics import StaticsSettings
+from lumped.elastic_inertia import (
+    Choice,
+    ElasticModes,
+    choose,
+    harmonic_amplitudes,
+)
 from lumped.system import LumpedSystem
 from lumped.table import MeshTable
 

@@ -10,17 +10,22 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
-from fegear.dynamics.body_modes import body_modes, gears_modes
+from fegear.dynamics.body_modes import (
+    body_modes,
+    gears_modes,
+    static_inertias,
+    with_body_modes,
+)
 from fegear.dynamics.cross_mesh import cross_mesh_compliance
 from fegear.dynamics.elastic import ElasticGear
 from fegear.dynamics.mesh_laws import all_mesh_laws, equal_tables
 from fegear.dynamics.model import dynamic_model
-from fegear.dynamics.sides import ContactSide, MeshLaws
+from fegear.dynamics.sides import ContactSide, MeshLaws, contact_sides
 from fegear.dynamics.table_laws import all_table_laws
 from fegear.elasticity.inertia_relief import InertiaRelief, inertia_relief
 from fegear.elasticity.sector import RIGHT
 from fegear.excitation import Excitations, GivenTables
-from fegear.gearset.inertia import inertia_of, require_inertia_of_bodies
+from fegear.gearset.inertia import require_inertia_of_bodies
 from fegear.gearset.model import GearSet
 from fegear.statics import StaticsSettings
 from lumped.coupled import CoupledContacts
@@ -36,6 +41,8 @@ def coupled_contacts(
     reference: LumpedSystem,
     excitations: Excitations | GivenTables,
     without: tuple[str, ...] = (),
+    band: tuple[float, float] | None = None,
+    kept: NDArray[np.bool_] | None = None,
 ) -> CoupledContacts:
     """Of all meshes, in the modal coordinates of a lumped system.
 
@@ -43,6 +50,9 @@ def coupled_contacts(
     excitations : finite elements, or tables that give the contacts; what bodies do
         while they accelerate, and from mesh to mesh, comes from finite elements anyway
     without : which of `lumped.coupled.INGREDIENTS` are left out
+    band : of mesh frequencies of the first mesh [Hz] for which body modes are chosen;
+        none are without it
+    kept : the body modes to choose, where they are known
     """
     if "body" not in without:
         otherwise = "the coupled model without body counts none of it"
@@ -54,6 +64,11 @@ def coupled_contacts(
         tables = equal_tables(gear_set, torque, excitations)
         laws = all_mesh_laws(gear_set, tables, settings)
     found = contacts_of(gear_set, reference, laws, settings)
+    if band is not None and "body" not in without:
+        sides = contact_sides(gear_set, laws)
+        modes = body_modes(gear_set, reference, sides, gears_modes(gear_set, settings))
+        static = static_inertias(gear_set, sides, settings)
+        found = with_body_modes(found, reference, modes, static, band, kept)
     return replace(found, without=without)
 
 
@@ -85,9 +100,6 @@ def contacts_of(
         closing=np.concatenate([_closing(side, gear_set) for side in model.sides]),
         inertial=inertial[..., moving],
         work=work[np.ix_(moving, moving)],
-        modes=body_modes(
-            gear_set, reference, model.sides, gears_modes(gear_set, settings)
-        ),
     )
 
 

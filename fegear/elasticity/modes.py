@@ -21,6 +21,7 @@ from scipy.linalg import cho_factor, cho_solve, eigvalsh
 from scipy.sparse import csr_array
 from scipy.sparse.linalg import LinearOperator, eigsh
 
+from fegear.elasticity.flank import SectorLoads, nodal_loads, ring_fields
 from fegear.elasticity.ring import close_ring, nodal_diameter_phase
 from fegear.elasticity.sector import (
     RIGHT,
@@ -133,6 +134,20 @@ def lowest_modes(
     with stage("modes"):
         modes = [_solve_modes(sector, mass, n, count) for n in nodal_diameters]
     return _collect_modes(sector, math.inf, mass, modes)
+
+
+def static_inertia(sector: CyclicSector, density: float, arc: float) -> float:
+    """u'M u of the static displacement u of the whole gear, hub held [m s2/N].
+
+    Under a unit line load inward on a right flank, at an arc from the tip corner [m]:
+    the sum of w^2 / omega^4 over all modes, w their inward displacement there.
+    """
+    load, arcs = nodal_loads(sector), sector.flanks[RIGHT].arcs
+    one = slice(at := int(np.abs(arcs - arc).argmin()), at + 1)
+    load = SectorLoads(load.force[:, one], load.hub[:, one], load.jump[:, one])
+    mass = sector.mass(density)
+    fields = ring_fields(sector, load, range(sector.gear.teeth))
+    return float(sum((u * (mass @ u)).sum() for u in fields.values()))
 
 
 def resolving_sector(

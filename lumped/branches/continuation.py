@@ -40,6 +40,7 @@ class Steps:
     """Arc lengths, in units of the solution's size and the parameter's.
 
     size : of x; unit : of the parameter
+    straight : least cosine between tangents one step apart
     regular : whether no two branches cross, so that a step after which the determinant
         of the equations and the tangent has another sign has led to another branch
     """
@@ -50,6 +51,7 @@ class Steps:
     most: float = 0.1
     least: float = 1e-6
     count: int = 5000
+    straight: float = STRAIGHT
     regular: bool = False
 
 
@@ -195,7 +197,7 @@ class Branch(Generic[P]):
                     turn = min(turn, 0.0)
             except ArithmeticError:
                 corrections, turn, ends_here = MANY + 1, -1.0, False
-            if turn < STRAIGHT and length > steps.least:
+            if turn < steps.straight and length > steps.least:
                 length = max(SHRINKAGE * length, steps.least)
                 continue
             if turn < 0.0:

@@ -109,8 +109,8 @@ class OverFigure:
 class Motions:
     """The equations of motions that repeat after some common periods of the meshes.
 
-    harmonics, multiple, steepness : as of `HarmonicBalance`, which takes unknowns apart;
-        the coupled model has a `PeriodMap`
+    harmonics, multiple, steepness : as of `HarmonicBalance`, which takes unknowns
+        apart; the coupled model has a `PeriodMap`
     """
 
     family: Family

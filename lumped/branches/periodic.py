@@ -25,6 +25,7 @@ from lumped.branches.bifurcations import (
     with_bifurcations,
 )
 from lumped.branches.continuation import (
+    STRAIGHT,
     Branch,
     Followed,
     NoSolution,
@@ -33,6 +34,7 @@ from lumped.branches.continuation import (
     joined,
 )
 from lumped.branches.motions import Family, Motions, PeriodicMotion
+from lumped.branches.period_map import PeriodMap
 from lumped.branches.shooting import shoot
 from lumped.respond import respond
 from lumped.response import Response, Status
@@ -48,6 +50,9 @@ SEAM = 3e-4  # of the parameter's unit, by which branches miss each other at dou
 NEAR = 1e-3  # of the parameter's unit, for a branch that ends at its parent's doubling
 PROBED = 0.25, 0.5, 0.75  # of a branch, where it is asked whether it is known
 CLEAR, SHOTS = 0.002, 4  # of multipliers from the unit circle; points that are tried
+KINKED = (
+    0.8  # cosine between tangents where a step meets a contact that opens or closes
+)
 SAME = 1e-5  # of the static deflection, for motions that are one
 
 
@@ -304,6 +309,7 @@ class BranchFinder:
             first=settings.step,
             most=settings.most_step,
             count=settings.points,
+            straight=KINKED if isinstance(balance, PeriodMap) else STRAIGHT,
         )
         return Branch(motions, steps)
 

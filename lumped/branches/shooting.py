@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.branches.motions import PeriodicMotion
 from lumped.branches.continuation import NoSolution
+from lumped.branches.motions import PeriodicMotion
 from lumped.measures import measures
 from lumped.settings import Settings
 from lumped.steady_state import Diverged, Speed
@@ -23,7 +23,7 @@ Array = NDArray[np.float64]
 EXACT = 1e-7  # largest last correction, of the state's size
 MOST_CORRECTIONS = 20
 ADAPTIVE = Settings(method="dopri5", accuracy=1e-12)
-FIXED = Settings(steps=256)  # of the coupled model
+FIXED = Settings(steps=512)  # of the coupled model
 
 
 @dataclass(frozen=True, eq=False)

@@ -242,8 +242,8 @@ class ContactProblem(NamedTuple):
 class CoupledSystem(NamedTuple):
     """A train whose contacts deflect each other, in n coordinates of unit mass.
 
-    Coordinates are mean rotations of the gears and standing body modes, then w pairs of
-    travelling body modes: see `lumped.coupled`.
+    Coordinates are mean rotations of the gears and standing body modes, then E1 of w
+    pairs of travelling body modes, then E2: see `lumped.coupled`.
 
     stiffness (n, n) of all springs but the meshes [1/s^2]; damping (n, n), load (n,)
     whirl (w,) rate at which each pair's pattern turns past its gear, cycles per cycle
@@ -297,21 +297,21 @@ class Propagator(NamedTuple):
 
     carry (2 a, 2 a), push (4, a, 2 a) transposed; push by forces at the end of the
     step, at its start, and one and two steps before that
-    wave_carry (2, 2, w), wave_push (2, 4, 2, w) : forward and backward, real, imaginary
+    waves (2, 10, w) : forward and backward, real and imaginary factors for the wave
+    itself, then as push
     rates (2, 2, w) of the waves [1/s]
     """
 
     carry: Array
     push: Array
-    wave_carry: Array
-    wave_push: Array
+    waves: Array
     rates: Array
 
 
 class CoupledSteps(NamedTuple):
     """Equal steps of a common period at a speed, for the coupled model.
 
-    h (s,) step sizes [s], also of rounds in which all meshes repeat but for pitch errors
+    h (s,) step sizes [s], of all rounds of the grid
     moving (s, c, c) penetration per load at the end of the step that ends there, by
     what moves in it [m/N]
     penetration [m], load [N] (c,) of an instant
@@ -332,7 +332,8 @@ class CoupledMotion(NamedTuple):
     state (k, 2 a), waves (k, 2, 2, w); force (k, 4, n) on the coordinates at the last
     four nodes, in a ring whose newest is head (1,)
     q (k, n) displacements
-    before (k, 2 a), kept (k, 2 a + 4 w), matrix (c, c + k) working arrays
+    before (k, 2 a), begin_state, begin_waves as state and waves, matrix (c, c + k) :
+    working arrays
     """
 
     state: Array
@@ -341,7 +342,8 @@ class CoupledMotion(NamedTuple):
     head: Array
     q: Array
     before: Array
-    kept: Array
+    begin_state: Array
+    begin_waves: Array
     matrix: Array
 
 

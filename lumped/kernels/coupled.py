@@ -64,11 +64,11 @@ def dot(a, b, count):
 def set_state(steps, motion, k, q, v):
     """Take up displacements and velocities (n,)."""
     rates, a = steps.propagator.rates, motion.state.shape[1] // 2
+    w = rates.shape[2]
     for i in range(a):
         motion.state[k, i], motion.state[k, a + i] = q[i], v[i]
-    for p in range(rates.shape[2]):
-        i = a + 2 * p
-        z, dz = complex(q[i], -q[i + 1]), complex(v[i], -v[i + 1])
+    for p in range(w):
+        z, dz = complex(q[a + p], -q[a + w + p]), complex(v[a + p], -v[a + w + p])
         forward = complex(rates[0, 0, p], rates[0, 1, p])
         backward = complex(rates[1, 0, p], rates[1, 1, p])
         wave = (dz - backward * z) / (forward - backward)
@@ -82,28 +82,28 @@ def set_state(steps, motion, k, q, v):
 def get_state(steps, motion, k, q, v):
     """Displacements and velocities (n,)."""
     rates, a = steps.propagator.rates, motion.state.shape[1] // 2
-    waves = motion.waves[k]
+    waves, w = motion.waves[k], rates.shape[2]
+    for i in range(q.size):
+        q[i] = motion.q[k, i]
     for i in range(a):
-        q[i], v[i] = motion.state[k, i], motion.state[k, a + i]
-    for p in range(rates.shape[2]):
-        i = a + 2 * p
-        q[i], q[i + 1] = motion.q[k, i], motion.q[k, i + 1]
-        v[i], v[i + 1] = 0.0, 0.0
+        v[i] = motion.state[k, a + i]
+    for p in range(w):
+        v[a + p], v[a + w + p] = 0.0, 0.0
         for s in range(2):
             real, imaginary = waves[s, 0, p], waves[s, 1, p]
-            v[i] += rates[s, 0, p] * real - rates[s, 1, p] * imaginary
-            v[i + 1] -= rates[s, 0, p] * imaginary + rates[s, 1, p] * real
+            v[a + p] += rates[s, 0, p] * real - rates[s, 1, p] * imaginary
+            v[a + w + p] -= rates[s, 0, p] * imaginary + rates[s, 1, p] * real
 
 
 @inlined
 def set_displacement(motion, k):
-    a = motion.state.shape[1] // 2
-    waves, q = motion.waves, motion.q
+    a, w = motion.state.shape[1] // 2, motion.waves.shape[3]
+    waves, q, state = motion.waves[k], motion.q[k], motion.state[k]
     for i in range(a):
-        q[k, i] = motion.state[k, i]
-    for p in range(waves.shape[3]):
-        q[k, a + 2 * p] = waves[k, 0, 0, p] + waves[k, 1, 0, p]
-        q[k, a + 2 * p + 1] = -waves[k, 0, 1, p] - waves[k, 1, 1, p]
+        q[i] = state[i]
+    for p in range(w):
+        q[a + p] = waves[0, 0, p] + waves[1, 0, p]
+        q[a + w + p] = -waves[0, 1, p] - waves[1, 1, p]
 
 
 @inlined
@@ -127,27 +127,36 @@ def carry_linear(steps, motion, k):
     for i in range(size):
         state[i] = new[i]
     for s in range(2):
-        real, imaginary = motion.waves[k, s, 0], motion.waves[k, s, 1]
-        for p in range(real.size):
-            one, two = propagator.wave_carry[s, 0, p], propagator.wave_carry[s, 1, p]
-            before = real[p]
-            real[p] = one * before - two * imaginary[p]
-            imaginary[p] = one * imaginary[p] + two * before
-        for back in range(1, SLOTS):
-            push_waves(propagator, motion, (k, s, back), (head + SLOTS - back) % SLOTS)
+        carry_waves(propagator.waves[s], motion, k, s)
 
 
 @inlined
-def push_waves(propagator, motion, which, slot):
-    """Of motion k, forward or backward waves s, by forces so many steps back."""
-    k, s, back = which
-    a = motion.state.shape[1] // 2
-    force, push = motion.force[k, slot], propagator.wave_push[s, back]
-    real, imaginary = motion.waves[k, s, 0], motion.waves[k, s, 1]
-    for p in range(real.size):
-        one, two = force[a + 2 * p], -force[a + 2 * p + 1]
-        real[p] += push[0, p] * one - push[1, p] * two
-        imaginary[p] += push[0, p] * two + push[1, p] * one
+def carry_waves(factors, motion, k, s):
+    """Forward or backward waves through a step, under the forces that are known.
+
+    factors (10, w) : real and imaginary parts for the waves, then for forces at the end
+    of the step, at its start and before
+    """
+    a, w, head = motion.state.shape[1] // 2, motion.waves.shape[3], motion.head[0]
+    waves = motion.waves[k, s]
+    one = motion.force[k, (head + 3) % SLOTS]
+    two = motion.force[k, (head + 2) % SLOTS]
+    three = motion.force[k, (head + 1) % SLOTS]
+    for p in range(w):
+        x, y = waves[0, p], waves[1, p]
+        i, j = a + p, a + w + p
+        waves[0, p] = (
+            (factors[0, p] * x - factors[1, p] * y)
+            + (factors[4, p] * one[i] + factors[5, p] * one[j])
+            + (factors[6, p] * two[i] + factors[7, p] * two[j])
+            + (factors[8, p] * three[i] + factors[9, p] * three[j])
+        )
+        waves[1, p] = (
+            (factors[0, p] * y + factors[1, p] * x)
+            + (factors[5, p] * one[i] - factors[4, p] * one[j])
+            + (factors[7, p] * two[i] - factors[6, p] * two[j])
+            + (factors[9, p] * three[i] - factors[8, p] * three[j])
+        )
 
 
 @inlined
@@ -155,13 +164,17 @@ def push(steps, motion, k):
     """Add what the newest forces do in the step."""
     propagator, head = steps.propagator, motion.head[0]
     size, a = motion.state.shape[1], motion.state.shape[1] // 2
-    force, state = motion.force[k, head], motion.state[k]
+    force, state, w = motion.force[k, head], motion.state[k], motion.waves.shape[3]
     for j in range(a):
         known = force[j]
         for i in range(size):
             state[i] += propagator.push[0, j, i] * known
     for s in range(2):
-        push_waves(propagator, motion, (k, s, 0), head)
+        waves, factors = motion.waves[k, s], propagator.waves[s]
+        for p in range(w):
+            i, j = a + p, a + w + p
+            waves[0, p] += factors[2, p] * force[i] + factors[3, p] * force[j]
+            waves[1, p] += factors[3, p] * force[i] - factors[2, p] * force[j]
     set_displacement(motion, k)
 
 
@@ -278,34 +291,27 @@ def advance(system, steps, node, motion):
 
 
 @inlined
-def keep(motion, back):
-    """Keep the variables of all motions, or bring them back."""
-    size, waves = motion.state.shape[1], motion.waves.shape[3]
-    for k in range(motion.q.shape[0]):
-        kept = motion.kept[k]
-        for i in range(size):
-            if back:
-                motion.state[k, i] = kept[i]
-            else:
-                kept[i] = motion.state[k, i]
+def copy_variables(state, waves, to_state, to_waves):
+    for k in range(state.shape[0]):
+        for i in range(state.shape[1]):
+            to_state[k, i] = state[k, i]
+    for k in range(waves.shape[0]):
         for s in range(2):
-            for r in range(2):
-                for p in range(waves):
-                    at = size + (2 * s + r) * waves + p
-                    if back:
-                        motion.waves[k, s, r, p] = kept[at]
-                    else:
-                        kept[at] = motion.waves[k, s, r, p]
-        set_displacement(motion, k)
+            for p in range(waves.shape[3]):
+                to_waves[k, s, 0, p] = waves[k, s, 0, p]
+                to_waves[k, s, 1, p] = waves[k, s, 1, p]
 
 
 @compiled_part
 def start(system, steps, passed, motion):
     """Forces before the first step: those of the parabola through the next nodes."""
     force, number = motion.force, steps.grid.gap.shape[0]
-    keep(motion, False)
+    state, waves = motion.state, motion.waves
+    copy_variables(state, waves, motion.begin_state, motion.begin_waves)
     for again in range(STARTS + 1):
-        keep(motion, True)
+        copy_variables(motion.begin_state, motion.begin_waves, state, waves)
+        for k in range(state.shape[0]):
+            set_displacement(motion, k)
         motion.head[0] = 0
         near = find_loads(system, steps, (0, passed), motion, 0.0)
         if motion.q.shape[0] > 1:
@@ -381,7 +387,8 @@ def new_motion(system, steps, count):
         np.zeros(1, np.int64),
         np.zeros((count, n)),
         np.zeros((count, size)),
-        np.zeros((count, size + 4 * w)),
+        np.zeros((count, size)),
+        np.zeros((count, 2, 2, w)),
         np.zeros((c, c + count)),
     )
 
@@ -505,18 +512,19 @@ def set_moving(rows, push, waves, moving):
     steps, count, n = rows.shape
     a = push.shape[0]
     moved = np.empty(n)
-    for i in range(steps):
+    for k in range(steps):
         for d in range(count):
-            row = rows[i, d]
+            row = rows[k, d]
             for j in range(a):
                 moved[j] = 0.0
             for j in range(a):
-                for l in range(a):
-                    moved[l] += push[j, l] * row[j]
-            for p in range(waves.shape[1]):
-                one, two = row[a + 2 * p], row[a + 2 * p + 1]
+                for i in range(a):
+                    moved[i] += push[j, i] * row[j]
+            w = waves.shape[1]
+            for p in range(w):
+                one, two = row[a + p], row[a + w + p]
                 # of Z = E1 - i E2 under the force one - i two
-                moved[a + 2 * p] = waves[0, p] * one + waves[1, p] * two
-                moved[a + 2 * p + 1] = waves[0, p] * two - waves[1, p] * one
+                moved[a + p] = waves[0, p] * one + waves[1, p] * two
+                moved[a + w + p] = waves[0, p] * two - waves[1, p] * one
             for c in range(count):
-                moving[i, c, d] = dot(rows[i, c], moved, n)
+                moving[k, c, d] = dot(rows[k, c], moved, n)

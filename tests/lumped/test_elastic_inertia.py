@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fegear.dynamics.choice import (
+from lumped.elastic_inertia import (
     LARGEST,
     ElasticModes,
     choose,

@@ -188,7 +188,7 @@ def _remaining_errors(
     modes: ElasticModes, amplitudes: ArrayLike, mesh_frequency: float
 ) -> Array:
     """Error (n + 1,) with the 0, 1, ..., n lowest of n modes kept."""
-    weights = _weights(amplitudes)
+    weights = normalised(amplitudes)
     if not 0.0 <= mesh_frequency < math.inf:
         raise ValueError(
             f"mesh_frequency must be 0 or more and finite, got {mesh_frequency} Hz"
@@ -196,20 +196,20 @@ def _remaining_errors(
     order = np.argsort(modes.frequencies_Hz)
     driven = mesh_frequency * np.arange(1.0, weights.size + 1.0)
     x = driven[:, None] / modes.frequencies_Hz[order]
-    shares = modes.compliance[order] * _inertia_part(x, modes.damping_ratio)
+    shares = modes.compliance[order] * inertia_part(x, modes.damping_ratio)
     # summed from the highest mode down, the sum over those above each cut-off
     above = np.cumsum(shares[:, ::-1], axis=1)[:, ::-1]
     errors = np.column_stack([above, np.zeros(weights.size)])
     return np.sqrt(((weights[:, None] * errors) ** 2).sum(axis=0))
 
 
-def _inertia_part(x: Array, damping_ratio: float) -> Array:
+def inertia_part(x: Array, damping_ratio: float | Array) -> Array:
     """r_i at frequency ratios x of any shape, LARGEST at most."""
     size = np.hypot(1.0 - x**2, 2.0 * damping_ratio * x)
     return x**2 / np.maximum(size, x**2 / LARGEST)
 
 
-def _weights(amplitudes: ArrayLike) -> Array:
+def normalised(amplitudes: ArrayLike) -> Array:
     """|A_h| (H,) with a sum of squares of 1, or all 0."""
     sizes = np.abs(np.asarray(amplitudes))
     _require_finite("amplitudes", sizes)
