@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 DEFLECTION = 0.1  # of a module: no tooth is still one beyond it
 STEEL = 1.5e9  # Pa, contact pressure that case-hardened gears endure
 PRESSURE = 10.0 * STEEL
+BALANCE = 1e-3  # relative, of what two laws of mechanics give for the same quantity
 
 
 def doubts(
@@ -52,6 +53,18 @@ def doubts(
             f"{where}: without backlash the back flanks touch for "
             f"{100.0 * back_side:.3g} % of the time and the teeth jam; set "
             "backlash_um, or center_distance_mm and tooth_thinning_um"
+        )
+
+
+def doubts_of_check(where: str, what: str, off: float) -> Iterator[str]:
+    """A line where a self-check does not hold.
+
+    what : is compared, in the plural; off : its largest deviation, relative
+    """
+    if not abs(off) <= BALANCE:  # not a number does not hold either
+        yield (
+            f"{where}: {what} are off by {abs(off):.2g}, more than {BALANCE:g}; the "
+            "result is wrong"
         )
 
 
