@@ -60,6 +60,8 @@ def place_patch(mesh, flanks, patch, s1, extra_gap):
     if is_relieved(master) or is_relieved(slave):
         find_closest(mesh, flanks, patch, 0.1, COARSE)
         set_contact(mesh, flanks, patch, off_path, 0.0)
+        if not patch.present:
+            return
         # levers and gaps are those where the flanks touch, the driver turned so far
         turn_driver(mesh, patch, s1, min(patch.least_gap, MOST_TURN * mesh.base_pitch))
         find_closest(mesh, flanks, patch, 0.01, EXACT)
