@@ -53,7 +53,8 @@ class TurnResult:
     driver_error : turn of the driver with the driven wheel held [rad]
     pressure : the largest of all contacts [Pa]
     largest_share : of the normal force that one pair carries
-    torque_ratio : of the reactions at both bores by the flanks as they are meshed
+    torque_ratio : of the moments of the contact forces about both bearings, by the
+        flanks as they are meshed
     """
 
     angle: Array
