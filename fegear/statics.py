@@ -156,9 +156,21 @@ class StaticsResult:
     @property
     def torque_balance(self) -> float:
         """Largest deviation of T2/T1 from z2/z1, relative."""
+        return float(np.abs(self._torque_deviation).max())
+
+    @property
+    def work_balance(self) -> float:
+        """Deviation of the mean of T2/T1 over the cycle from z2/z1, relative.
+
+        Work that comes in goes out again, but for friction and too few positions.
+        """
+        return float(np.abs(self._torque_deviation.mean(axis=1)).max())
+
+    @property
+    def _torque_deviation(self) -> Array:
         pair = self.problem.pair
         expected = self.cycle.torque[:, None] * pair.driven.teeth / pair.driver.teeth
-        return float(np.abs(self.cycle.driven_torque / expected - 1.0).max())
+        return self.cycle.driven_torque / expected - 1.0
 
 
 def solve_mesh(

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from fegear.contact.problem import corner_positions
 from fegear.memory import peak_memory_MB
-from fegear.unphysical import doubts
+from fegear.unphysical import BALANCE, ESTIMATE, doubts, doubts_of_check
 
 if TYPE_CHECKING:
     from fegear.statics import StaticsResult
@@ -69,32 +71,55 @@ def _pressure_on_path(result: StaticsResult, torque: int) -> float:
 
 
 def warnings(result: StaticsResult) -> list[str]:
-    """Where the result cannot be physical."""
+    """Where the result cannot be physical, or its evidence speaks against it."""
     table = result.table
-    return [
+    number = table.header["mesh"].split()[0]
+    unphysical = [
         line
         for t, torque in enumerate(table.torque_Nm)
         for line in doubts(
-            f"mesh {table.header['mesh'].split()[0]} at {torque:g} N m",
+            f"mesh {number} at {torque:g} N m",
             result.problem.pair.driver.module,
             transmission_error=float(np.abs(table["ste_m"][t]).max()),
             pressure=_pressure_on_path(result, t),
         )
     ]
+    return unphysical or list(_doubts_of_evidence(result, f"mesh {number}"))
+
+
+def _doubts_of_evidence(result: StaticsResult, where: str) -> Iterator[str]:
+    check = partial(doubts_of_check, where)
+    residual = float(result.cycle.residual.max())
+    yield from check("gaps and pressures of the contact", residual)
+    what = "deflections where loads change places"
+    yield from check(what, _reciprocity_error(result), ESTIMATE)
+    if result.error is not None:
+        what = "mean transmission errors of two meshes"
+        yield from check(what, result.error.mean, ESTIMATE)
+    if result.problem.friction == 0.0:
+        what = "works of both torques over the cycle"
+        places = result.table.position.size / result.pitches
+        missed = 2.0 * result.torque_balance / places  # by sums that step over jumps
+        yield from check(what, result.work_balance, BALANCE + missed)
 
 
 def evidence(result: StaticsResult) -> dict[str, float | None]:
     """What shows that the numbers can be trusted; relative, dimensionless."""
     error = result.error
-    flanks = (result.problem.driver, result.problem.driven)
     return {
         "discretisation_ste_mean": error.mean if error else None,
         "discretisation_ste_path": error.path if error else None,
         "discretisation_ste_corner": _finite(error.corner) if error else None,
         "complementarity_residual": float(result.cycle.residual.max()),
         "torque_balance": result.torque_balance,
-        "reciprocity": max(flank.reciprocity_error for flank in flanks),
+        "work_balance": result.work_balance,
+        "reciprocity": _reciprocity_error(result),
     }
+
+
+def _reciprocity_error(result: StaticsResult) -> float:
+    flanks = (result.problem.driver, result.problem.driven)
+    return max(flank.reciprocity_error for flank in flanks)
 
 
 def _finite(value: float) -> float | None:

@@ -15,6 +15,8 @@ if TYPE_CHECKING:
 DEFLECTION = 0.1  # of a module: no tooth is still one beyond it
 STEEL = 1.5e9  # Pa, contact pressure that case-hardened gears endure
 PRESSURE = 10.0 * STEEL
+BALANCE = 1e-3  # relative, of what two laws of mechanics give for the same quantity
+ESTIMATE = 1e-2  # relative, of what two meshes give for it
 
 
 def doubts(
@@ -52,6 +54,20 @@ def doubts(
             f"{where}: without backlash the back flanks touch for "
             f"{100.0 * back_side:.3g} % of the time and the teeth jam; set "
             "backlash_um, or center_distance_mm and tooth_thinning_um"
+        )
+
+
+def doubts_of_check(
+    where: str, what: str, off: float, allowed: float = BALANCE
+) -> Iterator[str]:
+    """A line where a self-check does not hold.
+
+    what : is compared, in the plural; off : its largest deviation, relative
+    """
+    if not abs(off) <= allowed:  # not a number does not hold either
+        yield (
+            f"{where}: {what} are off by {abs(off):.2g}, more than {allowed:.2g}; the "
+            "result cannot be trusted"
         )
 
 

@@ -146,6 +146,7 @@ def _evidence_lines(values: dict[str, float | None]) -> list[str]:
     lines.append(
         f"balance: complementarity {values['complementarity_residual']:.1e}, "
         f"T2/T1 against z2/z1 {values['torque_balance']:.1e} (tilted normals of "
-        f"corner contact and friction), reciprocity {values['reciprocity']:.1e}"
+        f"corner contact, relief and friction), its mean {values['work_balance']:.1e}, "
+        f"reciprocity {values['reciprocity']:.1e}"
     )
     return lines

@@ -20,7 +20,9 @@ NORMAL, TANGENTIAL = np.int64(0), np.int64(1)
 # Contact patch of one pair.
 #   present : whether its flanks face each other
 #   master : gear whose flank carries the nodes, 0 driver or 1 driven
-#   nominal : the master's roll length where the flanks would touch
+#   crossings : roll lengths where unmodified flanks of the master and of its mate
+#       would cross the line of action [m], the driver turned ahead on its base circle
+#       by `turned` [m], 0 without relief
 #   arc, opposite : arc lengths of the closest point on the master and its mate [m]
 #   far : the master's arc length of the first node; step : node spacing [m]
 #   least_gap : transmission error that closes the pair [m]
@@ -32,7 +34,8 @@ PATCH = np.dtype(
     [
         ("present", "?"),
         ("master", "i8"),
-        ("nominal", "f8"),
+        ("crossings", "f8", (2,)),
+        ("turned", "f8"),
         ("arc", "f8"),
         ("opposite", "f8"),
         ("far", "f8"),

@@ -14,6 +14,8 @@ import numpy as np
 from lumped.compiled import compiled_part
 
 FAR = 1.0  # gap [m] where there is no opposite flank
+GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
+KINK = 1e-6  # of a flank's length, beside a point where its slope may jump
 
 # Material removed between two roll lengths, `magnitude` at the end.
 RELIEF = np.dtype(
@@ -57,6 +59,21 @@ def relief_depth(relief, s):
 
 
 @compiled_part
+def relief_slope(relief, s):
+    """Of the depth over the roll length."""
+    length = relief.end - relief.start
+    fraction = (s - relief.start) / length
+    if relief.magnitude == 0.0 or fraction <= 0.0:
+        return 0.0
+    return relief.magnitude * relief.power * fraction ** (relief.power - 1.0) / length
+
+
+@compiled_part
+def is_relieved(flank):
+    return flank.tip_relief.magnitude > 0.0 or flank.root_relief.magnitude > 0.0
+
+
+@compiled_part
 def modification(flank, s):
     """Material removed from the flank at roll length s [m]."""
     return relief_depth(flank.tip_relief, s) + relief_depth(flank.root_relief, s)
@@ -73,15 +90,28 @@ def roll_of_arc(flank, arc):
 
 
 @compiled_part
-def separation(master, slave, line, s_nominal, s):
+def turn_to_point(flank, crossing, s):
+    """Angle [rad] from the line of action to the base tangent through flank point s.
+
+    crossing : roll length at which the unmodified flank crosses the line of action
+    """
+    return (s - crossing + modification(flank, s)) / flank.base_radius
+
+
+@compiled_part
+def separation(master, slave, line, crossings, s):
     """(gap, slave's roll length, lean) seen from the master's flank point s.
 
-    The flanks would touch at s_nominal of the master if both were long enough.
+    crossings : roll lengths at which unmodified flanks of master and slave cross the
+        line of action; their sum is `line` where those touch
+
     A point lies on exactly one involute of the slave's base circle, and parallel
-    involutes are rb * angle apart, so the distance normal to the slave's flank is
-    exact. lean [rad] is the turn of that normal from the line of action.
+    involutes are rb * angle apart, so the way of the slave's base circle until it
+    meets the point is exact. Where material is removed, a flank is at every radius an
+    involute turned back by as much. lean [rad] is the turn of the slave's base tangent
+    through the point from the line of action.
     """
-    turn = (s - s_nominal) / master.base_radius
+    turn = turn_to_point(master, crossings[0], s)
     c, sn = math.cos(turn), math.sin(turn)
     # frame: master's point of tangency at the origin, line of action along x
     x = c * s - sn * master.base_radius
@@ -95,38 +125,75 @@ def separation(master, slave, line, s_nominal, s):
     cross = -s_slave * dy + slave.base_radius * dx
     dot = -s_slave * dx - slave.base_radius * dy
     lean = math.atan2(cross, dot)
-    gap = -(line - s_slave - s_nominal) - slave.base_radius * lean
-    gap += modification(master, s) + modification(slave, s_slave)
-    return gap, s_slave, lean
+    gap = s_slave - crossings[1] - slave.base_radius * lean
+    return gap + modification(slave, s_slave), s_slave, lean
 
 
 @compiled_part
-def closest_arc(master, slave, line, s_nominal, arc, reach):
+def tilt(flank, s):
+    """Angle [rad] of the flank's normal from the base tangent through its point s."""
+    slope = relief_slope(flank.tip_relief, s) + relief_slope(flank.root_relief, s)
+    return math.atan2(slope * flank.base_radius, (1.0 + slope) * s)
+
+
+@compiled_part
+def common_normal(master, slave, line, crossings, arc):
+    """Angle [rad] of the normal at the closest point from the line of action.
+
+    Both flanks have it, but for a tip corner or the begin of a linear relief: the
+    normal is that of the flank that turns less there.
+    """
+    step = KINK * master.length
+    near = roll_of_arc(master, max(0.0, arc - step))
+    far = roll_of_arc(master, arc + step)
+    own_near, mate_near = normals(master, slave, line, crossings, near)
+    own_far, mate_far = normals(master, slave, line, crossings, far)
+    if arc == 0.0 or abs(mate_near - mate_far) < abs(own_near - own_far):
+        return 0.5 * (mate_near + mate_far)
+    return 0.5 * (own_near + own_far)
+
+
+@compiled_part
+def normals(master, slave, line, crossings, s):
+    """Angles [rad] of the normals of master and slave from the line of action."""
+    _, s_slave, lean = separation(master, slave, line, crossings, s)
+    own = turn_to_point(master, crossings[0], s) + tilt(master, s)
+    return own, lean + tilt(slave, s_slave)
+
+
+@compiled_part
+def closest_arc(master, slave, line, crossings, arc, reach, exact):
     """Arc of the master where the gap is least, sought within reach of `arc` first.
+
+    exact : of the arc [m]
 
     Gaps are convex in the arc for reliefs that grow toward the flank's ends, so the
     search goes on with twice the reach where it ends at the reach.
     """
     while True:
         low, high = max(0.0, arc - reach), arc + reach
-        found = least_gap_arc(master, slave, line, s_nominal, low, high)
-        margin = 1e-6 * reach
-        is_inside = low == 0.0 or found > low + margin
-        if (is_inside and found < high - margin) or reach >= master.length:
-            return found
+        found = least_gap_arc(master, slave, line, crossings, low, high, exact)
+        is_inside = low == 0.0 or found > low + exact
+        if (is_inside and found < high - exact) or reach >= master.length:
+            return 0.0 if found < exact else found
         reach *= 2.0
 
 
 @compiled_part
-def least_gap_arc(master, slave, line, s_nominal, low, high):
-    """Arc between two arcs where a convex gap is least."""
-    for _ in range(60):
-        one = low + (high - low) / 3.0
-        two = high - (high - low) / 3.0
-        gap_one = separation(master, slave, line, s_nominal, roll_of_arc(master, one))
-        gap_two = separation(master, slave, line, s_nominal, roll_of_arc(master, two))
-        if gap_one[0] < gap_two[0]:
-            high = two
+def least_gap_arc(master, slave, line, crossings, low, high, exact):
+    """Arc between two arcs where a convex gap is least, by golden section."""
+    one, two = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
+    gap_one = separation(master, slave, line, crossings, roll_of_arc(master, one))[0]
+    gap_two = separation(master, slave, line, crossings, roll_of_arc(master, two))[0]
+    while high - low > exact:
+        if gap_one < gap_two:
+            high, two, gap_two = two, one, gap_one
+            one = high - GOLDEN * (high - low)
+            s = roll_of_arc(master, one)
+            gap_one = separation(master, slave, line, crossings, s)[0]
         else:
-            low = one
+            low, one, gap_one = one, two, gap_two
+            two = low + GOLDEN * (high - low)
+            s = roll_of_arc(master, two)
+            gap_two = separation(master, slave, line, crossings, s)[0]
     return 0.5 * (low + high)

@@ -14,14 +14,19 @@ from fegear.contact.flanks import (
     FAR,
     arc_of_roll,
     closest_arc,
+    common_normal,
+    is_relieved,
     roll_of_arc,
     separation,
+    turn_to_point,
 )
 from fegear.contact.grid import SUPPORT
 from fegear.elasticity.flank_grid import place_stencil
 from lumped.compiled import compiled_part
 
 REACH = 0.5  # base pitches off the path within which a corner may touch
+COARSE, EXACT = 1e-3, 1e-8  # of a flank's length, for the closest point
+MOST_TURN = 0.05  # base pitches; farther off, flanks never touch
 # Node of a patch: gap [m], arc of the opposite point on the mate [m], force [N/m].
 NODE = np.dtype([("gap", "f8"), ("opposite", "f8"), ("force", "f8")], align=True)
 
@@ -39,76 +44,127 @@ def hertz_half_width(mesh, flanks, s1, load):
 def place_patch(mesh, flanks, patch, s1, extra_gap):
     """Find one pair's closest point; s1 is the driver's nominal roll length."""
     patch.master = 0 if s1 >= mesh.pitch else 1
-    patch.nominal = s1 if s1 >= mesh.pitch else mesh.line - s1
     patch.present, patch.least_gap = False, FAR
     patch.sliding_sign = np.sign(mesh.pitch - s1)
     if abs(mesh.pitch - s1) < 1e-12 * mesh.line:
         patch.sliding_sign = 0.0
+    turn_driver(mesh, patch, s1, 0.0)
     master, slave = flanks[patch.master], flanks[1 - patch.master]
-    off_path = patch.nominal > master.tip_roll * (1.0 + 1e-12)
+    nominal = patch.crossings[0]  # the master's roll length
+    off_path = nominal > master.tip_roll * (1.0 + 1e-12)
     if off_path and not mesh.corner:
         return
-    if patch.nominal > master.tip_roll + REACH * mesh.base_pitch:
+    if nominal > master.tip_roll + REACH * mesh.base_pitch:
         return  # farther off, the point may lie behind the mate's base circle
-    patch.arc = max(0.0, arc_of_roll(master, patch.nominal))
-    removed = (
-        master.tip_relief.magnitude
-        + master.root_relief.magnitude
-        + slave.tip_relief.magnitude
-        + slave.root_relief.magnitude
-    )
-    if removed > 0.0:
-        patch.arc = closest_arc(
-            master, slave, mesh.line, patch.nominal, patch.arc, 0.1 * master.length
-        )
-    s = roll_of_arc(master, patch.arc)
-    gap, s_slave, lean = separation(master, slave, mesh.line, patch.nominal, s)
-    patch.opposite = arc_of_roll(slave, s_slave)
-    if not 0.0 <= patch.opposite <= slave.length:
-        return  # the corner is past the mate's flank, whose involute ends there
-    patch.present = True
-    set_levers(mesh, flanks, patch, s, lean, off_path)
-    patch.least_gap = (gap + extra_gap) * flanks[0].base_radius / patch.lever[0]
+    patch.arc = max(0.0, arc_of_roll(master, nominal))
+    if is_relieved(master) or is_relieved(slave):
+        find_closest(mesh, flanks, patch, 0.1, COARSE)
+        set_contact(mesh, flanks, patch, off_path, 0.0)
+        if not patch.present:
+            return
+        # levers and gaps are those where the flanks touch, the driver turned so far
+        turn_driver(mesh, patch, s1, min(patch.least_gap, MOST_TURN * mesh.base_pitch))
+        find_closest(mesh, flanks, patch, 0.01, EXACT)
+    set_contact(mesh, flanks, patch, off_path, extra_gap)
 
 
 @compiled_part
-def set_levers(mesh, flanks, patch, s, lean, off_path):
-    """Arms of normal and friction force about the two centres.
+def turn_driver(mesh, patch, s1, turned):
+    """Put the driver a way `turned` [m] ahead of where unmodified flanks touch."""
+    patch.turned = turned
+    crossings = s1 + turned, mesh.line - s1
+    patch.crossings[0] = crossings[patch.master]
+    patch.crossings[1] = crossings[1 - patch.master]
 
-    On the nominal path the force acts along the line of action; off it, normal to
+
+@compiled_part
+def find_closest(mesh, flanks, patch, reach, exact):
+    """Arc of the master where the gap is least.
+
+    reach : of the flank's length, within which it is sought first; exact : of it
+    """
+    master, slave = flanks[patch.master], flanks[1 - patch.master]
+    patch.arc = closest_arc(
+        master, slave, mesh.line, patch.crossings, patch.arc, reach * master.length,
+        exact * master.length,
+    )  # fmt: skip
+
+
+@compiled_part
+def set_contact(mesh, flanks, patch, off_path, extra_gap):
+    """Levers and gap at the master's closest point, if the mate's flank is there.
+
+    Unmodified flanks touch on the line of action; off the path, the force is normal to
     the slave's flank through the master's tip corner.
     """
+    master, slave = flanks[patch.master], flanks[1 - patch.master]
+    s = roll_of_arc(master, patch.arc)
+    gap, s_slave, lean = separation(master, slave, mesh.line, patch.crossings, s)
+    patch.opposite = arc_of_roll(slave, s_slave)
+    patch.present = 0.0 <= patch.opposite <= slave.length
+    if not patch.present:
+        patch.least_gap = FAR
+        return
+    turn, normal = turn_to_point(master, patch.crossings[0], s), lean
+    if is_relieved(master) or is_relieved(slave):
+        normal = common_normal(master, slave, mesh.line, patch.crossings, patch.arc)
+    elif not off_path:
+        s, turn, normal = patch.crossings[0], 0.0, 0.0
+    set_levers(mesh, flanks, patch, s, turn, normal)
+    gap = normal_gap(flanks, patch, gap)
+    patch.least_gap = patch.turned + (gap + extra_gap) / closing_rate(flanks, patch)
+
+
+@compiled_part
+def set_levers(mesh, flanks, patch, s, turn, normal):
+    """Arms of normal and friction force about the two centres.
+
+    s : the master's roll length at the point of contact [m]
+    turn, normal : of the base tangent there and of the force from the line of action
+    """
     m = patch.master
-    rb_master, rb_slave = flanks[m].base_radius, flanks[1 - m].base_radius
-    patch.lever[m], patch.lever[1 - m] = rb_master, rb_slave
-    patch.lever[2 + m], patch.lever[3 - m] = patch.nominal, mesh.line - patch.nominal
-    if off_path:
-        turn = (s - patch.nominal) / rb_master - lean
-        c, sn = math.cos(turn), math.sin(turn)
-        patch.lever[m] = rb_master * c + s * sn
-        patch.lever[2 + m] = s * c - rb_master * sn
-        apart = mesh.line * math.cos(lean) + (rb_master + rb_slave) * math.sin(lean)
-        patch.lever[3 - m] = apart - patch.lever[2 + m]
+    bases = flanks[0].base_radius + flanks[1].base_radius
+    c, sn = math.cos(turn - normal), math.sin(turn - normal)
+    patch.lever[m] = flanks[m].base_radius * c + s * sn
+    patch.lever[2 + m] = s * c - flanks[m].base_radius * sn
+    c, sn = math.cos(normal), math.sin(normal)
+    patch.lever[1 - m] = bases * c - mesh.line * sn - patch.lever[m]
+    patch.lever[3 - m] = mesh.line * c + bases * sn - patch.lever[2 + m]
+
+
+@compiled_part
+def closing_rate(flanks, patch):
+    """Contact approach per transmission error."""
+    return patch.lever[0] / flanks[0].base_radius
+
+
+@compiled_part
+def normal_gap(flanks, patch, gap):
+    """Of a gap on the slave's base circle, along the common normal."""
+    slave = 1 - patch.master
+    return gap * patch.lever[slave] / flanks[slave].base_radius
 
 
 @compiled_part
 def lay_nodes(constants, patch, nodes, extra_gap, half_width):
     """Gaps and opposite arcs of a pair's nodes (n,), stencils at support points."""
     m, mesh, points = patch.master, constants.mesh, constants.grid.points
-    master, slave = constants.flanks[m], constants.flanks[1 - m]
+    flanks, line, crossings = constants.flanks, mesh.line, patch.crossings
+    master, slave = flanks[m], flanks[1 - m]
     count = constants.tables.shape[3]
     near, far = max(0.0, patch.arc - half_width), patch.arc + half_width
     patch.far = far
     patch.step = (far - near) / (nodes.size - 1)
+    before = extra_gap + patch.turned * closing_rate(flanks, patch)
     for i in range(nodes.size):
         s = roll_of_arc(master, far - i * patch.step)
-        gap, s_slave, _ = separation(master, slave, mesh.line, patch.nominal, s)
-        nodes[i].gap = gap + extra_gap
+        gap, s_slave, _ = separation(master, slave, line, crossings, s)
+        nodes[i].gap = normal_gap(flanks, patch, gap) + before
         nodes[i].opposite = arc_of_roll(slave, s_slave)
     for a in range(SUPPORT):
         arc = 0.5 * (far + near) - 0.5 * (far - near) * points[a]
         s = roll_of_arc(master, arc)
-        s_slave = separation(master, slave, mesh.line, patch.nominal, s)[1]
+        s_slave = separation(master, slave, line, crossings, s)[1]
         set_stencil(patch, m, a, arc, master, count)
         set_stencil(patch, 1 - m, a, arc_of_roll(slave, s_slave), slave, count)
 

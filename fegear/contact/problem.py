@@ -86,7 +86,8 @@ class ContactCycle:
         normal force; NaN where the pair carries no load
     arc : (t, n, k, 2) of the load's centre, or of the closest point, from the tip
         corners of driver and driven [m]
-    closing : (t, n, k) penetration per transmission error, 1 on the nominal path
+    closing : (t, n, k) penetration per transmission error, 1 on the nominal path of
+        flanks without relief
     driven_torque : (t, n) reaction of the driven gear [N m]
     residual : (t, n) of the complementarity problem, relative
     """

@@ -16,12 +16,15 @@ from numpy.typing import NDArray
 
 from fegear.contact.problem import ContactFailure
 from fegear.eccentric.elastic_wheel import ElasticWheel
-from meshes.eccentric.base import LEADING, TRAILING
+from meshes.eccentric.base import LEADING, TRAILING, Side
 from meshes.eccentric.teeth import ToothedPair, Wheel
 
 Array = NDArray[np.float64]
 SWEEPS = 60
 EXACT = 1e-12
+# of an edge: nearer to a tip corner, a concentrated load's tractions on the tip land
+# are too uneven for quadrature, which would miss half of the deflection
+CORNER = 0.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,7 +53,8 @@ class TurnResult:
     driver_error : turn of the driver with the driven wheel held [rad]
     pressure : the largest of all contacts [Pa]
     largest_share : of the normal force that one pair carries
-    torque_ratio : of the reactions at both bores by the flanks as they are meshed
+    torque_ratio : of the moments of the contact forces about both bearings, by the
+        flanks as they are meshed
     """
 
     angle: Array
@@ -101,12 +105,10 @@ def solve_turn(
     """
     found = [pairs_at(teeth, arc) for arc in arcs.tolist()]
     count = np.array([each.radius.size for each in found])
-    near, driver_arm = _compliances(
-        driver, teeth.driver, [(p.driver_tooth, p.driver_point) for p in found]
-    )
-    far, driven_arm = _compliances(
-        driven, teeth.driven, [(p.driven_tooth, p.driven_point) for p in found]
-    )
+    loads = [(p.driver_tooth, p.driver_point) for p in found]
+    near, driver_arm = _compliances(driver, teeth.driver, TRAILING, loads)
+    loads = [(p.driven_tooth, p.driven_point) for p in found]
+    far, driven_arm = _compliances(driven, teeth.driven, LEADING, loads)
     softness = 1.0 / driver.material.modulus + 1.0 / driven.material.modulus
     pair, angle = teeth.pair, arcs / teeth.pair.radius
     arm = _arm(teeth, angle)
@@ -167,6 +169,7 @@ def _arm(teeth: ToothedPair, angle: Array) -> Array:
 def _compliances(
     wheel: ElasticWheel,
     toothed: Wheel,
+    side: Side,
     loads: list[tuple[NDArray[np.int64], Array]],
 ) -> tuple[list[Array], list[Array]]:
     """Compliance (k, k) and arms (k,) about the bearing at each position."""
@@ -175,8 +178,9 @@ def _compliances(
     for tooth, point in loads:
         middle = toothed.first + toothed.rack.pitch * tooth
         outward = toothed.curve.frames(middle / toothed.curve.radius).normal
-        places = wheel.places(point, outward)
+        flanks = wheel.mesh.flanks[side][tooth]
+        x, n = wheel.places(point, outward, flanks)[:2]
+        places = wheel.places(point, outward, flanks, CORNER)
         matrices.append(wheel.compliance(places, wheel.respond(places)))
-        x, n = places.point, places.inward
         arms.append(x[:, 0] * n[:, 1] - x[:, 1] * n[:, 0])
     return matrices, arms

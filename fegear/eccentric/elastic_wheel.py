@@ -83,29 +83,43 @@ class ElasticWheel:
         mesh = self.mesh
         return edge_quadrature(mesh.points, mesh.outline, self.freedoms, self.basis.N)
 
-    def places(self, points: Array, outward: Array) -> FlankPlaces:
-        """The places on the outline nearest to points (n, 2) [m].
+    def places(
+        self, points: Array, outward: Array, flanks: Indices, margin: float = 0.0
+    ) -> FlankPlaces:
+        """The places nearest to points (n, 2) [m], each on its own flank.
 
         outward : (n, 2) the way out of the wheel from there, between its teeth
+        flanks : (n, k) rows of the outline, in order; where a tip corner is in contact,
+            the edge of the tip land is as near
+        margin : of an edge, that places keep from the ends of their flank
         """
-        nodes = self.mesh.points[self.mesh.outline]
-        one, span = nodes[:, 0], nodes[:, 1] - nodes[:, 0]
-        offset = points[:, None] - one
-        ratio = np.einsum("pec,ec->pe", offset, span) / np.sum(span**2, axis=1)
-        ratio = ratio.clip(0.0, 1.0)
-        apart = np.linalg.norm(offset - ratio[..., None] * span, axis=2)
-        edge = apart.argmin(axis=1)
-        xi = 2.0 * np.take_along_axis(ratio, edge[:, None], axis=1)[:, 0] - 1.0
+        edge, xi = self._nearest_chords(points, flanks)
+        nodes = self.mesh.points[self.mesh.outline[edge]]
         for _ in range(NEWTON):
-            along = np.einsum("ap,pac->pc", _slope(xi), nodes[edge])
-            off = points - np.einsum("ap,pac->pc", _shape(xi), nodes[edge])
+            along = np.einsum("ap,pac->pc", _slope(xi), nodes)
+            off = points - np.einsum("ap,pac->pc", _shape(xi), nodes)
             xi += np.sum(off * along, axis=1) / np.sum(along**2, axis=1)
-        along = np.einsum("ap,pac->pc", _slope(xi), nodes[edge])
+        if margin > 0.0:
+            low = np.where(edge == flanks[:, 0], 2.0 * margin - 1.0, -np.inf)
+            high = np.where(edge == flanks[:, -1], 1.0 - 2.0 * margin, np.inf)
+            xi = xi.clip(low, high)
+        along = np.einsum("ap,pac->pc", _slope(xi), nodes)
         inward = np.stack([along[:, 1], -along[:, 0]], axis=1)
         inward /= np.linalg.norm(inward, axis=1)[:, None]
         factors = _shape(xi)
-        point = np.einsum("ap,pac->pc", factors, nodes[edge])
+        point = np.einsum("ap,pac->pc", factors, nodes)
         return FlankPlaces(point, inward, outward, edge, factors.T)
+
+    def _nearest_chords(self, points: Array, edges: Indices) -> tuple[Indices, Array]:
+        """Rows (n,) of the outline among (n, k), and where on them, from -1 to 1."""
+        ends = self.mesh.points[self.mesh.outline[edges, :2]]
+        span = ends[:, :, 1] - ends[:, :, 0]
+        offset = points[:, None] - ends[:, :, 0]
+        ratio = np.sum(offset * span, axis=2) / np.sum(span**2, axis=2)
+        ratio = ratio.clip(0.0, 1.0)
+        apart = np.linalg.norm(offset - ratio[..., None] * span, axis=2)
+        nearest = np.arange(len(points)), apart.argmin(axis=1)
+        return edges[nearest], 2.0 * ratio[nearest] - 1.0
 
     def respond(self, places: FlankPlaces) -> Array:
         """Displacement (freedoms, n) beside the half-plane's under unit loads into the

@@ -17,7 +17,7 @@ from fegear.eccentric.gearing import Gearing
 from fegear.elasticity.material import PlaneMaterial
 from fegear.errors import InputError
 from fegear.store import NOTHING, InOrder, Keeping
-from fegear.unphysical import doubts
+from fegear.unphysical import doubts, doubts_of_check
 from lumped.csv_text import format_csv
 from lumped.workers import run_tasks
 from meshes import GeometryError
@@ -91,12 +91,14 @@ class TurnTable:
             self.columns[name]
             for name in ("transmission_error_um", "contact_torque_ratio")
         )
-        off = np.abs(ratio / self.columns["torque_ratio"] - 1.0)
+        off = float(np.abs(ratio / self.columns["torque_ratio"] - 1.0).max())
         pressure = float(self.columns["contact_pressure_MPa"].max())
+        where = f"contact at {self.load.torque_Nm:g} N m"
         warnings = [
             *_sparse(self),
+            *doubts_of_check(where, "torque ratios against the kinematics", off),
             *doubts(
-                f"contact at {self.load.torque_Nm:g} N m",
+                where,
                 1e-3 * self.gearing.summary["module_mm"],
                 transmission_error=1e-6 * float(error.max()),
                 pressure=1e6 * pressure,
@@ -109,7 +111,7 @@ class TurnTable:
             "complete": self.complete,
             "mean_transmission_error_um": float(error.mean()),
             "peak_to_peak_transmission_error_um": float(np.ptp(error)),
-            "largest_deviation_of_torque_ratio": float(off.max()),
+            "largest_deviation_of_torque_ratio": off,
             "largest_contact_pressure_MPa": pressure,
             "warnings": warnings,
         }

@@ -42,7 +42,9 @@ class Gear:
 class Relief:
     """Profile modification of one flank, growing from its start to the end.
 
-    Tip relief ends at the tip, root relief at the lowest point of contact.
+    Tip relief ends at the tip, root relief at the lowest point of contact. At every
+    radius the flank is that of a tooth turned back by depth over base radius: the depth
+    is along the normal of the unmodified flank, and the tip circle stays.
 
     magnitude : material removed at the end [m]
     start_roll_length : sqrt(r^2 - rb^2) where it begins [m]

@@ -55,6 +55,19 @@ def outline_points(wheel: Wheel, edges: WheelEdges) -> Points:
     return np.vstack([*pieces, pieces[0][:1]])
 
 
+def flank_edges(outline: list[Edges]) -> dict[Side, NDArray[np.int64]]:
+    """By side, numbers (teeth, edges) of the edges on the flank of every tooth."""
+    counts = [piece.parameters.size - 1 for piece in outline]
+    numbers = np.split(np.arange(sum(counts)), np.cumsum(counts)[:-1])
+
+    def flanks(side: Side) -> NDArray[np.int64]:
+        start = f"{_word(side)} flank "
+        pieces = zip(outline, numbers, strict=True)
+        return np.stack([own for p, own in pieces if p.name.startswith(start)])
+
+    return {side: flanks(side) for side in (TRAILING, LEADING)}
+
+
 def _tooth(wheel: Wheel, tooth: int, edges: WheelEdges) -> Iterator[Edges]:
     rack = wheel.rack
     steepest = 0.5 * math.pi - rack.pressure_angle

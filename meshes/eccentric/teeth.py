@@ -260,7 +260,9 @@ class ToothedPair:
     def contact(self) -> Array:
         """Arcs at which the driver's teeth come into contact and leave it (n, 2) [m],
         over a turn of the driven wheel."""
-        start = self.driven.tips[LEADING][0] - self.rack.pitch
+        # a driver's tooth meets the driven one before: its place is the same arc
+        start = np.roll(self.driven.tips[LEADING][0], 1)
+        start[0] -= self.driven.curve.length
         laps = self.driver.curve.length * np.arange(self.pair.lobes)
         end = (self.driver.tips[TRAILING][0] + laps[:, None]).ravel()
         return np.stack([start, end], axis=1)

@@ -3,12 +3,19 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from meshes.eccentric.outline import BELOW_ROOT, WheelEdges, wheel_outline
+from meshes.eccentric.base import Side
+from meshes.eccentric.outline import (
+    BELOW_ROOT,
+    WheelEdges,
+    flank_edges,
+    wheel_outline,
+)
 from meshes.eccentric.teeth import Wheel
 from meshes.gear import GeometryError, floored
 from meshes.gmsh_session import gmsh_model
@@ -27,13 +34,16 @@ class WheelMesh:
 
     points : (n, 2) [m]
     triangles : (m, 6) corners, then mid-sides of edges 01, 12, 20, counterclockwise
-    outline : (k, 3) ends, then mid-side, clockwise round the teeth; bore : the same
+    outline : (k, 3) ends, then mid-side, clockwise round the teeth, edge after edge
+    bore : the same of the bore, in any order
+    flanks : by side, rows of the outline (teeth, edges) on the flank of every tooth
     """
 
     points: Points
     triangles: Rows
     outline: Rows
     bore: Rows
+    flanks: Mapping[Side, Rows]
 
 
 def largest_bore(wheel: Wheel) -> float:
@@ -73,9 +83,11 @@ def wheel_mesh(wheel: Wheel, bore: float, edges: WheelEdges | None = None) -> Wh
         points, triangles, found = make_triangles(gmsh, lines, pieces, edges.growth)
     bored = found.pop(BORE_NAME)
     teeth = np.concatenate(list(found.values()))
+    flanks = flank_edges(outline)
     if _area(points[teeth[:, 0]]) > 0.0:  # counterclockwise
-        teeth = teeth[:, [1, 0, 2]]
-    return WheelMesh(points, _counterclockwise(points, triangles), teeth, bored)
+        teeth = teeth[::-1, [1, 0, 2]]
+        flanks = {side: len(teeth) - 1 - rows[:, ::-1] for side, rows in flanks.items()}
+    return WheelMesh(points, _counterclockwise(points, triangles), teeth, bored, flanks)
 
 
 def _circle(radius: float, count: int) -> Edges:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import math
+from dataclasses import replace
 
 import pytest
 
@@ -131,3 +133,37 @@ def test_pressure_at_sharp_tips_is_no_reason():
     result = solve_mesh(load_gear_set("liu-pair"), 0, [400.0], settings)
     assert result.table["max_pressure_Pa"].max() > PRESSURE
     assert warnings(result) == []
+
+
+@pytest.fixture(scope="module")
+def coarse():
+    settings = StaticsSettings(positions=16, resolution="coarse")
+    return solve_mesh(load_gear_set("liu-pair"), 0, [50.0, 400.0], settings)
+
+
+def test_evidence_that_holds_is_no_warning(coarse):
+    assert coarse.work_balance < 2e-4
+    assert warnings(coarse) == []
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"residual": 0.002}, "gaps and pressures of the contact are off by 0.002"),
+        ({"residual": math.nan}, "gaps and pressures of the contact are off by nan"),
+        ({"driven_torque": 1.01}, "works of both torques over the cycle are off by"),
+    ],
+)
+def test_a_self_check_that_fails_is_a_warning(coarse, change, words):
+    ((name, factor),) = change.items()
+    own = getattr(coarse.cycle, name)
+    wrong = own * factor if own.any() else own + factor
+    cycle = replace(coarse.cycle, **{name: wrong})
+    (line,) = warnings(replace(coarse, cycle=cycle))
+    assert words in line
+
+
+def test_a_mesh_that_is_too_coarse_is_a_warning(coarse):
+    error = replace(coarse.error, mean=0.02)
+    (line,) = warnings(replace(coarse, error=error))
+    assert "mean transmission errors of two meshes are off by 0.02" in line

@@ -18,8 +18,8 @@ from validation.oracles import hertz
 
 
 @njit
-def separation(master, slave, line, nominal, s):
-    return flanks.separation(master, slave, line, nominal, s)
+def separation(master, slave, line, crossings, s):
+    return flanks.separation(master, slave, line, crossings, s)
 
 
 @njit
@@ -61,7 +61,8 @@ def test_separation_is_the_distance_between_the_flanks(problem, off, beyond):
     master, slave = records[0], records[1]
     nominal = mesh.pitch + off
     s = nominal - beyond
-    gap, s_slave, _ = separation(master, slave, mesh.line, nominal, s)
+    crossings = nominal, mesh.line - nominal
+    gap, s_slave, _ = separation(master, slave, mesh.line, crossings, s)
     rb1, rb2 = master.base_radius, slave.base_radius
     here = rotated(np.array([s, rb1]), (s - nominal) / rb1) - [0.0, rb1]
     t = s_slave + np.linspace(-2e-4, 2e-4, 40_001)

@@ -22,6 +22,7 @@ from fegear.errors import InputError
 from fegear.store import Keeping
 from meshes import GearPair, MeshSize, SpurGear
 from meshes.eccentric import EccentricPair
+from meshes.eccentric.base import TRAILING
 from meshes.eccentric.outline import WheelEdges
 from meshes.eccentric.teeth import ToothedPair
 from meshes.eccentric.wheel_mesh import wheel_mesh
@@ -84,6 +85,26 @@ def test_torque_follows_the_kinematics(turn):
     assert turn.summary["largest_deviation_of_torque_ratio"] < 5e-4
 
 
+@pytest.mark.parametrize("ends", [0, 1], ids=["begin", "end"])
+def test_torque_follows_the_kinematics_at_tip_corners(ends):
+    """Where a pair of teeth comes into contact and leaves it, and just inside of its
+    path: the tip corner belongs to the flank."""
+    toothed = ToothedPair(EccentricPair(0.02, 0.007), ALPHA, 36)
+    inside = (1 - 2 * ends) * 1e-9 * toothed.rack.pitch
+    arcs = np.concatenate([toothed.contact[:9, ends] + i * inside for i in range(2)])
+    found = solve_turn(toothed, *wheels_of(toothed, 4e-3, 0.7), 2e3, arcs)
+    expected = toothed.pair.torque_ratio(arcs / toothed.pair.radius)
+    np.testing.assert_allclose(found.torque_ratio / expected, 1.0, atol=1e-3)
+
+
+def test_torque_off_the_kinematics_is_warned_of(turn):
+    columns = dict(turn.columns)
+    columns["contact_torque_ratio"] = columns["contact_torque_ratio"] * 1.002
+    few_positions, line = replace(turn, columns=columns).summary["warnings"]
+    assert turn.summary["warnings"] == [few_positions]
+    assert "torque ratios against the kinematics are off by 0.002" in line
+
+
 def test_the_turn_is_a_whole_one(turn):
     columns = turn.columns
     assert set(columns["pairs"]) == {1.0, 2.0}
@@ -115,6 +136,17 @@ def test_mesh_refinement():
     assert near < far
 
 
+def test_transmission_error_is_continuous_at_tip_corners():
+    """From a tip corner on, over a thousandth of a pitch: a load on the corner itself
+    was half as soft."""
+    toothed = ToothedPair(EccentricPair(0.02, 0.007), ALPHA, 36)
+    wheels = wheels_of(toothed, 4e-3)
+    for corner, inward in zip(toothed.contact[5], (1.0, -1.0), strict=True):
+        arcs = corner + inward * toothed.rack.pitch * np.array([0.0, 1e-4, 1e-3, 1e-2])
+        error = solve_turn(toothed, *wheels, 2e3, arcs).error
+        np.testing.assert_allclose(error, error[-1], rtol=0.01)
+
+
 def test_compliance_is_reciprocal_and_positive():
     toothed = ToothedPair(EccentricPair(0.02, 0.008), ALPHA, 40)
     driver, _ = wheels_of(toothed, 4e-3)
@@ -122,7 +154,8 @@ def test_compliance_is_reciprocal_and_positive():
     assert pairs.radius.size == 2
     middle = toothed.rack.pitch * pairs.driver_tooth
     outward = toothed.driver.curve.frames(middle / 0.02).normal
-    places = driver.places(pairs.driver_point, outward)
+    flanks = driver.mesh.flanks[TRAILING][pairs.driver_tooth]
+    places = driver.places(pairs.driver_point, outward, flanks)
     np.testing.assert_allclose(places.point, pairs.driver_point, atol=2e-8)
     matrix = driver.compliance(places, driver.respond(places))
     assert matrix[0, 1] == pytest.approx(matrix[1, 0], rel=2e-4)

@@ -54,6 +54,21 @@ def test_flanks_are_conjugate(part, ratio):
     assert worst < 1e-9 * pair.radius
 
 
+@pytest.mark.parametrize(("part", "ratio"), [(0.35, 1), (0.35, 2)])
+def test_contact_begins_and_ends_at_tip_corners(part, ratio):
+    toothed = pair_of(part, ratio, teeth=38)
+    count, height = toothed.driven.teeth, toothed.rack.addendum
+    for number, arcs in enumerate(toothed.contact):
+        place = toothed.rack.pitch * (number - 0.25)
+        mate = (number - 1) % count  # whose flank has the same place
+        corners = (toothed.driven, LEADING, mate), (toothed.driver, TRAILING, number)
+        for arc, (wheel, side, tooth) in zip(arcs, corners, strict=True):
+            below = float(wheel.tips[side][1][tooth % wheel.teeth])
+            corner = wheel.land(below, height)
+            point = wheel.flank(place, arc, side)
+            np.testing.assert_allclose(point, corner, atol=1e-9 * toothed.rack.module)
+
+
 def test_without_eccentricity_they_are_those_of_ordinary_gears():
     teeth, m = 30, 2e-3
     toothed = pair_of(0.0, teeth=teeth, radius=0.5 * m * teeth)
