@@ -90,7 +90,7 @@ class BodyInertia:
             orders = np.arange(1.0, min(len(amplitudes), HARMONICS) + 1.0)
             driven = np.multiply.outer(self._speeds(band), rate * orders)
             part = inertia_part(driven[..., None] / frequencies, ratios)
-            found.append(np.append(self.compliance[m], self.rest[m]) * part)
+            found.append(np.append(share, rest) * part)
         return found
 
     def _speeds(self, band: tuple[float, float]) -> Array:
