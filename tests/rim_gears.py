@@ -16,7 +16,7 @@ from lumped import (
     Train,
     Wave,
 )
-from lumped.coupled import CoupledContacts
+from lumped.coupled import BodyModes, CoupledContacts
 from lumped.kernels.arrays import Contacts
 from validation.oracles.rim_train import RimTrain
 
@@ -42,6 +42,7 @@ class RimGears:
     ground : couplings of the gears [N m/rad]
     backlash : of meshes with back flanks [m]
     phase : of the second mesh; positions : of a cycle in the tables
+    vibrating : whether rims turn on their spokes as coordinates of their own
     """
 
     gears: int = 2
@@ -60,6 +61,7 @@ class RimGears:
     inertias: tuple[float, ...] = tuple(INERTIAS)
     radii: tuple[float, ...] = tuple(RADII)
     positions: int = 64
+    vibrating: bool = False
 
     @property
     def train(self) -> Train:
@@ -168,9 +170,25 @@ class RimGears:
                 ((arms * rim * self.compliance) @ shapes)[:, None], grid, axis=1
             ),
             work=(shapes.T * (rim**2 * self.compliance)) @ shapes,
+            modes=self._rims(shapes) if self.vibrating else None,
             without=self.without,
         )
         return replace(reference, contacts=found)
+
+    def _rims(self, shapes: np.ndarray) -> BodyModes:
+        """Each rim on its spokes with the hub held; shapes : turns of the hubs."""
+        root = np.sqrt(self.in_rim * np.array(self.inertias[: self.gears]))
+        rows = np.repeat((self.arms / root)[:, None], self.positions + 1, axis=1)
+        none = np.zeros(self.gears)
+        return BodyModes(
+            angular=1.0 / (root * np.sqrt(self.compliance)),
+            damping=none,
+            coupling=root[:, None] * shapes,
+            rows=rows,
+            whirl=none,
+            gears=np.arange(self.gears),
+            nodal_diameters=np.zeros(self.gears, np.int64),
+        )
 
     def _contacts(self, static: np.ndarray) -> Contacts:
         """static : (p + 1, c, c) compliance of the spokes [m/N]"""

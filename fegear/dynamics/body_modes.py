@@ -7,16 +7,18 @@ mesh cycle. See `lumped.coupled.BodyModes`.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import PchipInterpolator
 
 from fegear.dynamics.build import elastic_damping
+from fegear.dynamics.elastic import ElasticGear
+from fegear.dynamics.kernels.arrays import ContactJacobian, ModalMatrices
+from fegear.dynamics.model import modal_matrices
+from fegear.dynamics.rows import contact_rows
 from fegear.dynamics.sides import DRIVE, ContactSide
 from fegear.elasticity.modes import GearModes, lowest_modes, static_inertia
 from fegear.gearset.model import GearSet
@@ -72,23 +74,68 @@ def body_modes(
     sides: Sequence[ContactSide],
     modes: Sequence[GearModes],
 ) -> BodyModes:
-    """All modes of the gears, those without nodal diameters first.
+    """Those of `fegear.dynamics.model`, in a frame that does not turn with the gears.
 
-    modes : of each gear, in pairs that follow each other but for those without
+    modes : of each gear
     """
-    each = [
-        _of_gear(g, modes[g], gear_set, reference, sides) for g in range(len(modes))
+    elastic = [
+        ElasticGear(each, gear.face_width, elastic_damping(gear, DAMPING))
+        for gear, each in zip(gear_set.gears, modes, strict=True)
     ]
-    parts = {name: [part[name] for part in each] for name in each[0]}
-    rows = np.concatenate(parts["rows"], axis=2)
-    joined = {n: np.concatenate(p) for n, p in parts.items() if n != "rows"}
-    travelling = joined["nodal_diameters"] > 0
-    second = travelling & (np.cumsum(travelling) % 2 == 0)
-    order = np.argsort(travelling.astype(int) + second, kind="stable")
+    modal = modal_matrices(gear_set, reference, elastic)
+    jacobian = contact_rows(gear_set, reference, sides, elastic, 0.0)
+    travels, number = modal.partner != np.arange(modal.owner.size), modal.owner.size
+    first = travels & (modal.partner > np.arange(number))
+    order = np.argsort(travels.astype(int) + (travels & ~first), kind="stable")
+    turn = np.arctan2(modal.sine, modal.cosine) * np.where(first, 1.0, -1.0)
+    turn = np.where(travels, turn, 0.0)  # of a mode by the pitch of a tooth
+    rate = _mesh_rates(gear_set, reference)[modal.owner]
+    rows = _turned_back(_mode_rows(jacobian, modal), modal.partner, first, turn)
+    rotation = modal.rotation[modal.owner][:, reference.moving]
     return BodyModes(
-        **{name: values[order] for name, values in joined.items()},
+        angular=np.sqrt(modal.rigidity)[order],
+        damping=modal.elastic_damping[order],
+        coupling=(modal.coupling[:, None] * rotation)[order],
         rows=np.ascontiguousarray(rows[..., order]),
+        whirl=(turn / (2.0 * np.pi) * rate)[order],
+        gears=modal.owner[order],
+        nodal_diameters=np.concatenate([m.nodal_diameters for m in modes])[order],
     )
+
+
+def _mesh_rates(gear_set: GearSet, reference: LumpedSystem) -> Array:
+    """Cycles (gears,) of a mesh of each gear per cycle of the first mesh."""
+    rates = [float(rate) for rate in reference.train.mesh_rates]
+    found = np.empty(len(gear_set.gears))
+    for mesh, rate in zip(gear_set.meshes, rates, strict=True):
+        found[[mesh.driver, mesh.driven]] = rate
+    return found
+
+
+def _mode_rows(jacobian: ContactJacobian, modal: ModalMatrices) -> Array:
+    """Penetration (c, p + 1, b) of all contacts per coordinate of the modes."""
+    hubs = modal.damping.size
+    rows = np.zeros((*jacobian.normal.shape[:2], modal.rigidity.size))
+    for c, m in enumerate(jacobian.mesh_of):
+        own = slice(hubs, jacobian.widths[m])
+        rows[c][:, jacobian.columns[m, own] - hubs] = jacobian.normal[c, :, own]
+    return rows
+
+
+def _turned_back(
+    rows: Array, partner: Indices, first: NDArray[np.bool_], turn: Array
+) -> Array:
+    """Rows in a frame that the gears turn past, from those in the frame of a gear.
+
+    turn : (b,) angle of each pair by which the gear's coordinates E1 - i E2 fall behind
+        in a mesh cycle
+    """
+    one, two = np.flatnonzero(first), partner[first]
+    cycle = np.linspace(0.0, 1.0, rows.shape[1])[:, None]
+    back = (rows[..., one] + 1j * rows[..., two]) * np.exp(-1j * turn[one] * cycle)
+    found = rows.copy()
+    found[..., one], found[..., two] = back.real, back.imag
+    return found
 
 
 def with_body_modes(
@@ -158,46 +205,3 @@ def _rest_Hz(modes: BodyModes) -> float:
         found.append(modes.angular[last].min())
         found += [modes.angular[own & (n == k)].max() for k in np.unique(n[own])]
     return float(min(found)) / (2.0 * np.pi)
-
-
-def _of_gear(
-    g: int,
-    modes: GearModes,
-    gear_set: GearSet,
-    reference: LumpedSystem,
-    sides: Sequence[ContactSide],
-) -> dict[str, NDArray]:
-    """Fields of `BodyModes`."""
-    gear, n = gear_set.gears[g], modes.nodal_diameters
-    mesh = next(m for m, x in enumerate(gear_set.meshes) if g in (x.driver, x.driven))
-    turning = gear_set.senses[g] * float(reference.train.mesh_rates[mesh]) / modes.teeth
-    place = reference.modes.coordinates.places[g, "rotation"]
-    rotation = reference.modes.shapes[place, reference.moving]
-    carried = -math.sqrt(gear.face_width) * modes.rotation_coupling  # modes: clockwise
-    return {
-        "angular": 2.0 * np.pi * modes.frequencies_Hz,
-        "damping": np.full(n.size, elastic_damping(gear, DAMPING).mass),
-        "coupling": carried[:, None] * rotation,
-        "rows": np.concatenate([_rows(g, modes, gear_set, side) for side in sides]),
-        "whirl": n * turning,
-        "gears": np.full(n.size, g),
-        "nodal_diameters": n,
-    }
-
-
-def _rows(g: int, modes: GearModes, gear_set: GearSet, side: ContactSide) -> Array:
-    """Penetration (k, p + 1, b) of a side's contacts per coordinate."""
-    shape = *side.laws.gap.T.shape, modes.frequencies_Hz.size
-    if g not in side.gears:
-        return np.zeros(shape)
-    arcs, teeth = side.arcs(g).T, side.teeth(g)
-    inside = np.clip(arcs, modes.arcs[0], modes.arcs[-1])
-    flank = modes.normal[:, side.flank]
-    both = PchipInterpolator(modes.arcs, np.stack([flank.real, flank.imag]), axis=2)
-    real, imaginary = both(inside)  # (b, k, p + 1)
-    cycle = np.linspace(0.0, 1.0, shape[1])
-    tooth = teeth[:, None] - gear_set.senses[g] * cycle
-    turn = 2.0 * np.pi * modes.nodal_diameters[:, None, None] * tooth / modes.teeth
-    found = real * np.cos(turn) - imaginary * np.sin(turn)
-    # inward displacement opens a contact
-    return -found.transpose(1, 2, 0) / math.sqrt(gear_set.gears[g].face_width)

@@ -90,7 +90,7 @@ def dynamic_model(
         another that the laws and these freedoms do not have [m/N]
     """
     sides = contact_sides(gear_set, laws)
-    modal = _modal_matrices(gear_set, reference, elastic)
+    modal = modal_matrices(gear_set, reference, elastic)
     jacobian = contact_rows(gear_set, reference, sides, elastic, laws[0].friction)
     return DynamicModel(
         reference=reference,
@@ -102,11 +102,12 @@ def dynamic_model(
     )
 
 
-def _modal_matrices(
+def modal_matrices(
     gear_set: GearSet,
     reference: LumpedSystem,
     elastic: Sequence[ElasticGear | None],
 ) -> ModalMatrices:
+    """Inertia, elasticity and loads of hubs and elastic modes."""
     modes, ratio = reference.modes, reference.train.damping_ratio
     space, angular = modes.coordinates, modes.angular
     mean = modes.mean_stiffness[:, None, None]
