@@ -32,6 +32,7 @@ FEWEST_WINDOWS = 4  # that a long common period leaves of those asked for
 WINDOW_PERIODS = 2_000  # of the first mesh that more of them together may take
 LONG = 100  # cycles of the first mesh after which nothing repeats by chance
 LEAP = 0.25  # relative change of an RMS from speed to speed that may be a jump
+NEXT = 0.02  # relative change of the speed over which a period multiple goes on
 ALIKE = 0.05  # relative difference of two responses that are one
 
 
@@ -186,8 +187,9 @@ def confirmed(
     into one that does not. Where the motion does not repeat, where its period multiple
     is not 1 and another than at the speed before, or where the response is far from
     that one, the same start is integrated with finer steps, as long as the stepper has
-    some, until two agree. A multiple that goes on from speed to speed needs none: on
-    the built-in gear sets all but 2 of some 200 such motions stayed as they were.
+    some, until two agree. A multiple that goes on from one speed to the next, no
+    further than NEXT, needs none: on the built-in gear sets all but 2 of some 200 such
+    motions stayed as they were.
 
     before : the response at the speed before, from which the state came
     Returns the settings as well whose steps the response and its history have.
@@ -212,8 +214,11 @@ def doubtful(response: Response, before: Response | None) -> bool:
         return False
     if before is None or response.multiple == 0:
         return response.multiple != 1
-    goes_on = response.multiple in (1, before.multiple)
-    return not goes_on or _apart(before, response) > LEAP
+    near = abs(response.frequency / before.frequency - 1.0) <= NEXT
+    goes_on = response.multiple == before.multiple and near
+    if response.multiple != 1 and not goes_on:
+        return True
+    return _apart(before, response) > LEAP
 
 
 def alike(one: Response, two: Response) -> bool:
