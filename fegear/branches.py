@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from fegear.boundary import public
 from fegear.errors import InputError
 from fegear.excitation import GivenTables
 from fegear.gearset.model import GearSet
@@ -19,19 +20,18 @@ from fegear.output import write_text
 from fegear.parameter_maps import TORQUE, VariedSet, digest
 from fegear.speeds import MESH_FREQUENCY
 from fegear.store import NOTHING, Checkpoint, Keeping
+from fegear.sweeps import Progress
 from fegear.unphysical import doubts_of_meshes
 from lumped.branches.bifurcations import BranchPoint
 from lumped.branches.figure import draw_branches
 from lumped.branches.motions import OverFigure, OverSpeed
 from lumped.branches.periodic import BranchFinder, BranchSettings, PeriodicBranch
 from lumped.branches.plain import plain_branch, read_branch
-from lumped.csv_text import format_csv
+from lumped.csv_text import exact, format_csv
 from lumped.system import LumpedSystem
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-    from fegear.statics import Progress
 
 BRANCHES = "branches"  # in a checkpoint
 SCHEME = "harmonic balance"
@@ -138,6 +138,7 @@ class BranchesResult:
         return draw_branches(self.branches, label, title_of(self.summary))
 
 
+@public
 def find_branches(
     gear_set: GearSet,
     torque: float,
@@ -164,7 +165,7 @@ def find_branches(
     system = lumped_system(gear_set, torque, model)
     header = file_header(gear_set, model, system.train.damping_ratio, SCHEME) | {
         "model": model.name,
-        "torque_Nm": f"{torque:g}",
+        "torque_Nm": exact(torque),
     }
     finder = BranchFinder(OverSpeed(system), limits, settings or BranchSettings())
     known = header | {"digest of the gear set": digest(gear_set)}
@@ -191,9 +192,9 @@ def find_branches_over(
     if not low < high:
         raise InputError(f"{axis.name} = {low:g}:{high:g}; the first must be below")
     system = varied.system((low,))
-    header = varied.header(SCHEME) | {"speed_Hz": f"{frequency:g}"}
+    header = varied.header(SCHEME) | {"speed_Hz": exact(frequency)}
     if axis.name != TORQUE:
-        header |= {"torque_Nm": f"{varied.load:g}"}
+        header |= {"torque_Nm": exact(varied.load)}
     family = OverFigure(axis.name, lambda v: varied.system((v,)), frequency, limits)
     finder = BranchFinder(family, limits, settings or BranchSettings())
     result = BranchesResult(varied.gear_set, system, header, (), parameter=axis.name)
@@ -233,7 +234,7 @@ def _followed(
             checkpoint.close(keep=interrupted and bool(finder.found))
     header = {**result.header, "harmonics": str(finder.settings.harmonics)}
     if finder.settings.steepness is not None:
-        header["contact"] = f"closes by tanh, {finder.settings.steepness:g} per m"
+        header["contact"] = f"closes by tanh, {exact(finder.settings.steepness)} per m"
     if interrupted:
         header["incomplete"] = f"{len(finder.found)} branches before it was interrupted"
     found = tuple(finder.found)

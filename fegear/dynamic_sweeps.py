@@ -9,6 +9,7 @@ from functools import partial
 from hashlib import sha256
 from pathlib import Path
 
+from fegear.boundary import public, require_frequencies
 from fegear.dynamics.build import FiniteElements, Prepared, prepare
 from fegear.dynamics.checkpoint import StoredBranch
 from fegear.dynamics.history import format_history, history_name, history_table
@@ -28,6 +29,8 @@ from fegear.output import make_directory, write_text
 from fegear.statics import StaticsSettings
 from fegear.store import Checkpoint, Keeping
 from fegear.sweeps import BOTH, Progress, SweepResult, at_torques, required_torques
+from lumped.checks import require_between, require_fields
+from lumped.csv_text import exact
 from lumped.sweep import (
     Branch,
     Direction,
@@ -63,6 +66,11 @@ class DynamicsSettings:
     directions: tuple[Direction, ...] = BOTH
     model_1: bool = False
 
+    def __post_init__(self) -> None:
+        if self.damping_ratio is not None:
+            require_between("damping_ratio", self.damping_ratio, 0, 1, below=True)
+        require_fields(self)
+
     @property
     def reference(self) -> LumpedModel:
         """The lumped model 1, whose modes and tables the finite elements share."""
@@ -84,6 +92,9 @@ class Records(Keeping):
     histories: Path | None = None
     root_stress: str | None = None
     entries: dict[str, str] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        require_fields(self)
 
     @property
     def words(self) -> str:
@@ -129,6 +140,7 @@ class Run:
         ]
 
 
+@public
 def sweep_elements(
     gear_set: GearSet,
     torques: Sequence[float] = (),
@@ -145,6 +157,7 @@ def sweep_elements(
     After Ctrl-C branches hold the speeds that were finished and are not complete.
     """
     settings, records = settings or DynamicsSettings(), records or Records()
+    require_frequencies("frequencies", frequencies)
     torques = required_torques(gear_set, torques)
     progress("stiffness", 0, 1)
     excitations = Excitations(settings.source)
@@ -205,15 +218,15 @@ def _header(
     steps = settings.integration
     words = (
         f"generalised-alpha, {steps.steps} steps per period or more, tolerance "
-        f"{steps.tolerance:g}, up to {cap_in_words(steps.max_periods)}"
+        f"{exact(steps.tolerance)}, up to {cap_in_words(steps.max_periods)}"
     )
     header = file_header(gear_set, settings.reference, damping_ratio, words)
     kept = "; ".join(" + ".join(map(str, each.elastic)) or "0" for each in prepared)
     return header | {
         "fidelity": prepared[0].fidelity,
         DERIVED: kept,
-        "elastic damping ratio": f"{settings.elements.elastic_damping:g}",
-        "friction coefficient": f"{settings.elements.friction:g}",
+        "elastic damping ratio": exact(settings.elements.elastic_damping),
+        "friction coefficient": exact(settings.elements.friction),
     }
 
 
@@ -296,9 +309,9 @@ def _history_keeper(run: Run, records: Records) -> Keep:
     ) -> None:
         model, torque = run.prepared[number].stepper.model, run.torques[number]
         entries = run.header | {
-            "torque_Nm": f"{torque:g}",
+            "torque_Nm": exact(torque),
             "direction": direction,
-            "mesh_frequency_Hz": f"{frequency:g}",
+            "mesh_frequency_Hz": exact(frequency),
         }
         steps = steps_per_cycle(model, frequency, run.settings.integration)
         text = format_history(history_table(model, motion, steps, entries, roots))

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 from decimal import Decimal
 from typing import Literal
 
+from fegear.boundary import public
 from fegear.errors import InputError
 from fegear.excitation import Excitations, ExcitationSource, GivenTables, Source
 from fegear.gearset.model import GearSet
@@ -16,7 +17,9 @@ from fegear.headings import BENDING, TURNED
 from fegear.train import mesh_torques_at, train_of
 from fegear.unphysical import doubts_of_meshes
 from fegear.version import package_version
+from lumped.checks import require_between, require_choice, require_fields
 from lumped.coupled import INGREDIENTS
+from lumped.csv_text import exact
 from lumped.excitation import at_torque, bending_along_path
 from lumped.friction import Sliding, ToothFriction, with_bending
 from lumped.settings import Settings
@@ -25,7 +28,7 @@ from lumped.table import pair_names
 from lumped.train import TrainError
 from lumped.waves import Wave
 
-Number = int | Literal["coupled"]
+Number = Literal[1, 2, 3, "coupled"]
 COUPLED = 0.05  # of a mode's strain energy in meshes, to count for the usual speeds
 QUASISTATIC = 0.4  # of the frequency of an elastic body, up to which it only yields
 USUAL_SPEEDS = 400  # at most, where none are given
@@ -61,20 +64,17 @@ class LumpedModel:
     transition: float = 0.0
 
     def __post_init__(self) -> None:
-        if self.number not in (1, 2, 3, "coupled"):
-            raise ValueError(f"number must be 1, 2, 3 or coupled, got {self.number}")
+        if self.damping_ratio is not None:
+            require_between("damping_ratio", self.damping_ratio, 0, 1, below=True)
+        require_fields(self)
         if self.without and self.number != "coupled":
             raise ValueError(f"without needs the coupled model, got {self.number}")
-        known = isinstance(self.without, tuple) and set(self.without) <= {*INGREDIENTS}
-        if not known or len(set(self.without)) < len(self.without):
-            allowed = ", ".join(INGREDIENTS)
-            raise ValueError(
-                f"without must be a tuple of {allowed}, each once, got {self.without!r}"
-            )
+        for name in self.without:
+            require_choice("without", name, INGREDIENTS)
+        if len(set(self.without)) < len(self.without):
+            raise ValueError(f"without must name each part once, got {self.without!r}")
         if self.friction and self.number != 1:
             raise ValueError(f"friction needs model 1, got {self.number}")
-        if isinstance(self.bending, str) and self.bending != "cycle":
-            raise ValueError(f"bending must be a number or cycle, got {self.bending}")
         ratio = self.bending
         if ratio is None or isinstance(ratio, str):
             ratio = 0.0
@@ -102,6 +102,7 @@ class LumpedModel:
         return given if isinstance(given, GivenTables) else Excitations(given)
 
 
+@public
 def lumped_system(
     gear_set: GearSet,
     torque: float,
@@ -285,7 +286,7 @@ def file_header(
         "gear set": gear_set.name,
         "fegear version": package_version(),
         **model.stiffness.header,
-        "damping ratio": f"{damping_ratio:g}",
+        "damping ratio": exact(damping_ratio),
         "translations": "yes" if model.translations else "no",
         **_friction(model),
         "integration": integration,
@@ -300,13 +301,13 @@ def _friction(model: LumpedModel) -> dict[str, str]:
     if isinstance(model.bending, str):
         bending = "of the mesh tables, over the way of each pair"
     elif model.bending is not None:
-        bending = f"{model.bending:g}"
+        bending = exact(model.bending)
     entries = {
-        "friction coefficient": f"{model.friction:g}",
+        "friction coefficient": exact(model.friction),
         BENDING: bending,
     }
     if model.sliding == "instantaneous":
-        turns = f" within {model.transition:g} m/s" if model.transition else ""
+        turns = f" within {exact(model.transition)} m/s" if model.transition else ""
         entries[TURNED] = f"turned by vibration{turns}"
     return entries
 
@@ -321,7 +322,7 @@ def _pitch_errors(gear_set: GearSet) -> dict[str, str]:
 
 
 def integration_in_words(settings: Settings) -> str:
-    scheme = f"{settings.method}, tolerance {settings.tolerance:g}"
+    scheme = f"{settings.method}, tolerance {exact(settings.tolerance)}"
     if settings.method == "rk4":
         scheme += f", {settings.steps} steps per period or more"
     return f"{scheme}, up to {cap_in_words(settings.max_periods)}"

@@ -24,6 +24,7 @@ from fegear.lumped_system import (
 from fegear.output import write_text
 from fegear.sweeps import BOTH, Progress
 from fegear.unphysical import doubts_of_meshes
+from lumped.csv_text import exact
 from lumped.maps import (
     Axis,
     Cell,
@@ -104,7 +105,7 @@ class VariedSet:
         require_method(self.model, settings)
         header = self.header(integration_in_words(settings))
         if TORQUE not in self.names:
-            header |= {"torque on the input gear [N m]": f"{self.load:g}"}
+            header |= {"torque on the input gear [N m]": exact(self.load)}
         return ParameterMap(self.axes, len(self.gear_set.meshes), header | entries)
 
     @property

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from fegear.boundary import public, require_frequencies
 from fegear.gearset.model import GearSet
 from fegear.headings import friction_in_words, friction_of, sliding_of
 from fegear.lumped_system import (
@@ -23,6 +24,7 @@ from fegear.lumped_system import (
 from fegear.output import write_text
 from fegear.sweeps import UNITS, Progress
 from fegear.unphysical import doubts_of_meshes
+from lumped.csv_text import exact
 from lumped.figures import draw_time_history
 from lumped.losses import driven_power
 from lumped.motion import (
@@ -58,7 +60,7 @@ class SettledMotion:
             *doubts_of_bodies(motion.system, response.frequency),
             *doubts_of_meshes(
                 self.gear_set.meshes,
-                f" at {header['torque_Nm']} N m",
+                f" at {float(header['torque_Nm']):g} N m",
                 *(response.dte_peak, response.back_side),
             ),
         ]
@@ -88,13 +90,14 @@ class SettledMotion:
         header = self.header
         title = (
             f"{header['gear set']} at {self.motion.response.frequency:g} Hz and "
-            f"{header['torque_Nm']} N m, model {header['model']}, "
-            f"{header['excitation']}, damping ratio {header['damping ratio']}"
+            f"{float(header['torque_Nm']):g} N m, model {header['model']}, "
+            f"{header['excitation']}, damping ratio {float(header['damping ratio']):g}"
             f"{friction_in_words(friction_of(header), sliding_of(header))}"
         )
         return draw_time_history(self.motion, title)
 
 
+@public
 def settle_motion(
     gear_set: GearSet,
     torque: float,
@@ -114,17 +117,19 @@ def settle_motion(
     """
     model, integration = model or LumpedModel(), integration or Settings()
     require_method(model, integration)
+    start = speed if from_speed is None else from_speed
+    require_frequencies("speed", [speed])
+    require_frequencies("from_speed", [start])
     progress("stiffness", 0, 1)
     system = lumped_system(gear_set, torque, model)
-    start = speed if from_speed is None else from_speed
     observer = reporting(progress, len(speeds_between(start, speed)))
     state = arrive(system, start, speed, integration, observer)
     motion = time_history(system, speed, integration, state, watch=observer.watch)
     words, ratio = integration_in_words(integration), system.train.damping_ratio
     header = file_header(gear_set, model, ratio, words) | {
         "model": model.name,
-        "torque_Nm": f"{torque:g}",
-        "speed_Hz": f"{speed!r}",
+        "torque_Nm": exact(torque),
+        "speed_Hz": exact(speed),
     }
     return SettledMotion(gear_set, header, motion)
 

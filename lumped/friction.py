@@ -36,6 +36,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from lumped.checks import require_between, require_fields
 from lumped.coordinates import Coordinates
 from lumped.excitation import MeshExcitation
 from lumped.train import Mesh, Train
@@ -43,7 +44,6 @@ from lumped.waves import Wave, constant, product
 
 Array = NDArray[np.float64]
 Sliding = Literal["nominal", "instantaneous"]
-SLIDING = ("nominal", "instantaneous")
 
 
 @dataclass(frozen=True)
@@ -67,16 +67,12 @@ class ToothFriction:
     transition: float = 0.0
 
     def __post_init__(self) -> None:
-        if self.sliding not in SLIDING:
-            allowed = " or ".join(SLIDING)
-            raise ValueError(f"sliding must be {allowed}, got {self.sliding}")
-        if not 0.0 <= self.transition < math.inf:
-            raise ValueError(f"transition must be 0 or more, got {self.transition:g}")
+        require_between("transition", self.transition, 0, 10)
+        require_fields(self)
         if self.transition and self.sliding == "nominal":
             raise ValueError("transition is of instantaneous sliding, got nominal")
         for name, value in [("coefficient", self.coefficient), *self._ratios()]:
-            if not 0.0 <= value < 1.0:
-                raise ValueError(f"{name} must be from 0 to below 1, got {value:g}")
+            require_between(name, value, 0, 1, below=True)
 
     def _ratios(self) -> Iterator[tuple[str, float]]:
         """All friction-bending ratios, of waves at their breaks, by their name."""

@@ -9,6 +9,7 @@ from functools import cached_property, lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from lumped.checks import require_fields
 from lumped.coupled import (
     CoupledContacts,
     LoadedState,
@@ -60,6 +61,7 @@ class LumpedSystem:
     friction: tuple[ToothFriction, ...] = ()
 
     def __post_init__(self) -> None:
+        require_fields(self)
         if len(self.excitations) != len(self.train.meshes):
             raise TrainError(
                 f"excitations: {len(self.excitations)} for "

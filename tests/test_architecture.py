@@ -29,6 +29,7 @@ ALLOWED = {
         "meshes",
         "lumped.compiled",
         "lumped.kernels.elimination",
+        "lumped.checks",
         "lumped.csv_text",
         "lumped.table",
         "lumped.train",

@@ -25,7 +25,7 @@ from fegear.errors import InputError
 if TYPE_CHECKING:
     from fegear.excitation import GivenTables, Source
     from fegear.gearset.model import GearSet
-    from fegear.lumped_system import LumpedModel
+    from fegear.lumped_system import LumpedModel, Number
     from lumped.maps import Axis
     from lumped.settings import Settings
     from lumped.sweep import Direction
@@ -34,6 +34,7 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 INGREDIENTS = "hardening", "pairs", "body", "meshes"  # of the coupled model
 NAMED = "model", "without", "method"  # in errors of the library as the options are
+NUMBERS: dict[str, Number] = {"1": 1, "2": 2, "3": 3, "coupled": "coupled"}
 Kind = Literal["fe", "rectangular", "trapezoid", "fourier"]
 Damping = Annotated[
     float | None,
@@ -192,7 +193,7 @@ class LumpedOptions:
         from fegear.lumped_system import LumpedModel
 
         return LumpedModel(
-            number="coupled" if self.model == "coupled" else int(self.model),
+            number=NUMBERS[self.model],
             translations=self.train.translations,
             damping_ratio=self.train.damping,
             stiffness=self.stiffness(gear_set),

@@ -42,7 +42,8 @@ def title_of_sweep(result: SweepResult) -> str:
     rubs = friction_in_words(friction_of(header), sliding_of(header))
     return (
         f"{header['gear set']}, model {result.model}, {header['excitation']}, "
-        f"damping ratio {header['damping ratio']}{rubs}\n{edits_in_words(header)}"
+        f"damping ratio {float(header['damping ratio']):g}{rubs}\n"
+        f"{edits_in_words(header)}"
     ).strip()
 
 

@@ -35,6 +35,7 @@ from lumped.branches.continuation import (
 )
 from lumped.branches.motions import Family, Motions
 from lumped.branches.shooting import shoot
+from lumped.checks import require_between, require_fields
 from lumped.respond import respond
 from lumped.response import Response, Status
 from lumped.settings import Settings
@@ -74,6 +75,18 @@ class BranchSettings:
     period_multiple: int = 2
     starts: int = 0
     steepness: float | None = None
+
+    def __post_init__(self) -> None:
+        require_between("harmonics", self.harmonics, 1, 200)
+        require_between("step", self.step, 0, 1, above=True)
+        require_between("most_step", self.most_step, 0, 10, above=True)
+        require_between("points", self.points, 2, 1_000_000)
+        require_between("sweep_points", self.sweep_points, 2, 100_000)
+        require_between("period_multiple", self.period_multiple, 1, 64)
+        require_between("starts", self.starts, 0, 100_000)
+        if self.steepness is not None:
+            require_between("steepness", self.steepness, 1, 1e15)
+        require_fields(self)
 
 
 @dataclass(frozen=True, eq=False)
