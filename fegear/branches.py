@@ -42,7 +42,8 @@ LEGEND = {
     "dte_rms_m": "dynamic transmission error without its mean",
     "stable": "1 or 0; 0 in a fold and where the branch stands upright",
     "floquet_max": "modulus of the largest Floquet multiplier",
-    "kind": "fold, period doubling, branch point or torus; else empty",
+    "kind": "fold, period doubling, branch point or torus, as shooting locates them "
+    "where it can; else empty",
     "period_multiple": "common periods of all meshes after which the motion repeats",
 }
 
@@ -103,8 +104,8 @@ class BranchesResult:
                     yield BranchRow(
                         branch=number,
                         index=index,
-                        parameter=point.parameter,
-                        mesh_frequency_Hz=point.frequency,
+                        parameter=point.place,
+                        mesh_frequency_Hz=self._frequency(point),
                         mesh=m + 1,
                         dte_rms_m=float(point.figures["dte_rms"][m]),
                         dte_peak_m=float(point.figures["dte_peak"][m]),
@@ -113,6 +114,9 @@ class BranchesResult:
                         kind=point.kind,
                         period_multiple=branch.multiple,
                     )
+
+    def _frequency(self, point: BranchPoint) -> float:
+        return point.place if self.parameter == MESH_FREQUENCY else point.frequency
 
     @property
     def summary(self) -> dict[str, Any]:
@@ -278,4 +282,6 @@ def _plain(branch: PeriodicBranch, over: str) -> dict[str, Any]:
 def _bifurcation(point: BranchPoint, over: str) -> dict[str, Any]:
     rms = point.figures["dte_rms"].tolist()
     name = "frequency_Hz" if over == MESH_FREQUENCY else "value"
-    return {"kind": point.kind, name: point.parameter, "dte_rms_m": rms}
+    by = "harmonic balance" if isnan(point.located) else "shooting"
+    place = {name: point.place, "located_by": by}
+    return {"kind": point.kind, **place, "dte_rms_m": rms}

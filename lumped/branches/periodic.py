@@ -23,6 +23,7 @@ from lumped.branches.bifurcations import (
     HALVED,
     BranchPoint,
     branch_point,
+    by_multipliers,
     with_bifurcations,
 )
 from lumped.branches.continuation import (
@@ -33,6 +34,7 @@ from lumped.branches.continuation import (
     Steps,
     joined,
 )
+from lumped.branches.location import located
 from lumped.branches.motions import Family, Motions
 from lumped.branches.shooting import shoot
 from lumped.checks import require_between, require_fields
@@ -300,7 +302,7 @@ class BranchFinder:
             return
         if repeats_sooner(branch, start) or self._is_known(branch, start):
             return
-        at = self.family.words(point.parameter)
+        at = self.family.words(point.place)
         self._follow(branch, start, f"period doubling of branch {number + 1} at {at}")
 
     @cached_property
@@ -337,7 +339,10 @@ class BranchFinder:
         if both_ways and not followed.closed:
             back = Point(start.x, start.parameter, -start.tangent)
             followed = joined(self._one_way(branch, back), followed)
-        points = tuple(with_bifurcations(branch, followed))
+        points = tuple(
+            located_point(motions, point)
+            for point in with_bifurcations(branch, followed)
+        )
         found = PeriodicBranch(
             motions.multiple, points, origin, followed.reason, followed.closed
         )
@@ -391,6 +396,19 @@ class BranchFinder:
         if followed.reason != HALVED:
             return followed
         return _cut_at_its_end(branch, followed)
+
+
+def located_point(motions: Motions, point: BranchPoint) -> BranchPoint:
+    """A bifurcation with its place by shooting, where that finds it."""
+    test = by_multipliers(point.kind)
+    balance, _ = motions.at(point.parameter)
+    integrable = motions.steepness is None and balance.system.contacts is None
+    if test is None or not integrable:
+        return point
+    try:
+        return replace(point, located=located(motions, point.x, point.parameter, test))
+    except ArithmeticError:
+        return point
 
 
 def _error(motions: Motions, points: tuple[BranchPoint, ...]) -> float:
