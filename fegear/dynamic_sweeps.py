@@ -20,9 +20,11 @@ from fegear.excitation import Excitations, Source
 from fegear.gearset.model import GearSet
 from fegear.lumped_system import (
     LumpedModel,
+    TorqueOf,
     cap_in_words,
     file_header,
     lumped_system,
+    torque_entry,
     usual_speeds,
 )
 from fegear.output import make_directory, write_text
@@ -56,6 +58,7 @@ class DynamicsSettings:
     integration : time steps and settling
     directions : of the speed, in this order
     model_1 : whether the lumped model 1 is swept beside them
+    torque_of : see `LumpedModel`; "input" needs friction of the elements
     """
 
     elements: FiniteElements = field(default_factory=FiniteElements)
@@ -65,11 +68,14 @@ class DynamicsSettings:
     integration: DynamicSettings = field(default_factory=DynamicSettings)
     directions: tuple[Direction, ...] = BOTH
     model_1: bool = False
+    torque_of: TorqueOf = "nominal"
 
     def __post_init__(self) -> None:
         if self.damping_ratio is not None:
             require_between("damping_ratio", self.damping_ratio, 0, 1, below=True)
         require_fields(self)
+        if self.torque_of == "input" and not self.elements.friction:
+            raise ValueError("torque_of must be nominal without friction, got 'input'")
 
     @property
     def reference(self) -> LumpedModel:
@@ -162,8 +168,7 @@ def sweep_elements(
     progress("stiffness", 0, 1)
     excitations = Excitations(settings.source)
     systems = [
-        lumped_system(gear_set, torque, settings.reference, excitations)
-        for torque in torques
+        _reference(gear_set, torque, settings, excitations) for torque in torques
     ]
     frequencies = list(frequencies) or usual_speeds(systems[0])
     progress("pair laws and modes", 0, 1)
@@ -183,6 +188,22 @@ def sweep_elements(
             for torque, each in zip(torques, run.prepared, strict=True)
         ),
     )
+
+
+def _reference(
+    gear_set: GearSet,
+    torque: float,
+    settings: DynamicsSettings,
+    excitations: Excitations,
+) -> LumpedSystem:
+    """The lumped model 1 under the torques of the finite elements."""
+    system = lumped_system(gear_set, torque, settings.reference, excitations)
+    if settings.torque_of == "nominal":
+        return system
+    friction, of = settings.elements.friction, settings.torque_of
+    rubbing = replace(settings.reference, friction=friction, torque_of=of)
+    found = lumped_system(gear_set, torque, rubbing, excitations)
+    return replace(system, train=found.train, losses=found.losses)
 
 
 def _prepared(
@@ -227,6 +248,7 @@ def _header(
         DERIVED: kept,
         "elastic damping ratio": exact(settings.elements.elastic_damping),
         "friction coefficient": exact(settings.elements.friction),
+        **torque_entry(settings.torque_of),
     }
 
 

@@ -13,8 +13,8 @@ from fegear.errors import InputError
 from fegear.excitation import Excitations, ExcitationSource, GivenTables, Source
 from fegear.gearset.model import GearSet
 from fegear.gearset.pitch_errors import error_periods
-from fegear.headings import BENDING, TURNED
-from fegear.train import mesh_torques_at, train_of
+from fegear.headings import BENDING, TORQUE_OF, TURNED
+from fegear.train import mesh_torques_at, power_meshes, train_of, with_efficiency
 from fegear.unphysical import doubts_of_meshes
 from fegear.version import package_version
 from lumped.checks import require_between, require_choice, require_fields
@@ -22,12 +22,14 @@ from lumped.coupled import INGREDIENTS
 from lumped.csv_text import exact
 from lumped.excitation import at_torque, bending_along_path
 from lumped.friction import Sliding, ToothFriction, with_bending
+from lumped.losses import nominal_efficiency
 from lumped.settings import Settings
 from lumped.system import LumpedSystem
 from lumped.table import pair_names
 from lumped.train import TrainError
 from lumped.waves import Wave
 
+TorqueOf = Literal["nominal", "input"]
 Number = Literal[1, 2, 3, "coupled"]
 COUPLED = 0.05  # of a mode's strain energy in meshes, to count for the usual speeds
 QUASISTATIC = 0.4  # of the frequency of an elastic body, up to which it only yields
@@ -51,6 +53,10 @@ class LumpedModel:
     bending : friction-bending ratio of all, None for the mean of the mesh tables,
         "cycle" for that of each pair over its way, as they have it
     sliding, transition : see `lumped.friction.ToothFriction`
+    torque_of : what the given torque is, with friction; "nominal", of gears without it:
+        what friction takes comes to the input torque and goes from the output torque,
+        in parts by the inertia of both; "input", the mean of the input gear, the output
+        torque being lowered by the efficiency of the meshes
     """
 
     number: Number = 1
@@ -62,6 +68,7 @@ class LumpedModel:
     bending: float | Literal["cycle"] | None = None
     sliding: Sliding = "nominal"
     transition: float = 0.0
+    torque_of: TorqueOf = "nominal"
 
     def __post_init__(self) -> None:
         if self.damping_ratio is not None:
@@ -133,6 +140,8 @@ def lumped_system(
             rubs = tuple(map(model.tooth_friction, ratios))
             driven = tuple(map(with_bending, driven, rubs))
         system = LumpedSystem(train, driven, friction=rubs)
+        if rubs and model.torque_of == "input":
+            system = with_losses(gear_set, system)
     except (TrainError, ValueError) as error:
         raise InputError(f"{gear_set.name}: {error}") from None
     if known is None:
@@ -142,6 +151,17 @@ def lumped_system(
     require_physical(gear_set, torque, system)
     contacts = coupled_contacts(gear_set, torque, system, known, model.without)
     return replace(system, contacts=contacts)
+
+
+def with_losses(gear_set: GearSet, system: LumpedSystem) -> LumpedSystem:
+    """The system with an output torque lowered by what friction takes."""
+    efficiency = 1.0
+    for mesh in power_meshes(gear_set):
+        force = system.modes.mean_stiffness[mesh] * abs(system.static_deflection[mesh])
+        given = system.excitations[mesh], system.friction[mesh], float(force)
+        efficiency *= nominal_efficiency(system.train, mesh, *given)
+    train = with_efficiency(gear_set, system.train, efficiency)
+    return replace(system, train=train, losses=1.0 - efficiency)
 
 
 def bending_ratios(
@@ -309,7 +329,14 @@ def _friction(model: LumpedModel) -> dict[str, str]:
     if model.sliding == "instantaneous":
         turns = f" within {exact(model.transition)} m/s" if model.transition else ""
         entries[TURNED] = f"turned by vibration{turns}"
-    return entries
+    return entries | torque_entry(model.torque_of)
+
+
+def torque_entry(torque_of: TorqueOf) -> dict[str, str]:
+    """Of a header, where torques are not those of gears without friction."""
+    if torque_of == "nominal":
+        return {}
+    return {TORQUE_OF: "of the input gear, with friction"}
 
 
 def _pitch_errors(gear_set: GearSet) -> dict[str, str]:

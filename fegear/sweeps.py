@@ -12,7 +12,7 @@ import numpy as np
 from fegear.boundary import public, require_frequencies
 from fegear.errors import InputError
 from fegear.gearset.model import GearSet
-from fegear.headings import friction_of, sliding_of
+from fegear.headings import friction_of, sliding_of, torque_of
 from fegear.lumped_system import (
     LumpedModel,
     doubts_of_bodies,
@@ -179,6 +179,7 @@ def summarise(result: SweepResult) -> dict[str, Any]:
         "damping_ratio": float(header["damping ratio"]),
         "friction_coefficient": friction_of(header),
         "sliding": sliding_of(header),
+        "torque_of": torque_of(header),
         "translations": header["translations"] == "yes",
         "speeds": len(result.frequencies),
         "first_speed_Hz": min(result.frequencies),

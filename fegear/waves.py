@@ -12,7 +12,7 @@ import numpy as np
 
 from fegear.boundary import public, require_frequencies
 from fegear.gearset.model import GearSet
-from fegear.headings import friction_in_words, friction_of, sliding_of
+from fegear.headings import friction_in_words, friction_of, sliding_of, torque_of
 from fegear.lumped_system import (
     LumpedModel,
     doubts_of_bodies,
@@ -71,6 +71,7 @@ class SettledMotion:
             "damping_ratio": float(header["damping ratio"]),
             "friction_coefficient": friction_of(header),
             "sliding": sliding_of(header),
+            "torque_of": torque_of(header),
             "torque_Nm": float(header["torque_Nm"]),
             "speed_Hz": float(response.frequency),
             "status": str(response.status),

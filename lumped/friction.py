@@ -68,11 +68,11 @@ class ToothFriction:
 
     def __post_init__(self) -> None:
         require_between("transition", self.transition, 0, 10)
+        for name, value in [("coefficient", self.coefficient), *self._ratios()]:
+            require_between(name, value, 0, 1, below=True)
         require_fields(self)
         if self.transition and self.sliding == "nominal":
             raise ValueError("transition is of instantaneous sliding, got nominal")
-        for name, value in [("coefficient", self.coefficient), *self._ratios()]:
-            require_between(name, value, 0, 1, below=True)
 
     def _ratios(self) -> Iterator[tuple[str, float]]:
         """All friction-bending ratios, of waves at their breaks, by their name."""
@@ -182,16 +182,25 @@ def sliding_rate(train: Train, mesh: int) -> float:
 
 
 def torque_shares(
-    train: Train, mesh: int, coefficient: float, ahead: Sequence[int], position: Array
+    train: Train,
+    mesh: int,
+    coefficient: float,
+    ahead: Sequence[int],
+    position: Array,
+    gear: Literal["driver", "driven"] = "driver",
 ) -> Array:
-    """Of the normal forces of pairs, what turns the driver: 1 - mu sgn l / r, eq. 4.40.
+    """Of the normal forces of pairs, what turns a gear: 1 - mu sgn l / r, eq. 4.40.
 
     ahead : base pitches by which each is ahead; position : (n,) of the mesh's cycle
     Of shape (p, n); on the drive side.
     """
     spec, pitch = train.meshes[mesh], base_pitch(train, mesh)
-    radius, slope = train.gears[spec.driver].base_radius, math.tan(spec.pressure_angle)
+    way = pitch if gear == "driver" else -pitch
+    radius, slope = (
+        train.gears[getattr(spec, gear)].base_radius,
+        math.tan(spec.pressure_angle),
+    )
     rows = [
-        side_of(each) * (slope + pitch * (position + each) / radius) for each in ahead
+        side_of(each) * (slope + way * (position + each) / radius) for each in ahead
     ]
     return 1.0 - coefficient * np.array(rows)

@@ -51,6 +51,16 @@ Translations = Annotated[
         help="Let gears with bearing stiffnesses move in the plane, not rotate only.",
     ),
 ]
+GivenTorque = Annotated[
+    Literal["nominal", "input"] | None,
+    typer.Option(
+        help="What --torque is with friction. nominal: of gears without friction; "
+        "what it takes comes to the input torque and goes from the output torque, in "
+        "parts by their inertias; input: the mean torque of the input gear, and the "
+        "output torque is lowered by the efficiency of the meshes. "
+        "[default: nominal]"
+    ),
+]
 LoadCases = Annotated[
     list[float] | None,
     typer.Option(
@@ -344,11 +354,13 @@ class MovingTeeth(Rubbing):
         "tanh. [default: 0, it turns at once]",
         allowed=Range(above=0.0, below=10.0, unit="m/s"),
     )
+    torque_of: GivenTorque = None
 
     def __post_init__(self) -> None:
         super().__post_init__()
         if not self.rubs:
-            refuse_idle("needs --friction above 0", sliding=self.sliding)
+            given = {"sliding": self.sliding, "torque_of": self.torque_of}
+            refuse_idle("needs --friction above 0", **given)
         if self.sliding != "instantaneous":
             idle = "needs --sliding instantaneous"
             refuse_idle(idle, transition_speed=self.transition_speed)
@@ -359,6 +371,7 @@ class MovingTeeth(Rubbing):
             super().of(model),
             sliding=self.sliding or "nominal",
             transition=self.transition_speed or 0.0,
+            torque_of=self.torque_of or "nominal",
         )
 
 

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal
 
-from lumped.checks import require_between, require_fields
 from meshes import GearPair, SpurGear
 
 ReliefShape = Literal["linear", "parabolic"]
@@ -38,9 +37,6 @@ class Gear:
     bearing_stiffness: tuple[float, float] | None = None
     coupling_stiffness: float = 0.0
 
-    def __post_init__(self) -> None:
-        require_fields(self)
-
 
 @dataclass(frozen=True, kw_only=True)
 class Relief:
@@ -55,9 +51,6 @@ class Relief:
     magnitude: float
     start_roll_length: float
     shape: ReliefShape = "linear"
-
-    def __post_init__(self) -> None:
-        require_fields(self)
 
     @property
     def power(self) -> float:
@@ -95,9 +88,6 @@ class Mesh:
     stiffness_variation: float | None = None
     load_share: float | None = None
 
-    def __post_init__(self) -> None:
-        require_fields(self, infinite=("backlash",))
-
     @property
     def gears(self) -> tuple[int, int]:
         return self.driver, self.driven
@@ -117,9 +107,6 @@ class Shaft:
 
     gears: tuple[int, ...]
     stiffness: float | None = None
-
-    def __post_init__(self) -> None:
-        require_fields(self)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -141,11 +128,6 @@ class GearSet:
     shafts: tuple[Shaft, ...] = ()
     damping_ratio: float | None = None
     inferences: tuple[str, ...] = ()
-
-    def __post_init__(self) -> None:
-        if self.damping_ratio is not None:
-            require_between("damping_ratio", self.damping_ratio, 0, 1, below=True)
-        require_fields(self)
 
     @property
     def title(self) -> str:

@@ -14,7 +14,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicHermiteSpline
 
 from lumped.branches.balance import HarmonicBalance
 from lumped.branches.continuation import NoSolution
@@ -143,6 +142,8 @@ def root(function: Callable[[float], float]) -> float:
 
 def integrated(balance: HarmonicBalance, state: Array, frequency: float) -> Array:
     """Unknowns of the motion that a state (2, n) sets out on."""
+    from scipy.interpolate import CubicHermiteSpline
+
     settings = replace(ADAPTIVE, steps=STEPS)
     stepper, at = AdaptiveStepper(balance.system), Speed(frequency, settings)
     _, history = stepper.record(state, at, balance.multiple)
