@@ -168,7 +168,8 @@ def sweep_elements(
     progress("stiffness", 0, 1)
     excitations = Excitations(settings.source)
     systems = [
-        _reference(gear_set, torque, settings, excitations) for torque in torques
+        lumped_system(gear_set, torque, settings.reference, excitations)
+        for torque in torques
     ]
     frequencies = list(frequencies) or usual_speeds(systems[0])
     progress("pair laws and modes", 0, 1)
@@ -190,19 +191,19 @@ def sweep_elements(
     )
 
 
-def _reference(
+def under_friction(
     gear_set: GearSet,
     torque: float,
+    system: LumpedSystem,
     settings: DynamicsSettings,
     excitations: Excitations,
 ) -> LumpedSystem:
-    """The lumped model 1 under the torques of the finite elements."""
-    system = lumped_system(gear_set, torque, settings.reference, excitations)
+    """The lumped model 1 under the torques that the finite elements have."""
     if settings.torque_of == "nominal":
         return system
     friction, of = settings.elements.friction, settings.torque_of
-    rubbing = replace(settings.reference, friction=friction, torque_of=of)
-    found = lumped_system(gear_set, torque, rubbing, excitations)
+    model = replace(settings.reference, friction=friction, torque_of=of)
+    found = lumped_system(gear_set, torque, model, excitations)
     return replace(system, train=found.train, losses=found.losses)
 
 
@@ -220,9 +221,13 @@ def _prepared(
         given = frequencies, elements, settings.integration, excitations
         return [
             prepare(gear_set, torque, system, *given)
-            for torque, system in zip(torques, systems, strict=True)
+            for torque, system in zip(torques, loaded, strict=True)
         ]
 
+    loaded = [
+        under_friction(gear_set, torque, system, settings, excitations)
+        for torque, system in zip(torques, systems, strict=True)
+    ]
     found = steppers(settings.elements)
     if len({each.fidelity for each in found}) > 1:
         found = steppers(replace(settings.elements, fidelity="reduced"))

@@ -10,6 +10,7 @@ from typer.testing import CliRunner
 
 import fegear
 from fegear.cli import app
+from fegear.dynamic_sweeps import DynamicsSettings, under_friction
 from fegear.dynamics.build import FiniteElements, prepare
 from fegear.dynamics.contact_history import between, contact_histories
 from fegear.dynamics.stepper import DynamicSettings, steps_per_cycle
@@ -88,13 +89,12 @@ def test_the_input_gear_of_finite_elements_has_the_torque(name):
 
 def elements_input(name, torque_of):
     """The same of finite elements, by the lever of every contact."""
-    from fegear.dynamic_sweeps import DynamicsSettings, _reference
-
     gears = fegear.load_gear_set(name, FREE[name])
     elements = FiniteElements(fidelity="quasistatic", friction=FRICTION)
     settings = DynamicsSettings(elements=elements, torque_of=torque_of)
     excitations, speed = Excitations(settings.source), SPEEDS[name]
-    reference = _reference(gears, TORQUE, settings, excitations)
+    plain = lumped_system(gears, TORQUE, settings.reference, excitations)
+    reference = under_friction(gears, TORQUE, plain, settings, excitations)
     steps = DynamicSettings(steps=512)
     made = prepare(gears, TORQUE, reference, [speed], elements, steps, excitations)
     _, motion = steady_state(made.stepper, speed, steps)
