@@ -16,7 +16,7 @@ from fegear.dynamics.checkpoint import response_values, stored_response
 from fegear.errors import InputError, file_error
 from fegear.gearset.model import GearSet
 from fegear.headings import heading, title_of
-from fegear.lumped_system import (
+from fegear.lumped_models import (
     doubts_of_bodies,
     integration_in_words,
     require_method,

@@ -15,7 +15,7 @@ from fegear.errors import InputError
 from fegear.excitation import GivenTables
 from fegear.gearset.model import GearSet
 from fegear.headings import heading, title_of
-from fegear.lumped_system import LumpedModel, file_header, lumped_system
+from fegear.lumped_models import LumpedModel, file_header, lumped_system
 from fegear.output import write_text
 from fegear.parameter_maps import TORQUE, VariedSet, digest
 from fegear.speeds import MESH_FREQUENCY

@@ -18,7 +18,7 @@ from fegear.dynamics.stepper import DynamicSettings, Motion, steps_per_cycle
 from fegear.errors import InputError
 from fegear.excitation import Excitations, Source
 from fegear.gearset.model import GearSet
-from fegear.lumped_system import (
+from fegear.lumped_models import (
     LumpedModel,
     TorqueOf,
     cap_in_words,

@@ -14,7 +14,7 @@ import numpy as np
 from fegear.errors import InputError, file_error
 from fegear.excitation import ExcitationSource
 from fegear.gearset import GearSet, load_gear_set
-from fegear.lumped_system import (
+from fegear.lumped_models import (
     LumpedModel,
     file_header,
     integration_in_words,

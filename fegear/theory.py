@@ -14,7 +14,7 @@ from fegear.boundary import public
 from fegear.errors import InputError
 from fegear.excitation import ExcitationSource
 from fegear.gearset.model import GearSet
-from fegear.lumped_system import LumpedModel, file_header, lumped_system
+from fegear.lumped_models import LumpedModel, file_header, lumped_system
 from fegear.output import write_text
 from fegear.unphysical import doubts_of_meshes
 from lumped.closed_forms import (

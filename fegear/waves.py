@@ -13,7 +13,7 @@ import numpy as np
 from fegear.boundary import public, require_frequencies
 from fegear.gearset.model import GearSet
 from fegear.headings import friction_in_words, friction_of, sliding_of, torque_of
-from fegear.lumped_system import (
+from fegear.lumped_models import (
     LumpedModel,
     doubts_of_bodies,
     file_header,

@@ -39,7 +39,7 @@ ALLOWED = {
         "lumped.drawing",
         "lumped.pitch_errors",
     },
-    "fegear.lumped_system.py": {"fegear", "lumped"},
+    "fegear.lumped_models.py": {"fegear", "lumped"},
     "fegear.modes.py": {"fegear", "lumped"},
     "fegear.parameter_maps.py": {"fegear", "lumped"},
     "fegear.stability.py": {"fegear", "lumped"},

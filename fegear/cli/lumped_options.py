@@ -25,7 +25,7 @@ from fegear.errors import InputError
 if TYPE_CHECKING:
     from fegear.excitation import GivenTables, Source
     from fegear.gearset.model import GearSet
-    from fegear.lumped_system import LumpedModel, Number
+    from fegear.lumped_models import LumpedModel, Number
     from lumped.maps import Axis
     from lumped.settings import Settings
     from lumped.sweep import Direction
@@ -200,7 +200,7 @@ class LumpedOptions:
         return gear_set, changes
 
     def lumped_model(self, gear_set: GearSet) -> LumpedModel:
-        from fegear.lumped_system import LumpedModel
+        from fegear.lumped_models import LumpedModel
 
         return LumpedModel(
             number=NUMBERS[self.model],

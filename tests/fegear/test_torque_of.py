@@ -16,7 +16,7 @@ from fegear.dynamics.contact_history import between, contact_histories
 from fegear.dynamics.stepper import DynamicSettings, steps_per_cycle
 from fegear.errors import InputError
 from fegear.excitation import Excitations
-from fegear.lumped_system import LumpedModel, lumped_system
+from fegear.lumped_models import LumpedModel, lumped_system
 from lumped.friction import torque_shares
 from lumped.losses import shared_loads
 from lumped.respond import respond_with_history

@@ -14,7 +14,7 @@ from fegear.dynamics.stepper import DynamicSettings
 from fegear.excitation import Source
 from fegear.gearset import load_gear_set
 from fegear.gearset.phases import mesh_phases
-from fegear.lumped_system import LumpedModel, lumped_system
+from fegear.lumped_models import LumpedModel, lumped_system
 from fegear.statics import BODIES, solve_mesh
 from lumped.attractors import find_attractor
 from lumped.branches.balance import HarmonicBalance

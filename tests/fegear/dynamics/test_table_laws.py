@@ -13,7 +13,7 @@ from fegear.dynamics.coupled import contacts_of, coupled_contacts
 from fegear.dynamics.table_laws import laws_at
 from fegear.errors import InputError
 from fegear.excitation import GivenTables, read_mesh_tables
-from fegear.lumped_system import LumpedModel, lumped_system
+from fegear.lumped_models import LumpedModel, lumped_system
 from fegear.statics import StaticsSettings, contact_problem, solve_mesh
 from fegear.train import mesh_torques_at
 from lumped.path_laws import path_laws

@@ -16,7 +16,7 @@ from scipy.optimize import fsolve
 
 from fegear.excitation import Source
 from fegear.gearset import load_gear_set
-from fegear.lumped_system import LumpedModel, lumped_system
+from fegear.lumped_models import LumpedModel, lumped_system
 from lumped.analytic import StiffnessFigures, analytic_excitation
 from lumped.friction import ToothFriction, base_pitch, friction_rows, with_bending
 from lumped.stability.combinations import combinations
