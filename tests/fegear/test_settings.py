@@ -229,3 +229,18 @@ def test_functions_take_gear_sets_only(function, wrong):
     ]
     with pytest.raises(ValueError, match="gear_set must be a gear set, got"):
         function(gear_set=wrong, **dict.fromkeys(others, ()))
+
+
+def test_numbers_of_numpy_are_numbers():
+    settings = fegear.StaticsSettings(
+        positions=np.int64(8),
+        friction=np.float64(0.1),
+        corner_contact=np.bool_(False),
+    )
+    assert settings.positions == 8
+    given = np.array([2800.0, 2900.0])
+    model = fegear.LumpedModel(stiffness=fegear.Source(kind="rectangular"))
+    found = fegear.sweep_speeds(
+        GEARS, np.array([100.0]), given, fegear.SweepSettings(model=model)
+    )
+    assert found.table.rows[0].mesh_frequency_Hz == 2800.0
