@@ -28,7 +28,8 @@ Test = Callable[[Multipliers], float]
 STEPS = 256  # of a period of the fastest mesh, between which it is interpolated
 EXACT = 1e-6  # largest last correction, in scaled unknowns; the next is a thousandth
 NEAR_ENOUGH = 1e-9  # of a secant, whose error is some times this
-FIRST, FAR = 1e-4, 0.02  # to the second point of the secant, and beyond all of them
+FIRST, FAR = 1e-4, 0.2  # to the second point of the secant, and beyond all of them
+SAME = 0.02  # of the parameter's unit, within which a bifurcation is the one meant
 DIFFERENCE = 1e-5  # of the parameter's unit
 MOST_CORRECTIONS, MOST_SECANTS = 12, 8
 
@@ -122,7 +123,10 @@ def located(motions: Motions, x: Array, value: float, test: Test) -> float:
         multipliers = np.linalg.eigvals(shooting.monodromy(now))
         return test(np.asarray(multipliers, complex))
 
-    return shooting.value(start + root(error) * tangent)
+    found = shooting.value(shooting.onto(start + root(error) * tangent, matrix))
+    if not abs(found - value) <= SAME * shooting.unit:
+        raise NoSolution("shooting found another bifurcation")
+    return found
 
 
 def root(function: Callable[[float], float]) -> float:

@@ -11,7 +11,7 @@ from lumped.branches.balance import HarmonicBalance
 from lumped.branches.bifurcations import DOUBLING, FOLD
 from lumped.branches.continuation import NoSolution
 from lumped.branches.location import root
-from lumped.branches.motions import OverSpeed
+from lumped.branches.motions import OverFigure, OverSpeed
 from lumped.branches.periodic import BranchFinder, BranchSettings
 from lumped.branches.plain import plain_branch, read_branch
 from lumped.branches.shooting import shoot
@@ -114,3 +114,17 @@ def test_a_root_by_secants():
     assert root(lambda x: math.sin(x - 2e-4)) == pytest.approx(2e-4, abs=1e-9)
     with pytest.raises(NoSolution, match="no bifurcation there"):
         root(lambda x: 1.0 + x)
+
+
+def test_over_a_figure(system):
+    """Where no contact is lost harmonic balance is exact, whatever its harmonics."""
+
+    def at(value):
+        return system(variation=value)
+
+    family = OverFigure("variation", at, 3200.0, (0.05, 0.3))
+    settings = BranchSettings(harmonics=FEW, sweep_points=2, period_multiple=1)
+    finder = BranchFinder(family, family.limits, settings)
+    finder.find(0.05)
+    (point,) = [p for p in finder.found[0].bifurcations if p.kind == DOUBLING]
+    assert point.located == pytest.approx(point.parameter, rel=1e-8)
