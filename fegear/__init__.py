@@ -50,8 +50,9 @@ Stress in the teeth, and a picture of it:
 >>> stress.draw("contact.png")
 
 `LumpedModel`, `Source`, `StaticsSettings`, `SweepSettings`, `DynamicsSettings`,
-`FiniteElements` and `PictureSettings` say what can be chosen. What cannot be used
-raises `InputError`, in one line. `python -m fegear` is the command line.
+`FiniteElements` and `PictureSettings` say what can be chosen. A setting or argument
+that cannot be used raises `ValueError`, what files and gear sets hold its kind
+`InputError`, both in one line. `python -m fegear` is the command line.
 """
 
 from __future__ import annotations
@@ -65,7 +66,7 @@ _HOMES = {
     "FiniteElements": "dynamics.build",
     "GearSet": "gearset",
     "InputError": "errors",
-    "LumpedModel": "lumped_system",
+    "LumpedModel": "lumped_models",
     "PictureSettings": "pictures",
     "Records": "dynamic_sweeps",
     "Source": "excitation",
@@ -74,7 +75,7 @@ _HOMES = {
     "builtin_names": "gearset",
     "find_branches": "branches",
     "load_gear_set": "gearset",
-    "lumped_system": "lumped_system",
+    "lumped_system": "lumped_models",
     "make_gear_set": "gearset",
     "predict_resonances": "theory",
     "read_gear_set": "gearset",

@@ -16,7 +16,7 @@ from fegear.dynamics.checkpoint import response_values, stored_response
 from fegear.errors import InputError, file_error
 from fegear.gearset.model import GearSet
 from fegear.headings import heading, title_of
-from fegear.lumped_system import (
+from fegear.lumped_models import (
     doubts_of_bodies,
     integration_in_words,
     require_method,
@@ -36,7 +36,8 @@ from lumped.attractor_sweeps import (
 )
 from lumped.attractors import Attractor, SectionSettings
 from lumped.branches.motions import OverFigure, OverSpeed
-from lumped.csv_text import format_csv
+from lumped.checks import require_fields
+from lumped.csv_text import exact, format_csv
 from lumped.map_figure import axis_label
 from lumped.maps import Axis
 from lumped.response import Response
@@ -77,6 +78,9 @@ class AttractorSettings:
     integration: Settings = field(default_factory=lambda: Settings(multiples=32))
     sections: SectionSettings = field(default_factory=SectionSettings)
     directions: tuple[Direction, ...] = BOTH
+
+    def __post_init__(self) -> None:
+        require_fields(self)
 
 
 @dataclass(frozen=True, eq=False)
@@ -267,9 +271,9 @@ def _header(
     """Entries of the file."""
     header = varied.header(integration_in_words(settings.integration))
     if frequency is not None:
-        header["speed_Hz"] = f"{frequency:g}"
+        header["speed_Hz"] = exact(frequency)
     if axis.name != TORQUE:
-        header["torque_Nm"] = f"{varied.load:g}"
+        header["torque_Nm"] = exact(varied.load)
     header["period multiples looked for"] = f"up to {settings.integration.multiples}"
     header["sections"] = f"{settings.sections.sections} where a motion does not repeat"
     return header

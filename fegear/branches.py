@@ -10,11 +10,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from fegear.boundary import public
 from fegear.errors import InputError
 from fegear.excitation import GivenTables
 from fegear.gearset.model import GearSet
 from fegear.headings import heading, title_of
-from fegear.lumped_system import (
+from fegear.lumped_models import (
     LumpedModel,
     doubts_of_bodies,
     file_header,
@@ -24,19 +25,18 @@ from fegear.output import write_text
 from fegear.parameter_maps import TORQUE, VariedSet, digest
 from fegear.speeds import MESH_FREQUENCY
 from fegear.store import NOTHING, Checkpoint, Keeping
+from fegear.sweeps import Progress
 from fegear.unphysical import doubts_of_meshes
 from lumped.branches.bifurcations import BranchPoint
 from lumped.branches.figure import draw_branches
 from lumped.branches.motions import OverFigure, OverSpeed
 from lumped.branches.periodic import BranchFinder, BranchSettings, PeriodicBranch
 from lumped.branches.plain import plain_branch, read_branch
-from lumped.csv_text import format_csv
+from lumped.csv_text import exact, format_csv
 from lumped.system import LumpedSystem
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-    from fegear.statics import Progress
 
 BRANCHES = "branches"  # in a checkpoint
 SCHEME = "harmonic balance"
@@ -47,7 +47,8 @@ LEGEND = {
     "dte_rms_m": "dynamic transmission error without its mean",
     "stable": "1 or 0; 0 in a fold and where the branch stands upright",
     "floquet_max": "modulus of the largest Floquet multiplier",
-    "kind": "fold, period doubling, branch point or torus; else empty",
+    "kind": "fold, period doubling, branch point or torus, as shooting locates them "
+    "where it can; else empty",
     "period_multiple": "common periods of all meshes after which the motion repeats",
 }
 
@@ -108,8 +109,8 @@ class BranchesResult:
                     yield BranchRow(
                         branch=number,
                         index=index,
-                        parameter=point.parameter,
-                        mesh_frequency_Hz=point.frequency,
+                        parameter=point.place,
+                        mesh_frequency_Hz=self._frequency(point),
                         mesh=m + 1,
                         dte_rms_m=float(point.figures["dte_rms"][m]),
                         dte_peak_m=float(point.figures["dte_peak"][m]),
@@ -118,6 +119,9 @@ class BranchesResult:
                         kind=point.kind,
                         period_multiple=branch.multiple,
                     )
+
+    def _frequency(self, point: BranchPoint) -> float:
+        return point.place if self.parameter == MESH_FREQUENCY else point.frequency
 
     @property
     def summary(self) -> dict[str, Any]:
@@ -144,6 +148,7 @@ class BranchesResult:
         return draw_branches(self.branches, label, title_of(self.summary))
 
 
+@public
 def find_branches(
     gear_set: GearSet,
     torque: float,
@@ -170,7 +175,7 @@ def find_branches(
     system = lumped_system(gear_set, torque, model, speeds=limits)
     header = file_header(gear_set, model, system.train.damping_ratio, SCHEME) | {
         "model": model.name,
-        "torque_Nm": f"{torque:g}",
+        "torque_Nm": exact(torque),
     }
     finder = BranchFinder(OverSpeed(system), limits, settings or BranchSettings())
     known = header | {"digest of the gear set": digest(gear_set)}
@@ -197,9 +202,9 @@ def find_branches_over(
     if not low < high:
         raise InputError(f"{axis.name} = {low:g}:{high:g}; the first must be below")
     system = varied.system((low,))
-    header = varied.header(SCHEME) | {"speed_Hz": f"{frequency:g}"}
+    header = varied.header(SCHEME) | {"speed_Hz": exact(frequency)}
     if axis.name != TORQUE:
-        header |= {"torque_Nm": f"{varied.load:g}"}
+        header |= {"torque_Nm": exact(varied.load)}
     family = OverFigure(axis.name, lambda v: varied.system((v,)), frequency, limits)
     finder = BranchFinder(family, limits, settings or BranchSettings())
     result = BranchesResult(varied.gear_set, system, header, (), parameter=axis.name)
@@ -239,7 +244,7 @@ def _followed(
             checkpoint.close(keep=interrupted and bool(finder.found))
     header = {**result.header, "harmonics": str(finder.settings.harmonics)}
     if finder.settings.steepness is not None:
-        header["contact"] = f"closes by tanh, {finder.settings.steepness:g} per m"
+        header["contact"] = f"closes by tanh, {exact(finder.settings.steepness)} per m"
     if interrupted:
         header["incomplete"] = f"{len(finder.found)} branches before it was interrupted"
     found = tuple(finder.found)
@@ -283,4 +288,6 @@ def _plain(branch: PeriodicBranch, over: str) -> dict[str, Any]:
 def _bifurcation(point: BranchPoint, over: str) -> dict[str, Any]:
     rms = point.figures["dte_rms"].tolist()
     name = "frequency_Hz" if over == MESH_FREQUENCY else "value"
-    return {"kind": point.kind, name: point.parameter, "dte_rms_m": rms}
+    by = "harmonic balance" if isnan(point.located) else "shooting"
+    place = {name: point.place, "located_by": by}
+    return {"kind": point.kind, **place, "dte_rms_m": rms}

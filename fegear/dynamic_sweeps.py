@@ -9,6 +9,7 @@ from functools import partial
 from hashlib import sha256
 from pathlib import Path
 
+from fegear.boundary import public, require_frequencies
 from fegear.dynamics.build import FiniteElements, Prepared, prepare
 from fegear.dynamics.checkpoint import StoredBranch
 from fegear.dynamics.history import format_history, history_name, history_table
@@ -17,17 +18,21 @@ from fegear.dynamics.stepper import DynamicSettings, Motion, steps_per_cycle
 from fegear.errors import InputError
 from fegear.excitation import Excitations, Source
 from fegear.gearset.model import GearSet
-from fegear.lumped_system import (
+from fegear.lumped_models import (
     LumpedModel,
+    TorqueOf,
     cap_in_words,
     file_header,
     lumped_system,
+    torque_entry,
     usual_speeds,
 )
 from fegear.output import make_directory, write_text
 from fegear.statics import StaticsSettings
 from fegear.store import Checkpoint, Keeping
 from fegear.sweeps import BOTH, Progress, SweepResult, at_torques, required_torques
+from lumped.checks import require_between, require_fields
+from lumped.csv_text import exact
 from lumped.sweep import (
     Branch,
     Direction,
@@ -53,6 +58,7 @@ class DynamicsSettings:
     integration : time steps and settling
     directions : of the speed, in this order
     model_1 : whether the lumped model 1 is swept beside them
+    torque_of : see `LumpedModel`; "input" needs friction of the elements
     """
 
     elements: FiniteElements = field(default_factory=FiniteElements)
@@ -62,6 +68,14 @@ class DynamicsSettings:
     integration: DynamicSettings = field(default_factory=DynamicSettings)
     directions: tuple[Direction, ...] = BOTH
     model_1: bool = False
+    torque_of: TorqueOf = "nominal"
+
+    def __post_init__(self) -> None:
+        if self.damping_ratio is not None:
+            require_between("damping_ratio", self.damping_ratio, 0, 1, below=True)
+        require_fields(self)
+        if self.torque_of == "input" and not self.elements.friction:
+            raise ValueError("torque_of must be nominal without friction, got 'input'")
 
     @property
     def reference(self) -> LumpedModel:
@@ -84,6 +98,9 @@ class Records(Keeping):
     histories: Path | None = None
     root_stress: str | None = None
     entries: dict[str, str] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        require_fields(self)
 
     @property
     def words(self) -> str:
@@ -129,6 +146,7 @@ class Run:
         ]
 
 
+@public
 def sweep_elements(
     gear_set: GearSet,
     torques: Sequence[float] = (),
@@ -145,6 +163,7 @@ def sweep_elements(
     After Ctrl-C branches hold the speeds that were finished and are not complete.
     """
     settings, records = settings or DynamicsSettings(), records or Records()
+    require_frequencies("frequencies", frequencies)
     torques = required_torques(gear_set, torques)
     progress("stiffness", 0, 1)
     excitations = Excitations(settings.source)
@@ -172,6 +191,22 @@ def sweep_elements(
     )
 
 
+def under_friction(
+    gear_set: GearSet,
+    torque: float,
+    system: LumpedSystem,
+    settings: DynamicsSettings,
+    excitations: Excitations,
+) -> LumpedSystem:
+    """The lumped model 1 under the torques that the finite elements have."""
+    if settings.torque_of == "nominal":
+        return system
+    friction, of = settings.elements.friction, settings.torque_of
+    model = replace(settings.reference, friction=friction, torque_of=of)
+    found = lumped_system(gear_set, torque, model, excitations)
+    return replace(system, train=found.train, losses=found.losses)
+
+
 def _prepared(
     gear_set: GearSet,
     torques: Sequence[float],
@@ -186,9 +221,13 @@ def _prepared(
         given = frequencies, elements, settings.integration, excitations
         return [
             prepare(gear_set, torque, system, *given)
-            for torque, system in zip(torques, systems, strict=True)
+            for torque, system in zip(torques, loaded, strict=True)
         ]
 
+    loaded = [
+        under_friction(gear_set, torque, system, settings, excitations)
+        for torque, system in zip(torques, systems, strict=True)
+    ]
     found = steppers(settings.elements)
     if len({each.fidelity for each in found}) > 1:
         found = steppers(replace(settings.elements, fidelity="reduced"))
@@ -205,15 +244,16 @@ def _header(
     steps = settings.integration
     words = (
         f"generalised-alpha, {steps.steps} steps per period or more, tolerance "
-        f"{steps.tolerance:g}, up to {cap_in_words(steps.max_periods)}"
+        f"{exact(steps.tolerance)}, up to {cap_in_words(steps.max_periods)}"
     )
     header = file_header(gear_set, settings.reference, damping_ratio, words)
     kept = "; ".join(" + ".join(map(str, each.elastic)) or "0" for each in prepared)
     return header | {
         "fidelity": prepared[0].fidelity,
         DERIVED: kept,
-        "elastic damping ratio": f"{settings.elements.elastic_damping:g}",
-        "friction coefficient": f"{settings.elements.friction:g}",
+        "elastic damping ratio": exact(settings.elements.elastic_damping),
+        "friction coefficient": exact(settings.elements.friction),
+        **torque_entry(settings.torque_of),
     }
 
 
@@ -296,9 +336,9 @@ def _history_keeper(run: Run, records: Records) -> Keep:
     ) -> None:
         model, torque = run.prepared[number].stepper.model, run.torques[number]
         entries = run.header | {
-            "torque_Nm": f"{torque:g}",
+            "torque_Nm": exact(torque),
             "direction": direction,
-            "mesh_frequency_Hz": f"{frequency:g}",
+            "mesh_frequency_Hz": exact(frequency),
         }
         steps = steps_per_cycle(model, frequency, run.settings.integration)
         text = format_history(history_table(model, motion, steps, entries, roots))

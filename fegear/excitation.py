@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from hashlib import sha256
+from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from fegear.boundary import public
 from fegear.errors import InputError
 from fegear.gearset.model import GearSet, Mesh, Relief
 from fegear.gearset.pitch_errors import (
@@ -21,6 +23,8 @@ from fegear.gearset.pitch_errors import (
 from fegear.output import read_text
 from fegear.printable import printable
 from lumped.analytic import Points, StiffnessFigures, analytic_excitation
+from lumped.checks import require_between, require_fields
+from lumped.csv_text import exact
 from lumped.excitation import MeshExcitation, excitation_from_table, table_pitches
 from lumped.table import (
     MeshTable,
@@ -64,13 +68,15 @@ class Source:
     ramp: float = 0.1
     harmonics: int = 5
     positions: int = 256
-    resolution: str = "default"
+    resolution: Literal["coarse", "default", "fine"] = "default"
     plane: Literal["stress", "strain"] = "stress"
     corner_contact: bool = True
 
     def __post_init__(self) -> None:
-        if self.kind not in KINDS:
-            raise ValueError(f"kind must be one of {', '.join(KINDS)}, got {self.kind}")
+        require_between("ramp", self.ramp, 0, 1)
+        require_between("harmonics", self.harmonics, 1, 1000)
+        require_between("positions", self.positions, 4, 1_000_000)
+        require_fields(self)
 
     @property
     def statics(self) -> StaticsSettings:
@@ -90,7 +96,7 @@ class Source:
         """Entries of a file's header: what was solved, and how."""
         shape = {
             "fe": "finite elements",
-            "trapezoid": f"trapezoid, ramp {self.ramp:g} base pitches",
+            "trapezoid": f"trapezoid, ramp {exact(self.ramp)} base pitches",
             "fourier": f"fourier, {self.harmonics} harmonics",
         }.get(self.kind, self.kind)
         elements = {"plane": self.plane, "resolution": self.resolution}
@@ -124,6 +130,9 @@ class GivenTables:
 
     tables: tuple[tuple[str, MeshTable], ...]
 
+    def __post_init__(self) -> None:
+        require_fields(self)
+
     @property
     def header(self) -> dict[str, str]:
         """Entry of a file's header: the tables."""
@@ -156,7 +165,10 @@ class GivenTables:
             raise InputError(f"{name}: {error}") from None
 
 
-def read_mesh_tables(paths: Sequence[Path], gear_set: GearSet) -> GivenTables:
+@public
+def read_mesh_tables(
+    paths: Sequence[str | PathLike[str]], gear_set: GearSet
+) -> GivenTables:
     """Mesh tables (CSV) of a gear set, one for each mesh in order.
 
     Raises InputError where one is missing, cannot be read or is of other teeth.

@@ -52,6 +52,21 @@ BENDING = "friction-bending ratio"  # entry of a header of lumped models
 TURNED = "direction of friction"  # entry of a header where vibration can turn it
 
 
+TORQUE_WORDS = {
+    "nominal": "of gears without friction",
+    "input": "of the input gear with friction",
+}
+TORQUE_OF = "torque"  # entry of a header where it is that of the input with friction
+
+
+def torque_of(header: Mapping[str, str]) -> str | None:
+    """Which torque is given, nominal or that of the input gear; None without friction,
+    where they are the same."""
+    if not friction_of(header):
+        return None
+    return "input" if TORQUE_OF in header else "nominal"
+
+
 def friction_of(header: Mapping[str, str]) -> float:
     """Coefficient of friction of the teeth, 0 where the header has none."""
     return float(header.get("friction coefficient", "0"))
@@ -67,9 +82,21 @@ def sliding_of(header: Mapping[str, str]) -> str | None:
     return "instantaneous" if TURNED in header else "nominal"
 
 
-def friction_in_words(coefficient: float, sliding: str | None = None) -> str:
-    """For a title or a line, empty without friction."""
+def friction_of_summary(values: Mapping[str, Any]) -> str:
+    """`friction_in_words` of a summary."""
+    names = "friction_coefficient", "sliding", "torque_of"
+    return friction_in_words(*(values[name] for name in names))
+
+
+def friction_in_words(
+    coefficient: float, sliding: str | None = None, torque: str | None = None
+) -> str:
+    """For a title or a line, empty without friction.
+
+    sliding, torque : as by `sliding_of` and `torque_of`
+    """
     if not coefficient:
         return ""
     turned = " turned by vibration" if sliding == "instantaneous" else ""
-    return f", friction {coefficient:g}{turned}"
+    of = "" if torque is None else f", torque {TORQUE_WORDS[torque]}"
+    return f", friction {coefficient:g}{turned}{of}"

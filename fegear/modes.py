@@ -9,7 +9,7 @@ import numpy as np
 
 from fegear.excitation import Excitations, Source, unmodified
 from fegear.gearset.model import GearSet
-from fegear.lumped_system import LumpedModel, lumped_system
+from fegear.lumped_models import LumpedModel, lumped_system
 from fegear.train import mesh_torques_at, train_of
 from lumped.modes import Modes, natural_modes
 from lumped.system import LumpedSystem

@@ -14,7 +14,7 @@ import numpy as np
 from fegear.errors import InputError, file_error
 from fegear.excitation import ExcitationSource
 from fegear.gearset import GearSet, load_gear_set
-from fegear.lumped_system import (
+from fegear.lumped_models import (
     LumpedModel,
     file_header,
     integration_in_words,
@@ -24,6 +24,7 @@ from fegear.lumped_system import (
 from fegear.output import write_text
 from fegear.sweeps import BOTH, Progress
 from fegear.unphysical import doubts_of_meshes
+from lumped.csv_text import exact
 from lumped.maps import (
     Axis,
     Cell,
@@ -119,7 +120,7 @@ class VariedSet:
         require_method(self.model, settings)
         header = self.header(integration_in_words(settings))
         if TORQUE not in self.names:
-            header |= {"torque on the input gear [N m]": f"{self.load:g}"}
+            header |= {"torque on the input gear [N m]": exact(self.load)}
         return ParameterMap(self.axes, len(self.gear_set.meshes), header | entries)
 
     @property

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, get_args
 
 import numpy as np
 
+from fegear.boundary import public, require_mesh
 from fegear.contact.problem import ContactFailure
 from fegear.errors import InputError
 from fegear.gearset.model import GearSet
@@ -31,6 +32,7 @@ from fegear.rendering.motion_field import instant_field
 from fegear.rendering.recorded import Instant, RecordedMotion
 from fegear.statics import Progress, StaticsSettings
 from fegear.train import mesh_torques_at
+from lumped.checks import require_between, require_fields
 from lumped.csv_text import format_csv
 
 if TYPE_CHECKING:
@@ -63,6 +65,16 @@ class PictureSettings:
     motion_scale: float | None = None
     width: int | None = None
     frames: int = 60
+
+    def __post_init__(self) -> None:
+        require_between("frames", self.frames, 2, 1000)
+        if self.motion_scale is not None:
+            require_between("motion_scale", self.motion_scale, 0, 1e9)
+        if self.width is not None:
+            require_between("width", self.width, 2, 7680)
+        require_fields(self)
+        if (self.width or 0) % 2:
+            raise ValueError(f"width must be an even number, got {self.width}")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -206,6 +218,7 @@ class StressResult:
             Drawing(self.contact, self.scene, picture).write(output)
 
 
+@public
 def solve_stress(
     gear_set: GearSet,
     torque: float,
@@ -221,6 +234,7 @@ def solve_stress(
     zoom : what is in view, and solved: the contact, a tooth or a gear
     """
     settings = settings or StaticsSettings()
+    require_mesh(gear_set, mesh)
     on_driver = mesh_torques_at(gear_set, torque)[mesh]
     contact = contact_at_rest(gear_set, mesh, on_driver, position, settings)
     scene = mesh_scene(gear_set, mesh, settings)

@@ -74,7 +74,7 @@ def draw_table(result: StaticsResult) -> Figure:
     title = (
         f"{header['gear set']}, mesh {header['mesh']}, teeth {header['teeth']}, "
         f"contact ratio {result.problem.pair.contact_ratio:.3f}\n"
-        f"plane {header['plane']}, friction {header['friction coefficient']}, "
+        f"plane {header['plane']}, friction {result.problem.friction:g}, "
         f"corner contact {header['corner contact']}, face width "
         f"{1e3 * result.problem.face_width:g} mm"
     )

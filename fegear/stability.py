@@ -23,7 +23,7 @@ from fegear.output import write_text
 from fegear.parameter_maps import FRICTION, TORQUE, VariedSet
 from fegear.speeds import MESH_FREQUENCY
 from fegear.store import NOTHING, InOrder, Keeping
-from lumped.csv_text import format_csv
+from lumped.csv_text import exact, format_csv
 from lumped.map_figure import axis_label
 from lumped.maps import Axis
 from lumped.stability.combinations import Combination
@@ -211,7 +211,7 @@ def _header(varied: VariedSet, method: Method) -> dict[str, str]:
     header = varied.header("none")
     del header["integration"]
     if TORQUE not in varied.names:
-        header["torque_Nm"] = f"{varied.load:g}"
+        header["torque_Nm"] = exact(varied.load)
     return header | {"method": method}
 
 

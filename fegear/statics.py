@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from fegear.boundary import public, require_mesh
 from fegear.contact.pair_laws import pair_coupling
 from fegear.contact.problem import (
     ContactCycle,
@@ -30,6 +31,8 @@ from fegear.output import write_text
 from fegear.summary import summary
 from fegear.timing import recorded_stages, stage
 from fegear.version import package_version
+from lumped.checks import require_between, require_fields
+from lumped.csv_text import exact
 from lumped.table import MeshTable, format_table, pair_compliance_name
 from meshes import MeshSize
 
@@ -54,7 +57,8 @@ class Resolution:
         return Resolution(self.size.refined(0.7), max(9, round(0.7 * self.nodes)))
 
 
-RESOLUTIONS = {
+Fineness = Literal["coarse", "default", "fine"]
+RESOLUTIONS: dict[Fineness, Resolution] = {
     "coarse": Resolution(MeshSize().refined(0.7), 17),
     "default": Resolution(MeshSize(), 25),
     "fine": Resolution(MeshSize().refined(1.7), 49),
@@ -78,17 +82,15 @@ class StaticsSettings:
     positions: int = 64
     friction: float = 0.0
     plane: Plane = "stress"
-    resolution: str = "default"
+    resolution: Fineness = "default"
     corner_contact: bool = True
     body: Literal["held", "free"] = "held"
     estimate_error: bool = True
 
     def __post_init__(self) -> None:
-        if self.positions < 1:
-            raise ValueError(f"positions must be at least 1, got {self.positions}")
-        if self.resolution not in RESOLUTIONS:
-            known = ", ".join(RESOLUTIONS)
-            raise ValueError(f"resolution must be one of {known}")
+        require_between("positions", self.positions, 1, MOST_ROWS)
+        require_between("friction", self.friction, 0, 0.5, below=True)
+        require_fields(self)
 
     @property
     def size(self) -> MeshSize:
@@ -173,6 +175,7 @@ class StaticsResult:
         return self.cycle.driven_torque / expected - 1.0
 
 
+@public
 def solve_mesh(
     gear_set: GearSet,
     mesh: int = 0,
@@ -183,17 +186,17 @@ def solve_mesh(
     """Mesh table of one mesh (index from 0) at torques on its driver [N m].
 
     Without torques the gear set's own load cases are used. With pitch errors the
-    table goes on until the tooth pairs repeat. Raises ValueError for a mesh that is
-    not there and where no torque is known, InputError where the table is too long.
+    table goes on until the tooth pairs repeat. Raises InputError for a mesh that is
+    not there, where no torque is known, and where the table is too long.
     """
     settings = settings or StaticsSettings()
     report = progress or (lambda what, done, total: None)
-    if not 0 <= mesh < len(gear_set.meshes):
-        count = len(gear_set.meshes)
-        raise ValueError(f"mesh must be from 1 to {count}, got {mesh + 1}")
-    torque = np.array(torques or gear_set.meshes[mesh].torques, float)
+    require_mesh(gear_set, mesh)
+    for each in torques:
+        require_between("torques", each, 0, 1e9, below=True)
+    torque = np.array(torques if len(torques) else gear_set.meshes[mesh].torques, float)
     if torque.size == 0:
-        raise ValueError("torques must be given: the gear set has no load")
+        raise InputError("torques must be given: the gear set has no load")
     pitches = error_periods(gear_set)[mesh]
     _require_rows(gear_set, mesh, pitches, settings.positions * torque.size)
     with recorded_stages() as seconds:
@@ -410,10 +413,10 @@ def table_header(
         "mesh": f"{mesh + 1} ({driver.name} drives {driven.name})",
         "teeth": f"{driver.geometry.teeth} / {driven.geometry.teeth}",
         "contact ratio": f"{spec.pair.contact_ratio:.6g}",
-        "base pitch [mm]": f"{1e3 * spec.pair.base_pitch:.9g}",
+        "base pitch [mm]": exact(1e3 * spec.pair.base_pitch),
         "plane": settings.plane,
         "resolution": settings.resolution,
-        "friction coefficient": f"{settings.friction:g}",
+        "friction coefficient": exact(settings.friction),
         "corner contact": "on" if settings.corner_contact else "off",
         "body": BODIES[settings.body],
         "pairs ahead of the reference pair [base pitches]": pairs,

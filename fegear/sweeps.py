@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from fegear.boundary import public, require_frequencies
 from fegear.errors import InputError
 from fegear.gearset.model import GearSet
-from fegear.headings import friction_of, sliding_of
-from fegear.lumped_system import (
+from fegear.headings import friction_of, sliding_of, torque_of
+from fegear.lumped_models import (
     LumpedModel,
     doubts_of_bodies,
     file_header,
@@ -25,6 +26,7 @@ from fegear.lumped_system import (
 from fegear.output import write_text
 from fegear.train import input_torques
 from fegear.unphysical import doubts_of_meshes
+from lumped.checks import require_fields
 from lumped.jumps import find_jumps, find_peaks, largest_responses, opposites
 from lumped.settings import Settings
 from lumped.sweep import Branch, Direction, sweep_all
@@ -58,6 +60,9 @@ class SweepSettings:
     model: LumpedModel = field(default_factory=LumpedModel)
     integration: Settings = field(default_factory=Settings)
     directions: tuple[Direction, ...] = BOTH
+
+    def __post_init__(self) -> None:
+        require_fields(self)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -107,6 +112,7 @@ class SweepResult:
         return DataFrame([asdict(row) for row in self.table.rows])
 
 
+@public
 def sweep_speeds(
     gear_set: GearSet,
     torques: Sequence[float] = (),
@@ -123,6 +129,7 @@ def sweep_speeds(
     """
     settings = settings or SweepSettings()
     require_method(settings.model, settings.integration)
+    require_frequencies("frequencies", frequencies)
     torques = required_torques(gear_set, torques)
     progress("stiffness", 0, 1)
     excitations = settings.model.excitations
@@ -172,6 +179,7 @@ def summarise(result: SweepResult) -> dict[str, Any]:
         "damping_ratio": float(header["damping ratio"]),
         "friction_coefficient": friction_of(header),
         "sliding": sliding_of(header),
+        "torque_of": torque_of(header),
         "translations": header["translations"] == "yes",
         "speeds": len(result.frequencies),
         "first_speed_Hz": min(result.frequencies),

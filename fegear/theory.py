@@ -10,10 +10,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from fegear.boundary import public
 from fegear.errors import InputError
 from fegear.excitation import ExcitationSource
 from fegear.gearset.model import GearSet
-from fegear.lumped_system import LumpedModel, file_header, lumped_system
+from fegear.lumped_models import LumpedModel, file_header, lumped_system
 from fegear.output import write_text
 from fegear.unphysical import doubts_of_meshes
 from lumped.closed_forms import (
@@ -25,7 +26,7 @@ from lumped.closed_forms import (
     predictions,
 )
 from lumped.closed_forms.parametric import LEAST_DAMPING
-from lumped.csv_text import format_csv
+from lumped.csv_text import exact, format_csv
 from lumped.excitation import MeshExcitation
 from lumped.system import LumpedSystem
 
@@ -172,6 +173,7 @@ class Theory:
         }
 
 
+@public
 def predict_resonances(
     gear_set: GearSet,
     torque: float,
@@ -216,7 +218,7 @@ def predict_resonances(
     order = f"closed forms, {parametric.stiffness_harmonics.shape[1]} harmonics"
     header = file_header(gear_set, model, ratio, order) | {
         "model": model.name,
-        "torque_Nm": f"{torque:g}",
+        "torque_Nm": exact(torque),
     }
     return Theory(gear_set, header, system, parametric, found)
 

@@ -46,9 +46,10 @@ def draw_theory(theory: Theory) -> Figure:
     header = theory.header
     draw_title(
         figure,
-        f"{header['gear set']} by closed forms, {header['torque_Nm']} N m, model "
-        f"{header['model']}, {header['excitation']}, damping ratio "
-        f"{header['damping ratio']}",
+        f"{header['gear set']} by closed forms, "
+        f"{float(header['torque_Nm']):g} N m, model {header['model']}, "
+        f"{header['excitation']}, damping ratio "
+        f"{float(header['damping ratio']):g}",
     )
     return figure
 

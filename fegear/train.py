@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import lumped.train
@@ -29,7 +29,8 @@ def train_of(
     """The lumped train; raises InputError where the gear set does not give one.
 
     torque : on the input gear, in its sense of rotation [N m]; what the last driven
-        gear takes resists it, all gears between are free
+        gear takes resists it, all gears between are free. Both balance without
+        friction, see `with_efficiency`
     translations : gears with bearings move in the plane; else no centre moves
     damping_ratio : of every mode, in place of the gear set's
     """
@@ -79,6 +80,21 @@ def external_torques(gear_set: GearSet, torque: float) -> tuple[float, ...]:
     torques[into] = senses[into] * torque
     torques[out] = -senses[out] * torque * steps[-1].factor * _ratio(last)
     return tuple(torques)
+
+
+def power_meshes(gear_set: GearSet) -> tuple[int, ...]:
+    """Meshes that pass power on, from the input gear on."""
+    return tuple(step.mesh for step in _power_path(gear_set))
+
+
+def with_efficiency(
+    gear_set: GearSet, train: lumped.train.Train, efficiency: float
+) -> lumped.train.Train:
+    """A train whose output torque is lowered by what its meshes lose."""
+    out = gear_set.meshes[power_meshes(gear_set)[-1]].driven
+    gears = list(train.gears)
+    gears[out] = replace(gears[out], torque=efficiency * gears[out].torque)
+    return replace(train, gears=tuple(gears))
 
 
 @dataclass(frozen=True)

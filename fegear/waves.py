@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from fegear.boundary import public, require_frequencies
 from fegear.gearset.model import GearSet
-from fegear.headings import friction_in_words, friction_of, sliding_of
-from fegear.lumped_system import (
+from fegear.headings import friction_in_words, friction_of, sliding_of, torque_of
+from fegear.lumped_models import (
     LumpedModel,
     doubts_of_bodies,
     file_header,
@@ -23,6 +24,7 @@ from fegear.lumped_system import (
 from fegear.output import write_text
 from fegear.sweeps import UNITS, Progress
 from fegear.unphysical import doubts_of_meshes
+from lumped.csv_text import exact
 from lumped.figures import draw_time_history
 from lumped.losses import driven_power
 from lumped.motion import (
@@ -58,7 +60,7 @@ class SettledMotion:
             *doubts_of_bodies(motion.system, [response.frequency]),
             *doubts_of_meshes(
                 self.gear_set.meshes,
-                f" at {header['torque_Nm']} N m",
+                f" at {float(header['torque_Nm']):g} N m",
                 *(response.dte_peak, response.back_side),
             ),
         ]
@@ -69,6 +71,7 @@ class SettledMotion:
             "damping_ratio": float(header["damping ratio"]),
             "friction_coefficient": friction_of(header),
             "sliding": sliding_of(header),
+            "torque_of": torque_of(header),
             "torque_Nm": float(header["torque_Nm"]),
             "speed_Hz": float(response.frequency),
             "status": str(response.status),
@@ -88,13 +91,14 @@ class SettledMotion:
         header = self.header
         title = (
             f"{header['gear set']} at {self.motion.response.frequency:g} Hz and "
-            f"{header['torque_Nm']} N m, model {header['model']}, "
-            f"{header['excitation']}, damping ratio {header['damping ratio']}"
+            f"{float(header['torque_Nm']):g} N m, model {header['model']}, "
+            f"{header['excitation']}, damping ratio {float(header['damping ratio']):g}"
             f"{friction_in_words(friction_of(header), sliding_of(header))}"
         )
         return draw_time_history(self.motion, title)
 
 
+@public
 def settle_motion(
     gear_set: GearSet,
     torque: float,
@@ -114,8 +118,10 @@ def settle_motion(
     """
     model, integration = model or LumpedModel(), integration or Settings()
     require_method(model, integration)
-    progress("stiffness", 0, 1)
     start = speed if from_speed is None else from_speed
+    require_frequencies("speed", [speed])
+    require_frequencies("from_speed", [start])
+    progress("stiffness", 0, 1)
     system = lumped_system(gear_set, torque, model, speeds=[start, speed])
     observer = reporting(progress, len(speeds_between(start, speed)))
     state = arrive(system, start, speed, integration, observer)
@@ -123,8 +129,8 @@ def settle_motion(
     words, ratio = integration_in_words(integration), system.train.damping_ratio
     header = file_header(gear_set, model, ratio, words) | {
         "model": model.name,
-        "torque_Nm": f"{torque:g}",
-        "speed_Hz": f"{speed!r}",
+        "torque_Nm": exact(torque),
+        "speed_Hz": exact(speed),
     }
     return SettledMotion(gear_set, header, motion)
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from lumped.checks import checked, require_fields
 from lumped.excitation import MODELS, MeshExcitation, PairExcitation, with_errors
 from lumped.waves import (
     SAME,
@@ -53,6 +54,7 @@ class StiffnessFigures:
     ramp: float = 0.0
 
     def __post_init__(self) -> None:
+        require_fields(self)
         room = min(self.part, 1.0 - self.part)
         checks = {
             "mean": (0.0 < self.mean < math.inf, "positive"),
@@ -93,6 +95,7 @@ class StiffnessFigures:
         return -(half if self.approach is None else self.approach)
 
 
+@checked
 def analytic_excitation(
     figures: StiffnessFigures,
     model: int = 1,

@@ -23,6 +23,7 @@ from lumped.attractors import (
     find_attractor,
     refined,
 )
+from lumped.checks import checked
 from lumped.response import Response, Status
 from lumped.settings import Settings
 from lumped.steady_state import Stepper, Watch, confirmed, steady_state
@@ -217,6 +218,7 @@ class _Found:
             self.store.add(response, self.attractors[-1])
 
 
+@checked
 def sweep_attractors(
     values: Sequence[float],
     system_at: SystemAt,

@@ -19,8 +19,9 @@ from lumped.branches.bifurcations import branch_point
 from lumped.branches.continuation import Branch, NoSolution, Steps
 from lumped.branches.motions import Motions, OverSpeed
 from lumped.branches.periodic import repeats_sooner
+from lumped.checks import checked, require_between, require_fields
 from lumped.response import Response, Status
-from lumped.settings import Settings, require_between
+from lumped.settings import Settings
 from lumped.steady_state import Diverged, Speed
 from lumped.steppers import FixedStepper, room_to_record
 from lumped.system import LumpedSystem
@@ -64,6 +65,7 @@ class SectionSettings:
 
     def __post_init__(self) -> None:
         require_between("sections", self.sections, 1, 10_000)
+        require_fields(self)
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,6 +104,7 @@ class Attractor:
         return Kind.CHAOTIC if grows else Kind.QUASI_PERIODIC
 
 
+@checked
 def find_attractor(
     system: LumpedSystem,
     response: Response,

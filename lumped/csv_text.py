@@ -26,6 +26,12 @@ class CsvText:
     rows: Mapping[str, Sequence[str]]
 
 
+def exact(value: float) -> str:
+    """A number as a header has it: reads back to the same bits, whole ones as `100`."""
+    short = f"{value:g}"
+    return short if float(short) == value else repr(float(value)).removesuffix(".0")
+
+
 def format_csv(
     names: Iterable[str],
     rows: Iterable[Iterable[object]],

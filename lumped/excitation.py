@@ -26,6 +26,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from lumped.checks import checked, is_number, require_fields, shown
 from lumped.table import MeshTable, pair_names, pair_teeth
 from lumped.waves import (
     Wave,
@@ -54,6 +55,9 @@ class PairExcitation:
     gap: Wave
     ahead: int | None = None
 
+    def __post_init__(self) -> None:
+        require_fields(self)
+
     @property
     def period(self) -> int:
         """Base pitches after which the pair's excitation repeats."""
@@ -70,9 +74,10 @@ class MeshExcitation:
     def __post_init__(self) -> None:
         if not self.pairs:
             raise ValueError("pairs must not be empty")
-        if not 0.0 < self.mean_stiffness < math.inf:
-            value = self.mean_stiffness
-            raise ValueError(f"mean_stiffness must be positive, got {value:g}")
+        if not is_number(self.mean_stiffness) or not 0 < self.mean_stiffness < math.inf:
+            value = shown(self.mean_stiffness)
+            raise ValueError(f"mean_stiffness must be positive, got {value}")
+        require_fields(self)
 
     @property
     def period(self) -> int:
@@ -80,6 +85,7 @@ class MeshExcitation:
         return math.lcm(*(pair.period for pair in self.pairs))
 
 
+@checked
 def excitation_from_table(
     table: MeshTable,
     torque: float,

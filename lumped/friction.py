@@ -36,6 +36,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from lumped.checks import require_between, require_fields
 from lumped.coordinates import Coordinates
 from lumped.excitation import MeshExcitation
 from lumped.train import Mesh, Train
@@ -43,7 +44,6 @@ from lumped.waves import Wave, constant, product
 
 Array = NDArray[np.float64]
 Sliding = Literal["nominal", "instantaneous"]
-SLIDING = ("nominal", "instantaneous")
 
 
 @dataclass(frozen=True)
@@ -67,16 +67,12 @@ class ToothFriction:
     transition: float = 0.0
 
     def __post_init__(self) -> None:
-        if self.sliding not in SLIDING:
-            allowed = " or ".join(SLIDING)
-            raise ValueError(f"sliding must be {allowed}, got {self.sliding}")
-        if not 0.0 <= self.transition < math.inf:
-            raise ValueError(f"transition must be 0 or more, got {self.transition:g}")
+        require_between("transition", self.transition, 0, 10)
+        for name, value in [("coefficient", self.coefficient), *self._ratios()]:
+            require_between(name, value, 0, 1, below=True)
+        require_fields(self)
         if self.transition and self.sliding == "nominal":
             raise ValueError("transition is of instantaneous sliding, got nominal")
-        for name, value in [("coefficient", self.coefficient), *self._ratios()]:
-            if not 0.0 <= value < 1.0:
-                raise ValueError(f"{name} must be from 0 to below 1, got {value:g}")
 
     def _ratios(self) -> Iterator[tuple[str, float]]:
         """All friction-bending ratios, of waves at their breaks, by their name."""
@@ -186,16 +182,25 @@ def sliding_rate(train: Train, mesh: int) -> float:
 
 
 def torque_shares(
-    train: Train, mesh: int, coefficient: float, ahead: Sequence[int], position: Array
+    train: Train,
+    mesh: int,
+    coefficient: float,
+    ahead: Sequence[int],
+    position: Array,
+    gear: Literal["driver", "driven"] = "driver",
 ) -> Array:
-    """Of the normal forces of pairs, what turns the driver: 1 - mu sgn l / r, eq. 4.40.
+    """Of the normal forces of pairs, what turns a gear: 1 - mu sgn l / r, eq. 4.40.
 
     ahead : base pitches by which each is ahead; position : (n,) of the mesh's cycle
     Of shape (p, n); on the drive side.
     """
     spec, pitch = train.meshes[mesh], base_pitch(train, mesh)
-    radius, slope = train.gears[spec.driver].base_radius, math.tan(spec.pressure_angle)
+    way = pitch if gear == "driver" else -pitch
+    radius, slope = (
+        train.gears[getattr(spec, gear)].base_radius,
+        math.tan(spec.pressure_angle),
+    )
     rows = [
-        side_of(each) * (slope + pitch * (position + each) / radius) for each in ahead
+        side_of(each) * (slope + way * (position + each) / radius) for each in ahead
     ]
     return 1.0 - coefficient * np.array(rows)

@@ -28,10 +28,12 @@ def draw_map(found: ParameterMap) -> Figure:
         axes.set_title(f"mesh {mesh + 1}", fontsize=10)
     header = found.header
     forms = {
-        "torque on the input gear [N m]": "torque {} N m",
-        "damping ratio": "damping ratio {}",
+        "torque on the input gear [N m]": "torque {:g} N m",
+        "damping ratio": "damping ratio {:g}",
     }
-    changes = [form.format(header[key]) for key, form in forms.items() if key in header]
+    changes = [
+        form.format(float(header[key])) for key, form in forms.items() if key in header
+    ]
     changes += [f"{k[4:]} = {v}" for k, v in header.items() if k.startswith("set ")]
     title = (
         f"{header['gear set']}, model {header['model']}, {header['excitation']}, "

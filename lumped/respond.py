@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from lumped.checks import checked
 from lumped.response import History, Response
 from lumped.settings import Settings
 from lumped.steady_state import Watch, confirmed, steady_state
@@ -14,6 +15,7 @@ from lumped.system import LumpedSystem
 Array = NDArray[np.float64]
 
 
+@checked
 def respond(
     system: LumpedSystem,
     frequency: float,
@@ -27,6 +29,7 @@ def respond(
     return respond_with_history(system, frequency, settings, state)[0]
 
 
+@checked
 def respond_with_history(
     system: LumpedSystem,
     frequency: float,

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import ClassVar, Literal
 
-METHODS = ("rk4", "dopri5")
+from lumped.checks import require_between, require_fields
+
 FINEST, USUAL = 1e-13, 1e-8  # error of a step: just above round-off, and by default
 
 
@@ -34,6 +35,7 @@ class SteadySettings:
             require_between("max_periods", self.max_periods, 1, 1e8)
         require_between("multiples", self.multiples, 1, 64)
         require_between("windows", self.windows, 1, 10_000)
+        require_fields(self)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,7 +51,7 @@ class Settings(SteadySettings):
     """
 
     least_periods: ClassVar[int] = 2_000
-    method: str = "rk4"
+    method: Literal["rk4", "dopri5"] = "rk4"
     steps: int = 64
     step_angle: float = 0.6
     accuracy: float | None = None
@@ -62,21 +64,8 @@ class Settings(SteadySettings):
         return max(min(USUAL, 1e-3 * self.tolerance), FINEST)
 
     def __post_init__(self) -> None:
-        if self.method not in METHODS:
-            raise ValueError(f"method must be rk4 or dopri5, got {self.method}")
         require_between("steps", self.steps, 4, 100_000)
         require_between("step_angle", self.step_angle, 0, 2, above=True)
-        super().__post_init__()
         if self.accuracy is not None:
             require_between("accuracy", self.accuracy, FINEST, 0.01)
-
-
-def require_between(
-    name: str, value: float, low: float, high: float, above: bool = False
-) -> None:
-    """Raise ValueError unless low <= value <= high, or low < value with `above`."""
-    if low <= value <= high and not (above and value == low):
-        return
-    allowed = f"{low:g} to {high:g}".replace("e+0", "e").replace("e-0", "e-")
-    start = "above " if above else ""
-    raise ValueError(f"{name} must be {start}{allowed}, got {value}")
+        super().__post_init__()

@@ -12,6 +12,7 @@ from typing import Any, Literal, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from lumped.checks import checked
 from lumped.response import Response, Status
 from lumped.settings import Settings, SteadySettings
 from lumped.steady_state import Stepper, Watch, confirmed
@@ -192,6 +193,7 @@ def _diverged(responses: Sequence[Response]) -> bool:
     return bool(responses) and responses[-1].status == Status.DIVERGED
 
 
+@checked
 def sweep(
     system: LumpedSystem,
     frequencies: Sequence[float] | Array,
@@ -209,6 +211,7 @@ def sweep(
     )
 
 
+@checked
 def sweep_all(
     systems: Sequence[LumpedSystem],
     frequencies: Sequence[float] | Array,

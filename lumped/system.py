@@ -9,6 +9,7 @@ from functools import cached_property, lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from lumped.checks import require_between, require_fields
 from lumped.coupled import (
     CoupledContacts,
     LoadedState,
@@ -56,14 +57,18 @@ class LumpedSystem:
         Model-1, give its modes and by them its damping
     friction : of the meshes' teeth, none if empty; the excitations are those that it
         bends, by `lumped.friction.with_bending`
+    losses : part of the torques that friction takes, by which they need not balance
     """
 
     train: Train
     excitations: tuple[MeshExcitation, ...]
     contacts: CoupledContacts | None = None
     friction: tuple[ToothFriction, ...] = ()
+    losses: float = 0.0
 
     def __post_init__(self) -> None:
+        require_between("losses", self.losses, 0, 1, below=True)
+        require_fields(self)
         if len(self.excitations) != len(self.train.meshes):
             raise TrainError(
                 f"excitations: {len(self.excitations)} for "
@@ -74,7 +79,7 @@ class LumpedSystem:
         free = self.modes.shapes[:, self.modes.frequency_Hz == 0.0]
         net = np.abs(free.T @ space.load)
         size = np.abs(free.T) @ np.abs(space.load)
-        if (net > BALANCED * size).any():
+        if (net > (BALANCED + self.losses) * size).any():
             raise TrainError(
                 "torques do not balance: the train would accelerate; "
                 "hold a gear by a coupling_stiffness or change a torque"

@@ -16,6 +16,7 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import NDArray
 
+from lumped.checks import require_fields
 from lumped.csv_text import TableError, format_csv, parse_csv
 
 Array = NDArray[np.float64]
@@ -38,6 +39,7 @@ class MeshTable:
     header: Mapping[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
+        require_fields(self)
         shape = (self.torque_Nm.size, self.position.size)
         for name, values in self.columns.items():
             if values.shape != shape:

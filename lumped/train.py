@@ -12,6 +12,8 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 
+from lumped.checks import is_number, require_fields
+
 
 class TrainError(ValueError):
     """A train that cannot be; the message names the part and what is allowed."""
@@ -41,12 +43,13 @@ class Gear:
 
     def __post_init__(self) -> None:
         where = f"gear {self.name!r}: "
-        _require(self.teeth >= 1, f"{where}teeth", self.teeth, "at least 1")
+        teeth = is_number(self.teeth) and self.teeth >= 1
+        _require(teeth, f"{where}teeth", self.teeth, "at least 1")
         _require_positive(f"{where}base_radius", self.base_radius)
         _require_positive(f"{where}inertia", self.inertia)
         _require_not_negative(f"{where}coupling_stiffness", self.coupling_stiffness)
-        finite = math.isfinite(self.torque)
-        _require(finite, f"{where}torque", self.torque, "finite")
+        _require_finite(f"{where}torque", self.torque)
+        require_fields(self)
         if self.bearing_stiffness is not None:
             for stiffness in self.bearing_stiffness:
                 _require_not_negative(f"{where}bearing_stiffness", stiffness)
@@ -75,12 +78,14 @@ class Mesh:
     phase: float = 0.0
 
     def __post_init__(self) -> None:
-        allowed = abs(self.pressure_angle) < 0.5 * math.pi
-        _require(allowed, "pressure_angle", self.pressure_angle, "below a right angle")
-        _require(self.backlash >= 0.0, "backlash", self.backlash, "0 or more")
+        angle, backlash = self.pressure_angle, self.backlash
+        allowed = is_number(angle) and abs(angle) < 0.5 * math.pi
+        _require(allowed, "pressure_angle", angle, "below a right angle")
+        allowed = is_number(backlash) and backlash >= 0.0
+        _require(allowed, "backlash", backlash, "0 or more")
         for name in ("center_line", "phase"):
-            value = getattr(self, name)
-            _require(math.isfinite(value), name, value, "finite")
+            _require_finite(name, getattr(self, name))
+        require_fields(self, infinite=("backlash",))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -96,6 +101,7 @@ class Shaft:
     def __post_init__(self) -> None:
         if self.stiffness is not None:
             _require_positive("shaft stiffness", self.stiffness)
+        require_fields(self)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -109,6 +115,7 @@ class Train:
 
     def __post_init__(self) -> None:
         _require_not_negative("damping_ratio", self.damping_ratio)
+        require_fields(self)
         if not self.meshes:
             raise TrainError("meshes: at least one is needed")
         used = [index for mesh in self.meshes for index in (mesh.driver, mesh.driven)]
@@ -185,9 +192,15 @@ def _require(ok: bool, name: str, value: object, allowed: str) -> None:
         raise TrainError(f"{name} = {value}; must be {allowed}")
 
 
+def _require_finite(name: str, value: float) -> None:
+    _require(is_number(value) and math.isfinite(value), name, value, "finite")
+
+
 def _require_positive(name: str, value: float) -> None:
-    _require(0.0 < value < math.inf, name, value, "positive and finite")
+    allowed = is_number(value) and 0.0 < value < math.inf
+    _require(allowed, name, value, "positive and finite")
 
 
 def _require_not_negative(name: str, value: float) -> None:
-    _require(0.0 <= value < math.inf, name, value, "0 or more and finite")
+    allowed = is_number(value) and 0.0 <= value < math.inf
+    _require(allowed, name, value, "0 or more and finite")

@@ -15,6 +15,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from lumped.checks import require_fields
+
 Array = NDArray[np.float64]
 SAME = 1e-12  # base pitches within which two positions are one
 
@@ -36,6 +38,7 @@ class Wave:
     offsets: Array = field(default_factory=lambda: np.zeros(0))
 
     def __post_init__(self) -> None:
+        require_fields(self)
         pieces = self.breaks.size - 1
         if self.coefficients.ndim not in (2, 3) or self.coefficients.shape[-2:] != (
             pieces,

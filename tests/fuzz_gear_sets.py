@@ -260,6 +260,7 @@ WORDS: dict[str, list[str]] = {  # by option; what is not here is a flag
     "--runs": ["kept", "set.toml"],
     "--bending": ["0.3", "1", "nan"],
     "--sliding": ["nominal", "instantaneous", "x"],
+    "--torque-of": ["nominal", "input", "x"],
     "--transition-speed": ["0", "0.01", "-1", "nan"],
     "--spectra": FILES,
     "--waterfall": FILES,

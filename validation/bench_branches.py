@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from fegear.excitation import Source
 from fegear.gearset.model import GearSet
-from fegear.lumped_system import LumpedModel, lumped_system, usual_speeds
+from fegear.lumped_models import LumpedModel, lumped_system, usual_speeds
 from fegear.statics import Progress
 from lumped.branches.bifurcations import BranchPoint
 from lumped.branches.continuation import NoSolution

@@ -20,7 +20,7 @@ from fegear.dynamics.build import FiniteElements, prepare
 from fegear.dynamics.stepper import DynamicSettings, ImplicitStepper, Steps
 from fegear.excitation import Excitations
 from fegear.gearset.model import GearSet
-from fegear.lumped_system import lumped_system
+from fegear.lumped_models import lumped_system
 from fegear.memory import memory_level
 from fegear.statics import Progress
 from lumped.system import LumpedSystem

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fegear.gearset.model import GearSet
-from fegear.lumped_system import LumpedModel, lumped_system
+from fegear.lumped_models import LumpedModel, lumped_system
 from fegear.statics import Progress
 from lumped.respond import respond
 from lumped.response import Response

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from fegear.errors import InputError
 from fegear.excitation import Source
 from fegear.gearset import load_gear_set
-from fegear.lumped_system import LumpedModel, lumped_system
+from fegear.lumped_models import LumpedModel, lumped_system
 from fegear.parameter_maps import FRICTION, VariedSet
 from fegear.stability import find_stability
 from fegear.statics import Progress

@@ -16,7 +16,7 @@ from fegear.dynamics.checkpoint import StoredBranch
 from fegear.dynamics.stepper import DynamicSettings, ImplicitStepper, steps_per_cycle
 from fegear.excitation import Excitations
 from fegear.gearset.pitch_errors import error_periods
-from fegear.lumped_system import LumpedModel, lumped_system
+from fegear.lumped_models import LumpedModel, lumped_system
 from fegear.memory import MemoryLevel, memory_level
 from fegear.statics import Progress, solve_mesh
 from fegear.store import Checkpoint

@@ -19,7 +19,7 @@ PACKAGES: Mapping[ModuleType, tuple[str, ...]] = {
     lumped: ("**/*.py",),
     fegear: (
         *(f"{folder}/**/*.py" for folder in ("contact", "elasticity", "gearset")),
-        *("dynamics/**/*.py", "excitation.py", "lumped_system.py", "statics.py"),
+        *("dynamics/**/*.py", "excitation.py", "lumped_models.py", "statics.py"),
         *("store.py", "sweeps.py", "train.py", "unphysical.py"),
     ),
     validation: ("kept.py", "metrics.py", "run_files.py", "solving.py"),

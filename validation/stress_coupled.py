@@ -16,7 +16,7 @@ from fegear.excitation import Excitations, Source
 from fegear.gearset import load_gear_set
 from fegear.gearset.model import GearSet
 from fegear.gearset.read import make_gear_set
-from fegear.lumped_system import LumpedModel, lumped_system
+from fegear.lumped_models import LumpedModel, lumped_system
 from fegear.statics import solve_mesh
 from lumped.coupled import CoupledContacts
 from lumped.respond import respond

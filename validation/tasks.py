@@ -11,7 +11,7 @@ from fegear.dynamics.stepper import DynamicSettings
 from fegear.excitation import Source
 from fegear.gearset import load_gear_set
 from fegear.gearset.model import GearSet
-from fegear.lumped_system import shares_a_gear
+from fegear.lumped_models import shares_a_gear
 from fegear.store import digest
 from fegear.version import package_version
 from lumped.settings import Settings

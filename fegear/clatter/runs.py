@@ -22,7 +22,7 @@ from lumped.clatter.groups import Group
 from lumped.clatter.maps import follow_map, map_exponent, require_mapped
 from lumped.clatter.noise import noise_of
 from lumped.clatter.runs import CHUNK, Impacts, State, joined, middle, move, scattered
-from lumped.csv_text import format_csv
+from lumped.csv_text import exact, format_csv
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -168,7 +168,7 @@ class ClatterResult:
         header = {
             "gearbox": self.named.name,
             "map": self.asked.kind,
-            "seconds": str(self.asked.seconds),
+            "seconds": exact(self.asked.seconds),
         }
         for number, words in enumerate(self._warnings(), 1):
             header[f"warning {number}"] = words

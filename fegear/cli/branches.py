@@ -201,8 +201,13 @@ def print_branches(values: dict[str, Any]) -> None:
         )
         for each in branch["bifurcations"]:
             levels = _micrometres(each["dte_rms_m"])
-            at = f"{each[name]:10.2f}{unit}" if over_speed else f"{each[name]:12.6g}"
+            at = f"{_place(each[name], each['located_by']):>10}{unit}"
             console.print(f"  {at}  {each['kind']:<15} RMS {levels} um")
+
+
+def _place(value: float, located_by: str) -> str:
+    """A parameter in as many digits as it is right to."""
+    return f"{value:#.6g}" if located_by == "shooting" else f"~{value:.4g}"
 
 
 def _micrometres(lengths: list[float]) -> str:

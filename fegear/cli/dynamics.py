@@ -12,6 +12,7 @@ import typer
 from fegear.cli.edits import EditedSet, edit_entries, refuse_idle_edits
 from fegear.cli.groups import Range, grouped, option
 from fegear.cli.lumped_options import (
+    GivenTorque,
     LoadCases,
     Settling,
     SweptSpeeds,
@@ -50,6 +51,7 @@ class MovingElements:
         default="auto",
     )
     friction: Friction = None
+    torque_of: GivenTorque = None
     train: Train
     elastic_damping: float | None = option(
         "Damping ratio of the first elastic modes of the gears. [default: 0.01]",
@@ -63,6 +65,8 @@ class MovingElements:
     elements: Elements
 
     def __post_init__(self) -> None:
+        if not self.friction:
+            refuse_idle("needs --friction above 0", torque_of=self.torque_of)
         if self.fidelity == "quasistatic":
             refuse_idle(
                 "--fidelity quasistatic has no elastic modes",
@@ -89,6 +93,7 @@ class MovingElements:
             translations=self.train.translations,
             damping_ratio=self.train.damping,
             source=Source(**self.elements.choices),
+            torque_of=self.torque_of or "nominal",
         )
 
 

@@ -25,7 +25,7 @@ from fegear.errors import InputError
 if TYPE_CHECKING:
     from fegear.excitation import GivenTables, Source
     from fegear.gearset.model import GearSet
-    from fegear.lumped_system import LumpedModel
+    from fegear.lumped_models import LumpedModel, Number
     from lumped.maps import Axis
     from lumped.settings import Settings
     from lumped.sweep import Direction
@@ -34,6 +34,7 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 INGREDIENTS = "hardening", "pairs", "body", "meshes"  # of the coupled model
 NAMED = "model", "without", "method"  # in errors of the library as the options are
+NUMBERS: dict[str, Number] = {"1": 1, "2": 2, "3": 3, "coupled": "coupled"}
 Kind = Literal["fe", "rectangular", "trapezoid", "fourier"]
 Damping = Annotated[
     float | None,
@@ -48,6 +49,16 @@ Translations = Annotated[
     typer.Option(
         "--translations",
         help="Let gears with bearing stiffnesses move in the plane, not rotate only.",
+    ),
+]
+GivenTorque = Annotated[
+    Literal["nominal", "input"] | None,
+    typer.Option(
+        help="What --torque is with friction. nominal: of gears without friction; "
+        "what it takes comes to the input torque and goes from the output torque, in "
+        "parts by their inertias; input: the mean torque of the input gear, and the "
+        "output torque is lowered by the efficiency of the meshes. "
+        "[default: nominal]"
     ),
 ]
 LoadCases = Annotated[
@@ -189,10 +200,10 @@ class LumpedOptions:
         return gear_set, changes
 
     def lumped_model(self, gear_set: GearSet) -> LumpedModel:
-        from fegear.lumped_system import LumpedModel
+        from fegear.lumped_models import LumpedModel
 
         return LumpedModel(
-            number="coupled" if self.model == "coupled" else int(self.model),
+            number=NUMBERS[self.model],
             translations=self.train.translations,
             damping_ratio=self.train.damping,
             stiffness=self.stiffness(gear_set),
@@ -343,11 +354,13 @@ class MovingTeeth(Rubbing):
         "tanh. [default: 0, it turns at once]",
         allowed=Range(above=0.0, below=10.0, unit="m/s"),
     )
+    torque_of: GivenTorque = None
 
     def __post_init__(self) -> None:
         super().__post_init__()
         if not self.rubs:
-            refuse_idle("needs --friction above 0", sliding=self.sliding)
+            given = {"sliding": self.sliding, "torque_of": self.torque_of}
+            refuse_idle("needs --friction above 0", **given)
         if self.sliding != "instantaneous":
             idle = "needs --sliding instantaneous"
             refuse_idle(idle, transition_speed=self.transition_speed)
@@ -358,6 +371,7 @@ class MovingTeeth(Rubbing):
             super().of(model),
             sliding=self.sliding or "nominal",
             transition=self.transition_speed or 0.0,
+            torque_of=self.torque_of or "nominal",
         )
 
 

@@ -42,7 +42,8 @@ def title_of_sweep(result: SweepResult) -> str:
     rubs = friction_in_words(friction_of(header), sliding_of(header))
     return (
         f"{header['gear set']}, model {result.model}, {header['excitation']}, "
-        f"damping ratio {header['damping ratio']}{rubs}\n{edits_in_words(header)}"
+        f"damping ratio {float(header['damping ratio']):g}{rubs}\n"
+        f"{edits_in_words(header)}"
     ).strip()
 
 
@@ -58,7 +59,7 @@ def _figure(result: SweepResult) -> Figure:
 
 
 def print_sweep(values: dict[str, Any]) -> None:
-    from fegear.headings import friction_in_words
+    from fegear.headings import friction_of_summary
 
     console = screen()
     lines = ", ".join(f"{f:.1f}" for f in values["natural_frequencies_Hz"])
@@ -67,7 +68,7 @@ def print_sweep(values: dict[str, Any]) -> None:
     console.print(
         f"{values['gear_set']}, model {values['model']}, {values['excitation']}, "
         f"damping ratio {values['damping_ratio']:g}"
-        f"{friction_in_words(values['friction_coefficient'], values['sliding'])}\n"
+        f"{friction_of_summary(values)}\n"
         f"natural frequencies {values['natural_frequencies']} that strain a mesh "
         f"[Hz]: {lines}\n"
         f"{counted(values['speeds'], 'speed', 'speeds')}, {span} of the first mesh"

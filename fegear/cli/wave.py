@@ -81,14 +81,14 @@ def wave_command(
 
 
 def print_wave(values: dict[str, Any]) -> None:
-    from fegear.headings import friction_in_words
+    from fegear.headings import friction_of_summary
 
     console = screen()
     console.print(
         f"{values['gear_set']} at {values['speed_Hz']:g} Hz, "
         f"{values['torque_Nm']:g} N m, model {values['model']}, "
         f"{values['excitation']}, damping ratio {values['damping_ratio']:g}"
-        f"{friction_in_words(values['friction_coefficient'], values['sliding'])}\n"
+        f"{friction_of_summary(values)}\n"
         f"{values['status']}, settled for {values['settling_time_s']:.4g} s, "
         f"{counted(values['section_points'], 'point', 'points')} in the Poincaré "
         "section"

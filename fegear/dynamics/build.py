@@ -24,6 +24,7 @@ from fegear.excitation import Excitations
 from fegear.gearset.inertia import require_inertia_of_bodies
 from fegear.gearset.model import Gear, GearSet
 from fegear.statics import StaticsSettings
+from lumped.checks import require_between, require_fields
 from lumped.elastic_inertia import (
     Choice,
     ElasticModes,
@@ -61,6 +62,15 @@ class FiniteElements:
     cutoff_Hz: float | None = None
     tolerance: float = 0.02
     mesh: float = 0.5
+
+    def __post_init__(self) -> None:
+        require_between("friction", self.friction, 0, 0.5, below=True)
+        require_between("elastic_damping", self.elastic_damping, 0, 1, below=True)
+        require_between("tolerance", self.tolerance, 0, 1, above=True)
+        require_between("mesh", self.mesh, 0, 10, above=True)
+        if self.cutoff_Hz is not None:
+            require_between("cutoff_Hz", self.cutoff_Hz, 0, 3e5, above=True)
+        require_fields(self)
 
 
 @dataclass(frozen=True, eq=False)

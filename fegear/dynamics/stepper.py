@@ -15,8 +15,9 @@ from fegear.dynamics.kernels.arrays import Clock, Record, Step
 from fegear.dynamics.model import DynamicModel
 from fegear.dynamics.scheme import Scheme, generalized_alpha
 from fegear.errors import InputError
+from lumped.checks import require_between
 from lumped.response import History
-from lumped.settings import SteadySettings, require_between
+from lumped.settings import SteadySettings
 from lumped.steady_state import Diverged, Speed, new_convergence, straining
 from lumped.system import LumpedSystem
 
@@ -57,8 +58,8 @@ class DynamicSettings(SteadySettings):
         require_between("step_angle", self.step_angle, 0, 10, above=True)
         require_between("hub_angle", self.hub_angle, 0, 10, above=True)
         require_between("rho_inf", self.rho_inf, 0, 1)
-        super().__post_init__()
         require_between("ramp_periods", self.ramp_periods, 0, 10_000)
+        super().__post_init__()
 
     @property
     def scheme(self) -> Scheme:

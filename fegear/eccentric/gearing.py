@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fegear.errors import InputError
-from lumped.csv_text import format_csv
+from lumped.csv_text import exact, format_csv
 from meshes import GeometryError
 from meshes.eccentric import EccentricPair, PitchCurve
 from meshes.eccentric.base import (
@@ -127,7 +127,7 @@ class Gearing:
     @property
     def header(self) -> Mapping[str, str]:
         return {
-            key: f"{value:.12g}" if isinstance(value, float) else str(value)
+            key: exact(value) if isinstance(value, float) else str(value)
             for key, value in self.summary.items()
             if value is not None
         }

@@ -18,7 +18,7 @@ from fegear.elasticity.material import PlaneMaterial
 from fegear.errors import InputError
 from fegear.store import NOTHING, InOrder, Keeping
 from fegear.unphysical import doubts, doubts_of_check
-from lumped.csv_text import format_csv
+from lumped.csv_text import exact, format_csv
 from lumped.workers import run_tasks
 from meshes import GeometryError
 from meshes.eccentric.outline import WheelEdges
@@ -77,8 +77,8 @@ class TurnTable:
     def header(self) -> Mapping[str, str]:
         load = self.load
         own = {
-            "torque_Nm": f"{load.torque_Nm:g}",
-            "face_width_mm": f"{load.face_width_mm:g}",
+            "torque_Nm": exact(load.torque_Nm),
+            "face_width_mm": exact(load.face_width_mm),
             "resolution": load.resolution,
             "plane": STEEL.plane,
         }

@@ -8,6 +8,7 @@ of two frequencies begin.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -54,6 +55,7 @@ class BranchPoint:
         contact and has every amplitude at one parameter; such motions neither grow nor
         fade, and are not counted as stable
     kind : of KINDS where it is a bifurcation, else empty
+    located : parameter of a bifurcation by shooting, NaN where that did not find it
     """
 
     parameter: float
@@ -63,6 +65,12 @@ class BranchPoint:
     figures: dict[str, Array]
     upright: bool = False
     kind: str = ""
+    located: float = math.nan
+
+    @property
+    def place(self) -> float:
+        """Parameter as near as it is known."""
+        return self.parameter if math.isnan(self.located) else self.located
 
     @property
     def largest(self) -> float:
@@ -176,6 +184,17 @@ def _beyond_at(motions: Motions, at: float, point: Point) -> float:
 def beyond(multipliers: Multipliers, at: float) -> float:
     """Changes its sign where a real multiplier passes through 1 or -1."""
     return float(np.prod(multipliers * at - 1.0).real)
+
+
+def by_multipliers(kind: str) -> Callable[[Multipliers], float] | None:
+    """A function of multipliers that is zero in bifurcations of a kind, and around them
+    not; None of crossings, around which another branch is as near."""
+    tests: dict[str, Callable[[Multipliers], float]] = {
+        FOLD: partial(beyond, at=1.0),
+        DOUBLING: partial(beyond, at=-1.0),
+        TORUS: lambda multipliers: pair_modulus(multipliers) - 1.0,
+    }
+    return tests.get(kind)
 
 
 def pair_modulus(multipliers: Multipliers) -> float:

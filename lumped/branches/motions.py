@@ -5,20 +5,22 @@ The parameter is the mesh frequency, or any other figure at one mesh frequency.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from typing import ClassVar, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.branches.balance import HarmonicBalance
+from lumped.branches.balance import MOST_UNKNOWNS, HarmonicBalance
 from lumped.branches.period_map import PeriodMap
 from lumped.system import LumpedSystem
 
 Array = NDArray[np.float64]
 DIFFERENCE = 1e-6  # of the unit, between systems that tell what a figure changes
+FINER = 80  # harmonics of the first mesh, of motions that are known by integration
 KEPT = 8  # systems of neighbouring values
 PeriodicMotion = HarmonicBalance | PeriodMap
 
@@ -135,6 +137,15 @@ class Motions:
             )
 
         return lru_cache(maxsize=KEPT)(balance)
+
+    @cached_property
+    def finer(self) -> Motions:
+        """The same with more harmonics, as many as are allowed."""
+        balance, _ = self.at(self.family.within(math.inf))
+        assert isinstance(balance, HarmonicBalance)
+        most = (MOST_UNKNOWNS // balance.shape[1] - 1) // (2 * balance.length)
+        finer = max(self.harmonics, min(FINER, most))
+        return replace(self, harmonics=finer)
 
     def equations(self, x: Array, value: float) -> tuple[Array, Array, Array]:
         """Errors (u,), by x (u, u) and by the parameter (u,)."""

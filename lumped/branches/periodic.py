@@ -22,6 +22,7 @@ from lumped.branches.bifurcations import (
     HALVED,
     BranchPoint,
     branch_point,
+    by_multipliers,
     with_bifurcations,
 )
 from lumped.branches.continuation import (
@@ -33,9 +34,11 @@ from lumped.branches.continuation import (
     Steps,
     joined,
 )
+from lumped.branches.location import located
 from lumped.branches.motions import Family, Motions, PeriodicMotion
 from lumped.branches.period_map import PeriodMap
 from lumped.branches.shooting import shoot
+from lumped.checks import require_between, require_fields
 from lumped.respond import respond
 from lumped.response import Response, Status
 from lumped.settings import Settings
@@ -78,6 +81,18 @@ class BranchSettings:
     period_multiple: int = 2
     starts: int = 0
     steepness: float | None = None
+
+    def __post_init__(self) -> None:
+        require_between("harmonics", self.harmonics, 1, 200)
+        require_between("step", self.step, 0, 1, above=True)
+        require_between("most_step", self.most_step, 0, 10, above=True)
+        require_between("points", self.points, 2, 1_000_000)
+        require_between("sweep_points", self.sweep_points, 2, 100_000)
+        require_between("period_multiple", self.period_multiple, 1, 64)
+        require_between("starts", self.starts, 0, 100_000)
+        if self.steepness is not None:
+            require_between("steepness", self.steepness, 1, 1e15)
+        require_fields(self)
 
 
 @dataclass(frozen=True, eq=False)
@@ -291,7 +306,7 @@ class BranchFinder:
             return
         if repeats_sooner(branch, start) or self._is_known(branch, start):
             return
-        at = self.family.words(point.parameter)
+        at = self.family.words(point.place)
         self._follow(branch, start, f"period doubling of branch {number + 1} at {at}")
 
     @cached_property
@@ -329,7 +344,10 @@ class BranchFinder:
         if both_ways and not followed.closed:
             back = Point(start.x, start.parameter, -start.tangent)
             followed = joined(self._one_way(branch, back), followed)
-        points = tuple(with_bifurcations(branch, followed))
+        points = tuple(
+            located_point(motions, point)
+            for point in with_bifurcations(branch, followed)
+        )
         found = PeriodicBranch(
             motions.multiple, points, origin, followed.reason, followed.closed
         )
@@ -383,6 +401,19 @@ class BranchFinder:
         if followed.reason != HALVED:
             return followed
         return _cut_at_its_end(branch, followed)
+
+
+def located_point(motions: Motions, point: BranchPoint) -> BranchPoint:
+    """A bifurcation with its place by shooting, where that finds it."""
+    test = by_multipliers(point.kind)
+    balance, _ = motions.at(point.parameter)
+    integrable = motions.steepness is None and balance.system.contacts is None
+    if test is None or not integrable:
+        return point
+    try:
+        return replace(point, located=located(motions, point.x, point.parameter, test))
+    except ArithmeticError:
+        return point
 
 
 def _error(motions: Motions, points: tuple[BranchPoint, ...]) -> float:

@@ -51,11 +51,10 @@ class Series:
         return np.concatenate([waves.real, -waves[1:].imag])
 
     def of_samples(self, values: Array) -> Array:
-        """Series of values (t, d) at equal steps from the start of the period."""
-        at = self.length * np.arange(len(values)) / len(values)
-        found: Array = 2.0 * self.basis(at).T @ values / len(values)
-        found[0] *= 0.5
-        return found
+        """Series of t > 2 H values (t, d) at equal steps from the period's start on."""
+        waves = 2.0 * np.fft.rfft(values, axis=0)[: self.order + 1] / len(values)
+        waves[0] *= 0.5
+        return self.of_waves(waves)
 
     def products(self, slope: Array) -> Array:
         """Matrix (2 H + 1, 2 H + 1) that takes a series to its product with a function.

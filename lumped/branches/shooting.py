@@ -22,7 +22,7 @@ from lumped.steppers import stepper_of
 Array = NDArray[np.float64]
 EXACT = 1e-7  # largest last correction, of the state's size
 MOST_CORRECTIONS = 20
-ADAPTIVE = Settings(method="dopri5", accuracy=1e-12)
+ADAPTIVE = Settings(method="dopri5", accuracy=1e-11)
 FIXED = Settings(steps=512)  # of the coupled model
 
 

@@ -8,7 +8,7 @@ import subprocess
 import sys
 from dataclasses import replace
 from pathlib import Path
-from types import SimpleNamespace
+from types import ModuleType, SimpleNamespace
 
 import numpy as np
 import pytest
@@ -118,3 +118,14 @@ def test_torques_that_are_nowhere():
     gears = replace(pair, meshes=(replace(pair.meshes[0], torques=()),))
     with pytest.raises(fegear.InputError, match="torques"):
         fegear.sweep_speeds(gears, (), [2000.0])
+
+
+def test_no_module_hides_what_is_offered():
+    """A module of the package becomes its attribute once it is imported."""
+    words = "import fegear; " + "; ".join(
+        ("[getattr(fegear, name) for name in fegear.__all__]",) * 2
+        + ("assert callable(fegear.lumped_system), fegear.lumped_system",)
+    )
+    subprocess.run([sys.executable, "-c", words], check=True)
+    offered = [getattr(fegear, name) for name in fegear.__all__]
+    assert not any(isinstance(each, ModuleType) for each in offered)

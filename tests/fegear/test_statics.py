@@ -139,7 +139,7 @@ def test_levels_grow(pair_set):
 
 @pytest.mark.parametrize("mesh", [-1, 1])
 def test_a_mesh_that_is_not_there(pair_set, mesh):
-    with pytest.raises(ValueError, match="mesh must be from 1 to 1"):
+    with pytest.raises(ValueError, match="mesh must be 0 to 0, counted from 0"):
         solve_mesh(pair_set, mesh)
 
 

@@ -264,5 +264,5 @@ def test_bending_that_varies_is_told_apart_from_its_mean():
         np.testing.assert_array_equal(
             one.stiffness.coefficients, other.stiffness.coefficients
         )
-    with pytest.raises(ValueError, match="bending of pair -1 must be from 0"):
+    with pytest.raises(ValueError, match="bending of pair -1 must be 0"):
         ToothFriction(MU, {0: constant(0.3), -1: line(0.9, 0.2)})

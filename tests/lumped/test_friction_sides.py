@@ -12,7 +12,7 @@ from numba import njit
 
 from fegear.excitation import Source
 from fegear.gearset import load_gear_set
-from fegear.lumped_system import LumpedModel, lumped_system
+from fegear.lumped_models import LumpedModel, lumped_system
 from lumped.analytic import StiffnessFigures, analytic_excitation
 from lumped.friction import ToothFriction, base_pitch, with_bending
 from lumped.friction_samples import at_frequency

@@ -9,7 +9,7 @@ import pytest
 
 from fegear.excitation import Excitations, Source
 from fegear.gearset import load_gear_set
-from fegear.lumped_system import lumped_system
+from fegear.lumped_models import lumped_system
 from lumped import sweep_all
 from lumped.jumps import find_jumps, find_peaks, prominent
 

@@ -10,7 +10,7 @@ import pytest
 
 from fegear.excitation import Excitations, Source
 from fegear.gearset import load_gear_set
-from fegear.lumped_system import lumped_system
+from fegear.lumped_models import lumped_system
 from lumped import History, Settings, respond
 from lumped import motion as module
 from lumped.motion import (

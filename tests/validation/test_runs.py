@@ -23,7 +23,7 @@ from fegear.dynamics.stepper import ReducedStepper
 from fegear.errors import InputError
 from fegear.excitation import Excitations
 from fegear.gearset import load_gear_set
-from fegear.lumped_system import LumpedModel, lumped_system
+from fegear.lumped_models import LumpedModel, lumped_system
 from fegear.store import open_checkpoint
 from lumped.excitation import MeshExcitation, PairExcitation
 from lumped.steady_state import Diverged

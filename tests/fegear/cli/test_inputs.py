@@ -94,6 +94,7 @@ REPEATED = {
     "stiffness_variation",
     "teeth",
     "torque_Nm",
+    "torque_of",
     "translations",
     "variation_spread",
     "wall_time_s",
@@ -311,6 +312,7 @@ def rubbed(base: str) -> dict[str, Case]:
         "--varying-bending": plus(friction, "--varying-bending"),
         "--no-bending": plus(friction, "--no-bending"),
         "--sliding": plus(friction, "--sliding instantaneous"),
+        "--torque-of": plus(friction, "--torque-of input"),
         "--transition-speed": plus(
             f"{friction} --sliding instantaneous", "--transition-speed 0.05"
         ),
@@ -504,6 +506,7 @@ OPTIONS: dict[str, dict[str, Case]] = {
         "--torque": plus(f"{QUASI} --json", "--torque 30"),
         "--set": plus(f"{QUASI} --json", "--set gear.1.inertia_kg_m2=2e-4"),
         "--friction": plus(f"{QUASI} --json", "--friction 0.1"),
+        "--torque-of": plus(f"{QUASI} --json --friction 0.1", "--torque-of input"),
         "--damping": plus(f"{QUASI} --json", "--damping 0.1"),
         "--elastic-damping": plus(
             f"{QUASI} --json".replace("quasistatic", "reduced"), "--elastic-damping 0.5"

@@ -7,11 +7,11 @@ import json
 import pytest
 from cli_commands import printed, rows_of
 
-from fegear import lumped_system, stability
+from fegear import lumped_models, stability
 from fegear.cli import run
 from fegear.errors import InputError
 from fegear.gearset import load_gear_set
-from fegear.lumped_system import LumpedModel
+from fegear.lumped_models import LumpedModel
 from fegear.parameter_maps import VariedSet
 from lumped.maps import Axis
 
@@ -120,13 +120,13 @@ def test_what_changes_nothing_is_told():
 
 def test_friction_bending_comes_from_the_finite_elements(monkeypatch):
     given = []
-    known = lumped_system.with_bending
+    known = lumped_models.with_bending
 
     def kept(excitation, friction):
         given.append(friction)
         return known(excitation, friction)
 
-    monkeypatch.setattr(lumped_system, "with_bending", kept)
+    monkeypatch.setattr(lumped_models, "with_bending", kept)
     words = ["stability", "liu-pair", "--over", "friction=0.1"]
     printed(*words, "--resolution", "coarse", "--speeds", "5000:6000:500")
     assert given[-1].coefficient == 0.1
@@ -191,7 +191,7 @@ def test_sweeps_and_waves_take_friction(tmp_path):
     assert len({round(1e9 * level, 3) for level in levels}) == 3
     assert [each["friction_coefficient"] for each in found.values()] == [0.0, 0.1, 0.1]
     shown = printed("wave", *at, "--speed", 2100, "--friction", 0.1)
-    assert "friction 0.1\n" in shown
+    assert "friction 0.1, torque of gears without" in shown
     words = ["--friction", "0.1", "--sliding", "instantaneous"]
     assert "friction 0.1 turned by vib" in printed("wave", *at, "--speed", 2100, *words)
     values = json.loads(printed(*sweep, *words))

@@ -20,7 +20,7 @@ from fegear.cli.lumped_options import speeds_of
 from fegear.cli.sweep import sweep_command
 from fegear.errors import InputError
 from fegear.gearset import load_gear_set
-from fegear.lumped_system import lumped_system, usual_speeds
+from fegear.lumped_models import lumped_system, usual_speeds
 from fegear.statics import StaticsSettings, solve_mesh
 from lumped.analytic import StiffnessFigures, analytic_excitation
 from lumped.response import Status

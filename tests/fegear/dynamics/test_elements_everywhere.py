@@ -18,7 +18,7 @@ from fegear.elasticity import sector
 from fegear.elasticity.material import PlaneMaterial
 from fegear.excitation import Excitations, Source
 from fegear.gearset import load_gear_set
-from fegear.lumped_system import lumped_system
+from fegear.lumped_models import lumped_system
 from fegear.statics import RESOLUTIONS
 from meshes import sector as meshing
 

@@ -25,7 +25,8 @@ COARSE = DynamicSettings(steps=32, hub_angle=10.0, step_angle=10.0, tolerance=1e
 SETTINGS = {
     "rk4": Settings(steps=32, step_angle=2.0, tolerance=1e-5),
     "dopri5": Settings(method="dopri5", accuracy=1e-4, tolerance=1e-5),
-    "coupled": Settings(steps=32, step_angle=2.0, tolerance=1e-5),
+    # two steps for each of its tables' cells: kinks of these lie on steps
+    "coupled": Settings(steps=128, step_angle=2.0, tolerance=1e-5),
     "quasistatic": COARSE,
     "reduced": COARSE,
     "full": replace(COARSE, steps=16, tolerance=1e-4),

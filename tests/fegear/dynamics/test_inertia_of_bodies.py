@@ -15,7 +15,7 @@ from fegear.errors import InputError
 from fegear.excitation import Excitations, Source
 from fegear.gearset import read_gear_set
 from fegear.gearset.inertia import body_inertia, inertia_of, require_inertia_of_bodies
-from fegear.lumped_system import LumpedModel, lumped_system
+from fegear.lumped_models import LumpedModel, lumped_system
 from lumped.steady_state import steady_state
 
 README = Path(__file__).parents[3] / "README.md"

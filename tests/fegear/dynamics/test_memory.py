@@ -14,7 +14,7 @@ from fegear.dynamics.stepper import DynamicSettings, Steps
 from fegear.errors import InputError
 from fegear.excitation import Excitations, Source
 from fegear.gearset import load_gear_set
-from fegear.lumped_system import lumped_system
+from fegear.lumped_models import lumped_system
 
 FULL = FiniteElements(fidelity="full", mesh=0.35)
 

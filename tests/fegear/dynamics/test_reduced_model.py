@@ -66,10 +66,10 @@ def test_the_same_with_relief(case_of, track):
 
 
 def test_what_is_left_is_the_discretisation_of_the_patches(case_of, track, monkeypatch):
-    for nodes in (49, 97):
+    for name, nodes in (("coarse", 49), ("fine", 97)):
         level = Resolution(MeshSize(), nodes)
-        monkeypatch.setitem(statics.RESOLUTIONS, f"{nodes} nodes", level)
-    levels = ("default", "49 nodes", "97 nodes")
+        monkeypatch.setitem(statics.RESOLUTIONS, name, level)
+    levels = ("default", "coarse", "fine")  # by rising nodes
     errors = [static_error(case_of, track, resolution=name)[0] for name in levels]
     medians = [np.median(np.abs(error)) for error in errors]
     largest = [np.abs(error).max() for error in errors]

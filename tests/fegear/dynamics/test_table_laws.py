@@ -13,7 +13,7 @@ from fegear.dynamics.coupled import contacts_of, coupled_contacts
 from fegear.dynamics.table_laws import laws_at
 from fegear.errors import InputError
 from fegear.excitation import GivenTables, read_mesh_tables
-from fegear.lumped_system import LumpedModel, lumped_system
+from fegear.lumped_models import LumpedModel, lumped_system
 from fegear.statics import StaticsSettings, contact_problem, solve_mesh
 from fegear.train import mesh_torques_at
 from lumped.path_laws import path_laws
@@ -26,6 +26,7 @@ POSITIONS = 64
 TORQUES = 25.0, 50.0, 100.0, 200.0, 300.0  # N m on the input gear
 STATICS = StaticsSettings(positions=POSITIONS, estimate_error=False)
 RELIEF = 10.0  # um at all tips
+FINE = Settings(steps=256, tolerance=1e-5)
 
 
 @pytest.fixture(scope="module")
@@ -91,8 +92,7 @@ def test_its_motion_is_that_of_pair_laws(case_of, given_of, relief):
     np.testing.assert_allclose(found, laws, rtol=3e-4)
     for speed in (1000.0, 1500.0, 2000.0, 2800.0, 3400.0):
         laws, found = (
-            steady_state(FixedStepper(system), speed, Settings(tolerance=1e-5))[0]
-            for system in systems
+            steady_state(FixedStepper(system), speed, FINE)[0] for system in systems
         )
         np.testing.assert_allclose(found.dte_rms, laws.dte_rms, rtol=3e-3)
         np.testing.assert_allclose(found.force_peak, laws.force_peak, rtol=3e-3)

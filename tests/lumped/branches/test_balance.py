@@ -195,7 +195,7 @@ def test_a_motion_as_one_of_a_longer_period(system):
     longer = balance.repeated(3)
     errors, _, _ = longer.equations(balance.lengthened(x, 3), LOST)
     assert np.abs(errors).max() < 1e-9 * np.abs(x).max()
-    delayed = longer.delayed(balance.lengthened(x, 3), 2)
+    delayed = longer.delayed(balance.lengthened(x, 3), 2, LOST)
     np.testing.assert_allclose(delayed, balance.lengthened(x, 3), atol=1e-18)
 
 

@@ -11,7 +11,7 @@ from matplotlib.collections import PolyCollection
 
 from fegear.excitation import Source
 from fegear.gearset import load_gear_set
-from fegear.lumped_system import LumpedModel, lumped_system
+from fegear.lumped_models import LumpedModel, lumped_system
 from lumped.drawing import COLORS
 from lumped.friction import ToothFriction
 from lumped.stability.combinations import combinations

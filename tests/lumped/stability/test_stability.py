@@ -16,7 +16,7 @@ from scipy.optimize import fsolve
 
 from fegear.excitation import Source
 from fegear.gearset import load_gear_set
-from fegear.lumped_system import LumpedModel, lumped_system
+from fegear.lumped_models import LumpedModel, lumped_system
 from lumped.analytic import StiffnessFigures, analytic_excitation
 from lumped.friction import ToothFriction, base_pitch, friction_rows, with_bending
 from lumped.stability.combinations import combinations
@@ -320,10 +320,10 @@ def test_no_mode_with_rotation_grows_with_one_across(mode, across, sign):
 @pytest.mark.parametrize(
     ("kwargs", "message"),
     [
-        ({"coefficient": -0.1}, "coefficient must be from 0"),
-        ({"coefficient": 1.0}, "coefficient must be from 0"),
-        ({"coefficient": math.nan}, "coefficient must be from 0"),
-        ({"coefficient": 0.1, "bending": 2.0}, "bending must be from 0"),
+        ({"coefficient": -0.1}, "coefficient must be 0"),
+        ({"coefficient": 1.0}, "coefficient must be 0"),
+        ({"coefficient": math.nan}, "coefficient must be 0"),
+        ({"coefficient": 0.1, "bending": 2.0}, "bending must be 0"),
     ],
 )
 def test_friction_that_cannot_be(kwargs, message):

@@ -107,7 +107,7 @@ def branches(part: BranchesPart, scene: Scene, report: Progress) -> PartResult:
     found: Found = dict.fromkeys(NAMES.values(), ())
     for branch in result.branches:
         for point in branch.bifurcations:
-            found[NAMES[point.kind]] += (point.frequency / unit,)
+            found[NAMES[point.kind]] += (point.place / unit,)
     found |= _largest(result.branches, scene, "")
     for multiple in {branch.multiple for branch in result.branches}:
         own = [branch for branch in result.branches if branch.multiple == multiple]

@@ -8,25 +8,30 @@ from dataclasses import dataclass, field, replace
 from decimal import Decimal
 from typing import Literal
 
+from fegear.boundary import public
 from fegear.errors import InputError
 from fegear.excitation import Excitations, ExcitationSource, GivenTables, Source
 from fegear.gearset.model import GearSet
 from fegear.gearset.pitch_errors import error_periods
-from fegear.headings import BENDING, TURNED
-from fegear.train import mesh_torques_at, train_of
+from fegear.headings import BENDING, TORQUE_OF, TURNED
+from fegear.train import mesh_torques_at, power_meshes, train_of, with_efficiency
 from fegear.unphysical import doubts_of_meshes
 from fegear.version import package_version
+from lumped.checks import require_between, require_choice, require_fields
 from lumped.coupled import INGREDIENTS
+from lumped.csv_text import exact
 from lumped.excitation import at_torque, bending_along_path
 from lumped.friction import Sliding, ToothFriction, with_bending
 from lumped.left_out import ALLOWED
+from lumped.losses import nominal_efficiency
 from lumped.settings import Settings
 from lumped.system import LumpedSystem
 from lumped.table import pair_names
 from lumped.train import TrainError
 from lumped.waves import Wave
 
-Number = int | Literal["coupled"]
+TorqueOf = Literal["nominal", "input"]
+Number = Literal[1, 2, 3, "coupled"]
 COUPLED = 0.05  # of a mode's strain energy in meshes, to count for the usual speeds
 USUAL_SPEEDS = 400  # at most, where none are given
 BendingRatio = float | Mapping[int, Wave]
@@ -48,6 +53,10 @@ class LumpedModel:
     bending : friction-bending ratio of all, None for the mean of the mesh tables,
         "cycle" for that of each pair over its way, as they have it
     sliding, transition : see `lumped.friction.ToothFriction`
+    torque_of : what the given torque is, with friction; "nominal", of gears without it:
+        what friction takes comes to the input torque and goes from the output torque,
+        in parts by the inertia of both; "input", the mean of the input gear, the output
+        torque being lowered by the efficiency of the meshes
     """
 
     number: Number = 1
@@ -59,22 +68,20 @@ class LumpedModel:
     bending: float | Literal["cycle"] | None = None
     sliding: Sliding = "nominal"
     transition: float = 0.0
+    torque_of: TorqueOf = "nominal"
 
     def __post_init__(self) -> None:
-        if self.number not in (1, 2, 3, "coupled"):
-            raise ValueError(f"number must be 1, 2, 3 or coupled, got {self.number}")
+        if self.damping_ratio is not None:
+            require_between("damping_ratio", self.damping_ratio, 0, 1, below=True)
+        require_fields(self)
         if self.without and self.number != "coupled":
             raise ValueError(f"without needs the coupled model, got {self.number}")
-        known = isinstance(self.without, tuple) and set(self.without) <= {*INGREDIENTS}
-        if not known or len(set(self.without)) < len(self.without):
-            allowed = ", ".join(INGREDIENTS)
-            raise ValueError(
-                f"without must be a tuple of {allowed}, each once, got {self.without!r}"
-            )
+        for name in self.without:
+            require_choice("without", name, INGREDIENTS)
+        if len(set(self.without)) < len(self.without):
+            raise ValueError(f"without must name each part once, got {self.without!r}")
         if self.friction and self.number != 1:
             raise ValueError(f"friction needs model 1, got {self.number}")
-        if isinstance(self.bending, str) and self.bending != "cycle":
-            raise ValueError(f"bending must be a number or cycle, got {self.bending}")
         ratio = self.bending
         if ratio is None or isinstance(ratio, str):
             ratio = 0.0
@@ -102,6 +109,7 @@ class LumpedModel:
         return given if isinstance(given, GivenTables) else Excitations(given)
 
 
+@public
 def lumped_system(
     gear_set: GearSet,
     torque: float,
@@ -137,6 +145,8 @@ def lumped_system(
             rubs = tuple(map(model.tooth_friction, ratios))
             driven = tuple(map(with_bending, driven, rubs))
         system = LumpedSystem(train, driven, friction=rubs)
+        if rubs and model.torque_of == "input":
+            system = with_losses(gear_set, system)
     except (TrainError, ValueError) as error:
         raise InputError(f"{gear_set.name}: {error}") from None
     if known is None:
@@ -151,6 +161,17 @@ def lumped_system(
         kept=like.contacts.kept if like is not None and like.contacts else None,
     )
     return replace(system, contacts=contacts)
+
+
+def with_losses(gear_set: GearSet, system: LumpedSystem) -> LumpedSystem:
+    """The system with an output torque lowered by what friction takes."""
+    efficiency = 1.0
+    for mesh in power_meshes(gear_set):
+        force = system.modes.mean_stiffness[mesh] * abs(system.static_deflection[mesh])
+        given = system.excitations[mesh], system.friction[mesh], float(force)
+        efficiency *= nominal_efficiency(system.train, mesh, *given)
+    train = with_efficiency(gear_set, system.train, efficiency)
+    return replace(system, train=train, losses=1.0 - efficiency)
 
 
 def bending_ratios(
@@ -317,7 +338,7 @@ def file_header(
         "gear set": gear_set.name,
         "fegear version": package_version(),
         **model.stiffness.header,
-        "damping ratio": f"{damping_ratio:g}",
+        "damping ratio": exact(damping_ratio),
         "translations": "yes" if model.translations else "no",
         **_friction(model),
         "integration": integration,
@@ -332,15 +353,22 @@ def _friction(model: LumpedModel) -> dict[str, str]:
     if isinstance(model.bending, str):
         bending = "of the mesh tables, over the way of each pair"
     elif model.bending is not None:
-        bending = f"{model.bending:g}"
+        bending = exact(model.bending)
     entries = {
-        "friction coefficient": f"{model.friction:g}",
+        "friction coefficient": exact(model.friction),
         BENDING: bending,
     }
     if model.sliding == "instantaneous":
-        turns = f" within {model.transition:g} m/s" if model.transition else ""
+        turns = f" within {exact(model.transition)} m/s" if model.transition else ""
         entries[TURNED] = f"turned by vibration{turns}"
-    return entries
+    return entries | torque_entry(model.torque_of)
+
+
+def torque_entry(torque_of: TorqueOf) -> dict[str, str]:
+    """Of a header, where torques are not those of gears without friction."""
+    if torque_of == "nominal":
+        return {}
+    return {TORQUE_OF: "of the input gear, with friction"}
 
 
 def _pitch_errors(gear_set: GearSet) -> dict[str, str]:
@@ -353,7 +381,7 @@ def _pitch_errors(gear_set: GearSet) -> dict[str, str]:
 
 
 def integration_in_words(settings: Settings) -> str:
-    scheme = f"{settings.method}, tolerance {settings.tolerance:g}"
+    scheme = f"{settings.method}, tolerance {exact(settings.tolerance)}"
     if settings.method == "rk4":
         scheme += f", {settings.steps} steps per period or more"
     return f"{scheme}, up to {cap_in_words(settings.max_periods)}"

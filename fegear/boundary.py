@@ -1,0 +1,54 @@
+"""Where arguments enter the functions that the package offers, and are checked."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from functools import wraps
+from inspect import signature
+from typing import ParamSpec, TypeVar
+
+from fegear.errors import InputError
+from fegear.gearset.model import GearSet
+from lumped.checks import require_arguments, require_frequency
+
+P = ParamSpec("P")
+R = TypeVar("R")
+
+
+def public(function: Callable[P, R]) -> Callable[P, R]:
+    """A function of the package, whose arguments must be what their types say."""
+
+    @wraps(function)
+    def run(*args: P.args, **kwargs: P.kwargs) -> R:
+        given = signature(function).bind(*args, **kwargs).arguments
+        if "gear_set" in given:
+            _require_gear_set(given["gear_set"])
+        require_arguments(function, given)
+        return function(*args, **kwargs)
+
+    return run
+
+
+def _require_gear_set(value: object) -> None:
+    if not isinstance(value, GearSet):
+        named = isinstance(value, str)
+        makes = f'load_gear_set("{value}")' if named else "load_gear_set"
+        raise InputError(
+            f"gear_set must be a gear set, got {value!r}; {makes} makes one"
+        )
+
+
+def require_mesh(gear_set: GearSet, mesh: int) -> None:
+    """An index from 0 of a mesh."""
+    last = len(gear_set.meshes) - 1
+    if not 0 <= mesh <= last:
+        raise InputError(
+            f"mesh must be 0 to {last}, counted from 0, got {mesh}; {gear_set.name} "
+            f"has {last + 1}"
+        )
+
+
+def require_frequencies(name: str, values: Iterable[float]) -> None:
+    """Mesh frequencies [Hz]."""
+    for value in values:
+        require_frequency(name, value)

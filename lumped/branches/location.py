@@ -1,0 +1,158 @@
+"""Bifurcations of periodic motions located by shooting.
+
+Harmonic balance leaves harmonics out and so misplaces them. Here the state z and the
+parameter p that a period of integration takes back to themselves, P(z, p) = z, are
+followed for a short way along their curve, until the multipliers of the integrated
+motion say that something changes. Of models 1 to 3: steps that end on contact changes
+are exact enough for it, fixed ones, which the coupled model takes, are not.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lumped.branches.balance import HarmonicBalance
+from lumped.branches.continuation import NoSolution
+from lumped.branches.motions import Motions
+from lumped.branches.shooting import ADAPTIVE
+from lumped.steady_state import Diverged, Speed
+from lumped.steppers import AdaptiveStepper
+
+Array = NDArray[np.float64]
+Multipliers = NDArray[np.complex128]
+Test = Callable[[Multipliers], float]
+STEPS = 256  # of a period of the fastest mesh, between which it is interpolated
+EXACT = 1e-6  # largest last correction, in scaled unknowns; the next is a thousandth
+NEAR_ENOUGH = 1e-9  # of a secant, whose error is some times this
+FIRST, FAR = 1e-4, 0.2  # to the second point of the secant, and beyond all of them
+SAME = 0.02  # of the parameter's unit, within which a bifurcation is the one meant
+DIFFERENCE = 1e-5  # of the parameter's unit
+MOST_CORRECTIONS, MOST_SECANTS = 12, 8
+
+
+@dataclass(frozen=True, eq=False)
+class Shooting:
+    """Motions by integration, in scaled unknowns z = (state, parameter) (2 n + 1,).
+
+    size : (2, n) of displacement and velocity
+    """
+
+    motions: Motions
+    size: Array
+
+    @property
+    def unit(self) -> float:
+        return self.motions.family.unit
+
+    def value(self, z: Array) -> float:
+        """The parameter."""
+        return self.motions.family.within(float(z[-1] * self.unit))
+
+    def state(self, z: Array) -> Array:
+        return z[:-1].reshape(self.size.shape) * self.size
+
+    def change(self, z: Array) -> Array:
+        """Of the scaled state over a period (2 n,); raises NoSolution."""
+        balance, frequency = self.motions.at(self.value(z))
+        stepper, state = AdaptiveStepper(balance.system), self.state(z)
+        try:
+            end, _ = stepper.record(state, Speed(frequency, ADAPTIVE), balance.multiple)
+        except Diverged as error:
+            raise NoSolution("the motion diverges") from error
+        return np.asarray(((end - state) / self.size).ravel())
+
+    def monodromy(self, z: Array) -> Array:
+        """What a change of the state becomes in a period (2 n, 2 n)."""
+        balance, frequency = self.motions.finer.at(self.value(z))
+        assert isinstance(balance, HarmonicBalance)
+        x = integrated(balance, self.state(z), frequency)
+        return balance.monodromy(x, frequency)
+
+    def derivative(self, z: Array, monodromy: Array) -> Array:
+        """Of the change of scaled unknowns (2 n, 2 n + 1); monodromy : of the state."""
+        size, beside = self.size.ravel(), z.copy()
+        by_state = monodromy * size / size[:, None] - np.eye(size.size)
+        beside[-1] = self._beside(self.value(z)) / self.unit
+        by_parameter = (self.change(beside) - self.change(z)) / (beside - z)[-1]
+        return np.column_stack([by_state, by_parameter])
+
+    def _beside(self, value: float) -> float:
+        """A value so far away that the noise of the integration does not count."""
+        step = DIFFERENCE * self.unit
+        above = self.motions.family.within(value + step)
+        return above if above - value > 0.5 * step else value - step
+
+    def onto(self, z: Array, matrix: Array) -> Array:
+        """The periodic motion on the plane through z across the last row of a matrix,
+        whose other rows are the derivative of the change."""
+        start = z
+        for _ in range(MOST_CORRECTIONS):
+            try:
+                step = np.linalg.solve(matrix, np.append(self.change(z), 0.0))
+            except np.linalg.LinAlgError:
+                break
+            z = z - step
+            if not np.abs(z - start).max() < FAR:
+                break
+            if np.abs(step).max() <= EXACT:
+                return z
+        raise NoSolution("shooting found no periodic motion")
+
+
+def located(motions: Motions, x: Array, value: float, test: Test) -> float:
+    """The parameter near `value` at which a test of the multipliers is zero.
+
+    x : unknowns of harmonic balance there
+    Raises NoSolution where there is none so near.
+    """
+    balance, frequency = motions.at(value)
+    state = balance.state(x, frequency)
+    size = np.broadcast_to(np.abs(state).max(axis=1, keepdims=True), state.shape)
+    shooting = Shooting(motions, size)
+    z = np.append((state / size).ravel(), value / shooting.unit)
+    derivative = shooting.derivative(z, balance.monodromy(x, frequency))
+    tangent = np.linalg.svd(derivative)[2][-1]
+    matrix = np.vstack([derivative, tangent])
+    start = shooting.onto(z, matrix)
+
+    def error(part: float) -> float:
+        now = shooting.onto(start + part * tangent, matrix) if part else start
+        multipliers = np.linalg.eigvals(shooting.monodromy(now))
+        return test(np.asarray(multipliers, complex))
+
+    found = shooting.value(shooting.onto(start + root(error) * tangent, matrix))
+    if not abs(found - value) <= SAME * shooting.unit:
+        raise NoSolution("shooting found another bifurcation")
+    return found
+
+
+def root(function: Callable[[float], float]) -> float:
+    """Of a function near 0, by secants; raises NoSolution."""
+    a, b, before = 0.0, FIRST, function(0.0)
+    for _ in range(MOST_SECANTS):
+        now = function(b)
+        slope = (now - before) / (b - a)
+        a, b, before = b, b - now / slope, now
+        if not abs(b) < FAR:
+            break
+        # a secant's error is of second order
+        if abs((b - a) * b) <= NEAR_ENOUGH:
+            return b
+    raise NoSolution("shooting found no bifurcation there")
+
+
+def integrated(balance: HarmonicBalance, state: Array, frequency: float) -> Array:
+    """Unknowns of the motion that a state (2, n) sets out on."""
+    from scipy.interpolate import CubicHermiteSpline
+
+    settings = replace(ADAPTIVE, steps=STEPS)
+    stepper, at = AdaptiveStepper(balance.system), Speed(frequency, settings)
+    _, history = stepper.record(state, at, balance.multiple)
+    spline = CubicHermiteSpline(history.time, history.deflection, history.rate)
+    count = 8 * balance.series.rows
+    samples = spline(history.time[-1] * np.arange(count) / count)
+    return np.asarray(balance.series.of_samples(samples).ravel())

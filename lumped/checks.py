@@ -1,0 +1,193 @@
+"""Checks of settings, made once where they enter: what computes with them trusts.
+
+Each raises ValueError with the name of the setting, what is allowed and what arrived.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import fields
+from functools import lru_cache, wraps
+from inspect import signature
+from numbers import Integral, Real
+from types import NoneType, UnionType
+from typing import (
+    Any,
+    Literal,
+    ParamSpec,
+    TypeGuard,
+    TypeVar,
+    Union,
+    get_args,
+    get_origin,
+    get_type_hints,
+)
+
+import numpy as np
+
+P = ParamSpec("P")
+R = TypeVar("R")
+FREQUENCIES = 0.0, 1e9  # Hz, both out
+WORDS = {
+    bool: "True or False",
+    int: "a whole number",
+    float: "a finite number",
+    str: "text",
+    NoneType: "None",
+}
+
+
+def require_between(
+    name: str,
+    value: float,
+    low: float,
+    high: float,
+    above: bool = False,
+    below: bool = False,
+) -> None:
+    """A number from low to high; low is out with `above`, high with `below`."""
+    inside = is_number(value) and low <= value <= high
+    if inside and not (above and value == low) and not (below and value == high):
+        return
+    first, last = (
+        f"{end:g}".replace("e+0", "e").replace("e-0", "e-") for end in (low, high)
+    )
+    start, end = "above " if above else "", "below " if below else ""
+    raise ValueError(
+        f"{name} must be {start}{first} to {end}{last}, got {shown(value)}"
+    )
+
+
+def require_choice(name: str, value: object, allowed: Collection[object]) -> None:
+    """One of several."""
+    if not any(_is(value, choice) for choice in allowed):
+        raise ValueError(f"{name} must be {_listed(allowed)}, got {shown(value)}")
+
+
+def require_fields(settings: Any, infinite: Collection[str] = ()) -> None:
+    """Every field of a dataclass is what its type says, and its numbers are finite.
+
+    What is in arrays and mappings is left to their own checks.
+
+    infinite : fields whose number may be infinite as well
+    """
+    for name, kind in _kinds(settings.__class__).items():
+        value = getattr(settings, name)
+        if not (name in infinite and is_number(value) and value == math.inf):
+            require_kind(name, value, kind)
+
+
+def require_frequency(name: str, value: float) -> None:
+    """A mesh frequency [Hz]."""
+    require_between(name, value, *FREQUENCIES, above=True, below=True)
+
+
+def checked(function: Callable[P, R]) -> Callable[P, R]:
+    """A function of the interface, whose arguments must be what their types say."""
+
+    @wraps(function)
+    def run(*args: P.args, **kwargs: P.kwargs) -> R:
+        given = signature(function).bind(*args, **kwargs).arguments
+        require_arguments(function, given)
+        return function(*args, **kwargs)
+
+    return run
+
+
+def require_arguments(
+    function: Callable[..., Any], given: Mapping[str, object]
+) -> None:
+    """Arguments, by name, are what the types of a function say."""
+    kinds = _arguments(function)
+    for name, value in given.items():
+        require_kind(name, value, kinds[name])
+
+
+def require_kind(name: str, value: object, kind: Any) -> None:
+    """What a type says; a float is a finite number, a Literal one of its words."""
+    if not _fits(value, kind):
+        raise ValueError(f"{name} must be {_words(kind)}, got {shown(value)}")
+
+
+def is_number(value: object) -> bool:
+    """A real number, also NumPy's, and neither NaN nor a truth value."""
+    number = isinstance(value, Real) and not isinstance(value, bool)
+    return number and not math.isnan(value)  # type: ignore[arg-type]
+
+
+def shown(value: object) -> str:
+    """What arrived, in a message: numbers as they print, all else as Python has it."""
+    return str(value) if isinstance(value, Real) else repr(value)
+
+
+@lru_cache(maxsize=256)
+def _kinds(kind: Any) -> dict[str, Any]:
+    hints = get_type_hints(kind)
+    return {each.name: hints[each.name] for each in fields(kind)}
+
+
+@lru_cache(maxsize=256)
+def _arguments(function: Callable[..., Any]) -> dict[str, Any]:
+    return get_type_hints(function)
+
+
+def _fits(value: object, kind: Any) -> bool:
+    simple: dict[Any, Callable[[object], bool]] = {
+        bool: lambda v: isinstance(v, bool | np.bool_),
+        int: lambda v: isinstance(v, Integral) and not isinstance(v, bool),
+        float: lambda v: is_number(v) and math.isfinite(v),  # type: ignore[arg-type]
+    }
+    if kind in simple:
+        return simple[kind](value)
+    origin, arguments = get_origin(kind), get_args(kind)
+    if origin in (Union, UnionType):
+        return any(_fits(value, each) for each in arguments)
+    if origin is Literal:
+        return any(_is(value, each) for each in arguments)
+    if origin is tuple:
+        return isinstance(value, tuple) and _fit_in_turn(value, arguments)
+    if origin is Sequence:
+        return _is_several(value) and all(_fits(each, *arguments) for each in value)
+    plain = origin or kind
+    checked = isinstance(plain, type) and plain is not Any and not _is_protocol(plain)
+    return isinstance(value, plain) if checked else True
+
+
+def _fit_in_turn(values: tuple[object, ...], kinds: tuple[Any, ...]) -> bool:
+    if kinds[-1] is Ellipsis:
+        kinds = (kinds[0],) * len(values)
+    return len(kinds) == len(values) and all(map(_fits, values, kinds))
+
+
+def _is_several(value: object) -> TypeGuard[Sequence[object]]:
+    return isinstance(value, Sequence | np.ndarray) and not isinstance(value, str)
+
+
+def _is_protocol(kind: type) -> bool:
+    return bool(getattr(kind, "_is_protocol", False))
+
+
+def _is(value: object, choice: object) -> bool:
+    """Equal, and not 1 beside True or 1.0."""
+    return type(value) is type(choice) and value == choice
+
+
+def _words(kind: Any) -> str:
+    origin, arguments = get_origin(kind), get_args(kind)
+    if origin in (Union, UnionType):
+        return " or ".join(map(_words, arguments))
+    if origin is Literal:
+        return _listed(arguments)
+    if origin is tuple:
+        each = [_words(a) for a in arguments if a is not Ellipsis]
+        many = Ellipsis in arguments
+        return f"a tuple, each {each[0]}" if many else f"a tuple of {', '.join(each)}"
+    if origin is Sequence:
+        return f"a list, each {_words(arguments[0])}"
+    return WORDS.get(kind, f"a {getattr(kind, '__name__', kind)}")
+
+
+def _listed(choices: Collection[object]) -> str:
+    *others, last = map(str, choices)
+    return f"{', '.join(others)} or {last}" if others else last

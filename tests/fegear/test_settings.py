@@ -1,0 +1,246 @@
+"""No setting of a public dataclass, and no argument of a function, passes unchecked."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterator
+from dataclasses import fields, is_dataclass, replace
+from inspect import isfunction, signature
+from types import UnionType
+from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
+
+import numpy as np
+import pytest
+
+import fegear
+import lumped
+from fegear.bifurcations import AttractorSettings
+from fegear.excitation import GivenTables
+from lumped.branches.periodic import BranchSettings
+from lumped.coupled import CoupledContacts
+from lumped.friction import ToothFriction
+from lumped.waves import constant
+
+GEARS = fegear.load_gear_set("liu-pair")
+RESULTS = {  # what functions return, made by nobody else
+    CoupledContacts,
+    lumped.Attractor,
+    lumped.Branch,
+    lumped.History,
+    lumped.Modes,
+    lumped.Response,
+}
+READ = {fegear.GearSet}  # made of files and tables, by a schema that checks them
+FREE = {"name", "root_stress"}  # any text
+PAIR = lumped.PairExcitation(constant(1e8), constant(0.0))
+SPRING = lumped.MeshExcitation((PAIR,), 1e8)
+TWO = tuple(
+    lumped.Gear(name=name, teeth=30, base_radius=0.04, inertia=1e-3, torque=torque)
+    for name, torque in (("a", 1.0), ("b", 1.0))
+)
+TRAIN = lumped.Train(
+    gears=TWO, meshes=(lumped.Mesh(driver=0, driven=1, pressure_angle=0.35),)
+)
+TABLE = lumped.MeshTable(np.ones(1), np.arange(4) / 4, {})
+EXAMPLES = [  # of classes that must be told something
+    AttractorSettings(),
+    BranchSettings(),
+    ToothFriction(0.1),
+    *TWO[:1],
+    TRAIN,
+    TRAIN.meshes[0],
+    lumped.Shaft(gears=(0, 1)),
+    SPRING,
+    SPRING.pairs[0],
+    constant(1.0),
+    lumped.LumpedSystem(TRAIN, (SPRING,)),
+    lumped.StiffnessFigures(mean=1e8, variation=0.3, contact_ratio=1.5),
+    TABLE,
+    GivenTables((("t.csv", TABLE),)),
+]
+KNOWN = {type(each): each for each in EXAMPLES}
+OFFERED = [getattr(home, name) for home in (fegear, lumped) for name in home.__all__]
+
+
+def parts(kind: Any) -> Iterator[Any]:
+    """A type and those that it is made of."""
+    yield kind
+    for each in get_args(kind):
+        if get_origin(kind) is not Literal:
+            yield from parts(each)
+
+
+def public_classes() -> list[type]:
+    """Dataclasses that the packages offer, and those of their fields."""
+    found: list[type] = []
+    waiting = [each for each in OFFERED if is_dataclass(each)] + list(KNOWN)
+    while waiting:
+        kind = waiting.pop(0)
+        if kind in {*found} | RESULTS | READ:
+            continue
+        found.append(kind)
+        for hint in get_type_hints(kind).values():
+            waiting += [p for p in parts(hint) if is_dataclass(p)]
+    return found
+
+
+def example(kind: type) -> Any:
+    return KNOWN[kind] if kind in KNOWN else kind()
+
+
+def wrong_values(hint: Any) -> Iterator[Any]:
+    """Of other types, NaN among numbers, and words that are none of the allowed."""
+    kinds = get_args(hint) if get_origin(hint) in (Union, UnionType) else (hint,)
+    if get_origin(kinds[0]) is tuple:
+        yield 1.0
+        element = get_args(kinds[0])[0]
+        yield from ((each,) for each in wrong_values(element))
+        return
+    yield from ("no such word", math.nan, [2.0])
+    if not any(kind in (int, float) for kind in kinds):
+        yield 1.5
+    yield -math.inf
+    if bool not in kinds:
+        yield True
+    if int in kinds and float not in kinds:
+        yield 2.5
+    yield from (2.0 + 1.0j, object())
+
+
+def settings() -> Iterator[Any]:
+    for kind in public_classes():
+        hints = get_type_hints(kind)
+        for each in fields(kind):
+            name = f"{kind.__module__}.{kind.__name__}-{each.name}"
+            if each.name not in FREE:
+                yield pytest.param(kind, each.name, hints[each.name], id=name)
+
+
+@pytest.mark.parametrize(("kind", "name", "hint"), list(settings()))
+def test_no_setting_passes_unchecked(kind, name, hint):
+    good = example(kind)
+    assert replace(good) is not None
+    for wrong in wrong_values(hint):
+        with pytest.raises(ValueError, match=rf"\b{name}\b"):
+            replace(good, **{name: wrong})
+
+
+def test_all_public_settings_are_looked_at():
+    names = {kind.__name__ for kind in public_classes()}
+    assert {"StaticsSettings", "Source", "Settings", "DynamicSettings"} <= names
+    assert {
+        "BranchSettings",
+        "SectionSettings",
+        "ToothFriction",
+        "GivenTables",
+    } <= names
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (
+            lambda: fegear.StaticsSettings(plane="Stress"),
+            "plane must be stress or strain, got 'Stress'",
+        ),
+        (
+            lambda: fegear.StaticsSettings(friction=-0.1),
+            "friction must be 0 to below 0.5, got -0.1",
+        ),
+        (
+            lambda: fegear.Source(resolution="finest"),
+            "resolution must be coarse, default or fine, got 'finest'",
+        ),
+        (
+            lambda: fegear.FiniteElements(fidelity="Full"),
+            "fidelity must be full, reduced, quasistatic or auto, got 'Full'",
+        ),
+        (
+            lambda: fegear.FiniteElements(tolerance=-1.0),
+            "tolerance must be above 0 to 1, got -1.0",
+        ),
+        (
+            lambda: fegear.PictureSettings(width=961),
+            "width must be an even number, got 961",
+        ),
+        (
+            lambda: fegear.LumpedModel(damping_ratio=math.inf),
+            "damping_ratio must be 0 to below 1, got inf",
+        ),
+        (
+            lambda: fegear.SweepSettings(directions=("sideways",)),
+            "directions must be a tuple, each up or down, got ('sideways',)",
+        ),
+        (
+            lambda: fegear.solve_mesh("liu-pair"),
+            "gear_set must be a gear set, got 'liu-pair'; "
+            'load_gear_set("liu-pair") makes one',
+        ),
+        (
+            lambda: fegear.solve_mesh(GEARS, torques=[-5.0]),
+            "torques must be 0 to below 1e9, got -5.0",
+        ),
+        (
+            lambda: fegear.solve_mesh(GEARS, torques=100.0),
+            "torques must be a list, each a finite number, got 100.0",
+        ),
+        (
+            lambda: fegear.solve_stress(GEARS, 100.0, position=math.nan),
+            "position must be a finite number, got nan",
+        ),
+        (
+            lambda: fegear.solve_stress(GEARS, 100.0, mesh=-1),
+            "mesh must be 0 to 0, counted from 0, got -1; liu-pair has 1",
+        ),
+        (
+            lambda: fegear.solve_stress(GEARS, 100.0, zoom="near"),
+            "zoom must be contact, tooth or gear, got 'near'",
+        ),
+        (
+            lambda: fegear.sweep_speeds(GEARS, [100.0], [-1000.0]),
+            "frequencies must be above 0 to below 1e9, got -1000.0",
+        ),
+        (
+            lambda: fegear.settle_motion(GEARS, 100.0, 0),
+            "speed must be above 0 to below 1e9, got 0",
+        ),
+    ],
+)
+def test_messages_name_the_setting_the_value_and_what_is_allowed(make, message):
+    with pytest.raises(ValueError, match=f"^{re.escape(message)}$"):
+        make()
+
+
+WITH_A_GEAR_SET = [
+    each
+    for each in OFFERED
+    if isfunction(each) and "gear_set" in signature(each).parameters
+]
+
+
+@pytest.mark.parametrize("function", WITH_A_GEAR_SET, ids=lambda f: f.__name__)
+@pytest.mark.parametrize("wrong", ["liu-pair", None, {"gear": []}])
+def test_functions_take_gear_sets_only(function, wrong):
+    others = [
+        parameter.name
+        for parameter in signature(function).parameters.values()
+        if parameter.default is parameter.empty and parameter.name != "gear_set"
+    ]
+    with pytest.raises(ValueError, match="gear_set must be a gear set, got"):
+        function(gear_set=wrong, **dict.fromkeys(others, ()))
+
+
+def test_numbers_of_numpy_are_numbers():
+    settings = fegear.StaticsSettings(
+        positions=np.int64(8),
+        friction=np.float64(0.1),
+        corner_contact=np.bool_(False),
+    )
+    assert settings.positions == 8
+    given = np.array([2800.0, 2900.0])
+    model = fegear.LumpedModel(stiffness=fegear.Source(kind="rectangular"))
+    found = fegear.sweep_speeds(
+        GEARS, np.array([100.0]), given, fegear.SweepSettings(model=model)
+    )
+    assert found.table.rows[0].mesh_frequency_Hz == 2800.0
