@@ -75,6 +75,7 @@ class BodyModes:
 
     angular : (b,) natural frequency [rad/s]; damping : (b,) of the velocity [1/s]
     coupling : (b, n) G, to the modal coordinates of the hubs
+    mass : (b, b) 1, less what hubs take away that are no coordinates
     rows : (c, p + 1, b) penetration of the contacts per coordinate [1/sqrt(kg)]
     whirl : (b,) v over the angular frequency of the first mesh, 0 of standing modes
     gears, nodal_diameters : (b,)
@@ -83,6 +84,7 @@ class BodyModes:
     angular: Array
     damping: Array
     coupling: Array
+    mass: Array
     rows: Array
     whirl: Array
     gears: NDArray[np.int64]
@@ -94,10 +96,9 @@ class BodyModes:
 
     def only(self, kept: NDArray[np.bool_]) -> BodyModes:
         """Some of the modes (b,)."""
-        values = {
-            name: array[kept] for name, array in vars(self).items() if name in OF_EACH
-        }
-        return BodyModes(**values, rows=np.ascontiguousarray(self.rows[..., kept]))
+        values = {name: vars(self)[name][kept] for name in OF_EACH}
+        rows = np.ascontiguousarray(self.rows[..., kept])
+        return BodyModes(**values, mass=self.mass[np.ix_(kept, kept)], rows=rows)
 
     @property
     def pairs(self) -> Array:
@@ -109,7 +110,7 @@ class BodyModes:
     def to_unit(self) -> Array:
         """Displacement of hubs and modes per coordinate of unit mass, square."""
         G = self.coupling
-        mass = np.block([[np.eye(G.shape[1]), G.T], [G, np.eye(self.count)]])
+        mass = np.block([[np.eye(G.shape[1]), G.T], [G, self.mass]])
         return np.linalg.inv(np.linalg.cholesky(mass)).T
 
 
@@ -120,6 +121,7 @@ def no_body_modes(contacts: int, positions: int, modes: int) -> BodyModes:
         angular=none,
         damping=none,
         coupling=np.empty((0, modes)),
+        mass=np.empty((0, 0)),
         rows=np.empty((contacts, positions, 0)),
         whirl=none,
         gears=nowhere,

@@ -180,10 +180,15 @@ class RimGears:
         root = np.sqrt(self.in_rim * np.array(self.inertias[: self.gears]))
         rows = np.repeat((self.arms / root)[:, None], self.positions + 1, axis=1)
         none = np.zeros(self.gears)
+        reference = self.model_1
+        still = root[:, None] * np.delete(
+            reference.modes.shapes, reference.moving, axis=1
+        )
         return BodyModes(
             angular=1.0 / (root * np.sqrt(self.compliance)),
             damping=none,
             coupling=root[:, None] * shapes,
+            mass=np.eye(self.gears) - still @ still.T,
             rows=rows,
             whirl=none,
             gears=np.arange(self.gears),

@@ -91,11 +91,14 @@ def body_modes(
     turn = np.where(travels, turn, 0.0)  # of a mode by the pitch of a tooth
     rate = _mesh_rates(gear_set, reference)[modal.owner]
     rows = _turned_back(_mode_rows(jacobian, modal), modal.partner, first, turn)
-    rotation = modal.rotation[modal.owner][:, reference.moving]
+    coupling = (modal.coupling[:, None] * modal.rotation[modal.owner])[order]
+    still = np.delete(coupling, reference.moving, axis=1)
     return BodyModes(
         angular=np.sqrt(modal.rigidity)[order],
         damping=modal.elastic_damping[order],
-        coupling=(modal.coupling[:, None] * rotation)[order],
+        coupling=coupling[:, reference.moving],
+        # hubs that no mesh strains follow freely: z'' = -G'e''
+        mass=np.eye(number) - still @ still.T,
         rows=np.ascontiguousarray(rows[..., order]),
         whirl=(turn / (2.0 * np.pi) * rate)[order],
         gears=modal.owner[order],

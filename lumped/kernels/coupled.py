@@ -41,6 +41,7 @@ from lumped.kernels.settling import (
 )
 
 SLOTS = 4  # forces that a step knows
+GRAIN = 1e-10  # of the deflection, that contact solutions leave open in a period
 STARTS = 4  # rounds after which the forces before the start are known
 RESCALED = 64  # steps after which small changes are brought back to length 1
 
@@ -413,6 +414,9 @@ def settle_motion(system, steps, limit, state, check, most):
         if not bounded(q, v, limit):
             return NOT_FINITE, 1.0, False
         set_round_off(check, count)
+        for m in range(s.size):
+            size = max(abs(check.limits[0, m]), abs(check.limits[1, m]))
+            check.noise[m] += GRAIN * size
         if close_section(check, q, v):
             return FINISHED, 0.0, True
     return FINISHED, 0.0, False

@@ -6,7 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from rim_gears import RimGears
+from rim_gears import FREE, RimGears
+from scipy.linalg import eigh
 
 from lumped import Settings, respond
 from lumped.branches.period_map import PeriodMap
@@ -16,6 +17,7 @@ SOFT = 1.5e-9  # m/N of a gear's spokes
 WAVES = ((0.0, 3e-7), (1e-6, 2e-7), (5e-7, 2e-7), (0.0, 3e-7))
 PAIR = RimGears(spokes=SOFT, in_rim=0.7, gap=WAVES, damping=0.02, vibrating=True)
 IDLER = replace(PAIR, gears=3)
+FREE_PAIR = replace(PAIR, ground=FREE)
 
 
 @pytest.mark.parametrize("case", [PAIR, IDLER], ids=["pair", "idler"])
@@ -32,6 +34,15 @@ def test_statics_and_all_frequencies_are_exact(case):
     np.testing.assert_allclose(less.deflection, found.deflection)
     lowest = less.frequency_Hz / np.sort(frequencies)[: less.frequency_Hz.size]
     assert np.abs(lowest - 1.0).max() > 5e-3
+
+
+def test_gears_that_turn_freely_go_with_their_rims():
+    """The free rotation is no coordinate, but it moves against the bodies."""
+    case = replace(FREE_PAIR, gap=((0.0, 0.0),))
+    dense = case.dense
+    squares = eigh(dense.matrix, np.diag(dense.mass), eigvals_only=True)
+    found = (2.0 * np.pi * case.coupled.loaded.frequency_Hz) ** 2
+    np.testing.assert_allclose(np.sort(found), squares[1:], rtol=1e-9)
 
 
 @pytest.mark.parametrize("case", [PAIR, IDLER], ids=["pair", "idler"])

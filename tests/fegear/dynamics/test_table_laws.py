@@ -169,7 +169,7 @@ def linear_table(pair, gap, coupling, torques=(50.0, 150.0)):
     [
         (0.0, 0.0, (100.0,), ("hardening", "body")),
         (1e-6, 1e-9, (50.0, 150.0), ("body",)),
-        (1e-6, 1e-9, (50.0, 150.0), ()),
+        (1e-6, 1e-9, (50.0, 150.0), ("modes",)),
     ],
 )
 def test_springs_of_another_code_are_solved_by_hand(
