@@ -349,9 +349,9 @@ def coupled_steps(
     h = 1.0 / (frequency * steps)
     propagator = linear.step(frequency, h)
     a, push = linear.standing, propagator.waves[:, 2:4].sum(axis=0)
-    moving = np.empty_like(grid.compliance)
-    newest = np.ascontiguousarray(propagator.push[0, :, :a])
-    set_moving(grid.rows, newest, push, moving)
+    moving = np.zeros_like(grid.compliance)
+    newest = np.ascontiguousarray(propagator.push[:, :a])
+    set_moving(grid.rows, grid.facing, newest, push, moving)
     return CoupledSteps(
         h=np.full(rounds * len(grid.gap), h),
         grid=grid,

@@ -24,7 +24,9 @@ RESOLVED = 1.0  # rad a step, up to which a motion is
 FADING = 0.25  # logarithm of the decay in a step per rad beyond it
 SOFT = 1e-10  # of the largest squared frequency: no eigenvalue is defective
 SMALL = 2.0  # |z| below which moments are integrated, else by recurrence
-POINTS, WEIGHTS = np.polynomial.legendre.leggauss(16)
+POINTS, WEIGHTS = np.polynomial.legendre.leggauss(12)
+PLACES = 0.5 * (POINTS + 1.0)
+POWERS = 0.5 * WEIGHTS * PLACES ** np.arange(4)[:, None]
 CUBIC = np.linalg.inv(np.vander(NODES, increasing=True)).T  # values to coefficients
 LINEAR = np.zeros((4, 4))
 LINEAR[:2, :2] = np.linalg.inv(np.vander(NODES[:2], increasing=True)).T
@@ -48,7 +50,7 @@ class LinearPart:
 
     @cached_property
     def _modes(self) -> tuple[Complex, Complex, Complex]:
-        """Eigenvalues (2 a,), eigenvectors (2 a, 2 a), response to forces (2 a, a)."""
+        """Eigenvalues (2 a,), a row (2 a, 2 a) of each eigenvector, and inverse."""
         a = self.standing
         own, eye = slice(0, a), np.eye(a)
         stiffness = self.system.stiffness[own, own]
@@ -57,8 +59,7 @@ class LinearPart:
             [[np.zeros((a, a)), eye], [-stiffness, -self.system.damping[own, own]]]
         )
         values, vectors = np.linalg.eig(matrix)
-        response = np.linalg.solve(vectors, np.concatenate([0.0 * eye, eye]))
-        return values.astype(complex), vectors.astype(complex), response.astype(complex)
+        return values.astype(complex), vectors.T.astype(complex), np.linalg.inv(vectors)
 
     @property
     def _largest(self) -> float:
@@ -80,49 +81,44 @@ class LinearPart:
 
     def step(self, frequency: float, h: float) -> Propagator:
         """At a frequency of the first mesh [Hz], of size h [s]."""
-        values, vectors, response = self._modes
-        carried, pushed = _exponential(values, h, np.abs(values) * h)
-        carry = ((vectors * carried) @ np.linalg.inv(vectors)).real
-        push = np.einsum("ik,jk,ka->jai", vectors, pushed, response).real
+        values, rows, inverse = self._modes
+        factors = _factors(values, h, np.abs(values) * h)
+        # what each variable, at the end a force, becomes in the step
+        matrices = ((inverse.T[None] * factors[:, None]) @ rows).real
         decay, angular = self._wave_rates
         turn = 2.0 * math.pi * frequency * self.system.whirl
         rates = -decay + 1j * (turn + np.array([[1.0], [-1.0]]) * angular)
-        wave_carry, wave_push = _exponential(rates, h, np.tile(angular * h, (2, 1)))
-        wave_push /= 2j * angular * np.array([[1.0], [-1.0]])
-        waves = np.concatenate([wave_carry[None], wave_push]).swapaxes(0, 1)
+        waves = _factors(rates, h, np.tile(angular * h, (2, 1)))
+        waves[1:] /= 2j * angular * np.array([[1.0], [-1.0]])
         return Propagator(
-            carry=np.ascontiguousarray(carry.T),
-            push=np.ascontiguousarray(push),
-            waves=_parts(waves).reshape(2, 10, self.waves),
+            carry=np.concatenate([matrices[0], *matrices[2:, self.standing :]]),
+            push=np.ascontiguousarray(matrices[1, self.standing :]),
+            waves=_parts(waves.swapaxes(0, 1)).reshape(2, 10, self.waves),
             rates=_parts(rates),
         )
 
 
-def _exponential(rates: Complex, h: float, angle: Array) -> tuple[Complex, Complex]:
-    """e^{rate h} and what forces at NODES push by (4, ...) [s].
+def _factors(rates: Complex, h: float, angle: Array) -> Complex:
+    """e^{rate h}, and what forces at NODES push by [s], (5, ...).
 
     angle : that a motion turns in a step [rad]
     """
     fades = FADING * np.maximum(angle - RESOLVED, 0.0)
     z = rates * h - fades
     moments = _moments(z)
-    resolved = angle <= RESOLVED
-    weights = np.where(
-        resolved,
-        np.tensordot(CUBIC, moments, axes=1),
-        np.tensordot(LINEAR, moments, axes=1),
-    )
-    # constant forces lead to the same displacement however fast a motion fades
-    gain = np.where(fades > 0.0, z / np.where(rates == 0.0, 1.0, rates * h), 1.0)
-    return np.exp(z), np.asarray(h * gain * weights)
+    weights = np.tensordot(CUBIC, moments, axes=1)
+    coarse = angle > RESOLVED
+    if coarse.any():
+        weights[:, coarse] = LINEAR @ moments[:, coarse]
+        # constant forces lead to the same displacement however fast a motion fades
+        weights[:, coarse] *= z[coarse] / (rates[coarse] * h)
+    return np.concatenate([np.exp(z)[None], h * weights])
 
 
 def _moments(z: Complex) -> Complex:
     """int_0^1 e^{z (1 - s)} s^j ds for j = 0 to 3 (4, ...)."""
-    s, w = 0.5 * (POINTS + 1.0), 0.5 * WEIGHTS
     near = np.where(np.abs(z) < SMALL, z, 0.0)
-    powers = w * s ** np.arange(4)[:, None]
-    found = np.tensordot(powers, np.exp(np.multiply.outer(1.0 - s, near)), axes=1)
+    found = np.tensordot(POWERS, np.exp(np.multiply.outer(1.0 - PLACES, near)), axes=1)
     far = np.abs(z) >= SMALL
     if far.any():
         moment = (np.exp(z[far]) - 1.0) / z[far]

@@ -295,10 +295,10 @@ class Propagator(NamedTuple):
     a pair of travelling modes Z = E1 - i E2 is the sum of a forward and a backward
     wave, of which real and imaginary parts are stored.
 
-    carry (2 a, 2 a), push (4, a, 2 a) transposed; push by forces at the end of the
-    step, at its start, and one and two steps before that
+    carry (5 a, 2 a) transposed, of the state and then of forces at the start of the
+    step, and one and two steps before that; push (a, 2 a) of forces at its end
     waves (2, 10, w) : forward and backward, real and imaginary factors for the wave
-    itself, then as push
+    itself, then for forces at the end of the step, at its start and so on
     rates (2, 2, w) of the waves [1/s]
     """
 
@@ -332,7 +332,7 @@ class CoupledMotion(NamedTuple):
     state (k, 2 a), waves (k, 2, 2, w); force (k, 4, n) on the coordinates at the last
     four nodes, in a ring whose newest is head (1,)
     q (k, n) displacements
-    before (k, 2 a), begin_state, begin_waves as state and waves, matrix (c, c + k) :
+    known (k, 5 a), begin_state, begin_waves as state and waves, matrix (c, c + k) :
     working arrays
     """
 
@@ -341,7 +341,7 @@ class CoupledMotion(NamedTuple):
     force: Array
     head: Array
     q: Array
-    before: Array
+    known: Array
     begin_state: Array
     begin_waves: Array
     matrix: Array

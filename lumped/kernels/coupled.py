@@ -61,6 +61,21 @@ def dot(a, b, count):
     return (one + two) + (three + four)
 
 
+@inlined
+def add_columns(columns, x, out):
+    """out + columns^T x, columns (count, size) four at a time."""
+    fours = x.size - x.size % 4
+    for j in range(0, fours, 4):
+        a, b, c, d = x[j], x[j + 1], x[j + 2], x[j + 3]
+        one, two = columns[j], columns[j + 1]
+        three, four = columns[j + 2], columns[j + 3]
+        for i in range(out.size):
+            out[i] += (one[i] * a + two[i] * b) + (three[i] * c + four[i] * d)
+    for j in range(fours, x.size):
+        for i in range(out.size):
+            out[i] += columns[j, i] * x[j]
+
+
 @compiled_part
 def set_state(steps, motion, k, q, v):
     """Take up displacements and velocities (n,)."""
@@ -112,21 +127,15 @@ def carry_linear(steps, motion, k):
     """The linear part through a step, under the forces that are known."""
     propagator, head = steps.propagator, motion.head[0]
     size, a = motion.state.shape[1], motion.state.shape[1] // 2
-    new, state = motion.before[k], motion.state[k]
+    known, state = motion.known[k], motion.state[k]
     for i in range(size):
-        new[i] = 0.0
-    for j in range(size):
-        known = state[j]
-        for i in range(size):
-            new[i] += propagator.carry[j, i] * known
+        known[i] = state[i]
+        state[i] = 0.0
     for back in range(1, SLOTS):
-        force = motion.force[k, (head + SLOTS - back) % SLOTS]
+        force, begin = motion.force[k, (head + SLOTS - back) % SLOTS], (back + 1) * a
         for j in range(a):
-            known = force[j]
-            for i in range(size):
-                new[i] += propagator.push[back, j, i] * known
-    for i in range(size):
-        state[i] = new[i]
+            known[begin + j] = force[j]
+    add_columns(propagator.carry, known, state)
     for s in range(2):
         carry_waves(propagator.waves[s], motion, k, s)
 
@@ -164,12 +173,9 @@ def carry_waves(factors, motion, k, s):
 def push(steps, motion, k):
     """Add what the newest forces do in the step."""
     propagator, head = steps.propagator, motion.head[0]
-    size, a = motion.state.shape[1], motion.state.shape[1] // 2
-    force, state, w = motion.force[k, head], motion.state[k], motion.waves.shape[3]
-    for j in range(a):
-        known = force[j]
-        for i in range(size):
-            state[i] += propagator.push[0, j, i] * known
+    state, a, w = motion.state[k], motion.state.shape[1] // 2, motion.waves.shape[3]
+    force = motion.force[k, head]
+    add_columns(propagator.push, force[:a], state)
     for s in range(2):
         waves, factors = motion.waves[k, s], propagator.waves[s]
         for p in range(w):
@@ -182,11 +188,10 @@ def push(steps, motion, k):
 @inlined
 def push_constant(system, steps, motion):
     """Displacement by the constant loads as forces at the end of the step."""
-    push_, state, q = steps.propagator.push, motion.state, motion.q
-    a = state.shape[1] // 2
+    a, known = motion.state.shape[1] // 2, steps.propagator.push
     for j in range(a):
         for i in range(a):
-            q[0, i] += push_[0, j, i] * system.load[j]
+            motion.q[0, i] += known[j, i] * system.load[j]
 
 
 @inlined
@@ -387,7 +392,7 @@ def new_motion(system, steps, count):
         np.zeros((count, SLOTS, n)),
         np.zeros(1, np.int64),
         np.zeros((count, n)),
-        np.zeros((count, size)),
+        np.zeros((count, 5 * (n - 2 * w))),
         np.zeros((count, size)),
         np.zeros((count, 2, 2, w)),
         np.zeros((c, c + count)),
@@ -507,8 +512,9 @@ def shrink(motion, state, angular):
 
 
 @compiled
-def set_moving(rows, push, waves, moving):
-    """Penetration per load (s, c, c) by what moves in a step, B W B'.
+def set_moving(rows, facing, push, waves, moving):
+    """Penetration per load (s, c, c) by what moves in a step, B W B', of contacts that
+    face each other (s, c).
 
     push (a, a) displacement per force at the end of the step; waves (2, w) the same of
     travelling modes, both senses together, real and imaginary
@@ -518,6 +524,8 @@ def set_moving(rows, push, waves, moving):
     moved = np.empty(n)
     for k in range(steps):
         for d in range(count):
+            if not facing[k, d]:
+                continue
             row = rows[k, d]
             for j in range(a):
                 moved[j] = 0.0
@@ -531,4 +539,5 @@ def set_moving(rows, push, waves, moving):
                 moved[a + p] = waves[0, p] * one + waves[1, p] * two
                 moved[a + w + p] = waves[0, p] * two - waves[1, p] * one
             for c in range(count):
-                moving[k, c, d] = dot(rows[k, c], moved, n)
+                if facing[k, c]:
+                    moving[k, c, d] = dot(rows[k, c], moved, n)
