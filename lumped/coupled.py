@@ -382,6 +382,8 @@ def _room(system: CoupledSystem) -> dict[str, Any]:
     return {
         "penetration": np.zeros(count),
         "load": np.zeros(count),
+        "goes_on": np.zeros(1, np.int64),
+        "force": np.zeros((4, system.load.size)),
         "problem": problem,
     }
 

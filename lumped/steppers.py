@@ -76,9 +76,11 @@ class FixedStepper(LumpedStepper):
         self, state: Array, at: Speed, check: Convergence, most: int
     ) -> tuple[Array, bool]:
         now, (arrays, steps), before = np.array(state), self.driven(at), check.period
-        few = max(1, WATCHED // steps.h.size)
+        few, coupled = max(1, WATCHED // steps.h.size), self.system.contacts is not None
         while True:
             left = most - (check.period - before)
+            if coupled:
+                steps.goes_on[0] = check.period > before
             status, part, settled = self._kernels.settle_motion(
                 arrays, steps, self.system.limit, now, check, min(few, left)
             )

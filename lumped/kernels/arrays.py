@@ -315,6 +315,8 @@ class CoupledSteps(NamedTuple):
     moving (s, c, c) penetration per load at the end of the step that ends there, by
     what moves in it [m/N]
     penetration [m], load [N] (c,) of an instant
+    goes_on (1,) whether a motion goes on from where these steps were left, after force
+    (4, n) at the last nodes
     """
 
     h: Array
@@ -323,6 +325,8 @@ class CoupledSteps(NamedTuple):
     moving: Array
     penetration: Array
     load: Array
+    goes_on: Array
+    force: Array
     problem: ContactProblem
 
 

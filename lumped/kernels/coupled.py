@@ -41,7 +41,6 @@ from lumped.kernels.settling import (
 )
 
 SLOTS = 4  # forces that a step knows
-GRAIN = 1e-10  # of the deflection, that contact solutions leave open in a period
 STARTS = 4  # rounds after which the forces before the start are known
 RESCALED = 64  # steps after which small changes are brought back to length 1
 
@@ -404,34 +403,51 @@ def settle_motion(system, steps, limit, state, check, most):
     """As `lumped.kernels.rk4.settle_motion`."""
     q, v = state[0], state[1]
     motion, count = new_motion(system, steps, 1), steps.h.size
-    rounds, s = steps.grid.gap.shape[0], np.empty(system.offset.size)
+    whole, s = steps.grid.gap.shape[0], np.empty(system.offset.size)
     set_state(steps, motion, 0, q, v)
-    start(system, steps, 0, motion)
+    if steps.goes_on[0]:
+        recall(steps, motion)
+    else:
+        start(system, steps, 0, motion)
     for _ in range(most):
         begin_period(check)
         for k in range(count):
-            set_deflection(system, steps, k % rounds, motion, s)
+            set_deflection(system, steps, k % whole, motion, s)
             widen(check.limits, s)
-            advance(system, steps, node_after(k, count, rounds), motion)
+            advance(system, steps, node_after(k, whole), motion)
             if not math.isfinite(s[0]):
                 return NOT_FINITE, (k + 1) / count, False
         get_state(steps, motion, 0, q, v)
         if not bounded(q, v, limit):
             return NOT_FINITE, 1.0, False
         set_round_off(check, count)
-        for m in range(s.size):
-            size = max(abs(check.limits[0, m]), abs(check.limits[1, m]))
-            check.noise[m] += GRAIN * size
         if close_section(check, q, v):
             return FINISHED, 0.0, True
+    remember(steps, motion)
     return FINISHED, 0.0, False
 
 
 @inlined
-def node_after(k, count, rounds):
-    """Step of the grid, and whole rounds before it, after step k of so many."""
-    after = (k + 1) % count
-    return after % rounds, after // rounds
+def remember(steps, motion):
+    """Keep the forces of the last nodes, so that the motion goes on as it came."""
+    for back in range(SLOTS):
+        slot = (motion.head[0] + SLOTS - back) % SLOTS
+        for j in range(steps.force.shape[1]):
+            steps.force[back, j] = motion.force[0, slot, j]
+
+
+@inlined
+def recall(steps, motion):
+    motion.head[0] = 0
+    for back in range(SLOTS):
+        for j in range(steps.force.shape[1]):
+            motion.force[0, (SLOTS - back) % SLOTS, j] = steps.force[back, j]
+
+
+@inlined
+def node_after(k, whole):
+    """Step of the grid, of so many, and whole rounds before it, after step k."""
+    return (k + 1) % whole, (k + 1) // whole
 
 
 @compiled
@@ -439,7 +455,7 @@ def record_motion(system, steps, periods, state, limit, out):
     """As `lumped.kernels.rk4.record_motion`."""
     q, v = state[0], state[1]
     motion, count = new_motion(system, steps, 1), steps.h.size
-    rounds = steps.grid.gap.shape[0]
+    whole = steps.grid.gap.shape[0]
     set_state(steps, motion, 0, q, v)
     start(system, steps, 0, motion)
     for row in range(periods * count):
@@ -447,8 +463,8 @@ def record_motion(system, steps, periods, state, limit, out):
         get_state(steps, motion, 0, q, v)
         if not bounded(q, v, limit):
             return NOT_FINITE, row + 1
-        record_row(system, steps, k % rounds, motion, v, out[row])
-        advance(system, steps, node_after(k, count, rounds), motion)
+        record_row(system, steps, k % whole, motion, v, out[row])
+        advance(system, steps, node_after(k, whole), motion)
     get_state(steps, motion, 0, q, v)
     if not bounded(q, v, limit):
         return NOT_FINITE, periods * count
@@ -461,7 +477,7 @@ def carry_motion(system, steps, limit, state, angular, sections, growth):
     """As `lumped.kernels.rk4.carry_motion`."""
     n = angular.size
     changes, count = state.shape[1] // n - 1, steps.h.size
-    motion, rounds = new_motion(system, steps, changes + 1), steps.grid.gap.shape[0]
+    motion, whole = new_motion(system, steps, changes + 1), steps.grid.gap.shape[0]
     for k in range(changes + 1):
         own = slice(k * n, (k + 1) * n)
         set_state(steps, motion, k, state[0, own], state[1, own])
@@ -472,7 +488,7 @@ def carry_motion(system, steps, limit, state, angular, sections, growth):
             if k == 0:
                 get_all(steps, motion, state)
                 record_row(system, steps, 0, motion, state[1, :n], sections[period])
-            advance(system, steps, node_after(k, count, rounds), motion)
+            advance(system, steps, node_after(k, whole), motion)
             if (k % RESCALED == 0 or k == count - 1) and changes > 0:
                 get_all(steps, motion, state)
                 if not bounded(state[0, :n], state[1, :n], limit):

@@ -332,7 +332,7 @@ def test_moving_contacts_give_what_damping_takes(frequency, damping, lost):
     """
     system = replace(MOVING, damping=damping).coupled
     gaps = []
-    for steps in (128, 256, 512):
+    for steps in (64, 128, 256):
         settings = Settings(steps=steps, step_angle=2.0, tolerance=1e-9)
         response = respond(system, frequency, settings)
         assert response.multiple == 1
