@@ -17,6 +17,7 @@ from fegear.gearset.model import GearSet
 from fegear.headings import heading, title_of
 from fegear.lumped_models import (
     LumpedModel,
+    body_entries,
     doubts_of_bodies,
     file_header,
     lumped_system,
@@ -40,6 +41,7 @@ if TYPE_CHECKING:
 
 BRANCHES = "branches"  # in a checkpoint
 SCHEME = "harmonic balance"
+STEPPED = "fixed points of the map over a period"  # of the coupled model
 LEGEND = {
     "branch, index": "counted from 1, points in the order of the branch",
     MESH_FREQUENCY: "of the first mesh, in all rows",
@@ -128,12 +130,19 @@ class BranchesResult:
         """Plain values, ready for JSON; None for what varies."""
         return {
             **heading(self.header, self.parameter),
-            "harmonics": int(self.header["harmonics"]),
+            "harmonics": None if self._stepped else int(self.header["harmonics"]),
             "natural_frequencies_Hz": self.system.resonances_Hz.tolist(),
             "interrupted": self.interrupted,
-            "branches": [_plain(branch, self.parameter) for branch in self.branches],
+            "branches": [
+                _plain(branch, self.parameter, self._stepped)
+                for branch in self.branches
+            ],
             "warnings": list(self._doubts()),
         }
+
+    @property
+    def _stepped(self) -> bool:
+        return self.system.contacts is not None
 
     def _doubts(self) -> Iterator[str]:
         """Where the model leaves out too much or deflections cannot be physical."""
@@ -173,7 +182,9 @@ def find_branches(
             f"speeds = {low:g}:{high:g}; the first must be positive and below the last"
         )
     system = lumped_system(gear_set, torque, model, speeds=limits)
-    header = file_header(gear_set, model, system.train.damping_ratio, SCHEME) | {
+    scheme = SCHEME if system.contacts is None else STEPPED
+    header = file_header(gear_set, model, system.train.damping_ratio, scheme) | {
+        **body_entries(system, limits),
         "model": model.name,
         "torque_Nm": exact(torque),
     }
@@ -202,7 +213,8 @@ def find_branches_over(
     if not low < high:
         raise InputError(f"{axis.name} = {low:g}:{high:g}; the first must be below")
     system = varied.system((low,))
-    header = varied.header(SCHEME) | {"speed_Hz": exact(frequency)}
+    scheme = SCHEME if system.contacts is None else STEPPED
+    header = varied.header(scheme) | {"speed_Hz": exact(frequency)}
     if axis.name != TORQUE:
         header |= {"torque_Nm": exact(varied.load)}
     family = OverFigure(axis.name, lambda v: varied.system((v,)), frequency, limits)
@@ -242,7 +254,9 @@ def _followed(
     finally:
         if checkpoint is not None:
             checkpoint.close(keep=interrupted and bool(finder.found))
-    header = {**result.header, "harmonics": str(finder.settings.harmonics)}
+    header = {**result.header}
+    if result.system.contacts is None:
+        header["harmonics"] = str(finder.settings.harmonics)
     if finder.settings.steepness is not None:
         header["contact"] = f"closes by tanh, {exact(finder.settings.steepness)} per m"
     if interrupted:
@@ -266,7 +280,7 @@ def _take_up(finder: BranchFinder, checkpoint: Checkpoint, keeping: Keeping) -> 
         keeping.tell(f"{checkpoint.path}: branches that are finished: {count}")
 
 
-def _plain(branch: PeriodicBranch, over: str) -> dict[str, Any]:
+def _plain(branch: PeriodicBranch, over: str, stepped: bool) -> dict[str, Any]:
     values = [point.parameter for point in branch.points]
     levels = np.array([point.figures["dte_rms"] for point in branch.points])
     low, high = ("from_Hz", "to_Hz") if over == MESH_FREQUENCY else ("from", "to")
@@ -281,13 +295,16 @@ def _plain(branch: PeriodicBranch, over: str) -> dict[str, Any]:
         "origin": branch.origin,
         "end": branch.reason,
         "closed": branch.closed,
-        "bifurcations": [_bifurcation(point, over) for point in branch.bifurcations],
+        "bifurcations": [
+            _bifurcation(point, over, stepped) for point in branch.bifurcations
+        ],
     }
 
 
-def _bifurcation(point: BranchPoint, over: str) -> dict[str, Any]:
+def _bifurcation(point: BranchPoint, over: str, stepped: bool) -> dict[str, Any]:
     rms = point.figures["dte_rms"].tolist()
     name = "frequency_Hz" if over == MESH_FREQUENCY else "value"
-    by = "harmonic balance" if isnan(point.located) else "shooting"
+    by = STEPPED if stepped else SCHEME
+    by = by if isnan(point.located) else "shooting"
     place = {name: point.place, "located_by": by}
     return {"kind": point.kind, **place, "dte_rms_m": rms}

@@ -289,12 +289,22 @@ def left_out_error(system: LumpedSystem, speeds: Sequence[float]) -> float | Non
     return contacts.inertia.largest_error(kept, (min(speeds), max(speeds)))
 
 
-def body_modes_in_words(system: LumpedSystem) -> str:
-    """How many body modes the gears of the coupled model have, in order."""
-    assert system.contacts is not None
+def body_entries(system: LumpedSystem, speeds: Sequence[float]) -> dict[str, str]:
+    """Entries of a file's header: body modes of the coupled model's gears, in order,
+    and what those that are left out change.
+
+    speeds : mesh frequencies of the first mesh [Hz]
+    """
+    error = left_out_error(system, speeds)
+    if error is None or system.contacts is None:
+        return {}
     gears = system.contacts.bodies.gears
     counts = [int((gears == g).sum()) for g in range(len(system.train.gears))]
-    return " + ".join(map(str, counts))
+    return {
+        "body modes": " + ".join(map(str, counts)),
+        "body modes left out": "change the mesh compliance by at most "
+        f"{100.0 * error:.2g} % of the excitation's RMS",
+    }
 
 
 def usual_speeds(system: LumpedSystem) -> list[float]:

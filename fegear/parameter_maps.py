@@ -16,6 +16,7 @@ from fegear.excitation import ExcitationSource
 from fegear.gearset import GearSet, load_gear_set
 from fegear.lumped_models import (
     LumpedModel,
+    body_entries,
     file_header,
     integration_in_words,
     lumped_system,
@@ -139,9 +140,12 @@ class VariedSet:
         model = self.model
         if BENDING in self.names:
             model = replace(model, bending=0.0)  # no mesh table need have it
-        ratio = self._first(model).train.damping_ratio
+        first = self._first(model)
+        ratio = first.train.damping_ratio
         described = replace(self.model, friction=self._largest_friction)
         header = file_header(self.gear_set, described, ratio, integration)
+        if self.speeds:
+            header |= body_entries(first, self.speeds)
         if {DAMPING, SHORT[DAMPING]} & self.names:
             del header["damping ratio"]
         for name, entry in ENTRIES.items():

@@ -15,6 +15,7 @@ from fegear.gearset.model import GearSet
 from fegear.headings import friction_of, sliding_of, torque_of
 from fegear.lumped_models import (
     LumpedModel,
+    body_entries,
     doubts_of_bodies,
     file_header,
     integration_in_words,
@@ -144,10 +145,11 @@ def sweep_speeds(
     )
     words = integration_in_words(settings.integration)
     ratio = systems[0].train.damping_ratio
+    bodies = body_entries(systems[0], frequencies)
     return SweepResult(
         gear_set=gear_set,
         model=settings.model.name,
-        header=file_header(gear_set, settings.model, ratio, words),
+        header=file_header(gear_set, settings.model, ratio, words) | bodies,
         frequencies=frequencies,
         found=at_torques(torques, settings.directions, branches),
     )
@@ -181,6 +183,8 @@ def summarise(result: SweepResult) -> dict[str, Any]:
         "sliding": sliding_of(header),
         "torque_of": torque_of(header),
         "translations": header["translations"] == "yes",
+        "body_modes": header.get("body modes"),
+        "body_modes_left_out": header.get("body modes left out"),
         "speeds": len(result.frequencies),
         "first_speed_Hz": min(result.frequencies),
         "last_speed_Hz": max(result.frequencies),

@@ -15,6 +15,7 @@ from fegear.gearset.model import GearSet
 from fegear.headings import friction_in_words, friction_of, sliding_of, torque_of
 from fegear.lumped_models import (
     LumpedModel,
+    body_entries,
     doubts_of_bodies,
     file_header,
     integration_in_words,
@@ -128,6 +129,7 @@ def settle_motion(
     motion = time_history(system, speed, integration, state, watch=observer.watch)
     words, ratio = integration_in_words(integration), system.train.damping_ratio
     header = file_header(gear_set, model, ratio, words) | {
+        **body_entries(system, [start, speed]),
         "model": model.name,
         "torque_Nm": exact(torque),
         "speed_Hz": exact(speed),

@@ -17,7 +17,13 @@ from fegear.cli.lumped_options import (
     LoadCase,
     middle_torque,
 )
-from fegear.cli.options import FREQUENCY, ResumedOutputs, limits_of, refuse_idle
+from fegear.cli.options import (
+    FREQUENCY,
+    ResumedOutputs,
+    chosen,
+    limits_of,
+    refuse_idle,
+)
 from fegear.cli.screen import complain, counted, number, screen
 from fegear.cli.varied import varied_set
 from fegear.errors import InputError
@@ -37,9 +43,9 @@ EXAMPLE = "fegear branches liu-idler --speeds 700:4500 -o b.csv --plot b.png"
 class BranchModel(AnyModel):
     """A lumped model, and how many harmonics its motions have."""
 
-    harmonics: int = option(
-        "Harmonics of the first mesh's frequency that motions are made of.",
-        default=20,
+    harmonics: int | None = option(
+        "Harmonics of the first mesh's frequency that motions of models 1 to 3 are "
+        "made of. [default: 20]",
         allowed=Range(least=1, most=200),
     )
     wave_harmonics: int | None = option(
@@ -137,8 +143,10 @@ class MotionOptions:
         if model.model == "coupled":
             idle = "contact of --model coupled is smooth"
             refuse_idle(idle, steepness=self.steepness)
+            idle = "motions of --model coupled are integrated"
+            refuse_idle(idle, harmonics=model.harmonics)
         return BranchSettings(
-            harmonics=model.harmonics,
+            **chosen(harmonics=model.harmonics),
             period_multiple=self.period_multiple,
             starts=self.starts,
             steepness=None if self.steepness is None else 1e6 * self.steepness,
@@ -157,9 +165,10 @@ def branches_command(
 ) -> None:
     """Periodic motions over speed or a figure, stable and unstable.
 
-    Harmonic balance and arc-length continuation with folds, period doublings and
-    Floquet multipliers. With --output each branch is kept in FILE.partial until the
-    file is written; --resume goes on from there.
+    Harmonic balance, of the coupled model integration over the period, and arc-length
+    continuation with folds, period doublings and Floquet multipliers. With --output
+    each branch is kept in FILE.partial until the file is written; --resume goes on from
+    there.
     """
     outputs.require(subject.set_name, *(model.table or ()))
     settings = motions.settings(model)
@@ -188,7 +197,8 @@ def print_branches(values: dict[str, Any]) -> None:
         repeats = counted(branch["period_multiple"], "period", "periods")
         largest = _micrometres(branch["largest_dte_rms_m"])
         error = branch["relative_error_of_rms"]
-        beside = ", which shooting does not confirm: more harmonics may be needed"
+        finer = "more harmonics" if values["harmonics"] else "finer steps"
+        beside = f", which shooting does not confirm: {finer} may be needed"
         if error is not None:
             beside = f", {100.0 * error:.2g} % off by shooting"
         console.print(

@@ -73,6 +73,11 @@ def print_sweep(values: dict[str, Any]) -> None:
         f"[Hz]: {lines}\n"
         f"{counted(values['speeds'], 'speed', 'speeds')}, {span} of the first mesh"
     )
+    if values.get("body_modes") is not None:
+        console.print(
+            f"body modes of the gears {values['body_modes']}; those left out "
+            f"{values['body_modes_left_out']}"
+        )
     _print_branches(console, values["branches"], values["speeds"])
     if "model_1_branches" in values:
         console.print("Model-1 beside it")

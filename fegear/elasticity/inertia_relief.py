@@ -13,7 +13,6 @@ below their frequencies K u = c F - M r phi'' is left, the inertia relief.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -38,7 +37,6 @@ class InertiaRelief:
         inward one is the negative of it
     inward_arm, rootward_arm : (n,) of a unit clockwise turn at them [m]
     work : r'M u of the whole gear per unit width, q [kg m s2]
-    kinetic : u'M u of the whole gear per unit width [kg m s4]
     """
 
     arcs: Array
@@ -47,18 +45,6 @@ class InertiaRelief:
     inward_arm: Array
     rootward_arm: Array
     work: float
-    kinetic: float
-
-    def elastic_Hz(self, width: float, J: float) -> float:
-        """Frequency at which the body of a free gear turns against its hub [Hz].
-
-        Rayleigh's quotient of u in mean axes, from above; infinite for less inertia
-        than the body has. width : [m]; J : [kg m2]
-        """
-        inertia = self.kinetic - width * self.work**2 / J
-        if inertia <= 0.0:
-            return math.inf
-        return math.sqrt(self.work / inertia) / (2.0 * math.pi)
 
 
 def inertia_relief(sector: CyclicSector, density: float) -> InertiaRelief:
@@ -82,7 +68,6 @@ def inertia_relief(sector: CyclicSector, density: float) -> InertiaRelief:
         inward_arm=along(flank.inward, turn),
         rootward_arm=along(flank.rootward, turn),
         work=sector.gear.teeth * float(momentum @ field),
-        kinetic=sector.gear.teeth * float(field @ (mass @ field)),
     )
 
 

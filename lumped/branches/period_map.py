@@ -26,10 +26,14 @@ BESIDE = 1e-6  # of a frequency, between two that tell what its change does
 
 @dataclass(frozen=True, eq=False)
 class PeriodMap:
-    """Motions of a system with contacts that repeat after `multiple` common periods."""
+    """Motions of a system with contacts that repeat after `multiple` common periods.
+
+    steps : by which they are integrated
+    """
 
     system: LumpedSystem
     multiple: int = 1
+    steps: Settings = STEPS
 
     @property
     def size(self) -> float:
@@ -48,7 +52,7 @@ class PeriodMap:
         """Unknowns after so many common periods, those of the motion if 0."""
         state = self.state(x, frequency)
         after, _ = self._stepper.record(
-            state, Speed(frequency, STEPS), periods or self.multiple
+            state, Speed(frequency, self.steps), periods or self.multiple
         )
         return self._unknowns(after)
 
@@ -62,7 +66,7 @@ class PeriodMap:
 
         Raises Diverged, an ArithmeticError, where the motion leaves every bound.
         """
-        state, speed = self.state(x, frequency), Speed(frequency, STEPS)
+        state, speed = self.state(x, frequency), Speed(frequency, self.steps)
         after, transfer = self._stepper.monodromy(state, speed, self.multiple)
         ends, change = self._unknowns(after), BESIDE * frequency
         moved = (self._ends(x, frequency + change) - ends) / change
@@ -75,12 +79,12 @@ class PeriodMap:
     def monodromy(self, x: Array, frequency: float) -> Array:
         """What a small change of displacement and velocity becomes in a period
         (2 n, 2 n)."""
-        state, speed = self.state(x, frequency), Speed(frequency, STEPS)
+        state, speed = self.state(x, frequency), Speed(frequency, self.steps)
         return self._stepper.monodromy(state, speed, self.multiple)[1]
 
     def figures(self, x: Array, frequency: float) -> dict[str, Array]:
         """As of a sweep's response, (m,) each; see `lumped.measures`."""
-        state, speed = self.state(x, frequency), Speed(frequency, STEPS)
+        state, speed = self.state(x, frequency), Speed(frequency, self.steps)
         return measures(self._stepper.record(state, speed, self.multiple)[1])
 
     def of_response(self, response: Response, settings: Settings) -> Array:

@@ -7,13 +7,14 @@ out: what remains between the two is what harmonic balance does.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lumped.branches.continuation import NoSolution
 from lumped.branches.motions import PeriodicMotion
+from lumped.branches.period_map import PeriodMap
 from lumped.measures import measures
 from lumped.settings import Settings
 from lumped.steady_state import Diverged, Speed
@@ -44,9 +45,9 @@ def shoot(balance: PeriodicMotion, x: Array, frequency: float) -> Shot:
 
     Raises NoSolution where corrections do not fade.
     """
-    system = balance.system
-    settings = ADAPTIVE if system.contacts is None else FIXED
-    stepper, at = stepper_of(system, settings), Speed(frequency, settings)
+    if isinstance(balance, PeriodMap):
+        return _shoot_finer(replace(balance, steps=FIXED), x, frequency)
+    stepper, at = stepper_of(balance.system, ADAPTIVE), Speed(frequency, ADAPTIVE)
     state = balance.state(x, frequency)
     change = balance.monodromy(x, frequency) - np.eye(state.size)
     size = np.abs(state).max(axis=1, keepdims=True)
@@ -59,4 +60,18 @@ def shoot(balance: PeriodicMotion, x: Array, frequency: float) -> Shot:
         if np.abs(step / size).max() <= EXACT:
             return Shot(state, measures(history))
         state = state - step
+    raise NoSolution("shooting found no periodic motion")
+
+
+def _shoot_finer(motion: PeriodMap, x: Array, frequency: float) -> Shot:
+    """The motion near unknowns x by steps of its own."""
+    for _ in range(MOST_CORRECTIONS):
+        try:
+            errors, jacobian, _ = motion.equations(x, frequency)
+            step = np.linalg.solve(jacobian, errors)
+        except (Diverged, np.linalg.LinAlgError):
+            break
+        x = x - step
+        if np.abs(step).max() <= EXACT * motion.size:
+            return Shot(motion.state(x, frequency), motion.figures(x, frequency))
     raise NoSolution("shooting found no periodic motion")
