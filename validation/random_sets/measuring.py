@@ -121,7 +121,7 @@ def measure(
     names = REFERENCE, REDUCED
     sources = {name: fe_source(each) for name, (each, _) in zip(names, fe, strict=True)}
     sources |= {name: lumped_source(system) for name, system in lumped.items()}
-    sources[COUPLED_DOWN] = replace_direction(sources[COUPLED_UP], "down")
+    sources[COUPLED_DOWN] = sources[COUPLED_UP]._replace(direction="down")
     found = sweep_sources(sources, speeds, report)
     natural, natural_fe = natural_frequencies(coupled, *fe[0], resonance)
     return Measured(
@@ -172,10 +172,6 @@ def fe_source(model: DynamicModel) -> Source:
 def lumped_source(system: LumpedSystem) -> Source:
     settings = Settings()
     return Source(stepper_of(system, settings), settings)
-
-
-def replace_direction(source: Source, direction: Direction) -> Source:
-    return source._replace(direction=direction)
 
 
 def sweep_sources(
