@@ -222,8 +222,10 @@ def print_verdicts(cases: Sequence[Mapping[str, Any]], output: Path) -> None:
 
 
 def _random_sets(sets: Mapping[str, Any]) -> Any:
-    columns = ("set", "median\n%", "90 %\n%", "apart", "modes", "bound\n%")
-    columns += ("natural\n%", "ms", "ms of FE", "verdict")
+    columns = (
+        *("set", "median\n%", "90 %\n%", "apart", "modes", "bound\n%"),
+        *("natural\n%", "ms", "ms of FE", "verdict"),
+    )
     table = ruled_table(*columns, title="Random gear sets", words=("set", "verdict"))
     for row in sets["rows"]:
         figures, cells = row["figures"], [""] * (len(columns) - 2)

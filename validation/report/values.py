@@ -33,7 +33,8 @@ def report_values(
     commands : by the name of a case, or of all random sets, what runs it again, by ""
         what runs all
     """
-    runs = [*(run for result in results for run in result.runs), *random_sets]
+    runs: list[Run | SetRun] = [run for result in results for run in result.runs]
+    runs += random_sets
     return {
         "command": commands[""],
         "about": {**dict(provenance()), "runs made on": _machines(runs)},
