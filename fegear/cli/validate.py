@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Mapping, Sequence
-from contextlib import suppress
 from dataclasses import replace
 from enum import StrEnum
 from math import isnan
@@ -84,7 +83,7 @@ def validate_command(
     interrupted run, on a cluster with the runs that it had not finished.
     """
     from fegear.output import make_directory
-    from validation.random_sets.generator import COUNT
+    from validation.random_sets.runs import run_random_sets
     from validation.report import report_values, write_report
 
     names = [name for name in cases or [] if name != RANDOM_SETS]
@@ -96,14 +95,16 @@ def validate_command(
     with progress_bar(enabled=not as_json) as report:
         results = _run(chosen, store, workers.chosen, report)
         complete = len(results) == len(chosen)
-        sets = _run_random(store, report) if random and complete else []
+        sets: list[SetRun] = []
+        if random and complete:
+            sets, complete = run_random_sets(store, report)
         values = report_values(results, output, commands, sets)
         write_report(values, results, output, report)
     if as_json:
         print_json(values)
     else:
         print_results(values["cases"], values["random_sets"], output)
-    if not complete or (random and len(sets) < COUNT):
+    if not complete:
         raise KeyboardInterrupt
     within = all(each.within for result in results for each in result.verdicts)
     promised = values["random_sets"].get("of"), values["random_sets"].get("kept")
@@ -179,16 +180,6 @@ def _run(
         if not results:
             raise
     return results
-
-
-def _run_random(store: Path, report: Progress) -> list[SetRun]:
-    """The random gear sets, after Ctrl-C those that were finished."""
-    from validation.random_sets.runs import run_random_sets
-
-    runs: list[SetRun] = []
-    with suppress(KeyboardInterrupt):
-        runs.extend(run_random_sets(store, report))
-    return runs
 
 
 def print_results(

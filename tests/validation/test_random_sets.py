@@ -11,6 +11,7 @@ import pytest
 
 from fegear.gearset.inertia import body_inertia
 from validation.random_sets import generator, measuring
+from validation.random_sets.full import FullPoint, smallest_sets
 from validation.random_sets.generator import COUNT, kind_of, random_gear_set
 from validation.random_sets.measuring import (
     COUPLED_DOWN,
@@ -18,15 +19,16 @@ from validation.random_sets.measuring import (
     MODEL_1,
     REDUCED,
     REFERENCE,
+    REFERENCE_DOWN,
     WITHOUT,
     Measured,
     measure,
 )
-from validation.random_sets.runs import SPEEDS, run_random_sets
+from validation.random_sets.runs import FULL, SetRun, compared_sets
 from validation.random_sets.verdicts import judge
 from validation.report import report_values, write_report
 
-UP = REFERENCE, REDUCED, MODEL_1, WITHOUT, COUPLED_UP, COUPLED_DOWN
+SOURCES = REFERENCE, REDUCED, MODEL_1, WITHOUT, COUPLED_UP, COUPLED_DOWN, REFERENCE_DOWN
 GENTLE = 0  # the number of a set that takes little time
 
 
@@ -67,12 +69,13 @@ def test_meshes_on_a_counter_shaft_repeat_together_soon():
         assert driven // math.gcd(driven, driver) <= 5
 
 
-def set_with(coupled, down=None, periods=1, **others):
+def set_with(coupled, down=None, reference_down=1e-6, periods=1, **others):
     """Measured at 16 speeds with a reference of 1 um everywhere."""
     reference = [[1e-6]] * 16
     down = [row[0] for row in coupled] if down is None else down
-    rms = dict.fromkeys(UP, reference)
+    rms = dict.fromkeys(SOURCES, reference)
     rms |= {COUPLED_UP: coupled, COUPLED_DOWN: [[value] for value in down]}
+    rms[REFERENCE_DOWN] = [[reference_down]] * 16
     found = Measured(
         number=0,
         name="pair-1",
@@ -82,8 +85,8 @@ def set_with(coupled, down=None, periods=1, **others):
         torque_Nm=10.0,
         speeds_Hz=[100.0 * (i + 1) for i in range(16)],
         rms_m=rms,
-        multiples=dict.fromkeys(UP, [[1]] * 16) | {COUPLED_UP: [[periods]] * 16},
-        ms_per_speed=dict.fromkeys(UP, 1.0),
+        multiples=dict.fromkeys(SOURCES, [[1]] * 16) | {COUPLED_UP: [[periods]] * 16},
+        ms_per_speed=dict.fromkeys(SOURCES, 1.0),
         body_modes=4,
         left_out=0.03,
         warnings=[],
@@ -123,6 +126,11 @@ def test_a_speed_is_apart_where_the_falling_speed_has_the_reference():
     assert (unknown.apart, unknown.words) == (0, "vibration off")
 
 
+def test_a_speed_is_apart_where_the_falling_reference_is_at_the_coupled_model():
+    verdict = judge(set_with(curve(0.5, 0.7), reference_down=1.51e-6))
+    assert (verdict.apart, verdict.worst) == (1, pytest.approx(0.7))
+
+
 def test_other_periods_are_apart_but_not_everywhere():
     assert judge(set_with(curve(0.5, 0.5), periods=2)).apart == 2
     many = judge(set_with(curve(*[0.5] * 6), periods=2))
@@ -144,9 +152,9 @@ def test_table_in_the_report_and_kept_runs(tmp_path):
 
     store = tmp_path / "runs"
     store.mkdir()
-    runs = list(run_random_sets(store, numbers=(0, 1), measuring=made))
+    runs = list(compared_sets(store, numbers=(0, 1), measuring=made))
     assert [run.failure for run in runs] == ["", "no static equilibrium"]
-    again = list(run_random_sets(store, numbers=(0, 1), measuring=None))
+    again = list(compared_sets(store, numbers=(0, 1), measuring=None))
     assert [run.reused for run in again] == [True, True]
     assert again[0].measured == runs[0].measured
     values = report_values([], tmp_path, {"": "all", "random-sets": "one"}, runs)
@@ -164,9 +172,28 @@ def test_table_in_the_report_and_kept_runs(tmp_path):
         assert "no static equilibrium" in shown
     found = json.loads((tmp_path / "report.json").read_text())["random_sets"]
     assert [row["verdict"] for row in found["rows"]] == ["kept", "failed"]
-    rows = (runs[0].directory / SPEEDS).read_text().splitlines()
+    rows = runs[0].table.read_text().splitlines()
     assert len(rows) == 17
     assert asdict(runs[0].measured)["speeds_Hz"][0] == 100.0
+
+
+def test_full_models_stand_below_the_table(tmp_path):
+    point = FullPoint("pair-10", 1188.0, 76568, 86, 0.0123, 0.00045)
+    place = tmp_path / "runs" / "random-full" / FULL
+    run = SetRun("pair-10", place, False, "here", "", full=(point,))
+    commands = {"": "all", "random-sets": "one"}
+    values = report_values([], tmp_path, commands, [run])
+    write_report(values, [], tmp_path)
+    row = (tmp_path / "tables/random-sets-full.csv").read_text().splitlines()[1]
+    assert row == "pair-10,1188.0,76568,86,0.0123,0.00045"
+    assert (
+        "| pair-10 | 1188 | 76568 | 86 | 1.2 | 0.045 |"
+        in (tmp_path / "report.md").read_text()
+    )
+
+
+def test_the_smallest_sets_have_the_fewest_teeth():
+    assert smallest_sets(2) == [9, 15]
 
 
 @pytest.mark.usefixtures("private_cache")

@@ -12,13 +12,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from fegear.dynamics.build import FiniteElements
+from fegear.dynamics.stepper import DynamicSettings, ReducedStepper
 from fegear.gearset.model import GearSet
 from fegear.statics import Progress
 from validation.bench_dynamics import COMMON, run, subject, waveform_error
 from validation.random_sets.generator import COUNT, random_gear_set
 from validation.random_sets.measuring import (
     MORE,
-    fe_source,
     highest_resonance,
     speeds_of,
 )
@@ -64,7 +64,8 @@ def measure_full(
     statics = case.excitations.source.statics
     elastic = elastic_gears(gear_set, speeds, statics, MORE)
     known = gear_set, case.torque, case.reference, case.excitations
-    reduced = fe_source(reduced_gears(*known, elastic)).stepper
+    scheme = DynamicSettings().scheme
+    reduced = ReducedStepper(reduced_gears(*known, elastic), scheme)
     full, freedoms, _ = case.stepper(FiniteElements(fidelity="full"))
     found = []
     for done, speed in enumerate(speeds):

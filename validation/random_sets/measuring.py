@@ -45,7 +45,8 @@ SPAN = 0.25, 1.3  # of speeds, over the highest mesh resonance of Model-1
 FASTEST_HZ = 8000.0
 MORE = 2.0  # times the usual cut-offs: of the reference
 REFERENCE, REDUCED, MODEL_1 = "reference", "reduced", "model-1"
-WITHOUT, COUPLED_UP, COUPLED_DOWN = "without-modes", "coupled", "coupled-down"
+WITHOUT, COUPLED_UP = "without-modes", "coupled"
+COUPLED_DOWN, REFERENCE_DOWN = "coupled-down", "reference-down"
 NATURAL = 1.5  # over the same: natural frequencies up to there are compared,
 PARTNERS = 1.1  # over that: up to there they may have their partners
 SAME_MODE = 0.01  # of the frequency, of one gear and number of nodal diameters
@@ -121,7 +122,8 @@ def measure(
     names = REFERENCE, REDUCED
     sources = {name: fe_source(each) for name, (each, _) in zip(names, fe, strict=True)}
     sources |= {name: lumped_source(system) for name, system in lumped.items()}
-    sources[COUPLED_DOWN] = sources[COUPLED_UP]._replace(direction="down")
+    for down, up in ((COUPLED_DOWN, COUPLED_UP), (REFERENCE_DOWN, REFERENCE)):
+        sources[down] = sources[up]._replace(direction="down")
     found = sweep_sources(sources, speeds, report)
     natural, natural_fe = natural_frequencies(coupled, *fe[0], resonance)
     return Measured(

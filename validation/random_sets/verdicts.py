@@ -8,10 +8,9 @@ Natural frequencies about the loaded state agree, each with its nearest partner:
 of the coupled model with finite elements and the other way round.
 
 Other branches: a speed is counted apart, and not among the errors, where the periods
-after which both repeat differ, or where the coupled model with the speed falling is
-within the median's bound of the reference. It is then known that both have motions of
-which each took another. Of too many such speeds nothing is known: then the promise is
-broken.
+after which both repeat differ, or where one of both with the speed falling is within the
+median's bound of the other with the speed rising: it is then known to have that motion
+as well. Of too many such speeds nothing is known: then the promise is broken.
 """
 
 from __future__ import annotations
@@ -28,6 +27,7 @@ from validation.random_sets.measuring import (
     NATURAL,
     REDUCED,
     REFERENCE,
+    REFERENCE_DOWN,
     Measured,
 )
 
@@ -106,10 +106,10 @@ def judge(measured: Measured) -> SetVerdict:
     )
 
 
-def speed_errors(measured: Measured, source: str) -> Array:
+def speed_errors(measured: Measured, source: str, beside: str = REFERENCE) -> Array:
     """Of the worst mesh at every speed (s,), infinite where either has no motion."""
-    own, reference = (np.array(measured.rms_m[s]) for s in (source, REFERENCE))
-    errors = np.abs(own / reference - 1.0).max(axis=1)
+    own, other = (np.array(measured.rms_m[s]) for s in (source, beside))
+    errors = np.abs(own / other - 1.0).max(axis=1)
     return np.where(np.isfinite(errors), errors, np.inf)
 
 
@@ -117,8 +117,10 @@ def other_branch(measured: Measured, errors: Array) -> Mask:
     """Speeds (s,) that are counted apart, see the top of this file."""
     own, reference = (np.array(measured.multiples[s]) for s in (COUPLED_UP, REFERENCE))
     differs = (own != reference).any(axis=1)
-    reached = speed_errors(measured, COUPLED_DOWN) <= MEDIAN
-    return (errors > MEDIAN) & np.isfinite(errors) & (differs | reached)
+    own_reaches = speed_errors(measured, COUPLED_DOWN) <= MEDIAN
+    is_reached = speed_errors(measured, COUPLED_UP, REFERENCE_DOWN) <= MEDIAN
+    known = differs | own_reaches | is_reached
+    return np.asarray((errors > MEDIAN) & np.isfinite(errors) & known)
 
 
 def spread(errors: Array) -> tuple[float, float]:

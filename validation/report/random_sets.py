@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,7 @@ from validation.random_sets.measuring import (
     WITHOUT,
     Measured,
 )
-from validation.random_sets.runs import SPEEDS, SetRun
+from validation.random_sets.runs import FULL, SPEEDS, SetRun
 from validation.random_sets.verdicts import (
     MEDIAN,
     MOST_APART,
@@ -40,7 +41,8 @@ def random_set_values(
     """
     if not runs:
         return {}
-    rows = [row_values(run, output) for run in runs]
+    rows = [row_values(run, output) for run in runs if run.table.name == SPEEDS]
+    full = [run for run in runs if run.table.name == FULL]
     return {
         "command": commands[NAME],
         "allowed": {
@@ -52,12 +54,14 @@ def random_set_values(
         "kept": sum(row["kept"] for row in rows),
         "of": len(rows),
         "rows": rows,
+        "full": [asdict(point) for run in full for point in run.full],
+        "full_failures": [f"{run.name}: {run.failure}" for run in full if run.failure],
     }
 
 
 def row_values(run: SetRun, output: Path) -> dict[str, Any]:
     """Of a set; a failed one has its name, the failure and no more."""
-    place = (run.directory / SPEEDS).relative_to(output).as_posix()
+    place = run.table.relative_to(output).as_posix()
     common = {"set": run.name, "csv": place, "failure": run.failure}
     if run.measured is None:
         return common | {"verdict": "failed", "kept": False, "figures": {}}

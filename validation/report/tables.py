@@ -26,7 +26,8 @@ def report_tables(values: Mapping[str, Any]) -> dict[str, list[Row]]:
         name: [{"case": case["case"]} | row for case in cases for row in rows(case)]
         for name, rows in tables.items()
     }
-    return found | {NAME: random_set_rows(values["random_sets"])}
+    sets = values["random_sets"]
+    return found | {NAME: random_set_rows(sets), f"{NAME}-full": sets.get("full", [])}
 
 
 def _overview(case: Mapping[str, Any]) -> Iterator[Row]:
