@@ -8,9 +8,9 @@ Natural frequencies about the loaded state agree, each with its nearest partner:
 of the coupled model with finite elements and the other way round.
 
 Other branches: a speed is counted apart, and not among the errors, where the periods
-after which both repeat differ, or where one of both with the speed falling is within the
-median's bound of the other with the speed rising: it is then known to have that motion
-as well. Of too many such speeds nothing is known: then the promise is broken.
+after which both repeat differ, or where one of both with the speed falling is within
+the median's bound of the other with the speed rising: it is then known to have that
+motion as well. Of too many such speeds nothing is known: then the promise is broken.
 """
 
 from __future__ import annotations
