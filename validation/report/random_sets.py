@@ -22,6 +22,8 @@ from validation.random_sets.verdicts import (
     NATURAL_ERROR,
     TENTH,
     judge,
+    speed_errors,
+    spread,
 )
 
 TIMED = {
@@ -92,6 +94,8 @@ def figures_of(measured: Measured) -> dict[str, Any]:
         "worst_error": verdict.worst,
         "worst_Hz": verdict.worst_Hz,
         "usual_cutoff_tenth": verdict.reference,
+        "model_1_median": spread(speed_errors(measured, MODEL_1))[0],
+        "without_modes_median": spread(speed_errors(measured, WITHOUT))[0],
         "natural_error": verdict.natural,
         "natural_Hz": verdict.natural_Hz,
         "body_modes": measured.body_modes,
