@@ -131,6 +131,11 @@ def test_a_speed_is_apart_where_the_falling_reference_is_at_the_coupled_model():
     assert (verdict.apart, verdict.worst) == (1, pytest.approx(0.7))
 
 
+def test_small_errors_are_never_apart():
+    verdict = judge(set_with(curve(0.07), down=[1e-6] * 16, periods=2))
+    assert (verdict.apart, verdict.worst) == (0, pytest.approx(0.07))
+
+
 def test_other_periods_are_apart_but_not_everywhere():
     assert judge(set_with(curve(0.5, 0.5), periods=2)).apart == 2
     many = judge(set_with(curve(*[0.5] * 6), periods=2))

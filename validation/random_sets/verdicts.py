@@ -7,10 +7,11 @@ bounds, or the run warns of the body modes that it leaves out.
 Natural frequencies about the loaded state agree, each with its nearest partner: those
 of the coupled model with finite elements and the other way round.
 
-Other branches: a speed is counted apart, and not among the errors, where the periods
-after which both repeat differ, or where one of both with the speed falling is within
-the median's bound of the other with the speed rising: it is then known to have that
-motion as well. Of too many such speeds nothing is known: then the promise is broken.
+Other branches: a speed is counted apart, and not among the errors, where these exceed
+the bound on the percentile, and either the periods after which both repeat differ, or
+one of both with the speed falling is within the median's bound of the other with the
+speed rising: it is then known to have that motion as well. Of too many such speeds
+nothing is known: then the promise is broken.
 """
 
 from __future__ import annotations
@@ -120,7 +121,7 @@ def other_branch(measured: Measured, errors: Array) -> Mask:
     own_reaches = speed_errors(measured, COUPLED_DOWN) <= MEDIAN
     is_reached = speed_errors(measured, COUPLED_UP, REFERENCE_DOWN) <= MEDIAN
     known = differs | own_reaches | is_reached
-    return np.asarray((errors > MEDIAN) & np.isfinite(errors) & known)
+    return np.asarray((errors > TENTH) & np.isfinite(errors) & known)
 
 
 def spread(errors: Array) -> tuple[float, float]:
