@@ -13,17 +13,25 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from fegear.cli.groups import grouped
-from fegear.cli.options import AsJson, Workers, progress_bar, require_outputs
+from fegear.cli.options import (
+    AsJson,
+    Workers,
+    progress_bar,
+    refuse_idle,
+    require_outputs,
+)
 from fegear.cli.screen import print_json, ruled_table, say, screen
 
 if TYPE_CHECKING:
     from fegear.statics import Progress
     from lumped.workers import Cluster
     from validation.cases import Case
+    from validation.random_sets.runs import SetRun
     from validation.runs import CaseResult
 
 EXAMPLE = "fegear validate idler friction-pair -o report"
 WRITTEN = ("index.html", "report.md", "report.json")
+RANDOM_SETS = "random-sets"  # beside the names of cases
 MOST_LINES = 40  # of verdicts outside on the screen
 
 
@@ -50,11 +58,13 @@ def validate_command(
         list[str] | None,
         typer.Argument(
             metavar="CASE",
-            help="Names of built-in cases, or paths of case files (TOML).",
+            help="Names of built-in cases, or paths of case files (TOML); random-sets "
+            "for the coupled model on 30 random gear sets.",
         ),
     ] = None,
     every: Annotated[
-        bool, typer.Option("--all", help="Run all built-in cases.")
+        bool,
+        typer.Option("--all", help="Run all built-in cases and the random gear sets."),
     ] = False,
     fidelity: Annotated[
         ValidationFidelity | None,
@@ -73,37 +83,49 @@ def validate_command(
     interrupted run, on a cluster with the runs that it had not finished.
     """
     from fegear.output import make_directory
+    from validation.random_sets.runs import run_random_sets
     from validation.report import report_values, write_report
 
-    chosen = _chosen(cases or [], every, fidelity)
+    names = [name for name in cases or [] if name != RANDOM_SETS]
+    random = every or RANDOM_SETS in (cases or [])
+    chosen = _chosen(names, every, fidelity, random)
     store = make_directory(make_directory(output) / "runs")
     require_outputs([output / name for name in WRITTEN])
-    commands = _commands(chosen, cases, fidelity, output)
+    commands = _commands(chosen, names, cases or ["--all"], fidelity, output)
     with progress_bar(enabled=not as_json) as report:
         results = _run(chosen, store, workers.chosen, report)
-        values = report_values(results, output, commands)
+        complete = len(results) == len(chosen)
+        sets: list[SetRun] = []
+        if random and complete:
+            sets, complete = run_random_sets(store, report)
+        values = report_values(results, output, commands, sets)
         write_report(values, results, output, report)
     if as_json:
         print_json(values)
     else:
-        print_results(values["cases"], output)
-    if len(results) < len(chosen):
+        print_results(values["cases"], values["random_sets"], output)
+    if not complete:
         raise KeyboardInterrupt
-    if any(not each.within for result in results for each in result.verdicts):
+    within = all(each.within for result in results for each in result.verdicts)
+    promised = values["random_sets"].get("of"), values["random_sets"].get("kept")
+    if not within or promised[0] != promised[1]:
         raise typer.Exit(1)
 
 
 def _chosen(
-    names: Sequence[str], every: bool, fidelity: ValidationFidelity | None
+    names: Sequence[str], every: bool, fidelity: ValidationFidelity | None, random: bool
 ) -> list[Case]:
+    """Cases by their names; random : whether the random sets run besides."""
     from fegear.errors import InputError
     from validation.cases import case_names, load_case
 
-    known = ", ".join(case_names())
+    known = ", ".join([*case_names(), RANDOM_SETS])
     if every and names:
         raise InputError(f"--all and {names[0]} exclude each other")
-    if not (every or names):
+    if not (every or names or random):
         raise InputError(f"a case or --all is missing; allowed are {known}")
+    if not (every or names):
+        refuse_idle("the random sets have their own", fidelity=fidelity)
     chosen = [load_case(name) for name in (case_names() if every else names)]
     taken = [case.name for case in chosen]
     for name in taken:
@@ -116,11 +138,15 @@ def _chosen(
 
 def _commands(
     chosen: Sequence[Case],
-    names: Sequence[str] | None,
+    names: Sequence[str],
+    words: Sequence[str],
     fidelity: ValidationFidelity | None,
     output: Path,
 ) -> dict[str, str]:
-    """What one types to make a case again, by its name, and all of it by ""."""
+    """What one types to make a case again, by its name, and all of it by "".
+
+    names : of the cases as they were given; words : all that was
+    """
     options = [] if fidelity is None else ["--fidelity", fidelity.value]
 
     def command(*words: str) -> str:
@@ -128,7 +154,8 @@ def _commands(
 
     given = names or [case.name for case in chosen]
     each = {c.name: command(name) for c, name in zip(chosen, given, strict=True)}
-    return each | {"": command(*(names or ["--all"]))}
+    random = shlex.join(["fegear", "validate", RANDOM_SETS, "-o", str(output)])
+    return each | {RANDOM_SETS: random, "": command(*words)}
 
 
 def _run(
@@ -155,10 +182,24 @@ def _run(
     return results
 
 
-def print_results(cases: Sequence[Mapping[str, Any]], output: Path) -> None:
-    """Case by model, and a line for every verdict that is outside if they are few."""
+def print_results(
+    cases: Sequence[Mapping[str, Any]], sets: Mapping[str, Any], output: Path
+) -> None:
+    """Case by model, and a line for every verdict that is outside if they are few.
+
+    sets : the random gear sets, empty without
+    """
     console = screen()
-    console.print(_overview(cases))
+    if sets:
+        console.print(_random_sets(sets))
+        say(f"{sets['kept']} of {sets['of']} random gear sets keep what is promised")
+    if cases:
+        print_verdicts(cases, output)
+    say(f"wrote {', '.join(str(output / name) for name in WRITTEN)}")
+
+
+def print_verdicts(cases: Sequence[Mapping[str, Any]], output: Path) -> None:
+    screen().print(_overview(cases))
     lines = [
         failed_line(case["case"], each)
         for case in cases
@@ -169,7 +210,29 @@ def print_results(cases: Sequence[Mapping[str, Any]], output: Path) -> None:
         say(f"{len(lines)} outside, see {output / 'tables' / 'verdicts.csv'}")
     else:  # not by the console, which would break the lines
         say("\n".join(["Outside", *lines] if lines else ["All are within."]))
-    say(f"wrote {', '.join(str(output / name) for name in WRITTEN)}")
+
+
+def _random_sets(sets: Mapping[str, Any]) -> Any:
+    columns = (
+        *("set", "median\n%", "90 %\n%", "apart", "modes", "bound\n%"),
+        *("natural\n%", "ms", "ms of FE", "verdict"),
+    )
+    table = ruled_table(*columns, title="Random gear sets", words=("set", "verdict"))
+    for row in sets["rows"]:
+        figures, cells = row["figures"], [""] * (len(columns) - 2)
+        if figures:
+            cells = [
+                *(_per_cent(figures[n]) for n in ("median_error", "tenth_error")),
+                *(str(figures[name]) for name in ("apart", "body_modes")),
+                *(_per_cent(figures[n]) for n in ("left_out", "natural_error")),
+                *(f"{figures[name]:.0f}" for name in ("coupled_ms", "reduced_ms")),
+            ]
+        table.add_row(row["set"], *cells, row["failure"] or row["verdict"])
+    return table
+
+
+def _per_cent(value: float) -> str:
+    return f"{100.0 * value:.2g}"
 
 
 def _overview(cases: Sequence[Mapping[str, Any]]) -> Any:

@@ -5,6 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any
 
+from validation.random_sets.generator import NAME
+from validation.report.random_sets import random_set_rows
+
 Row = dict[str, Any]
 RUN = ("source", "torque_Nm", "rows", "rows_not_repeating")
 
@@ -19,10 +22,12 @@ def report_tables(values: Mapping[str, Any]) -> dict[str, list[Row]]:
         "costs": _costs,
         "printed": _printed,
     }
-    return {
+    found = {
         name: [{"case": case["case"]} | row for case in cases for row in rows(case)]
         for name, rows in tables.items()
     }
+    sets = values["random_sets"]
+    return found | {NAME: random_set_rows(sets), f"{NAME}-full": sets.get("full", [])}
 
 
 def _overview(case: Mapping[str, Any]) -> Iterator[Row]:

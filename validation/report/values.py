@@ -13,6 +13,8 @@ from validation.cases import Printed, Tolerance
 from validation.metrics import METRICS, Verdict
 from validation.printed import printed_figure
 from validation.provenance import provenance
+from validation.random_sets.runs import SetRun
+from validation.report.random_sets import random_set_values
 from validation.run_files import Run
 from validation.runs import CaseResult, warnings_of
 from validation.tasks import FE
@@ -21,15 +23,22 @@ STATIC = ("mean_stiffness", "stiffness_variation", "static_deflection")
 
 
 def report_values(
-    results: Sequence[CaseResult], output: Path, commands: Mapping[str, str]
+    results: Sequence[CaseResult],
+    output: Path,
+    commands: Mapping[str, str],
+    random_sets: Sequence[SetRun] = (),
 ) -> dict[str, Any]:
     """All of a report; paths are relative to the output.
 
-    commands : by the name of a case what runs it again, by "" what runs all
+    commands : by the name of a case, or of all random sets, what runs it again, by ""
+        what runs all
     """
+    runs: list[Run | SetRun] = [run for result in results for run in result.runs]
+    runs += random_sets
     return {
         "command": commands[""],
-        "about": {**dict(provenance()), "runs made on": _machines(results)},
+        "about": {**dict(provenance()), "runs made on": _machines(runs)},
+        "random_sets": random_set_values(random_sets, output, commands),
         "cases": [
             case_values(result, output) | {"command": commands[result.case.name]}
             for result in results
@@ -37,9 +46,9 @@ def report_values(
     }
 
 
-def _machines(results: Sequence[CaseResult]) -> str:
+def _machines(runs: Sequence[Run | SetRun]) -> str:
     """Where the runs were made, which may have been found and not made here."""
-    return "; ".join({run.machine: None for each in results for run in each.runs})
+    return "; ".join({run.machine: None for run in runs})
 
 
 def case_values(result: CaseResult, output: Path) -> dict[str, Any]:

@@ -8,10 +8,12 @@ import pytest
 from case_files import case_text
 from typer.testing import CliRunner
 
+import validation.random_sets.runs
 import validation.runs
 from fegear.cli import app
 from fegear.errors import InputError
 from lumped.sweep_table import read_sweep
+from validation.random_sets.runs import SetRun
 
 
 def run(*words):
@@ -71,6 +73,10 @@ def test_fidelity_of_the_option_wins(tmp_path):
         (["idler", "--all", "-o", "out"], "--all and idler exclude each other"),
         (["idler", "idler", "-o", "out"], "case idler is given 2 times"),
         (["idlr", "-o", "out"], "did you mean idler"),
+        (
+            ["random-sets", "--fidelity", "full", "-o", "out"],
+            "--fidelity = full; the random sets have their own",
+        ),
     ],
 )
 def test_wrong_words_end_in_one_line(words, message, tmp_path, monkeypatch):
@@ -78,6 +84,19 @@ def test_wrong_words_end_in_one_line(words, message, tmp_path, monkeypatch):
     with pytest.raises(InputError, match=message):
         run(*words)
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(("complete", "code"), [(True, 1), (False, 130)])
+def test_random_sets_run_alone(complete, code, tmp_path, monkeypatch):
+    def runs(store, report):
+        table = store / "random-pair-1" / "speeds.csv"
+        return [SetRun("pair-1", table, False, "here", "it diverged")], complete
+
+    monkeypatch.setattr(validation.random_sets.runs, "run_random_sets", runs)
+    result = run("random-sets", "-o", tmp_path)
+    assert result.exit_code == code
+    assert "0 of 1 random gear sets keep what is promised" in result.stdout
+    assert "it diverged" in (tmp_path / "index.html").read_text()
 
 
 def test_after_ctrl_c_there_is_a_report_of_the_finished_cases(tmp_path, monkeypatch):

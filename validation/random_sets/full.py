@@ -1,0 +1,80 @@
+"""All elastic freedoms of the gears beside their modes, on the smallest random sets.
+
+Both start at rest and pass the same mesh periods with equal steps, so that differences
+are those of one motion.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from fegear.dynamics.build import FiniteElements
+from fegear.dynamics.stepper import DynamicSettings, ReducedStepper
+from fegear.gearset.model import GearSet
+from fegear.statics import Progress
+from validation.bench_dynamics import COMMON, run, subject, waveform_error
+from validation.random_sets.generator import COUNT, random_gear_set
+from validation.random_sets.measuring import (
+    MORE,
+    highest_resonance,
+    speeds_of,
+)
+from validation.random_sets.reduced_gears import elastic_gears, reduced_gears
+
+SETS, SPEEDS = 5, 3
+
+
+@dataclass(frozen=True)
+class FullPoint:
+    """A set at a speed [Hz], the worst mesh; differences are relative.
+
+    freedoms, modes : elastic ones of all gears
+    waveform : RMS of the difference of the deflection over that of its vibration
+    rms : difference of the RMS of the vibration
+    """
+
+    name: str
+    speed_Hz: float
+    freedoms: int
+    modes: int
+    waveform: float
+    rms: float
+
+
+def smallest_sets(count: int = SETS) -> list[int]:
+    """Numbers of the sets with the fewest teeth."""
+    teeth = [
+        sum(gear.geometry.teeth for gear in random_gear_set(number).gears)
+        for number in range(COUNT)
+    ]
+    return sorted(range(COUNT), key=teeth.__getitem__)[:count]
+
+
+def measure_full(
+    gear_set: GearSet,
+    report: Progress = lambda what, done, total: None,
+    speeds: Sequence[float] = (),
+) -> list[FullPoint]:
+    """At speeds [Hz], by default some around the highest mesh resonance."""
+    case = subject(gear_set, gear_set.meshes[0].torques[0])
+    speeds = speeds or speeds_of(highest_resonance(case.reference), SPEEDS)
+    statics = case.excitations.source.statics
+    elastic = elastic_gears(gear_set, speeds, statics, MORE)
+    known = gear_set, case.torque, case.reference, case.excitations
+    scheme = DynamicSettings().scheme
+    reduced = ReducedStepper(reduced_gears(*known, elastic), scheme)
+    full, freedoms, _ = case.stepper(FiniteElements(fidelity="full"))
+    found = []
+    for done, speed in enumerate(speeds):
+        report(f"all freedoms, {speed:g} Hz", done, len(speeds))
+        (one, _), (two, _) = (run(each, speed, COMMON) for each in (full, reduced))
+        rms = np.abs(two.std(axis=0) / one.std(axis=0) - 1.0)
+        modes = sum(each.count for each in elastic)
+        worst = float(waveform_error(two, one).max())
+        found.append(
+            FullPoint(gear_set.name, speed, freedoms, modes, worst, float(rms.max()))
+        )
+    return found

@@ -1,0 +1,55 @@
+"""Finite-element gears in motion with more elastic modes than `dynamics` would keep."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from fegear.dynamics.build import (
+    FiniteElements,
+    elastic_damping,
+    modes_once,
+    usual_cutoff,
+)
+from fegear.dynamics.cross_mesh import cross_mesh_compliance
+from fegear.dynamics.elastic import ElasticGear
+from fegear.dynamics.mesh_laws import all_mesh_laws, equal_tables
+from fegear.dynamics.model import DynamicModel, dynamic_model
+from fegear.excitation import Excitations
+from fegear.gearset.model import GearSet
+from fegear.statics import StaticsSettings
+from lumped.system import LumpedSystem
+
+
+def reduced_gears(
+    gear_set: GearSet,
+    torque: float,
+    reference: LumpedSystem,
+    excitations: Excitations,
+    elastic: Sequence[ElasticGear],
+) -> DynamicModel:
+    """Fidelity reduced at a torque on the input gear [N m].
+
+    reference : the lumped system (Model-1) at that torque
+    """
+    tables = equal_tables(gear_set, torque, excitations)
+    statics = excitations.source.statics
+    laws = all_mesh_laws(gear_set, tables, statics)
+    far = cross_mesh_compliance(gear_set, laws, statics)
+    beside = None if far is None else (far, 0.0 * far)
+    return dynamic_model(gear_set, reference, laws, elastic, beside)
+
+
+def elastic_gears(
+    gear_set: GearSet, speeds: Sequence[float], statics: StaticsSettings, more: float
+) -> list[ElasticGear]:
+    """With modes below so many times each gear's usual cut-off.
+
+    speeds : mesh frequencies of the first mesh [Hz]
+    """
+    ratio, highest, found = FiniteElements().elastic_damping, max(speeds), []
+    for gear in gear_set.gears:
+        cutoff_Hz = more * usual_cutoff(gear, highest)
+        modes = modes_once(statics.sector(gear), gear.density, cutoff_Hz)
+        damping = elastic_damping(gear, ratio)
+        found.append(ElasticGear(modes, gear.face_width, damping))
+    return found

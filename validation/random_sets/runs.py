@@ -1,0 +1,180 @@
+"""Runs of the random gear sets, kept and found again by hash; see `validation.kept`.
+
+A run's directory below the store holds inputs.json, a table and result.json. For every
+set there is one with speeds.csv, the vibration by every source; for the smallest one
+with full.csv besides, all elastic freedoms beside their modes.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import suppress
+from dataclasses import asdict, dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import validation
+from fegear.errors import InputError
+from fegear.gearset.model import GearSet
+from fegear.output import make_directory
+from fegear.statics import Progress
+from fegear.store import digest
+from fegear.version import package_version
+from lumped.csv_text import format_records
+from validation.kept import RESULT, begin_run, sealed, whole_texts, write_texts
+from validation.provenance import machine
+from validation.random_sets.full import FullPoint, measure_full, smallest_sets
+from validation.random_sets.generator import COUNT, random_gear_set
+from validation.random_sets.measuring import REFERENCE, Measured, measure
+from validation.sources import PACKAGES, digest_of
+
+FORMAT = "fegear random gear set 2"  # of the files and of what stands in them
+SPEEDS, FULL = "speeds.csv", "full.csv"
+OWN = "full", "generator", "measuring", "reduced_gears"
+SOURCES = {
+    **PACKAGES,
+    validation: (
+        *("bench_dynamics.py", "kept.py", "oracles/loaded_modes.py"),
+        *(f"random_sets/{name}.py" for name in OWN),
+    ),
+}
+Rows = list[dict[str, Any]]
+Result = tuple[dict[str, Any], Rows]  # of result.json and of the table
+Measure = Callable[[GearSet, int, Progress], Measured]
+
+
+@dataclass(frozen=True)
+class SetRun:
+    """A set with what it gave, or why it gave nothing.
+
+    table : its CSV file; reused : whether nothing was computed
+    machine : on which it was made
+    full : all freedoms beside modes, of the smallest sets
+    """
+
+    name: str
+    table: Path
+    reused: bool
+    machine: str
+    failure: str
+    measured: Measured | None = None
+    full: tuple[FullPoint, ...] = ()
+
+
+def run_random_sets(
+    store: Path, report: Progress = lambda what, done, total: None
+) -> tuple[list[SetRun], bool]:
+    """Run what is not in the store yet; also whether all was finished before Ctrl-C."""
+    runs: list[SetRun] = []
+    with suppress(KeyboardInterrupt):
+        runs.extend(compared_sets(store, report))
+        runs.extend(full_sets(store, report))
+        return runs, True
+    return runs, False
+
+
+def compared_sets(
+    store: Path,
+    report: Progress = lambda what, done, total: None,
+    numbers: Iterable[int] = range(COUNT),
+    measuring: Measure = measure,
+) -> Iterator[SetRun]:
+    """The coupled model beside finite elements, set by set."""
+    for number in numbers:
+        gear_set = random_gear_set(number)
+        told = partial(_report_of, report, number)
+        make = partial(_compared, gear_set, number, measuring, told)
+        yield found_or_made(gear_set, store, SPEEDS, make)
+
+
+def full_sets(
+    store: Path, report: Progress = lambda what, done, total: None
+) -> Iterator[SetRun]:
+    """All elastic freedoms beside their modes, the smallest sets."""
+    for number in smallest_sets():
+        gear_set = random_gear_set(number)
+        make = partial(_full, gear_set, partial(_report_of, report, number))
+        yield found_or_made(gear_set, store, FULL, make)
+
+
+def _report_of(report: Progress, number: int, what: str, done: int, total: int) -> None:
+    report(f"random set {number + 1}: {what}", number, COUNT)
+
+
+def _compared(
+    gear_set: GearSet, number: int, measuring: Measure, report: Progress
+) -> Result:
+    measured = measuring(gear_set, number, report)
+    return {"measured": asdict(measured)}, speed_rows(measured)
+
+
+def _full(gear_set: GearSet, report: Progress) -> Result:
+    rows = [asdict(point) for point in measure_full(gear_set, report)]
+    return {"full": rows}, rows
+
+
+def found_or_made(
+    gear_set: GearSet, store: Path, table: str, make: Callable[[], Result]
+) -> SetRun:
+    """A run with its table; one that fails is a result."""
+    inputs = inputs_of(gear_set, table)
+    kind = "random-full" if table == FULL else "random"
+    directory = store / f"{kind}-{gear_set.name}-{digest(inputs)[:16]}"
+    found = read_set(gear_set.name, make_directory(directory) / table, inputs, True)
+    if found is not None:
+        return found
+    begin_run(directory, inputs, [table])
+    try:
+        result, rows = make()
+    except (InputError, ArithmeticError) as error:
+        result, rows = {"failure": str(error)}, []
+    result = {"machine": machine(), "failure": ""} | result
+    write_texts(directory, sealed(inputs, {table: format_records(rows)}, result))
+    made = read_set(gear_set.name, directory / table, inputs, False)
+    if made is None:
+        raise InputError(f"{directory}: was changed while the run was made; run again")
+    return made
+
+
+def inputs_of(gear_set: GearSet, table: str) -> dict[str, str]:
+    """All that determines the results."""
+    return {
+        "format": FORMAT,
+        "fegear version": package_version(),
+        "sources": digest_of(tuple(SOURCES.items())),
+        "gear set": repr(gear_set),
+        "table": table,
+    }
+
+
+def read_set(
+    name: str, table: Path, inputs: dict[str, str], reused: bool
+) -> SetRun | None:
+    """None where a file is missing, damaged, or belongs to something else."""
+    texts = whole_texts(table.parent, inputs, [table.name])
+    if texts is None:
+        return None
+    result = json.loads(texts[RESULT])
+    given = result.get("measured")
+    return SetRun(
+        name=name,
+        table=table,
+        reused=reused,
+        machine=result["machine"],
+        failure=result["failure"],
+        measured=None if given is None else Measured(**given),
+        full=tuple(FullPoint(**point) for point in result.get("full", ())),
+    )
+
+
+def speed_rows(measured: Measured) -> list[dict[str, Any]]:
+    """A row for each speed and mesh."""
+    return [
+        {"mesh_frequency_Hz": speed, "mesh": mesh + 1}
+        | {f"{s}_rms_m": rows[i][mesh] for s, rows in measured.rms_m.items()}
+        | {f"{s}_periods": rows[i][mesh] for s, rows in measured.multiples.items()}
+        for i, speed in enumerate(measured.speeds_Hz)
+        for mesh in range(len(measured.rms_m[REFERENCE][i]))
+    ]

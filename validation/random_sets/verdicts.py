@@ -1,0 +1,156 @@
+"""Whether the coupled model keeps its promises on a random gear set.
+
+Vibration: of the errors |RMS / RMS of the reference - 1| of the dynamic transmission
+error, the worst mesh at each speed, the median and the 90th percentile are within
+bounds, or the run warns of the body modes that it leaves out.
+
+Natural frequencies about the loaded state agree, each with its nearest partner: those
+of the coupled model with finite elements and the other way round.
+
+Other branches: a speed is counted apart, and not among the errors, where these exceed
+the bound on the percentile, and either the periods after which both repeat differ, or
+one of both with the speed falling is within the median's bound of the other with the
+speed rising: it is then known to have that motion as well. Of too many such speeds
+nothing is known: then the promise is broken.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from validation.random_sets.measuring import (
+    COUPLED_DOWN,
+    COUPLED_UP,
+    NATURAL,
+    REDUCED,
+    REFERENCE,
+    REFERENCE_DOWN,
+    Measured,
+)
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+MEDIAN, TENTH = 0.02, 0.08  # bounds on the median and the 90th percentile
+MOST_APART = 0.25  # of the speeds
+NATURAL_ERROR = 5e-3
+STRAINS, PARTNER = 1e-2, 1e-3  # mesh energy of modes that count, and of partners
+
+
+@dataclass(frozen=True)
+class SetVerdict:
+    """Of a set: errors are relative, NaN where there is none.
+
+    apart : speeds that are counted apart; median_all, tenth_all : with these speeds
+    reference : 90th percentile of the distance from the usual cut-off to the reference
+    worst_Hz : where the largest error is that counts
+    natural : largest error of a natural frequency, natural_Hz : of which
+    """
+
+    median: float
+    tenth: float
+    median_all: float
+    tenth_all: float
+    apart: int
+    reference: float
+    worst: float
+    worst_Hz: float
+    natural: float
+    natural_Hz: float
+    vibration_kept: bool
+    warns: bool
+
+    @property
+    def natural_kept(self) -> bool:
+        return self.natural <= NATURAL_ERROR
+
+    @property
+    def kept(self) -> bool:
+        return (self.vibration_kept or self.warns) and self.natural_kept
+
+    @property
+    def words(self) -> str:
+        """`kept`, or which promise is not."""
+        if self.vibration_kept or self.warns:
+            vibration = "" if self.vibration_kept else "warns"
+        else:
+            vibration = "vibration off"
+        frequencies = "" if self.natural_kept else "frequencies off"
+        return ", ".join(filter(None, (vibration, frequencies))) or "kept"
+
+
+def judge(measured: Measured) -> SetVerdict:
+    errors = speed_errors(measured, COUPLED_UP)
+    apart = other_branch(measured, errors)
+    counted = errors[~apart]
+    median, tenth = spread(counted)
+    within = median <= MEDIAN and tenth <= TENTH and apart.mean() <= MOST_APART
+    worst = int(np.argmax(np.where(apart, -1.0, errors)))
+    natural, natural_Hz = largest_frequency_error(measured)
+    median_all, tenth_all = spread(errors)
+    return SetVerdict(
+        median=median,
+        tenth=tenth,
+        median_all=median_all,
+        tenth_all=tenth_all,
+        apart=int(apart.sum()),
+        reference=spread(speed_errors(measured, REDUCED))[1],
+        worst=float(errors[worst]),
+        worst_Hz=measured.speeds_Hz[worst],
+        natural=natural,
+        natural_Hz=natural_Hz,
+        vibration_kept=bool(within),
+        warns=bool(measured.warnings),
+    )
+
+
+def speed_errors(measured: Measured, source: str, beside: str = REFERENCE) -> Array:
+    """Of the worst mesh at every speed (s,), infinite where either has no motion."""
+    own, other = (np.array(measured.rms_m[s]) for s in (source, beside))
+    errors = np.abs(own / other - 1.0).max(axis=1)
+    return np.where(np.isfinite(errors), errors, np.inf)
+
+
+def other_branch(measured: Measured, errors: Array) -> Mask:
+    """Speeds (s,) that are counted apart, see the top of this file."""
+    own, reference = (np.array(measured.multiples[s]) for s in (COUPLED_UP, REFERENCE))
+    differs = (own != reference).any(axis=1)
+    own_reaches = speed_errors(measured, COUPLED_DOWN) <= MEDIAN
+    is_reached = speed_errors(measured, COUPLED_UP, REFERENCE_DOWN) <= MEDIAN
+    known = differs | own_reaches | is_reached
+    return np.asarray((errors > TENTH) & np.isfinite(errors) & known)
+
+
+def spread(errors: Array) -> tuple[float, float]:
+    """Median and 90th percentile of errors, infinite of none at all.
+
+    The percentile is one of the errors: half of an infinite one is none.
+    """
+    if not errors.size:
+        return np.inf, np.inf
+    found = np.quantile(errors, (0.5, 0.9), method="higher")
+    return float(found[0]), float(found[1])
+
+
+def largest_frequency_error(measured: Measured) -> tuple[float, float]:
+    """Relative, and the frequency [Hz] of which; NaN where no mode counts."""
+    highest = NATURAL * measured.resonance_Hz
+    own, fe = measured.natural, measured.natural_fe
+    found = [*frequency_errors(own, fe, highest), *frequency_errors(fe, own, highest)]
+    return max(found, default=(np.nan, np.nan))
+
+
+def frequency_errors(
+    own: Sequence[Sequence[float]], others: Sequence[Sequence[float]], highest: float
+) -> list[tuple[float, float]]:
+    """(relative, frequency [Hz]) of each of one's own modes below a frequency from
+    its nearest partner; infinite without any."""
+    partners = np.array([f for f, energy in others if energy > PARTNER])
+    return [
+        (float(np.abs(partners / f - 1.0).min(initial=np.inf)), f)
+        for f, energy in own
+        if energy > STRAINS and f < highest
+    ]

@@ -1,0 +1,113 @@
+"""The random gear sets of a report, as plain values."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from validation.random_sets.generator import NAME
+from validation.random_sets.measuring import (
+    COUPLED_UP,
+    MODEL_1,
+    REDUCED,
+    WITHOUT,
+    Measured,
+)
+from validation.random_sets.runs import FULL, SPEEDS, SetRun
+from validation.random_sets.verdicts import (
+    MEDIAN,
+    MOST_APART,
+    NATURAL_ERROR,
+    TENTH,
+    judge,
+    speed_errors,
+    spread,
+)
+
+TIMED = {
+    "model_1_ms": MODEL_1,
+    "without_modes_ms": WITHOUT,
+    "coupled_ms": COUPLED_UP,
+    "reduced_ms": REDUCED,
+}
+
+
+def random_set_values(
+    runs: Sequence[SetRun], output: Path, commands: Mapping[str, str]
+) -> dict[str, Any]:
+    """Nothing where there are no runs; paths are relative to the output.
+
+    commands : by NAME what runs them again
+    """
+    if not runs:
+        return {}
+    rows = [row_values(run, output) for run in runs if run.table.name == SPEEDS]
+    full = [run for run in runs if run.table.name == FULL]
+    return {
+        "command": commands[NAME],
+        "allowed": {
+            "median": MEDIAN,
+            "tenth": TENTH,
+            "apart": MOST_APART,
+            "natural": NATURAL_ERROR,
+        },
+        "kept": sum(row["kept"] for row in rows),
+        "of": len(rows),
+        "rows": rows,
+        "full": [asdict(point) for run in full for point in run.full],
+        "full_failures": [f"{run.name}: {run.failure}" for run in full if run.failure],
+    }
+
+
+def row_values(run: SetRun, output: Path) -> dict[str, Any]:
+    """Of a set; a failed one has its name, the failure and no more."""
+    place = run.table.relative_to(output).as_posix()
+    common = {"set": run.name, "csv": place, "failure": run.failure}
+    if run.measured is None:
+        return common | {"verdict": "failed", "kept": False, "figures": {}}
+    verdict = judge(run.measured)
+    return common | {
+        "verdict": verdict.words,
+        "kept": verdict.kept,
+        "figures": figures_of(run.measured),
+    }
+
+
+def figures_of(measured: Measured) -> dict[str, Any]:
+    """Columns of the table of random sets; errors are relative."""
+    verdict = judge(measured)
+    return {
+        "kind": measured.kind,
+        "teeth": "/".join(map(str, measured.teeth)),
+        "hub_over_root": "/".join(f"{hub:.2f}" for hub in measured.hub_over_root),
+        "torque_Nm": measured.torque_Nm,
+        "speeds": len(measured.speeds_Hz),
+        "first_Hz": measured.speeds_Hz[0],
+        "last_Hz": measured.speeds_Hz[-1],
+        "median_error": verdict.median,
+        "tenth_error": verdict.tenth,
+        "apart": verdict.apart,
+        "median_with_apart": verdict.median_all,
+        "tenth_with_apart": verdict.tenth_all,
+        "worst_error": verdict.worst,
+        "worst_Hz": verdict.worst_Hz,
+        "usual_cutoff_tenth": verdict.reference,
+        "model_1_median": spread(speed_errors(measured, MODEL_1))[0],
+        "without_modes_median": spread(speed_errors(measured, WITHOUT))[0],
+        "natural_error": verdict.natural,
+        "natural_Hz": verdict.natural_Hz,
+        "body_modes": measured.body_modes,
+        "left_out": measured.left_out,
+        "warns": verdict.warns,
+    } | {name: measured.ms_per_speed[source] for name, source in TIMED.items()}
+
+
+def random_set_rows(values: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """Of the table as a CSV file; sets that failed are in the report alone."""
+    return [
+        {"set": row["set"], "verdict": row["verdict"]} | row["figures"]
+        for row in values.get("rows", ())
+        if row["figures"]
+    ]
