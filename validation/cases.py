@@ -38,7 +38,7 @@ from validation.printed_keys import require_key
 
 FOLDER = Path(__file__).parent / "cases"
 LADDER = "model-1", "model-coupled"  # from where to where a budget leads
-Part = Literal["hardening", "pairs", "body", "meshes"]  # of the coupled model
+Part = Literal["hardening", "pairs", "body", "meshes", "modes"]  # of the coupled model
 Fidelity = Literal["full", "reduced", "quasistatic"]
 
 

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 
 T = TypeVar("T")
-INGREDIENTS = "hardening", "pairs", "body", "meshes"  # of the coupled model
+INGREDIENTS = "hardening", "pairs", "body", "meshes", "modes"  # of the coupled model
 NAMED = "model", "without", "method"  # in errors of the library as the options are
 NUMBERS: dict[str, Number] = {"1": 1, "2": 2, "3": 3, "coupled": "coupled"}
 Kind = Literal["fe", "rectangular", "trapezoid", "fourier"]
