@@ -224,7 +224,8 @@ class CoupledOptions(LumpedOptions):
     without: list[str] | None = option(
         "Part of --model coupled to leave out; may be repeated. hardening: contact "
         "stiffens with load; pairs: tooth pairs deflect each other; body: inertia of "
-        "the elastic bodies; meshes: meshes of one gear deflect each other. "
+        "the elastic bodies; meshes: meshes of one gear deflect each other; modes: "
+        "vibration of the bodies against their hubs. "
         "[default: none]"
     )
     models: ClassVar[tuple[str, ...]] = ("1", "2", "3", "coupled")
