@@ -9,7 +9,13 @@ import numpy as np
 
 from fegear.excitation import Excitations, Source, unmodified
 from fegear.gearset.model import GearSet
-from fegear.lumped_models import LumpedModel, lumped_system
+from fegear.lumped_models import (
+    LumpedModel,
+    body_entries,
+    doubts_of_bodies,
+    lumped_system,
+    usual_speeds,
+)
 from fegear.train import mesh_torques_at, train_of
 from lumped.modes import Modes, natural_modes
 from lumped.system import LumpedSystem
@@ -29,12 +35,17 @@ def summarise_modes(
 
     torque : on the input gear [N m], None where all mean stiffnesses are given
     """
+    bodies: dict[str, str] = {}
+    doubts: list[str] = []
     if stiffness == "coupled":
         coupled = LumpedModel(
             number="coupled", translations=translations, stiffness=source
         )
         system = lumped_system(gear_set, torque or 0.0, coupled)
         train, modes = system.train, modes_under_load(system)
+        speeds = usual_speeds(system)
+        bodies = body_entries(system, speeds)
+        doubts = list(doubts_of_bodies(system, speeds))
         origin = f"tangent of the coupled model at {torque:g} N m on the input gear"
         origins = [origin] * len(gear_set.meshes)
     else:
@@ -62,6 +73,9 @@ def summarise_modes(
             }
             for i in range(modes.frequency_Hz.size)
         ],
+        "body_modes": bodies.get("body modes"),
+        "body_modes_left_out": bodies.get("body modes left out"),
+        "warnings": doubts,
     }
 
 

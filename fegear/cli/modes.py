@@ -62,6 +62,11 @@ def print_modes(values: dict[str, Any]) -> None:
             f"mesh {entry['mesh']}: mean stiffness "
             f"{entry['stiffness_N_per_m']:.5g} N/m, {entry['origin']}"
         )
+    if values["body_modes"] is not None:
+        console.print(
+            f"body modes of the gears {values['body_modes']}; those left out "
+            f"{values['body_modes_left_out']}"
+        )
     title, torque = values["gear_set"], values["torque_Nm"]
     if torque is not None:
         title += f", {torque:g} N m on the input gear"
