@@ -269,7 +269,9 @@ def _header(
     varied: VariedSet, axis: Axis, frequency: float | None, settings: AttractorSettings
 ) -> dict[str, str]:
     """Entries of the file."""
-    header = varied.header(integration_in_words(settings.integration))
+    header = varied.header(
+        integration_in_words(settings.integration, varied.model.number == "coupled")
+    )
     if frequency is not None:
         header["speed_Hz"] = exact(frequency)
     if axis.name != TORQUE:

@@ -390,10 +390,12 @@ def _pitch_errors(gear_set: GearSet) -> dict[str, str]:
     return {"pitch errors": f"tooth pairs repeat after base pitches: {words}"}
 
 
-def integration_in_words(settings: Settings) -> str:
+def integration_in_words(settings: Settings, coupled: bool = False) -> str:
+    """coupled : whether it is of the coupled model"""
     scheme = f"{settings.method}, tolerance {exact(settings.tolerance)}"
     if settings.method == "rk4":
-        scheme += f", {settings.steps} steps per period or more"
+        steps = settings.least_steps(coupled)
+        scheme += f", {steps} steps per period or more"
     return f"{scheme}, up to {cap_in_words(settings.max_periods)}"
 
 

@@ -119,7 +119,9 @@ class VariedSet:
         entries : added to its header
         """
         require_method(self.model, settings)
-        header = self.header(integration_in_words(settings))
+        header = self.header(
+            integration_in_words(settings, self.model.number == "coupled")
+        )
         if TORQUE not in self.names:
             header |= {"torque on the input gear [N m]": exact(self.load)}
         return ParameterMap(self.axes, len(self.gear_set.meshes), header | entries)

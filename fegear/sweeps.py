@@ -143,7 +143,9 @@ def sweep_speeds(
         *(systems, frequencies, settings.directions, settings.integration),
         progress,
     )
-    words = integration_in_words(settings.integration)
+    words = integration_in_words(
+        settings.integration, settings.model.number == "coupled"
+    )
     ratio = systems[0].train.damping_ratio
     bodies = body_entries(systems[0], frequencies)
     return SweepResult(

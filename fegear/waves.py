@@ -127,7 +127,10 @@ def settle_motion(
     observer = reporting(progress, len(speeds_between(start, speed)))
     state = arrive(system, start, speed, integration, observer)
     motion = time_history(system, speed, integration, state, watch=observer.watch)
-    words, ratio = integration_in_words(integration), system.train.damping_ratio
+    words, ratio = (
+        integration_in_words(integration, model.number == "coupled"),
+        system.train.damping_ratio,
+    )
     header = file_header(gear_set, model, ratio, words) | {
         **body_entries(system, [start, speed]),
         "model": model.name,

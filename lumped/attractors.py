@@ -233,7 +233,8 @@ def refined(system: LumpedSystem, settings: Settings, length: int) -> Settings:
 
     length : periods of the first mesh after which the motion repeats
     """
-    if system.contacts is not None or length > SHORT or settings.steps >= FINE:
+    contacts = system.contacts is not None
+    if contacts or length > SHORT or settings.least_steps(contacts) >= FINE:
         return settings
     return replace(settings, steps=FINE)
 

@@ -17,7 +17,7 @@ from lumped.elastic_inertia import inertia_part, normalised
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
-ALLOWED = 0.1  # of the excitation's RMS, that modes which are left out may change
+ALLOWED = 0.08  # of the excitation's RMS, that modes which are left out may change
 GRID = 25  # speeds at which the bound is looked at, besides resonances
 ORDERS = 12  # of the mesh frequency, whose resonances with a mode are looked at
 HARMONICS = 32  # of the excitation, at most

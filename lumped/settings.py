@@ -7,6 +7,7 @@ from typing import ClassVar, Literal
 
 from lumped.checks import require_between, require_fields
 
+SPRING_STEPS, CONTACT_STEPS = 64, 80  # per period of the fastest mesh
 FINEST, USUAL = 1e-13, 1e-8  # error of a step: just above round-off, and by default
 
 
@@ -43,7 +44,8 @@ class Settings(SteadySettings):
     """Numerical choices of a lumped model's response.
 
     method : rk4, fixed steps, or dopri5, adaptive with located contact changes
-    steps : of rk4 per period of the fastest mesh, at least
+    steps : of rk4 per period of the fastest mesh, at least; None for SPRING_STEPS, or
+        CONTACT_STEPS of the coupled model, which has one contact solution in each
     step_angle : of rk4, largest phase [rad] that the highest mode turns in a step
     accuracy : of dopri5, error of a step relative to the deflection; None for 1e-8,
         or a thousandth of the tolerance where that is less, so that errors do not
@@ -52,9 +54,14 @@ class Settings(SteadySettings):
 
     least_periods: ClassVar[int] = 2_000
     method: Literal["rk4", "dopri5"] = "rk4"
-    steps: int = 64
+    steps: int | None = None
     step_angle: float = 0.6
     accuracy: float | None = None
+
+    def least_steps(self, contacts: bool) -> int:
+        """Of rk4 per period of the fastest mesh; contacts : of the coupled model."""
+        usual = CONTACT_STEPS if contacts else SPRING_STEPS
+        return self.steps or usual
 
     @property
     def step_error(self) -> float:
@@ -64,7 +71,8 @@ class Settings(SteadySettings):
         return max(min(USUAL, 1e-3 * self.tolerance), FINEST)
 
     def __post_init__(self) -> None:
-        require_between("steps", self.steps, 4, 100_000)
+        if self.steps is not None:
+            require_between("steps", self.steps, 4, 100_000)
         require_between("step_angle", self.step_angle, 0, 2, above=True)
         if self.accuracy is not None:
             require_between("accuracy", self.accuracy, FINEST, 0.01)

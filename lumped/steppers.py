@@ -147,10 +147,11 @@ class FixedStepper(LumpedStepper):
         self, frequency: float, settings: Settings, repeats: bool
     ) -> Settings | None:
         """Twice the steps, as far as memory holds them."""
-        if settings.steps >= FINEST:
+        known = settings.least_steps(self.system.contacts is not None)
+        if known >= FINEST:
             return None
         # what does not repeat may do so on the finest steps alone
-        steps = min(2 * settings.steps if repeats else FINEST, FINEST)
+        steps = min(2 * known if repeats else FINEST, FINEST)
         finer = replace(settings, steps=steps)
         needed = steps_per_period(self.system, frequency, finer)
         return finer if self.system.holds(needed) else None
@@ -291,7 +292,7 @@ def steps_per_period(system: LumpedSystem, frequency: float, settings: Settings)
     """Fixed steps per period of the first mesh; doublings, so that few differ."""
     fastest = float(max(system.train.mesh_rates))
     highest = float(np.sqrt(system.arrays.rigidity.max()))
-    needed = max(settings.steps * fastest, highest / (frequency * settings.step_angle))
-    base = settings.steps * fastest
+    base = settings.least_steps(system.contacts is not None) * fastest
+    needed = max(base, highest / (frequency * settings.step_angle))
     doublings = max(0, math.ceil(2.0 * math.log2(needed / base) - 1e-9))
     return math.ceil(base * 2.0 ** (0.5 * doublings))

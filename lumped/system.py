@@ -213,11 +213,15 @@ class LumpedSystem:
         teeth that touch."""
         if self.contacts is None:
             return self.arrays.shapes
-        rows = self.contacts.bodies.rows
-        each = np.sqrt((rows**2).mean(axis=1))  # (c, b)
+        bodies, w = self.contacts.bodies, self.contacts.bodies.pairs.size
+        squares = (bodies.rows**2).mean(axis=1)  # (c, b)
+        pairs = squares[:, bodies.count - 2 * w :].reshape(len(squares), 2, w)
+        # whatever tooth the pattern of a pair counts from
+        squares[:, bodies.count - 2 * w :] = np.tile(pairs.sum(axis=1), 2)
+        each = np.sqrt(squares)
         mesh_of, meshes = self.contacts.mesh_of, range(len(self.excitations))
-        bodies = np.array([each[mesh_of == m].max(axis=0) for m in meshes])
-        return np.concatenate([self.arrays.shapes, bodies], axis=1)
+        bent = np.array([each[mesh_of == m].max(axis=0) for m in meshes])
+        return np.concatenate([self.arrays.shapes, bent], axis=1)
 
     def state_from(self, other: LumpedSystem, state: Array) -> Array:
         """Modal displacements and velocities (2, n) of gears that move as another's.

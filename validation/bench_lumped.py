@@ -17,7 +17,7 @@ from fegear.lumped_models import LumpedModel, lumped_system
 from fegear.statics import Progress
 from lumped.respond import respond
 from lumped.response import Response
-from lumped.settings import Settings
+from lumped.settings import SPRING_STEPS, Settings
 from lumped.sweep import sweep_all
 from lumped.system import LumpedSystem
 from lumped.train import Gear, Shaft
@@ -196,9 +196,7 @@ class Race:
 def races(points: Sequence[Point]) -> list[Race]:
     """One race for each method of SciPy, at its error nearest to rk4's default."""
     ours = [p for p in points if not p.study.startswith(SCIPY)]
-    default = next(
-        p for p in ours if p.study == "rk4" and p.setting == Settings().steps
-    )
+    default = next(p for p in ours if p.study == "rk4" and p.setting == SPRING_STEPS)
 
     def off_default(point: Point) -> float:
         return abs(math.log(point.error_median / default.error_median))

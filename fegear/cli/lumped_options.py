@@ -416,7 +416,7 @@ class Integration(Settling):
 
     steps: int | None = option(
         "Least number of time steps per period of the fastest mesh, with --method "
-        "rk4. [default: 64]"
+        "rk4. [default: 64, 80 of --model coupled]"
     )
     method: Literal["rk4", "dopri5"] = option(
         "Time integration. rk4: fixed steps of fourth order; dopri5: adaptive steps "

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from fegear.dynamics.build import elastic_damping
 from fegear.dynamics.elastic import ElasticGear
 from fegear.dynamics.kernels.arrays import ContactJacobian, ModalMatrices
+from fegear.dynamics.mesh_laws import pitch_point
 from fegear.dynamics.model import modal_matrices
 from fegear.dynamics.rows import contact_rows
 from fegear.dynamics.sides import DRIVE, ContactSide
@@ -59,11 +60,12 @@ def static_inertias(
     for side in sides:
         if side.side != DRIVE:
             continue
-        contact = int(np.flatnonzero(side.laws.teeth == 0)[0])
+        pair, place = pitch_point(gear_set, side.mesh, len(side.laws.gap) - 1)
+        contact = int(np.flatnonzero(side.laws.teeth == pair)[0])
         for g in side.gears:
             gear = gear_set.gears[g]
             given = settings.sector(gear), gear.density
-            arc = float(side.arcs(g)[0, contact])
+            arc = float(side.arcs(g)[place, contact])
             found[side.mesh] += inertia_once(*given, arc) / gear.face_width
     return found
 
@@ -142,6 +144,7 @@ def _turned_back(
 
 
 def with_body_modes(
+    gear_set: GearSet,
     contacts: CoupledContacts,
     reference: LumpedSystem,
     modes: BodyModes,
@@ -158,7 +161,7 @@ def with_body_modes(
     """
     still = replace(reference, contacts=replace(contacts, modes=None))
     assert still.loaded is not None
-    inertia = _inertia(contacts, reference, modes, static, still.loaded)
+    inertia = _inertia(gear_set, contacts, reference, modes, static, still.loaded)
     kept = inertia.choose(band) if kept is None else kept
     return replace(
         contacts, modes=modes.only(kept), inertia=inertia, kept=kept, band=band
@@ -166,6 +169,7 @@ def with_body_modes(
 
 
 def _inertia(
+    gear_set: GearSet,
     contacts: CoupledContacts,
     reference: LumpedSystem,
     modes: BodyModes,
@@ -176,14 +180,15 @@ def _inertia(
     families = np.arange(modes.count)
     first, second = np.split(families[modes.nodal_diameters > 0], 2)
     families[second] = first
-    side = contacts.contacts.side > 0
-    at_pitch = [
-        np.flatnonzero((contacts.mesh_of == m) & (contacts.pairs == 0) & side)[0]
-        for m in range(len(reference.excitations))
-    ]
+    drive, positions = contacts.contacts.side > 0, modes.rows.shape[1] - 1
+    at_pitch = np.empty((len(reference.excitations), modes.count))
+    for m in range(len(at_pitch)):
+        pair, place = pitch_point(gear_set, m, positions)
+        own = (contacts.mesh_of == m) & (contacts.pairs == pair) & drive
+        at_pitch[m] = modes.rows[np.flatnonzero(own)[0], place]
     stiffness = reference.modes.mean_stiffness[:, None]
     ste = loaded.deflection[:-1].T
-    squares = modes.rows[at_pitch, 0] ** 2
+    squares = at_pitch**2
     left = static - (squares / modes.angular**4).sum(axis=1)
     rest_Hz = _rest_Hz(modes)
     return BodyInertia(

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from fegear.dynamics.cross_mesh import cross_mesh_compliance
 from fegear.dynamics.elastic import ElasticGear, Rayleigh, mass_damping
 from fegear.dynamics.memory import full_bytes, require_memory
-from fegear.dynamics.mesh_laws import all_mesh_laws, equal_tables
+from fegear.dynamics.mesh_laws import all_mesh_laws, equal_tables, pitch_point
 from fegear.dynamics.model import DynamicModel, dynamic_model
 from fegear.dynamics.sides import MeshLaws
 from fegear.dynamics.stepper import DynamicSettings, ImplicitStepper, ReducedStepper
@@ -277,11 +277,11 @@ def _choice(
     stiffness = model.reference.modes.mean_stiffness
     meshes = []
     for m, table in enumerate(tables):
-        contact = next(
-            c for c, label in enumerate(model.contact_labels) if label == (m, 0, 1)
-        )
+        pair, place = pitch_point(model.sides[0].gear_set, m, normal.shape[1] - 1)
+        labels = model.contact_labels
+        contact = next(c for c, each in enumerate(labels) if each == (m, pair, 1))
         own = columns[m, hubs : count[m]] - hubs
-        row = normal[contact, 0, hubs : count[m]]
+        row = normal[contact, place, hubs : count[m]]
         share = stiffness[m] * row**2 / rigidity[own]
         frequencies = np.sqrt(rigidity[own]) / (2.0 * math.pi)
         modes = ElasticModes(frequencies, share, elements.elastic_damping)

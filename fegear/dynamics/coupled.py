@@ -68,7 +68,9 @@ def coupled_contacts(
         sides = contact_sides(gear_set, laws)
         modes = body_modes(gear_set, reference, sides, gears_modes(gear_set, settings))
         static = static_inertias(gear_set, sides, settings)
-        found = with_body_modes(found, reference, modes, static, band, kept)
+        found = with_body_modes(
+            *(gear_set, found, reference, modes, static, band, kept)
+        )
     return replace(found, without=without)
 
 

@@ -21,6 +21,16 @@ REACH = 6.0  # times the largest static deflection: penetration up to which laws
 BACK = 20.0  # times the same: larger backlash is out of reach
 
 
+def pitch_point(gear_set: GearSet, mesh: int, positions: int) -> tuple[int, int]:
+    """Which pair of a mesh touches at the pitch point, and at which of the positions.
+
+    Counted as pairs are in `PairLaws`, from the phase of the mesh on.
+    """
+    phase = mesh_phases(gear_set)[mesh].value
+    place = round(-phase % 1.0 * positions)
+    return -round(phase + place / positions), place
+
+
 def equal_tables(
     gear_set: GearSet, torque: float, excitations: Excitations
 ) -> list[MeshTable]:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import PchipInterpolator
+from scipy.interpolate import CubicSpline
 
 from fegear.dynamics.elastic import ElasticGear
 from fegear.dynamics.kernels.arrays import ContactJacobian
@@ -94,7 +94,8 @@ def _mode_rows(gear: ElasticGear, tooth: int, flank: int, arcs: Array) -> Array:
     modes, scale = gear.modes, 1.0 / math.sqrt(gear.width)
     inside = np.clip(arcs, modes.arcs[0], modes.arcs[-1])
     both = modes.normal_at(tooth, flank), modes.tangential_at(tooth, flank)
-    found = PchipInterpolator(modes.arcs, np.stack(both), axis=2)(inside)
+    # linear in the values, so that a pair of modes may be counted from any tooth
+    found = CubicSpline(modes.arcs, np.stack(both), axis=2)(inside)
     return scale * found.transpose(0, 2, 1)
 
 

@@ -26,6 +26,8 @@ from validation.report.values import budget_values
 from validation.runs import run_case
 from validation.tasks import parts_of, tasks_of
 
+PARTS = "hardening", "pairs", "body", "modes"  # of gears without an idler
+
 
 def row(model, error, cost, unmatched=0):
     measured = {name: {"here": error} for name in QUANTITIES}
@@ -89,7 +91,7 @@ def test_coupled_contacts_come_nearest_to_the_elements(small):
     found = budget_of(result)
     names = [each.model for each in found.rows]
     # nothing shares a gear, so that there are no meshes to leave out
-    parts = [f"model-coupled-without-{n}" for n in ("hardening", "pairs", "body")]
+    parts = [f"model-coupled-without-{n}" for n in PARTS]
     assert names == ["model-1", *parts, "model-coupled"]
     curve = [each.largest("off_jump_distance") for each in found.rows]
     assert curve[-1] < 0.05
@@ -105,7 +107,7 @@ def test_parts_are_run_and_not_judged(small):
     ]
     assert not result.verdicts
     assert {run.source for run in result.judged} == {"fe", *result.models}
-    assert len(result.runs) == len(list(tasks_of(case))) == 6
+    assert len(result.runs) == len(list(tasks_of(case))) == 7
     assert budget_of(replace(result, case=replace(case, model=case.model[:1]))) is None
 
 
@@ -145,7 +147,7 @@ def test_a_case_asks_for_its_budget():
     case = load_case("idler")
     assert case.budget
     parts = [model.name.removeprefix("model-coupled-") for model in parts_of(case)]
-    assert parts == [f"without-{n}" for n in ("hardening", "pairs", "body", "meshes")]
+    assert parts == [f"without-{n}" for n in INGREDIENTS]
     assert not parts_of(replace(case, budget=False))
     judged = replace(case.model[-1], without=("body",))
     given = replace(case, model=(*case.model, judged))

@@ -211,9 +211,7 @@ COUPLED_MAP = (
 RENDER = f"render SET {COARSE} --width 480 -o p.png"
 BRANCHES = "branches SET --speeds 2000:2200 --excitation rectangular --json"
 BRANCHES_OF_ELEMENTS = "branches SET --speeds 2000:2200 --model 3 --json"
-COUPLED_BRANCHES = (
-    f"branches SET {COARSE} --speeds 2000:2200 --model coupled --harmonics 4 --json"
-)
+COUPLED_BRANCHES = f"branches SET {COARSE} --speeds 2000:2200 --model coupled --json"
 DOUBLING = (
     "branches SET --speeds 7200:7800 --excitation rectangular --damping 0.02 "
     "--harmonics 6 --json"

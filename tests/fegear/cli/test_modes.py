@@ -57,17 +57,20 @@ def test_stiffness_by_finite_elements():
 
 def test_the_loaded_state_of_the_coupled_model():
     figures = json.loads(run("liu-pair", "--stiffness", "coupled", "--json"))
-    (mode,) = figures["modes"]
+    mode, *bodies = figures["modes"]
+    assert bodies
+    assert all("body" in each["kind"] for each in bodies)
+    assert all(each["frequency_Hz"] > 1e4 for each in bodies)
     (held,) = (m for m in modes("liu-pair", "--stiffness", "fe") if m["frequency_Hz"])
     assert 1.03 < mode["frequency_Hz"] / held["frequency_Hz"] < 1.12
-    assert mode["mesh_energy"] == pytest.approx([1.0])
+    assert 0.7 < mode["mesh_energy"][0] < 1.0
     assert mode["kind"] == held["kind"]
     (entry,) = figures["mean_stiffness"]
     assert (
         entry["origin"] == "tangent of the coupled model at 100 N m on the input gear"
     )
-    squares = (mode["frequency_Hz"] / held["frequency_Hz"]) ** 2
-    assert entry["stiffness_N_per_m"] == pytest.approx(squares * 2.98e8, rel=0.02)
+    # the tangent leaves out what the body modes yield by
+    assert entry["stiffness_N_per_m"] > 1.1 * 2.98e8
 
 
 @pytest.mark.parametrize(
