@@ -88,7 +88,10 @@ def modes_under_load(system: LumpedSystem) -> Modes:
     assert loaded is not None
     assert system.contacts is not None
     bodies, hubs = system.contacts.bodies, system.moving.size
-    own = np.einsum("mi,mij,mj->m", shapes, loaded.meshes[:, :hubs, :hubs], shapes)
+    # of bodies that yield as they do at rest
+    still = replace(system, contacts=replace(system.contacts, modes=None)).loaded
+    assert still is not None
+    own = np.einsum("mi,mij,mj->m", shapes, still.meshes, shapes)
     turned = bodies.to_unit @ loaded.shapes
     space = modes.coordinates
     names = [_name_of_body_mode(system, i) for i in range(bodies.count)]
