@@ -152,7 +152,7 @@ def test_a_case_asks_for_its_budget():
     judged = replace(case.model[-1], without=("body",))
     given = replace(case, model=(*case.model, judged))
     assert judged not in parts_of(given)
-    assert len(parts_of(given)) == 3
+    assert len(parts_of(given)) == 4
 
 
 def test_a_budget_leads_from_model_1_to_the_coupled_model():
