@@ -392,7 +392,8 @@ def _pitch_errors(gear_set: GearSet) -> dict[str, str]:
 
 def integration_in_words(settings: Settings, coupled: bool = False) -> str:
     """coupled : whether it is of the coupled model"""
-    scheme = f"{settings.method}, tolerance {exact(settings.tolerance)}"
+    method = "exact but for cubic contact forces" if coupled else settings.method
+    scheme = f"{method}, tolerance {exact(settings.tolerance)}"
     if settings.method == "rk4":
         steps = settings.least_steps(coupled)
         scheme += f", {steps} steps per period or more"
