@@ -1,4 +1,4 @@
-"""Where arguments enter the functions that the package offers, and are checked."""
+"""Checks of the arguments of public functions."""
 
 from __future__ import annotations
 

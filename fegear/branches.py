@@ -145,7 +145,7 @@ class BranchesResult:
         return self.system.contacts is not None
 
     def _doubts(self) -> Iterator[str]:
-        """Where the model leaves out too much or deflections cannot be physical."""
+        """Warn where the model leaves out too much or deflections are not physical."""
         points = [point for branch in self.branches for point in branch.points]
         yield from doubts_of_bodies(self.system, [p.frequency for p in points])
         peaks = np.max([point.figures["dte_peak"] for point in points], axis=0)

@@ -277,8 +277,9 @@ def doubts_of_bodies(system: LumpedSystem, speeds: Sequence[float]) -> Iterator[
 
 
 def left_out_error(system: LumpedSystem, speeds: Sequence[float]) -> float | None:
-    """What body modes that the coupled model leaves out change of the mesh compliance,
-    over the excitation's RMS; None for models without bodies.
+    """Return a bound on the error of the mesh compliance by left-out body modes.
+
+    Relative to the excitation's RMS; None for models without bodies.
 
     speeds : mesh frequencies of the first mesh [Hz]
     """
@@ -375,7 +376,7 @@ def _friction(model: LumpedModel) -> dict[str, str]:
 
 
 def torque_entry(torque_of: TorqueOf) -> dict[str, str]:
-    """Of a header, where torques are not those of gears without friction."""
+    """Return the header entry for torques that include friction losses."""
     if torque_of == "nominal":
         return {}
     return {TORQUE_OF: "of the input gear, with friction"}

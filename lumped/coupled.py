@@ -147,7 +147,7 @@ class CoupledContacts:
     work : (n, n) W, work of these loads on themselves [s2]
     modes : of the bodies, as coordinates of their own; C, U and W still hold them
     inertia : of all body modes that were solved, and of the rest of the bodies
-    kept : (b,) which of those are coordinates; band : of speeds for which [Hz]
+    kept : (b,) which of those are coordinates
     without : which of INGREDIENTS are left out
     """
 
@@ -162,7 +162,6 @@ class CoupledContacts:
     modes: BodyModes | None = None
     inertia: BodyInertia | None = None
     kept: NDArray[np.bool_] | None = None
-    band: tuple[float, float] = (0.0, 0.0)
     without: tuple[str, ...] = ()
 
     @property

@@ -143,7 +143,7 @@ def _commands(
     fidelity: ValidationFidelity | None,
     output: Path,
 ) -> dict[str, str]:
-    """What one types to make a case again, by its name, and all of it by "".
+    """Return the command for each case by its name, and for all of them by "".
 
     names : of the cases as they were given; words : all that was
     """

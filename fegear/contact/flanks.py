@@ -60,7 +60,7 @@ def relief_depth(relief, s):
 
 @compiled_part
 def relief_slope(relief, s):
-    """Of the depth over the roll length."""
+    """Return the slope of the depth over the roll length."""
     length = relief.end - relief.start
     fraction = (s - relief.start) / length
     if relief.magnitude == 0.0 or fraction <= 0.0:

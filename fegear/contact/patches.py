@@ -140,7 +140,7 @@ def closing_rate(flanks, patch):
 
 @compiled_part
 def normal_gap(flanks, patch, gap):
-    """Of a gap on the slave's base circle, along the common normal."""
+    """Convert a gap on the slave's base circle to one along the common normal."""
     slave = 1 - patch.master
     return gap * patch.lever[slave] / flanks[slave].base_radius
 

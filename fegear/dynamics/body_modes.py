@@ -163,9 +163,7 @@ def with_body_modes(
     assert still.loaded is not None
     inertia = _inertia(gear_set, contacts, reference, modes, static, still.loaded)
     kept = inertia.choose(band) if kept is None else kept
-    return replace(
-        contacts, modes=modes.only(kept), inertia=inertia, kept=kept, band=band
-    )
+    return replace(contacts, modes=modes.only(kept), inertia=inertia, kept=kept)
 
 
 def _inertia(

@@ -2,9 +2,9 @@
 
 Between its contacts the train is linear, and a step of that is exact. The contacts'
 forces on the coordinates, g = load - B'F, pass through a step as the cubic through its
-two ends and the two nodes before (exponential time differencing, with the rule of Adams
-and Moulton: Hairer and Wanner, Solving Ordinary Differential Equations II, IV.11). The
-new forces follow from one contact problem at the end of the step,
+two ends and the two nodes before: exponential time differencing (S. M. Cox and P. C.
+Matthews, J. Comput. Phys. 176 (2002) 430) with the nodes of the implicit rule of Adams
+and Moulton. The new forces follow from one contact problem at the end of the step,
 
     x_c + sum_d (Q + B W B')_cd F_d(x_d) = B_c q_free - gap_c,
 
