@@ -318,6 +318,9 @@ def contact_grid(system: CoupledSystem, steps: int, periods: Array) -> ContactGr
 
     gap = between(system.contacts.gap)
     compliance = np.swapaxes(system.contacts.normal_compliance, 0, 1)
+    facing = gap < FACING
+    faces = np.where(facing, np.arange(len(mesh_of)), len(mesh_of))
+    faces = np.sort(faces)[:, : facing.sum(axis=1).max()]
     return ContactGrid(
         place=place,
         part=part,
@@ -327,7 +330,8 @@ def contact_grid(system: CoupledSystem, steps: int, periods: Array) -> ContactGr
         rows=between(system.rows),
         ahead=between(system.ahead),
         compliance=between(compliance),
-        facing=gap < FACING,
+        facing=facing,
+        faces=np.where(faces < len(mesh_of), faces, -1),
     )
 
 
@@ -342,20 +346,20 @@ def coupled_steps(
 
     rounds : of the grid in a common period
     """
-    from lumped.kernels.coupled import set_moving
+    from lumped.kernels.coupled import add_moving
 
     steps = len(grid.gap) // int(grid.periods[0])
     h = 1.0 / (frequency * steps)
     propagator = linear.step(frequency, h)
     a, push = linear.standing, propagator.waves[:, 2:4].sum(axis=0)
-    moving = np.zeros_like(grid.compliance)
+    compliance = grid.compliance.copy()
     newest = np.ascontiguousarray(propagator.push[:, :a])
-    set_moving(grid.rows, grid.facing, newest, push, moving)
+    add_moving(grid.rows, grid.facing, newest, push, compliance)
     return CoupledSteps(
         h=np.full(rounds * len(grid.gap), h),
         grid=grid,
         propagator=propagator,
-        moving=moving,
+        compliance=compliance,
         **_room(system),
     )
 
@@ -380,6 +384,7 @@ def _room(system: CoupledSystem) -> dict[str, Any]:
     )
     return {
         "penetration": np.zeros(count),
+        "ratio": np.zeros(count),
         "load": np.zeros(count),
         "goes_on": np.zeros(1, np.int64),
         "force": np.zeros((4, system.load.size)),

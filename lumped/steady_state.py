@@ -27,11 +27,12 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 Watch = Callable[[float, int], None]  # (frequency [Hz], common periods passed there)
 MOST_PERIODS = 200_000  # that a motion may take to settle
+LEAP_PERIODS = 400  # at least, of the coupled model, whose slow motions leap
 MATTERS = 1e-3  # part of a mode's strain energy in the meshes
 FEWEST_WINDOWS = 4  # that a long common period leaves of those asked for
 WINDOW_PERIODS = 2_000  # of the first mesh that more of them together may take
 LONG = 100  # cycles of the first mesh after which nothing repeats by chance
-LEAP = 0.25  # relative change of an RMS from speed to speed that may be a jump
+JUMP = 0.25  # relative change of an RMS from speed to speed that may be a jump
 NEXT = 0.02  # relative change of the speed over which a period multiple goes on
 ALIKE = 0.05  # relative difference of two responses that are one
 
@@ -187,8 +188,10 @@ def confirmed(
     into one that does not. Where the motion does not repeat, where its period multiple
     is not 1 and another than at the speed before, or where the response is far from
     that one, the same start is integrated with finer steps, as long as the stepper has
-    some, until two agree. A multiple that goes on from one speed to the next, no
-    further than NEXT, needs none: on the built-in gear sets all but 2 of some 200 such
+    some, until two agree. Of speeds further apart than NEXT only the multiple counts:
+    resonances change responses as much as jumps do, and in 190 such cases on the
+    built-in gear sets no finer step found another motion. A multiple that goes on from
+    one speed to the next, no further than NEXT, needs none: all but 2 of some 200 such
     motions stayed as they were.
 
     before : the response at the speed before, from which the state came
@@ -218,7 +221,7 @@ def doubtful(response: Response, before: Response | None) -> bool:
     goes_on = response.multiple == before.multiple and near
     if response.multiple != 1 and not goes_on:
         return True
-    return _apart(before, response) > LEAP
+    return near and _apart(before, response) > JUMP
 
 
 def alike(one: Response, two: Response) -> bool:
@@ -262,6 +265,8 @@ def periods_to_settle(
     Decay is from the range of deflection down to the tolerance.
     """
     least = settings.least_periods
+    if system.contacts is not None:
+        least = min(least, LEAP_PERIODS)
     slowest = float(system.modes.angular[straining(system)].min(initial=math.inf))
     slowest *= system.train.damping_ratio
     if not slowest > 0.0:

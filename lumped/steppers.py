@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from lumped.friction_samples import at_frequency
 from lumped.kernels.arrays import FrictionSamples, VariedSteps
+from lumped.leap import settle_or_leap
 from lumped.response import History
 from lumped.settings import Settings
 from lumped.steady_state import Diverged, Speed, new_convergence
@@ -75,19 +76,32 @@ class FixedStepper(LumpedStepper):
     def advance(
         self, state: Array, at: Speed, check: Convergence, most: int
     ) -> tuple[Array, bool]:
-        now, (arrays, steps), before = np.array(state), self.driven(at), check.period
-        few, coupled = max(1, WATCHED // steps.h.size), self.system.contacts is not None
+        now = np.array(state)
+        # without damping nothing is approached but by errors of the steps
+        if self.system.contacts is None or self.system.train.damping_ratio == 0.0:
+            return now, self.settle(now, at, check, most)
+        return settle_or_leap(self, now, at, check, most)
+
+    def settle(
+        self, state: Array, at: Speed, check: Convergence, most: int, on: bool = False
+    ) -> bool:
+        """Integrate a state in place, see `Stepper.advance`; whether it has settled.
+
+        on : whether a motion of the coupled model goes on from where it was left
+        """
+        (arrays, steps), before = self.driven(at), check.period
+        few = max(1, WATCHED // steps.h.size)
         while True:
             left = most - (check.period - before)
-            if coupled:
-                steps.goes_on[0] = check.period > before
+            if self.system.contacts is not None:
+                steps.goes_on[0] = on or check.period > before
             status, part, settled = self._kernels.settle_motion(
-                arrays, steps, self.system.limit, now, check, min(few, left)
+                arrays, steps, self.system.limit, state, check, min(few, left)
             )
             if status:
                 raise Diverged(part)
             if settled or left <= few:
-                return now, settled
+                return settled
             at.watch(check.period - before)
 
     def record(self, state: Array, at: Speed, periods: int) -> tuple[Array, History]:
@@ -150,8 +164,9 @@ class FixedStepper(LumpedStepper):
         known = settings.least_steps(self.system.contacts is not None)
         if known >= FINEST:
             return None
-        # what does not repeat may do so on the finest steps alone
-        steps = min(2 * known if repeats else FINEST, FINEST)
+        # springs open within a step: what does not repeat may do so on the finest alone
+        far = not repeats and self.system.contacts is None
+        steps = FINEST if far else min(2 * known, FINEST)
         finer = replace(settings, steps=steps)
         needed = steps_per_period(self.system, frequency, finer)
         return finer if self.system.holds(needed) else None

@@ -274,7 +274,8 @@ class ContactGrid(NamedTuple):
     place, part (s, m) in the tables; turn (s, m) whole cycles of each mesh
     periods (m,) cycles of each mesh after which the steps repeat but for pitch errors
     gap (s, c) [m]; rows (s, c, n), ahead (s, c, m); compliance (s, c, c) [m/N]
-    facing (s, c) whether flanks face each other
+    facing (s, c) whether flanks face each other; faces (s, k) those that do,
+    then -1
     """
 
     place: Array
@@ -286,6 +287,7 @@ class ContactGrid(NamedTuple):
     ahead: Array
     compliance: Array
     facing: Array
+    faces: Array
 
 
 class Propagator(NamedTuple):
@@ -312,9 +314,10 @@ class CoupledSteps(NamedTuple):
     """Equal steps of a common period at a speed, for the coupled model.
 
     h (s,) step sizes [s], of all rounds of the grid
-    moving (s, c, c) penetration per load at the end of the step that ends there, by
+    compliance (s, c, c) of the contacts at the end of the step that ends there, with
     what moves in it [m/N]
-    penetration [m], load [N] (c,) of an instant
+    penetration [m], load [N] (c,) of an instant; ratio (c,) of the penetration to that
+    without new forces, at the step before, 0 where it is not known
     goes_on (1,) whether a motion goes on from where these steps were left, after force
     (4, n) at the last nodes
     """
@@ -322,8 +325,9 @@ class CoupledSteps(NamedTuple):
     h: Array
     grid: ContactGrid
     propagator: Propagator
-    moving: Array
+    compliance: Array
     penetration: Array
+    ratio: Array
     load: Array
     goes_on: Array
     force: Array
@@ -331,19 +335,34 @@ class CoupledSteps(NamedTuple):
 
 
 class CoupledMotion(NamedTuple):
-    """A motion and k - 1 small changes of it, in the variables of a Propagator.
+    """A motion in the variables of a Propagator.
 
-    state (k, 2 a), waves (k, 2, 2, w); force (k, 4, n) on the coordinates at the last
-    four nodes, in a ring whose newest is head (1,)
-    q (k, n) displacements
-    known (k, 5 a), begin_state, begin_waves as state and waves, matrix (c, c + k) :
-    working arrays
+    state (2 a,), waves (2, 2, w); force (4, n) on the coordinates at the last four
+    nodes, in a ring whose newest is head (1,); q (n,) displacements
+    known (5 a,), begin_state, begin_waves as state and waves : working arrays
     """
 
     state: Array
     waves: Array
     force: Array
     head: Array
+    q: Array
+    known: Array
+    begin_state: Array
+    begin_waves: Array
+
+
+class CoupledChanges(NamedTuple):
+    """k small changes of a CoupledMotion.
+
+    state (2 a, k), waves (2, 2, w, k), force (4, n, k), q (n, k), as of the motion
+    known (5 a, k), begin_state, begin_waves as state and waves, matrix (c, c + k) :
+    working arrays
+    """
+
+    state: Array
+    waves: Array
+    force: Array
     q: Array
     known: Array
     begin_state: Array

@@ -24,7 +24,7 @@ CONVERGED, NOT_CONVERGED = 0, 1
 X, LOADS, SLOPES, ERRORS, BEFORE, STEP = range(6)  # rows of Newton's method
 ON_GRID = 1e-6  # of a cell within which a position is on the grid
 LAST = 1e-7  # of the law's reach: a step after which no other is needed,
-SMALL = 3e-5  # or of the penetration: what is left is of the order of its square
+SMALL = 2e-6  # or of the penetration: what is left is of the order of its square
 EXACT = 1e-11  # of the law's reach, of penetrations
 STICKING = 5e-3  # m/s: a slower reversal of sliding does not reverse the friction
 NEAR = 0.05  # of the law's reach: contacts so little apart are solved for
@@ -178,13 +178,19 @@ def set_newton_step(problem, n):
         matrix[a, a] += 1.0
     eliminate(matrix, count, count + 1)
     small, least = True, LAST * problem.knots[0, -1]
+    curved = SMALL * problem.knots[0, -1]
+    for a in range(count):
+        newton[STEP, loaded[a]] = matrix[a, count]
     for i in range(n):
-        step = newton[ERRORS, i]
-        for b in range(count):
-            slope = newton[SLOPES, loaded[b]]
-            step -= Q[i, loaded[b]] * slope * matrix[b, count]
+        step = newton[STEP, i]
+        if not newton[SLOPES, i] > 0.0:
+            step = newton[ERRORS, i]
+            for b in range(count):
+                slope = newton[SLOPES, loaded[b]]
+                step -= Q[i, loaded[b]] * slope * matrix[b, count]
         newton[STEP, i] = step
-        small &= abs(step) <= max(least, SMALL * abs(newton[X, i]))
+        depth = abs(newton[X, i])
+        small &= abs(step) <= least or step * step <= depth * min(curved, 0.25 * depth)
     return small
 
 

@@ -23,13 +23,25 @@ from lumped.kernels.arrays import CoupledMotion
 from lumped.kernels.contact import (
     CONVERGED,
     LOADS,
-    SLOPES,
+    NEAR,
     X,
-    find_near,
-    load_at,
     solve_penetrations,
 )
-from lumped.kernels.elimination import eliminate
+from lumped.kernels.coupled_changes import (
+    advance_changes,
+    begin_changes,
+    get_changes,
+    new_changes,
+    set_changes,
+    shrink,
+)
+from lumped.kernels.coupled_variables import (
+    SLOTS,
+    add_columns,
+    dot,
+    get_variables,
+    set_variables,
+)
 from lumped.kernels.settling import (
     FINISHED,
     NOT_FINITE,
@@ -40,80 +52,28 @@ from lumped.kernels.settling import (
     widen,
 )
 
-SLOTS = 4  # forces that a step knows
 STARTS = 4  # rounds after which the forces before the start are known
+BETWEEN_LOOKS = 4  # steps between looks at the range of deflection while it settles
 RESCALED = 64  # steps after which small changes are brought back to length 1
 
 
-@inlined
-def dot(a, b, count):
-    """Sum of products in four parts, which do not wait for each other."""
-    one, two, three, four = 0.0, 0.0, 0.0, 0.0
-    fours = count - count % 4
-    for j in range(0, fours, 4):
-        one += a[j] * b[j]
-        two += a[j + 1] * b[j + 1]
-        three += a[j + 2] * b[j + 2]
-        four += a[j + 3] * b[j + 3]
-    for j in range(fours, count):
-        one += a[j] * b[j]
-    return (one + two) + (three + four)
-
-
-@inlined
-def add_columns(columns, x, out):
-    """out + columns^T x, columns (count, size) four at a time."""
-    fours = x.size - x.size % 4
-    for j in range(0, fours, 4):
-        a, b, c, d = x[j], x[j + 1], x[j + 2], x[j + 3]
-        one, two = columns[j], columns[j + 1]
-        three, four = columns[j + 2], columns[j + 3]
-        for i in range(out.size):
-            out[i] += (one[i] * a + two[i] * b) + (three[i] * c + four[i] * d)
-    for j in range(fours, x.size):
-        for i in range(out.size):
-            out[i] += columns[j, i] * x[j]
-
-
 @compiled_part
-def set_state(steps, motion, k, q, v):
+def set_state(steps, motion, q, v):
     """Take up displacements and velocities (n,)."""
-    rates, a = steps.propagator.rates, motion.state.shape[1] // 2
-    w = rates.shape[2]
-    for i in range(a):
-        motion.state[k, i], motion.state[k, a + i] = q[i], v[i]
-    for p in range(w):
-        z, dz = complex(q[a + p], -q[a + w + p]), complex(v[a + p], -v[a + w + p])
-        forward = complex(rates[0, 0, p], rates[0, 1, p])
-        backward = complex(rates[1, 0, p], rates[1, 1, p])
-        wave = (dz - backward * z) / (forward - backward)
-        motion.waves[k, 0, 0, p], motion.waves[k, 0, 1, p] = wave.real, wave.imag
-        wave = z - wave
-        motion.waves[k, 1, 0, p], motion.waves[k, 1, 1, p] = wave.real, wave.imag
-    set_displacement(motion, k)
+    set_variables(steps.propagator.rates, q, v, motion.state, motion.waves)
+    set_displacement(motion)
 
 
 @compiled_part
-def get_state(steps, motion, k, q, v):
+def get_state(steps, motion, q, v):
     """Displacements and velocities (n,)."""
-    rates, a = steps.propagator.rates, motion.state.shape[1] // 2
-    waves, w = motion.waves[k], rates.shape[2]
-    for i in range(q.size):
-        q[i] = motion.q[k, i]
-    for i in range(a):
-        v[i] = motion.state[k, a + i]
-    for p in range(w):
-        v[a + p], v[a + w + p] = 0.0, 0.0
-        for s in range(2):
-            real, imaginary = waves[s, 0, p], waves[s, 1, p]
-            v[a + p] += rates[s, 0, p] * real - rates[s, 1, p] * imaginary
-            v[a + w + p] -= rates[s, 0, p] * imaginary + rates[s, 1, p] * real
+    get_variables(steps.propagator.rates, motion.state, motion.waves, q, v)
 
 
 @inlined
-def set_displacement(motion, k):
-    a, w = motion.state.shape[1] // 2, motion.waves.shape[3]
-    waves, q, state = motion.waves[k], motion.q[k], motion.state[k]
+def set_displacement(motion):
+    a, w = motion.state.size // 2, motion.waves.shape[2]
+    waves, q, state = motion.waves, motion.q, motion.state
     for i in range(a):
         q[i] = state[i]
     for p in range(w):
@@ -122,35 +82,35 @@ def set_displacement(motion, k):
 
 
 @inlined
-def carry_linear(steps, motion, k):
+def carry_linear(steps, motion):
     """The linear part through a step, under the forces that are known."""
     propagator, head = steps.propagator, motion.head[0]
-    size, a = motion.state.shape[1], motion.state.shape[1] // 2
-    known, state = motion.known[k], motion.state[k]
+    size, a = motion.state.size, motion.state.size // 2
+    known, state = motion.known, motion.state
     for i in range(size):
         known[i] = state[i]
         state[i] = 0.0
     for back in range(1, SLOTS):
-        force, begin = motion.force[k, (head + SLOTS - back) % SLOTS], (back + 1) * a
+        force, begin = motion.force[(head + SLOTS - back) % SLOTS], (back + 1) * a
         for j in range(a):
             known[begin + j] = force[j]
     add_columns(propagator.carry, known, state)
     for s in range(2):
-        carry_waves(propagator.waves[s], motion, k, s)
+        carry_waves(propagator.waves[s], motion, s)
 
 
 @inlined
-def carry_waves(factors, motion, k, s):
+def carry_waves(factors, motion, s):
     """Forward or backward waves through a step, under the forces that are known.
 
     factors (10, w) : real and imaginary parts for the waves, then for forces at the end
     of the step, at its start and before
     """
-    a, w, head = motion.state.shape[1] // 2, motion.waves.shape[3], motion.head[0]
-    waves = motion.waves[k, s]
-    one = motion.force[k, (head + 3) % SLOTS]
-    two = motion.force[k, (head + 2) % SLOTS]
-    three = motion.force[k, (head + 1) % SLOTS]
+    a, w, head = motion.state.size // 2, motion.waves.shape[2], motion.head[0]
+    waves = motion.waves[s]
+    one = motion.force[(head + 3) % SLOTS]
+    two = motion.force[(head + 2) % SLOTS]
+    three = motion.force[(head + 1) % SLOTS]
     for p in range(w):
         x, y = waves[0, p], waves[1, p]
         i, j = a + p, a + w + p
@@ -169,75 +129,90 @@ def carry_waves(factors, motion, k, s):
 
 
 @inlined
-def push(steps, motion, k):
+def push(steps, motion):
     """Add what the newest forces do in the step."""
-    propagator, head = steps.propagator, motion.head[0]
-    state, a, w = motion.state[k], motion.state.shape[1] // 2, motion.waves.shape[3]
-    force = motion.force[k, head]
+    propagator, force = steps.propagator, motion.force[motion.head[0]]
+    state, a, w = motion.state, motion.state.size // 2, motion.waves.shape[2]
     add_columns(propagator.push, force[:a], state)
     for s in range(2):
-        waves, factors = motion.waves[k, s], propagator.waves[s]
+        waves, factors = motion.waves[s], propagator.waves[s]
         for p in range(w):
             i, j = a + p, a + w + p
             waves[0, p] += factors[2, p] * force[i] + factors[3, p] * force[j]
             waves[1, p] += factors[3, p] * force[i] - factors[2, p] * force[j]
-    set_displacement(motion, k)
+    set_displacement(motion)
 
 
 @inlined
 def push_constant(system, steps, motion):
     """Displacement by the constant loads as forces at the end of the step."""
-    a, known = motion.state.shape[1] // 2, steps.propagator.push
+    a, pushed = motion.state.size // 2, steps.propagator.push
     for j in range(a):
         for i in range(a):
-            motion.q[0, i] += known[j, i] * system.load[j]
+            motion.q[i] += pushed[j, i] * system.load[j]
 
 
 @inlined
-def set_free_penetrations(system, steps, node, motion):
-    """Of all contacts (c,) without new forces; node : step, and whole rounds before.
+def find_free_penetrations(system, steps, node, motion):
+    """Penetrations of the contacts that face each other, without new forces, and the
+    number of those that are so near to contact that they are `chosen`.
 
+    node : step, and whole rounds before it
     Also the first guess of each penetration: where it goes on, nearly in proportion.
     """
     i, passed = node
     grid, problem = steps.grid, steps.problem
-    q, n = motion.q[0], motion.q.shape[1]
+    q, n = motion.q, motion.q.size
     for m in range(grid.place.shape[1]):
         problem.place[m], problem.part[m] = grid.place[i, m], grid.part[i, m]
-    for c in range(steps.load.size):
+    near = 0
+    for at in range(grid.faces.shape[1]):
+        c = grid.faces[i, at]
+        if c < 0:
+            break
         x = -grid.gap[i, c]
         if system.contacts.errors.shape[1] > 0:
             m = problem.mesh_of[c]
             cycle = grid.turn[i, m] + passed * grid.periods[m]
             x -= system.contacts.errors[c, cycle % system.contacts.errors.shape[1]]
-        if grid.facing[i, c]:
-            x += dot(grid.rows[i, c], q, n)
+        x += dot(grid.rows[i, c], q, n)
         before, known = steps.penetration[c], problem.free[c]
         problem.start[c] = x
-        if before > 0.0:
-            problem.start[c] = before * x / known if known > 0.5 * before else before
-        problem.free[c] = x
+        if before > 0.0 and known > 0.5 * before:
+            ratio, last = before / known, steps.ratio[c]
+            steps.ratio[c] = ratio
+            if last > 0.0:
+                ratio = max(2.0 * ratio - last, 0.5 * ratio)
+            problem.start[c] = ratio * x
+        else:
+            steps.ratio[c] = 0.0
+            if before > 0.0:
+                problem.start[c] = before
+        problem.free[c], steps.penetration[c] = x, x
+        if not x < -NEAR * problem.knots[problem.mesh_of[c], -1]:
+            problem.chosen[near] = c
+            near += 1
+    return near
 
 
 @inlined
-def find_loads(system, steps, node, motion, moves):
+def find_loads(system, steps, node, motion, compliance):
     """Penetrations [m] and loads [N] of all contacts (c,), and the newest forces.
 
-    moves : 1.0 where the new forces move the train within the step, else 0.0
+    compliance (s, c, c) of the contacts under the new loads
     Loads are NaN where they were not found, so that the motion ends as diverged.
     """
     i, problem, load, grid = node[0], steps.problem, steps.load, steps.grid
-    set_free_penetrations(system, steps, node, motion)
+    near = find_free_penetrations(system, steps, node, motion)
     for c in range(load.size):
-        load[c], steps.penetration[c] = 0.0, problem.free[c]
-    near = find_near(problem)
+        load[c] = 0.0
     for p in range(near):
         for s in range(near):
             c, d = problem.chosen[p], problem.chosen[s]
-            problem.Q[p, s] = grid.compliance[i, c, d] + moves * steps.moving[i, c, d]
+            problem.Q[p, s] = compliance[i, c, d]
     if near > 0 and solve_penetrations(problem, near) != CONVERGED:
         problem.newton[LOADS, 0] = math.nan
-    force = motion.force[0, motion.head[0]]
+    force = motion.force[motion.head[0]]
     for j in range(force.size):
         force[j] = system.load[j]
     for p in range(near):
@@ -251,83 +226,52 @@ def find_loads(system, steps, node, motion, moves):
 
 
 @inlined
-def change_loads(steps, i, near, motion):
-    """Forces of the changes, about the loads that were found.
-
-    x + Q F' x = B q for every change: Q as `find_loads` left it.
-    """
-    problem, matrix, rows = steps.problem, motion.matrix, steps.grid.rows
-    changes, n = motion.q.shape[0] - 1, motion.q.shape[1]
-    for a in range(near):
-        c = problem.chosen[a]
-        _, problem.newton[SLOPES, a] = load_at(problem, c, steps.penetration[c])
-    for a in range(near):
-        for b in range(near):
-            matrix[a, b] = problem.Q[a, b] * problem.newton[SLOPES, b]
-        matrix[a, a] += 1.0
-        row = rows[i, problem.chosen[a]]
-        for k in range(changes):
-            matrix[a, near + k] = dot(row, motion.q[k + 1], n)
-    eliminate(matrix, near, near + changes)
-    for k in range(changes):
-        force = motion.force[k + 1, motion.head[0]]
-        for j in range(n):
-            force[j] = 0.0
-        for a in range(near):
-            load = problem.newton[SLOPES, a] * matrix[a, near + k]
-            row = rows[i, problem.chosen[a]]
-            for j in range(n):
-                force[j] -= row[j] * load
-
-
-@inlined
 def advance(system, steps, node, motion):
-    """A step to a node (step of the common period, whole rounds before it)."""
+    """A step to a node (step of the common period, whole rounds before it); how many
+    contacts may touch there."""
     motion.head[0] = (motion.head[0] + 1) % SLOTS
-    for k in range(motion.q.shape[0]):
-        carry_linear(steps, motion, k)
-        set_displacement(motion, k)
+    carry_linear(steps, motion)
+    set_displacement(motion)
     push_constant(system, steps, motion)
-    near = find_loads(system, steps, node, motion, 1.0)
-    if motion.q.shape[0] > 1:
-        change_loads(steps, node[0], near, motion)
-    for k in range(motion.q.shape[0]):
-        push(steps, motion, k)
+    near = find_loads(system, steps, node, motion, steps.compliance)
+    push(steps, motion)
+    return near
+
+
+@compiled_part
+def start(system, steps, passed, motion, changes):
+    """Forces before the first step: those of the parabola through the next nodes."""
+    state, waves, number = motion.state, motion.waves, steps.grid.gap.shape[0]
+    moved, compliance = changes.q.shape[1] > 0, steps.grid.compliance
+    copy_variables(state, waves, motion.begin_state, motion.begin_waves)
+    for again in range(STARTS + 1):
+        copy_variables(motion.begin_state, motion.begin_waves, state, waves)
+        set_displacement(motion)
+        motion.head[0] = 0
+        near = find_loads(system, steps, (0, passed), motion, compliance)
+        if moved:
+            begin_changes(steps, near, motion, changes)
+        if again == STARTS:
+            break
+        if again == 0:
+            extrapolate(motion.force, 0.0)
+            extrapolate_changes(changes.force, 0.0)
+        for i in range(1, 3):
+            near = advance(system, steps, (i % number, passed + i // number), motion)
+            if moved:
+                advance_changes(steps, i % number, near, motion, changes)
+        extrapolate(motion.force, 1.0)
+        extrapolate_changes(changes.force, 1.0)
 
 
 @inlined
 def copy_variables(state, waves, to_state, to_waves):
-    for k in range(state.shape[0]):
-        for i in range(state.shape[1]):
-            to_state[k, i] = state[k, i]
-    for k in range(waves.shape[0]):
-        for s in range(2):
-            for p in range(waves.shape[3]):
-                to_waves[k, s, 0, p] = waves[k, s, 0, p]
-                to_waves[k, s, 1, p] = waves[k, s, 1, p]
-
-
-@compiled_part
-def start(system, steps, passed, motion):
-    """Forces before the first step: those of the parabola through the next nodes."""
-    force, number = motion.force, steps.grid.gap.shape[0]
-    state, waves = motion.state, motion.waves
-    copy_variables(state, waves, motion.begin_state, motion.begin_waves)
-    for again in range(STARTS + 1):
-        copy_variables(motion.begin_state, motion.begin_waves, state, waves)
-        for k in range(state.shape[0]):
-            set_displacement(motion, k)
-        motion.head[0] = 0
-        near = find_loads(system, steps, (0, passed), motion, 0.0)
-        if motion.q.shape[0] > 1:
-            change_loads(steps, 0, near, motion)
-        if again == STARTS:
-            break
-        if again == 0:
-            extrapolate(force, 0.0)
-        for i in range(1, 3):
-            advance(system, steps, (i % number, passed + i // number), motion)
-        extrapolate(force, 1.0)
+    for i in range(state.size):
+        to_state[i] = state[i]
+    for s in range(2):
+        for p in range(waves.shape[2]):
+            to_waves[s, 0, p] = waves[s, 0, p]
+            to_waves[s, 1, p] = waves[s, 1, p]
 
 
 @inlined
@@ -336,11 +280,16 @@ def extrapolate(force, part):
 
     part : 1.0 for the parabola through them, 0.0 for the first alone
     """
-    for k in range(force.shape[0]):
-        for j in range(force.shape[2]):
-            g0, g1, g2 = force[k, 0, j], force[k, 1, j], force[k, 2, j]
-            force[k, 3, j] = g0 + part * (2.0 * g0 - 3.0 * g1 + g2)
-            force[k, 2, j] = g0 + part * (5.0 * g0 - 8.0 * g1 + 3.0 * g2)
+    for j in range(force.shape[1]):
+        g0, g1, g2 = force[0, j], force[1, j], force[2, j]
+        force[3, j] = g0 + part * (2.0 * g0 - 3.0 * g1 + g2)
+        force[2, j] = g0 + part * (5.0 * g0 - 8.0 * g1 + 3.0 * g2)
+
+
+@inlined
+def extrapolate_changes(force, part):
+    for j in range(force.shape[1]):
+        extrapolate(force[:, j], part)
 
 
 @inlined
@@ -355,13 +304,14 @@ def record_row(system, steps, i, motion, v, out):
     for m in range(first.size - 1):
         force, drive, back = 0.0, -math.inf, -math.inf
         for c in range(first[m], first[m + 1]):
-            row = 6 + 2 * (c - first[m])
-            out[row, m], out[row + 1, m] = steps.load[c], steps.penetration[c]
+            row, facing = 6 + 2 * (c - first[m]), steps.grid.facing[i, c]
+            x = steps.penetration[c] if facing else -steps.grid.gap[i, c]
+            out[row, m], out[row + 1, m] = steps.load[c], x
             force += side[c] * steps.load[c]
             if side[c] > 0.0:
-                drive = max(drive, steps.penetration[c])
+                drive = max(drive, x)
             else:
-                back = max(back, steps.penetration[c])
+                back = max(back, x)
         out[1, m] = dot(system.shapes[m], v, v.size)
         out[2, m], out[5, m] = force, force
         out[3, m], out[4, m] = drive, back
@@ -370,7 +320,7 @@ def record_row(system, steps, i, motion, v, out):
 @inlined
 def set_deflection(system, steps, i, motion, s):
     """Deflections (m,) of the meshes by their hubs at node i."""
-    q, ahead = motion.q[0], steps.grid.ahead
+    q, ahead = motion.q, steps.grid.ahead
     for m in range(s.size):
         s[m] = system.offset[m] + dot(system.shapes[m], q, q.size)
     for c in range(steps.load.size):
@@ -381,20 +331,18 @@ def set_deflection(system, steps, i, motion, s):
 
 
 @allocating
-def new_motion(system, steps, count):
-    """Room for a motion and its changes, `count` in all."""
-    n, w, c = system.load.size, system.whirl.size, steps.load.size
+def new_motion(system):
+    n, w = system.load.size, system.whirl.size
     size = 2 * (n - 2 * w)
     return CoupledMotion(
-        np.zeros((count, size)),
-        np.zeros((count, 2, 2, w)),
-        np.zeros((count, SLOTS, n)),
+        np.zeros(size),
+        np.zeros((2, 2, w)),
+        np.zeros((SLOTS, n)),
         np.zeros(1, np.int64),
-        np.zeros((count, n)),
-        np.zeros((count, 5 * (n - 2 * w))),
-        np.zeros((count, size)),
-        np.zeros((count, 2, 2, w)),
-        np.zeros((c, c + count)),
+        np.zeros(n),
+        np.zeros(5 * (n - 2 * w)),
+        np.zeros(size),
+        np.zeros((2, 2, w)),
     )
 
 
@@ -402,22 +350,24 @@ def new_motion(system, steps, count):
 def settle_motion(system, steps, limit, state, check, most):
     """As `lumped.kernels.rk4.settle_motion`."""
     q, v = state[0], state[1]
-    motion, count = new_motion(system, steps, 1), steps.h.size
+    motion, changes = new_motion(system), new_changes(system, steps, 0)
+    count = steps.h.size
     whole, s = steps.grid.gap.shape[0], np.empty(system.offset.size)
-    set_state(steps, motion, 0, q, v)
+    set_state(steps, motion, q, v)
     if steps.goes_on[0]:
         recall(steps, motion)
     else:
-        start(system, steps, 0, motion)
+        start(system, steps, 0, motion, changes)
     for _ in range(most):
         begin_period(check)
         for k in range(count):
-            set_deflection(system, steps, k % whole, motion, s)
-            widen(check.limits, s)
+            if k % BETWEEN_LOOKS == 0:
+                set_deflection(system, steps, k % whole, motion, s)
+                widen(check.limits, s)
             advance(system, steps, node_after(k, whole), motion)
             if not math.isfinite(s[0]):
                 return NOT_FINITE, (k + 1) / count, False
-        get_state(steps, motion, 0, q, v)
+        get_state(steps, motion, q, v)
         if not bounded(q, v, limit):
             return NOT_FINITE, 1.0, False
         set_round_off(check, count)
@@ -433,7 +383,7 @@ def remember(steps, motion):
     for back in range(SLOTS):
         slot = (motion.head[0] + SLOTS - back) % SLOTS
         for j in range(steps.force.shape[1]):
-            steps.force[back, j] = motion.force[0, slot, j]
+            steps.force[back, j] = motion.force[slot, j]
 
 
 @inlined
@@ -441,7 +391,7 @@ def recall(steps, motion):
     motion.head[0] = 0
     for back in range(SLOTS):
         for j in range(steps.force.shape[1]):
-            motion.force[0, (SLOTS - back) % SLOTS, j] = steps.force[back, j]
+            motion.force[(SLOTS - back) % SLOTS, j] = steps.force[back, j]
 
 
 @inlined
@@ -454,18 +404,19 @@ def node_after(k, whole):
 def record_motion(system, steps, periods, state, limit, out):
     """As `lumped.kernels.rk4.record_motion`."""
     q, v = state[0], state[1]
-    motion, count = new_motion(system, steps, 1), steps.h.size
+    motion, changes = new_motion(system), new_changes(system, steps, 0)
+    count = steps.h.size
     whole = steps.grid.gap.shape[0]
-    set_state(steps, motion, 0, q, v)
-    start(system, steps, 0, motion)
+    set_state(steps, motion, q, v)
+    start(system, steps, 0, motion, changes)
     for row in range(periods * count):
         k = row % count
-        get_state(steps, motion, 0, q, v)
+        get_state(steps, motion, q, v)
         if not bounded(q, v, limit):
             return NOT_FINITE, row + 1
         record_row(system, steps, k % whole, motion, v, out[row])
         advance(system, steps, node_after(k, whole), motion)
-    get_state(steps, motion, 0, q, v)
+    get_state(steps, motion, q, v)
     if not bounded(q, v, limit):
         return NOT_FINITE, periods * count
     record_row(system, steps, 0, motion, v, out[-1])
@@ -475,62 +426,38 @@ def record_motion(system, steps, periods, state, limit, out):
 @compiled
 def carry_motion(system, steps, limit, state, angular, sections, growth):
     """As `lumped.kernels.rk4.carry_motion`."""
-    n = angular.size
-    changes, count = state.shape[1] // n - 1, steps.h.size
-    motion, whole = new_motion(system, steps, changes + 1), steps.grid.gap.shape[0]
-    for k in range(changes + 1):
-        own = slice(k * n, (k + 1) * n)
-        set_state(steps, motion, k, state[0, own], state[1, own])
-    start(system, steps, 0, motion)
+    n, q, v = angular.size, state[0], state[1]
+    number, count = state.shape[1] // n - 1, steps.h.size
+    motion, changes = new_motion(system), new_changes(system, steps, number)
+    whole, own = steps.grid.gap.shape[0], slice(0, n)
+    set_state(steps, motion, q[own], v[own])
+    set_changes(steps, changes, state)
+    start(system, steps, 0, motion, changes)
     for period in range(growth.size):
         growth[period] = 0.0
         for k in range(count):
             if k == 0:
-                get_all(steps, motion, state)
-                record_row(system, steps, 0, motion, state[1, :n], sections[period])
-            advance(system, steps, node_after(k, whole), motion)
-            if (k % RESCALED == 0 or k == count - 1) and changes > 0:
-                get_all(steps, motion, state)
-                if not bounded(state[0, :n], state[1, :n], limit):
+                get_state(steps, motion, q[own], v[own])
+                record_row(system, steps, 0, motion, v[own], sections[period])
+            node = node_after(k, whole)
+            near = advance(system, steps, node, motion)
+            if number > 0:
+                advance_changes(steps, node[0], near, motion, changes)
+            if (k % RESCALED == 0 or k == count - 1) and number > 0:
+                get_state(steps, motion, q[own], v[own])
+                get_changes(steps, changes, state)
+                if not bounded(q[own], v[own], limit):
                     return NOT_FINITE, period
-                growth[period] += shrink(motion, state, angular)
-    get_all(steps, motion, state)
+                growth[period] += shrink(changes, state, angular)
+    get_state(steps, motion, q[own], v[own])
+    get_changes(steps, changes, state)
     return FINISHED, growth.size
 
 
-@inlined
-def get_all(steps, motion, state):
-    n = motion.q.shape[1]
-    for k in range(motion.q.shape[0]):
-        own = slice(k * n, (k + 1) * n)
-        get_state(steps, motion, k, state[0, own], state[1, own])
-
-
-@inlined
-def shrink(motion, state, angular):
-    """Bring changes back to length 1 together; logarithm of their length before."""
-    n, square = angular.size, 0.0
-    for i in range(n, state.shape[1]):
-        square += state[0, i] ** 2 + (state[1, i] / angular[i % n]) ** 2
-    length = math.sqrt(square)
-    for k in range(1, motion.q.shape[0]):
-        for part in (motion.state[k], motion.q[k]):
-            for i in range(part.size):
-                part[i] /= length
-        for s in range(2):
-            for p in range(motion.waves.shape[3]):
-                motion.waves[k, s, 0, p] /= length
-                motion.waves[k, s, 1, p] /= length
-        for slot in range(SLOTS):
-            for i in range(n):
-                motion.force[k, slot, i] /= length
-    return math.log(length)
-
-
 @compiled
-def set_moving(rows, facing, push, waves, moving):
-    """Penetration per load (s, c, c) by what moves in a step, B W B', of contacts that
-    face each other (s, c).
+def add_moving(rows, facing, push, waves, compliance):
+    """Add to a compliance (s, c, c) what moves in a step, B W B', of contacts that face
+    each other (s, c).
 
     push (a, a) displacement per force at the end of the step; waves (2, w) the same of
     travelling modes, both senses together, real and imaginary
@@ -556,4 +483,4 @@ def set_moving(rows, facing, push, waves, moving):
                 moved[a + w + p] = waves[0, p] * two - waves[1, p] * one
             for c in range(count):
                 if facing[k, c]:
-                    moving[k, c, d] = dot(rows[k, c], moved, n)
+                    compliance[k, c, d] += dot(rows[k, c], moved, n)

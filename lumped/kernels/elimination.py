@@ -27,7 +27,8 @@ def eliminate(matrix, n, width):
             for j in range(k + 1, width):
                 matrix[i, j] -= factor * matrix[k, j]
     for i in range(n - 1, -1, -1):
-        for column in range(n, width):
-            for j in range(i + 1, n):
+        for j in range(i + 1, n):
+            for column in range(n, width):
                 matrix[i, column] -= matrix[i, j] * matrix[j, column]
+        for column in range(n, width):
             matrix[i, column] /= matrix[i, i]

@@ -69,6 +69,8 @@ def test_a_leap_is_in_doubt(regular):
     assert doubtful(far, regular)
     assert not doubtful(near, regular)
     assert not doubtful(far, None)
+    # resonances do as much between speeds that are further apart
+    assert not doubtful(far, replace(regular, frequency=0.97 * regular.frequency))
     assert doubtful(replace(regular, multiple=2), None)
     assert not doubtful(replace(regular, status=Status.DIVERGED, multiple=0), far)
 

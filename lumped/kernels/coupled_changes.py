@@ -1,0 +1,212 @@
+"""Small changes of a motion of the coupled model, carried along with it, compiled.
+
+All k changes pass through a step together: loops run along them.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from lumped.compiled import allocating, compiled_part, inlined
+from lumped.kernels.arrays import CoupledChanges
+from lumped.kernels.contact import SLOPES, load_at
+from lumped.kernels.coupled_variables import (
+    SLOTS,
+    add_columns,
+    get_variables,
+    set_variables,
+)
+from lumped.kernels.elimination import eliminate
+
+
+@allocating
+def new_changes(system, steps, count):
+    n, w, c = system.load.size, system.whirl.size, steps.load.size
+    size = 2 * (n - 2 * w)
+    return CoupledChanges(
+        np.zeros((size, count)),
+        np.zeros((2, 2, w, count)),
+        np.zeros((SLOTS, n, count)),
+        np.zeros((n, count)),
+        np.zeros((5 * size // 2, count)),
+        np.zeros((size, count)),
+        np.zeros((2, 2, w, count)),
+        np.zeros((c, c + count)),
+    )
+
+
+@compiled_part
+def set_changes(steps, changes, state):
+    """Take up changes, state (2, n (1 + k)) one after the other behind the motion."""
+    rates, (n, count) = steps.propagator.rates, changes.q.shape
+    for k in range(count):
+        own = slice((k + 1) * n, (k + 2) * n)
+        begin, waves = changes.begin_state[:, k], changes.begin_waves[..., k]
+        set_variables(rates, state[0, own], state[1, own], begin, waves)
+
+
+@compiled_part
+def get_changes(steps, changes, state):
+    rates, (n, count) = steps.propagator.rates, changes.q.shape
+    for k in range(count):
+        own = slice((k + 1) * n, (k + 2) * n)
+        now, waves = changes.state[:, k], changes.waves[..., k]
+        get_variables(rates, now, waves, state[0, own], state[1, own])
+
+
+@inlined
+def set_displacement(changes):
+    a, w = changes.state.shape[0] // 2, changes.waves.shape[2]
+    waves, q, state = changes.waves, changes.q, changes.state
+    for i in range(a):
+        for k in range(q.shape[1]):
+            q[i, k] = state[i, k]
+    for p in range(w):
+        for k in range(q.shape[1]):
+            q[a + p, k] = waves[0, 0, p, k] + waves[1, 0, p, k]
+            q[a + w + p, k] = -waves[0, 1, p, k] - waves[1, 1, p, k]
+
+
+@compiled_part
+def carry_changes(steps, head, changes):
+    """The linear part through a step, under the forces that are known."""
+    carry, state, known = steps.propagator.carry, changes.state, changes.known
+    size, count = state.shape
+    for i in range(size):
+        for k in range(count):
+            known[i, k] = state[i, k]
+            state[i, k] = 0.0
+    for back in range(1, SLOTS):
+        force = changes.force[(head + SLOTS - back) % SLOTS]
+        begin = (back + 1) * (size // 2)
+        for i in range(size // 2):
+            for k in range(count):
+                known[begin + i, k] = force[i, k]
+    for i in range(size):
+        add_columns(known, carry[:, i], state[i])
+    for s in range(2):
+        factors = steps.propagator.waves[s]
+        for p in range(changes.waves.shape[2]):
+            real, imaginary = changes.waves[s, 0, p], changes.waves[s, 1, p]
+            turn_wave(factors[0, p], factors[1, p], real, imaginary)
+            for back in range(1, SLOTS):
+                force = changes.force[(head + SLOTS - back) % SLOTS]
+                row = 2 * back + 2
+                push_wave(factors, row, changes, p, force, real, imaginary)
+
+
+@inlined
+def turn_wave(a, b, real, imaginary):
+    """A wave, in real and imaginary parts (k,), times a + i b."""
+    for k in range(real.size):
+        x, y = real[k], imaginary[k]
+        real[k] = a * x - b * y
+        imaginary[k] = a * y + b * x
+
+
+@inlined
+def push_wave(factors, row, changes, p, force, real, imaginary):
+    """Add what forces (n, k) do to wave p, by two rows of the factors."""
+    i, a, b = changes.state.shape[0] // 2 + p, factors[row, p], factors[row + 1, p]
+    one, two = force[i], force[i + changes.waves.shape[2]]
+    for k in range(real.size):
+        real[k] += a * one[k] + b * two[k]
+        imaginary[k] += b * one[k] - a * two[k]
+
+
+@compiled_part
+def push_changes(steps, head, changes):
+    """Add what the newest forces do in the step."""
+    pushed, force, w = (
+        steps.propagator.push,
+        changes.force[head],
+        changes.waves.shape[2],
+    )
+    size = changes.state.shape[0]
+    for i in range(size):
+        add_columns(force, pushed[:, i], changes.state[i])
+    for s in range(2):
+        factors = steps.propagator.waves[s]
+        for p in range(w):
+            real, imaginary = changes.waves[s, 0, p], changes.waves[s, 1, p]
+            push_wave(factors, 2, changes, p, force, real, imaginary)
+    set_displacement(changes)
+
+
+@inlined
+def change_loads(steps, i, near, head, changes):
+    """Forces of the changes at node i, about the loads that were found.
+
+    x + Q F' x = B q for every change: Q as `lumped.kernels.coupled.find_loads` left it.
+    """
+    problem, matrix, rows = steps.problem, changes.matrix, steps.grid.rows
+    n, count = changes.q.shape
+    for a in range(near):
+        c = problem.chosen[a]
+        _, problem.newton[SLOPES, a] = load_at(problem, c, steps.penetration[c])
+    for a in range(near):
+        for b in range(near):
+            matrix[a, b] = problem.Q[a, b] * problem.newton[SLOPES, b]
+        matrix[a, a] += 1.0
+        row, right = rows[i, problem.chosen[a]], matrix[a, near : near + count]
+        for k in range(count):
+            right[k] = 0.0
+        add_columns(changes.q, row, right)
+    eliminate(matrix, near, near + count)
+    force = changes.force[head]
+    for j in range(n):
+        for k in range(count):
+            force[j, k] = 0.0
+        for a in range(near):
+            factor = rows[i, problem.chosen[a], j] * problem.newton[SLOPES, a]
+            for k in range(count):
+                force[j, k] -= factor * matrix[a, near + k]
+
+
+@compiled_part
+def begin_changes(steps, near, motion, changes):
+    """To the start, with the forces there."""
+    state, waves = changes.state, changes.waves
+    for k in range(changes.q.shape[1]):
+        for i in range(state.shape[0]):
+            state[i, k] = changes.begin_state[i, k]
+        for s in range(2):
+            for p in range(waves.shape[2]):
+                waves[s, 0, p, k] = changes.begin_waves[s, 0, p, k]
+                waves[s, 1, p, k] = changes.begin_waves[s, 1, p, k]
+    set_displacement(changes)
+    change_loads(steps, 0, near, motion.head[0], changes)
+
+
+@compiled_part
+def advance_changes(steps, i, near, motion, changes):
+    """A step to node i of the common period, to which the motion has come."""
+    head = motion.head[0]
+    carry_changes(steps, head, changes)
+    set_displacement(changes)
+    change_loads(steps, i, near, head, changes)
+    push_changes(steps, head, changes)
+
+
+@compiled_part
+def shrink(changes, state, angular):
+    """Bring changes back to length 1 together; logarithm of their length before."""
+    n, square = angular.size, 0.0
+    for i in range(n, state.shape[1]):
+        square += state[0, i] ** 2 + (state[1, i] / angular[i % n]) ** 2
+    length = math.sqrt(square)
+    waves = changes.waves
+    for k in range(changes.q.shape[1]):
+        for part in (changes.state, changes.q):
+            for i in range(part.shape[0]):
+                part[i, k] /= length
+        for s in range(2):
+            for p in range(waves.shape[2]):
+                waves[s, 0, p, k] /= length
+                waves[s, 1, p, k] /= length
+        for slot in range(SLOTS):
+            for i in range(n):
+                changes.force[slot, i, k] /= length
+    return math.log(length)

@@ -1,0 +1,72 @@
+"""Variables of the linear part of a train, and sums of products over them, compiled.
+
+See `lumped.kernels.arrays.Propagator`.
+"""
+
+from __future__ import annotations
+
+from lumped.compiled import compiled_part, inlined
+
+SLOTS = 4  # forces that a step knows
+
+
+@inlined
+def dot(a, b, count):
+    """Sum of products in four parts, which do not wait for each other."""
+    one, two, three, four = 0.0, 0.0, 0.0, 0.0
+    fours = count - count % 4
+    for j in range(0, fours, 4):
+        one += a[j] * b[j]
+        two += a[j + 1] * b[j + 1]
+        three += a[j + 2] * b[j + 2]
+        four += a[j + 3] * b[j + 3]
+    for j in range(fours, count):
+        one += a[j] * b[j]
+    return (one + two) + (three + four)
+
+
+@inlined
+def add_columns(columns, x, out):
+    """out + columns^T x, columns (count, size) four at a time."""
+    fours = x.size - x.size % 4
+    for j in range(0, fours, 4):
+        a, b, c, d = x[j], x[j + 1], x[j + 2], x[j + 3]
+        one, two = columns[j], columns[j + 1]
+        three, four = columns[j + 2], columns[j + 3]
+        for i in range(out.size):
+            out[i] += (one[i] * a + two[i] * b) + (three[i] * c + four[i] * d)
+    for j in range(fours, x.size):
+        for i in range(out.size):
+            out[i] += columns[j, i] * x[j]
+
+
+@compiled_part
+def set_variables(rates, q, v, state, waves):
+    """State (2 a,) and waves (2, 2, w) of displacements and velocities (n,)."""
+    a, w = state.size // 2, rates.shape[2]
+    for i in range(a):
+        state[i], state[a + i] = q[i], v[i]
+    for p in range(w):
+        z, dz = complex(q[a + p], -q[a + w + p]), complex(v[a + p], -v[a + w + p])
+        forward = complex(rates[0, 0, p], rates[0, 1, p])
+        backward = complex(rates[1, 0, p], rates[1, 1, p])
+        wave = (dz - backward * z) / (forward - backward)
+        waves[0, 0, p], waves[0, 1, p] = wave.real, wave.imag
+        wave = z - wave
+        waves[1, 0, p], waves[1, 1, p] = wave.real, wave.imag
+
+
+@compiled_part
+def get_variables(rates, state, waves, q, v):
+    """Displacements and velocities (n,) of state (2 a,) and waves (2, 2, w)."""
+    a, w = state.size // 2, rates.shape[2]
+    for i in range(a):
+        q[i], v[i] = state[i], state[a + i]
+    for p in range(w):
+        q[a + p] = waves[0, 0, p] + waves[1, 0, p]
+        q[a + w + p] = -waves[0, 1, p] - waves[1, 1, p]
+        v[a + p], v[a + w + p] = 0.0, 0.0
+        for s in range(2):
+            real, imaginary = waves[s, 0, p], waves[s, 1, p]
+            v[a + p] += rates[s, 0, p] * real - rates[s, 1, p] * imaginary
+            v[a + w + p] -= rates[s, 0, p] * imaginary + rates[s, 1, p] * real

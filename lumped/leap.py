@@ -1,0 +1,218 @@
+"""From a motion that settles slowly to the periodic motion that it approaches.
+
+The map over a period has the periodic motion as its fixed point. Newton's method finds
+it from any section near to it, at the cost of the map's derivative: as many changes of
+the motion as it has variables. The derivative also tells whether the fixed point is
+stable. A motion that would leave it again has to settle by itself, as has one between
+which and the fixed point the map is far from linear.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lumped.kernels.arrays import MULTIPLE, PERIOD
+
+if TYPE_CHECKING:
+    from lumped.kernels.arrays import Convergence
+    from lumped.steady_state import Speed
+    from lumped.steppers import FixedStepper
+
+Array = NDArray[np.float64]
+ROUNDS = 8  # with one derivative
+CONTRACTS = (
+    0.1  # least contraction of these rounds: the map is nearly linear on the way
+)
+EXACT = 0.1  # tolerances, that may be left after the last round
+CERTAIN = 0.01  # second step over the first up to which the first derivative will do
+SQUARINGS = 14  # of a derivative: multipliers above 0.9995 count as 1
+BEYOND = 1e12  # size of a power of a matrix whose powers grow
+
+
+def settle_or_leap(
+    stepper: FixedStepper, state: Array, at: Speed, check: Convergence, most: int
+) -> tuple[Array, bool]:
+    """As `Stepper.advance`, with a leap wherever that takes less time than to settle.
+
+    A motion settles by itself for as long as a leap takes, and after a leap that failed
+    for as long as it went before.
+    """
+    before, leap, on = check.period, leap_cost(stepper), False
+    while True:
+        passed = check.period - before
+        onward, many = at.after(passed), min(leap, most) - passed
+        settled = stepper.settle(state, onward, check, max(many, 1), on)
+        passed, on = check.period - before, True
+        if settled or passed >= most:
+            return state, settled
+        at.watch(passed)
+        multiple, more = approached(check)
+        cost = leap_cost(stepper) * multiple
+        if more <= cost:
+            leap = passed + max(math.ceil(more), cost)
+            continue
+        found = leapt(stepper, state, at, check, multiple)
+        if found is not None:
+            return found, True
+        leap, on = 2 * passed, False
+
+
+def leap_cost(stepper: FixedStepper) -> int:
+    """Common periods that take about as long as the derivative of one."""
+    return 8 + stepper.system.angular.size // 3
+
+
+def leapt(
+    stepper: FixedStepper, state: Array, at: Speed, check: Convergence, multiple: int
+) -> Array | None:
+    """The stable motion that repeats after `multiple` common periods and is near to a
+    state, None where there is none."""
+    mapping, size = PeriodMap(stepper, at, multiple), partial(distance, check)
+    try:
+        found = stable_fixed_point(
+            mapping, mapping.section(state), size, check.tolerance
+        )
+        if found is None:
+            return None
+        check.counts[MULTIPLE] = mapping.shortest(found, size, check.tolerance)
+    except ArithmeticError:
+        return None
+    check.counts[PERIOD] += mapping.passed
+    return mapping.state(found)
+
+
+@dataclass
+class PeriodMap:
+    """Sections of a motion, mapped over so many common periods.
+
+    passed : common periods integrated so far
+    """
+
+    stepper: FixedStepper
+    at: Speed
+    multiple: int
+    passed: int = 0
+
+    @cached_property
+    def _check(self) -> Convergence:
+        """Keeps sections, and finds none that repeat but to the last digit."""
+        check = self.stepper.begin(self.stepper.start(), self.at.settings)
+        return check._replace(tolerance=0.0, at_once=False)
+
+    def section(self, state: Array) -> Array:
+        """Displacements, and velocities over angular frequencies, of a state."""
+        return np.concatenate([state[0], state[1] / self.stepper.system.angular])
+
+    def state(self, x: Array) -> Array:
+        q, v = x.reshape(2, -1)
+        return np.stack([q, v * self.stepper.system.angular])
+
+    def after(self, x: Array, on: bool = True) -> tuple[Array, Array]:
+        """The next two sections of a motion that starts from x.
+
+        on : whether forces before x are those of the motion that was integrated last,
+            better than those that are extrapolated where it was near
+        """
+        check, state = self._check, self.state(x)
+        check.counts[:] = 0
+        self.stepper.settle(state, self.at, check, 2 * self.multiple, on)
+        self.passed += check.period
+        first, second = (
+            check.sections[min(times * self.multiple, check.period)].ravel()
+            for times in (1, 2)
+        )
+        return first.copy(), second.copy()
+
+    def derivative(self, x: Array) -> Array:
+        """What small changes of a section become."""
+        self.passed += self.multiple
+        return self.stepper.monodromy(self.state(x), self.at, self.multiple)[1]
+
+    def shortest(
+        self, x: Array, size: Callable[[Array], float], tolerance: float
+    ) -> int:
+        """Common periods after which a motion that repeats first does so."""
+        for multiple in range(1, self.multiple):
+            if self.multiple % multiple == 0:
+                one, two = replace(self, multiple=multiple).after(x)
+                if size(two - one) < tolerance:
+                    return multiple
+        return self.multiple
+
+
+def distance(check: Convergence, difference: Array) -> float:
+    """Size of a difference of sections, in ranges of deflection of the worst mesh."""
+    parts = np.hypot(*difference.reshape(2, -1))
+    over = np.linalg.norm(check.shapes * parts, axis=1) / check.scale
+    return float(over.max())
+
+
+def approached(check: Convergence) -> tuple[int, float]:
+    """(common periods over which a motion changes ever less, how many it still takes to
+    settle at that rate); one and infinitely many where that is not seen."""
+    slots, now = check.sections.shape[0], check.period
+    for multiple in range(1, min((slots - 1) // 2, now // 2) + 1):
+        count = 1 + min(slots - 1, now) // multiple
+        sections = [
+            check.sections[(now - back * multiple) % slots] for back in range(count)
+        ]
+        changes = [distance(check, one - two) for one, two in pairwise(sections)]
+        half = (count - 1) // 2
+        last, first = max(changes[:half]), max(changes[half:])
+        if 0.0 < last < first:
+            rate = math.log(first / last) / (half * multiple)
+            left = last / min(rate * multiple, 1.0)
+            return multiple, max(math.log(left / check.tolerance), 0.0) / rate
+    return 1, math.inf
+
+
+def stable_fixed_point(
+    mapping: PeriodMap, section: Array, size: Callable[[Array], float], tolerance: float
+) -> Array | None:
+    """The stable fixed point (u,) that a section is near to.
+
+    size : of a difference of sections, in ranges of deflection
+    Returns None where it is unstable, or where the map is far from linear on the way.
+    """
+    x, mapped = mapping.after(section)
+    derivative = mapping.derivative(x)
+    if not contracts(derivative):
+        return None
+    matrix, steps = np.eye(section.size) - derivative, list[float]()
+    for _ in range(ROUNDS):
+        step = np.asarray(np.linalg.solve(matrix, mapped - x), np.float64)
+        steps.append(size(step))
+        ratio = steps[-1] / steps[-2] if len(steps) > 1 else 0.0
+        if not ratio <= CONTRACTS:
+            return None
+        x += step
+        # the second step may miss forces before the start, the others what is left
+        left = steps[-1] * (ratio if len(steps) > 2 else 1.0)
+        if left < EXACT * tolerance:
+            break
+        x, mapped = mapping.after(x, on=len(steps) > 1)
+    else:
+        return None
+    # Newton's second step is what the derivative changed over what it is short of 1
+    changed = steps[1] / steps[0] if len(steps) > 1 else 0.0
+    return x if changed < CERTAIN or contracts(mapping.derivative(x)) else None
+
+
+def contracts(matrix: Array) -> bool:
+    """Whether powers of a matrix vanish; one that takes too many for it does not."""
+    for _ in range(SQUARINGS):
+        size = np.linalg.norm(matrix)
+        if size < 1.0:
+            return True
+        if not size < BEYOND:
+            break
+        matrix = matrix @ matrix
+    return False
