@@ -3,8 +3,8 @@
 The map over a period has the periodic motion as its fixed point. Newton's method finds
 it from any section near to it, at the cost of the map's derivative: as many changes of
 the motion as it has variables. The derivative also tells whether the fixed point is
-stable. A motion that would leave it again has to settle by itself, as has one between
-which and the fixed point the map is far from linear.
+stable. A motion that would leave it again, or is far from it, has to settle by itself,
+as has one between which and the fixed point the map is far from linear.
 """
 
 from __future__ import annotations
@@ -28,9 +28,8 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 ROUNDS = 8  # with one derivative
-CONTRACTS = (
-    0.1  # least contraction of these rounds: the map is nearly linear on the way
-)
+LARGEST = 0.2  # of the range of deflection, of the first step: others lie beyond
+CONTRACTS = 0.2  # least contraction of these rounds: the map is nearly linear
 EXACT = 0.1  # tolerances, that may be left after the last round
 CERTAIN = 0.01  # second step over the first up to which the first derivative will do
 SQUARINGS = 14  # of a derivative: multipliers above 0.9995 count as 1
@@ -180,7 +179,7 @@ def stable_fixed_point(
     """The stable fixed point (u,) that a section is near to.
 
     size : of a difference of sections, in ranges of deflection
-    Returns None where it is unstable, or where the map is far from linear on the way.
+    Returns None where it is far, unstable, or the map far from linear on the way.
     """
     x, mapped = mapping.after(section)
     derivative = mapping.derivative(x)
@@ -191,7 +190,7 @@ def stable_fixed_point(
         step = np.asarray(np.linalg.solve(matrix, mapped - x), np.float64)
         steps.append(size(step))
         ratio = steps[-1] / steps[-2] if len(steps) > 1 else 0.0
-        if not ratio <= CONTRACTS:
+        if not (steps[0] <= LARGEST and ratio <= CONTRACTS):
             return None
         x += step
         # the second step may miss forces before the start, the others what is left

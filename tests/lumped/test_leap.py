@@ -64,9 +64,13 @@ def test_one_that_is_unstable_only_in_its_place_is_none():
     assert stable_fixed_point(mapping, start, np.linalg.norm, TOLERANCE) is None
 
 
+def test_one_that_is_far_away_is_none():
+    assert found(Curved([0.9, 0.3, -0.4, 0.9], curvature=0.0), 0.1) is not None
+    assert found(Curved([0.9, 0.3, -0.4, 0.9], curvature=0.0), 1.0) is None
+
+
 def test_one_beyond_a_bend_is_none():
-    assert found(Curved([0.9, 0.3, -0.4, 0.9], curvature=0.02), 0.5) is not None
-    assert found(Curved([0.9, 0.3, -0.4, 0.9], curvature=0.3), 0.5) is None
+    assert found(Curved([0.9, 0.3, -0.4, 0.9], curvature=2.0), 0.1) is None
 
 
 @settings(max_examples=50, deadline=None)
