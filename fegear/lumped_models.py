@@ -154,7 +154,7 @@ def lumped_system(
     from fegear.dynamics.coupled import coupled_contacts
 
     require_physical(gear_set, torque, system)
-    speeds = speeds or usual_speeds(system)
+    speeds = speeds if len(speeds) else usual_speeds(system)
     contacts = coupled_contacts(
         *(gear_set, torque, system, known, model.without),
         band=(min(speeds), max(speeds)),

@@ -13,7 +13,6 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
-from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -29,6 +28,8 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 ROUNDS = 8  # with one derivative
 LARGEST = 0.2  # of the range of deflection, of the first step: others lie beyond
+NEAR = 0.5  # of the range, of the last change of a motion that may be within that
+HARDLY = 20.0  # times the periods that passed, of a motion that hardly changes less
 CONTRACTS = 0.2  # least contraction of these rounds: the map is nearly linear
 EXACT = 0.1  # tolerances, that may be left after the last round
 CERTAIN = 0.01  # second step over the first up to which the first derivative will do
@@ -41,10 +42,10 @@ def settle_or_leap(
 ) -> tuple[Array, bool]:
     """As `Stepper.advance`, with a leap wherever that takes less time than to settle.
 
-    A motion settles by itself for as long as a leap takes, and after a leap that failed
-    for as long as it went before.
+    A motion settles by itself for half as long as a leap takes, while its changes show
+    that it is far away, and after a leap that failed for as long as it went before.
     """
-    before, leap, on = check.period, leap_cost(stepper), False
+    before, leap, on = check.period, leap_cost(stepper) // 2, False
     while True:
         passed = check.period - before
         onward, many = at.after(passed), min(leap, most) - passed
@@ -53,10 +54,10 @@ def settle_or_leap(
         if settled or passed >= most:
             return state, settled
         at.watch(passed)
-        multiple, more = approached(check)
+        multiple, more, last = approached(check)
         cost = leap_cost(stepper) * multiple
-        if more <= cost:
-            leap = passed + max(math.ceil(more), cost)
+        if more <= cost or math.inf > last > NEAR:
+            leap = passed + max(math.ceil(min(more, cost)), 1)
             continue
         found = leapt(stepper, state, at, check, multiple)
         if found is not None:
@@ -74,10 +75,10 @@ def leapt(
 ) -> Array | None:
     """The stable motion that repeats after `multiple` common periods and is near to a
     state, None where there is none."""
-    mapping, size = PeriodMap(stepper, at, multiple), partial(distance, check)
+    mapping, size = SectionMap(stepper, at, multiple), partial(distance, check)
     try:
         found = stable_fixed_point(
-            mapping, mapping.section(state), size, check.tolerance
+            mapping, stepper.section_of(state), size, check.tolerance
         )
         if found is None:
             return None
@@ -85,11 +86,11 @@ def leapt(
     except ArithmeticError:
         return None
     check.counts[PERIOD] += mapping.passed
-    return mapping.state(found)
+    return stepper.state_of(found)
 
 
 @dataclass
-class PeriodMap:
+class SectionMap:
     """Sections of a motion, mapped over so many common periods.
 
     passed : common periods integrated so far
@@ -106,21 +107,13 @@ class PeriodMap:
         check = self.stepper.begin(self.stepper.start(), self.at.settings)
         return check._replace(tolerance=0.0, at_once=False)
 
-    def section(self, state: Array) -> Array:
-        """Displacements, and velocities over angular frequencies, of a state."""
-        return np.concatenate([state[0], state[1] / self.stepper.system.angular])
-
-    def state(self, x: Array) -> Array:
-        q, v = x.reshape(2, -1)
-        return np.stack([q, v * self.stepper.system.angular])
-
     def after(self, x: Array, on: bool = True) -> tuple[Array, Array]:
         """The next two sections of a motion that starts from x.
 
         on : whether forces before x are those of the motion that was integrated last,
             better than those that are extrapolated where it was near
         """
-        check, state = self._check, self.state(x)
+        check, state = self._check, self.stepper.state_of(x)
         check.counts[:] = 0
         self.stepper.settle(state, self.at, check, 2 * self.multiple, on)
         self.passed += check.period
@@ -133,7 +126,9 @@ class PeriodMap:
     def derivative(self, x: Array) -> Array:
         """What small changes of a section become."""
         self.passed += self.multiple
-        return self.stepper.monodromy(self.state(x), self.at, self.multiple)[1]
+        return self.stepper.monodromy(self.stepper.state_of(x), self.at, self.multiple)[
+            1
+        ]
 
     def shortest(
         self, x: Array, size: Callable[[Array], float], tolerance: float
@@ -148,33 +143,44 @@ class PeriodMap:
 
 
 def distance(check: Convergence, difference: Array) -> float:
-    """Size of a difference of sections, in ranges of deflection of the worst mesh."""
-    parts = np.hypot(*difference.reshape(2, -1))
-    over = np.linalg.norm(check.shapes * parts, axis=1) / check.scale
-    return float(over.max())
+    """Size of a difference of two sections (2 n,), see `distances`."""
+    return float(distances(check, difference.reshape(1, 2, -1))[0])
 
 
-def approached(check: Convergence) -> tuple[int, float]:
-    """(common periods over which a motion changes ever less, how many it still takes to
-    settle at that rate); one and infinitely many where that is not seen."""
+def distances(check: Convergence, differences: Array) -> Array:
+    """Sizes (k,) of differences (k, 2, n) of sections, in ranges of deflection of the
+    worst mesh."""
+    squares = (differences**2).sum(axis=1) @ (check.shapes**2).T
+    return np.asarray(np.sqrt(squares / check.scale**2).max(axis=1))
+
+
+def approached(check: Convergence) -> tuple[int, float, float]:
+    """Over how many common periods a motion changes ever less, how many it still takes
+    to settle at that rate, and its last change in ranges of deflection; one and twice
+    infinity where that is not seen."""
     slots, now = check.sections.shape[0], check.period
+    back = (now - np.arange(1 + min(slots - 1, now))) % slots
+    sections, found = check.sections[back], (1, math.inf, math.inf)
     for multiple in range(1, min((slots - 1) // 2, now // 2) + 1):
-        count = 1 + min(slots - 1, now) // multiple
-        sections = [
-            check.sections[(now - back * multiple) % slots] for back in range(count)
-        ]
-        changes = [distance(check, one - two) for one, two in pairwise(sections)]
-        half = (count - 1) // 2
-        last, first = max(changes[:half]), max(changes[half:])
+        changes = distances(check, np.diff(sections[::multiple], axis=0))
+        half = changes.size // 2
+        last, first = float(changes[:half].max()), float(changes[half:].max())
         if 0.0 < last < first:
             rate = math.log(first / last) / (half * multiple)
             left = last / min(rate * multiple, 1.0)
-            return multiple, max(math.log(left / check.tolerance), 0.0) / rate
-    return 1, math.inf
+            more = max(math.log(left / check.tolerance), 0.0) / rate
+            if more < found[1]:
+                found = multiple, more, last
+            if more < HARDLY * now:
+                break
+    return found
 
 
 def stable_fixed_point(
-    mapping: PeriodMap, section: Array, size: Callable[[Array], float], tolerance: float
+    mapping: SectionMap,
+    section: Array,
+    size: Callable[[Array], float],
+    tolerance: float,
 ) -> Array | None:
     """The stable fixed point (u,) that a section is near to.
 

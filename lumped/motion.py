@@ -100,9 +100,11 @@ def time_history(
     )
 
 
-def speeds_between(start: float, end: float) -> list[float]:
-    """Both frequencies [Hz] and even steps of APPROACH_STEP at most, or one."""
-    count = math.ceil(abs(end - start) / APPROACH_STEP - 1e-9)
+def speeds_between(
+    start: float, end: float, step: float = APPROACH_STEP
+) -> list[float]:
+    """Both frequencies [Hz] and even steps of `step` [Hz] at most, or one."""
+    count = math.ceil(abs(end - start) / step - 1e-9)
     return [float(f) for f in np.linspace(start, end, count + 1)]
 
 

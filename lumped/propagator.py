@@ -82,14 +82,16 @@ class LinearPart:
     def step(self, frequency: float, h: float) -> Propagator:
         """At a frequency of the first mesh [Hz], of size h [s]."""
         values, rows, inverse = self._modes
-        factors = _factors(values, h, np.abs(values) * h)
-        # what each variable, at the end a force, becomes in the step
-        matrices = ((inverse.T[None] * factors[:, None]) @ rows).real
         decay, angular = self._wave_rates
         turn = 2.0 * math.pi * frequency * self.system.whirl
         rates = -decay + 1j * (turn + np.array([[1.0], [-1.0]]) * angular)
-        waves = _factors(rates, h, np.tile(angular * h, (2, 1)))
-        waves[1:] /= 2j * angular * np.array([[1.0], [-1.0]])
+        turned = np.concatenate([np.abs(values), angular, angular]) * h
+        found = _factors(np.concatenate([values, *rates]), h, turned)
+        factors = found[:, : values.size]
+        # what each variable, at the end a force, becomes in the step
+        matrices = ((inverse.T[None] * factors[:, None]) @ rows).real
+        waves = found[:, values.size :].reshape(5, 2, self.waves)
+        waves[1:] /= 2j * np.stack([angular, -angular])
         return Propagator(
             carry=np.concatenate([matrices[0], *matrices[2:, self.standing :]]),
             push=np.ascontiguousarray(matrices[1, self.standing :]),

@@ -15,7 +15,13 @@ from lumped.kernels.arrays import FrictionSamples, VariedSteps
 from lumped.leap import settle_or_leap
 from lumped.response import History
 from lumped.settings import Settings
-from lumped.steady_state import Diverged, Speed, new_convergence
+from lumped.steady_state import (
+    Diverged,
+    Speed,
+    Stepper,
+    new_convergence,
+    steady_state,
+)
 from lumped.system import LumpedSystem
 
 if TYPE_CHECKING:
@@ -41,10 +47,21 @@ class LumpedStepper:
 
     def begin(self, state: Array, settings: Settings) -> Convergence:
         system, cycles = self.system, self.system.common_period[0]
-        rows, angular = system.deflection_rows, system.angular
-        check = new_convergence(rows, angular, settings, cycles)
-        check.sections[0] = state[0], state[1] / angular
+        check = new_convergence(
+            system.deflection_rows, system.angular, settings, cycles
+        )
+        check.sections[0] = self.section_of(state).reshape(2, -1)
         return check
+
+    def section_of(self, state: Array) -> Array:
+        """Displacements, and velocities over `angular`, of a state (2, n) in one row
+        (2 n,)."""
+        return np.concatenate([state[0], state[1] / self.system.angular])
+
+    def state_of(self, section: Array) -> Array:
+        """State (2, n) of displacements, and velocities over `angular` (2 n,)."""
+        q, v = section.reshape(2, -1)
+        return np.stack([q, v * self.system.angular])
 
     def change_speed(
         self, state: Array, before: float, after: float, settings: Settings
@@ -249,6 +266,17 @@ def stepper_of(
     if system.rubs:
         raise ValueError("method must be rk4 for teeth with friction, got dopri5")
     return AdaptiveStepper(system)
+
+
+def warm_up(stepper: Stepper, frequency: float, settings: Any) -> None:
+    """Compile all that integrates a motion, so that the time of the rest can be taken.
+
+    frequency : of the first mesh [Hz]
+    """
+    short = replace(settings, max_periods=1, multiples=1, windows=1)
+    steady_state(stepper, frequency, short)
+    if isinstance(stepper, FixedStepper) and stepper.system.contacts is not None:
+        stepper.monodromy(stepper.start(), Speed(frequency, short), 1)
 
 
 def _room(system: LumpedSystem, h: Array, periods: int) -> tuple[Array, Array]:

@@ -259,3 +259,13 @@ class RimGears:
         gaps = np.array([self.gap[m * self.pairs + k][0] for m, k, _ in self.contacts])
         turns = self.dense.static_turns(gaps)[: self.gears]
         return np.asarray(self.model_1.modes.coordinates.mesh_rows @ turns)
+
+
+FIRM = RimGears(
+    gears=3,
+    pairs=2,
+    stiffness=((2e8, 9e7), (2e8, 9e7), (1.8e8, 6e7), (1.8e8, 6e7)),
+    gap=((1e-6, 1e-6),) * 4,
+    positions=16,
+    phase=0.25,
+)

@@ -18,6 +18,7 @@ from fegear.excitation import Kind
 from fegear.gearset.read import path_of
 from fegear.output import read_text
 from fegear.speeds import parsed_speeds
+from lumped.motion import APPROACH_STEP
 from lumped.sweep import Direction
 from validation.data_files import (
     MOST_SPEEDS,
@@ -117,7 +118,7 @@ class Tolerance:
 class SingleSpeed:
     """A motion at one speed [Hz], reached from another, at a torque [N m].
 
-    From rest if `from_speed_Hz` is left out.
+    From rest if `from_speed_Hz` is left out, else through speeds of `step_Hz` at most.
     """
 
     __pydantic_config__ = STRICT
@@ -125,6 +126,7 @@ class SingleSpeed:
     torque_Nm: Positive
     speed_Hz: Positive
     from_speed_Hz: Positive | None = None
+    step_Hz: Positive = APPROACH_STEP
 
     @property
     def label(self) -> str:

@@ -30,7 +30,7 @@ from lumped.motion import speeds_between
 from lumped.response import Response, Status
 from lumped.settings import Settings
 from lumped.steady_state import Stepper, steady_state
-from lumped.steppers import stepper_of, steps_per_period
+from lumped.steppers import stepper_of, steps_per_period, warm_up
 from lumped.sweep import Branch, Direction, Observer, sweep_branch
 from lumped.system import LumpedSystem
 from validation.cases import SingleSpeed
@@ -337,8 +337,7 @@ def _stepper(
     else:
         settings = Settings()
         stepper = stepper_of(system, settings)
-    warm_up = replace(settings, max_periods=1, multiples=1, windows=1)
-    steady_state(stepper, task.speeds[0], warm_up)
+    warm_up(stepper, task.speeds[0], settings)
     return stepper, settings
 
 
@@ -401,4 +400,5 @@ def _cycles_at(
 
 def approach(single: SingleSpeed) -> list[float]:
     """Speeds on the way to a single one, which is the last [Hz]."""
-    return speeds_between(single.from_speed_Hz or single.speed_Hz, single.speed_Hz)
+    start = single.from_speed_Hz or single.speed_Hz
+    return speeds_between(start, single.speed_Hz, single.step_Hz)

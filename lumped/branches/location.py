@@ -36,7 +36,7 @@ MOST_CORRECTIONS, MOST_SECANTS = 12, 8
 
 @dataclass(frozen=True, eq=False)
 class Shooting:
-    """Motions by integration, in scaled unknowns z = (state, parameter) (2 n + 1,).
+    """Integrates motions, in scaled unknowns z = (state, parameter) (2 n + 1,).
 
     size : (2, n) of displacement and velocity
     """
@@ -49,14 +49,14 @@ class Shooting:
         return self.motions.family.unit
 
     def value(self, z: Array) -> float:
-        """The parameter."""
+        """Return the parameter."""
         return self.motions.family.within(float(z[-1] * self.unit))
 
     def state(self, z: Array) -> Array:
         return z[:-1].reshape(self.size.shape) * self.size
 
     def change(self, z: Array) -> Array:
-        """Of the scaled state over a period (2 n,); raises NoSolution."""
+        """Change of the scaled state over a period (2 n,); raises NoSolution."""
         balance, frequency = self.motions.at(self.value(z))
         stepper, state = AdaptiveStepper(balance.system), self.state(z)
         try:
@@ -66,14 +66,17 @@ class Shooting:
         return np.asarray(((end - state) / self.size).ravel())
 
     def monodromy(self, z: Array) -> Array:
-        """What a change of the state becomes in a period (2 n, 2 n)."""
+        """Derivative of the state after a period by the state (2 n, 2 n)."""
         balance, frequency = self.motions.finer.at(self.value(z))
         assert isinstance(balance, HarmonicBalance)
         x = integrated(balance, self.state(z), frequency)
         return balance.monodromy(x, frequency)
 
     def derivative(self, z: Array, monodromy: Array) -> Array:
-        """Of the change of scaled unknowns (2 n, 2 n + 1); monodromy : of the state."""
+        """Derivative of `change` by the scaled unknowns (2 n, 2 n + 1).
+
+        monodromy : derivative of the state after a period by the state
+        """
         size, beside = self.size.ravel(), z.copy()
         by_state = monodromy * size / size[:, None] - np.eye(size.size)
         beside[-1] = self._beside(self.value(z)) / self.unit
@@ -131,7 +134,7 @@ def located(motions: Motions, x: Array, value: float, test: Test) -> float:
 
 
 def root(function: Callable[[float], float]) -> float:
-    """Of a function near 0, by secants; raises NoSolution."""
+    """Root of a function near 0, by secants; raises NoSolution."""
     a, b, before = 0.0, FIRST, function(0.0)
     for _ in range(MOST_SECANTS):
         now = function(b)

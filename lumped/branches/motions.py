@@ -30,7 +30,7 @@ class Family(Protocol):
 
     @property
     def unit(self) -> float:
-        """Of the parameter, in which a branch is as long as in static deflections."""
+        """Scale of the parameter, such that 1 counts as a static deflection does."""
 
     @property
     def is_speed(self) -> bool:
@@ -127,7 +127,7 @@ class Motions:
 
     @cached_property
     def _balances(self) -> Callable[[LumpedSystem], PeriodicMotion]:
-        """Of systems, kept as long as these motions are."""
+        """Equations of systems, kept as long as these motions are."""
 
         def balance(system: LumpedSystem) -> PeriodicMotion:
             if system.contacts is not None:
@@ -140,7 +140,7 @@ class Motions:
 
     @cached_property
     def finer(self) -> Motions:
-        """The same with more harmonics, as many as are allowed."""
+        """These motions with more harmonics, as many as are allowed."""
         balance, _ = self.at(self.family.within(math.inf))
         assert isinstance(balance, HarmonicBalance)
         most = (MOST_UNKNOWNS // balance.shape[1] - 1) // (2 * balance.length)
@@ -162,11 +162,11 @@ class Motions:
         return errors + (value - inside) * change, by_x, change
 
     def figures(self, x: Array, value: float) -> dict[str, Array]:
-        """As of a sweep's response, (m,) each; see `lumped.measures`."""
+        """Figures of a sweep's response, (m,) each; see `lumped.measures`."""
         balance, frequency = self.at(value)
         return balance.figures(x, frequency)
 
     def monodromy(self, x: Array, value: float) -> Array:
-        """What a small change of state becomes in a period (2 n, 2 n)."""
+        """Derivative of the state after a period by the state (2 n, 2 n)."""
         balance, frequency = self.at(value)
         return balance.monodromy(x, frequency)

@@ -42,11 +42,7 @@ class PeriodMap:
 
     def state(self, x: Array, frequency: float) -> Array:
         """Displacement and velocity (2, n) at the start of the period."""
-        q, v = x.reshape(2, -1)
-        return np.stack([q, v * self.system.angular])
-
-    def _unknowns(self, state: Array) -> Array:
-        return np.concatenate([state[0], state[1] / self.system.angular])
+        return self._stepper.state_of(x)
 
     def _ends(self, x: Array, frequency: float, periods: int = 0) -> Array:
         """Unknowns after so many common periods, those of the motion if 0."""
@@ -54,7 +50,7 @@ class PeriodMap:
         after, _ = self._stepper.record(
             state, Speed(frequency, self.steps), periods or self.multiple
         )
-        return self._unknowns(after)
+        return self._stepper.section_of(after)
 
     @property
     def _stepper(self) -> FixedStepper:
@@ -68,7 +64,7 @@ class PeriodMap:
         """
         state, speed = self.state(x, frequency), Speed(frequency, self.steps)
         after, transfer = self._stepper.monodromy(state, speed, self.multiple)
-        ends, change = self._unknowns(after), BESIDE * frequency
+        ends, change = self._stepper.section_of(after), BESIDE * frequency
         moved = (self._ends(x, frequency + change) - ends) / change
         return x - ends, np.eye(x.size) - transfer, -moved
 
@@ -89,7 +85,7 @@ class PeriodMap:
 
     def of_response(self, response: Response, settings: Settings) -> Array:
         """Unknowns x of a motion that has settled by fixed steps."""
-        return self._unknowns(response.state)
+        return self._stepper.section_of(response.state)
 
     def lengthened(self, x: Array, times: int) -> Array:
         """Unknowns x as those of a motion of so many times the period."""

@@ -134,11 +134,17 @@ def contact_problem(contacts, mesh_of, where):
 
 
 @inlined
+def may_touch(problem, c, penetration):
+    """Whether a contact touches or is so little apart that it may; so does NaN."""
+    return not penetration < -NEAR * problem.knots[problem.mesh_of[c], -1]
+
+
+@inlined
 def find_near(problem):
-    """Number of contacts that touch or are so little apart that they may: `chosen`."""
+    """Number of contacts that may touch: `chosen`."""
     near = 0
     for c in range(problem.free.size):
-        if not problem.free[c] < -NEAR * problem.knots[problem.mesh_of[c], -1]:
+        if may_touch(problem, c, problem.free[c]):
             problem.chosen[near] = c
             near += 1
     return near

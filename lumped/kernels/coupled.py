@@ -23,8 +23,8 @@ from lumped.kernels.arrays import CoupledMotion
 from lumped.kernels.contact import (
     CONVERGED,
     LOADS,
-    NEAR,
     X,
+    may_touch,
     solve_penetrations,
 )
 from lumped.kernels.coupled_changes import (
@@ -189,7 +189,7 @@ def find_free_penetrations(system, steps, node, motion):
             if before > 0.0:
                 problem.start[c] = before
         problem.free[c], steps.penetration[c] = x, x
-        if not x < -NEAR * problem.knots[problem.mesh_of[c], -1]:
+        if may_touch(problem, c, x):
             problem.chosen[near] = c
             near += 1
     return near

@@ -16,7 +16,7 @@ import pytest
 from hypothesis import given
 from hypothesis import settings as checked
 from hypothesis import strategies as st
-from rim_gears import FREE, INERTIAS, RADII, STIFF, TORQUE, RimGears
+from rim_gears import FIRM, FREE, INERTIAS, RADII, STIFF, TORQUE, RimGears
 from scipy.integrate import quad
 
 from lumped import Settings, respond
@@ -182,16 +182,6 @@ def test_free_vibration_of_a_hardening_contact_has_the_period_of_its_energy():
     assert back_after(less, secant) < 1e-7
     expected = 1.0 - math.cos(2.0 * math.pi * period / secant)
     assert back_after(less, period) == pytest.approx(expected, rel=1e-3)
-
-
-FIRM = RimGears(
-    gears=3,
-    pairs=2,
-    stiffness=((2e8, 9e7), (2e8, 9e7), (1.8e8, 6e7), (1.8e8, 6e7)),
-    gap=((1e-6, 1e-6),) * 4,
-    positions=16,
-    phase=0.25,
-)
 
 
 @pytest.mark.parametrize("backlash", [math.inf, 5e-6])

@@ -533,6 +533,12 @@ def test_approach_ends_at_the_speed():
     assert (way[0], way[-1], len(way)) == (950.0, 900.0, 4)
 
 
+def test_approach_takes_steps_as_small_as_the_case_asks_for():
+    fine = {"from_speed_Hz": 950.0, "step_Hz": 4.0}
+    way = approach(SingleSpeed(torque_Nm=1.0, speed_Hz=900.0, **fine))
+    assert (way[0], way[-1], len(way)) == (950.0, 900.0, 14)
+
+
 @pytest.mark.parametrize("number", [1, 2, 3, "coupled"])
 def test_statics_go_on_until_pitch_errors_repeat(number):
     """As the finite elements', pair after pair."""

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -30,8 +30,8 @@ from fegear.lumped_models import (
 )
 from fegear.statics import Progress
 from lumped.settings import Settings, SteadySettings
-from lumped.steady_state import Stepper, steady_state
-from lumped.steppers import stepper_of
+from lumped.steady_state import Stepper
+from lumped.steppers import stepper_of, warm_up
 from lumped.sweep import Branch, Direction, sweep_branch
 from lumped.system import LumpedSystem
 from validation.oracles.loaded_modes import loaded_modes
@@ -183,8 +183,7 @@ def sweep_sources(
     found: dict[str, Any] = {"rms_m": {}, "multiples": {}, "ms_per_speed": {}}
     for done, (name, source) in enumerate(sources.items()):
         report(f"sweep of {name}", done, len(sources))
-        warm_up = replace(source.settings, max_periods=1, multiples=1, windows=1)
-        steady_state(source.stepper, speeds[0], warm_up)  # compiles
+        warm_up(source.stepper, speeds[0], source.settings)
         start = time.process_time()
         branch = sweep_branch(source.stepper, speeds, source.direction, source.settings)
         seconds = time.process_time() - start
