@@ -1,27 +1,33 @@
 """Files that are read as text, or that appear whole or not at all; JSON for machines.
 
-While a file is written it stands beside its place under a name of ours. A process that
-is killed leaves it there; the next one that writes to the same directory removes it.
+While a file is written it lies next to its place under a name of ours, and is locked. A
+process that is killed leaves it there without a lock; the next one that writes to the
+same directory removes it. Locks hold where process numbers do not, between containers
+and on network drives.
 """
 
 from __future__ import annotations
 
 import contextlib
-import ctypes
+import errno
 import math
 import os
 import re
 import tempfile
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 from fegear.errors import InputError, file_error
 
+try:
+    import fcntl
+except ImportError:  # on Windows, where a file that is open cannot be removed
+    fcntl = None  # type: ignore[assignment]
+
 BESIDE = ".fegear-{process}-"  # and some letters: a file that is being written
-ABANDONED = re.compile(r"\.fegear-(\d+)-\w+(\.\w+)?")
-SYNCHRONIZE = 0x00100000  # right to wait for a process of Windows
+OURS = re.compile(r"\.fegear-\d+-\w+(\.\w+)?")
 LONGEST_SUFFIX = 8  # letters that the name beside takes over
 
 
@@ -53,7 +59,8 @@ def require_writable(path: str | os.PathLike[str]) -> Path:
             os.lstat(target)  # which refuses a name that is too long
         if os.path.exists(target) and not os.access(target, os.W_OK):
             raise PermissionError("permission denied")
-        _temporary_beside(target).unlink()
+        with _temporary_beside(target):
+            pass
     except (OSError, ValueError) as error:
         raise file_error(target, "written", error) from None
     return target
@@ -115,25 +122,51 @@ def is_device(target: Path) -> bool:
 
 
 def _fill_and_replace(target: Path, writer: Callable[[Path], object]) -> None:
-    beside = _temporary_beside(target)
-    try:
+    with _temporary_beside(target) as beside:
         writer(beside)
         beside.chmod(_mode_of(target))
         os.replace(beside, target)
+
+
+@contextlib.contextmanager
+def _temporary_beside(target: Path) -> Iterator[Path]:
+    """A new empty file in the same folder, so that a rename is atomic; locked, and
+    removed at the end if it is still there."""
+    _sweep(target.parent.absolute())
+    handle, beside = _locked_file(target)
+    try:
+        if fcntl is None:
+            os.close(handle)
+        yield beside
     finally:
         beside.unlink(missing_ok=True)
+        if fcntl is not None:
+            os.close(handle)
 
 
-def _temporary_beside(target: Path) -> Path:
-    """A new empty file in the same folder, so that a rename is atomic."""
-    _sweep(target.parent.absolute())
-    handle, name = tempfile.mkstemp(
-        suffix=target.suffix if len(target.suffix) <= LONGEST_SUFFIX else None,
-        prefix=BESIDE.format(process=os.getpid()),
-        dir=target.parent,
-    )
-    os.close(handle)
-    return Path(name)
+def _locked_file(target: Path) -> tuple[int, Path]:
+    while True:
+        handle, name = tempfile.mkstemp(
+            suffix=target.suffix if len(target.suffix) <= LONGEST_SUFFIX else None,
+            prefix=BESIDE.format(process=os.getpid()),
+            dir=target.parent,
+        )
+        # another process may have found it before it was locked, and removed it
+        if fcntl is None or (_lock(handle) and os.path.exists(name)):
+            return handle, Path(name)
+        os.close(handle)
+
+
+def _lock(handle: int) -> bool:
+    """Lock a file; False where another process holds it.
+
+    A drive without locks counts as locked: nobody can then remove the file either.
+    """
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError as error:
+        return error.errno not in (errno.EWOULDBLOCK, errno.EACCES)
+    return True
 
 
 @cache
@@ -141,26 +174,21 @@ def _sweep(directory: Path) -> None:
     """Remove what processes that are gone have left, once for each directory."""
     with contextlib.suppress(OSError), os.scandir(directory) as entries:
         for entry in entries:
-            match = ABANDONED.fullmatch(entry.name)
-            if match and not _is_running(int(match[1])):
+            if OURS.fullmatch(entry.name):
                 with contextlib.suppress(OSError):
-                    os.unlink(entry)
+                    _remove_abandoned(entry.path)
 
 
-def _is_running(process: int) -> bool:
-    """Whether a process of this machine has the number."""
-    if os.name == "nt":  # where a signal would end it
-        kernel = ctypes.windll.kernel32  # type: ignore[attr-defined]
-        handle = kernel.OpenProcess(SYNCHRONIZE, False, process)
-        kernel.CloseHandle(handle)
-        return bool(handle)
+def _remove_abandoned(path: str) -> None:
+    if fcntl is None:
+        os.unlink(path)
+        return
+    handle = os.open(path, os.O_RDWR)
     try:
-        os.kill(process, 0)
-    except (ProcessLookupError, OverflowError):
-        return False
-    except PermissionError:  # it is somebody else's
-        return True
-    return True
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        os.unlink(path)
+    finally:
+        os.close(handle)
 
 
 def _mode_of(target: Path) -> int:

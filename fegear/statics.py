@@ -427,7 +427,8 @@ def table_header(
         "largest complementarity residual": f"{cycle.residual.max():.3g}",
     }
     if error is not None:
-        header["estimated discretisation error of ste_m"] = (
-            f"mean {error.mean:.2g}, path {error.path:.2g}, corner {error.corner:.2g}"
+        parts = {"mean": error.mean, "path": error.path, "corner": error.corner}
+        header["estimated discretisation error of ste_m"] = ", ".join(
+            f"{name} {part:.2g}" for name, part in parts.items() if part == part
         )
     return header

@@ -139,7 +139,7 @@ class Checkpoint:
                         command = f"insert or replace into {table} values (?, ?, ?, ?)"
                         self._connection.execute(command, row)
             except sqlite3.OperationalError as error:
-                raise OSError(0, str(error)) from None
+                raise OSError(0, str(error), str(self.path)) from None
 
     def tell_finished(
         self,

@@ -5,6 +5,9 @@ function that it calls in another file has changed. The cache directory is
 therefore named after a digest of all kernels of the folder and of the folders whose
 kernels they call. Compiled code releases the interpreter's lock.
 
+What the cache holds is used only if its digest is right, and is compiled again if not.
+A full disk only costs time.
+
 The first compilation of a process is logged, since it takes seconds: as information,
 or as a warning where its result cannot be kept.
 """
@@ -15,20 +18,23 @@ import hashlib
 import inspect
 import logging
 import os
+import pickle
 import re
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar
 
 from numba import config, njit
 from numba.core import event
+from numba.core.caching import FunctionCache, IndexDataCacheFile
 from numba.extending import overload
 
 IMPORTED = re.compile(r"^from ((?:fegear|lumped)\.[\w.]+) import", re.MULTILINE)
 F = TypeVar("F", bound=Callable[..., Any])
 PART = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+DIGEST = 32  # bytes of SHA-256 before what a file of the cache holds
 INLINED = {**PART, "_nrt": False, "forceinline": True}
 LOG = logging.getLogger(__name__)
 
@@ -86,14 +92,64 @@ def _cache_in(directory: Path) -> Iterator[None]:
         settings.CACHE_DIR = before
 
 
+class _SealedFile(IndexDataCacheFile):
+    """Index and code of one function, each behind its digest."""
+
+    def _load_index(self) -> dict[Any, str]:
+        version, stamp, found = self._read(self._index_path) or (None, None, {})
+        own = self._version, self._source_stamp
+        return found if (version, stamp) == own else {}
+
+    def _save_index(self, overloads: dict[Any, str]) -> None:
+        self._write(self._index_path, (self._version, self._source_stamp, overloads))
+
+    def _load_data(self, name: str) -> Any:
+        return self._read(self._data_path(name))
+
+    def _save_data(self, name: str, data: Any) -> None:
+        self._write(self._data_path(name), data)
+
+    def _read(self, path: str) -> Any:
+        """What was written there, None where there is nothing or it is damaged."""
+        try:
+            content = Path(path).read_bytes()
+        except OSError:
+            return None
+        seal, data = content[:DIGEST], content[DIGEST:]
+        if hashlib.sha256(data).digest() == seal:
+            return pickle.loads(data)
+        _say_damaged(Path(path).parent)
+        return None
+
+    def _write(self, path: str, values: Any) -> None:
+        data = self._dump(values)
+        with suppress(OSError), self._open_for_write(path) as file:
+            file.write(hashlib.sha256(data).digest() + data)
+
+
+class _SealedCache(FunctionCache):
+    def __init__(self, function: Callable[..., Any]) -> None:
+        super().__init__(function)
+        file = self._cache_file
+        base = self._impl.filename_base
+        self._cache_file = _SealedFile(file._cache_path, base, file._source_stamp)
+
+
+@cache
+def _say_damaged(directory: Path) -> None:
+    LOG.warning(f"{directory}: compiled kernels are damaged and compiled again")
+
+
 def _compile(function: F, **options: Any) -> F:
     options["error_model"] = "numpy"  # division by zero gives inf, caught as such
     options["nogil"] = True
     directory = kernel_cache(Path(inspect.getfile(function)).parent)
     if directory is None:
         return njit(**options)(function)
+    dispatcher = njit(**options)(function)
     with _cache_in(directory):
-        return njit(cache=True, **options)(function)
+        dispatcher._cache = _SealedCache(function)
+    return dispatcher
 
 
 class _FirstUse(event.Listener):

@@ -1,16 +1,20 @@
 """Commented CSV: header lines `# key: value`, column names with units, rows.
 
 Numbers are written in the shortest form that reads back to the same bits; an empty
-cell is NaN.
+cell is NaN. Tables of spreadsheets with semicolons or tabs between cells are read as
+well, with a comma or a point before the decimals.
 """
 
 from __future__ import annotations
 
 import csv
 import io
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
+
+DECIMAL_COMMA = re.compile(r"\s*[-+]?\d*,\d+([eE][-+]?\d+)?\s*")
 
 
 class TableError(ValueError):
@@ -62,12 +66,15 @@ def parse_csv(text: str, source: str) -> CsvText:
     """The table of a text; TableError without names or with rows of other lengths."""
     header: dict[str, str] = {}
     body: dict[str, list[str]] = {}
+    between = ""
     for number, line in enumerate(text.lstrip("\ufeff").splitlines(), start=1):
         if line.startswith("#"):
             key, _, value = line[1:].partition(":")
             header[key.strip()] = value.strip()
         elif line.strip():
-            body[f"{source}, line {number}"] = next(csv.reader([line]))
+            between = between or _between(line)
+            place = f"{source}, line {number}"
+            body[place] = _cells(line, between, place)
     if not body:
         raise TableError(f"{source}: no column names")
     names = body.pop(next(iter(body)))
@@ -78,3 +85,18 @@ def parse_csv(text: str, source: str) -> CsvText:
         if len(row) != len(names):
             raise TableError(f"{place}: {len(row)} cells where {len(names)} are named")
     return CsvText(header, names, body)
+
+
+def _between(line: str) -> str:
+    """The character between the column names of a table."""
+    return next((c for c in "\t;" if c in line and "," not in line), ",")
+
+
+def _cells(line: str, between: str, place: str) -> list[str]:
+    try:
+        cells = next(csv.reader([line], delimiter=between))
+    except csv.Error as error:
+        raise TableError(f"{place}: {error}") from None
+    if between == ",":
+        return cells
+    return [c.replace(",", ".") if DECIMAL_COMMA.fullmatch(c) else c for c in cells]

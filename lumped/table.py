@@ -45,7 +45,9 @@ class MeshTable:
             if values.shape != shape:
                 raise TableError(f"{name} must have shape {shape}, got {values.shape}")
         if not (np.diff(self.position) > 0.0).all():
-            raise TableError("position must increase")
+            fall = int(np.argmin(np.diff(self.position) > 0.0))
+            before, after = self.position[fall : fall + 2]
+            raise TableError(f"position must increase, {after:g} follows {before:g}")
         object.__setattr__(self, "columns", MappingProxyType(dict(self.columns)))
         object.__setattr__(self, "header", MappingProxyType(dict(self.header)))
 
@@ -103,7 +105,10 @@ def parse_table(text: str, source: str = "table") -> MeshTable:
     )
     if not len(data):
         raise TableError(f"{source}: no rows")
-    return _table_from(found.names, data, found.header, source)
+    try:
+        return _table_from(found.names, data, found.header)
+    except TableError as error:
+        raise TableError(f"{source}: {error}") from None
 
 
 def _number(cell: str, place: str, needed: bool) -> float:
@@ -117,14 +122,14 @@ def _number(cell: str, place: str, needed: bool) -> float:
 
 
 def _table_from(
-    names: Sequence[str], data: Array, header: Mapping[str, str], source: str
+    names: Sequence[str], data: Array, header: Mapping[str, str]
 ) -> MeshTable:
     torque, position = (data[:, names.index(name)] for name in REQUIRED[:2])
     torques = np.array(list(dict.fromkeys(torque)))
     positions = position[torque == torque[0]]
     expected = [(t, p) for t in torques for p in positions]
     if expected != list(zip(torque, position, strict=True)):
-        raise TableError(f"{source}: every torque must list the same positions")
+        raise TableError("every torque must list the same positions")
     shape = (torques.size, positions.size)
     columns = {
         name: data[:, i].reshape(shape)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+import signal
 
 # before numpy is loaded: workers that share the cores wait for each other's threads
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
@@ -11,6 +12,9 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 import pytest
 
 from meshes import GearPair, SpurGear
+
+# commands that tests start take Ctrl-C even where these run in the background
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 MODULE = 2.54e-3
 ADDENDUM = 2.74842621e-3  # gives contact ratio 1.504

@@ -176,7 +176,7 @@ def _explained(error: BaseException) -> tuple[int, str]:
         return 1, str(error)
     if isinstance(error, OSError):
         _close_full_output()
-        return 2, str(file_error(error.filename or "output", "written", error))
+        return 2, str(file_error(error.filename or "standard output", "written", error))
     kind = type(error).__name__
     return 1, f"{kind}: {error} (run again with --debug for a traceback)"
 

@@ -33,7 +33,7 @@ class RunOptions:
     seconds: float = option(
         "Time that is run [s].",
         default=10.0,
-        allowed=Range(above=0.0, most=1e7, unit="s"),
+        allowed=Range(least=1e-6, most=1e7, unit="s"),
     )
     impacts: int | None = option(
         "Impacts of a wheel, and of those that mesh with it, after which the run ends "

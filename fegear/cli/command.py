@@ -23,6 +23,10 @@ class Command(TyperCommand):
             if counts[param.name] > 1 and not getattr(param, "multiple", True):
                 times = counts[param.name]
                 raise InputError(f"{_option(param)} is given {times} times")
+            value = given[param.name]
+            values = value if isinstance(value, list | tuple) else [value]
+            if "" in values and param.param_type_name == "option":
+                raise InputError(f"{_option(param)} is empty; a value is needed")
         try:
             return super().parse_args(ctx, args)
         except Exception as error:

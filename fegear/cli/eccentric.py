@@ -16,6 +16,7 @@ from fegear.cli.options import (
     chosen,
     progress_bar,
     refuse_idle,
+    require_ending,
     require_outputs,
     show,
 )
@@ -184,6 +185,7 @@ def eccentric_command(*, wheels: Wheels, load: LoadOptions, files: Files) -> Non
     from fegear.output import write_text
 
     load.require(files.meshed)
+    require_ending(load.contact)
     require_outputs([files.output, files.animate, load.contact], (), files.plot)
     gearing = wheels.gearing
     values = dict(gearing.summary)

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 import typer
 
@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 
 
 PICTURES = (".png", ".pdf", ".svg")
+TABLES = (".csv", ".txt", "")  # endings of names
 RATIO = Range(least=0.0, below=1.0)
 COEFFICIENT = Range(least=0.0, below=0.5)
 FREQUENCY = Range(above=0.0, below=1e9, unit="Hz")
@@ -98,9 +99,12 @@ class Outputs:
     )
     plot: Plot = None
     as_json: AsJson = False
+    endings: ClassVar[Sequence[str]] = TABLES
 
     def require(self, *inputs: Path | str) -> None:
-        """Files can be written and replace no input."""
+        """Files can be written, have names that say what they are, and replace no
+        input."""
+        require_ending(self.output, self.endings)
         require_outputs([self.output], inputs, self.plot)
 
     def write(self, text: Callable[[], str]) -> None:
@@ -290,6 +294,16 @@ def require_picture(path: Path) -> None:
     if path.suffix.lower() not in PICTURES and not is_device(path):
         allowed = ", ".join(PICTURES)
         raise InputError(f"{path}: a picture's name must end in {allowed}")
+
+
+def require_ending(path: Path | None, allowed: Sequence[str] = TABLES) -> None:
+    """A name that does not promise another kind of file than is written."""
+    from fegear.output import is_device
+
+    if path is None or path.suffix.lower() in allowed or is_device(path):
+        return
+    words = " or ".join(filter(None, allowed))
+    raise InputError(f"{path}: the file's name must end in {words}")
 
 
 @contextmanager

@@ -19,7 +19,13 @@ from fegear.cli.lumped_options import (
     chosen_torques,
     speeds_of,
 )
-from fegear.cli.options import Outputs, draw_into, named_options, require_outputs
+from fegear.cli.options import (
+    Outputs,
+    draw_into,
+    named_options,
+    require_ending,
+    require_outputs,
+)
 from fegear.cli.sweep_report import show_sweep, title_of_sweep
 from fegear.errors import InputError
 
@@ -66,6 +72,7 @@ class SweepOutputs(Outputs):
     def require(self, *inputs: Path | str) -> None:
         """Files can be written and replace no input."""
         super().require(*inputs)
+        require_ending(self.spectra)
         others = [path for path in (self.output, self.plot) if path is not None]
         require_outputs([self.spectra], [*inputs, *others], self.waterfall)
 

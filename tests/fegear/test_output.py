@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import errno
+import fcntl
 import os
 import subprocess
 import sys
@@ -93,6 +95,40 @@ def test_what_a_killed_process_left_is_swept_away(tmp_path):
     assert os.path.exists(beside)
     write_whole(tmp_path / "b.csv", lambda place: place.write_text("whole"))
     assert sorted(p.name for p in tmp_path.iterdir()) == [mine.name, "a.png", "b.csv"]
+
+
+def test_files_are_swept_by_their_locks_not_by_process_numbers(tmp_path):
+    """The number of process 1, which runs, may be that of another container's."""
+    abandoned = tmp_path / ".fegear-1-abcdefgh.csv"
+    abandoned.write_text("half")
+    locked = tmp_path / ".fegear-999999999-abcdefgh.csv"
+    with locked.open("w") as file:
+        fcntl.flock(file, fcntl.LOCK_EX)
+        write_whole(tmp_path / "a.csv", lambda place: place.write_text("whole"))
+    left = sorted(path.name for path in tmp_path.iterdir())
+    assert left == [locked.name, "a.csv"]
+
+
+def test_a_file_that_is_being_written_is_locked(tmp_path):
+    def write(place):
+        with place.open("w") as file, pytest.raises(BlockingIOError):
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        place.write_text("whole")
+
+    write_whole(tmp_path / "a.csv", write)
+    assert (tmp_path / "a.csv").read_text() == "whole"
+
+
+def test_without_locks_files_are_written_all_the_same(tmp_path, monkeypatch):
+    def refuse(*_):
+        raise OSError(errno.ENOLCK, "No locks available")
+
+    monkeypatch.setattr(fcntl, "flock", refuse)
+    other = tmp_path / ".fegear-999999999-abcdefgh.csv"
+    other.write_text("half")
+    write_whole(tmp_path / "a.csv", lambda place: place.write_text("whole"))
+    assert (tmp_path / "a.csv").read_text() == "whole"
+    assert other.exists(), "somebody may be writing it"
 
 
 def test_long_names_and_suffixes_can_be_written(tmp_path):

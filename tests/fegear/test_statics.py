@@ -143,6 +143,14 @@ def test_a_mesh_that_is_not_there(pair_set, mesh):
         solve_mesh(pair_set, mesh)
 
 
+def test_a_header_names_no_error_that_is_not_estimated(pair_set):
+    settings = StaticsSettings(positions=4, resolution="coarse", corner_contact=False)
+    header = solve_mesh(pair_set, 0, [100.0], settings).table.header
+    (estimate,) = (text for key, text in header.items() if "estimated" in key)
+    assert "corner" not in estimate
+    assert not any("nan" in text.split() for text in header.values())
+
+
 def test_deep_relief_moves_the_closest_point_of_a_pair_far():
     """Load closes the pair farther than no load does, and contact stiffens."""
     gears = "".join(

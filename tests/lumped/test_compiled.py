@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import random
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -47,6 +50,59 @@ def test_directory_follows_the_sources(monkeypatch, tmp_path, fresh):
     monkeypatch.setattr(Path, "read_bytes", lambda path: original(path) + b"#")
     assert module.kernel_cache(FOLDER) != one
     assert one.parent == tmp_path
+
+
+CUBE = """
+import logging
+from lumped.compiled import compiled
+logging.basicConfig(format="%(message)s", level="WARNING")
+
+@compiled
+def cube(x):
+    return x * x * x
+
+print(cube(3.0), sum(cube.stats.cache_hits.values()))
+"""
+
+
+def test_damaged_kernels_are_compiled_again(tmp_path, monkeypatch):
+    """Empty, cut, of random bytes, or with one bit turned; index or code."""
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "kept"))
+    program = tmp_path / "cube.py"
+    program.write_text(CUBE)
+
+    def used() -> tuple[str, str]:
+        command = [sys.executable, str(program)]
+        done = subprocess.run(command, capture_output=True, text=True, check=True)
+        return done.stdout.strip(), done.stderr
+
+    assert [used(), used()] == [("27.0 0", ""), ("27.0 1", "")]
+    files = sorted((tmp_path / "kept").rglob("*.nb[ci]"))
+    assert len(files) == 2
+    for file in files:
+        whole = file.read_bytes()
+        turned = bytes([*whole[:-9], whole[-9] ^ 4, *whole[-8:]])
+        for content in (b"", whole[:100], random.Random(1).randbytes(900), turned):
+            file.write_bytes(content)
+            result, said = used()
+            assert result == "27.0 0"
+            assert "damaged and compiled again" in said
+            assert used() == ("27.0 1", "")
+
+
+def test_a_full_disk_only_costs_time(tmp_path, monkeypatch):
+    monkeypatch.setattr(module, "kernel_cache", lambda folder: tmp_path)
+
+    def full(*_):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(module._SealedFile, "_open_for_write", full)
+
+    @module.compiled
+    def double(x):
+        return 2.0 * x
+
+    assert double(3.0) == 6.0
 
 
 def test_other_users_of_numba_keep_their_cache_directory():

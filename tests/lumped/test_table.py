@@ -104,3 +104,46 @@ def test_tables_are_frozen():
     table = make_table(np.ones((1, 2)))
     with pytest.raises(TypeError):
         table.columns["n_pairs"] = np.zeros((1, 2))  # type: ignore[index]
+
+
+SPREADSHEET = """\
+# gear set: a
+torque_Nm;position;stiffness_N_per_m;n_pairs
+50,5;0;3e8;2
+50,5;0,25;3,25e8;1
+"""
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        SPREADSHEET,
+        SPREADSHEET.replace(";", "\t"),
+        SPREADSHEET.replace(",", "."),
+        SPREADSHEET.replace(",", ".").replace(";", ","),
+        "\ufeff" + SPREADSHEET.replace("\n", "\r\n"),
+    ],
+)
+def test_tables_of_spreadsheets(text):
+    table = parse_table(text)
+    assert table.torque_Nm.tolist() == [50.5]
+    assert table.position.tolist() == [0.0, 0.25]
+    assert table["stiffness_N_per_m"].tolist() == [[3e8, 3.25e8]]
+
+
+def test_a_comma_that_is_no_decimal():
+    with pytest.raises(TableError, match=r"t.csv, line 3, .*'50,5,1' is no number"):
+        parse_table(SPREADSHEET.replace("50,5;0;", "50,5,1;0;"), "t.csv")
+
+
+def test_a_cell_of_megabytes_is_no_table():
+    text = SPREADSHEET + "1" * 2_000_000 + ";0;0;0\n"
+    with pytest.raises(TableError, match=r"t.csv, line 5: field larger than"):
+        parse_table(text, "t.csv")
+
+
+def test_positions_that_fall_are_told_with_the_file():
+    text = SPREADSHEET.replace("50,5;0;", "50,5;0,5;")
+    message = r"^t.csv: position must increase, 0.25 follows 0.5$"
+    with pytest.raises(TableError, match=message):
+        parse_table(text, "t.csv")

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
 import typer
 
@@ -20,7 +21,6 @@ from fegear.cli.rattle.machine import (
     speeds_of,
 )
 from fegear.cli.screen import number, ruled_table, screen
-from fegear.errors import InputError
 from fegear.rattle.limits import LEAST_RETURNS, MOST_RETURNS
 
 EXAMPLE = "fegear rattle basin roots-scaled -o basins.npz --plot basins.png"
@@ -35,6 +35,7 @@ class BasinOutputs(ResumedOutputs):
         "-o",
         "--output",
     )
+    endings: ClassVar[Sequence[str]] = (".npz",)
 
 
 @grouped
@@ -66,8 +67,6 @@ def basin_command(
     the file is written; --resume goes on from there.
     """
     outputs.require(machine)
-    if outputs.output is not None and outputs.output.suffix != ".npz":
-        raise InputError(f"--output = {outputs.output}; must end in .npz")
     named = figures.load(machine)
     from fegear.rattle.basins import find_basins
     from lumped.rattle.basins import Grid

@@ -15,6 +15,7 @@ from fegear.cli.options import (
     Elements,
     Mesh,
     progress_bar,
+    require_ending,
     require_mesh,
     require_outputs,
     show,
@@ -112,6 +113,7 @@ def gears_command(
     from fegear.gearset import load_gear_set
     from fegear.output import write_text
 
+    require_ending(output, [".toml"])
     require_outputs([output], [set_name], None)
     gear_set = load_gear_set(set_name)
     require_mesh(gear_set, mesh)

@@ -112,7 +112,7 @@ def test_a_full_screen(words):
     with open("/dev/full", "w") as full:
         done = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True)
     assert done.returncode == 2
-    line = "fegear: output: cannot be written, no space left on device\n"
+    line = "fegear: standard output: cannot be written, no space left on device\n"
     assert done.stderr == line
 
 
@@ -204,6 +204,52 @@ def test_no_table_or_picture_steers_its_reader(capsys, tmp_path, monkeypatch, re
 )
 def test_nothing_is_given_twice_or_left_out(capsys, words, message):
     assert message in refused(capsys, *words)
+
+
+@pytest.mark.parametrize(
+    ("words", "ending"),
+    [
+        (["stiffness", "-o", "a.xlsx"], ".csv or .txt"),
+        (["sweep", *RECTANGULAR, "--speeds", "900", "-o", "a.json"], ".csv or .txt"),
+        (["sweep", *RECTANGULAR, "--speeds", "900", "-o", "a.h5"], ".csv"),
+        ([*QUASISTATIC, "--speeds", "900", "-o", "a.parquet"], ".csv or .txt"),
+        (["theory", *RECTANGULAR, "-o", "own.toml"], ".csv"),
+        (["map", *RECTANGULAR, "--over", "mesh.2.phase=0,1", "--at", "900"], ".csv"),
+        (["clatter", "seed-five-speed", "-o", "a.json"], ".csv or .txt"),
+        (["rattle", "basin", "roots-scaled", "-o", "a.csv"], ".npz"),
+    ],
+    ids=lambda words: words[0] if isinstance(words, list) else words,
+)
+def test_endings_of_files_that_are_not_written(
+    capsys, monkeypatch, tmp_path, words, ending
+):
+    """A gear set of one's own is not replaced by a table."""
+    monkeypatch.chdir(tmp_path)
+    Path("own.toml").write_text("mine")
+    words = words if "-o" in words[:-1] else [*words, "-o", "a.ods"]
+    assert f"name must end in {ending}" in refused(capsys, *words)
+    assert [(path.name, path.read_text()) for path in tmp_path.iterdir()] == [
+        ("own.toml", "mine")
+    ]
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["bench", "clatter", "-o", ""], "--output is empty"),
+        (["rattle", "basin", "roots-scaled", "--scheduler", ""], "--scheduler is"),
+        (["sweep", "liu-pair", "--set", ""], "--set is empty"),
+    ],
+)
+def test_empty_words(capsys, monkeypatch, tmp_path, words, message):
+    monkeypatch.chdir(tmp_path)
+    assert message in refused(capsys, *words)
+    assert not any(tmp_path.iterdir())
+
+
+def test_times_of_no_length(capsys):
+    words = "clatter", "seed-five-speed", "--seconds", "1e-300"
+    assert "--seconds = 1e-300; allowed 1e-06 to" in refused(capsys, *words)
 
 
 @pytest.mark.parametrize(
