@@ -23,6 +23,7 @@ from fegear.lumped_models import (
 )
 from fegear.output import write_text
 from fegear.parameter_maps import TORQUE, VariedSet
+from fegear.result import Result
 from fegear.speeds import MESH_FREQUENCY
 from fegear.store import NOTHING, Checkpoint, Keeping
 from fegear.sweeps import BOTH, edits_in_words
@@ -83,8 +84,8 @@ class AttractorSettings:
         require_fields(self)
 
 
-@dataclass(frozen=True, eq=False)
-class BifurcationsResult:
+@dataclass(frozen=True, eq=False, repr=False)
+class BifurcationsResult(Result):
     """Attractors over a parameter, and the header of their file.
 
     parameter : `mesh_frequency_Hz`, or the figure that varies instead

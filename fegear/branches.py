@@ -24,6 +24,7 @@ from fegear.lumped_models import (
 )
 from fegear.output import write_text
 from fegear.parameter_maps import TORQUE, VariedSet, digest
+from fegear.result import Result
 from fegear.speeds import MESH_FREQUENCY
 from fegear.store import NOTHING, Checkpoint, Keeping
 from fegear.sweeps import Progress
@@ -76,8 +77,8 @@ class BranchRow:
     period_multiple: int
 
 
-@dataclass(frozen=True, eq=False)
-class BranchesResult:
+@dataclass(frozen=True, eq=False, repr=False)
+class BranchesResult(Result):
     """Branches of a gear set, and the header of their file.
 
     gear_set : as it is, where a figure of it varies; system : of it

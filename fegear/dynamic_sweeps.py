@@ -110,7 +110,7 @@ class Records(Keeping):
         return f"{self.histories}, root stress of {self.root_stress}"
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class DynamicsResult(SweepResult):
     """Branches of the finite elements.
 

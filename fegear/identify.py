@@ -24,6 +24,7 @@ from fegear.elasticity.cache import cached_flank_compliance
 from fegear.elasticity.flank import FlankCompliance
 from fegear.errors import InputError
 from fegear.gearset.model import Gear, GearSet
+from fegear.result import Result
 from fegear.statics import Progress, StaticsSettings, contact_problem
 
 Array = NDArray[np.float64]
@@ -84,8 +85,8 @@ class Candidate:
     misfit: float
 
 
-@dataclass(frozen=True)
-class Identification:
+@dataclass(frozen=True, repr=False)
+class Identification(Result):
     """The chosen set, computed anew with its own hubs, and the valley around it.
 
     along : index of the gear whose hub radius runs through the valley

@@ -30,6 +30,7 @@ from fegear.rendering.frames import View
 from fegear.rendering.look import Look, Shown, look_of, palette, picture_aspect
 from fegear.rendering.motion_field import instant_field
 from fegear.rendering.recorded import Instant, RecordedMotion
+from fegear.result import Result
 from fegear.statics import Progress, StaticsSettings
 from fegear.train import mesh_torques_at
 from lumped.checks import require_between, require_fields
@@ -177,8 +178,8 @@ def _title(gear_set: GearSet, mesh: int, statics: StaticsSettings) -> str:
     return title + (f", friction {statics.friction:g}" if statics.friction else "")
 
 
-@dataclass(frozen=True, eq=False)
-class StressResult:
+@dataclass(frozen=True, eq=False, repr=False)
+class StressResult(Result):
     """Stress in the teeth of a mesh around its contact.
 
     field : displacement, stress and contact pressure at the nodes in view
@@ -247,12 +248,15 @@ def draw_contact(
     output: Path,
     picture: PictureSettings,
     report: Progress = lambda what, done, total: None,
-) -> None:
-    """Write a picture, film, page or data file, whatever the ending says."""
+) -> Sequence[ContactField]:
+    """Write a picture, film, page or data file, whatever the ending says.
+
+    Returns what is shown; of a film, the moments among which its colours were chosen.
+    """
     require_drawable_file(output)
     with _window(output):
         scene = mesh_scene(contact.gear_set, contact.mesh, contact.statics, report)
-        Drawing(contact, scene, picture).write(output, report)
+        return Drawing(contact, scene, picture).write(output, report)
 
 
 def require_drawable_file(output: Path) -> None:
@@ -280,45 +284,43 @@ class Drawing:
 
     def write(
         self, output: Path, report: Progress = lambda what, done, total: None
-    ) -> None:
-        """The file whose ending says what it is."""
+    ) -> Sequence[ContactField]:
+        """Write the file whose ending says what it is; returns what it shows."""
         if output.suffix in FILMS:
-            self._film(output, report)
-        elif output.suffix == ".vtu":
-            self._data(output)
-        elif output.suffix == ".html":
-            self._page(output, report)
-        else:
-            self._picture(output, report)
-
-    def _picture(self, output: Path, report: Progress) -> None:
-        from fegear.rendering.film import write_picture
-        from fegear.rendering.scene import draw
-
+            return self._film(output, report)
         report("stress", 0, 2)
         found = self._field(self.contact.still)
         report("picture", 1, 2)
+        if output.suffix == ".vtu":
+            self._data(found, output)
+        elif output.suffix == ".html":
+            self._page(found, output)
+        else:
+            self._picture(found, output)
+        return [found]
+
+    def _picture(self, found: ContactField, output: Path) -> None:
+        from fegear.rendering.film import write_picture
+        from fegear.rendering.scene import draw
+
         look = self._look([found], self.picture.shown)
         image = draw(found, look, printable(self.contact.title), self._size(WIDTH))
         write_whole(output, lambda path: write_picture(image, path))
 
-    def _data(self, output: Path) -> None:
+    def _data(self, found: ContactField, output: Path) -> None:
         from fegear.rendering.scene import write_vtu
 
-        found = self._field(self.contact.still)
         write_whole(output, lambda path: write_vtu(found, path))
 
-    def _page(self, output: Path, report: Progress) -> None:
+    def _page(self, found: ContactField, output: Path) -> None:
         from fegear.rendering.page import page
 
-        report("stress", 0, 1)
-        found = self._field(self.contact.still)
         first: Shown = self.picture.shown
         every = dict.fromkeys((first, *get_args(Shown)))
         looks = [self._look([found], shown) for shown in every]
         write_text(output, page(found, looks, printable(self.contact.title)))
 
-    def _film(self, output: Path, report: Progress) -> None:
+    def _film(self, output: Path, report: Progress) -> Sequence[ContactField]:
         """Colours and scales hold for all frames."""
         from fegear.rendering.film import write_film
 
@@ -327,6 +329,7 @@ class Drawing:
         look = self._look(samples, self.picture.shown)
         images, colours = self._images(look, report), palette(look.shown)
         write_whole(output, lambda path: write_film(images, path, colours))
+        return samples
 
     def _images(self, look: Look, report: Progress) -> Iterator[Image]:
         from fegear.rendering.scene import draw

@@ -21,6 +21,7 @@ from fegear.headings import (
 )
 from fegear.output import write_text
 from fegear.parameter_maps import FRICTION, TORQUE, VariedSet
+from fegear.result import Result
 from fegear.speeds import MESH_FREQUENCY
 from fegear.store import NOTHING, InOrder, Keeping
 from lumped.csv_text import exact, format_csv
@@ -49,8 +50,8 @@ LEGEND = {
 }
 
 
-@dataclass(frozen=True, eq=False)
-class StabilityResult:
+@dataclass(frozen=True, eq=False, repr=False)
+class StabilityResult(Result):
     """Of a gear set over speed and one figure.
 
     axis : of the figure; columns : one for each of its values that is finished

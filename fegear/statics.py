@@ -28,6 +28,7 @@ from fegear.gearset.inertia import inertia_of, require_inertia_of_bodies
 from fegear.gearset.model import Gear, GearSet
 from fegear.gearset.pitch_errors import error_periods, mesh_errors
 from fegear.output import write_text
+from fegear.result import Result, frame
 from fegear.summary import summary
 from fegear.timing import recorded_stages, stage
 from fegear.version import package_version
@@ -120,8 +121,8 @@ class ErrorEstimate:
     corner: float
 
 
-@dataclass(frozen=True)
-class StaticsResult:
+@dataclass(frozen=True, repr=False)
+class StaticsResult(Result):
     """A mesh table with its evidence; seconds by stage.
 
     pitches : base pitches that it covers, until the tooth pairs repeat
@@ -145,15 +146,13 @@ class StaticsResult:
 
     def to_frame(self) -> DataFrame:
         """The table as a pandas frame; pandas is not installed with this package."""
-        from pandas import DataFrame
-
         table, shape = self.table, (self.table.torque_Nm.size, self.table.position.size)
         places = {
             "torque_Nm": np.broadcast_to(table.torque_Nm[:, None], shape),
             "position": np.broadcast_to(table.position, shape),
         }
         columns = {**places, **table.columns}
-        return DataFrame({name: column.ravel() for name, column in columns.items()})
+        return frame({name: column.ravel() for name, column in columns.items()})
 
     @property
     def torque_balance(self) -> float:

@@ -25,6 +25,7 @@ from fegear.lumped_models import (
     usual_speeds,
 )
 from fegear.output import write_text
+from fegear.result import Result, frame
 from fegear.train import input_torques
 from fegear.unphysical import doubts_of_meshes
 from lumped.checks import require_fields
@@ -66,8 +67,8 @@ class SweepSettings:
         require_fields(self)
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
-class SweepResult:
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
+class SweepResult(Result):
     """Branches of responses, by lumped models or finite elements.
 
     model : its name in files and on the screen
@@ -108,9 +109,7 @@ class SweepResult:
 
     def to_frame(self) -> DataFrame:
         """The table as a pandas frame; pandas is not installed with this package."""
-        from pandas import DataFrame
-
-        return DataFrame([asdict(row) for row in self.table.rows])
+        return frame([asdict(row) for row in self.table.rows])
 
 
 @public

@@ -16,6 +16,7 @@ from fegear.excitation import ExcitationSource
 from fegear.gearset.model import GearSet
 from fegear.lumped_models import LumpedModel, file_header, lumped_system
 from fegear.output import write_text
+from fegear.result import Result
 from fegear.unphysical import doubts_of_meshes
 from lumped.closed_forms import (
     ParametricSystem,
@@ -37,8 +38,8 @@ NESTED = "excited_by", "meshes", "limits"  # lists in the summary of a resonance
 POSITIONS = 1024  # of a base pitch, for the extremes of the stiffness
 
 
-@dataclass(frozen=True, eq=False)
-class Theory:
+@dataclass(frozen=True, eq=False, repr=False)
+class Theory(Result):
     """Predictions for a gear set, frequencies of the first mesh [Hz].
 
     parametric : its lumped system as the closed forms take it

@@ -23,6 +23,7 @@ from fegear.lumped_models import (
     require_method,
 )
 from fegear.output import write_text
+from fegear.result import Result
 from fegear.sweeps import UNITS, Progress
 from fegear.unphysical import doubts_of_meshes
 from lumped.csv_text import exact
@@ -45,8 +46,8 @@ if TYPE_CHECKING:
 LINES = 5  # largest ones of a spectrum, in the summary
 
 
-@dataclass(frozen=True, eq=False)
-class SettledMotion:
+@dataclass(frozen=True, eq=False, repr=False)
+class SettledMotion(Result):
     """A motion over time and the header of its file."""
 
     gear_set: GearSet

@@ -165,11 +165,11 @@ class _FirstUse(event.Listener):
         source = Path(inspect.getfile(event.data["dispatcher"].py_func))
         if kernel_cache(source.parent) is None:
             LOG.warning(
-                "compiling numerical kernels, some 10 s at every start: no cache "
+                "compiling numerical kernels, 5 s to a minute at every start: no cache "
                 "directory can be written, set NUMBA_CACHE_DIR to one that can"
             )
         else:
-            LOG.info("compiling numerical kernels for the first use, some 10 s")
+            LOG.info("compiling numerical kernels for the first use, 5 s to a minute")
 
     def on_end(self, event: event.Event) -> None:
         """Nothing is said."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
+from functools import cached_property
 from typing import Annotated, Any, Generic, TypeVar
 
 from pydantic import AfterValidator, ConfigDict, Field, TypeAdapter, ValidationError
@@ -67,10 +68,15 @@ class DataFile(Generic[T]):
     content: type[T]
     tables: Mapping[str, type | Mapping[str, type]]
 
+    @cached_property
+    def _adapter(self) -> TypeAdapter[T]:
+        """Checks of the class, which take longer to make than to run."""
+        return TypeAdapter(self.content)
+
     def read(self, text: str, source: str) -> T:
         """The content of TOML text; `source` begins the message of an InputError."""
         try:
-            return TypeAdapter(self.content).validate_python(parsed_toml(text))
+            return self._adapter.validate_python(parsed_toml(text))
         except InputError as error:
             raise InputError(f"{source}: {error}") from None
         except ValidationError as error:

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from fegear.clatter.gearboxes import NamedGearbox
 from fegear.errors import InputError, file_error
+from fegear.result import Result
 from fegear.store import NOTHING, Checkpoint, Keeping
 from lumped.clatter.chaos import correlation_dimension, lyapunov_exponent
 from lumped.clatter.figure import draw_attractor, draw_motion
@@ -69,8 +70,8 @@ class GroupRun:
     last_edge: int = 0
 
 
-@dataclass(frozen=True, eq=False)
-class ClatterResult:
+@dataclass(frozen=True, eq=False, repr=False)
+class ClatterResult(Result):
     """Impacts of a gearbox; wheel : the one that is drawn."""
 
     named: NamedGearbox

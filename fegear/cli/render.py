@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
@@ -24,10 +25,12 @@ from fegear.cli.options import (
     require,
     require_mesh,
 )
+from fegear.cli.screen import say
 from fegear.errors import InputError
 
 if TYPE_CHECKING:
     from fegear.pictures import Contact, PictureSettings
+    from fegear.rendering.fields import ContactField
     from fegear.rendering.recorded import RecordedMotion
     from fegear.statics import StaticsSettings
 
@@ -136,7 +139,25 @@ def render_command(
     )
     contact = (_moving_contact if drawn.time_history else _contact)(drawn, statics)
     with progress_bar(enabled=True) as report:
-        draw_contact(contact, output, settings, report)
+        shown = draw_contact(contact, output, settings, report)
+    say(contact.title)
+    say(largest_in_view(shown))
+    say(f"wrote {output}")
+
+
+def largest_in_view(shown: Sequence[ContactField]) -> str:
+    """Largest stress of each gear and contact pressure, of one moment or several."""
+    gears = zip(*(field.gears for field in shown), strict=True)
+    stress = (
+        f"{own[0].name} {1e-6 * max(gear.von_mises.max() for gear in own):.0f} MPa"
+        for own in gears
+    )
+    pairs = [pair for field in shown for pair in field.pairs]
+    pressure = max((pair.pressure.max() for pair in pairs), default=0.0)
+    return (
+        f"largest von Mises stress in view: {', '.join(stress)}; largest contact "
+        f"pressure {1e-6 * pressure:.0f} MPa"
+    )
 
 
 def _contact(drawn: DrawnContact, statics: StaticsSettings) -> Contact:

@@ -58,17 +58,9 @@ def ruled_table(
     *columns: str, title: str | None = None, words: Sequence[str] | None = None
 ) -> Table:
     """A table without a frame; words : columns of text, by default the first one."""
-    from rich import box
-    from rich.table import Table
+    from fegear.cli.ruled import Ruled
 
-    table = Table(
-        title=title,
-        title_justify="left",
-        title_style="",
-        box=box.SIMPLE_HEAD,
-        pad_edge=False,
-        padding=(0, 1, 0, 0),
-    )
+    table = Ruled(title)
     for name in columns:
         if name in (columns[:1] if words is None else words):
             table.add_column(name, overflow="fold")
@@ -106,9 +98,9 @@ def print_columns(
 ) -> None:
     """A row for each label; tables below each other where the screen is too narrow."""
     labels = list(labels)
-    widths = [min(WIDEST, _width([name, *cells])) for name, cells in columns.items()]
-    room, names = console.width - _width([corner, *labels]), list(columns)
-    for part in _parts(widths, room):
+    widths = [min(WIDEST, width([name, *cells])) for name, cells in columns.items()]
+    room, names = console.width - width([corner, *labels]), list(columns)
+    for part in parts(widths, room):
         table = ruled_table(corner, *names[part], title=title)
         for column in table.columns:
             column.no_wrap, column.overflow = False, "fold"
@@ -118,18 +110,19 @@ def print_columns(
         console.print(table)
 
 
-def _width(cells: Iterable[str]) -> int:
+def width(cells: Iterable[str]) -> int:
+    """Letters of the longest line."""
     return max(len(line) for cell in cells for line in cell.splitlines() or [""])
 
 
-def _parts(widths: Sequence[int], room: int) -> Iterator[slice]:
+def parts(widths: Sequence[int], room: int) -> Iterator[slice]:
     """Columns that fit into a width beside each other, at least one."""
     start, used = 0, 0
-    for i, width in enumerate(widths):
-        if i > start and used + width + GAP > room:
+    for i, letters in enumerate(widths):
+        if i > start and used + letters + GAP > room:
             yield slice(start, i)
             start, used = i, 0
-        used += width + GAP
+        used += letters + GAP
     yield slice(start, len(widths))
 
 

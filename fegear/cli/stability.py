@@ -89,7 +89,7 @@ def stability_command(
         typer.Option(
             help="How Floquet multipliers are found. peano-baker: by the series of the "
             "state transition; exponential: by exponentials of mean stiffness on parts "
-            "of the cycle; integration: by adaptive time steps, slow."
+            "of the cycle. `bench stability` has both beside integration."
         ),
     ] = "peano-baker",
     torque: LoadCase = None,
@@ -105,7 +105,7 @@ def stability_command(
     """
     begin = time.perf_counter()
     outputs.require(subject.set_name, *(model.table or ()))
-    require_one_of("--method", method, ("peano-baker", "exponential", "integration"))
+    require_one_of("--method", method, ("peano-baker", "exponential"))
     varied = figure.of_set(subject, model, torque)
     chart = speeds_of(speeds)
     if not all(0.1 <= speed <= 1e6 for speed in chart):

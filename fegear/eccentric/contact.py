@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from fegear.contact.problem import ContactFailure
 from fegear.eccentric.elastic_wheel import ElasticWheel
+from fegear.result import Result
 from meshes.eccentric.base import LEADING, TRAILING, Side
 from meshes.eccentric.teeth import ToothedPair, Wheel
 
@@ -43,8 +44,8 @@ class Pairs:
     radius: Array
 
 
-@dataclass(frozen=True, eq=False)
-class TurnResult:
+@dataclass(frozen=True, eq=False, repr=False)
+class TurnResult(Result):
     """Contact at positions (n,) of a turn of the driven wheel.
 
     angle : of the driver's centre [rad]; driver_turn, driven_turn : of the wheels [rad]

@@ -77,12 +77,7 @@ def _write_svg(gearing: Gearing, path: Path) -> None:
 
 
 def _write_dxf(gearing: Gearing, path: Path) -> None:
-    try:
-        import ezdxf
-    except ImportError:
-        raise InputError(
-            f"{path}: needs ezdxf, pip install 'fegear[dxf]', or a name in .svg or .csv"
-        ) from None
+    import ezdxf
     from ezdxf import units
 
     ezdxf.options.write_fixed_meta_data_for_testing = True  # neither date nor user

@@ -16,6 +16,7 @@ from fegear.errors import InputError
 from fegear.output import write_whole
 from fegear.rattle.limits import MOST_RETURNS
 from fegear.rattle.machines import NamedMachine, figures_of
+from fegear.result import Result
 from fegear.store import Checkpoint, Keeping
 from fegear.version import package_version
 from lumped.rattle.basins import (
@@ -38,8 +39,8 @@ SURE = 1.96  # standard errors of an interval that holds the value 19 times of 2
 MOST_CELLS = 40_000_000  # of which each takes 48 bytes
 
 
-@dataclass(frozen=True, eq=False)
-class BasinsResult:
+@dataclass(frozen=True, eq=False, repr=False)
+class BasinsResult(Result):
     """Basins of a named machine."""
 
     named: NamedMachine

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from fegear.errors import InputError
 from fegear.output import write_text
 from fegear.rattle.machines import NamedMachine, figures_of, header_of, unit_name
+from fegear.result import Result
 from fegear.store import Checkpoint, Keeping
 from fegear.version import package_version
 from lumped.csv_text import format_csv
@@ -85,8 +86,8 @@ class Search:
         return [low + hair, *self.values(self.starts), high - hair]
 
 
-@dataclass(frozen=True, eq=False)
-class BifurcationResult:
+@dataclass(frozen=True, eq=False, repr=False)
+class BifurcationResult(Result):
     """Branches of a named machine; settled (d, 3): value of the figure, time and speed
     of departures that long runs settle to; unsettled (u,): values, one for each long
     run that has not settled."""

@@ -18,6 +18,7 @@ from fegear.rattle.bifurcation import (
     require_possible,
 )
 from fegear.rattle.machines import NamedMachine, figures_of, header_of, unit_name
+from fegear.result import Result
 from fegear.store import Keeping
 from lumped.branches.continuation import NoSolution
 from lumped.csv_text import format_csv
@@ -61,8 +62,8 @@ def plane_of(first: Search, second: str, limits: tuple[float, float]) -> Plane:
     return Plane(first=first, second=second, limits=limits, slices=tuple(slices))
 
 
-@dataclass(frozen=True, eq=False)
-class ExistenceResult:
+@dataclass(frozen=True, eq=False, repr=False)
+class ExistenceResult(Result):
     """Curves of bifurcations of a named machine."""
 
     named: NamedMachine

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from fegear.errors import InputError
 from fegear.rattle.machines import NamedMachine, figures_of, header_of
+from fegear.result import Result
 from lumped.csv_text import format_csv
 from lumped.rattle.basins import Basins
 from lumped.rattle.figure import draw_curves, words_of
@@ -54,8 +55,8 @@ class CurveSearch:
     fineness: Fineness = field(default_factory=Fineness)
 
 
-@dataclass(frozen=True, eq=False)
-class ManifoldsResult:
+@dataclass(frozen=True, eq=False, repr=False)
+class ManifoldsResult(Result):
     """Curves of a named machine; grazing : the grazing curve and its pre-images."""
 
     named: NamedMachine

@@ -14,6 +14,7 @@ from fegear.errors import InputError
 from fegear.rattle.basins import unsettled
 from fegear.rattle.limits import MOST_RETURNS
 from fegear.rattle.machines import NamedMachine, figures_of, header_of
+from fegear.result import Result
 from lumped.csv_text import format_csv
 from lumped.rattle.attractors import QUIET
 from lumped.rattle.departures import RETURNS, settling_returns
@@ -56,8 +57,8 @@ class Runs:
     turns: int = 200
 
 
-@dataclass(frozen=True, eq=False)
-class NoiseResult:
+@dataclass(frozen=True, eq=False, repr=False)
+class NoiseResult(Result):
     """Noise of runs of a named machine."""
 
     named: NamedMachine

@@ -22,7 +22,7 @@ def details(field: ContactField, look: Look) -> str:
     """Position, load and scale of a picture in one line."""
     parts = state_words(field)
     scale = look.motion_scale
-    parts.append("true to scale" if scale == 1.0 else f"motion drawn {scale:g} times")
+    parts.append("true to scale" if scale == 1.0 else f"deformation scale {scale:g}")
     if look.shown != "pressure":
         parts.append("ribbon: contact pressure")
     return ", ".join(parts)

@@ -10,7 +10,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from fegear.cli import run
-from fegear.cli.screen import number
+from fegear.cli.screen import number, ruled_table, screen
 from fegear.rendering.labels import BAR_LETTERS, legend
 from fegear.rendering.look import COLOURS, Look
 from lumped.drawing import draw_title
@@ -155,3 +155,24 @@ def test_micrometres_have_one_name():
                 text = path.read_text(encoding="utf-8")
                 assert "\u00b5" not in text, path  # micro sign
                 assert "\u03bcm" not in text, path  # Greek letter
+
+
+@pytest.mark.parametrize("width", [30, 40, 60, 200])
+def test_numbers_are_whole_on_narrow_screens(monkeypatch, capsys, width):
+    monkeypatch.setenv("COLUMNS", str(width))
+    names = ["gear", "mean\nN/m", *(f"column {i}" for i in range(6))]
+    table = ruled_table(*names, title="Title", words=("gear",))
+    rows = [
+        ["a wheel with a long name", *(f"{k + i / 7:.5f}" for i in range(7))]
+        for k in (1, 2)
+    ]
+    for row in rows:
+        table.add_row(*row)
+    screen().print(table)
+    lines = capsys.readouterr().out.splitlines()
+    assert max(map(len, lines)) <= width
+    shown = " ".join(lines).split()
+    for number in rows[0][1:] + rows[1][1:]:
+        assert shown.count(number) == 1
+    assert shown.count("Title") == 1
+    assert "\N{HORIZONTAL ELLIPSIS}" not in " ".join(lines)

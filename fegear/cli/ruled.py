@@ -1,0 +1,60 @@
+"""A table without a frame that goes on below where the screen is too narrow for it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from copy import copy
+from dataclasses import replace
+
+from rich import box
+from rich.console import Console, ConsoleOptions, RenderResult
+from rich.table import Column, Table
+
+from fegear.cli.screen import parts, width
+
+NARROW = 12  # letters to which a column of words is folded before numbers move down
+
+
+class Ruled(Table):
+    """Words, which are folded, and numbers, which never are.
+
+    Parts of a table that is too wide begin with its first column and its words.
+    """
+
+    def __init__(self, title: str | None = None) -> None:
+        super().__init__(
+            title=title,
+            title_justify="left",
+            title_style="",
+            box=box.SIMPLE_HEAD,
+            pad_edge=False,
+            padding=(0, 1, 0, 0),
+        )
+
+    def __rich_console__(
+        self, console: Console, options: ConsoleOptions
+    ) -> RenderResult:
+        for part in self._parts(options.max_width):
+            yield from Table.__rich_console__(part, console, options)
+
+    def _parts(self, room: int) -> Iterator[Table]:
+        """Tables of as many columns as fit."""
+        first, rest = self.columns[:1], self.columns[1:]
+        words = first + [each for each in rest if not each.no_wrap]
+        numbers = [each for each in rest if each.no_wrap]
+        needed = sum(min(NARROW, _width(each)) + 1 for each in words)
+        slices = list(parts([_width(each) - 1 for each in numbers], room - needed))
+        if len(slices) < 2:
+            yield self
+            return
+        for number, each in enumerate(slices):
+            part = copy(self)
+            shown = [*words, *numbers[each]]
+            part.columns = [replace(one, _index=i) for i, one in enumerate(shown)]
+            part.title = None if number else self.title
+            yield part
+
+
+def _width(column: Column) -> int:
+    """Letters of a column, and a space after it."""
+    return width([str(column.header), *map(str, column.cells)]) + 1

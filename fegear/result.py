@@ -1,0 +1,48 @@
+"""What results have in common: they show themselves in one line, and make frames."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence, Sized
+from dataclasses import fields
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
+
+LONGEST = 40  # letters of a word that is shown as it is
+
+
+class Result:
+    """A dataclass that shows the sizes of what it holds, not all of its numbers."""
+
+    def __repr__(self) -> str:
+        own: Any = self
+        parts = (
+            f"{each.name}={shown(getattr(self, each.name))}" for each in fields(own)
+        )
+        return f"{type(self).__name__}({', '.join(parts)})"
+
+
+def shown(value: object) -> str:
+    """A plain value as it is, of others their kind and size."""
+    if value is None or isinstance(value, bool | int | float | str):
+        text = repr(value)
+        return text if len(text) <= LONGEST else f"{text[:LONGEST]}..."
+    kind = type(value).__name__
+    if isinstance(value, np.ndarray):
+        return f"<array {' x '.join(map(str, value.shape))}>"
+    if isinstance(value, Mapping | Sequence) and isinstance(value, Sized):
+        return f"<{kind} of {len(value)}>"
+    name = getattr(value, "name", None)
+    return f"<{kind} {name}>" if isinstance(name, str) else f"<{kind}>"
+
+
+def frame(columns: object) -> DataFrame:
+    """A pandas frame; ImportError with what to type where pandas is missing."""
+    try:
+        from pandas import DataFrame
+    except ImportError:
+        raise ImportError("to_frame needs pandas: pip install pandas") from None
+    return DataFrame(columns)

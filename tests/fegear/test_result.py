@@ -1,0 +1,61 @@
+"""Results show themselves in one line, and make frames where pandas is there."""
+
+from __future__ import annotations
+
+import sys
+
+import numpy as np
+import pytest
+
+import fegear
+from fegear.result import shown
+
+FAST = fegear.LumpedModel(stiffness=fegear.Source(kind="rectangular"))
+
+
+@pytest.fixture(scope="module")
+def gears():
+    return fegear.load_gear_set("liu-pair")
+
+
+@pytest.fixture(scope="module")
+def swept(gears):
+    settings = fegear.SweepSettings(model=FAST)
+    return fegear.sweep_speeds(gears, [100.0], [2000.0, 2100.0], settings)
+
+
+def test_what_is_shown_is_short(gears, swept):
+    coarse = fegear.StaticsSettings(positions=4, resolution="coarse")
+    for result in (
+        swept,
+        fegear.solve_mesh(gears, 0, [100.0], coarse),
+        fegear.settle_motion(gears, 100.0, 2000.0, FAST),
+        fegear.predict_resonances(gears, 100.0, FAST),
+        fegear.sweep_elements(gears, [100.0], [2900.0]),
+        fegear.solve_stress(gears, 100.0, settings=coarse),
+    ):
+        assert repr(result).startswith(f"{type(result).__name__}(")
+        assert len(repr(result)) < 400
+    assert "gear_set=<GearSet liu-pair>, model='1'" in repr(swept)
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (1.5, "1.5"),
+        (None, "None"),
+        ("a" * 50, "'" + "a" * 39 + "..."),
+        (np.zeros((2, 3)), "<array 2 x 3>"),
+        ([1, 2], "<list of 2>"),
+        ({"a": 1}, "<dict of 1>"),
+        (object(), "<object>"),
+    ],
+)
+def test_what_fields_show(value, text):
+    assert shown(value) == text
+
+
+def test_without_pandas_a_frame_says_what_to_type(swept, monkeypatch):
+    monkeypatch.setitem(sys.modules, "pandas", None)
+    with pytest.raises(ImportError, match="pip install pandas"):
+        swept.to_frame()
