@@ -23,6 +23,7 @@ Array = NDArray[np.float64]
 WIDTH, HEIGHT = 7.2, 3.0  # inches, of all panels and of one
 LOOKS: Mapping[Style, dict[str, Any]] = {
     "line": {"ls": "-", "lw": 1.4},
+    "wide": {"ls": "-", "lw": 5.0, "alpha": 0.4},
     "dashed": {"ls": "--", "lw": 1.0},
     "dotted": {"ls": ":", "lw": 1.2},
     "dots": {"ls": "", "marker": "o", "ms": 2.6},
@@ -36,6 +37,10 @@ LOOKS: Mapping[Style, dict[str, Any]] = {
 }
 OUTLINES = ("outline", "broken outline")  # as long along both axes
 DIRECTIONS: Mapping[Style, str] = {"dots": "up", "circles": "down"}
+AS_LINES: Mapping[Style, dict[str, Any]] = {  # of the second of two methods
+    "dots": {"ls": "-", "lw": 1.0},
+    "circles": {"ls": "--", "lw": 1.0},
+}
 ON_CELLS = {
     "chaos": "black",
     "attractors": "white",
@@ -75,7 +80,7 @@ def draw_figure(result: FigureResult) -> Figure:
         cells = [curve for curve in own if curve.style == "cells"]
         for curve in own:
             if curve.style != "cells":
-                _draw(axes, curve, _color(curve, labels))
+                _draw(axes, curve, _color(curve, labels), _look(curve, labels))
         axes.set_ylabel(own_labels.get(name, label))
         axes.set_title(fill(name, LETTERS // columns), fontsize=10)
         if cells:
@@ -109,10 +114,40 @@ def column_names(result: FigureResult) -> tuple[str, ...]:
 
 
 def _color(curve: Curve, labels: Sequence[str]) -> Any:
-    """That of the motion over all pictures for cells; light ones for curves on them."""
+    """That of the motion over all pictures for cells; light ones for curves on them.
+
+    Of two methods at several values a color stands for the value.
+    """
     if curve.style == "cells":
         return color_of_motion(curve.label)
-    return ON_CELLS.get(curve.label, color_of(labels.index(_name(curve))))
+    name, methods = _name(curve), _methods(labels)
+    if methods:
+        values = list(dict.fromkeys(_split(label)[1] for label in labels))
+        return color_of(values.index(_split(name)[1]))
+    return ON_CELLS.get(curve.label, color_of(labels.index(name)))
+
+
+def _split(label: str) -> tuple[str, str]:
+    """`model 1, 50 N m` into the method and the value."""
+    method, _, value = label.partition(", ")
+    return method, value
+
+
+def _methods(labels: Sequence[str]) -> list[str]:
+    """Two methods that are each there at the same values, two at least; or none."""
+    parts = [_split(label) for label in labels]
+    methods = list(dict.fromkeys(method for method, _ in parts))
+    values = {value for _, value in parts}
+    every = {(method, value) for method in methods for value in values}
+    whole = len(methods) == 2 and len(values) > 1 and "" not in values
+    return methods if whole and every == set(parts) else []
+
+
+def _look(curve: Curve, labels: Sequence[str]) -> dict[str, Any]:
+    methods = _methods(labels)
+    if methods and _split(_name(curve))[0] == methods[1]:
+        return AS_LINES.get(curve.style, LOOKS[curve.style])
+    return LOOKS.get(curve.style, {})
 
 
 def _frame(axes: Axes, cells: Sequence[Curve]) -> tuple[float, float]:
@@ -175,10 +210,9 @@ def _scale(axes: Axes, curves: Sequence[Curve]) -> None:
         axes.set_ylim(bottom=0.0)
 
 
-def _draw(axes: Axes, curve: Curve, color: Any) -> None:
+def _draw(axes: Axes, curve: Curve, color: Any, look: Mapping[str, Any]) -> None:
     points = np.array(curve.points, float)
     if curve.style != "surface":
-        look = LOOKS[curve.style]
         shown = points if look["ls"] else _apart(points)
         axes.plot(*shown.T, color=color, **look)
         return
@@ -200,7 +234,9 @@ def _handles(curves: Sequence[Curve], labels: Sequence[str]) -> list[Any]:
     from matplotlib.lines import Line2D
 
     styles = dict.fromkeys(curve.style for curve in curves)
-    found = []
+    methods, found = _methods(labels), list[Any]()
+    if methods and set(styles) <= DIRECTIONS.keys():
+        return _handles_of_methods(curves, labels, methods)
     for label in labels:
         first = next(curve for curve in curves if _name(curve) == label)
         own = first.style
@@ -222,3 +258,23 @@ def _handles(curves: Sequence[Curve], labels: Sequence[str]) -> list[Any]:
             Line2D([], [], color="black", label="unstable closed form", **look)
         )
     return [handle for handle in found if handle.get_label()]
+
+
+def _handles_of_methods(
+    curves: Sequence[Curve], labels: Sequence[str], methods: Sequence[str]
+) -> list[Any]:
+    """A color for each value, a mark or line for each method and direction."""
+    from matplotlib.lines import Line2D
+
+    found = []
+    for curve in curves:
+        method, value = _split(_name(curve))
+        if method == methods[0] and value not in [each.get_label() for each in found]:
+            color = _color(curve, labels)
+            found.append(Line2D([], [], color=color, label=value, lw=3.0))
+    for method, looks in zip(methods, (LOOKS, AS_LINES), strict=True):
+        style: Style
+        for style, direction in (("dots", "rises"), ("circles", "falls")):
+            label = f"{method}, speed {direction}"
+            found.append(Line2D([], [], color="black", label=label, **looks[style]))
+    return found

@@ -22,6 +22,7 @@ from validation.data_files import STRICT, Edit, Flag, Number, Positive
 Value = float | tuple[float, ...]  # a point of a map has two coordinates
 Style = Literal[
     "line",
+    "wide",
     "dashed",
     "dotted",
     "dots",

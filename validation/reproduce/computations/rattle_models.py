@@ -8,8 +8,10 @@ from dataclasses import dataclass, replace
 from typing import Annotated, ClassVar, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 from pydantic import Field
 
+from fegear.rattle.machines import load_machine
 from fegear.statics import Progress
 from lumped.rattle.assembly import Assembly
 from lumped.rattle.quiet import quiet_motion
@@ -17,6 +19,8 @@ from lumped.rattle.receptances import critical_by_receptances
 from validation.data_files import STRICT, Flag, Number, Text
 from validation.reproduce.machine_scene import MachineScene
 from validation.reproduce.parts import Curve, Part, PartResult, Style
+
+Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -48,6 +52,8 @@ class QuietPart(Part):
     shows : critical eccentricity [rad], or the largest rotation [rad] of the part that
         is named, or of one against another; with_error : the transmission error on top
     scale : of the curve; percent are those by which the absorber changes it
+    bound : a machine whose critical eccentricity is drawn as a line, by eq. 2.36
+    tuned : place on the axis where the absorber is tuned to the turn, drawn as a line
     """
 
     keys: ClassVar = (
@@ -62,6 +68,8 @@ class QuietPart(Part):
     with_error: Flag = False
     scale: Literal["rad", "log10", "percent"] = "rad"
     style: Style = "line"
+    bound: str = ""
+    tuned: Number | None = None
 
     def command(self, scene: MachineScene) -> Sequence[str]:
         return () if scene.given else ("rattle", "critical", scene.name)
@@ -89,8 +97,23 @@ def quiet(part: QuietPart, scene: MachineScene, report: Progress) -> PartResult:
         "largest_at": float(x[y.argmax()]),
         "trend": float((np.diff(y) > 0.0).all()) - float((np.diff(y) < 0.0).all()),
     }
-    curve = Curve(part.style, tuple(drawn))
-    return PartResult((curve,), {name: (value,) for name, value in found.items()})
+    lines = tuple(_lines(part, scene, np.array(drawn)))
+    label = "with the absorber" if lines else ""
+    curves = Curve(part.style, tuple(drawn), label=label), *lines
+    return PartResult(curves, {name: (value,) for name, value in found.items()})
+
+
+def _lines(part: QuietPart, scene: MachineScene, drawn: Array) -> Iterator[Curve]:
+    """Lines across the panel, over all points (n, 2) that are drawn."""
+    (left, low), (right, high) = drawn.min(axis=0), drawn.max(axis=0)
+    if part.bound:
+        bound = critical_by_receptances(load_machine(part.bound).assembly)
+        y = _scaled(part, scene.assembly, bound)
+        ends = (float(left), y), (float(right), y)
+        yield Curve("dotted", ends, label="one degree of freedom, eq. 2.36")
+    if part.tuned is not None:
+        ends = (part.tuned, float(low)), (part.tuned, float(high))
+        yield Curve("dotted", ends, label="absorber tuned to the turn, r1 = r2")
 
 
 def _shown(part: QuietPart, assembly: Assembly) -> float:

@@ -19,18 +19,20 @@ from fegear.store import Keeping
 from lumped.branches.bifurcations import stretches
 from lumped.rattle.arcs import arcs_of, history_of
 from lumped.rattle.attractors import CHAOTIC, QUIET, Naming
-from lumped.rattle.branches import OrbitBranch
+from lumped.rattle.branches import GRAZING, OrbitBranch, machine_with
+from lumped.rattle.curves import Curve as Bifurcations
 from lumped.rattle.departures import follow, settle_departures
 from lumped.rattle.machine import TURN, Machine
 from lumped.rattle.orbits import find_orbits
 from validation.data_files import STRICT, Number, Text
 from validation.reproduce.machine_scene import MachineScene
-from validation.reproduce.parts import Curve, Part, PartResult
+from validation.reproduce.parts import Curve, Part, PartResult, Style
 
 Array = NDArray[np.float64]
 NAME = r"P\(\d+,\d+,\d+\)"
 KIND = r"(fold|period doubling|grazing)"
 Figure = Literal["damping", "eccentricity", "half_backlash", "stiffness", "restitution"]
+TOUCHES = 1e-3  # of the half backlash, from a flank that is grazed
 BARELY = 1e-3  # of the speed of a start that may run quietly
 APART = math.nan, math.nan  # between stretches of one label
 Count = Annotated[int, Field(strict=True, ge=0, le=10_000)]
@@ -174,16 +176,32 @@ def existence(part: ExistencePart, scene: MachineScene, report: Progress) -> Par
     )
     result = find_existence(scene.named, plane, Keeping(), report)
     found: dict[str, list[float]] = defaultdict(list)
-    curves = []
+    curves, grazing = [], {c.itinerary.name for c in result.curves if c.kind == GRAZING}
     for curve in result.curves:
-        name = curve.itinerary.name
+        name, flank = curve.itinerary.name, ""
+        style: Style = "line"
+        if curve.kind == GRAZING:
+            flank = f", {_flank(scene.machine, plane, curve)}"
+            # motions graze together, so that their curves lie on each other
+            style = "line" if name == max(grazing) else "wide"
         points = *((point.first, point.second) for point in curve.points), APART
-        curves.append(Curve("line", points, label=f"{curve.kind} of {name}"))
+        curves.append(Curve(style, points, label=f"{curve.kind} of {name}{flank}"))
         for point in curve.points:
             if point.kind == "grazing fold":
                 found[f"{point.kind} of {name}.first"].append(point.first)
                 found[f"{point.kind} of {name}.second"].append(point.second)
     return PartResult(tuple(curves), {k: tuple(v) for k, v in found.items()})
+
+
+def _flank(machine: Machine, plane: Plane, grazing: Bifurcations) -> str:
+    """Which flank a motion grazes, seen in the middle of the curve."""
+    point = grazing.points[len(grazing.points) // 2]
+    machine = machine_with(machine, plane.first.figure, point.first)
+    machine = machine_with(machine, plane.second, point.second)
+    path = follow(machine, point.departure, 2)
+    lowest = history_of(machine, arcs_of(machine, path))[:, 1].min()
+    lower = lowest < (TOUCHES - 1.0) * machine.half_backlash
+    return "lower flank" if lower else "upper flank"
 
 
 def orbit_motions(
