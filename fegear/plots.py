@@ -5,9 +5,10 @@ from __future__ import annotations
 import itertools
 import math
 import warnings
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,7 +24,8 @@ if TYPE_CHECKING:
     from lumped.table import MeshTable
 
 SHOWN_PITCHES = 8
-PAIR_COLORS = ("tab:blue", "tab:orange", "tab:green", "tab:purple", "tab:brown")
+PAIR_COLORS = ("tab:orange", "tab:red", "tab:brown", "tab:pink", "tab:olive")
+DARKEST, LIGHTEST = 0.0, 0.85  # of the colours of torques
 
 
 def save_figure(figure: Figure, path: Path, dots_per_inch: int = 130) -> None:
@@ -58,15 +60,18 @@ def draw_table(result: StaticsResult) -> Figure:
     """
     shown = min(result.pitches, SHOWN_PITCHES)
     table = _first_pitches(result.table, shown, result.pitches)
-    heights = (1.35, 1.0, 0.8)
-    figure, rows = panels(3, size=(9.0, 9.6), heights=heights, share=True)
-    stiffness, error, share = (row[0] for row in rows)
+    heights = (1.35, 1.0, 1.0, 0.8)
+    figure, rows = panels(4, size=(10.0, 11.6), heights=heights, share=True)
+    stiffness, error, varying, share = every = [row[0] for row in rows]
     middle = table.torque_Nm.size // 2
     _draw_stiffness(stiffness, table, middle)
     _draw_error(error, table)
+    _draw_varying_error(varying, table)
     _draw_share(share, table, middle)
-    for axes in (stiffness, error, share):
+    for axes in every:
         _shade_contact(axes, table, middle, named=axes is stiffness)
+        # beside the panel, where it covers no curve
+        axes.legend(fontsize=8, loc="center left", bbox_to_anchor=(1.01, 0.5))
     left = f", first {shown} of {result.pitches}" if shown < result.pitches else ""
     share.set_xlabel(f"mesh position [base pitches from the pitch point{left}]")
     share.set_xlim(0.0, shown)
@@ -98,21 +103,34 @@ def _closed(table: MeshTable, values: NDArray) -> tuple[NDArray, NDArray]:
     )
 
 
-def _draw_shaded(axes: Axes, table: MeshTable, values: NDArray, label: str) -> None:
-    """A curve for each torque, darker from one to the next."""
-    shades = np.linspace(0.55, 0.0, table.torque_Nm.size)
-    for torque, shade, curve in zip(table.torque_Nm, shades, values, strict=True):
-        place = _closed(table, curve)
-        axes.plot(*place, color=str(shade), label=label.format(torque))
+def _torque_colors(table: MeshTable) -> list[Any]:
+    """A colour for each torque, lighter from one to the next."""
+    from matplotlib import colormaps
+
+    return list(
+        colormaps["viridis"](np.linspace(DARKEST, LIGHTEST, table.torque_Nm.size))
+    )
+
+
+def _draw_by_torque(
+    axes: Axes, table: MeshTable, values: NDArray, labels: Sequence[str]
+) -> None:
+    """A curve for each torque with its label."""
+    for color, label, curve in zip(_torque_colors(table), labels, values, strict=True):
+        axes.plot(*_closed(table, curve), color=color, lw=1.8, label=label)
+
+
+def _at_torques(table: MeshTable, words: str) -> list[str]:
+    return [words.format(torque) for torque in table.torque_Nm]
 
 
 def _draw_stiffness(axes: Axes, table: MeshTable, middle: int) -> None:
-    _draw_shaded(axes, table, 1e-6 * table["stiffness_N_per_m"], "total at {:.4g} N m")
-    torque = table.torque_Nm[middle]
+    labels = _at_torques(table, "total at {:.4g} N m")
+    _draw_by_torque(axes, table, 1e-6 * table["stiffness_N_per_m"], labels)
+    torque, color = table.torque_Nm[middle], _torque_colors(table)[middle]
     position, k = _closed(table, table["local_stiffness_N_per_m"][middle])
-    axes.plot(
-        position, 1e-6 * k, "k:", lw=1.2, label=f"local slope dF/dδ at {torque:.4g} N m"
-    )
+    label = f"local slope dF/dδ\nat {torque:.4g} N m"
+    axes.plot(position, 1e-6 * k, ":", color=color, lw=1.4, label=label)
     for pair in range(1, table.pair_count + 1):
         values = table[f"pair{pair}_stiffness_N_per_m"][middle]
         shown = np.where(values > 0.0, values, np.nan)
@@ -120,21 +138,33 @@ def _draw_stiffness(axes: Axes, table: MeshTable, middle: int) -> None:
             table.position,
             1e-6 * shown,
             color=PAIR_COLORS[(pair - 1) % len(PAIR_COLORS)],
+            ls="--",
             lw=1.4,
             label=f"pair {pair} at {torque:.4g} N m",
         )
     axes.set_ylabel("mesh stiffness F / (δ - δ₀) [N/um]")
     axes.set_ylim(bottom=0.0)
-    axes.legend(fontsize=8, ncols=2, loc="lower center")
 
 
 def _draw_error(axes: Axes, table: MeshTable) -> None:
-    _draw_shaded(axes, table, 1e6 * table["ste_m"], "loaded, {:.4g} N m")
+    labels = _at_torques(table, "loaded, {:.4g} N m")
+    _draw_by_torque(axes, table, 1e6 * table["ste_m"], labels)
     position, nlte = _closed(table, table["nlte_m"][0])
     axes.plot(position, 1e6 * nlte, "r--", lw=1.2, label="no load")
     axes.set_ylabel("static transmission\nerror δ [um]")
     axes.set_ylim(bottom=min(0.0, 1.1e6 * float(nlte.min())))
-    axes.legend(fontsize=8, ncols=2, loc="best")
+
+
+def _draw_varying_error(axes: Axes, table: MeshTable) -> None:
+    """What excites vibration: the transmission error about its mean."""
+    error = 1e6 * table["ste_m"]
+    labels = [
+        f"{torque:.4g} N m,\npeak to peak {range_:.3g} um"
+        for torque, range_ in zip(table.torque_Nm, np.ptp(error, axis=1), strict=True)
+    ]
+    mean = error.mean(axis=1, keepdims=True)
+    _draw_by_torque(axes, table, error - mean, labels)
+    axes.set_ylabel("transmission error\nabout its mean [um]")
 
 
 def _draw_share(axes: Axes, table: MeshTable, middle: int) -> None:
@@ -147,7 +177,6 @@ def _draw_share(axes: Axes, table: MeshTable, middle: int) -> None:
         )
     axes.set_ylabel(f"load share [%]\nat {table.torque_Nm[middle]:.4g} N m")
     axes.set_ylim(-3.0, 103.0)
-    axes.legend(fontsize=8, loc="center right")
 
 
 def _shade_contact(axes: Axes, table: MeshTable, middle: int, named: bool) -> None:

@@ -15,8 +15,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 NUMBERS = {"up": 0, "down": 1}  # of the colours
-DOT, DENSE = 2.2, 0.9  # size of a section's points, and where there are many
-MANY = 20_000  # points of a panel
+DOTS = ((1_000, 4.5), (20_000, 2.5))  # up to so many points of a panel, their size
+DENSE = 0.9  # of more
 
 
 def draw_attractors(
@@ -52,7 +52,7 @@ def draw_attractors(
 def _draw_sections(axes: Axes, branch: AttractorBranch, m: int) -> None:
     points = [each.deflection[:, m] for each in branch.attractors]
     values = np.repeat(branch.values, [each.size for each in points])
-    size = DOT if values.size < MANY else DENSE
+    size = next((size for most, size in DOTS if values.size < most), DENSE)
     color = color_of(NUMBERS[branch.direction])
     errors = 1e6 * np.concatenate(points)
     axes.plot(values, errors, ".", color=color, ms=size, mew=0.0, rasterized=True)

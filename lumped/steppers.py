@@ -31,6 +31,10 @@ Array = NDArray[np.float64]
 WATCHED = 100_000  # fixed steps or a common period, whichever is more, between looks
 CONTACT_ROWS, FRICTION_ROWS = 2, 3  # recorded of each contact, or pair
 FINEST = 512  # fixed steps per period, beyond which nothing hangs on them
+# Steps of the coupled model shift a resonance of contacts by some 1e-3 of itself times
+# the square of the angle that it turns in one: by a tenth of half its bandwidth, the
+# damping ratio, at FLANK times the root of that. Least and most angle [rad].
+FLANK, LEAST, MOST = 4.0, 0.25, 1.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -178,7 +182,9 @@ class FixedStepper(LumpedStepper):
         self, frequency: float, settings: Settings, repeats: bool
     ) -> Settings | None:
         """Twice the steps, as far as memory holds them."""
-        known = settings.least_steps(self.system.contacts is not None)
+        fastest = float(max(self.system.train.mesh_rates))
+        known = steps_per_period(self.system, frequency, settings)
+        known = math.ceil(known / fastest - 1e-9)
         if known >= FINEST:
             return None
         # springs open within a step: what does not repeat may do so on the finest alone
@@ -337,5 +343,8 @@ def steps_per_period(system: LumpedSystem, frequency: float, settings: Settings)
     highest = float(np.sqrt(system.arrays.rigidity.max()))
     base = settings.least_steps(system.contacts is not None) * fastest
     needed = max(base, highest / (frequency * settings.step_angle))
+    if system.loaded is not None and settings.steps is None:
+        angle = min(max(FLANK * math.sqrt(system.train.damping_ratio), LEAST), MOST)
+        needed = max(needed, system.strained_angular / (frequency * angle))
     doublings = max(0, math.ceil(2.0 * math.log2(needed / base) - 1e-9))
     return math.ceil(base * 2.0 ** (0.5 * doublings))

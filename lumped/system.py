@@ -37,6 +37,7 @@ from lumped.train_excitation import TrainExcitation, largest_gap
 
 Array = NDArray[np.float64]
 UNTOUCHED = 1e-20  # part of strain energy in the meshes below which a mode is left out
+IN_MESHES = 0.25  # part of strain energy in the meshes of a mode that is theirs
 FELT = 1e-3  # the same of a body mode, to be named among the resonances
 BALANCED = 1e-3  # of the torques on a motion that nothing holds; less is rounding
 MOST_BYTES = 1e9  # of the excitation on the steps of a common period
@@ -177,6 +178,15 @@ class LumpedSystem:
         start = np.zeros(self.coupled_arrays.load.size)
         start[: self.moving.size] = self.arrays.load / self.arrays.rigidity
         return loaded_state(self.coupled_arrays, start)
+
+    @cached_property
+    def strained_angular(self) -> float:
+        """Highest mode about the loaded state whose strain is in the meshes [rad/s]."""
+        assert self.loaded is not None
+        strained = self.loaded.mesh_energy.sum(axis=0) >= IN_MESHES
+        return (
+            2.0 * math.pi * float(self.loaded.frequency_Hz[strained].max(initial=0.0))
+        )
 
     @cached_property
     def resonances_Hz(self) -> Array:

@@ -198,6 +198,9 @@ def _inertia(
         rest=stiffness[:, 0] * np.maximum(left, 0.0) * (2.0 * np.pi * rest_Hz) ** 2,
         amplitudes=np.stack([harmonic_amplitudes(each) for each in ste]),
         rate=np.array([float(rate) for rate in reference.train.mesh_rates]),
+        resonances_Hz=loaded.frequency_Hz,
+        energy=loaded.mesh_energy,
+        resonance_damping=reference.train.damping_ratio,
     )
 
 

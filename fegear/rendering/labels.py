@@ -141,7 +141,7 @@ def draw_bar(plotter: Any, mapper: Any, look: Look, size: tuple[int, int]) -> No
         mapper=mapper,
         vertical=True,
         n_labels=6,
-        fmt="%.3g",
+        fmt="%.4g",
         width=0.30,
         height=0.70,
         position_x=0.08,

@@ -98,6 +98,9 @@ def inertia(**changes) -> BodyInertia:
         "rest": np.array([0.02]),
         "amplitudes": np.array([1.0, 0.3, 0.1], complex)[None],
         "rate": np.ones(1),
+        "resonances_Hz": np.array([3000.0]),
+        "energy": np.array([[0.8]]),
+        "resonance_damping": 0.5,
     }
     return BodyInertia(**given | changes)
 
@@ -119,6 +122,33 @@ def test_the_bound_is_that_of_one_mode_off_resonance():
     expected = 0.2 * x**2 / abs(1.0 - x**2 + 0.02j * x)
     found = alone.largest_error(kept, (999.999, 1000.0))
     assert found == pytest.approx(expected, rel=1e-4)
+
+
+SHARP = {"resonances_Hz": np.array([7500.0]), "resonance_damping": 0.005}
+
+
+def test_a_shifted_resonance_counts_by_half_bandwidths():
+    """By s of them amplitudes on the flanks change by s / 2, times the part of the
+    vibration that is resonance."""
+    alone = inertia(**SHARP, rest=np.zeros(1))
+    kept, band = np.array([1, 1, 1, 0], bool), (2400.0, 2600.0)
+    x = 7500.0 / 30e3
+    change = 0.01 * x**2 / abs(1.0 - x**2 + 0.02j * x)
+    shift = 0.8 * change / (2.0 * 0.005)
+    grown = 0.1 / np.sqrt(1.1) * 0.8 / (2.0 * 0.005)  # the third harmonic
+    expected = 0.5 * shift * grown / np.hypot(1.0, grown)
+    assert alone.flank_error(kept, band) == pytest.approx(expected, rel=1e-9)
+    assert alone.flank_error(kept, (2700.0, 3000.0)) == 0.0, "no harmonic meets it"
+    assert alone.flank_error(np.ones(4, bool), band) == 0.0
+
+
+def test_little_damping_keeps_more_modes():
+    band = (2400.0, 2600.0)
+    counts = [
+        inertia(**SHARP | {"resonance_damping": damping}).choose(band).sum()
+        for damping in (0.5, 0.005)
+    ]
+    assert counts[0] < counts[1]
 
 
 def test_slow_gears_keep_no_body_modes():

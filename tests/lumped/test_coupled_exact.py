@@ -21,7 +21,7 @@ from scipy.integrate import quad
 
 from lumped import Settings, respond
 from lumped.steady_state import Speed
-from lumped.steppers import FixedStepper
+from lumped.steppers import FixedStepper, steps_per_period
 from validation.oracles.coupled_train import instant_of
 
 FORCE = TORQUE / RADII[0]
@@ -182,6 +182,22 @@ def test_free_vibration_of_a_hardening_contact_has_the_period_of_its_energy():
     assert back_after(less, secant) < 1e-7
     expected = 1.0 - math.cos(2.0 * math.pi * period / secant)
     assert back_after(less, period) == pytest.approx(expected, rel=1e-3)
+
+
+def test_sharp_resonances_take_more_steps():
+    """Where steps would shift them by a good part of their width, and if refined."""
+    sharp, broad = (replace(FIRM, damping=d).coupled for d in (0.005, 0.05))
+    frequency = sharp.strained_angular / (2.0 * math.pi) / 8.0
+    many, few = (steps_per_period(s, frequency, Settings()) for s in (sharp, broad))
+    assert few < 120 < 200 < many
+    assert steps_per_period(sharp, 8.0 * frequency, Settings()) == 80
+    settings = FixedStepper(sharp).refined(frequency, Settings(), repeats=True)
+    assert steps_per_period(sharp, frequency, settings) >= 2 * many
+    found, fine = (
+        respond(sharp, frequency, replace(settings, steps=steps)).dte_rms
+        for steps in (many, 1024)
+    )
+    np.testing.assert_allclose(found, fine, rtol=0.05)
 
 
 @pytest.mark.parametrize("backlash", [math.inf, 5e-6])

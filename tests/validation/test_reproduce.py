@@ -592,7 +592,7 @@ def test_after_ctrl_c_the_finished_figures_are_on_the_page(tmp_path, monkeypatch
         (["3.66"], "did you mean 3.6"),
         ([], "a number or --all is missing (fegear reproduce --list names all)"),
         (["4.4-4.7"], "figure = 4.4-4.7; no such figure"),
-        (["3.6", "-o", ""], "a directory is needed"),
+        (["3.6", "-o", ""], "--output is empty"),
         (["3.6", "--all"], "--all and 3.6 exclude each other"),
         (["3.6", "3.6"], "figure 3.6 is given 2 times"),
         (["--list", "--all"], "--all; --list makes nothing"),

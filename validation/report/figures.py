@@ -21,6 +21,7 @@ from validation.tasks import FE, FE_PLAIN
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.axis import Axis
     from matplotlib.figure import Figure
 
 Array = NDArray[np.float64]
@@ -239,12 +240,21 @@ def draw_cost(results: Sequence[CaseResult]) -> Figure | None:
         axes.axvline(result.per_speed_s(FE), color="black", lw=0.9, label=label)
     axes.set_xscale("log")
     axes.set_yscale("log")
-    axes.yaxis.set_major_formatter("{x:g}")
-    axes.yaxis.set_minor_formatter("{x:g}")
+    _number_decades(axes.xaxis)
+    _number_decades(axes.yaxis)
     axes.set_xlabel("run time per speed [s]")
     axes.set_ylabel("RMS distance of the curves [%]\nmedian over meshes and torques")
     figure.legend(ncols=2, **LEGEND)
     return figure
+
+
+def _number_decades(axis: Axis) -> None:
+    """Numbers at 1, 2 and 5 of each decade of a logarithmic axis."""
+    from matplotlib.ticker import LogLocator, NullFormatter
+
+    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axis.set_major_formatter("{x:g}")
+    axis.set_minor_formatter(NullFormatter())
 
 
 def _mark_models(

@@ -266,7 +266,7 @@ def _handles_of_methods(
     """A color for each value, a mark or line for each method and direction."""
     from matplotlib.lines import Line2D
 
-    found = []
+    found: list[Any] = []
     for curve in curves:
         method, value = _split(_name(curve))
         if method == methods[0] and value not in [each.get_label() for each in found]:

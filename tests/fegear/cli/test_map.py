@@ -88,6 +88,8 @@ def test_file_of_another_map_is_refused(tmp_path):
     with pytest.raises(InputError, match="another map"):
         run(*SMALL, "--at", 1800, "-o", path)
     run(*SMALL, "--at", 1800, "-o", path, "--overwrite")
+    with pytest.raises(InputError, match="another map"):
+        run(*SMALL, "--at", 1800.0012, "-o", path)
 
 
 def test_edited_gear_set_is_another_map(tmp_path):

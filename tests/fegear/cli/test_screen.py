@@ -172,7 +172,7 @@ def test_numbers_are_whole_on_narrow_screens(monkeypatch, capsys, width):
     lines = capsys.readouterr().out.splitlines()
     assert max(map(len, lines)) <= width
     shown = " ".join(lines).split()
-    for number in rows[0][1:] + rows[1][1:]:
-        assert shown.count(number) == 1
+    for value in rows[0][1:] + rows[1][1:]:
+        assert shown.count(value) == 1
     assert shown.count("Title") == 1
     assert "\N{HORIZONTAL ELLIPSIS}" not in " ".join(lines)
