@@ -116,7 +116,7 @@ class BodyInertia:
         return 0.5 * shift / damping * self._excited(band, damping)[:, None]
 
     def _excited(self, band: tuple[float, float], damping: float) -> Array:
-        """Part (r,) of vibration that is resonance, at the speed that excites it most."""
+        """Part (r,) of vibration that is resonance, where a speed excites it most."""
         energy, found = self.energy.sum(axis=0), np.zeros(self.resonances_Hz.size)
         for sizes, rate in zip(self._sizes, self.rate, strict=True):
             for order, size in enumerate(sizes[:ORDERS], start=1):
