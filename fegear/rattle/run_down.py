@@ -95,6 +95,9 @@ def _read(path: Path) -> tuple[Array, Array]:
 
 def _number(place: str, cell: str) -> float:
     try:
-        return float(cell)
+        value = float(cell)
     except ValueError:
         raise InputError(f"{place}: {cell!r} is not a number") from None
+    if not math.isfinite(value):
+        raise InputError(f"{place}: {cell!r}; must be a finite number")
+    return value

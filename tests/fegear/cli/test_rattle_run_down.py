@@ -55,6 +55,7 @@ def test_drag_that_does_not_go_with_the_speed_is_told(tmp_path):
     [
         ("speed", [3.0, 2.0, 1.0] * 2, "columns time_s, speed; needed are time_s and"),
         ("speed_rpm", [3.0, 2.0, "x", 1.0, 1.0, 1.0], "line 4: 'x' is not a number"),
+        ("speed_rpm", [3.0, 2.0, "nan", 1.0, 1.0, 1.0], "line 4: 'nan'; must be a"),
         ("speed_rpm", [1.0, 2.0, 3.0, 4.0, 5.0, 6.0], "the speed does not fall"),
         ("speed_rpm", [3.0, 2.0, 1.0, 0.5, 0.2, -1.0], "speeds must be above 0"),
         ("speed_rpm", [3.0, 2.0, 1.0], "6 rows at least are needed, half"),
