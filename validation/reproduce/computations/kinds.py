@@ -31,6 +31,7 @@ AnyPart = (
     | response.SweepPart
     | response.TheoryPart
     | natural.ModesPart
+    | natural.ModeEnergiesPart
     | studies.MapPart
     | studies.TheoryMapPart
     | studies.IndicatorsPart
@@ -64,6 +65,7 @@ COMPUTE: Mapping[type[Part], Compute] = {
     response.SweepPart: response.sweep,
     response.TheoryPart: response.theory,
     natural.ModesPart: natural.modes,
+    natural.ModeEnergiesPart: natural.mode_energies,
     studies.MapPart: studies.parameter_map,
     studies.TheoryMapPart: studies.theory_map,
     studies.IndicatorsPart: studies.indicators,

@@ -1,14 +1,20 @@
-"""Natural frequencies of a train about its mean mesh stiffness."""
+"""Natural frequencies of a train about its mean mesh stiffness, and its modes."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import ClassVar, Literal
+from typing import Annotated, ClassVar, Literal
+
+import numpy as np
+from pydantic import Field
 
 from fegear.statics import Progress
+from validation.data_files import Positive, Text
 from validation.reproduce.parts import Curve, Part, PartResult
 from validation.reproduce.scene import Scene
+
+MODES = 3  # the highest, that strain two meshes and what is between them
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -31,3 +37,48 @@ def modes(part: ModesPart, scene: Scene, report: Progress) -> PartResult:
     points = tuple((float(i), f) for i, f in enumerate(found, start=1))
     curve = Curve("dots", points)
     return PartResult((curve,), {"natural": found})
+
+
+@dataclass(frozen=True, kw_only=True)
+class ModeEnergiesPart(Part):
+    """Where the modes of a train with two meshes have their strain energy, over a
+    stiffness by its logarithm.
+
+    key : of the gear set, a stiffness between the meshes; low, high : its range
+    """
+
+    keys: ClassVar = ("most_coupled",)
+
+    kind: Literal["mode_energies"] = "mode_energies"
+    key: Text
+    low: Positive
+    high: Positive
+    count: Annotated[int, Field(strict=True, ge=2, le=1000)] = 121
+
+
+def mode_energies(part: ModeEnergiesPart, scene: Scene, report: Progress) -> PartResult:
+    """Found is the logarithm of the stiffness at which modes are least of one place.
+
+    That is where the largest shares of the modes have the smallest mean.
+    """
+    places = np.linspace(np.log10(part.low), np.log10(part.high), part.count)
+    shares = []
+    for done, place in enumerate(places):
+        report("modes", done, part.count)
+        modes = scene.changed({part.key: float(10.0**place)}).system.modes
+        meshes = modes.mesh_energy[:, modes.frequency_Hz > 0.0][:, -MODES:]
+        shares.append(np.vstack([meshes, 1.0 - meshes.sum(axis=0)]))
+    table = np.array(shares)  # (count, springs, modes)
+    names = *(f"mesh {m}" for m in scene.meshes), "shaft"
+    curves = tuple(
+        Curve(
+            "line",
+            tuple(zip(places.tolist(), table[:, i, k].tolist(), strict=True)),
+            panel=f"strain energy in {name}",
+            label=f"mode {k + 1}",
+        )
+        for i, name in enumerate(names)
+        for k in range(MODES)
+    )
+    least = places[table.max(axis=1).mean(axis=1).argmin()]
+    return PartResult(curves, {"most_coupled": (float(least),)})
