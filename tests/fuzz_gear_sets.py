@@ -1,4 +1,5 @@
-"""Random gear sets and option lists: no traceback, no hang, no wrong exit code.
+"""Random gear sets, machines, gearboxes, tables and options: no traceback, no hang, no
+wrong exit code.
 
 All degrees of freedom take minutes by their nature: such a case is interrupted after a
 while, as a user would, and must then end by itself.
@@ -24,10 +25,12 @@ import sys
 import tempfile
 import threading
 import time
+import tomllib
 import unicodedata
 from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from importlib import resources
 from pathlib import Path
 from typing import Any
 
@@ -276,7 +279,40 @@ WORDS: dict[str, list[str]] = {  # by option; what is not here is a flag
     "--contact": FILES,
     "--animate": FILES,
     "--scheduler": ["nowhere", ""],
+    "--delta": ["0.5", "0.58", "3e-4", "0", "1e-300", "nan", "50"],
+    "--epsilon": ["0.1", "0.06", "1e-4", "0", "-1", "nan", "1e300"],
+    "--kappa": ["1100", "1e6", "0", "nan", "1e-300"],
+    "--beta": ["0.6", "6e-4", "0", "nan", "1e300"],
+    "--restitution": ["1", "0.9", "0", "2", "nan"],
+    "--departures": ["1", "2", "0", "99"],
+    "--velocity": ["0:7", "0:1", "7:0", "nan:1", "0:1e300", "x"],
+    "--starts": ["2", "0", "5", "-1"],
+    "--doublings": ["1", "0", "99"],
+    "--grid": ["5", "8", "4", "99999999"],
+    "--iterations": ["200", "100", "1", "x"],
+    "--turns": ["3", "0", "20", "nan"],
+    "--seed": ["1", "0", "-1"],
+    "--orbit": ["P(1,1,0)", "P(9,9,9)", "x"],
+    "--length": ["1", "0", "nan"],
+    "--spacing": ["0.1", "0", "nan"],
+    "--preimages": ["0", "1", "99"],
+    "--unstable": [],
+    "--seconds": ["0.2", "1e-300", "1e-6", "0", "nan", "1e300"],
+    "--impacts": ["5", "0", "1000"],
+    "--map": ["event", "implicit", "fermi", "x"],
+    "--wheel": ["second", "nobody"],
+    "--attractor": FILES,
+    "--steepness": ["10", "0", "nan"],
+    "--speed-rpm": ["1500", "0", "nan"],
+    "--drag-Nm": ["1", "0", "-1", "nan"],
+    "--eccentricity-um": ["9", "0", "nan", "1e300"],
+    "--driven-share": ["0.5", "0", "1", "nan"],
+    "--driving-inertia-kgm2": ["1e-3", "0", "nan"],
+    "--driven-inertia-kgm2": ["1e-3", "0", "nan"],
+    "--inertia-kgm2": ["1e-3", "0", "nan"],
+    "--wave-harmonics": ["5", "0"],
 }
+OF_MACHINES = {"--over": ["delta=0.55:0.65", "epsilon=0.05:0.1", "beta=0:1", "x=1:2"]}
 LONG = {"--cluster"}  # starts processes
 # what keeps a command short; and how often it is drawn
 BASE = {
@@ -305,16 +341,37 @@ BASE = {
     "budget": ("SET --speeds 1500", 1),
     "sets": ("", 1),
     "eccentric": ("--radius 20 --eccentricity 5", 3),
+    "branches": ("SET --excitation rectangular --speeds 1400:1600 --harmonics 3", 3),
+    "rattle critical": ("MACHINE", 4),
+    "rattle periodic": ("MACHINE", 4),
+    "rattle basin": ("MACHINE --grid 5 --iterations 200", 4),
+    "rattle noise": ("MACHINE --starts 2 --turns 5 --iterations 200", 3),
+    "rattle bifurcation": ("MACHINE --over delta=0.55:0.65 --runs 0 --starts 2", 2),
+    "rattle manifold": ("MACHINE --length 1 --grid 5", 2),
+    "rattle run-down": ("run.csv --speed-rpm 3000", 4),
+    "rattle gears": (
+        "SET --speed-rpm 1500 --drag-Nm 1 --eccentricity-um 9 --resolution coarse",
+        2,
+    ),
+    "clatter": ("BOX --seconds 0.2", 5),
 }
+MACHINES = "roots-scaled", "roots-a", "roots-a-sprung", "roots-a-absorber"
 
 
 def option_lists() -> dict[str, list[str]]:
     """Names of the options of every command, from typer."""
     group: Any = typer.main.get_command(app)
+
+    def found(name: str) -> Any:
+        command = group
+        for word in name.split():
+            command = command.commands[word]
+        return command
+
     return {
         name: [
             option
-            for param in group.commands[name].params
+            for param in found(name).params
             if (option := max(param.opts, key=len)) not in LONG
         ]
         for name in BASE
@@ -329,7 +386,9 @@ def command(r: random.Random, options: dict[str, list[str]]) -> list[str]:
     ):
         if not option.startswith("--"):
             continue
-        value = [r.choice(WORDS[option])] if option in WORDS else []
+        known = OF_MACHINES.get(option) if name.startswith("rattle") else None
+        values = known or WORDS.get(option)
+        value = [r.choice(values)] if values else []
         if option in words and r.random() < 0.9:  # another value, not a second one
             at = words.index(option)
             words[at : at + 2] = [option, *value]
@@ -339,14 +398,60 @@ def command(r: random.Random, options: dict[str, list[str]]) -> list[str]:
         words.insert(
             r.randrange(len(words) + 1), r.choice(["--tork", "\x1b", "-x", "y"])
         )
-    return [name, *("set.toml" if word == "SET" else word for word in words)]
+    return [*name.split(), *(NAMED.get(word, word) for word in words)]
+
+
+NAMED = {"SET": "set.toml", "MACHINE": "machine.toml", "BOX": "box.toml"}
+
+
+def builtin(folder: str, name: str) -> dict[str, Any]:
+    place = resources.files("fegear") / folder / f"{name}.toml"
+    return tomllib.loads(place.read_text("utf-8"))
+
+
+def varied(r: random.Random, tables: dict[str, Any]) -> dict[str, Any]:
+    """With some numbers a few times larger or smaller."""
+    for key, value in tables.items():
+        if isinstance(value, dict):
+            varied(r, value)
+        elif isinstance(value, list) and value and isinstance(value[0], dict):
+            for each in value:
+                varied(r, each)
+        elif isinstance(value, float) and r.random() < 0.3:
+            tables[key] = float(f"{value * 10.0 ** r.uniform(-0.5, 0.3):.4g}")
+    return tables
+
+
+def table(r: random.Random, names: str, rows: list[list[float]]) -> bytes:
+    """A table as it should be, of a spreadsheet, or spoilt."""
+    between, comma = r.choice([(",", False), (";", True), ("\t", False), (";", False)])
+    lines = [names.replace(",", between)]
+    for row in rows:
+        cells = [repr(value) for value in row]
+        if r.random() < 0.06:
+            cells[r.randrange(len(cells))] = r.choice(
+                ["nan", "", "inf", "x", "1e999", "9" * 200_000, "\x00", '"', "0x1p3"]
+            )
+        if comma:
+            cells = [cell.replace(".", ",") for cell in cells]
+        lines.append(between.join(cells))
+    if r.random() < 0.1:
+        del lines[r.randrange(len(lines))]
+    if r.random() < 0.05:
+        r.shuffle(lines)
+    return "\n".join(lines).encode()
 
 
 @dataclass(frozen=True)
 class Case:
+    """files : by name, that lie where the command runs"""
+
     words: list[str]
-    data: bytes
-    comparison: bytes
+    files: dict[str, bytes]
+
+    @property
+    def data(self) -> bytes:
+        return self.files["set.toml"]
 
 
 def cases(count: int, seed: int) -> Iterator[Case]:
@@ -359,7 +464,27 @@ def cases(count: int, seed: int) -> Iterator[Case]:
         comparison = validation_case(r)
         if r.random() < 0.5:
             comparison = broken(r, comparison)
-        yield Case(command(r, options), text(r, tables), text(r, comparison))
+        machine = varied(r, builtin("rattle/machines", r.choice(MACHINES)))
+        box = varied(r, builtin("clatter/gearboxes", "seed-five-speed"))
+        if r.random() < 0.2:
+            machine, box = broken(r, machine), broken(r, box)
+        files = {
+            "set.toml": text(r, tables),
+            "case.toml": text(r, comparison),
+            "machine.toml": text(r, machine),
+            "box.toml": text(r, box),
+            "table.csv": table(
+                r,
+                "torque_Nm,position,stiffness_N_per_m",
+                [[100.0, i / 8, 3e8 + 4e7 * (i < 4)] for i in range(8)],
+            ),
+            "run.csv": table(
+                r,
+                "time_s,speed_rpm",
+                [[10.0 * i, 3000.0 * math.exp(-0.1 * i)] for i in range(8)],
+            ),
+        }
+        yield Case(command(r, options), files)
 
 
 @contextlib.contextmanager
@@ -396,12 +521,8 @@ def complaint(code: int, out: str, err: str) -> str | None:
 
 def tried(case: Case, folder: Path) -> tuple[int, str | None, str]:
     """Exit code, complaint and error line of a case, run in a folder."""
-    (folder / "set.toml").write_bytes(case.data)
-    (folder / "case.toml").write_bytes(case.comparison)
-    rows = [f"100,{i / 8},{3e8 + 4e7 * (i < 4)}" for i in range(8)]
-    (folder / "table.csv").write_text(
-        "torque_Nm,position,stiffness_N_per_m\n" + "\n".join(rows)
-    )
+    for name, content in case.files.items():
+        (folder / name).write_bytes(content)
     before, out, err = Path.cwd(), io.StringIO(), io.StringIO()
     os.chdir(folder)
     faulthandler.dump_traceback_later(HANG, exit=True)
@@ -444,8 +565,7 @@ def main() -> None:
             failed += 1
             sys.stdout.write(
                 f"\n{number}: {wrong}\n{shlex.join(case.words)!a}\n{line}\n"
-                f"{case.data.decode('utf-8', 'replace')!a}\n"
-                f"{case.comparison.decode('utf-8', 'replace')!a}\n"
+                f"{ {name: text[:2000] for name, text in case.files.items()}!a}\n"
             )
     for (name, code), times in sorted(codes.items()):
         sys.stdout.write(f"{name:10} exit code {code}: {times}\n")

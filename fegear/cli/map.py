@@ -24,7 +24,6 @@ from fegear.cli.options import FREQUENCY, Outputs, Workers, named_options, refus
 from fegear.cli.screen import complain, counted, number, screen
 from fegear.cli.varied import parsed_axes, varied_set
 from fegear.errors import InputError
-from lumped.csv_text import exact
 
 if TYPE_CHECKING:
     from fegear.parameter_maps import Evaluate, VariedSet
@@ -56,6 +55,8 @@ class Response:
     @property
     def words(self) -> str:
         if self.at is not None:
+            from lumped.csv_text import exact
+
             return f"at {exact(self.at)} Hz of the first mesh, from rest"
         return f"largest over {self.band} Hz of the first mesh, up and down"
 

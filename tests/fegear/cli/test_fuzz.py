@@ -9,7 +9,7 @@ from fuzz_gear_sets import BASE, WORDS, cases, option_lists, tried
 @pytest.mark.parametrize("case", [*cases(100, seed=0)], ids=lambda case: case.words[0])
 def test_a_random_case_ends_as_it_should(tmp_path, case):
     _, wrong, line = tried(case, tmp_path)
-    assert wrong is None, f"{wrong}: {case.words!a} {line}\n{case.data!a}"
+    assert wrong is None, f"{wrong}: {case.words!a} {line}\n{case.files!a}"
 
 
 def test_the_fuzzer_knows_every_option():
@@ -17,6 +17,7 @@ def test_the_fuzzer_knows_every_option():
     flags |= {"--overwrite", "--whole", "--corner-contact", "--no-bending"}
     flags |= {"--varying-bending"}
     flags |= {"--all"}  # takes minutes
+    flags |= {"--chaos"}
     for name, options in option_lists().items():
         assert name in BASE
         for option in options:

@@ -110,7 +110,7 @@ WRONG = [
     ("roots-scaled --grid 2", "--grid = 2; allowed 5 to"),
     ("roots-scaled --iterations 3", "--iterations = 3; allowed 100 to"),
     ("roots-scaled --resume", "--resume needs the --output"),
-    ("roots-scaled -o basins.csv", "--output = basins.csv; must end in .npz"),
+    ("roots-scaled -o basins.csv", "basins.csv: the file's name must end in .npz"),
 ]
 
 

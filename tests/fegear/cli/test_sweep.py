@@ -267,11 +267,16 @@ def test_figures_can_be_set_for_one_run(tmp_path):
 
 
 def test_outputs_replace_neither_inputs_nor_each_other(tmp_path):
-    path = tmp_path / "a.png"
+    path = tmp_path / "a.csv"
     with pytest.raises(InputError, match="already by this command"):
-        run(*FAST, "--speeds", "1600", "-o", path, "--plot", path)
+        run(*FAST, "--speeds", "1600", "-o", path, "--spectra", path)
     builtin = resources.files("fegear.gearset") / "sets" / "liu-pair.toml"
     own = tmp_path / "own.toml"
     own.write_text(builtin.read_text())
+    for output in ("-o", "--spectra"):
+        with pytest.raises(InputError, match="name must end in"):
+            run(own, *FAST[1:], "--speeds", "1600", output, own)
+    table = tmp_path / "t.csv"
+    run(*FAST, "--speeds", "1600", "-o", table)
     with pytest.raises(InputError, match="already by this command"):
-        run(own, "--excitation", "rectangular", "--speeds", "1600", "-o", own)
+        run(own, "--table", table, "--speeds", "1600", "-o", table)

@@ -221,7 +221,12 @@ def test_difference_type_comes_with_friction_only():
 @settings(max_examples=100, deadline=None)
 @given(seed=st.integers(0, 10**6))
 def test_sum_type_is_wider_than_difference_type(seed):
-    """Appendix B, for pairs of random gears: Re Psi is not negative."""
+    """Appendix B, for pairs of random gears: Re Psi is not negative.
+
+    That holds where the stiffness excites a combination by itself. Of harmonics that it
+    hardly has, such as the second at a contact ratio of 1.5, friction alone makes Psi,
+    whose real part may be negative.
+    """
     random = np.random.default_rng(seed)
     base = pair_system(random.uniform(0.05, 0.6), 0.0)
     gears = [
@@ -241,15 +246,21 @@ def test_sum_type_is_wider_than_difference_type(seed):
         gears=tuple(gears), meshes=base.train.meshes, damping_ratio=0.005
     )
     rub = (ToothFriction(random.uniform(0.01, 0.05)),)
-    varying = periodic_system(type(base)(train, base.excitations, friction=rub))
-    widths = {
-        (c.kind, c.first, c.second, c.order): c.high - c.low
-        for c in combinations(varying)
-        if c.unstable
-    }
-    for (kind, *modes), width in widths.items():
-        if kind == "difference":
-            assert widths[("sum", *modes)] > width
+    without, with_friction = (
+        {
+            (c.kind, c.first, c.second, c.order): c.high - c.low
+            for c in combinations(periodic_system(system))
+            if c.unstable
+        }
+        for system in (
+            type(base)(train, base.excitations),
+            type(base)(train, base.excitations, friction=rub),
+        )
+    )
+    assert not any(kind == "difference" for kind, *_ in without)
+    for (kind, *modes), width in with_friction.items():
+        if kind == "difference" and ("sum", *modes) in without:
+            assert with_friction[("sum", *modes)] > width
 
 
 def whole_monodromy(speed, rub, eps, damping):
