@@ -161,7 +161,9 @@ def _fit_in_turn(values: tuple[object, ...], kinds: tuple[Any, ...]) -> bool:
 
 
 def _is_several(value: object) -> TypeGuard[Sequence[object]]:
-    return isinstance(value, Sequence | np.ndarray) and not isinstance(value, str)
+    if isinstance(value, np.ndarray):
+        return value.ndim > 0
+    return isinstance(value, Sequence) and not isinstance(value, str)
 
 
 def _is_protocol(kind: type) -> bool:
@@ -169,8 +171,9 @@ def _is_protocol(kind: type) -> bool:
 
 
 def _is(value: object, choice: object) -> bool:
-    """Equal, and not 1 beside True or 1.0."""
-    return type(value) is type(choice) and value == choice
+    """Equal, also as a number of NumPy, and not 1 beside True or 1.0."""
+    plain = value.item() if isinstance(value, np.generic) else value
+    return type(plain) is type(choice) and plain == choice
 
 
 def _words(kind: Any) -> str:

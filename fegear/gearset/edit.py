@@ -31,12 +31,21 @@ def edited(tables: Mapping[str, Any], edits: Mapping[str, Any]) -> dict[str, Any
     set as well; a relief magnitude of 0 takes the relief away. Raises InputError for
     a name that leads nowhere.
     """
-    copy: dict[str, Any] = deepcopy(dict(tables))
+    copy: dict[str, Any] = {key: _plain(value) for key, value in tables.items()}
     for name, value in edits.items():
-        _set(copy, name, value)
+        _set(copy, name, _plain(value))
     for mesh in _tables_of(copy, "mesh"):
         _settle_reliefs(mesh)
     return copy
+
+
+def _plain(value: Any) -> Any:
+    """A copy with numbers of NumPy as those of Python."""
+    if isinstance(value, Mapping):
+        return {key: _plain(each) for key, each in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(each) for each in value]
+    return value.item() if getattr(value, "ndim", None) == 0 else deepcopy(value)
 
 
 def parsed_value(text: str) -> Any:

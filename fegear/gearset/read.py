@@ -7,6 +7,7 @@ import tomllib
 from collections.abc import Mapping, Sequence
 from importlib import resources
 from importlib.resources.abc import Traversable
+from os import PathLike, fspath
 from os.path import exists
 from pathlib import Path
 from typing import Any
@@ -20,19 +21,24 @@ from fegear.gearset.model import GearSet
 from fegear.gearset.problems import first_problem, nearest
 from fegear.gearset.schema import Document, with_defaults
 from fegear.output import read_text
+from lumped.checks import checked
 
 
-def load_gear_set(name_or_path: str, edits: Mapping[str, Any] | None = None) -> GearSet:
+@checked
+def load_gear_set(
+    name_or_path: str | PathLike[str], edits: Mapping[str, Any] | None = None
+) -> GearSet:
     """A built-in gear set by its name, or the one in a TOML file.
 
     edits : values to set before it is read, see `fegear.gearset.edit`
 
     Raises InputError, in one line, on anything that cannot be used.
     """
-    if name_or_path in builtin_names():
-        text = (_builtin_folder() / f"{name_or_path}.toml").read_text("utf-8")
-        return read_gear_set(text, name_or_path, edits)
-    path = path_of(name_or_path, "gear set", builtin_names())
+    name = fspath(name_or_path)
+    if name in builtin_names():
+        text = (_builtin_folder() / f"{name}.toml").read_text("utf-8")
+        return read_gear_set(text, name, edits)
+    path = path_of(name, "gear set", builtin_names())
     return read_gear_set_file(path, edits)
 
 
@@ -57,6 +63,7 @@ def read_gear_set_file(path: Path, edits: Mapping[str, Any] | None = None) -> Ge
     return read_gear_set(read_text(path), str(path), edits)
 
 
+@checked
 def read_gear_set(
     text: str, source: str = "gear set", edits: Mapping[str, Any] | None = None
 ) -> GearSet:
@@ -67,6 +74,7 @@ def read_gear_set(
         raise InputError(f"{source}: {error}") from None
 
 
+@checked
 def make_gear_set(
     tables: Mapping[str, Any], edits: Mapping[str, Any] | None = None
 ) -> GearSet:

@@ -221,8 +221,10 @@ def test_difference_type_comes_with_friction_only():
 @settings(max_examples=100, deadline=None)
 @given(seed=st.integers(0, 10**6))
 def test_sum_type_is_wider_where_the_real_part_of_psi_is_positive(seed):
-    """For pairs of random gears. Appendix B has it positive for any; where the
-    stiffness hardly couples two modes friction makes it negative, and differences wider.
+    """For pairs of random gears; Appendix B has it positive for any.
+
+    Where the stiffness hardly couples two modes friction makes it negative, and then
+    differences are the wider ones.
     """
     random = np.random.default_rng(seed)
     base = pair_system(random.uniform(0.05, 0.6), 0.0)
