@@ -1,4 +1,4 @@
-"""What Python callers hand over: other types than are asked for, and NumPy's numbers."""
+"""Arguments from Python: other types than are asked for, and numbers of NumPy."""
 
 from __future__ import annotations
 
