@@ -20,7 +20,7 @@ TABLES = {
 }
 
 
-@pytest.mark.parametrize("value", WRONG, ids=repr)
+@pytest.mark.parametrize("value", WRONG, ids=lambda value: type(value).__name__)
 @pytest.mark.parametrize(
     ("function", "name"),
     [
