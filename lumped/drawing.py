@@ -15,6 +15,7 @@ COLORS = (
     *("tab:orange", "tab:cyan", "tab:olive", "tab:pink", "gold", "navy", "lime"),
 )
 LETTERS = 11  # of a title in an inch
+LETTER, SIGN = 0.072, 0.5  # inches of a letter in a legend, and of a sign with its gaps
 
 
 def color_of(number: int) -> str:
@@ -54,7 +55,22 @@ def draw_title(figure: Figure, title: str) -> None:
 
 
 def draw_legend(figure: Figure, handles: Iterable[Any], columns: int) -> None:
-    """Below all panels."""
+    """Below all panels, in so many columns or fewer if they would not fit."""
+    entries = list(handles)
+    lengths = [len(str(each.get_label())) for each in entries]
+    while columns > 1 and _legend_width(lengths, columns) > figure.get_figwidth():
+        columns -= 1
     figure.legend(
-        handles=list(handles), loc="outside lower center", ncols=columns, fontsize=8
+        handles=entries, loc="outside lower center", ncols=columns, fontsize=8
     )
+
+
+def _legend_width(lengths: Sequence[int], columns: int) -> float:
+    """Inches of labels of so many letters, which fill one column after another."""
+    rows, more = divmod(len(lengths), columns)
+    longest, start = 0, 0
+    for column in range(columns):
+        end = start + rows + (column < more)
+        longest += max(lengths[start:end], default=0)
+        start = end
+    return LETTER * longest + SIGN * columns

@@ -13,7 +13,7 @@ from fegear.cli import run
 from fegear.cli.screen import number, ruled_table, screen
 from fegear.rendering.labels import BAR_LETTERS, legend
 from fegear.rendering.look import COLOURS, Look
-from lumped.drawing import draw_title
+from lumped.drawing import draw_legend, draw_title, panels
 
 ROOT = Path(__file__).parents[3]
 RECTANGULAR = ["liu-pair", "--excitation", "rectangular"]
@@ -176,3 +176,16 @@ def test_numbers_are_whole_on_narrow_screens(monkeypatch, capsys, width):
         assert shown.count(value) == 1
     assert shown.count("Title") == 1
     assert "\N{HORIZONTAL ELLIPSIS}" not in " ".join(lines)
+
+
+@pytest.mark.parametrize("letters", [5, 30, 60])
+@pytest.mark.parametrize("count", [2, 8])
+def test_legends_are_not_cut(letters, count):
+    figure, ((axes,),) = panels(1, size=(9.0, 5.0))
+    handles = [axes.plot([0, 1], label="n" * letters)[0] for _ in range(count)]
+    draw_legend(figure, handles, 6)
+    canvas = FigureCanvasAgg(figure)
+    canvas.draw()
+    box = figure.legends[0].get_window_extent(canvas.get_renderer())
+    assert box.x0 >= 0.0
+    assert box.x1 <= canvas.get_width_height()[0]
