@@ -744,3 +744,37 @@ def test_a_map_over_friction_can_be_typed():
     dict(commands())["map"].make_context("map", list(words[1:]))
     points = computed(text).curves[0].points
     assert points[0][1] != points[1][1]
+
+
+def test_yes_and_no_are_no_printed_numbers():
+    """Nor are counts of motions, which the text names and does not count."""
+    flags = re.compile(r"number\.|fraction\.|.* is (there|stable)$|falls$|boundary$")
+    for number in figure_numbers():
+        for given in load_figure(number).printed:
+            flagged = flags.match(given.found) and not number[0].isdigit()
+            assert not (flagged and given.origin == "printed"), number
+
+
+def test_the_list_names_what_is_not_made_of_every_source():
+    left_out = {each.numbers: each.why for each in left_out_figures()}
+    assert {"2.1-2.4", "rattle-1.1-1.5", "rattle-table-2.1", "rattle-table-4.2"} <= (
+        left_out.keys()
+    )
+    assert "6.5e-5 and 4.2e-5" in left_out["rattle-table-2.2"]
+    made = set(figure_numbers())
+    assert "4.8" in made
+    assert not made & left_out.keys()
+
+
+def test_modes_move_from_the_shaft_to_the_meshes():
+    """Soft, the shaft has a mode of its own; stiff, it has the highest."""
+    figure = load_figure("4.8")
+    part = figure.part[0]
+    found = COMPUTE[type(part)](part, figure.scene(part), lambda *progress: None)
+    ends = {
+        (curve.panel, curve.label): (curve.points[0][1], curve.points[-1][1])
+        for curve in found.curves
+    }
+    shaft = "strain energy in shaft"
+    assert ends[shaft, "mode 1"][0] > 0.98 > 0.02 > ends[shaft, "mode 1"][1]
+    assert ends[shaft, "mode 3"][0] < 0.02 < 0.98 < ends[shaft, "mode 3"][1]
