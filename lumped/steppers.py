@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
@@ -282,7 +283,8 @@ def warm_up(stepper: Stepper, frequency: float, settings: Any) -> None:
     short = replace(settings, max_periods=1, multiples=1, windows=1)
     steady_state(stepper, frequency, short)
     if isinstance(stepper, FixedStepper) and stepper.system.contacts is not None:
-        stepper.monodromy(stepper.start(), Speed(frequency, short), 1)
+        with suppress(Diverged):
+            stepper.monodromy(stepper.start(), Speed(frequency, short), 1)
 
 
 def _room(system: LumpedSystem, h: Array, periods: int) -> tuple[Array, Array]:

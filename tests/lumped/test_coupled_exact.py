@@ -20,8 +20,8 @@ from rim_gears import FIRM, FREE, INERTIAS, RADII, STIFF, TORQUE, RimGears
 from scipy.integrate import quad
 
 from lumped import Settings, respond
-from lumped.steady_state import Speed
-from lumped.steppers import FixedStepper, steps_per_period
+from lumped.steady_state import Diverged, Speed
+from lumped.steppers import FixedStepper, steps_per_period, warm_up
 from validation.oracles.coupled_train import instant_of
 
 FORCE = TORQUE / RADII[0]
@@ -182,6 +182,19 @@ def test_free_vibration_of_a_hardening_contact_has_the_period_of_its_energy():
     assert back_after(less, secant) < 1e-7
     expected = 1.0 - math.cos(2.0 * math.pi * period / secant)
     assert back_after(less, period) == pytest.approx(expected, rel=1e-3)
+
+
+def test_what_diverges_is_warmed_up_all_the_same(monkeypatch):
+    """So that a budget shows a model that diverges next to the others."""
+    seen = []
+
+    def diverge(self, *arguments):
+        seen.append(arguments)
+        raise Diverged(0.0)
+
+    monkeypatch.setattr(FixedStepper, "monodromy", diverge)
+    warm_up(FixedStepper(replace(FIRM, damping=0.02).coupled), 900.0, Settings())
+    assert seen
 
 
 def test_sharp_resonances_take_more_steps():
