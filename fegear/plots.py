@@ -156,7 +156,7 @@ def _draw_error(axes: Axes, table: MeshTable) -> None:
 
 
 def _draw_varying_error(axes: Axes, table: MeshTable) -> None:
-    """What excites vibration: the transmission error about its mean."""
+    """The transmission error about its mean, which excites vibration."""
     error = 1e6 * table["ste_m"]
     labels = [
         f"{torque:.4g} N m,\npeak to peak {range_:.3g} um"

@@ -1,4 +1,4 @@
-"""What results have in common: they show themselves in one line, and make frames."""
+"""The base of all results: a short `repr`, and pandas frames of their tables."""
 
 from __future__ import annotations
 

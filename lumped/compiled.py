@@ -110,7 +110,7 @@ class _SealedFile(IndexDataCacheFile):
         self._write(self._data_path(name), data)
 
     def _read(self, path: str) -> Any:
-        """What was written there, None where there is nothing or it is damaged."""
+        """The values in a file, None where there is none or it is damaged."""
         try:
             content = Path(path).read_bytes()
         except OSError:

@@ -126,9 +126,8 @@ class SectionMap:
     def derivative(self, x: Array) -> Array:
         """What small changes of a section become."""
         self.passed += self.multiple
-        return self.stepper.monodromy(self.stepper.state_of(x), self.at, self.multiple)[
-            1
-        ]
+        state = self.stepper.state_of(x)
+        return self.stepper.monodromy(state, self.at, self.multiple)[1]
 
     def shortest(
         self, x: Array, size: Callable[[Array], float], tolerance: float

@@ -66,7 +66,7 @@ class BodyInertia:
         return self._error(self._parts(band), ~kept)
 
     def flank_error(self, kept: Mask, band: tuple[float, float]) -> float:
-        """Of amplitudes on the flanks of resonances in a band of speeds, relative.
+        """Relative error of amplitudes on the flanks of resonances in a band of speeds.
 
         kept : (b,) modes that are not left out
         """

@@ -128,8 +128,10 @@ SHARP = {"resonances_Hz": np.array([7500.0]), "resonance_damping": 0.005}
 
 
 def test_a_shifted_resonance_counts_by_half_bandwidths():
-    """By s of them amplitudes on the flanks change by s / 2, times the part of the
-    vibration that is resonance."""
+    """A shift by s of them changes amplitudes on the flanks by s / 2.
+
+    Only the part of the vibration that is resonance counts.
+    """
     alone = inertia(**SHARP, rest=np.zeros(1))
     kept, band = np.array([1, 1, 1, 0], bool), (2400.0, 2600.0)
     x = 7500.0 / 30e3

@@ -198,7 +198,7 @@ def test_what_diverges_is_warmed_up_all_the_same(monkeypatch):
 
 
 def test_sharp_resonances_take_more_steps():
-    """Where steps would shift them by a good part of their width, and if refined."""
+    """Large steps would shift them; a refined run doubles the steps that they take."""
     sharp, broad = (replace(FIRM, damping=d).coupled for d in (0.005, 0.05))
     frequency = sharp.strained_angular / (2.0 * math.pi) / 8.0
     many, few = (steps_per_period(s, frequency, Settings()) for s in (sharp, broad))
