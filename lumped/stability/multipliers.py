@@ -22,7 +22,20 @@ ACCURACY = 1e-10  # of integration
 def transition(
     system: PeriodicSystem, frequency: ArrayLike, method: Method = "peano-baker"
 ) -> Array:
-    """State transition (f, 2 n, 2 n) over the common period; state (q, q'/frequency).
+    """State transition (f, 2 n, 2 n) over the common period, see `scaled_transition`.
+
+    Entries beyond all numbers are infinite.
+    """
+    scaled, growth = scaled_transition(system, frequency, method)
+    return grown(scaled, growth[:, None, None])
+
+
+def scaled_transition(
+    system: PeriodicSystem, frequency: ArrayLike, method: Method = "peano-baker"
+) -> tuple[Array, Array]:
+    """State transitions exp(g) A over the common period; state (q, q'/frequency).
+
+    Returns A (f, 2 n, 2 n) and g (f,).
 
     frequency : (f,) of the first mesh [Hz]
     method : the series of Peano and Baker, summed by powers of time (eq. 4.53-4.55);
@@ -34,15 +47,17 @@ def transition(
     if not ((speeds > 0.0) & np.isfinite(speeds)).all():
         raise ValueError(f"frequency must be positive, got {speeds.min():g}")
     if method == "integration":
-        return np.stack([_integrated(system, speed) for speed in speeds])
+        found = np.stack([_integrated(system, speed) for speed in speeds])
+        return found, np.zeros(speeds.size)
     if method == "exponential":
         system = system.averaged(DIVISIONS)
     from lumped.stability.kernels.transition import set_transitions
 
     out = np.empty((speeds.size, 2 * system.modes, 2 * system.modes))
     given = np.diff(system.edges), system.stiffness, system.damping, 1.0 / speeds
-    set_transitions(*given, REACH, ERROR, out)
-    return out
+    growth = np.empty(speeds.size)
+    set_transitions(*given, REACH, ERROR, out, growth)
+    return out, growth
 
 
 def _integrated(system: PeriodicSystem, speed: float) -> Array:
@@ -84,12 +99,22 @@ def multipliers(
     system: PeriodicSystem, frequency: ArrayLike, method: Method = "peano-baker"
 ) -> ComplexArray:
     """Floquet multipliers (f, 2 n) over the common period."""
-    found = np.linalg.eigvals(transition(system, frequency, method))
-    return np.asarray(found, complex)
+    scaled, growth = scaled_transition(system, frequency, method)
+    values = np.asarray(np.linalg.eigvals(scaled), complex)
+    factor = grown(np.ones(growth.size), growth)
+    with np.errstate(invalid="ignore"):
+        return np.asarray(values * factor[:, None], complex)
 
 
 def largest_multiplier(
     system: PeriodicSystem, frequency: ArrayLike, method: Method = "peano-baker"
 ) -> Array:
     """Modulus of the largest (f,); beyond 1 vibration grows."""
-    return np.asarray(np.abs(multipliers(system, frequency, method)).max(axis=1))
+    scaled, growth = scaled_transition(system, frequency, method)
+    return grown(np.abs(np.linalg.eigvals(scaled)).max(axis=1), growth)
+
+
+def grown(values: Array, growth: Array) -> Array:
+    """Values times exp(growth), infinite beyond all numbers."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        return np.asarray(values * np.exp(growth))

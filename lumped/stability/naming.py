@@ -13,7 +13,7 @@ from lumped.stability.combinations import (
     mean_modes,
     name_of,
 )
-from lumped.stability.multipliers import Method, transition
+from lumped.stability.multipliers import Method, grown, scaled_transition
 from lumped.stability.periodic import PeriodicSystem
 
 Array = NDArray[np.float64]
@@ -67,10 +67,11 @@ def growth(
     system: PeriodicSystem, speeds: Array, known: Candidates, method: Method
 ) -> tuple[Array, Names]:
     """Largest multipliers (f,) at speeds (f,) [Hz] and what grows, empty if nothing."""
-    values, vectors = np.linalg.eig(transition(system, speeds, method))
+    scaled, exponent = scaled_transition(system, speeds, method)
+    values, vectors = np.linalg.eig(scaled)
     worst = np.abs(values).argmax(axis=1)[:, None]
     multiplier = np.take_along_axis(values, worst, axis=1)[:, 0]
-    largest = np.abs(multiplier)
+    largest = grown(np.abs(multiplier), exponent)
     names = np.full(speeds.size, "", "U64")
     decay = 0.5 * float(system.damping.min()) * system.length / speeds
     least = np.where(decay > GROWS, GROWS_DAMPED, GROWS)

@@ -32,7 +32,7 @@ NODES = 12  # of Gauss's rule on a piece
 
 @dataclass(frozen=True, eq=False)
 class PeriodicSystem:
-    """n modes over the common period of all meshes.
+    """n modes over the common period of all meshes' stiffness.
 
     angular : (n,) natural angular frequencies at mean stiffness [rad/s]
     damping : (n,) 2 zeta omega [1/s]
@@ -143,8 +143,9 @@ def periodic_system(system: LumpedSystem) -> PeriodicSystem:
     _require(system)
     kept = system.moving
     modes, arrays = system.modes, system.arrays
-    times = np.concatenate([[0.0], system.excitation.breaks()])
-    times = np.append(times, float(system.common_period[0]))
+    # stiffness repeats with the meshes, whatever their teeth's pitch errors
+    length = float(system.train.common_period[0])
+    times = np.concatenate([[0.0], system.excitation.breaks(), [length]])
     v, n = arrays.shapes, arrays.rigidity.size
     rest = np.diag(arrays.rigidity) - np.einsum(
         "m,mi,mj->ij", arrays.mean_stiffness, v, v

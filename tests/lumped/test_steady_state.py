@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from rim_gears import FIRM
 
 import lumped.steady_state as module
 from lumped import Settings, Status, respond, sweep
@@ -73,6 +74,28 @@ def test_a_leap_is_in_doubt(regular):
     assert not doubtful(far, replace(regular, frequency=0.97 * regular.frequency))
     assert doubtful(replace(regular, multiple=2), None)
     assert not doubtful(replace(regular, status=Status.DIVERGED, multiple=0), far)
+
+
+@pytest.mark.parametrize("coupled", [False, True])
+def test_finer_steps_of_the_coupled_model_go_on_from_its_end(
+    coupled, system, monkeypatch
+):
+    train = FIRM.coupled if coupled else system()
+    start, calls = respond(train, 2000.0), []
+    real = module.steady_state
+
+    def logged(*args):
+        found = real(*args)
+        calls.append((args[3], args[4], found[0]))
+        return found
+
+    monkeypatch.setattr(module, "steady_state", logged)
+    far = replace(start, dte_rms=3.0 * start.dte_rms, frequency=2001.0)
+    respond_confirmed(train, 2000.0, None, start.state, far)
+    (_, _, coarse), (state, before, finer) = calls
+    assert (state is coarse.state, state is start.state) == (coupled, not coupled)
+    assert before == (2000.0 if coupled else 2001.0)
+    assert alike(coarse, finer)
 
 
 def test_what_is_alike(regular):

@@ -131,8 +131,7 @@ def spread(errors: Array) -> tuple[float, float]:
     """
     if not errors.size:
         return np.inf, np.inf
-    found = np.quantile(errors, (0.5, 0.9), method="higher")
-    return float(found[0]), float(found[1])
+    return float(np.median(errors)), float(np.quantile(errors, 0.9, method="higher"))
 
 
 def largest_frequency_error(measured: Measured) -> tuple[float, float]:

@@ -18,11 +18,14 @@ import numpy as np
 from lumped.compiled import compiled, inlined
 
 MOST_TERMS = 40
+LARGE = 1e100  # of a state, which is then made small again
 
 
 @compiled
-def set_transitions(steps, stiffness, damping, periods, reach, error, out):
+def set_transitions(steps, stiffness, damping, periods, reach, error, out, growth):
     """Transition matrices (f, 2 n, 2 n) of the state (q, T q') over all pieces.
+
+    Matrices are exp(growth) `out`, since those of long periods may exceed all numbers.
 
     steps : (p,) lengths of the pieces; stiffness : (p, d + 1, n, n); damping : (n,)
     periods : (f,) T [s]; reach : of a step, at most, in radians of the highest
@@ -33,7 +36,7 @@ def set_transitions(steps, stiffness, damping, periods, reach, error, out):
     q, w = np.empty((n, 2 * n)), np.empty((n, 2 * n))
     shifted = np.empty((count, n, n))
     for f in range(periods.size):
-        period = periods[f]
+        period, growth[f] = periods[f], 0.0
         for i in range(n):
             for c in range(2 * n):
                 q[i, c] = 1.0 if c == i else 0.0
@@ -46,9 +49,26 @@ def set_transitions(steps, stiffness, damping, periods, reach, error, out):
             for part in range(parts):
                 shift(stiffness[p], part * h, h, shifted)
                 advance(shifted, damping, period * h, order, terms, q, w, h)
+                growth[f] += made_small(q, w)
         for i in range(n):
             for c in range(2 * n):
                 out[f, i, c], out[f, n + i, c] = q[i, c], w[i, c]
+
+
+@inlined
+def made_small(q, w):
+    """Logarithm of the factor by which a large state was divided."""
+    size = 0.0
+    for i in range(q.shape[0]):
+        for c in range(q.shape[1]):
+            size = max(size, abs(q[i, c]), abs(w[i, c]))
+    if size < LARGE:
+        return 0.0
+    for i in range(q.shape[0]):
+        for c in range(q.shape[1]):
+            q[i, c] /= size
+            w[i, c] /= size
+    return math.log(size)
 
 
 @inlined

@@ -25,6 +25,7 @@ from lumped.stability.multipliers import (
     METHODS,
     largest_multiplier,
     multipliers,
+    scaled_transition,
     transition,
 )
 from lumped.stability.periodic import PeriodicSystem, periodic_system
@@ -393,3 +394,30 @@ def test_the_recursion_of_the_source_and_the_series_are_one():
     for divisions, least in ((20, 1e-6), (200, 1e-8)):
         found = transition(system.averaged(divisions), 1.0)[0]
         assert least < np.abs(found - exact).max() < 1e3 * least
+
+
+def test_pitch_errors_change_no_stability():
+    """They move the teeth, which stay in contact, and not their stiffness."""
+    teeth = load_gear_set("liu-pair").gears[0].geometry.teeth
+    off = {"gear.1.pitch_errors_um": [0.0] * (teeth - 1) + [3.0]}
+    model = LumpedModel(stiffness=Source(kind="rectangular"))
+    one, other = (
+        periodic_system(lumped_system(load_gear_set("liu-pair", edits), 100.0, model))
+        for edits in ({}, off)
+    )
+    at = np.linspace(1000.0, 6000.0, 7)
+    np.testing.assert_array_equal(
+        largest_multiplier(one, at), largest_multiplier(other, at)
+    )
+
+
+def test_growth_beyond_all_numbers_is_infinite():
+    """Motions of q'' = q over 2000 periods of 1 s grow by e^2000, one of two modes."""
+    stiffness = np.diag([-1.0, 1e-2])[None, None]
+    length = np.array([0.0, 2000.0])
+    system = PeriodicSystem(np.array([1.0, 0.1]), np.zeros(2), length, stiffness)
+    scaled, growth = scaled_transition(system, 1.0)
+    largest = np.log(np.abs(np.linalg.eigvals(scaled)).max(axis=1)) + growth
+    assert largest == pytest.approx(2000.0, rel=1e-12)
+    assert largest_multiplier(system, 1.0) == math.inf
+    assert np.isinf(transition(system, 1.0)[0][0, 0])
