@@ -153,6 +153,10 @@ def loaded_by(statement: str) -> set[str]:
         ("import fegear.cli", {"numpy", "numba", "gmsh", "vtk", "skfem", "scipy"}),
         ("import fegear.gearset", {"gmsh", "skfem", "numba", "scipy", "matplotlib"}),
         ("import fegear.statics", {"vtk", "pyvista", "gmsh", "matplotlib"}),
+        (
+            "from fegear.cli import run; run(['reproduce', '--list'])",
+            {"vtk", "pyvista", "gmsh", "matplotlib", "meshio"},
+        ),
     ],
 )
 def test_heavy_libraries_load_where_they_are_used(statement, heavy):

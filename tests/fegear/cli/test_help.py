@@ -5,6 +5,7 @@ from __future__ import annotations
 import inspect
 import re
 import shlex
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, get_type_hints
 
@@ -115,6 +116,32 @@ def test_commands_in_the_documentation_can_be_typed(page):
     assert len(lines) > 5
     for line in lines:
         parsed(line)
+
+
+WRITES = {"-o", "--output", "--plot", "--contact", "--drawing", ">"}
+
+
+def test_files_that_the_readme_reads_are_there_before():
+    """Each is written by a command above or is printed whole, with its name."""
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    described = set(re.findall(r"such as `([\w.-]+)`", text))
+    described |= {f"{name}.toml" for name in re.findall(r'^name = "(.*)"$', text, re.M)}
+    blocks = "".join(re.findall(r"^```sh\n(.*?)^```", text, re.MULTILINE | re.DOTALL))
+    for line in blocks.splitlines():
+        words = shlex.split(line, comments=True)
+        made = {word for before, word in pairwise(words) if before in WRITES}
+        if "--history" in words:
+            made.add("h/100Nm_up_1600Hz.csv")
+        read = {word for word in words if re.search(r"\w\.(toml|csv)$", word)}
+        assert read <= made | described, line
+        described |= made
+
+
+def test_the_readme_names_its_sources():
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    sources = text.partition("## Sources")[2]
+    for author, year in (("Liu", "2007"), ("Mason", "2008"), ("Eschmann", "1987")):
+        assert re.search(rf"{author}.*?{year}", sources, re.DOTALL)
 
 
 def test_the_list_of_commands_is_not_cut_off():

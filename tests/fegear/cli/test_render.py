@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import subprocess
 import sys
 from itertools import pairwise
@@ -14,6 +15,7 @@ import numpy as np
 import pytest
 import pyvista
 import typer
+from cli_commands import printed
 from history_files import HEADER, columns, written
 from matplotlib import colormaps
 from matplotlib.image import imread
@@ -353,3 +355,14 @@ def test_teeth_that_no_load_leaves_in_mesh_are_not_drawn(tmp_path):
     with pytest.raises(InputError, match="exceeds a tenth of the module"):
         run("--torque", "1e8", "-o", str(tmp_path / "p.png"))
     assert not list(tmp_path.iterdir())
+
+
+def test_render_says_what_it_drew(tmp_path):
+    path = tmp_path / "contact.png"
+    words = ("render", "liu-pair", "--resolution", "coarse", "--position", "0.5")
+    drawn, largest, written = printed(*words, "-o", path).splitlines()[-3:]
+    assert "liu-pair" in drawn
+    assert re.match(r"largest von Mises stress in view: \w+ \d+ MPa, \w+ \d+", largest)
+    assert largest.endswith(" MPa")
+    assert "largest contact pressure" in largest
+    assert written == f"wrote {path}"

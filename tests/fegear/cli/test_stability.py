@@ -236,3 +236,9 @@ def test_wrong_friction_of_sweeps_is_one_line(words, message, capsys):
     argv = ["sweep", "liu-pair", "--speeds", "2000", *given, *words.split()]
     assert run(argv) == 2
     assert message in capsys.readouterr().err
+
+
+def test_integration_is_left_to_the_benchmark(capsys):
+    """It took 14 s for what the series does in 0.02 s."""
+    assert run([*WORDS, "--method", "integration"]) == 2
+    assert "--method" in capsys.readouterr().err

@@ -1,0 +1,117 @@
+"""What a reader needs from pictures: ranges, colors, marks and legends to be seen."""
+
+from __future__ import annotations
+
+import io
+from itertools import combinations
+
+import numpy as np
+import pytest
+from matplotlib.colors import to_rgb
+
+from fegear.gearset import load_gear_set
+from fegear.plots import draw_table
+from fegear.statics import StaticsSettings, solve_mesh
+from lumped.attractor_figure import draw_attractors
+from lumped.attractor_sweeps import AttractorBranch
+from lumped.attractors import Attractor
+from lumped.drawing import draw_legend, panels
+from validation.report.figures import _number_decades
+from validation.reproduce.drawing import _color, _look, _name
+from validation.reproduce.parts import Curve
+
+TORQUES = (50.0, 100.0, 200.0)
+
+
+@pytest.fixture(scope="module")
+def drawn():
+    settings = StaticsSettings(resolution="coarse", positions=16)
+    result = solve_mesh(load_gear_set("liu-pair"), torques=TORQUES, settings=settings)
+    figure = draw_table(result)
+    figure.savefig(io.BytesIO(), format="png")
+    return result, figure
+
+
+def test_peak_to_peak_of_the_transmission_error_fills_its_panel(drawn):
+    result, figure = drawn
+    varying = figure.axes[2]
+    low, high = varying.get_ylim()
+    ranges = 1e6 * np.ptp(result.table["ste_m"], axis=1)
+    assert high - low < 1.3 * ranges.max()
+    words = [text.get_text() for text in varying.get_legend().get_texts()]
+    assert words == [
+        f"{torque:g} N m,\npeak to peak {width:.3g} um"
+        for torque, width in zip(TORQUES, ranges, strict=True)
+    ]
+
+
+def test_colors_of_torques_are_told_apart_by_their_lightness(drawn):
+    _, figure = drawn
+    colors = [to_rgb(line.get_color()) for line in figure.axes[2].lines]
+    lightness = np.array(colors) @ [0.2126, 0.7152, 0.0722]
+    assert (np.diff(lightness) > 0.1).all()
+
+
+def test_legends_lie_beside_the_panels_and_inside_the_figure(drawn):
+    _, figure = drawn
+    whole = figure.bbox.extents
+    for axes in figure.axes:
+        legend = axes.get_legend().get_window_extent()
+        assert legend.x0 >= axes.get_window_extent().x1
+        assert legend.x1 <= whole[2]
+        assert legend.y0 >= whole[1]
+
+
+@pytest.mark.parametrize("words", [2, 9, 20])
+def test_legends_of_figures_are_not_cut(words):
+    figure, ((axes,),) = panels(1, size=(7.0, 4.0))
+    handles = axes.plot(np.eye(words))
+    for number, handle in enumerate(handles):
+        handle.set_label(f"a curve with a long name, {number}")
+    draw_legend(figure, handles, 4)
+    figure.savefig(io.BytesIO(), format="png")
+    legend = figure.legends[0].get_window_extent()
+    assert figure.bbox.x0 <= legend.x0
+    assert legend.x1 <= figure.bbox.x1
+
+
+@pytest.mark.parametrize(("points", "least"), [(1, 4.0), (60, 2.0)])
+def test_dots_of_bifurcations_are_larger_where_they_are_few(points, least):
+    section = np.linspace(0.0, 1e-6, points)[:, None]
+    one = Attractor(0, section, np.zeros_like(section), 0.1, 0.01)
+    values = tuple(np.linspace(1000.0, 2000.0, 100).tolist())
+    branch = AttractorBranch("up", values, (one,) * 100, True)
+    figure = draw_attractors([branch], "speed [Hz]")
+    assert figure.axes[0].lines[0].get_markersize() >= least
+
+
+@pytest.mark.parametrize("limits", [(1e-4, 3e-2), (2e-3, 8e-3), (1.0, 40.0)])
+def test_numbers_of_the_cost_plot_do_not_collide(limits):
+    figure, ((axes,),) = panels(1, size=(8.0, 3.2))
+    axes.set_xscale("log")
+    axes.set_xlim(*limits)
+    _number_decades(axes.xaxis)
+    figure.savefig(io.BytesIO(), format="png")
+    boxes = [
+        label.get_window_extent()
+        for label in axes.get_xticklabels()
+        if label.get_text() and axes.bbox.x0 <= label.get_window_extent().x1
+    ]
+    assert len(boxes) >= 2
+    assert not any(one.overlaps(other) for one, other in combinations(boxes, 2))
+
+
+def test_color_is_the_torque_and_the_mark_the_method():
+    labels = [
+        f"{method}, {torque} N m"
+        for torque in (50, 100, 150)
+        for method in ("finite elements", "model 1")
+    ]
+    curves = [Curve("dots", ((0.0, 0.0),), label=f"{label}, up") for label in labels]
+    assert [_name(curve) for curve in curves] == labels
+    colors = [to_rgb(_color(curve, labels)) for curve in curves]
+    assert len(set(colors)) == 3
+    assert colors[::2] == colors[1::2]
+    looks = [repr(_look(curve, labels)) for curve in curves]
+    assert len(set(looks)) == 2
+    assert looks[:2] * 3 == looks
