@@ -36,7 +36,7 @@ OWN = re.compile(
     r"(wall[_ ]time|_time_s$|march_s|solving|solve_s|peak_memory|memory|cost|elapsed"
     r"|version|made_with|sources|sha256|digest|timed|prepare_s|per_speed|seconds|about)"
 )
-OWN_FILES = re.compile(r"figures/cost\.|report/(index\.html|report\.md)$")
+OWN_FILES = re.compile(r"figures/cost\.|(report|f)/(index\.html|report\.md)$")
 DIGEST = re.compile(r"-[0-9a-f]{16}\b")
 OWN_LINES = re.compile(
     r"wall time|^time:|own-case  model|memory|compiling|took| s per | s a speed"
@@ -90,6 +90,27 @@ name = "rms_distance"
 allowed = 0.2
 reason = "for a comparison of two states of the program"
 """
+GEARBOX = """name = "box"
+[excitation]
+frequency_Hz = 25.0
+amplitude_mm = 0.15
+[[wheel]]
+name = "spur"
+ratio = 0.87
+base_radius_mm = 40.0
+inertia_kg_m2 = 1e-3
+tooth_play_mm = 0.1
+tooth_restitution = 0.8
+drag_Nm = -0.05
+"""
+MEASURED = "time_s,speed_rpm\n0,3000\n10,2704\n20,2437\n30,2197\n40,1980\n50,1785\n"
+GIVEN = {
+    "own.toml": PAIR.format(errors=""),
+    "errors.toml": PAIR.format(errors=ERRORS),
+    "own-case.toml": CASE,
+    "measured.csv": MEASURED,
+    "box.toml": GEARBOX,
+}
 COMMANDS = Path(__file__).with_suffix(".txt").read_text().splitlines()
 RESUMED = ("dynamics liu-pair --speeds 1000:2000:20 --torque 100 -o d.csv", "--resume")
 
@@ -105,16 +126,15 @@ def _record(folder: Path, number: int) -> None:
     place = folder / f"{number:02d}"
     shutil.rmtree(place, ignore_errors=True)
     place.mkdir(parents=True)
-    for name, errors in (("own", ""), ("errors", ERRORS)):
-        (place / f"{name}.toml").write_text(PAIR.format(errors=errors))
-    (place / "own-case.toml").write_text(CASE)
+    for name, text in GIVEN.items():
+        (place / name).write_text(text)
     begin = time.perf_counter()
     words = COMMANDS[number] if number < len(COMMANDS) else RESUMED[0]
     if number == len(COMMANDS):
         _killed(place, words)
         words = " ".join(RESUMED)
     done = _run(words, place)
-    for name in ("own.toml", "errors.toml", "own-case.toml"):
+    for name in GIVEN:
         (place / name).unlink()
     (place / "command.txt").write_text(f"fegear {words}\n")
     (place / "screen.txt").write_text(done.stdout)
@@ -193,6 +213,7 @@ def _difference(one: Path, other: Path) -> str:
         ".png": _of_pictures,
         ".gif": _of_pictures,
         ".vtu": _of_fields,
+        ".npz": _of_arrays,
     }.get(one.suffix, _of_texts)
     if one.name == "screen.txt" and one.read_text().startswith("{"):
         kind = _of_json
@@ -334,6 +355,20 @@ def _of_fields(one: Path, other: Path) -> str:
         apart = np.nanmax(np.abs(flat - flat2)) / (np.nanmax(np.abs(flat)) or 1.0)
         if not apart <= AGREEMENT:
             return f"{name} by {apart:.1e}"
+    return ""
+
+
+def _of_arrays(one: Path, other: Path) -> str:
+    with np.load(one) as a, np.load(other) as b:
+        if a.keys() != b.keys():
+            return f"arrays {sorted(a)} and {sorted(b)}"
+        for name in a:
+            if a[name].dtype.kind in "fc":
+                same = np.allclose(a[name], b[name], AGREEMENT, 0.0, equal_nan=True)
+            else:
+                same = OWN.search(name) or np.array_equal(a[name], b[name])
+            if not same:
+                return f"{name} differs"
     return ""
 
 
