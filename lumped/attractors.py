@@ -223,9 +223,9 @@ def _along_steps(system: LumpedSystem, response: Response, at: Speed) -> Attract
         state = varied[:, : state.shape[1]]
     varied = np.concatenate([state, np.ones_like(state)], axis=1)
     deflection, rate, _ = _Way(system, at).carry(varied, periods)
-    _, monodromy = FixedStepper(system).monodromy(state, at, periods)
-    exponent = math.log(np.abs(np.linalg.eigvals(monodromy)).max()) / length
-    return Attractor(response.multiple, deflection, rate, float(exponent), 0.0)
+    _, scaled, growth = FixedStepper(system).scaled_monodromy(state, at, periods)
+    exponent = growth + math.log(np.abs(np.linalg.eigvals(scaled)).max())
+    return Attractor(response.multiple, deflection, rate, exponent / length, 0.0)
 
 
 def refined(system: LumpedSystem, settings: Settings, length: int) -> Settings:

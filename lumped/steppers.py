@@ -159,15 +159,25 @@ class FixedStepper(LumpedStepper):
 
         The matrix (2 n, 2 n) is of displacements, and velocities over `angular`.
         """
+        after, matrix, growth = self.scaled_monodromy(state, at, periods)
+        return after, math.exp(growth) * matrix
+
+    def scaled_monodromy(
+        self, state: Array, at: Speed, periods: int
+    ) -> tuple[Array, Array, float]:
+        """As `monodromy`, which is exp(growth) times the matrix, and the growth.
+
+        Changes that decay over a long period are smaller than any number.
+        """
         n, angular = state.shape[1], self.system.angular
         unit = np.stack([np.eye(2 * n)[:, :n], np.eye(2 * n)[:, n:] * angular])
         moved = np.concatenate([state[:, None], unit], axis=1).reshape(2, -1)
         growth = np.empty(periods)
         self.carry(moved, at, room_to_record(self.system, periods), growth)
-        changes = math.exp(growth.sum()) * moved.reshape(2, -1, n)[:, 1:]
+        changes = moved.reshape(2, -1, n)[:, 1:]
         # a row for each change: columns of the matrix
         matrix = np.concatenate([changes[0], changes[1] / angular], axis=1).T
-        return moved[:, :n].copy(), matrix
+        return moved[:, :n].copy(), matrix, float(growth.sum())
 
     @property
     def _kernels(self) -> Any:

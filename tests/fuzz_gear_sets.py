@@ -44,7 +44,11 @@ HANG = 120.0  # s of a case, on a busy machine
 PATIENCE = 20.0  # s, with the full degrees of freedom
 ALLOWED = {0, 1, 2}
 INTERRUPTED = 130
-FAILED = ("diverged at", "contact not solved")  # what code 1 may say here
+FAILED = (
+    "diverged at",
+    "contact not solved",
+    "no branch can begin",
+)  # what code 1 may say here
 NASTY = [0, -1, 1e-300, 5e-324, 1e300, math.nan, math.inf, -math.inf, 10**30, 2.5]
 WRONG = ["text", "", True, [], [1, "a"], {"a": 1}, "\x1b[31m", "\u202e", "a\nb", "$x$"]
 Value = Callable[[random.Random], Any]

@@ -194,7 +194,8 @@ def draw_noise(noise: Noise, title: str) -> Figure:
     axes.set_ylabel("part of the runs that are less loud")
     axes.set_ylim(0.0, 1.02)
     if not order.size:
-        axes.text(0.5, 0.5, "not clear what any run settles to", ha="center")
+        words = "not clear what any run settles to"
+        axes.text(0.5, 0.5, words, ha="center", transform=axes.transAxes)
     draw_legend(figure, axes.get_legend_handles_labels()[0][:MOST_NAMED], 4)
     draw_title(figure, title)
     return figure

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -15,7 +16,7 @@ from fegear.errors import InputError
 if TYPE_CHECKING:
     from fegear.rattle.machines import NamedMachine
 
-ABOVE = Range(above=0.0, most=1e9)
+ABOVE = Range(least=1e-9, most=1e9)
 MachineName = Annotated[
     str,
     typer.Argument(metavar="MACHINE", help="Built-in machine or path of a TOML file."),
@@ -40,7 +41,7 @@ class LoadFigures:
     )
     epsilon: float | None = option(
         "Eccentricity, as an angle [rad]. [default: the machine's]",
-        allowed=Range(least=0.0, most=1e9),
+        allowed=Range(least=0.0, most=1e3),
     )
     kappa: float | None = option(
         "Stiffness coefficient of the flanks over inertia and speed squared; inf for "
@@ -48,9 +49,10 @@ class LoadFigures:
     )
 
     def __post_init__(self) -> None:
-        if self.kappa is not None and not self.kappa > 0.0:
+        kappa = self.kappa
+        if kappa is not None and not (1e-9 <= kappa <= 1e15 or kappa == math.inf):
             raise InputError(
-                f"--kappa = {self.kappa:g}; allowed above 0, inf of impacts"
+                f"--kappa = {kappa:g}; allowed from 1e-9 to 1e15, inf of impacts"
             )
 
     def load(self, name: str) -> NamedMachine:

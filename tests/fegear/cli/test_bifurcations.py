@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import signal
 import subprocess
 import sys
@@ -104,3 +105,36 @@ def test_ctrl_c_keeps_what_is_finished_and_resume_goes_on(tmp_path):
     assert path.read_bytes() == whole.read_bytes()
     assert not partial.exists()
     assert rows_of(path)[: len(begun)] == begun
+
+
+LONG_PERIOD = """name = "long-period"
+defaults = {{module_mm = 2.0, face_width_mm = 10.0, hub_radius_mm = 5.0}}
+load = {{gear = "a", torques_Nm = [100.0]}}
+dynamics = {{damping_ratio = 0.2}}
+gear = [{gears}]
+[[mesh]]
+driver = "a"
+driven = "b"
+operating_pressure_angle_deg = 21.0
+backlash_um = 100.0
+mean_stiffness_N_per_m = 2e8
+stiffness_variation = 0.3
+"""
+
+
+def test_changes_that_decay_to_nothing_have_their_exponent(tmp_path):
+    """Both multipliers of one damped mode have one size, exp(-zeta omega T)."""
+    gears = ", ".join(
+        f'{{name = "{name}", teeth = {teeth}, pitch_errors_um = '
+        f"[2.0{', 0.0' * (teeth - 1)}]}}"
+        for name, teeth in (("a", 23), ("b", 26))
+    )
+    path = tmp_path / "set.toml"
+    path.write_text(LONG_PERIOD.format(gears=gears))
+    words = ("--excitation", "rectangular", "--direction", "up", "--json")
+    over = "mesh_frequency_Hz=1500,1600"
+    values = json.loads(printed("bifurcations", path, *words, "--over", over))
+    (stretch,) = values["branches"][0]["stretches"]
+    decay = -2.0 * math.pi * 0.2 * 11086.07 / 1600.0
+    found = stretch["largest_lyapunov_per_period"]
+    assert found == pytest.approx(decay, rel=5e-3)

@@ -93,6 +93,8 @@ def test_a_machine_file_is_read(tmp_path):
 WRONG = [
     ("roots-b", "neither a file nor a built-in machine"),
     ("roots-a --delta 0", "--delta = 0"),
+    ("roots-a --delta 1e-300", "--delta = 1e-300; allowed 1e-09 to"),
+    ("roots-a --kappa 1e-300", "--kappa = 1e-300; allowed from 1e-9 to 1e15"),
     ("roots-a --beta -1", "--beta = -1"),
     ("roots-a --epsilon nan", "--epsilon = nan"),
     ("roots-a --kappa 0", "--kappa = 0"),
@@ -226,3 +228,11 @@ def test_a_map_without_inverse_has_no_manifolds(capsys):
     words = ["rattle", "manifold", "roots-scaled", "--restitution", "0"]
     assert run(words) == 2
     assert "departures have no pre-images" in capsys.readouterr().err
+
+
+def test_a_plot_of_runs_that_settle_to_nothing(tmp_path, recwarn):
+    plot = tmp_path / "n.png"
+    words = ("--starts", "2", "--turns", "5", "--iterations", "200", "--plot", plot)
+    assert run(["rattle", "noise", "roots-a", *map(str, words)]) == 0
+    assert plot.stat().st_size > 5_000
+    assert not [w for w in recwarn if "constrained_layout" in str(w.message)]
