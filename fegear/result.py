@@ -6,8 +6,6 @@ from collections.abc import Mapping, Sequence, Sized
 from dataclasses import fields
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 if TYPE_CHECKING:
     from pandas import DataFrame
 
@@ -31,8 +29,8 @@ def shown(value: object) -> str:
         text = repr(value)
         return text if len(text) <= LONGEST else f"{text[:LONGEST]}..."
     kind = type(value).__name__
-    if isinstance(value, np.ndarray):
-        return f"<array {' x '.join(map(str, value.shape))}>"
+    if kind == "ndarray":
+        return f"<array {' x '.join(map(str, getattr(value, 'shape', ())))}>"
     if isinstance(value, Mapping | Sequence) and isinstance(value, Sized):
         return f"<{kind} of {len(value)}>"
     name = getattr(value, "name", None)

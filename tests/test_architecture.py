@@ -52,6 +52,7 @@ ALLOWED = {
     "fegear.rattle": {"fegear", "lumped"},
     "fegear.eccentric": {"fegear", "meshes", "lumped"},
     "fegear.clatter": {"fegear", "lumped"},
+    "fegear.studies": {"fegear", "lumped"},
     "fegear.dynamic_sweeps.py": {"fegear", "lumped"},
     # the same motions by other means: responses and their files are the lumped ones
     "fegear.dynamics": {"fegear", "meshes", "lumped"},

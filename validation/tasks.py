@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import chain
 from typing import get_args
 
 from fegear.dynamics.build import FiniteElements
@@ -53,8 +54,9 @@ class Task:
 
     @property
     def speeds(self) -> tuple[float, ...]:
-        """All that something moves at [Hz], single ones among them."""
-        return (*self.case.speeds, *(single.speed_Hz for single in self.single_speeds))
+        """Of the sweeps, of single ones, and where the way to these begins [Hz]."""
+        ends = ((w.speed_Hz, w.from_speed_Hz or w.speed_Hz) for w in self.single_speeds)
+        return (*self.case.speeds, *chain.from_iterable(ends))
 
     @property
     def inputs(self) -> dict[str, str]:

@@ -15,6 +15,9 @@ import typer
 from fegear.cli import bench
 from fegear.cli.command import Command
 from fegear.cli.screen import complain, say
+from fegear.cli.studies import command_of
+from fegear.studies.clatter import Clatter
+from fegear.studies.rattle_noise import Noise
 
 # the others are the solvers' own: they say what was not solved, and where
 BUILTIN_FAILURES = (ZeroDivisionError, OverflowError, FloatingPointError)
@@ -51,6 +54,7 @@ COMMANDS = (  # each in a file of its name, in the order of the help
     "reproduce",
     "budget",
 )
+STUDIES = {each.command: each for each in (Clatter, Noise)}
 RATTLES = (  # of the group `rattle`
     *("critical", "gears", "run-down", "periodic"),
     *("bifurcation", "basin", "manifold", "noise"),
@@ -76,12 +80,18 @@ def add_command(
 
 
 for name in COMMANDS:
+    if (study := STUDIES.get(name)) is not None:
+        add_command(app, name, command_of(study), study.example)
+        continue
     module = import_module(f"fegear.cli.{name}")
     add_command(app, name, getattr(module, f"{name}_command"), module.EXAMPLE)
 for name, command in BENCHMARKS.items():
     add_command(benchmarks, name, command, bench.EXAMPLES[name])
 for name in RATTLES:
     own = name.replace("-", "_")
+    if (study := STUDIES.get(f"rattle {name}")) is not None:
+        add_command(rattles, name, command_of(study), study.example)
+        continue
     module = import_module(f"fegear.cli.rattle.{own}")
     add_command(rattles, name, getattr(module, f"{own}_command"), module.EXAMPLE)
 app.add_typer(rattles, name="rattle")

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import typer
 
 from fegear.cli.edits import EditedSet, edit_entries
-from fegear.cli.groups import Range, grouped, option
+from fegear.cli.groups import grouped, option
 from fegear.cli.lumped_options import NAMED, CoupledOptions, Integration, LoadCase
 from fegear.cli.options import (
     FREQUENCY,
@@ -22,6 +22,7 @@ from fegear.cli.screen import Cells, cell, complain, counted, filled_table, scre
 from fegear.cli.varied import parsed_axes, varied_set
 from fegear.errors import InputError
 from fegear.speeds import MESH_FREQUENCY
+from fegear.studies.study import Range
 
 if TYPE_CHECKING:
     from fegear.bifurcations import AttractorSettings, BifurcationsResult

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from fegear.cli.edits import EditedSet, edit_entries
-from fegear.cli.groups import Range, grouped, option
+from fegear.cli.groups import grouped, option
 from fegear.cli.lumped_options import (
     HARMONICS,
     AnyModel,
@@ -28,6 +28,7 @@ from fegear.cli.screen import complain, counted, number, screen
 from fegear.cli.varied import varied_set
 from fegear.errors import InputError
 from fegear.speeds import MESH_FREQUENCY
+from fegear.studies.study import Range
 
 if TYPE_CHECKING:
     from fegear.branches import BranchesResult

@@ -12,11 +12,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from fegear.cli.edits import EditedSet, edit_entries, refuse_idle_edits
-from fegear.cli.groups import Range, grouped, option
+from fegear.cli.groups import grouped, option
 from fegear.cli.lumped_options import LoadCase, middle_torque, speeds_of
 from fegear.cli.options import AsJson, Plot, progress_bar, require_outputs, show
 from fegear.cli.screen import number, print_columns, say, screen
 from fegear.errors import InputError
+from fegear.studies.study import Range
 
 if TYPE_CHECKING:
     from validation.budget import Budget

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from fegear.cli.edits import EditedSet, edit_entries, refuse_idle_edits
-from fegear.cli.groups import Range, grouped, option
+from fegear.cli.groups import grouped, option
 from fegear.cli.lumped_options import (
     GivenTorque,
     LoadCases,
@@ -31,6 +31,7 @@ from fegear.cli.options import (
 from fegear.cli.screen import complain, say
 from fegear.cli.sweep_report import show_sweep
 from fegear.errors import InputError
+from fegear.studies.study import Range
 
 if TYPE_CHECKING:
     from fegear.dynamic_sweeps import DynamicsSettings

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
-from fegear.cli.groups import Range, grouped, option
+from fegear.cli.groups import grouped, option
 from fegear.cli.options import (
     AsJson,
     Plot,
@@ -22,6 +22,7 @@ from fegear.cli.options import (
 )
 from fegear.cli.screen import complain, number, say
 from fegear.errors import InputError
+from fegear.studies.study import Range
 
 if TYPE_CHECKING:
     from fegear.eccentric.gearing import Gearing

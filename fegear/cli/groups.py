@@ -9,42 +9,22 @@ A parameter of a command whose type is such a dataclass stands for all its field
     @grouped
     def show(name: str, outputs: Outputs) -> None: ...
 
-A field is an option by `option`, has an annotated type of typer's, or is a group again.
-A `Range` in the type, and what a group asks for in `__post_init__`, are checked before
-the command runs.
+A field is an option by `option` or a setting of a study, has an annotated type of
+typer's, or is a group again. A `Range` in the type, and what a group asks for in
+`__post_init__`, are checked before the command runs.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import Field, dataclass, field, fields, is_dataclass
+from dataclasses import MISSING, Field, field, fields, is_dataclass
 from inspect import Parameter, Signature, signature
-from math import inf
 from typing import Annotated, Any, get_args, get_type_hints
 
 import typer
 
 from fegear.errors import InputError
-
-
-@dataclass(frozen=True, kw_only=True)
-class Range:
-    """Numbers that an option takes: from or above, and to or below."""
-
-    least: float = -inf
-    above: float = -inf
-    most: float = inf
-    below: float = inf
-    unit: str = ""
-
-    def __contains__(self, value: float) -> bool:
-        inside = self.least <= value <= self.most
-        return inside and self.above < value < self.below
-
-    def __str__(self) -> str:
-        low = f"above {self.above:.12g}" if self.least == -inf else f"{self.least:.12g}"
-        high = f"below {self.below:.12g}" if self.most == inf else f"{self.most:.12g}"
-        return f"{low} to {high} {self.unit}".strip()
+from fegear.studies.study import Range, Setting, setting_of
 
 
 def option(
@@ -86,19 +66,43 @@ def grouped(command: Callable[..., None]) -> Callable[..., None]:
 
 def _options(parameter: Parameter, annotation: Any) -> Iterator[Parameter]:
     """The parameter by keyword, or those of the group that it stands for."""
-    if is_dataclass(annotation):
-        hints = get_type_hints(annotation, include_extras=True)
-        group: Any = annotation
-        inner = signature(group).parameters
-        for each in fields(annotation):
-            yield from _options(inner[each.name], _annotated(each, hints[each.name]))
-    else:
+    if not is_dataclass(annotation):
         yield parameter.replace(kind=Parameter.KEYWORD_ONLY, annotation=annotation)
+        return
+    hints = get_type_hints(annotation, include_extras=True)
+    group: Any = annotation
+    inner = signature(group).parameters
+    for each in fields(annotation):
+        own, kind = inner[each.name], _annotated(each, hints[each.name])
+        declared = setting_of(each)
+        if declared is not None and declared.read is not None:
+            own = own.replace(default=_written(each, declared))
+        yield from _options(own, kind)
 
 
 def _annotated(each: Field[Any], hint: Any) -> Any:
-    """The type with its option, where the field is one by `option`."""
+    """The type with its option, where the field is one."""
+    declared = setting_of(each)
+    if declared is not None:
+        return Annotated[*_words_of(declared, hint)]
     return Annotated[hint, *each.metadata["typer"]] if each.metadata else hint
+
+
+def _words_of(declared: Setting, hint: Any) -> tuple[Any, ...]:
+    """Type on the command line, option or argument of typer's, range."""
+    kind = hint if declared.read is None else str | None
+    if declared.place:
+        return kind, typer.Argument(metavar=declared.place, help=declared.text)
+    names = [declared.option] if declared.option else []
+    shown = typer.Option(*names, help=declared.text, metavar=declared.metavar)
+    return kind, shown, declared.allowed
+
+
+def _written(each: Field[Any], declared: Setting) -> Any:
+    """The default in the words of the command line."""
+    if each.default is MISSING:
+        return Parameter.empty
+    return None if each.default is None else declared.write(each.default)
 
 
 def _require_allowed(option: Parameter, value: Any) -> None:
@@ -113,12 +117,19 @@ def _require_allowed(option: Parameter, value: Any) -> None:
 
 def _gathered(group: Any, values: dict[str, Any]) -> Any:
     """A value of the group, whose options are taken out of the values."""
-    hints = get_type_hints(group)
-    return group(
-        **{
-            each.name: _gathered(hints[each.name], values)
-            if is_dataclass(hints[each.name])
-            else values.pop(each.name)
-            for each in fields(group)
-        }
-    )
+    hints, given = get_type_hints(group), dict[str, Any]()
+    try:
+        for each in fields(group):
+            if is_dataclass(hints[each.name]):
+                given[each.name] = _gathered(hints[each.name], values)
+                continue
+            value, declared = values.pop(each.name), setting_of(each)
+            if value is not None and declared is not None and declared.read is not None:
+                value = declared.read(value)
+            given[each.name] = value
+        return group(**given)
+    except InputError as error:
+        name, _, rest = str(error).partition(" ")
+        if name not in hints:
+            raise
+        raise InputError(f"--{name.replace('_', '-')} {rest}") from None

@@ -7,11 +7,12 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from fegear.cli.edits import EditedSet
-from fegear.cli.groups import Range, grouped, option
+from fegear.cli.groups import grouped, option
 from fegear.cli.lumped_options import LoadCase, middle_torque
 from fegear.cli.options import Elements, Outputs, require
 from fegear.cli.screen import number, ruled_table, screen
 from fegear.errors import InputError
+from fegear.studies.study import Range
 
 if TYPE_CHECKING:
     from rich.table import Table

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, TypeVar
 import typer
 
 from fegear.cli.edits import EditedSet, refuse_idle_edits
-from fegear.cli.groups import Range, option
+from fegear.cli.groups import option
 from fegear.cli.options import (
     RATIO,
     Elements,
@@ -21,6 +21,7 @@ from fegear.cli.options import (
     required_torques,
 )
 from fegear.errors import InputError
+from fegear.studies.study import Range
 
 if TYPE_CHECKING:
     from fegear.excitation import GivenTables, Source

@@ -11,9 +11,10 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 import typer
 
-from fegear.cli.groups import Range, option
+from fegear.cli.groups import option
 from fegear.cli.screen import complain, counted
 from fegear.errors import InputError
+from fegear.studies.study import Range
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

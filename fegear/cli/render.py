@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from fegear.cli.groups import Range, grouped, option
+from fegear.cli.groups import grouped, option
 from fegear.cli.options import (
     DriverTorque,
     Elements,
@@ -27,6 +27,7 @@ from fegear.cli.options import (
 )
 from fegear.cli.screen import say
 from fegear.errors import InputError
+from fegear.studies.study import Range
 
 if TYPE_CHECKING:
     from fegear.pictures import Contact, PictureSettings

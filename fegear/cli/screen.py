@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from math import floor, log10
 from typing import TYPE_CHECKING, Any
 
 import typer
 
 from fegear.output import strict_json
 from fegear.printable import printable
+from fegear.studies.page import number
 
 if TYPE_CHECKING:
     from rich.console import Console, ConsoleOptions, RenderableType
@@ -18,7 +18,6 @@ if TYPE_CHECKING:
 
 Cells = dict[str, Callable[[dict[str, Any]], str]]  # of a row, by column
 WIDEST, GAP = 24, 2  # letters of a column, and between two
-ROUND_OFF = 1e-9  # of micrometres, newtons and per cents
 
 
 def say(text: str) -> None:
@@ -124,19 +123,6 @@ def parts(widths: Sequence[int], room: int) -> Iterator[slice]:
             start, used = i, 0
         used += letters + GAP
     yield slice(start, len(widths))
-
-
-def number(value: float, figures: int = 5) -> str:
-    """At least so many figures, without an exponent while it can be read.
-
-    Of values in units that fit them: what is nothing but round-off is 0.
-    """
-    if abs(value) < ROUND_OFF:
-        return "0"
-    if not 1e-4 <= abs(value) < 1e7:
-        return f"{value:.{figures}g}"
-    decimals = figures - 1 - floor(log10(abs(value)))
-    return f"{value:.{max(0, decimals)}f}"
 
 
 def counted(count: int, one: str, many: str) -> str:

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from fegear.cli.options import AsJson, SetName, require_outputs
-from fegear.cli.screen import ROUND_OFF, print_columns, print_json, screen
+from fegear.cli.screen import print_columns, print_json, screen
+from fegear.studies.page import ROUND_OFF
 
 if TYPE_CHECKING:
     from rich.console import Console

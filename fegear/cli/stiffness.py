@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from fegear.cli.groups import Range, grouped, option
+from fegear.cli.groups import grouped, option
 from fegear.cli.options import (
     Elements,
     Friction,
@@ -20,6 +20,7 @@ from fegear.cli.options import (
     require_mesh,
 )
 from fegear.cli.screen import Cells, cell, filled_table, screen
+from fegear.studies.study import Range
 
 if TYPE_CHECKING:
     from fegear.statics import StaticsSettings

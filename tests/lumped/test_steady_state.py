@@ -76,10 +76,12 @@ def test_a_leap_is_in_doubt(regular):
     assert not doubtful(replace(regular, status=Status.DIVERGED, multiple=0), far)
 
 
+@pytest.mark.parametrize("jumps", [False, True])
 @pytest.mark.parametrize("coupled", [False, True])
 def test_finer_steps_of_the_coupled_model_go_on_from_its_end(
-    coupled, system, monkeypatch
+    coupled, jumps, system, monkeypatch
 ):
+    """But for jumps, which may reach another motion."""
     train = FIRM.coupled if coupled else system()
     start, calls = respond(train, 2000.0), []
     real = module.steady_state
@@ -90,11 +92,15 @@ def test_finer_steps_of_the_coupled_model_go_on_from_its_end(
         return found
 
     monkeypatch.setattr(module, "steady_state", logged)
-    far = replace(start, dte_rms=3.0 * start.dte_rms, frequency=2001.0)
-    respond_confirmed(train, 2000.0, None, start.state, far)
+    far = (3.0 if jumps else 1.0) * start.dte_rms
+    other = replace(start, dte_rms=far, frequency=2001.0)
+    if not jumps:  # another period multiple is in doubt as well
+        monkeypatch.setattr(module, "doubtful", lambda *_: True)
+    respond_confirmed(train, 2000.0, None, start.state, other)
     (_, _, coarse), (state, before, finer) = calls
-    assert (state is coarse.state, state is start.state) == (coupled, not coupled)
-    assert before == (2000.0 if coupled else 2001.0)
+    goes_on = coupled and not jumps
+    assert (state is coarse.state, state is start.state) == (goes_on, not goes_on)
+    assert before == (2000.0 if goes_on else 2001.0)
     assert alike(coarse, finer)
 
 

@@ -9,6 +9,7 @@ from fegear.gearset import load_gear_set
 from fegear.speeds import parsed_speeds
 from validation.cases import case_names, load_case, read_case
 from validation.metrics import METRICS
+from validation.tasks import tasks_of
 
 GOOD = """
 name = "small"
@@ -207,3 +208,10 @@ def test_the_effect_of_friction_needs_the_model_without():
 def test_friction_that_a_model_cannot_have(new, message):
     with pytest.raises(InputError, match=message):
         read_case(GOOD.replace("number = 1", new, 1))
+
+
+def test_speeds_of_a_run_hold_the_way_to_its_waves():
+    """Body modes and elastic modes are chosen for them."""
+    case = load_case("idler-forces")
+    for task in tasks_of(case):
+        assert (min(task.speeds), max(task.speeds)) == (2470.0, 3600.0)

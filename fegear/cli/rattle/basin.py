@@ -11,17 +11,18 @@ from typing import Annotated, Any, ClassVar
 
 import typer
 
-from fegear.cli.groups import Range, grouped, option
+from fegear.cli.groups import grouped, option
 from fegear.cli.options import ResumedOutputs, Workers, named_options
 from fegear.cli.rattle.machine import (
     MachineName,
-    MotionFigures,
     Velocity,
     print_machine,
     speeds_of,
 )
 from fegear.cli.screen import number, ruled_table, screen
+from fegear.rattle.choice import MotionFigures
 from fegear.rattle.limits import LEAST_RETURNS, MOST_RETURNS
+from fegear.studies.study import Range
 
 EXAMPLE = "fegear rattle basin roots-scaled -o basins.npz --plot basins.png"
 

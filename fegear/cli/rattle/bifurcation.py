@@ -10,17 +10,18 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from fegear.cli.groups import Range, grouped, option
+from fegear.cli.groups import grouped, option
 from fegear.cli.options import ResumedOutputs, limits_of, refuse_idle, require
 from fegear.cli.rattle.machine import (
     MachineName,
-    MotionFigures,
     Velocity,
     print_machine,
     speeds_of,
 )
 from fegear.cli.screen import counted, say
 from fegear.errors import InputError
+from fegear.rattle.choice import MotionFigures
+from fegear.studies.study import Range
 
 if TYPE_CHECKING:
     from fegear.rattle.bifurcation import BifurcationResult

@@ -8,8 +8,9 @@ from typing import Any
 
 from fegear.cli.groups import grouped
 from fegear.cli.options import AsJson, show
-from fegear.cli.rattle.machine import LoadFigures, MachineName, print_machine
+from fegear.cli.rattle.machine import MachineName, print_machine
 from fegear.cli.screen import say
+from fegear.rattle.choice import LoadFigures
 
 LEAST_SHOWN = 1e-3  # per cent per cent
 LIMITS = {  # whose changes are told

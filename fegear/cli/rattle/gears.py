@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from fegear.cli.groups import Range, grouped, option
+from fegear.cli.groups import grouped, option
 from fegear.cli.options import (
     AsJson,
     Elements,
@@ -22,6 +22,7 @@ from fegear.cli.options import (
 )
 from fegear.cli.rattle.machine import print_machine
 from fegear.cli.screen import say
+from fegear.studies.study import Range
 
 if TYPE_CHECKING:
     from fegear.rattle.gears import Conditions

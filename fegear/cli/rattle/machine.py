@@ -2,24 +2,20 @@
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from fegear.cli.groups import Range, option
 from fegear.cli.options import limits_of
 from fegear.cli.screen import say
-from fegear.errors import InputError
+from fegear.rattle.choice import NAME
 
 if TYPE_CHECKING:
     from fegear.rattle.machines import NamedMachine
 
-ABOVE = Range(least=1e-9, most=1e9)
 MachineName = Annotated[
     str,
-    typer.Argument(metavar="MACHINE", help="Built-in machine or path of a TOML file."),
+    typer.Argument(metavar="MACHINE", help=NAME),
 ]
 Velocity = Annotated[
     str | None,
@@ -29,67 +25,6 @@ Velocity = Annotated[
         "[default: 0 to 4 pi damping + 4 half backlashes, or what forcing can give]",
     ),
 ]
-
-
-@dataclass(frozen=True, kw_only=True)
-class LoadFigures:
-    """Dimensionless figures in place of the machine's that press the flanks."""
-
-    delta: float | None = option(
-        "Damping coefficient over inertia and speed. [default: the machine's]",
-        allowed=ABOVE,
-    )
-    epsilon: float | None = option(
-        "Eccentricity, as an angle [rad]. [default: the machine's]",
-        allowed=Range(least=0.0, most=1e3),
-    )
-    kappa: float | None = option(
-        "Stiffness coefficient of the flanks over inertia and speed squared; inf for "
-        "impacts. [default: the machine's]",
-    )
-
-    def __post_init__(self) -> None:
-        kappa = self.kappa
-        if kappa is not None and not (1e-9 <= kappa <= 1e15 or kappa == math.inf):
-            raise InputError(
-                f"--kappa = {kappa:g}; allowed from 1e-9 to 1e15, inf of impacts"
-            )
-
-    def load(self, name: str) -> NamedMachine:
-        """The machine with these figures."""
-        from fegear.rattle.machines import load_machine
-
-        given = {k: v for k, v in self.given.items() if v is not None}
-        return load_machine(name, given)
-
-    @property
-    def given(self) -> dict[str, float | None]:
-        """By the names of the machine's figures."""
-        return {
-            "damping": self.delta,
-            "eccentricity": self.epsilon,
-            "stiffness": self.kappa,
-        }
-
-
-@dataclass(frozen=True, kw_only=True)
-class MotionFigures(LoadFigures):
-    """All dimensionless figures in place of the machine's."""
-
-    beta: float | None = option(
-        "Half of the backlash, as an angle [rad]. [default: the machine's]",
-        allowed=ABOVE,
-    )
-    restitution: float | None = option(
-        "Ratio of speeds after and before an impact, the coefficient of restitution. "
-        "[default: the machine's]",
-        allowed=Range(least=0.0, most=1.0),
-    )
-
-    @property
-    def given(self) -> dict[str, float | None]:
-        own = {"half_backlash": self.beta, "restitution": self.restitution}
-        return super().given | own
 
 
 def print_machine(values: dict[str, Any]) -> None:

@@ -6,17 +6,18 @@ import time
 from dataclasses import dataclass
 from typing import Any
 
-from fegear.cli.groups import Range, grouped, option
+from fegear.cli.groups import grouped, option
 from fegear.cli.options import Outputs, named_options
 from fegear.cli.rattle.machine import (
     MachineName,
-    MotionFigures,
     Velocity,
     print_machine,
     speeds_of,
 )
 from fegear.cli.screen import number, ruled_table, screen
 from fegear.errors import InputError
+from fegear.rattle.choice import MotionFigures
+from fegear.studies.study import Range
 
 EXAMPLE = "fegear rattle manifold roots-scaled --grid 300 --plot manifolds.png"
 

@@ -6,16 +6,17 @@ from typing import Annotated, Any
 
 import typer
 
-from fegear.cli.groups import Range, grouped
+from fegear.cli.groups import grouped
 from fegear.cli.options import AsJson, show
 from fegear.cli.rattle.machine import (
     MachineName,
-    MotionFigures,
     Velocity,
     print_machine,
     speeds_of,
 )
 from fegear.cli.screen import number, ruled_table, screen
+from fegear.rattle.choice import MotionFigures
+from fegear.studies.study import Range
 
 EXAMPLE = "fegear rattle periodic roots-scaled --departures 2"
 

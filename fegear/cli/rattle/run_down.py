@@ -7,9 +7,10 @@ from typing import Annotated, Any
 
 import typer
 
-from fegear.cli.groups import Range, grouped
+from fegear.cli.groups import grouped
 from fegear.cli.options import AsJson, show
 from fegear.cli.screen import say
+from fegear.studies.study import Range
 
 EXAMPLE = "fegear rattle run-down measured.csv --speed-rpm 3000"
 ABOVE = Range(above=0.0, below=math.inf)

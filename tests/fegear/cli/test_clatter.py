@@ -10,9 +10,10 @@ import pytest
 from cli_commands import printed, rows_of
 
 from fegear.clatter.gearboxes import load_gearbox
-from fegear.clatter.runs import Clatter, find_clatter
 from fegear.cli import run
 from fegear.store import Keeping
+from fegear.studies import running as study
+from fegear.studies.clatter import Clatter
 from lumped.clatter.groups import Group
 
 GEARBOX = """
@@ -76,9 +77,9 @@ def test_the_play_varies_as_the_file_says(tmp_path, capsys):
 
 
 def test_a_run_goes_on_where_it_was_stopped(tmp_path, monkeypatch):
-    monkeypatch.setattr("fegear.clatter.runs.CHUNK", 100)
-    named, asked = load_gearbox("seed-five-speed"), Clatter(seconds=3.0)
-    whole, calls = find_clatter(named, asked), []
+    monkeypatch.setattr("lumped.clatter.group_runs.CHUNK", 100)
+    asked = Clatter(gearbox="seed-five-speed", seconds=3.0)
+    whole, calls = study.run(asked), []
 
     def stop(what: str, done: int, total: int) -> None:
         calls.append(done)
@@ -87,11 +88,11 @@ def test_a_run_goes_on_where_it_was_stopped(tmp_path, monkeypatch):
 
     path = tmp_path / "i.csv.partial"
     with pytest.raises(KeyboardInterrupt):
-        find_clatter(named, asked, None, stop, Keeping(checkpoint=path))
+        study.run(asked, Keeping(checkpoint=path), stop)
     assert path.exists()
     assert calls[-1] < 1000
-    later = find_clatter(named, asked, keeping=Keeping(checkpoint=path, resume=True))
-    assert later.csv() == whole.csv()
+    later = study.run(asked, Keeping(checkpoint=path, resume=True))
+    assert later.table.csv() == whole.table.csv()
     assert not path.exists()
 
 

@@ -94,7 +94,7 @@ WRONG = [
     ("roots-b", "neither a file nor a built-in machine"),
     ("roots-a --delta 0", "--delta = 0"),
     ("roots-a --delta 1e-300", "--delta = 1e-300; allowed 1e-09 to"),
-    ("roots-a --kappa 1e-300", "--kappa = 1e-300; allowed from 1e-9 to 1e15"),
+    ("roots-a --kappa 1e-300", "--kappa = 1e-300; allowed 1e-09 to 1e+15"),
     ("roots-a --beta -1", "--beta = -1"),
     ("roots-a --epsilon nan", "--epsilon = nan"),
     ("roots-a --kappa 0", "--kappa = 0"),

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fegear.rattle.noise import proportion_limits
+from fegear.studies.rattle_noise import proportion_limits
 from lumped.rattle.assembly import Assembly
 from lumped.rattle.departures import follow
 from lumped.rattle.figure import draw_noise

@@ -1,0 +1,111 @@
+"""Commands of studies: options, files, screen and progress from the declaration."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import fields, is_dataclass, make_dataclass
+from pathlib import Path
+from typing import Any
+
+from fegear.cli.groups import grouped, option
+from fegear.cli.options import (
+    Outputs,
+    ResumedOutputs,
+    draw_into,
+    refuse_idle,
+    require_outputs,
+)
+from fegear.cli.screen import complain, ruled_table, screen
+from fegear.studies.page import Grid, Page
+from fegear.studies.study import Study, setting_of
+
+
+def command_of(study: type[Study]) -> Callable[..., None]:
+    """The command that runs a study, as typer sees it."""
+    others = {name: text for name, text in study.pictures.items() if name != "plot"}
+    pictures = make_dataclass(
+        "Pictures",
+        [(name, Path | None, option(text)) for name, text in others.items()],
+        kw_only=True,
+    )
+
+    def command(*, asked: Any, drawn: Any, outputs: Any) -> None:
+        begin = time.perf_counter()
+        _require(asked, drawn, outputs)
+        found = _found(asked, outputs)
+        outputs.write(found.table.csv)
+        outputs.draw(found.figures.get("plot"))
+        for name, path in vars(drawn).items():
+            if path is not None:
+                draw_into(path, found.figures[name])
+        seconds = time.perf_counter() - begin
+        values = {**found.summary, "wall_time_s": round(seconds, 3)}
+        outputs.show(values, lambda values: _show(found.page(), seconds))
+
+    command.__doc__ = study.__doc__
+    command.__annotations__ = {
+        "asked": study,
+        "drawn": pictures,
+        "outputs": ResumedOutputs if study.resumes else Outputs,
+    }
+    return grouped(command)
+
+
+def _require(asked: Study, drawn: Any, outputs: Any) -> None:
+    """Files can be written, and nothing is asked for that changes nothing."""
+    files = {"plot": outputs.plot, **vars(drawn)}
+    given = {"resume": getattr(outputs, "resume", False), **files}
+    given = {name: value for name, value in given.items() if value}
+    names = {each.name: f"--{_option_of(each)}" for each in fields(asked)}
+    names |= {name: f"--{name}" for name in (*files, "resume")}
+    for name, reason in asked.idle(given.keys()):
+        value = given.get(name, getattr(asked, name, None))
+        refuse_idle(reason.format_map(names), **{name: value})
+    read = list(_read_files(asked))
+    outputs.require(*read)
+    for path in vars(drawn).values():
+        require_outputs([outputs.output, outputs.plot], read, path)
+
+
+def _option_of(each: Any) -> str:
+    declared = setting_of(each)
+    named = declared.option if declared is not None else ""
+    return named.removeprefix("--") or str(each.name).replace("_", "-")
+
+
+def _read_files(asked: Any) -> Iterator[str]:
+    """Values of arguments, which may be paths."""
+    for each in fields(asked):
+        value, declared = getattr(asked, each.name), setting_of(each)
+        if is_dataclass(value):
+            yield from _read_files(value)
+        elif declared is not None and declared.place:
+            yield str(value)
+
+
+def _found(asked: Study, outputs: Any) -> Any:
+    from fegear.store import NOTHING
+    from fegear.studies.running import run
+
+    keeping = outputs.keeping if asked.resumes else NOTHING
+    try:
+        with outputs.progress() as report:
+            return run(asked, keeping, report)
+    except KeyboardInterrupt:
+        if keeping.checkpoint is not None:
+            complain(f"{keeping.checkpoint} is kept, --resume goes on with it")
+        raise
+
+
+def _show(page: Page, seconds: float) -> None:
+    console = screen()
+    for part in page:
+        if isinstance(part, Grid):
+            table = ruled_table(*part.columns)
+            for row in part.rows:
+                table.add_row(*row)
+            console.print(table)
+        else:
+            console.print(part)
+    console.print(f"wall time {seconds:.2f} s")

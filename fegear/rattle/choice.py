@@ -1,0 +1,115 @@
+"""Which machine a study takes, with figures in place of its own."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from fegear.errors import InputError
+from fegear.studies.study import Range, argument, require_settings, setting
+
+if TYPE_CHECKING:
+    from fegear.rattle.machines import NamedMachine
+
+POSITIVE = Range(least=1e-9, most=1e9)
+STIFFNESSES = Range(least=1e-9, most=1e15)
+NAME = "Built-in machine or path of a TOML file."
+
+
+def limits(name: str, text: str) -> Any:
+    """A setting of two values from 0 on that rise, A:B in words, None by default."""
+
+    def read(words: str) -> tuple[float, float]:
+        try:
+            low, high = map(float, words.split(":"))
+        except ValueError:
+            low = high = math.nan
+        if not 0.0 <= low < high < math.inf:
+            raise InputError(
+                f"{name} = {words}; must be A:B from 0 on, two values that rise"
+            )
+        return low, high
+
+    def write(values: tuple[float, float]) -> str:
+        return f"{values[0]!r}:{values[1]!r}"
+
+    return setting(None, text, metavar="A:B", read=read, write=write)
+
+
+@dataclass(frozen=True, kw_only=True)
+class LoadFigures:
+    """Dimensionless figures in place of the machine's that press the flanks."""
+
+    delta: float | None = setting(
+        None,
+        "Damping coefficient over inertia and speed. [default: the machine's]",
+        POSITIVE,
+    )
+    epsilon: float | None = setting(
+        None,
+        "Eccentricity, as an angle [rad]. [default: the machine's]",
+        Range(least=0.0, most=1e3),
+    )
+    kappa: float | None = setting(
+        None,
+        "Stiffness coefficient of the flanks over inertia and speed squared; inf for "
+        "impacts. [default: the machine's]",
+    )
+
+    def __post_init__(self) -> None:
+        require_settings(self)
+        kappa = self.kappa
+        if kappa is not None and kappa not in STIFFNESSES and kappa != math.inf:
+            raise InputError(
+                f"kappa = {kappa:g}; allowed {STIFFNESSES}, inf of impacts"
+            )
+
+    def load(self, name: str) -> NamedMachine:
+        """The machine with these figures."""
+        from fegear.rattle.machines import load_machine
+
+        given = {k: v for k, v in self.given.items() if v is not None}
+        return load_machine(name, given)
+
+    @property
+    def given(self) -> dict[str, float | None]:
+        """By the names of the machine's figures."""
+        return {
+            "damping": self.delta,
+            "eccentricity": self.epsilon,
+            "stiffness": self.kappa,
+        }
+
+
+@dataclass(frozen=True, kw_only=True)
+class MotionFigures(LoadFigures):
+    """All dimensionless figures in place of the machine's."""
+
+    beta: float | None = setting(
+        None,
+        "Half of the backlash, as an angle [rad]. [default: the machine's]",
+        POSITIVE,
+    )
+    restitution: float | None = setting(
+        None,
+        "Ratio of speeds after and before an impact, the coefficient of restitution. "
+        "[default: the machine's]",
+        Range(least=0.0, most=1.0),
+    )
+
+    @property
+    def given(self) -> dict[str, float | None]:
+        own = {"half_backlash": self.beta, "restitution": self.restitution}
+        return super().given | own
+
+
+@dataclass(frozen=True, kw_only=True)
+class MovingMachine(MotionFigures):
+    """A machine by its name, with figures in place of its own."""
+
+    name: str = argument("MACHINE", NAME)
+
+    @property
+    def named(self) -> NamedMachine:
+        return self.load(self.name)

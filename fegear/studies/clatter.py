@@ -1,0 +1,337 @@
+"""Loose wheels of a gearbox between the edges of their plays."""
+
+from __future__ import annotations
+
+import heapq
+import math
+from collections.abc import Callable, Collection, Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property, partial
+from typing import TYPE_CHECKING, Any, Literal
+
+from fegear.errors import InputError
+from fegear.result import Result
+from fegear.studies.page import Grid, Page, heading, number
+from fegear.studies.study import PLOT, Job, Range, Study, Task, argument, setting
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from fegear.clatter.gearboxes import NamedGearbox
+    from fegear.studies.table import Table
+    from lumped.clatter.gearbox import Wheel
+    from lumped.clatter.group_runs import GroupRun
+    from lumped.clatter.groups import Group
+    from lumped.clatter.runs import State
+
+MOST_IMPACTS = 20_000_000  # that are kept at a time
+SHOWN = 12  # periods of a plot of the motion
+KEYS = (  # of a play in the summary: what of its noise
+    ("impacts", "impacts"),
+    ("noise_m2_per_s3", "level"),
+    ("lost_power_W", "power"),
+    ("fastest_m_per_s", "fastest"),
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Clatter(
+    Study,
+    command="clatter",
+    example="clatter seed-five-speed --seconds 20 -o i.csv --plot motion.png",
+):
+    """Clattering gearboxes: impacts of loose wheels in their plays.
+
+    Between impacts wheels fly; several plays may end at once, and impacts that follow
+    each other ever faster end in contact. The noise level is the sum of squared speeds
+    of impacts over the time.
+    """
+
+    resumes = True
+    pictures = PLOT | {
+        "attractor": "Draw impacts of the wheel's teeth, phase and speed, into this "
+        "file, .png, .pdf or .svg."
+    }
+
+    gearbox: str = argument("GEARBOX", "Built-in gearbox or path of a TOML file.")
+    seconds: float = setting(
+        10.0, "Time that is run [s].", Range(least=1e-6, most=1e7, unit="s")
+    )
+    impacts: int = setting(
+        MOST_IMPACTS,
+        "Impacts of a wheel, and of those that mesh with it, after which the run ends "
+        "sooner.",
+        Range(least=1, most=MOST_IMPACTS),
+    )
+    seed: int | None = setting(
+        None,
+        "Number from which a random place at the start is made. [default: the middle "
+        "of every play]",
+        Range(least=0, most=2**32),
+    )
+    kind: Literal["event", "implicit", "fermi"] = setting(
+        "event",
+        "How impacts follow each other: events of all plays, the implicit map of a "
+        "spur wheel's teeth, or its Fermi accelerator.",
+        option="--map",
+    )
+    chaos: bool = setting(
+        False,
+        "Measure the largest Lyapunov exponent and the correlation dimension of the "
+        "impacts as well.",
+    )
+    wheel: str | None = setting(
+        None, "Wheel that is drawn, and mapped. [default: the first]"
+    )
+
+    def idle(self, given: Collection[str]) -> Iterator[tuple[str, str]]:
+        if self.kind != "event":
+            yield from ((name, "needs {kind} event") for name in ("resume", "plot"))
+        elif not {"plot", "attractor"} & set(given):
+            yield "wheel", "needs {plot}, {attractor} or another {kind}"
+
+    @cached_property
+    def named(self) -> NamedGearbox:
+        from fegear.clatter.gearboxes import load_gearbox
+
+        return load_gearbox(self.gearbox)
+
+    @cached_property
+    def shown(self) -> Wheel:
+        """The wheel that is drawn, and mapped."""
+        wheels = {each.name: each for each in self.named.gearbox.wheels}
+        name = next(iter(wheels)) if self.wheel is None else self.wheel
+        if name not in wheels:
+            names = ", ".join(wheels)
+            raise InputError(f"wheel = {name}; {self.named.name} has {names}")
+        return wheels[name]
+
+    def start_of(self, group: Group) -> State:
+        from lumped.clatter.runs import middle, scattered
+
+        return middle(group) if self.seed is None else scattered(group, self.seed)
+
+    @property
+    def inputs(self) -> dict[str, str]:
+        own = {
+            name: str(getattr(self, name)) for name in ("seconds", "impacts", "seed")
+        }
+        return {"gearbox": self.named.text, **own}
+
+    def tasks(self) -> Iterator[Task]:
+        from lumped.clatter.groups import Group
+
+        box, wheel = self.named.gearbox, self.shown
+        if self.seconds > box.excitation.lasts * (1.0 + 1e-12):
+            raise InputError(
+                f"seconds = {self.seconds:g}; the speed file of {self.named.name} ends "
+                f"after {box.excitation.lasts:.9g} s"
+            )
+        if self.kind != "event":
+            group = Group((wheel,), box.excitation)
+            yield Task(wheel.name, partial(self._mapped, group))
+            return
+        for wheels in box.groups:
+            group = Group(wheels, box.excitation)
+            yield Task(wheels[0].name, partial(self._moved, group))
+
+    def _mapped(self, group: Group, job: Job) -> GroupRun:
+        from lumped.clatter.group_runs import run_map
+
+        assert self.kind != "event"
+        start = self.start_of(group)
+        try:
+            return run_map(group, self.kind, start, self.seconds, self.impacts)
+        except ValueError as error:
+            words = f"{self.named.name}: wheel {group.wheels[0].name} {error}"
+            raise InputError(words) from None
+
+    def _moved(self, group: Group, job: Job) -> GroupRun:
+        import numpy as np
+
+        from lumped.clatter.group_runs import run_events
+        from lumped.clatter.runs import Impacts, State
+
+        state: Any = job.state
+        now = self.start_of(group) if state is None else State(**state)
+        before = [Impacts(*(np.array(own) for own in p.values())) for p in job.kept]
+        name, period = group.wheels[0].name, group.excitation.period
+
+        def report(count: int) -> None:
+            part = max(count / self.impacts, now.time * period / self.seconds)
+            job.report(f"wheel {name}", round(1000 * min(part, 1.0)), 1000)
+
+        def passed(part: Impacts, count: int) -> None:
+            job.keep({key: own.tolist() for key, own in vars(part).items()}, vars(now))
+            report(count)
+
+        report(sum(map(len, before)))
+        return run_events(group, now, self.seconds, self.impacts, before, passed)
+
+    def gather(self, found: Mapping[str, GroupRun]) -> ClatterResult:
+        return ClatterResult(self, tuple(found[task.key] for task in self.tasks()))
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ClatterResult(Result):
+    """Impacts of a gearbox, by wheels that depend on each other."""
+
+    study: Clatter
+    runs: tuple[GroupRun, ...]
+
+    @cached_property
+    def summary(self) -> dict[str, Any]:
+        return {
+            **self.study.named.heading,
+            "map": self.study.kind,
+            "wheels": [
+                self._wheel(r, wheel) for r in self.runs for wheel in r.group.wheels
+            ],
+            "warnings": list(self._warnings()),
+        }
+
+    def _warnings(self) -> Iterator[str]:
+        for run in self.runs:
+            if run.seconds < self.study.seconds * (1.0 - 1e-12):
+                full = len(run.impacts) >= self.study.impacts
+                reason = (
+                    "" if full else ", where it rests on an edge: the map ends there"
+                )
+                yield (
+                    f"wheel {run.group.wheels[0].name}: ends after {run.seconds:.6g} s "
+                    f"and {len(run.impacts)} impacts{reason}"
+                )
+
+    def _wheel(self, run: GroupRun, wheel: Wheel) -> dict[str, Any]:
+        from lumped.clatter.noise import noise_of
+
+        noise = noise_of(run.group, run.impacts, run.seconds)
+        own = [each for each in noise if each.wheel == wheel.name]
+        plays = [
+            {"play": each.play} | {key: getattr(each, name) for key, name in KEYS}
+            for each in own
+        ]
+        sums = {key: sum(each[key] for each in plays) for key, _ in KEYS[:3]}
+        chaos = self._chaos(run, wheel) if self.study.chaos else {}
+        return {
+            "name": wheel.name,
+            "seconds": run.seconds,
+            **sums,
+            "plays": plays,
+            **chaos,
+        }
+
+    def _chaos(self, run: GroupRun, wheel: Wheel) -> dict[str, Any]:
+        from lumped.clatter.chaos import correlation_dimension
+        from lumped.clatter.group_runs import repeats
+
+        unit, exponent = run.exponent(self.study.kind)
+        phase, speed, _ = run.teeth(wheel)
+        dimension = error = math.nan
+        if not repeats(exponent):
+            dimension, error = correlation_dimension(phase, speed)
+        return {
+            f"lyapunov_exponent_per_{unit}": _plain(exponent),
+            "forgets_its_start": repeats(exponent),
+            "correlation_dimension": _plain(dimension),
+            "correlation_dimension_error": _plain(error),
+        }
+
+    @property
+    def table(self) -> Table:
+        """A row for each contact that was struck, in the order of time."""
+        from fegear.studies.table import Table
+        from lumped.csv_text import exact
+
+        header = {
+            "gearbox": self.study.named.name,
+            "map": self.study.kind,
+            "seconds": exact(self.study.seconds),
+        }
+        for place, words in enumerate(self._warnings(), 1):
+            header[f"warning {place}"] = words
+        names = (
+            *("time_s", "wheel", "play", "edge"),
+            *("relative_speed_before_m_per_s", "impulse_Ns", "lost_energy_J"),
+        )
+        return Table(names, self._rows, header)
+
+    def _rows(self) -> Iterator[tuple[Any, ...]]:
+        return heapq.merge(*map(_rows_of, self.runs), key=lambda row: row[0])
+
+    @property
+    def figures(self) -> dict[str, Callable[[], Figure]]:
+        from lumped.clatter.figure import draw_attractor
+
+        wheel = self.study.shown
+        run = next(run for run in self.runs if wheel in run.group.wheels)
+        title = f"{self.study.named.name}: {wheel.name}"
+        return {
+            "plot": partial(self._motion, run.group),
+            "attractor": partial(draw_attractor, *run.teeth(wheel), title),
+        }
+
+    def _motion(self, group: Group) -> Figure:
+        """Plays of the wheel over the first periods of the run."""
+        import numpy as np
+
+        from lumped.clatter.figure import draw_motion
+
+        lasts = min(SHOWN * group.excitation.period, self.study.seconds)
+        times = np.linspace(0.0, lasts, 2400)
+        start, wheel = self.study.start_of(group), self.study.shown
+        return draw_motion(group, wheel, start, times, self.study.named.name)
+
+    def page(self) -> Page:
+        yield from heading(self.study.named)
+        grid = Grid(
+            (
+                *("wheel", "play", "impacts\nper s", "noise level\n[m2 per s3]"),
+                *("lost\n[mW]", "fastest\n[mm/s]"),
+            )
+        )
+        for wheel in self.summary["wheels"]:
+            for play in wheel["plays"]:
+                values = (
+                    play["impacts"] / wheel["seconds"],
+                    play["noise_m2_per_s3"],
+                    1e3 * play["lost_power_W"],
+                    1e3 * play["fastest_m_per_s"],
+                )
+                grid.add(wheel["name"], play["play"], *(number(v, 4) for v in values))
+        yield grid
+        for wheel in self.summary["wheels"]:
+            yield (
+                f"wheel {wheel['name']}: {wheel['impacts']} impacts in "
+                f"{wheel['seconds']:.6g} s, noise level {wheel['noise_m2_per_s3']:.4g} "
+                "m2 per s3"
+            )
+            yield from _chaos_of(wheel)
+
+
+def _chaos_of(wheel: Mapping[str, Any]) -> Iterator[str]:
+    for unit in ("s", "impact"):
+        exponent = wheel.get(f"lyapunov_exponent_per_{unit}")
+        if exponent is not None:
+            yield f"largest Lyapunov exponent {exponent:.4g} per {unit}"
+    if wheel.get("forgets_its_start"):
+        yield "no Lyapunov exponent: in contact the wheel forgets where it came from"
+    elif "correlation_dimension" in wheel:
+        dimension = wheel["correlation_dimension"]
+        error = wheel["correlation_dimension_error"]
+        if dimension is None:
+            yield "no correlation dimension: impacts of teeth are few, or do not scale"
+        else:
+            yield f"correlation dimension of its impacts {dimension:.2f} +- {error:.2f}"
+
+
+def _rows_of(run: GroupRun) -> Iterator[tuple[Any, ...]]:
+    names = [(wheel.name, play) for wheel, play in run.group.plays]
+    found = run.impacts
+    columns = found.time, found.play, found.edge, found.speed, found.impulse, found.lost
+    for time, play, edge, *rest in zip(*(c.tolist() for c in columns), strict=True):
+        yield time, *names[play], "upper" if edge > 0 else "lower", *rest
+
+
+def _plain(value: float) -> float | None:
+    return value if math.isfinite(value) else None

@@ -1,0 +1,203 @@
+"""What a study is: settings, tasks, and the result that they are gathered into.
+
+A study is a frozen dataclass whose fields are settings:
+
+    @dataclass(frozen=True, kw_only=True)
+    class Noise(Study, command="rattle noise", example="rattle noise roots-scaled"):
+        \"\"\"How loud a machine is.\"\"\"
+
+        machine: MotionMachine
+        starts: int = setting(1000, "Number of runs.", Range(least=1, most=10_000_000))
+
+        def tasks(self) -> Iterator[Task]: ...
+        def gather(self, found: Mapping[str, Any]) -> NoiseResult: ...
+
+`fegear.studies.running.run` computes it. The command line, checkpoints and messages
+follow from the declaration. A field whose type is a dataclass stands for its fields.
+
+Modules of studies are imported for the list of commands: what is heavy they import in
+their methods.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from dataclasses import Field, dataclass, field, fields
+from math import inf
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol
+
+from fegear.errors import InputError
+
+if TYPE_CHECKING:
+    import numpy as np
+    from matplotlib.figure import Figure
+    from numpy.typing import NDArray
+
+    from fegear.studies.page import Page
+    from fegear.studies.table import Table
+
+    Arrays = Mapping[str, NDArray[np.generic]]
+
+PLOT = {"plot": "Draw the results into this file, .png, .pdf or .svg."}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Range:
+    """Numbers that a setting takes: from or above, and to or below."""
+
+    least: float = -inf
+    above: float = -inf
+    most: float = inf
+    below: float = inf
+    unit: str = ""
+
+    def __contains__(self, value: float) -> bool:
+        inside = self.least <= value <= self.most
+        return inside and self.above < value < self.below
+
+    def __str__(self) -> str:
+        low = f"above {self.above:.12g}" if self.least == -inf else f"{self.least:.12g}"
+        high = f"below {self.below:.12g}" if self.most == inf else f"{self.most:.12g}"
+        return f"{low} to {high} {self.unit}".strip()
+
+
+@dataclass(frozen=True, kw_only=True)
+class Setting:
+    """How a field is described, limited, and written in words.
+
+    option : its name on the command line, that of the field where it is empty; a field
+        with `place` has none, it is found by its place
+    read, write : between the text of a command and the value, where types do not say
+    """
+
+    text: str
+    allowed: Range | None = None
+    option: str = ""
+    place: str = ""
+    metavar: str | None = None
+    read: Callable[[str], Any] | None = None
+    write: Callable[[Any], str] = str
+
+
+def setting(default: Any, text: str, allowed: Range | None = None, **words: Any) -> Any:
+    """A field of a study; words : see `Setting`."""
+    declared = Setting(text=text, allowed=allowed, **words)
+    return field(default=default, metadata={"setting": declared})
+
+
+def argument(place: str, text: str) -> Any:
+    """A field that must be given, first of all words of a command."""
+    return field(metadata={"setting": Setting(text=text, place=place)})
+
+
+def setting_of(each: Field[Any]) -> Setting | None:
+    """None for a group of settings."""
+    found: Setting | None = each.metadata.get("setting")
+    return found
+
+
+def require_settings(settings: Any) -> None:
+    """Fields are what their types and ranges say; else InputError with the field."""
+    from lumped.checks import require_fields
+
+    try:
+        unbounded = [name for name, value in vars(settings).items() if value == inf]
+        require_fields(settings, infinite=unbounded)
+    except ValueError as error:
+        raise InputError(str(error)) from None
+    for each in fields(settings):
+        declared, value = setting_of(each), getattr(settings, each.name)
+        if declared is None or declared.allowed is None or value is None:
+            continue
+        if value not in declared.allowed:
+            raise InputError(f"{each.name} = {value:.12g}; allowed {declared.allowed}")
+
+
+class Job(Protocol):
+    """What a task may use while it works."""
+
+    kept: list[Any]  # records of an earlier run, in order
+    state: Arrays | None  # where the last of them ended
+
+    def keep(self, record: Mapping[str, Any], state: Arrays) -> None:
+        """The next record, which JSON can hold, and the state to go on from."""
+
+    def report(self, what: str, done: int, total: int) -> None:
+        """Progress. Raises Stopped where the run is to end."""
+
+
+class Stopped(Exception):
+    """Ends a task early; what it has kept is not lost."""
+
+
+@dataclass(frozen=True)
+class Task:
+    """A part of a study that depends on no other.
+
+    key : its name in checkpoints, unique in the study
+    work : computes what it gives, in any thread
+    """
+
+    key: str
+    work: Callable[[Job], Any]
+
+
+@dataclass(frozen=True)
+class Study:
+    """Base of all studies; see the top of this file."""
+
+    command: ClassVar[str]
+    example: ClassVar[str]
+    pictures: ClassVar[Mapping[str, str]] = PLOT  # options that take a file, with help
+    resumes: ClassVar[bool] = False  # whether tasks keep records
+
+    def __init_subclass__(cls, *, command: str, example: str, **words: Any) -> None:
+        super().__init_subclass__(**words)
+        cls.command, cls.example = command, f"fegear {example}"
+
+    def __post_init__(self) -> None:
+        require_settings(self)
+
+    def idle(self, given: Collection[str]) -> Iterator[tuple[str, str]]:
+        """Names of outputs and settings that would change nothing, with the reason.
+
+        given : names of the outputs that are asked for
+        Other names are in braces in the reasons, as in `needs {kind} event`.
+        """
+        return iter(())
+
+    def tasks(self) -> Iterable[Task]:
+        """All parts; InputError for what cannot be computed."""
+        raise NotImplementedError
+
+    def gather(self, found: Mapping[str, Any]) -> StudyResult:
+        """The result of what tasks gave, by their keys."""
+        raise NotImplementedError
+
+    @property
+    def inputs(self) -> dict[str, str]:
+        """All that determines the records of a checkpoint."""
+        return {each.name: repr(getattr(self, each.name)) for each in fields(self)}
+
+
+class StudyResult(Protocol):
+    """What a study found.
+
+    summary : plain values for JSON, warnings among them
+    """
+
+    @property
+    def study(self) -> Study: ...
+
+    @property
+    def summary(self) -> Mapping[str, Any]: ...
+
+    @property
+    def table(self) -> Table: ...
+
+    @property
+    def figures(self) -> Mapping[str, Callable[[], Figure]]:
+        """Functions that draw the pictures of the study."""
+
+    def page(self) -> Page:
+        """What the screen shows."""

@@ -1,0 +1,123 @@
+"""Runs of wheels that depend on each other, by events or by a map of their teeth."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lumped.clatter.chaos import lyapunov_exponent
+from lumped.clatter.gearbox import TEETH, Wheel
+from lumped.clatter.groups import Group
+from lumped.clatter.maps import MapName, follow_map, map_exponent, require_mapped
+from lumped.clatter.runs import CHUNK, Impacts, State, joined, move
+
+Array = NDArray[np.float64]
+MapKind = Literal["event", "implicit", "fermi"]
+PERIODS = 1000  # or impacts of a map, over which an exponent is measured, at most
+LEAST_PERIODS = 100
+
+
+@dataclass(frozen=True, eq=False)
+class GroupRun:
+    """Impacts of wheels that depend on each other, over a time [s].
+
+    end, last_edge : the state from which chaos is measured, and the edge that a map
+        has just left there
+    """
+
+    group: Group
+    impacts: Impacts
+    seconds: float
+    end: State
+    last_edge: int = 0
+
+    def exponent(self, kind: MapKind) -> tuple[str, float]:
+        """Unit and largest Lyapunov exponent: events by seconds, maps by impacts."""
+        if kind != "event":
+            last = self.last_edge
+            return "impact", map_exponent(self.group, kind, self.end, last, PERIODS)
+        periods = int(self.seconds / self.group.excitation.period)
+        count = min(max(periods, LEAST_PERIODS), PERIODS)
+        return "s", lyapunov_exponent(self.group, self.end, count)
+
+    def teeth(self, wheel: Wheel) -> tuple[Array, Array, Array]:
+        """Phases in periods, speeds and edges of impacts of a wheel's teeth."""
+        plays = [(each.name, play) for each, play in self.group.plays]
+        own = self.impacts.play == plays.index((wheel.name, TEETH))
+        turns = self.impacts.time[own] / self.group.excitation.period
+        return turns % 1.0, self.impacts.speed[own], self.impacts.edge[own]
+
+
+def run_events(
+    group: Group,
+    state: State,
+    seconds: float,
+    most: int,
+    before: Sequence[Impacts] = (),
+    passed: Callable[[Impacts, int], None] = lambda part, count: None,
+) -> GroupRun:
+    """All impacts until a time [s], or as many.
+
+    state : to go on from, moved on; before : impacts up to there
+    passed : called after each part with it and the impacts so far
+    """
+    parts, count = list(before), sum(map(len, before))
+    parts_to_come = move(group, state, seconds, min(CHUNK, most))
+    while count < most and (part := next(parts_to_come, None)) is not None:
+        parts.append(part)
+        count += len(part)
+        passed(part, count)
+    impacts = joined(parts)
+    lasts = min(state.time * group.excitation.period, seconds)
+    if count >= most:
+        impacts = _first(impacts, most)
+        lasts = float(impacts.time[-1])
+    return GroupRun(group, impacts, lasts, state)
+
+
+def run_map(
+    group: Group, name: MapName, state: State, seconds: float, most: int
+) -> GroupRun:
+    """Impacts of one wheel by a map, from the first by events on.
+
+    Raises ValueError for wheels that have no map, or whose teeth do not meet.
+    """
+    require_mapped(group)
+    if group.wheels[0].driver is not None:
+        raise ValueError("has no map of its own")
+    parts = [_first_of_teeth(group, state, seconds)]
+    count = 1
+    while parts[-1].time[-1] <= seconds and count < most:
+        edge = int(parts[-1].edge[-1])
+        part = follow_map(group, name, state, edge, min(CHUNK, most - count))
+        if not len(part):
+            break
+        parts.append(part)
+        count += len(part)
+    found = joined(parts)
+    cut = _first(found, min(int(np.sum(found.time <= seconds)), most))
+    whole = len(cut) < min(len(found), most)
+    lasts = seconds if whole else float(cut.time[-1])
+    return GroupRun(group, cut, lasts, state, int(found.edge[-1]))
+
+
+def _first_of_teeth(group: Group, state: State, seconds: float) -> Impacts:
+    """The first impact of teeth by events, which ends at the state."""
+    for part in move(group, state, seconds, most=0):
+        if part.play[:1] == 0:  # of the group's order, teeth come first
+            return _first(part, 1)
+    raise ValueError(f"has teeth that do not meet in {seconds:g} s")
+
+
+def _first(impacts: Impacts, count: int) -> Impacts:
+    return Impacts(*(values[:count] for values in vars(impacts).values()))
+
+
+def repeats(exponent: float) -> bool:
+    """Whether a wheel forgets where it came from, in contact."""
+    return exponent == -math.inf
