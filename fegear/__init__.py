@@ -60,6 +60,8 @@ from __future__ import annotations
 from importlib import import_module
 from typing import Any
 
+from fegear.studies import STUDIES
+
 # what is loaded when it is first asked for, so that `import fegear` is cheap
 _HOMES = {
     "DynamicsSettings": "dynamic_sweeps",
@@ -84,7 +86,9 @@ _HOMES = {
     "solve_mesh": "statics",
     "solve_stress": "pictures",
     "sweep_elements": "dynamic_sweeps",
+    "run": "studies.running",
     "sweep_speeds": "sweeps",
+    **{name: f"studies.{module}" for module, name, _ in STUDIES.values()},
 }
 __all__ = ["__version__", *_HOMES]
 

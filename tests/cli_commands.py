@@ -17,8 +17,8 @@ ROOF = typer.main.get_command(app)
 
 def commands(group: Any = ROOF, path: str = "") -> Iterator[tuple[str, Any]]:
     """Commands by their words, those of groups too."""
-    for name, command in group.commands.items():
-        words = f"{path} {name}".strip()
+    for name in group.list_commands(None):
+        command, words = group.get_command(None, name), f"{path} {name}".strip()
         if hasattr(command, "commands"):
             yield from commands(command, words)
         else:

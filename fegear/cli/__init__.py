@@ -13,11 +13,10 @@ from typing import Annotated, Any
 import typer
 
 from fegear.cli import bench
-from fegear.cli.command import Command
+from fegear.cli.command import add_command
 from fegear.cli.screen import complain, say
-from fegear.cli.studies import command_of
-from fegear.studies.clatter import Clatter
-from fegear.studies.rattle_noise import Noise
+from fegear.cli.study_group import group_class
+from fegear.studies import STUDIES
 
 # the others are the solvers' own: they say what was not solved, and where
 BUILTIN_FAILURES = (ZeroDivisionError, OverflowError, FloatingPointError)
@@ -26,16 +25,6 @@ ABOUT = (
     "Spur gears: mesh stiffness and transmission error by finite elements, and the "
     "vibration of gear trains that they excite."
 )
-PLAIN: dict[str, Any] = {
-    "rich_markup_mode": None,  # square brackets are units
-    "pretty_exceptions_enable": False,
-    "context_settings": {"help_option_names": ["-h", "--help"]},
-}
-
-
-app = typer.Typer(name="fegear", help=ABOUT, **PLAIN)
-benchmarks = typer.Typer(help="Run time against error.", **PLAIN)
-rattles = typer.Typer(help="Rattle of eccentric gears: quiet or noisy.", **PLAIN)
 COMMANDS = (  # each in a file of its name, in the order of the help
     *("sets", "show", "mesh", "stiffness", "compare", "identify", "modes", "sweep"),
     *(
@@ -54,7 +43,6 @@ COMMANDS = (  # each in a file of its name, in the order of the help
     "reproduce",
     "budget",
 )
-STUDIES = {each.command: each for each in (Clatter, Noise)}
 RATTLES = (  # of the group `rattle`
     *("critical", "gears", "run-down", "periodic"),
     *("bifurcation", "basin", "manifold", "noise"),
@@ -71,17 +59,26 @@ BENCHMARKS: dict[str, Callable[..., None]] = {
 }
 
 
-def add_command(
-    group: typer.Typer, name: str, command: Callable[..., None], example: str
-) -> None:
-    """The example stands on a line of its own, which is not broken."""
-    epilog = f"\b\nExample:\n  {example}"
-    group.command(name, cls=Command, epilog=epilog)(command)
-
+GROUPS = "rattle", "bench"
+PLAIN: dict[str, Any] = {
+    "rich_markup_mode": None,  # square brackets are units
+    "pretty_exceptions_enable": False,
+    "context_settings": {"help_option_names": ["-h", "--help"]},
+}
+app = typer.Typer(
+    name="fegear", help=ABOUT, cls=group_class((*COMMANDS, *GROUPS)), **PLAIN
+)
+benchmarks = typer.Typer(
+    help="Run time against error.", cls=group_class(tuple(BENCHMARKS)), **PLAIN
+)
+rattles = typer.Typer(
+    help="Rattle of eccentric gears: quiet or noisy.",
+    cls=group_class(RATTLES, "rattle "),
+    **PLAIN,
+)
 
 for name in COMMANDS:
-    if (study := STUDIES.get(name)) is not None:
-        add_command(app, name, command_of(study), study.example)
+    if name in STUDIES:
         continue
     module = import_module(f"fegear.cli.{name}")
     add_command(app, name, getattr(module, f"{name}_command"), module.EXAMPLE)
@@ -89,8 +86,7 @@ for name, command in BENCHMARKS.items():
     add_command(benchmarks, name, command, bench.EXAMPLES[name])
 for name in RATTLES:
     own = name.replace("-", "_")
-    if (study := STUDIES.get(f"rattle {name}")) is not None:
-        add_command(rattles, name, command_of(study), study.example)
+    if f"rattle {name}" in STUDIES:
         continue
     module = import_module(f"fegear.cli.rattle.{own}")
     add_command(rattles, name, getattr(module, f"{own}_command"), module.EXAMPLE)

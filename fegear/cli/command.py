@@ -6,11 +6,21 @@ It takes no option twice where the first would change nothing.
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Callable
 from typing import Any
 
+import typer
 from typer.core import TyperCommand
 
 from fegear.errors import InputError
+
+
+def add_command(
+    group: typer.Typer, name: str, command: Callable[..., None], example: str
+) -> None:
+    """The example stands on a line of its own, which is not broken."""
+    epilog = f"\b\nExample:\n  {example}"
+    group.command(name, cls=Command, epilog=epilog)(command)
 
 
 class Command(TyperCommand):

@@ -103,8 +103,8 @@ def _show(page: Page, seconds: float) -> None:
     for part in page:
         if isinstance(part, Grid):
             table = ruled_table(*part.columns)
-            for row in part.rows:
-                table.add_row(*row)
+            for cells in part.cells():
+                table.add_row(*cells)
             console.print(table)
         else:
             console.print(part)

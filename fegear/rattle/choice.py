@@ -12,8 +12,8 @@ from fegear.studies.study import Range, argument, require_settings, setting
 if TYPE_CHECKING:
     from fegear.rattle.machines import NamedMachine
 
-POSITIVE = Range(least=1e-9, most=1e9)
-STIFFNESSES = Range(least=1e-9, most=1e15)
+POSITIVE = Range(1e-9, 1e9)
+STIFFNESSES = Range(1e-9, 1e15)
 NAME = "Built-in machine or path of a TOML file."
 
 
@@ -49,7 +49,7 @@ class LoadFigures:
     epsilon: float | None = setting(
         None,
         "Eccentricity, as an angle [rad]. [default: the machine's]",
-        Range(least=0.0, most=1e3),
+        Range(0.0, 1e3),
     )
     kappa: float | None = setting(
         None,
@@ -95,7 +95,7 @@ class MotionFigures(LoadFigures):
         None,
         "Ratio of speeds after and before an impact, the coefficient of restitution. "
         "[default: the machine's]",
-        Range(least=0.0, most=1.0),
+        Range(0.0, 1.0),
     )
 
     @property

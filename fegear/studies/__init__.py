@@ -1,1 +1,37 @@
-"""Studies: a file each, which declares it, computes it, and shows what it found."""
+"""Studies: a file each, which declares it, computes it, and shows what it found.
+
+>>> import fegear
+>>> found = fegear.run(fegear.Clatter(gearbox="seed-five-speed", seconds=1.0))
+>>> round(found.summary["wheels"][0]["noise_m2_per_s3"], 3)
+0.077
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from fegear.studies.study import Study
+
+# by command: module of this package, class, what the list of commands says of it; a
+# study is loaded where it is asked for
+STUDIES = {
+    "clatter": (
+        "clatter",
+        "Clatter",
+        "Clattering gearboxes: impacts of loose wheels in their plays.",
+    ),
+    "rattle noise": (
+        "rattle_noise",
+        "Noise",
+        "How loud a machine is, and how likely it runs quietly.",
+    ),
+}
+
+
+def load_study(command: str) -> type[Study]:
+    """The class of a study by the name of its command."""
+    module, name, _ = STUDIES[command]
+    found: type[Study] = getattr(import_module(f"fegear.studies.{module}"), name)
+    return found

@@ -4,28 +4,35 @@ from __future__ import annotations
 
 import heapq
 import math
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property, partial
-from typing import TYPE_CHECKING, Any, Literal
+from operator import itemgetter
+from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
+from fegear.clatter.gearboxes import NamedGearbox, load_gearbox
 from fegear.errors import InputError
 from fegear.result import Result
-from fegear.studies.page import Grid, Page, heading, number
-from fegear.studies.study import PLOT, Job, Range, Study, Task, argument, setting
+from fegear.studies.page import Columns, Grid, Page, cell, heading
+from fegear.studies.study import PLOT, Draw, Job, Range, Study, Task, argument, setting
+from fegear.studies.table import Table, plain
+from lumped.clatter.chaos import correlation_dimension
+from lumped.clatter.figure import draw_attractor, draw_motion
+from lumped.clatter.gearbox import Wheel
+from lumped.clatter.group_runs import GroupRun, MapKind, repeats, run_events, run_map
+from lumped.clatter.groups import Group
+from lumped.clatter.noise import noise_of
+from lumped.clatter.runs import Impacts, State, middle, scattered
+from lumped.csv_text import exact
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from fegear.clatter.gearboxes import NamedGearbox
-    from fegear.studies.table import Table
-    from lumped.clatter.gearbox import Wheel
-    from lumped.clatter.group_runs import GroupRun
-    from lumped.clatter.groups import Group
-    from lumped.clatter.runs import State
-
 MOST_IMPACTS = 20_000_000  # that are kept at a time
 SHOWN = 12  # periods of a plot of the motion
+RESTS = ", where it rests on an edge: the map ends there"
 KEYS = (  # of a play in the summary: what of its noise
     ("impacts", "impacts"),
     ("noise_m2_per_s3", "level"),
@@ -54,22 +61,20 @@ class Clatter(
     }
 
     gearbox: str = argument("GEARBOX", "Built-in gearbox or path of a TOML file.")
-    seconds: float = setting(
-        10.0, "Time that is run [s].", Range(least=1e-6, most=1e7, unit="s")
-    )
+    seconds: float = setting(10.0, "Time that is run [s].", Range(1e-6, 1e7, "s"))
     impacts: int = setting(
         MOST_IMPACTS,
         "Impacts of a wheel, and of those that mesh with it, after which the run ends "
         "sooner.",
-        Range(least=1, most=MOST_IMPACTS),
+        Range(1, MOST_IMPACTS),
     )
     seed: int | None = setting(
         None,
         "Number from which a random place at the start is made. [default: the middle "
         "of every play]",
-        Range(least=0, most=2**32),
+        Range(0, 2**32),
     )
-    kind: Literal["event", "implicit", "fermi"] = setting(
+    kind: MapKind = setting(
         "event",
         "How impacts follow each other: events of all plays, the implicit map of a "
         "spur wheel's teeth, or its Fermi accelerator.",
@@ -92,8 +97,6 @@ class Clatter(
 
     @cached_property
     def named(self) -> NamedGearbox:
-        from fegear.clatter.gearboxes import load_gearbox
-
         return load_gearbox(self.gearbox)
 
     @cached_property
@@ -107,20 +110,14 @@ class Clatter(
         return wheels[name]
 
     def start_of(self, group: Group) -> State:
-        from lumped.clatter.runs import middle, scattered
-
         return middle(group) if self.seed is None else scattered(group, self.seed)
 
     @property
     def inputs(self) -> dict[str, str]:
-        own = {
-            name: str(getattr(self, name)) for name in ("seconds", "impacts", "seed")
-        }
-        return {"gearbox": self.named.text, **own}
+        names = "seconds", "impacts", "seed"
+        return {n: str(getattr(self, n)) for n in names} | {"gearbox": self.named.text}
 
     def tasks(self) -> Iterator[Task]:
-        from lumped.clatter.groups import Group
-
         box, wheel = self.named.gearbox, self.shown
         if self.seconds > box.excitation.lasts * (1.0 + 1e-12):
             raise InputError(
@@ -136,22 +133,16 @@ class Clatter(
             yield Task(wheels[0].name, partial(self._moved, group))
 
     def _mapped(self, group: Group, job: Job) -> GroupRun:
-        from lumped.clatter.group_runs import run_map
-
         assert self.kind != "event"
         start = self.start_of(group)
         try:
             return run_map(group, self.kind, start, self.seconds, self.impacts)
         except ValueError as error:
-            words = f"{self.named.name}: wheel {group.wheels[0].name} {error}"
-            raise InputError(words) from None
+            raise InputError(
+                f"{self.named.name}: wheel {self.shown.name} {error}"
+            ) from None
 
     def _moved(self, group: Group, job: Job) -> GroupRun:
-        import numpy as np
-
-        from lumped.clatter.group_runs import run_events
-        from lumped.clatter.runs import Impacts, State
-
         state: Any = job.state
         now = self.start_of(group) if state is None else State(**state)
         before = [Impacts(*(np.array(own) for own in p.values())) for p in job.kept]
@@ -193,56 +184,39 @@ class ClatterResult(Result):
     def _warnings(self) -> Iterator[str]:
         for run in self.runs:
             if run.seconds < self.study.seconds * (1.0 - 1e-12):
-                full = len(run.impacts) >= self.study.impacts
-                reason = (
-                    "" if full else ", where it rests on an edge: the map ends there"
-                )
+                rests = len(run.impacts) < self.study.impacts
                 yield (
-                    f"wheel {run.group.wheels[0].name}: ends after {run.seconds:.6g} s "
-                    f"and {len(run.impacts)} impacts{reason}"
+                    f"wheel {run.name}: ends after {run.seconds:.6g} s and "
+                    f"{len(run.impacts)} impacts{RESTS if rests else ''}"
                 )
 
     def _wheel(self, run: GroupRun, wheel: Wheel) -> dict[str, Any]:
-        from lumped.clatter.noise import noise_of
-
         noise = noise_of(run.group, run.impacts, run.seconds)
-        own = [each for each in noise if each.wheel == wheel.name]
         plays = [
             {"play": each.play} | {key: getattr(each, name) for key, name in KEYS}
-            for each in own
+            for each in noise
+            if each.wheel == wheel.name
         ]
-        sums = {key: sum(each[key] for each in plays) for key, _ in KEYS[:3]}
-        chaos = self._chaos(run, wheel) if self.study.chaos else {}
-        return {
-            "name": wheel.name,
-            "seconds": run.seconds,
-            **sums,
-            "plays": plays,
-            **chaos,
-        }
+        values = {"name": wheel.name, "seconds": run.seconds, "plays": plays}
+        values |= {key: sum(each[key] for each in plays) for key, _ in KEYS[:3]}
+        return values | (self._chaos(run, wheel) if self.study.chaos else {})
 
     def _chaos(self, run: GroupRun, wheel: Wheel) -> dict[str, Any]:
-        from lumped.clatter.chaos import correlation_dimension
-        from lumped.clatter.group_runs import repeats
-
         unit, exponent = run.exponent(self.study.kind)
         phase, speed, _ = run.teeth(wheel)
         dimension = error = math.nan
         if not repeats(exponent):
             dimension, error = correlation_dimension(phase, speed)
         return {
-            f"lyapunov_exponent_per_{unit}": _plain(exponent),
+            f"lyapunov_exponent_per_{unit}": plain(exponent),
             "forgets_its_start": repeats(exponent),
-            "correlation_dimension": _plain(dimension),
-            "correlation_dimension_error": _plain(error),
+            "correlation_dimension": plain(dimension),
+            "correlation_dimension_error": plain(error),
         }
 
     @property
     def table(self) -> Table:
         """A row for each contact that was struck, in the order of time."""
-        from fegear.studies.table import Table
-        from lumped.csv_text import exact
-
         header = {
             "gearbox": self.study.named.name,
             "map": self.study.kind,
@@ -260,9 +234,7 @@ class ClatterResult(Result):
         return heapq.merge(*map(_rows_of, self.runs), key=lambda row: row[0])
 
     @property
-    def figures(self) -> dict[str, Callable[[], Figure]]:
-        from lumped.clatter.figure import draw_attractor
-
+    def figures(self) -> dict[str, Draw]:
         wheel = self.study.shown
         run = next(run for run in self.runs if wheel in run.group.wheels)
         title = f"{self.study.named.name}: {wheel.name}"
@@ -273,10 +245,6 @@ class ClatterResult(Result):
 
     def _motion(self, group: Group) -> Figure:
         """Plays of the wheel over the first periods of the run."""
-        import numpy as np
-
-        from lumped.clatter.figure import draw_motion
-
         lasts = min(SHOWN * group.excitation.period, self.study.seconds)
         times = np.linspace(0.0, lasts, 2400)
         start, wheel = self.study.start_of(group), self.study.shown
@@ -284,23 +252,18 @@ class ClatterResult(Result):
 
     def page(self) -> Page:
         yield from heading(self.study.named)
-        grid = Grid(
-            (
-                *("wheel", "play", "impacts\nper s", "noise level\n[m2 per s3]"),
-                *("lost\n[mW]", "fastest\n[mm/s]"),
-            )
-        )
-        for wheel in self.summary["wheels"]:
-            for play in wheel["plays"]:
-                values = (
-                    play["impacts"] / wheel["seconds"],
-                    play["noise_m2_per_s3"],
-                    1e3 * play["lost_power_W"],
-                    1e3 * play["fastest_m_per_s"],
-                )
-                grid.add(wheel["name"], play["play"], *(number(v, 4) for v in values))
-        yield grid
-        for wheel in self.summary["wheels"]:
+        wheels = self.summary["wheels"]
+        plays = [{**wheel, **play} for wheel in wheels for play in wheel["plays"]]
+        columns: Columns = {
+            "wheel": itemgetter("name"),
+            "play": itemgetter("play"),
+            "impacts\nper s": cell("impacts", over="seconds"),
+            "noise level\n[m2 per s3]": cell("noise_m2_per_s3"),
+            "lost\n[mW]": cell("lost_power_W", scale=1e3),
+            "fastest\n[mm/s]": cell("fastest_m_per_s", scale=1e3),
+        }
+        yield Grid(plays, columns)
+        for wheel in wheels:
             yield (
                 f"wheel {wheel['name']}: {wheel['impacts']} impacts in "
                 f"{wheel['seconds']:.6g} s, noise level {wheel['noise_m2_per_s3']:.4g} "
@@ -317,12 +280,12 @@ def _chaos_of(wheel: Mapping[str, Any]) -> Iterator[str]:
     if wheel.get("forgets_its_start"):
         yield "no Lyapunov exponent: in contact the wheel forgets where it came from"
     elif "correlation_dimension" in wheel:
-        dimension = wheel["correlation_dimension"]
+        found = wheel["correlation_dimension"]
         error = wheel["correlation_dimension_error"]
-        if dimension is None:
+        if found is None:
             yield "no correlation dimension: impacts of teeth are few, or do not scale"
         else:
-            yield f"correlation dimension of its impacts {dimension:.2f} +- {error:.2f}"
+            yield f"correlation dimension of its impacts {found:.2f} +- {error:.2f}"
 
 
 def _rows_of(run: GroupRun) -> Iterator[tuple[Any, ...]]:
@@ -331,7 +294,3 @@ def _rows_of(run: GroupRun) -> Iterator[tuple[Any, ...]]:
     columns = found.time, found.play, found.edge, found.speed, found.impulse, found.lost
     for time, play, edge, *rest in zip(*(c.tolist() for c in columns), strict=True):
         yield time, *names[play], "upper" if edge > 0 else "lower", *rest
-
-
-def _plain(value: float) -> float | None:
-    return value if math.isfinite(value) else None

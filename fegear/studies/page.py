@@ -2,23 +2,44 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from math import floor, log10
-from typing import Protocol
+from typing import Any, Protocol
 
 ROUND_OFF = 1e-9  # of micrometres, newtons and per cents
 
 
-@dataclass
+Columns = Mapping[str, Callable[[Mapping[str, Any]], str]]  # cell of a row, by name
+
+
+@dataclass(frozen=True)
 class Grid:
-    """A table of words with the names of its columns, which may have lines."""
+    """A table of words with the names of its columns, which may have lines.
 
-    columns: tuple[str, ...]
-    rows: list[Sequence[str]] = field(default_factory=list)
+    Given as rows of values, and what to make of each, by column.
+    """
 
-    def add(self, *cells: str) -> None:
-        self.rows.append(cells)
+    rows: Sequence[Mapping[str, Any]]
+    columns: Columns
+
+    def cells(self) -> Iterator[list[str]]:
+        for row in self.rows:
+            yield [cell(row) for cell in self.columns.values()]
+
+
+def cell(
+    key: str, digits: int = 4, scale: float = 1.0, over: str = ""
+) -> Callable[[Mapping[str, Any]], str]:
+    """A number of a row, empty for None; over : key of what it is divided by."""
+
+    def shown(row: Mapping[str, Any]) -> str:
+        value = row[key]
+        if value is None:
+            return ""
+        return number(scale * value / (row[over] if over else 1.0), digits)
+
+    return shown
 
 
 Page = Iterator[str | Grid]

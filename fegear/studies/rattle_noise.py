@@ -3,29 +3,31 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property, partial
-from typing import TYPE_CHECKING, Any
+from operator import itemgetter
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from fegear.errors import InputError
+from fegear.rattle.basins import unsettled
 from fegear.rattle.choice import MovingMachine, limits
 from fegear.rattle.limits import LEAST_RETURNS, MOST_RETURNS
+from fegear.rattle.machines import NamedMachine, figures_of, header_of
 from fegear.result import Result
-from fegear.studies.page import Grid, Page, heading, number
-from fegear.studies.study import Job, Range, Study, Task, setting
+from fegear.studies.page import Columns, Grid, Page, cell, heading
+from fegear.studies.study import Draw, Job, Range, Study, Task, setting
+from fegear.studies.table import Table, plain
+from lumped.rattle import noise as of
+from lumped.rattle.attractors import QUIET
+from lumped.rattle.departures import RETURNS, settling_returns
+from lumped.rattle.figure import draw_noise, words_of
+from lumped.rattle.orbits import usual_speed
 
-if TYPE_CHECKING:
-    import numpy as np
-    from matplotlib.figure import Figure
-    from numpy.typing import NDArray
-
-    from fegear.rattle.machines import NamedMachine
-    from fegear.studies.table import Table
-    from lumped.rattle.noise import Noise as Measured
-
-    Array = NDArray[np.float64]
-
+Array = NDArray[np.float64]
 SURE = 1.96  # standard errors of an interval that holds the value 19 times of 20
 PARTS = 5, 50, 95  # per cent of the runs that are less loud
 
@@ -52,34 +54,26 @@ class Noise(
     starts: int = setting(
         1000,
         "Runs from random departures, spread evenly over a turn and the speeds.",
-        Range(least=1, most=10_000_000),
+        Range(1, 10_000_000),
     )
     seed: int = setting(
-        1,
-        "Number from which the random departures are made.",
-        Range(least=0, most=2**32),
+        1, "Number from which the random departures are made.", Range(0, 2**32)
     )
     iterations: int | None = setting(
         None,
         "Returns to the upper flank before noise is measured; turns where parts of the "
         "machine move on their own. [default: 1499, more where damping needs more to "
         "end transients, but not with parts]",
-        Range(least=LEAST_RETURNS, most=MOST_RETURNS),
+        Range(LEAST_RETURNS, MOST_RETURNS),
     )
     turns: int = setting(
-        200,
-        "Turns of the machine over which it is measured.",
-        Range(least=1, most=10**6),
+        200, "Turns of the machine over which it is measured.", Range(1, 1_000_000)
     )
 
     def tasks(self) -> Iterator[Task]:
         yield Task("runs", self._measured)
 
     def _measured(self, job: Job) -> NoiseResult:
-        from lumped.rattle import noise as of
-        from lumped.rattle.departures import RETURNS, settling_returns
-        from lumped.rattle.orbits import usual_speed
-
         named = self.machine.named
         assembly, many = named.assembly, bool(named.assembly.more_equations)
         velocity = self.velocity or (0.0, usual_speed(assembly.shafts_in_impacts))
@@ -99,10 +93,6 @@ class Noise(
             noise = of.measure_noise(named.machine, *how)
         return NoiseResult(self, named, velocity, noise, iterations, settling)
 
-    def gather(self, found: Mapping[str, Any]) -> NoiseResult:
-        result: NoiseResult = found["runs"]
-        return result
-
 
 @dataclass(frozen=True, eq=False, repr=False)
 class NoiseResult(Result):
@@ -115,49 +105,39 @@ class NoiseResult(Result):
     study: Noise
     named: NamedMachine
     velocity: tuple[float, float]
-    noise: Measured
+    noise: of.Noise
     iterations: int
     settling: float
 
     @property
-    def _asked(self) -> dict[str, Any]:
-        own = self.study
-        return {
-            "velocity_rad_per_turn": list(self.velocity),
-            "starts": own.starts,
-            "seed": own.seed,
-            "iterations": self.iterations,
-            "turns": own.turns,
-        }
+    def _how(self) -> dict[str, Any]:
+        names = "starts", "seed", "iterations", "turns"
+        own = {name: getattr(self.study, name) for name in names}
+        return own | {"iterations": self.iterations}
 
     @cached_property
     def summary(self) -> dict[str, Any]:
-        import numpy as np
-
-        from fegear.rattle.machines import figures_of
-        from lumped.rattle.attractors import QUIET
-
-        noise, names = self.noise, self.noise.attractors
-        level = noise.level[np.isfinite(noise.level) & (noise.motion >= 0)]
-        impacts = noise.impacts[np.isfinite(noise.level) & (noise.motion >= 0)]
-        quiet = [i for i, each in enumerate(names) if each.name == QUIET]
+        noise, count = self.noise, self.study.starts
+        known = np.isfinite(noise.level) & (noise.motion >= 0)
+        level, unclear = noise.level[known], int(np.sum(noise.motion < 0))
+        quiet = [i for i, each in enumerate(noise.attractors) if each.name == QUIET]
         silent = int(np.isin(noise.motion, quiet).sum())
-        unclear, count = int(np.sum(noise.motion < 0)), len(noise.level)
         spread = float(level.std(ddof=1)) if level.size > 1 else math.nan
         parts = np.percentile(level, PARTS) if level.size else [math.nan] * len(PARTS)
         return {
             **self.named.heading,
             **figures_of(noise.machine),
-            **self._asked,
+            **self._how,
+            "velocity_rad_per_turn": list(self.velocity),
             "noise_rad2_per_turn3": _mean(level),
-            "noise_within_rad2_per_turn3": _plain(
+            "noise_within_rad2_per_turn3": plain(
                 SURE * spread / math.sqrt(max(level.size, 1))
             ),
             "noise_percentiles_rad2_per_turn3": {
-                str(part): _plain(float(value))
+                str(part): plain(float(value))
                 for part, value in zip(PARTS, parts, strict=True)
             },
-            "impacts_per_turn": _mean(impacts),
+            "impacts_per_turn": _mean(noise.impacts[known]),
             "quiet_probability": silent / count,
             # runs that are not clear may be quiet or not
             "quiet_probability_within": [
@@ -165,25 +145,24 @@ class NoiseResult(Result):
                 proportion_limits(silent + unclear, count)[1],
             ],
             "unclear_fraction": unclear / count,
-            "motions": [self._motion(i, each.name) for i, each in enumerate(names)],
+            "motions": [
+                self._motion(number, each.name)
+                for number, each in enumerate(noise.attractors)
+            ],
             "warnings": list(self._warnings(unclear / count)),
         }
 
     def _motion(self, number: int, name: str) -> dict[str, Any]:
         own = self.noise.motion == number
-        own_level = self.noise.level[own]
-        known = own_level == own_level
+        known = own & np.isfinite(self.noise.level)
         return {
             "name": name,
-            "fraction": float(own.mean()),
-            "noise_rad2_per_turn3": _mean(own_level[known]),
-            "impacts_per_turn": _mean(self.noise.impacts[own][known]),
+            "fraction": float(np.mean(own)),
+            "noise_rad2_per_turn3": _mean(self.noise.level[known]),
+            "impacts_per_turn": _mean(self.noise.impacts[known]),
         }
 
     def _warnings(self, unclear: float) -> Iterator[str]:
-        from fegear.rattle.basins import unsettled
-        from lumped.rattle.noise import FADED
-
         if not self.named.assembly.more_equations:
             if unclear:
                 yield unsettled(unclear, "runs", self.iterations, int(self.settling))
@@ -192,40 +171,28 @@ class NoiseResult(Result):
             if math.isfinite(self.settling):
                 lasts = f"in {self.settling:.0f} turns (--iterations)"
             yield (
-                f"transients of the parts fade to {FADED:g} {lasts}, runs are given "
+                f"transients of the parts fade to {of.FADED:g} {lasts}, runs are given "
                 f"{self.iterations}: noise may still fall, unless impacts end them"
             )
 
     @property
     def table(self) -> Table:
         """A row for each run."""
-        from fegear.rattle.machines import figures_of, header_of
-        from fegear.studies.table import Table
-
-        low, high = self.velocity
-        asked = self._asked | {"velocity_rad_per_turn": f"{low}:{high}"}
-        header = {
-            "machine": self.named.name,
-            **header_of(figures_of(self.noise.machine)),
-            **{key: str(value) for key, value in asked.items()},
+        noise, (low, high) = self.noise, self.velocity
+        words = np.array([*(each.name for each in noise.attractors), "not clear"])
+        columns = {
+            "start_time_turns": noise.starts[:, 0],
+            "start_speed_rad_per_turn": noise.starts[:, 1],
+            "motion": words[noise.motion],
+            "noise_rad2_per_turn3": noise.level,
+            "impacts_per_turn": noise.impacts,
         }
-        names = (
-            *("start_time_turns", "start_speed_rad_per_turn", "motion"),
-            *("noise_rad2_per_turn3", "impacts_per_turn"),
-        )
-        return Table(names, self._rows, header)
-
-    def _rows(self) -> Iterator[tuple[Any, ...]]:
-        noise = self.noise
-        words = [*(each.name for each in noise.attractors), "not clear"]
-        motions = (words[number] for number in noise.motion)
-        columns = (*noise.starts.T.tolist(), motions, noise.level, noise.impacts)
-        return zip(*columns, strict=True)
+        header = {"machine": self.named.name, **header_of(figures_of(noise.machine))}
+        how = {"velocity_rad_per_turn": f"{low}:{high}", **self._how}
+        return Table.of(columns, header | {key: str(how[key]) for key in how})
 
     @property
-    def figures(self) -> dict[str, Callable[[], Figure]]:
-        from lumped.rattle.figure import draw_noise, words_of
-
+    def figures(self) -> dict[str, Draw]:
         title = f"{self.named.name}: {words_of(self.noise.machine)}"
         return {"plot": partial(draw_noise, self.noise, title)}
 
@@ -245,14 +212,13 @@ class NoiseResult(Result):
                 f"noise level {values['noise_rad2_per_turn3']:.4g}{error} "
                 f"rad2 per turn3, {values['impacts_per_turn']:.3g} impacts per turn"
             )
-        grid = Grid(
-            ("motion", "part [%]", "noise level\n[rad2 per turn3]", "impacts\nper turn")
-        )
-        for each in values["motions"]:
-            level, impacts = each["noise_rad2_per_turn3"], each["impacts_per_turn"]
-            shown = ("" if v is None else number(v, 4) for v in (level, impacts))
-            grid.add(each["name"], f"{100.0 * each['fraction']:.2f}", *shown)
-        yield grid
+        columns: Columns = {
+            "motion": itemgetter("name"),
+            "part [%]": lambda row: f"{100.0 * row['fraction']:.2f}",
+            "noise level\n[rad2 per turn3]": cell("noise_rad2_per_turn3"),
+            "impacts\nper turn": cell("impacts_per_turn"),
+        }
+        yield Grid(values["motions"], columns)
         if values["unclear_fraction"]:
             yield (
                 "not clear what is settled to, and left out of the noise level: "
@@ -263,10 +229,6 @@ class NoiseResult(Result):
 def _mean(values: Array) -> float | None:
     """None of no values."""
     return float(values.mean()) if values.size else None
-
-
-def _plain(value: float) -> float | None:
-    return value if math.isfinite(value) else None
 
 
 def proportion_limits(count: int, of: int) -> tuple[float, float]:

@@ -7,7 +7,7 @@ A study is a frozen dataclass whose fields are settings:
         \"\"\"How loud a machine is.\"\"\"
 
         machine: MotionMachine
-        starts: int = setting(1000, "Number of runs.", Range(least=1, most=10_000_000))
+        starts: int = setting(1000, "Number of runs.", Range(1, 10_000_000))
 
         def tasks(self) -> Iterator[Task]: ...
         def gather(self, found: Mapping[str, Any]) -> NoiseResult: ...
@@ -15,8 +15,7 @@ A study is a frozen dataclass whose fields are settings:
 `fegear.studies.running.run` computes it. The command line, checkpoints and messages
 follow from the declaration. A field whose type is a dataclass stands for its fields.
 
-Modules of studies are imported for the list of commands: what is heavy they import in
-their methods.
+A result has what `StudyResult` says. `fegear.studies` lists all studies.
 """
 
 from __future__ import annotations
@@ -41,15 +40,15 @@ if TYPE_CHECKING:
 PLOT = {"plot": "Draw the results into this file, .png, .pdf or .svg."}
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class Range:
     """Numbers that a setting takes: from or above, and to or below."""
 
     least: float = -inf
-    above: float = -inf
     most: float = inf
-    below: float = inf
     unit: str = ""
+    above: float = -inf
+    below: float = inf
 
     def __contains__(self, value: float) -> bool:
         inside = self.least <= value <= self.most
@@ -76,7 +75,7 @@ class Setting:
     place: str = ""
     metavar: str | None = None
     read: Callable[[str], Any] | None = None
-    write: Callable[[Any], str] = str
+    write: Callable[[Any], str] = str  # of floats to the last bit
 
 
 def setting(default: Any, text: str, allowed: Range | None = None, **words: Any) -> Any:
@@ -96,6 +95,21 @@ def setting_of(each: Field[Any]) -> Setting | None:
     return found
 
 
+def words_of(settings: Any) -> list[str]:
+    """Words of a command line from which settings that are no default are read."""
+    places, options = list[str](), list[str]()
+    for each in fields(settings):
+        value, declared = getattr(settings, each.name), setting_of(each)
+        if declared is None:
+            options += words_of(value)
+        elif declared.place:
+            places.append(str(value))
+        elif value != each.default:
+            name = declared.option or f"--{each.name.replace('_', '-')}"
+            options += [name] if value is True else [name, declared.write(value)]
+    return [*places, *options]
+
+
 def require_settings(settings: Any) -> None:
     """Fields are what their types and ranges say; else InputError with the field."""
     from lumped.checks import require_fields
@@ -111,6 +125,9 @@ def require_settings(settings: Any) -> None:
             continue
         if value not in declared.allowed:
             raise InputError(f"{each.name} = {value:.12g}; allowed {declared.allowed}")
+
+
+Draw = Callable[[], "Figure"]
 
 
 class Job(Protocol):
@@ -170,9 +187,15 @@ class Study:
         """All parts; InputError for what cannot be computed."""
         raise NotImplementedError
 
-    def gather(self, found: Mapping[str, Any]) -> StudyResult:
-        """The result of what tasks gave, by their keys."""
-        raise NotImplementedError
+    def gather(self, found: Mapping[str, Any]) -> Any:
+        """The result of what tasks gave, by their keys; that of an only one."""
+        (result,) = found.values()
+        return result
+
+    @property
+    def words(self) -> list[str]:
+        """Words of the command line that ask for this study."""
+        return [*self.command.split(), *words_of(self)]
 
     @property
     def inputs(self) -> dict[str, str]:
@@ -196,7 +219,7 @@ class StudyResult(Protocol):
     def table(self) -> Table: ...
 
     @property
-    def figures(self) -> Mapping[str, Callable[[], Figure]]:
+    def figures(self) -> Mapping[str, Draw]:
         """Functions that draw the pictures of the study."""
 
     def page(self) -> Page:

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
 
 from fegear.result import frame
 from lumped.csv_text import format_csv
@@ -25,6 +29,12 @@ class Table:
     rows: Callable[[], Iterable[Sequence[Any]]]
     header: Mapping[str, str] = field(default_factory=dict)
 
+    @classmethod
+    def of(cls, columns: Mapping[str, ArrayLike], header: Mapping[str, str]) -> Table:
+        """Columns of equal length, which may be arrays."""
+        lists = [np.asarray(each).tolist() for each in columns.values()]
+        return cls(tuple(columns), lambda: zip(*lists, strict=True), header)
+
     def csv(self) -> str:
         return format_csv(list(self.names), self.rows(), dict(self.header))
 
@@ -32,3 +42,8 @@ class Table:
         """A pandas frame; ImportError where pandas is missing."""
         columns = zip(*self.rows(), strict=True)
         return frame(dict(zip(self.names, columns, strict=False)))
+
+
+def plain(value: float) -> float | None:
+    """A finite number, or None as JSON has it."""
+    return value if math.isfinite(value) else None

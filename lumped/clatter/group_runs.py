@@ -36,6 +36,11 @@ class GroupRun:
     end: State
     last_edge: int = 0
 
+    @property
+    def name(self) -> str:
+        """The first wheel's."""
+        return self.group.wheels[0].name
+
     def exponent(self, kind: MapKind) -> tuple[str, float]:
         """Unit and largest Lyapunov exponent: events by seconds, maps by impacts."""
         if kind != "event":

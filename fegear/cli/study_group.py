@@ -1,0 +1,52 @@
+"""Groups of commands in which those of studies are loaded when they are asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import typer
+from typer.core import TyperGroup
+
+from fegear.cli.command import add_command
+from fegear.studies import STUDIES, load_study
+
+
+def group_class(names: Sequence[str], prefix: str = "") -> type[TyperGroup]:
+    """A class of groups with commands in this order, some of which are studies.
+
+    prefix : words before the name in the commands of studies
+    """
+
+    class Group(TyperGroup):
+        def list_commands(self, ctx: Any) -> list[str]:
+            return list(names)
+
+        def get_command(self, ctx: Any, cmd_name: str) -> Any:
+            known = super().get_command(ctx, cmd_name)
+            if known is None and prefix + cmd_name in STUDIES:
+                known = _loaded(prefix + cmd_name, cmd_name)
+                self.add_command(known, cmd_name)
+            return known
+
+        def format_commands(self, ctx: Any, formatter: Any) -> None:
+            rows = [(name, self._summary(ctx, name)) for name in names]
+            with formatter.section("Commands"):
+                formatter.write_dl(rows)
+
+        def _summary(self, ctx: Any, name: str) -> str:
+            """Of a study without loading it."""
+            if prefix + name in STUDIES:
+                return STUDIES[prefix + name][2]
+            known: Any = super().get_command(ctx, name)
+            return str(known.help).partition("\n\n")[0].replace("\n", " ")
+
+    return Group
+
+
+def _loaded(command: str, name: str) -> Any:
+    from fegear.cli.studies import command_of
+
+    study, single = load_study(command), typer.Typer()
+    add_command(single, name, command_of(study), study.example)
+    return typer.main.get_command(single)

@@ -1,0 +1,206 @@
+"""What holds for all studies, those of a file that a reader writes among them."""
+
+from __future__ import annotations
+
+import inspect
+import json
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, fields
+from typing import Any
+
+import numpy as np
+import pytest
+from cli_commands import printed
+from typer.testing import CliRunner
+
+import fegear
+from fegear.cli import app, run
+from fegear.cli import study_group as groups
+from fegear.errors import InputError
+from fegear.result import Result
+from fegear.store import Keeping
+from fegear.studies import STUDIES, load_study
+from fegear.studies.page import Grid, Page, cell
+from fegear.studies.running import run as run_study
+from fegear.studies.study import Job, Range, Study, Task, setting, setting_of
+from fegear.studies.table import Table
+from lumped.drawing import panels
+
+
+@dataclass(frozen=True, kw_only=True)
+class Squares(Study, command="squares", example="squares --count 3"):
+    """Squares of numbers.
+
+    One after the other, each of which is kept.
+    """
+
+    resumes = True
+
+    count: int = setting(5, "How many squares.", Range(1, 100))
+    power: float = setting(2.0, "Exponent in place of 2, a ratio.", Range(0.0, 4.0))
+    loud: bool = setting(False, "Say so.")
+
+    def tasks(self) -> Iterator[Task]:
+        for sign in (1, -1):
+            yield Task(str(sign), lambda job, sign=sign: self._squared(job, sign))
+
+    def _squared(self, job: Job, sign: int) -> list[float]:
+        found = [record["square"] for record in job.kept]
+        for number in range(len(found), self.count):
+            job.report(f"squares {sign}", number, self.count)
+            found.append(sign * (number + 1.0) ** self.power)
+            job.keep({"square": found[-1]}, {"last": np.array(found[-1:])})
+        return found
+
+    def gather(self, found: Mapping[str, Any]) -> SquaresResult:
+        return SquaresResult(self, [*found["1"], *found["-1"]])
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class SquaresResult(Result):
+    study: Squares
+    squares: list[float]
+
+    @property
+    def summary(self) -> dict[str, Any]:
+        return {"sum": sum(self.squares), "warnings": ["loud"] * self.study.loud}
+
+    @property
+    def table(self) -> Table:
+        columns = {"number": np.arange(len(self.squares)), "square": self.squares}
+        return Table.of(columns, {"count": str(self.study.count)})
+
+    @property
+    def figures(self) -> dict[str, Callable[[], Any]]:
+        return {"plot": lambda: panels(1, size=(2.0, 2.0))[0]}
+
+    def page(self) -> Page:
+        yield f"{len(self.squares)} squares"
+        yield Grid([{"sum": sum(self.squares)}], {"sum": cell("sum")})
+
+
+@pytest.fixture
+def toy(monkeypatch):
+    """The command line with the toy study."""
+    monkeypatch.setitem(STUDIES, "squares", ("", "Squares", "Squares of numbers."))
+    monkeypatch.setattr(groups, "load_study", lambda command: Squares)
+
+    def invoke(*words: object) -> Any:
+        return CliRunner().invoke(app, ["squares", *map(str, words)])
+
+    return invoke
+
+
+def test_a_file_gives_command_help_table_json_picture_and_call(
+    toy, tmp_path, monkeypatch
+):
+    table, plot = tmp_path / "s.csv", tmp_path / "s.png"
+    done = toy("--count", 3, "--json", "-o", table, "--plot", plot)
+    values = json.loads(done.stdout)
+    assert values.keys() == {"sum", "warnings", "wall_time_s"}
+    found = fegear.run(Squares(count=3))
+    assert table.read_text() == found.table.csv()
+    assert table.read_text().splitlines()[:3] == [
+        "# count: 3",
+        "number,square",
+        "0,1.0",
+    ]
+    monkeypatch.setattr("fegear.studies.table.frame", lambda columns: columns)
+    assert found.table.to_frame()["square"] == (1, 4, 9, -1, -4, -9)
+    assert plot.stat().st_size > 1000
+    text = toy("--help").stdout
+    for words in ("Squares of numbers.", "--power", "[default: 2.0]", "--resume"):
+        assert words in text
+    assert "fegear squares --count 3" in text
+    assert "6 squares" in toy("--count", 3).stdout
+
+
+def test_ranges_hold_on_the_command_line_and_in_python(toy):
+    error = toy("--count", 0).exception
+    assert isinstance(error, InputError)
+    assert str(error) == "--count = 0; allowed 1 to 100"
+    with pytest.raises(InputError, match=r"^count = 0; allowed 1 to 100$"):
+        Squares(count=0)
+    with pytest.raises(InputError, match=r"^count must be a whole number, got 2\.5$"):
+        Squares(count=2.5)
+
+
+@pytest.mark.parametrize("stop", [1, 3, 7])
+def test_resumed_is_whole_to_the_byte(tmp_path, stop):
+    calls, path = [], tmp_path / "s.csv.partial"
+
+    def progress(*words: object) -> None:
+        calls.append(words)
+        if len(calls) == stop:
+            raise KeyboardInterrupt
+
+    asked = Squares(count=4)
+    with pytest.raises(KeyboardInterrupt):
+        run_study(asked, Keeping(checkpoint=path), progress, workers=1)
+    assert path.exists()
+    later = run_study(asked, Keeping(checkpoint=path, resume=True))
+    assert later.table.csv() == run_study(asked).table.csv()
+    assert not path.exists()
+    calls.clear()
+    with pytest.raises(KeyboardInterrupt):
+        run_study(asked, Keeping(checkpoint=path), progress, workers=1)
+    if stop > 1:
+        with pytest.raises(InputError, match="was begun with count = '4', now '5'"):
+            run_study(Squares(), Keeping(checkpoint=path, resume=True))
+
+
+EXAMPLES = {
+    "clatter": {"gearbox": "seed-five-speed", "seconds": 0.4, "seed": 3},
+    "rattle noise": {"starts": 5, "turns": 3, "velocity": (0.1, 0.2 + 1.0 / 3.0)},
+}
+
+
+def made(command: str) -> Study:
+    study: Any = load_study(command)
+    given = dict(EXAMPLES[command])
+    if command.startswith("rattle"):
+        from fegear.rattle.choice import MovingMachine
+
+        given["machine"] = MovingMachine(name="roots-scaled", delta=0.6 + 1.0 / 300.0)
+    asked: Study = study(**given)
+    return asked
+
+
+@pytest.mark.parametrize("command", STUDIES)
+def test_the_list_says_what_the_study_says(command):
+    study = load_study(command)
+    assert study.command == command
+    assert inspect.getdoc(study).splitlines()[0] == STUDIES[command][2]
+    assert getattr(fegear, STUDIES[command][1]) is study
+
+
+@pytest.mark.parametrize("command", STUDIES)
+def test_words_of_a_study_ask_for_it(command, monkeypatch):
+    """From values to words and back, floats to the last bit."""
+    asked, found = made(command), []
+    monkeypatch.setattr(
+        "fegear.studies.running.run", lambda study, *_: found.append(study)
+    )
+    with pytest.raises(AttributeError):  # of a result that is None
+        run(["--debug", *asked.words])
+    assert found == [asked]
+    assert found[0].words == asked.words
+
+
+@pytest.mark.parametrize("command", STUDIES)
+def test_the_command_and_the_call_find_the_same(command, tmp_path):
+    asked, path = made(command), tmp_path / "t.csv"
+    values = json.loads(printed(*asked.words, "--json", "-o", path))
+    del values["wall_time_s"]
+    found = fegear.run(asked)
+    assert values == json.loads(json.dumps(found.summary))
+    assert path.read_text("utf-8") == found.table.csv()
+    assert {len(row) for row in found.table.rows()} == {len(found.table.names)}
+
+
+@pytest.mark.parametrize("command", STUDIES)
+def test_defaults_are_within_their_ranges(command):
+    for each in fields(load_study(command)):
+        declared = setting_of(each)
+        if declared is not None and declared.allowed and each.default is not None:
+            assert declared.place or each.default in declared.allowed
