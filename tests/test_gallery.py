@@ -49,7 +49,7 @@ def test_commands_are_known_with_their_options(command):
     assert program == "fegear"
     known = typer.main.get_command(app)
     while hasattr(known, "commands"):
-        known = known.commands[words.pop(0)]
+        known = known.get_command(None, words.pop(0))
     options = {name for each in known.params for name in each.opts}
     given = {word for word in words if word.startswith("-")}
     assert given <= options

@@ -8,12 +8,12 @@ import sys
 from collections.abc import Callable
 from importlib import import_module
 from io import TextIOWrapper
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
 from fegear.cli import bench
-from fegear.cli.command import add_command
+from fegear.cli.command import PLAIN, add_command
 from fegear.cli.screen import complain, say
 from fegear.cli.study_group import group_class
 from fegear.studies import STUDIES
@@ -60,11 +60,6 @@ BENCHMARKS: dict[str, Callable[..., None]] = {
 
 
 GROUPS = "rattle", "bench"
-PLAIN: dict[str, Any] = {
-    "rich_markup_mode": None,  # square brackets are units
-    "pretty_exceptions_enable": False,
-    "context_settings": {"help_option_names": ["-h", "--help"]},
-}
 app = typer.Typer(
     name="fegear", help=ABOUT, cls=group_class((*COMMANDS, *GROUPS)), **PLAIN
 )

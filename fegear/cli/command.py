@@ -14,6 +14,12 @@ from typer.core import TyperCommand
 
 from fegear.errors import InputError
 
+PLAIN: dict[str, Any] = {
+    "rich_markup_mode": None,  # square brackets are units
+    "pretty_exceptions_enable": False,
+    "context_settings": {"help_option_names": ["-h", "--help"]},
+}
+
 
 def add_command(
     group: typer.Typer, name: str, command: Callable[..., None], example: str

@@ -90,16 +90,16 @@ def draw_into(path: Path, figure: Callable[[], Figure]) -> None:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Outputs:
-    """Where the results go: a table, a plot, and how they are printed."""
+class TableOutputs:
+    """Where the results go: a table, and how they are printed."""
 
     output: Path | None = option(
         "Write the results to this CSV file.",
         "-o",
         "--output",
     )
-    plot: Plot = None
     as_json: AsJson = False
+    plot: ClassVar[Path | None] = None
     endings: ClassVar[Sequence[str]] = TABLES
 
     def require(self, *inputs: Path | str) -> None:
@@ -115,11 +115,6 @@ class Outputs:
         if self.output is not None:
             write_text(self.output, text())
 
-    def draw(self, figure: Callable[[], Figure]) -> None:
-        """The plot, where one is asked for."""
-        if self.plot is not None:
-            draw_into(self.plot, figure)
-
     def show(
         self, values: dict[str, Any], print_values: Callable[[dict[str, Any]], None]
     ) -> None:
@@ -129,6 +124,18 @@ class Outputs:
     def progress(self) -> AbstractContextManager[Progress]:
         """A bar, unless the screen is for JSON."""
         return progress_bar(enabled=not self.as_json)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Outputs(TableOutputs):
+    """Where the results go: a table, a plot, and how they are printed."""
+
+    plot: Plot = None  # type: ignore[misc]
+
+    def draw(self, figure: Callable[[], Figure]) -> None:
+        """The plot, where one is asked for."""
+        if self.plot is not None:
+            draw_into(self.plot, figure)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -12,6 +12,7 @@ from fegear.cli.groups import grouped, option
 from fegear.cli.options import (
     Outputs,
     ResumedOutputs,
+    TableOutputs,
     draw_into,
     refuse_idle,
     require_outputs,
@@ -35,8 +36,7 @@ def command_of(study: type[Study]) -> Callable[..., None]:
         _require(asked, drawn, outputs)
         found = _found(asked, outputs)
         outputs.write(found.table.csv)
-        outputs.draw(found.figures.get("plot"))
-        for name, path in vars(drawn).items():
+        for name, path in {"plot": outputs.plot, **vars(drawn)}.items():
             if path is not None:
                 draw_into(path, found.figures[name])
         seconds = time.perf_counter() - begin
@@ -47,9 +47,15 @@ def command_of(study: type[Study]) -> Callable[..., None]:
     command.__annotations__ = {
         "asked": study,
         "drawn": pictures,
-        "outputs": ResumedOutputs if study.resumes else Outputs,
+        "outputs": _outputs_of(study),
     }
     return grouped(command)
+
+
+def _outputs_of(study: type[Study]) -> type[TableOutputs]:
+    if study.resumes:
+        return ResumedOutputs
+    return Outputs if "plot" in study.pictures else TableOutputs
 
 
 def _require(asked: Study, drawn: Any, outputs: Any) -> None:

@@ -8,7 +8,7 @@ from typing import Any
 import typer
 from typer.core import TyperGroup
 
-from fegear.cli.command import add_command
+from fegear.cli.command import PLAIN, add_command
 from fegear.studies import STUDIES, load_study
 
 
@@ -47,6 +47,7 @@ def group_class(names: Sequence[str], prefix: str = "") -> type[TyperGroup]:
 def _loaded(command: str, name: str) -> Any:
     from fegear.cli.studies import command_of
 
-    study, single = load_study(command), typer.Typer()
+    study = load_study(command)
+    single = typer.Typer(add_completion=False, **PLAIN)
     add_command(single, name, command_of(study), study.example)
     return typer.main.get_command(single)

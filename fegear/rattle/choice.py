@@ -17,7 +17,13 @@ STIFFNESSES = Range(1e-9, 1e15)
 NAME = "Built-in machine or path of a TOML file."
 
 
-def limits(name: str, text: str) -> Any:
+SPEEDS = (
+    "Speeds of departure that are looked at [rad per turn]. [default: 0 to 4 pi "
+    "damping + 4 half backlashes, or what forcing can give]"
+)
+
+
+def limits(name: str, text: str = SPEEDS) -> Any:
     """A setting of two values from 0 on that rise, A:B in words, None by default."""
 
     def read(words: str) -> tuple[float, float]:

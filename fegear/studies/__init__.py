@@ -1,4 +1,4 @@
-"""Studies: a file each, which declares it, computes it, and shows what it found.
+"""Studies, each in a file that declares it, computes it, and shows what it found.
 
 >>> import fegear
 >>> found = fegear.run(fegear.Clatter(gearbox="seed-five-speed", seconds=1.0))
@@ -26,6 +26,11 @@ STUDIES = {
         "rattle_noise",
         "Noise",
         "How loud a machine is, and how likely it runs quietly.",
+    ),
+    "rattle periodic": (
+        "rattle_periodic",
+        "Periodic",
+        "Motions P(m, n+, n-) that repeat, stable or not.",
     ),
 }
 

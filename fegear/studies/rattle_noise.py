@@ -46,11 +46,7 @@ class Noise(
     """
 
     machine: MovingMachine
-    velocity: tuple[float, float] | None = limits(
-        "velocity",
-        "Speeds of departure that are looked at [rad per turn]. [default: 0 to 4 pi "
-        "damping + 4 half backlashes, or what forcing can give]",
-    )
+    velocity: tuple[float, float] | None = limits("velocity")
     starts: int = setting(
         1000,
         "Runs from random departures, spread evenly over a turn and the speeds.",

@@ -151,6 +151,7 @@ def test_resumed_is_whole_to_the_byte(tmp_path, stop):
 
 EXAMPLES = {
     "clatter": {"gearbox": "seed-five-speed", "seconds": 0.4, "seed": 3},
+    "rattle periodic": {"departures": 1, "velocity": (0.5, 6.0 + 1.0 / 3.0)},
     "rattle noise": {"starts": 5, "turns": 3, "velocity": (0.1, 0.2 + 1.0 / 3.0)},
 }
 

@@ -1,0 +1,177 @@
+"""Motions of a machine that repeat, stable or not."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from operator import itemgetter
+from typing import Any, ClassVar
+
+from fegear.rattle.choice import MovingMachine, limits
+from fegear.rattle.machines import NamedMachine, figures_of
+from fegear.result import Result
+from fegear.studies.page import Columns, Grid, Page, cell, heading, number
+from fegear.studies.study import Draw, Job, Range, Study, Task, setting
+from fegear.studies.table import Table
+from lumped.rattle.departures import apart
+from lumped.rattle.machine import Machine
+from lumped.rattle.orbits import Orbit, find_orbits, usual_speed
+from lumped.rattle.periodic import (
+    has_closed_form,
+    least_eccentricity,
+    simple_rattle,
+    two_sided_rattle,
+)
+from lumped.rattle.sticking import Sticking, sticking_motions
+
+
+@dataclass(frozen=True, kw_only=True)
+class Periodic(
+    Study,
+    command="rattle periodic",
+    example="rattle periodic roots-scaled --departures 2",
+):
+    """Motions P(m, n+, n-) that repeat, stable or not.
+
+    Fixed points of the return map by Newton's method from a grid of departures: m
+    turns, n+ departures from the upper and n- meetings with the lower flank. Where
+    impacts lose speed, flanks may chatter to rest until the load lets them part:
+    sticking(m), known by its release from rest, whatever the number of impacts.
+    """
+
+    pictures: ClassVar[Mapping[str, str]] = {}
+
+    machine: MovingMachine
+    departures: int = setting(
+        2,
+        "Departures from the upper flank in a period, at most, of the motions that are "
+        "listed.",
+        Range(1, 12),
+    )
+    velocity: tuple[float, float] | None = limits("velocity")
+
+    def tasks(self) -> Iterator[Task]:
+        yield Task("motions", self._found)
+
+    def _found(self, job: Job) -> PeriodicResult:
+        named = self.machine.named
+        speeds = self.velocity or (0.0, usual_speed(named.assembly.shafts_in_impacts))
+        found = [
+            *map(_of_orbit, find_orbits(named.machine, self.departures, speeds)),
+            *map(_of_rest, sticking_motions(named.machine)),
+        ]
+        return PeriodicResult(self, named, speeds, tuple(found))
+
+
+@dataclass(frozen=True)
+class Repeating:
+    """A motion that repeats after so many turns.
+
+    departures : (time [turns], speed [rad per turn]) of each from the upper flank
+    orbit : None of one that comes to rest, which forgets all changes
+    """
+
+    name: str
+    turns: int
+    stable: bool
+    largest_multiplier: float
+    departures: tuple[tuple[float, float], ...]
+    orbit: Orbit | None = None
+
+    def from_construction(self, machine: Machine) -> float | None:
+        """Distance of the departure from a constructed one, where there is one."""
+        if self.orbit is None or not has_closed_form(machine):
+            return None
+        turns, upper, lower = self.orbit.itinerary
+        if upper > 1 or lower > 1:
+            return None
+        exact = (two_sided_rattle if lower else simple_rattle)(machine, turns)
+        (departure,) = self.orbit.departures
+        known = (apart(departure, (each.time, each.velocity)) for each in exact)
+        return min(known, default=None)
+
+
+def _of_orbit(orbit: Orbit) -> Repeating:
+    largest = max(map(abs, orbit.multipliers))
+    own = orbit.name, orbit.itinerary.turns, orbit.stable, largest
+    return Repeating(*own, tuple((t, v) for t, v in orbit.departures), orbit)
+
+
+def _of_rest(motion: Sticking) -> Repeating:
+    time, speed = motion.point
+    return Repeating(motion.name, motion.turns, True, 0.0, ((time, speed),))
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class PeriodicResult(Result):
+    """Motions of a named machine that repeat.
+
+    velocity : lowest and highest speed of departures [rad per turn]
+    """
+
+    study: Periodic
+    named: NamedMachine
+    velocity: tuple[float, float]
+    motions: tuple[Repeating, ...]
+    figures: ClassVar[Mapping[str, Draw]] = {}
+
+    @cached_property
+    def summary(self) -> dict[str, Any]:
+        machine = self.named.machine
+        known = has_closed_form(machine)
+        return {
+            **self.named.heading,
+            **figures_of(machine),
+            "departures": self.study.departures,
+            "velocity_rad_per_turn": list(self.velocity),
+            "least_eccentricity_of_P(1,1,0)_rad": (
+                least_eccentricity(machine) if known else None
+            ),
+            "orbits": [
+                {
+                    "name": each.name,
+                    "turns": each.turns,
+                    "stable": each.stable,
+                    "largest_multiplier": each.largest_multiplier,
+                    "departures": [list(point) for point in each.departures],
+                    "from_construction": each.from_construction(machine),
+                }
+                for each in self.motions
+            ],
+        }
+
+    @property
+    def table(self) -> Table:
+        """A row for each departure."""
+        names = "motion", "stable", "largest_multiplier", "time_turns"
+        rows = [
+            (each.name, int(each.stable), each.largest_multiplier, *point)
+            for each in self.motions
+            for point in each.departures
+        ]
+        header = {"machine": self.named.name}
+        return Table((*names, "speed_rad_per_turn"), lambda: rows, header)
+
+    def page(self) -> Page:
+        values = self.summary
+        yield from heading(self.named)
+        yield f"motions of up to {self.study.departures} departures a period"
+        columns: Columns = {
+            "motion": itemgetter("name"),
+            "stable": lambda row: "yes" if row["stable"] else "no",
+            "largest\nmultiplier": cell("largest_multiplier"),
+            "departures:\ntime [turns]": lambda row: _lines(row["departures"], 0),
+            "speed\n[rad per turn]": lambda row: _lines(row["departures"], 1),
+        }
+        yield Grid(values["orbits"], columns)
+        least = values["least_eccentricity_of_P(1,1,0)_rad"]
+        if least is not None:
+            yield f"P(1,1,0) exists from an eccentricity of {least:.4g} rad on"
+        known = (each["from_construction"] for each in values["orbits"])
+        if found := [each for each in known if each is not None]:
+            yield f"P(m,1,n-) are within {max(found):.1g} of constructed ones"
+
+
+def _lines(departures: list[list[float]], place: int) -> str:
+    return "\n".join(number(point[place], 4) for point in departures)
