@@ -369,7 +369,7 @@ def option_lists() -> dict[str, list[str]]:
     def found(name: str) -> Any:
         command = group
         for word in name.split():
-            command = command.commands[word]
+            command = command.get_command(None, word)
         return command
 
     return {

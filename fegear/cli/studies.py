@@ -17,7 +17,7 @@ from fegear.cli.options import (
     refuse_idle,
     require_outputs,
 )
-from fegear.cli.screen import complain, ruled_table, screen
+from fegear.cli.screen import complain, ruled_table, say, screen
 from fegear.studies.page import Grid, Page
 from fegear.studies.study import Study, setting_of
 
@@ -113,5 +113,5 @@ def _show(page: Page, seconds: float) -> None:
                 table.add_row(*cells)
             console.print(table)
         else:
-            console.print(part)
-    console.print(f"wall time {seconds:.2f} s")
+            say(part)
+    say(f"wall time {seconds:.2f} s")

@@ -111,7 +111,7 @@ class MotionFigures(LoadFigures):
 
 
 @dataclass(frozen=True, kw_only=True)
-class MovingMachine(MotionFigures):
+class LoadedMachine(LoadFigures):
     """A machine by its name, with figures in place of its own."""
 
     name: str = argument("MACHINE", NAME)
@@ -119,3 +119,8 @@ class MovingMachine(MotionFigures):
     @property
     def named(self) -> NamedMachine:
         return self.load(self.name)
+
+
+@dataclass(frozen=True, kw_only=True)
+class MovingMachine(MotionFigures, LoadedMachine):
+    """A machine by its name, with all figures of its motion in place of its own."""

@@ -22,6 +22,16 @@ STUDIES = {
         "Clatter",
         "Clattering gearboxes: impacts of loose wheels in their plays.",
     ),
+    "rattle critical": (
+        "rattle_critical",
+        "Critical",
+        "Whether a machine can run quietly, and what change helps.",
+    ),
+    "rattle run-down": (
+        "rattle_run_down",
+        "RunDown",
+        "Damping of a machine from its speed after the motor is switched off.",
+    ),
     "rattle noise": (
         "rattle_noise",
         "Noise",

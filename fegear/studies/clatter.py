@@ -14,9 +14,18 @@ import numpy as np
 
 from fegear.clatter.gearboxes import NamedGearbox, load_gearbox
 from fegear.errors import InputError
-from fegear.result import Result
 from fegear.studies.page import Columns, Grid, Page, cell, heading
-from fegear.studies.study import PLOT, Draw, Job, Range, Study, Task, argument, setting
+from fegear.studies.study import (
+    PLOT,
+    Draw,
+    Job,
+    Range,
+    Study,
+    StudyResult,
+    Task,
+    argument,
+    setting,
+)
 from fegear.studies.table import Table, plain
 from lumped.clatter.chaos import correlation_dimension
 from lumped.clatter.figure import draw_attractor, draw_motion
@@ -164,7 +173,7 @@ class Clatter(
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ClatterResult(Result):
+class ClatterResult(StudyResult):
     """Impacts of a gearbox, by wheels that depend on each other."""
 
     study: Clatter

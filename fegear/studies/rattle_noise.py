@@ -17,9 +17,8 @@ from fegear.rattle.basins import unsettled
 from fegear.rattle.choice import MovingMachine, limits
 from fegear.rattle.limits import LEAST_RETURNS, MOST_RETURNS
 from fegear.rattle.machines import NamedMachine, figures_of, header_of
-from fegear.result import Result
 from fegear.studies.page import Columns, Grid, Page, cell, heading
-from fegear.studies.study import Draw, Job, Range, Study, Task, setting
+from fegear.studies.study import Draw, Job, Range, Study, StudyResult, Task, setting
 from fegear.studies.table import Table, plain
 from lumped.rattle import noise as of
 from lumped.rattle.attractors import QUIET
@@ -91,7 +90,7 @@ class Noise(
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class NoiseResult(Result):
+class NoiseResult(StudyResult):
     """Noise of runs of a named machine.
 
     velocity : lowest and highest speed of a start [rad per turn]

@@ -10,9 +10,8 @@ from typing import Any, ClassVar
 
 from fegear.rattle.choice import MovingMachine, limits
 from fegear.rattle.machines import NamedMachine, figures_of
-from fegear.result import Result
 from fegear.studies.page import Columns, Grid, Page, cell, heading, number
-from fegear.studies.study import Draw, Job, Range, Study, Task, setting
+from fegear.studies.study import Job, Range, Study, StudyResult, Task, setting
 from fegear.studies.table import Table
 from lumped.rattle.departures import apart
 from lumped.rattle.machine import Machine
@@ -104,7 +103,7 @@ def _of_rest(motion: Sticking) -> Repeating:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class PeriodicResult(Result):
+class PeriodicResult(StudyResult):
     """Motions of a named machine that repeat.
 
     velocity : lowest and highest speed of departures [rad per turn]
@@ -114,7 +113,6 @@ class PeriodicResult(Result):
     named: NamedMachine
     velocity: tuple[float, float]
     motions: tuple[Repeating, ...]
-    figures: ClassVar[Mapping[str, Draw]] = {}
 
     @cached_property
     def summary(self) -> dict[str, Any]:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from fegear.errors import file_error
 from fegear.store import NOTHING, Checkpoint, Keeping
-from fegear.studies.study import Stopped, Study, StudyResult, Task
+from fegear.studies.study import Stopped, Study, Task
 from lumped.workers import run_tasks
 
 if TYPE_CHECKING:
@@ -96,6 +96,3 @@ class Job:
         if self.stop.is_set():
             raise Stopped
         self.progress(what, done, total)
-
-
-__all__ = ["Progress", "StudyResult", "run", "silent"]

@@ -21,16 +21,20 @@ A result has what `StudyResult` says. `fegear.studies` lists all studies.
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
-from dataclasses import Field, dataclass, field, fields
+from dataclasses import Field, dataclass, field, fields, is_dataclass
 from math import inf
-from typing import TYPE_CHECKING, Any, ClassVar, Protocol
+from pathlib import Path
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol, get_type_hints
 
 from fegear.errors import InputError
+from fegear.result import Result
 
 if TYPE_CHECKING:
     import numpy as np
     from matplotlib.figure import Figure
     from numpy.typing import NDArray
+    from pandas import DataFrame
 
     from fegear.studies.page import Page
     from fegear.studies.table import Table
@@ -173,6 +177,11 @@ class Study:
         cls.command, cls.example = command, f"fegear {example}"
 
     def __post_init__(self) -> None:
+        for each in fields(self):  # a name in place of a group that has one
+            value, kind = getattr(self, each.name), _kind_of(self, each)
+            if isinstance(value, str) and is_dataclass(kind):
+                named: Any = kind
+                object.__setattr__(self, each.name, named(name=value))
         require_settings(self)
 
     def idle(self, given: Collection[str]) -> Iterator[tuple[str, str]]:
@@ -203,24 +212,46 @@ class Study:
         return {each.name: repr(getattr(self, each.name)) for each in fields(self)}
 
 
-class StudyResult(Protocol):
-    """What a study found.
+def _kind_of(study: Study, each: Field[Any]) -> Any:
+    return get_type_hints(type(study))[each.name]
 
+
+class StudyResult(Result):
+    """What a study found; a frozen dataclass.
+
+    study : what was asked for
     summary : plain values for JSON, warnings among them
+    figures : by name, functions that draw the pictures of the study
     """
 
-    @property
-    def study(self) -> Study: ...
+    study: Any
+    summary: Any
+    figures: Any = MappingProxyType({})
 
     @property
-    def summary(self) -> Mapping[str, Any]: ...
-
-    @property
-    def table(self) -> Table: ...
-
-    @property
-    def figures(self) -> Mapping[str, Draw]:
-        """Functions that draw the pictures of the study."""
+    def table(self) -> Table:
+        raise NotImplementedError
 
     def page(self) -> Page:
         """What the screen shows."""
+        raise NotImplementedError
+
+    def to_csv(self, path: str | Path) -> None:
+        """Write the table. Raises InputError where the file cannot be written."""
+        from fegear.output import write_text
+
+        write_text(Path(path), self.table.csv())
+
+    def to_frame(self) -> DataFrame:
+        """The table as a pandas frame; ImportError where pandas is missing."""
+        return self.table.to_frame()
+
+    def draw(self, path: str | Path, name: str = "plot") -> None:
+        """Draw a picture by the ending of the path: .png, .pdf or .svg."""
+        from fegear.output import write_whole
+        from fegear.plots import save_figure
+
+        if name not in self.figures:
+            raise InputError(f"name = {name}; drawn are {', '.join(self.figures)}")
+        figure = self.figures[name]
+        write_whole(Path(path), lambda place: save_figure(figure(), place))

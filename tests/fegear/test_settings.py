@@ -17,6 +17,7 @@ import fegear
 import lumped
 from fegear.bifurcations import AttractorSettings
 from fegear.excitation import GivenTables
+from fegear.rattle.choice import LoadedMachine, MovingMachine
 from lumped.branches.periodic import BranchSettings
 from lumped.coupled import CoupledContacts
 from lumped.friction import ToothFriction
@@ -32,7 +33,7 @@ RESULTS = {  # what functions return, made by nobody else
     lumped.Response,
 }
 READ = {fegear.GearSet}  # made of files and tables, by a schema that checks them
-FREE = {"name", "root_stress"}  # any text
+FREE = {"name", "root_stress", "gearbox", "machine", "wheel", "file"}  # any text
 PAIR = lumped.PairExcitation(constant(1e8), constant(0.0))
 SPRING = lumped.MeshExcitation((PAIR,), 1e8)
 TWO = tuple(
@@ -58,6 +59,13 @@ EXAMPLES = [  # of classes that must be told something
     lumped.StiffnessFigures(mean=1e8, variation=0.3, contact_ratio=1.5),
     TABLE,
     GivenTables((("t.csv", TABLE),)),
+    fegear.Clatter(gearbox="seed-five-speed"),
+    fegear.Critical(machine="roots-a"),
+    fegear.Noise(machine="roots-a"),
+    fegear.Periodic(machine="roots-a"),
+    fegear.RunDown(file="measured.csv"),
+    LoadedMachine(name="roots-a"),
+    MovingMachine(name="roots-a"),
 ]
 KNOWN = {type(each): each for each in EXAMPLES}
 OFFERED = [getattr(home, name) for home in (fegear, lumped) for name in home.__all__]

@@ -653,6 +653,7 @@ OPTIONS: dict[str, dict[str, Case]] = {
         "--delta": plus(CRITICAL, "--delta 4e-4"),
         "--epsilon": plus(CRITICAL, "--epsilon 9e-5"),
         "--kappa": plus(CRITICAL, "--kappa 2000"),
+        "--output": plus(CRITICAL, "-o t.csv"),
         "--json": less(CRITICAL, "--json"),
     },
     "rattle gears": {
@@ -673,12 +674,14 @@ OPTIONS: dict[str, dict[str, Case]] = {
         "FILE": swap(RUN_DOWN, "FALLING", "SLOWER"),
         "--speed-rpm": plus(RUN_DOWN, "--speed-rpm 1500"),
         "--inertia-kgm2": plus(RUN_DOWN, "--inertia-kgm2 0.1"),
+        "--output": plus(RUN_DOWN, "-o t.csv"),
         "--json": less(RUN_DOWN, "--json"),
     },
     "rattle periodic": figures_of_machine(ORBITS)
     | {
         "--departures": swap(ORBITS, "--departures 1", "--departures 2"),
         "--velocity": plus(ORBITS, "--velocity 0:4"),
+        "--output": plus(ORBITS, "-o t.csv"),
         "--json": less(ORBITS, "--json"),
     },
     "rattle bifurcation": figures_of_machine(OVER_DELTA)

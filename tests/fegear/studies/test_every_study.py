@@ -6,7 +6,7 @@ import inspect
 import json
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, fields
-from typing import Any
+from typing import Any, get_type_hints
 
 import numpy as np
 import pytest
@@ -17,12 +17,19 @@ import fegear
 from fegear.cli import app, run
 from fegear.cli import study_group as groups
 from fegear.errors import InputError
-from fegear.result import Result
 from fegear.store import Keeping
 from fegear.studies import STUDIES, load_study
 from fegear.studies.page import Grid, Page, cell
 from fegear.studies.running import run as run_study
-from fegear.studies.study import Job, Range, Study, Task, setting, setting_of
+from fegear.studies.study import (
+    Job,
+    Range,
+    Study,
+    StudyResult,
+    Task,
+    setting,
+    setting_of,
+)
 from fegear.studies.table import Table
 from lumped.drawing import panels
 
@@ -57,7 +64,7 @@ class Squares(Study, command="squares", example="squares --count 3"):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class SquaresResult(Result):
+class SquaresResult(StudyResult):
     study: Squares
     squares: list[float]
 
@@ -151,18 +158,30 @@ def test_resumed_is_whole_to_the_byte(tmp_path, stop):
 
 EXAMPLES = {
     "clatter": {"gearbox": "seed-five-speed", "seconds": 0.4, "seed": 3},
+    "rattle critical": {},
+    "rattle run-down": {"file": "measured.csv", "speed_rpm": 3000.0 + 1.0 / 3.0},
     "rattle periodic": {"departures": 1, "velocity": (0.5, 6.0 + 1.0 / 3.0)},
     "rattle noise": {"starts": 5, "turns": 3, "velocity": (0.1, 0.2 + 1.0 / 3.0)},
 }
 
 
+MEASURED = "time_s,speed_rpm\n" + "\n".join(
+    f"{10 * i},{3000.0 * 0.9**i + i % 2}" for i in range(8)
+)
+
+
+@pytest.fixture(autouse=True)
+def files(tmp_path, monkeypatch):
+    (tmp_path / "measured.csv").write_text(MEASURED)
+    monkeypatch.chdir(tmp_path)
+
+
 def made(command: str) -> Study:
     study: Any = load_study(command)
     given = dict(EXAMPLES[command])
-    if command.startswith("rattle"):
-        from fegear.rattle.choice import MovingMachine
-
-        given["machine"] = MovingMachine(name="roots-scaled", delta=0.6 + 1.0 / 300.0)
+    kind = get_type_hints(study).get("machine")
+    if kind is not None:
+        given["machine"] = kind(name="roots-scaled", delta=0.6 + 1.0 / 300.0)
     asked: Study = study(**given)
     return asked
 
@@ -205,3 +224,16 @@ def test_defaults_are_within_their_ranges(command):
         declared = setting_of(each)
         if declared is not None and declared.allowed and each.default is not None:
             assert declared.place or each.default in declared.allowed
+
+
+def test_a_name_stands_for_a_machine_without_changes(tmp_path):
+    asked = fegear.Noise(machine="roots-scaled", starts=2, turns=2)
+    assert asked.machine == type(asked.machine)(name="roots-scaled")
+    found = fegear.run(asked)
+    found.to_csv("noise.csv")
+    found.draw("noise.png")
+    assert (tmp_path / "noise.csv").read_text("utf-8") == found.table.csv()
+    assert (tmp_path / "noise.png").stat().st_size > 5_000
+    with pytest.raises(InputError, match=r"^name = other; drawn are plot$"):
+        found.draw("other.png", "other")
+    assert repr(found).startswith("NoiseResult(study=<Noise>, named=<NamedMachine ro")

@@ -1,0 +1,147 @@
+"""Whether a machine can run quietly, and what change helps."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from math import degrees, inf
+from typing import Any, ClassVar
+
+from fegear.rattle.choice import LoadedMachine
+from fegear.rattle.machines import NamedMachine
+from fegear.rattle.quiet import quiet_summary
+from fegear.studies.page import Page, heading
+from fegear.studies.study import Job, Study, StudyResult, Task
+from fegear.studies.table import Table
+
+LEAST_SHOWN = 1e-3  # per cent per cent
+LIMITS = {  # whose changes are shown
+    "percent_of_critical_per_percent": "critical eccentricity",
+    "percent_of_least_quiet_per_percent": "least quiet eccentricity",
+}
+Slope = float | tuple[float | None, float | None]  # or of one per cent less and more
+
+
+@dataclass(frozen=True, kw_only=True)
+class Critical(
+    Study, command="rattle critical", example="rattle critical roots-a --epsilon 8e-5"
+):
+    """Whether a machine can run quietly, and what change helps.
+
+    It takes machines of any parts: unequal shafts, gears on springs, an absorber.
+    """
+
+    pictures: ClassVar[Mapping[str, str]] = {}
+
+    machine: LoadedMachine
+
+    def tasks(self) -> Iterator[Task]:
+        yield Task("quiet", self._found)
+
+    def _found(self, job: Job) -> CriticalResult:
+        named = self.machine.named
+        return CriticalResult(self, named, quiet_summary(named))
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class CriticalResult(StudyResult):
+    """Critical eccentricity, margin of contact and sensitivities of a machine."""
+
+    study: Critical
+    named: NamedMachine
+    summary: dict[str, Any]
+
+    @property
+    def table(self) -> Table:
+        """A row for each parameter of the machine and limit that it changes."""
+        percents = "percent_for_1_percent_less", "percent_for_1_percent_more"
+        names = "parameter", "limit", *percents
+        rows = [
+            (name, limit, *_both(slope))
+            for key, limit in LIMITS.items()
+            for name, slope in self.summary[key].items()
+            if slope is not None
+        ]
+        return Table(names, lambda: rows, {"machine": self.named.name})
+
+    def page(self) -> Page:
+        values = self.summary
+        yield from heading(self.named)
+        yield f"eccentricity {values['eccentricity_rad']:g} rad, {_window(values)}"
+        if values["quiet_motion_exists"]:
+            margin = values["least_contact_load_over_mean"]
+            yield f"it can run quietly: contact keeps {margin:.1%} of its mean load"
+        else:
+            yield "it cannot run quietly: the flanks part in every turn"
+        least = values["simple_rattle_in_impacts_from_rad"]
+        if least is not None:
+            yield (
+                "with rigid flanks, rattle of one impact a turn exists from "
+                f"{least:.4g} rad"
+            )
+        if "driving_eccentricity_rad" in values:
+            yield _of_gears(values)
+        if values["ripple"]:
+            without = values["critical_without_ripple_rad"]
+            yield f"critical eccentricity without torque ripple {without:.4g} rad"
+        for key, limit in LIMITS.items():
+            yield from _changes(values[key], limit)
+
+
+def _window(values: Mapping[str, Any]) -> str:
+    """At which eccentricities it can run quietly."""
+    lowest = values["least_quiet_eccentricity_rad"]
+    critical = values["critical_eccentricity_rad"]
+    if critical is None:
+        return "none is quiet: the torque ripple alone parts the flanks"
+    if lowest > 0.0:
+        return (
+            f"quiet from {lowest:.4g} rad, below which the torque ripple parts the "
+            f"flanks, to the critical {critical:.4g} rad"
+        )
+    return f"critical {critical:.4g} rad"
+
+
+def _changes(slopes: Mapping[str, Slope | None], limit: str) -> Page:
+    """What a change of each figure does to a limit, the largest first."""
+    known = {name: slope for name, slope in slopes.items() if slope is not None}
+    for name, slope in sorted(known.items(), key=lambda both: -_largest(both[1])):
+        if _largest(slope) < LEAST_SHOWN:
+            continue
+        if isinstance(slope, tuple):
+            less, more = map(_percent, slope)
+            yield f"1 % more {name}: {more} {limit}, 1 % less: {less}"
+        else:
+            yield f"1 % more {name}: {_percent(slope)} {limit}"
+
+
+def _both(slope: Slope) -> tuple[float | None, float | None]:
+    """For one per cent less and more."""
+    return slope if isinstance(slope, tuple) else (-slope, slope)
+
+
+def _percent(change: float | None) -> str:
+    return "no" if change is None else f"{change:+.3g} %"
+
+
+def _largest(slope: Slope) -> float:
+    """Where there is no limit any more it is beyond all."""
+    return max(inf if each is None else abs(each) for each in _both(slope))
+
+
+def _of_gears(values: Mapping[str, Any]) -> str:
+    """What putting the gears together in another way would bring."""
+    driving, driven = (
+        values[f"{side}_eccentricity_rad"] for side in ("driving", "driven")
+    )
+    phase = values["eccentricity_phase_rad"]
+    within = values["quiet_for_phases_within_rad"]
+    text = (
+        f"gears of {driving:g} and {driven:g} rad, their long sides "
+        f"{degrees(phase):.4g} degrees apart: "
+    )
+    if within is None:
+        return f"{text}no other angle makes it quiet"
+    beyond = values["quiet_for_phases_beyond_rad"]
+    least = f"beyond {degrees(beyond):.4g} and " if beyond else ""
+    return f"{text}it can run quietly {least}within {degrees(within):.4g} degrees"
