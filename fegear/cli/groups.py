@@ -17,6 +17,7 @@ typer's, or is a group again. A `Range` in the type, and what a group asks for i
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import MISSING, Field, field, fields, is_dataclass
 from inspect import Parameter, Signature, signature
 from typing import Annotated, Any, get_args, get_type_hints
@@ -118,7 +119,7 @@ def _require_allowed(option: Parameter, value: Any) -> None:
 def _gathered(group: Any, values: dict[str, Any]) -> Any:
     """A value of the group, whose options are taken out of the values."""
     hints, given = get_type_hints(group), dict[str, Any]()
-    try:
+    with named_as_options(group):
         for each in fields(group):
             if is_dataclass(hints[each.name]):
                 given[each.name] = _gathered(hints[each.name], values)
@@ -128,8 +129,23 @@ def _gathered(group: Any, values: dict[str, Any]) -> Any:
                 value = declared.read(value)
             given[each.name] = value
         return group(**given)
+
+
+@contextmanager
+def named_as_options(group: Any) -> Iterator[None]:
+    """Errors that begin with the name of a field begin with its option instead."""
+    names = {each.name: option_of(each) for each in fields(group)}
+    try:
+        yield
     except InputError as error:
         name, _, rest = str(error).partition(" ")
-        if name not in hints:
+        if name not in names:
             raise
-        raise InputError(f"--{name.replace('_', '-')} {rest}") from None
+        raise InputError(f"{names[name]} {rest}") from None
+
+
+def option_of(each: Field[Any]) -> str:
+    """The option of a field."""
+    declared = setting_of(each)
+    named = declared.option if declared is not None else ""
+    return named or f"--{each.name.replace('_', '-')}"

@@ -8,7 +8,7 @@ from dataclasses import fields, is_dataclass, make_dataclass
 from pathlib import Path
 from typing import Any
 
-from fegear.cli.groups import grouped, option
+from fegear.cli.groups import grouped, named_as_options, option, option_of
 from fegear.cli.options import (
     Outputs,
     ResumedOutputs,
@@ -63,7 +63,7 @@ def _require(asked: Study, drawn: Any, outputs: Any) -> None:
     files = {"plot": outputs.plot, **vars(drawn)}
     given = {"resume": getattr(outputs, "resume", False), **files}
     given = {name: value for name, value in given.items() if value}
-    names = {each.name: f"--{_option_of(each)}" for each in fields(asked)}
+    names = {each.name: option_of(each) for each in fields(asked)}
     names |= {name: f"--{name}" for name in (*files, "resume")}
     for name, reason in asked.idle(given.keys()):
         value = given.get(name, getattr(asked, name, None))
@@ -72,12 +72,6 @@ def _require(asked: Study, drawn: Any, outputs: Any) -> None:
     outputs.require(*read)
     for path in vars(drawn).values():
         require_outputs([outputs.output, outputs.plot], read, path)
-
-
-def _option_of(each: Any) -> str:
-    declared = setting_of(each)
-    named = declared.option if declared is not None else ""
-    return named.removeprefix("--") or str(each.name).replace("_", "-")
 
 
 def _read_files(asked: Any) -> Iterator[str]:
@@ -96,7 +90,7 @@ def _found(asked: Study, outputs: Any) -> Any:
 
     keeping = outputs.keeping if asked.resumes else NOTHING
     try:
-        with outputs.progress() as report:
+        with named_as_options(asked), outputs.progress() as report:
             return run(asked, keeping, report)
     except KeyboardInterrupt:
         if keeping.checkpoint is not None:

@@ -32,6 +32,11 @@ STUDIES = {
         "RunDown",
         "Damping of a machine from its speed after the motor is switched off.",
     ),
+    "rattle manifold": (
+        "rattle_manifold",
+        "Manifolds",
+        "Boundaries of basins: stable manifolds of saddles, and curves of grazing.",
+    ),
     "rattle noise": (
         "rattle_noise",
         "Noise",

@@ -50,7 +50,7 @@ def run(
     finally:
         if checkpoint is not None:
             checkpoint.close(keep=not done)
-    return study.gather(found)
+    return study.gather({task.key: found[task.key] for task in tasks})
 
 
 def _one_at_a_time(progress: Progress) -> Progress:

@@ -33,7 +33,15 @@ RESULTS = {  # what functions return, made by nobody else
     lumped.Response,
 }
 READ = {fegear.GearSet}  # made of files and tables, by a schema that checks them
-FREE = {"name", "root_stress", "gearbox", "machine", "wheel", "file"}  # any text
+FREE = {
+    "name",
+    "root_stress",
+    "gearbox",
+    "machine",
+    "wheel",
+    "file",
+    "orbit",
+}  # any text
 PAIR = lumped.PairExcitation(constant(1e8), constant(0.0))
 SPRING = lumped.MeshExcitation((PAIR,), 1e8)
 TWO = tuple(
@@ -61,6 +69,7 @@ EXAMPLES = [  # of classes that must be told something
     GivenTables((("t.csv", TABLE),)),
     fegear.Clatter(gearbox="seed-five-speed"),
     fegear.Critical(machine="roots-a"),
+    fegear.Manifolds(machine="roots-a"),
     fegear.Noise(machine="roots-a"),
     fegear.Periodic(machine="roots-a"),
     fegear.RunDown(file="measured.csv"),

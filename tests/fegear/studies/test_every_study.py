@@ -160,6 +160,7 @@ EXAMPLES = {
     "clatter": {"gearbox": "seed-five-speed", "seconds": 0.4, "seed": 3},
     "rattle critical": {},
     "rattle run-down": {"file": "measured.csv", "speed_rpm": 3000.0 + 1.0 / 3.0},
+    "rattle manifold": {"length": 1.0 + 1.0 / 3.0, "preimages": 0, "unstable": True},
     "rattle periodic": {"departures": 1, "velocity": (0.5, 6.0 + 1.0 / 3.0)},
     "rattle noise": {"starts": 5, "turns": 3, "velocity": (0.1, 0.2 + 1.0 / 3.0)},
 }

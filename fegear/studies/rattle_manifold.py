@@ -1,0 +1,255 @@
+"""Boundaries of a machine's basins: manifolds of saddles, and curves of grazing."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property, partial
+from itertools import chain
+from operator import itemgetter
+from typing import Any
+
+from fegear.errors import InputError
+from fegear.rattle.basins import find_basins
+from fegear.rattle.choice import MovingMachine, limits
+from fegear.rattle.machines import NamedMachine, figures_of, header_of
+from fegear.store import NOTHING
+from fegear.studies.page import Columns, Grid, Page, cell, heading
+from fegear.studies.study import Draw, Job, Range, Study, StudyResult, Task, setting
+from fegear.studies.table import Table
+from lumped.rattle.basins import Basins
+from lumped.rattle.basins import Grid as Cells
+from lumped.rattle.departures import RETURNS
+from lumped.rattle.figure import draw_curves, words_of
+from lumped.rattle.manifolds import (
+    Curve,
+    Fineness,
+    Manifold,
+    grazing_curve,
+    grow_manifolds,
+    saddles,
+)
+from lumped.rattle.orbits import Orbit, find_orbits, usual_speed
+
+SADDLE = "saddle"  # of the keys of tasks
+LEGEND = {
+    "curve": "from 1; motion: of the saddle, or the grazing curve",
+    "returns_before": "of a grazing curve to the departure that grazes",
+    "branch": "+1 or -1, on which side of the saddle it starts",
+    "length": "speeds over 2 pi damping, times in turns; NaN parts pieces at jumps",
+}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Manifolds(
+    Study,
+    command="rattle manifold",
+    example="rattle manifold roots-scaled --grid 300 --plot manifolds.png",
+):
+    """Boundaries of basins: stable manifolds of saddles, and curves of grazing.
+
+    Motions that start on a stable manifold lead to its saddle; those beside it lead to
+    one motion on one side and to another on the other. Departures of the grazing curve
+    barely meet the lower flank next, those of its pre-images some returns later.
+    Motions that come to rest on a flank have neither.
+    """
+
+    machine: MovingMachine
+    velocity: tuple[float, float] | None = limits("velocity")
+    orbit: str = setting(
+        "",
+        "Saddles of this motion only, such as P(1,1,0). [default: all]",
+        read=lambda words: words.replace(" ", ""),
+    )
+    departures: int = setting(
+        1,
+        "Departures from the upper flank in a period of the saddles, at most.",
+        Range(1, 12),
+    )
+    length: float = setting(
+        20.0,
+        "Length of each branch of a manifold [turns]; speeds count over 2 pi damping.",
+        Range(above=0.0, most=10_000.0),
+    )
+    spacing: float = setting(
+        0.01,
+        "Largest distance of its points, measured alike [turns].",
+        Range(1e-5, 1.0),
+    )
+    preimages: int = setting(
+        2,
+        "Pre-images of the curve of departures that graze the lower flank.",
+        Range(0, 20),
+    )
+    unstable: bool = setting(False, "Grow unstable manifolds as well.")
+    grid: int | None = setting(
+        None,
+        "Cells a side of the basins that the plot shows beneath. [default: none]",
+        Range(5, 6000),
+    )
+
+    def idle(self, given: Collection[str]) -> Iterator[tuple[str, str]]:
+        if "plot" not in given:
+            yield "grid", "needs the {plot} that shows the basins"
+
+    @cached_property
+    def named(self) -> NamedMachine:
+        return self.machine.named
+
+    @cached_property
+    def speeds(self) -> tuple[float, float]:
+        shafts = self.named.assembly.shafts_in_impacts
+        return self.velocity or (0.0, usual_speed(shafts))
+
+    def tasks(self) -> Iterator[Task]:
+        machine = self.named.machine
+        if machine.is_impact and machine.restitution == 0.0:
+            raise InputError(
+                f"{self.named.name}: restitution = 0; departures have no pre-images "
+                "where impacts lose all speed, manifolds and grazing curves need more"
+            )
+        found = find_orbits(machine, self.departures, self.speeds)
+        orbits = [o for o in saddles(found) if self.orbit in ("", o.name)]
+        if self.orbit and not orbits:
+            names = ", ".join(sorted({each.name for each in saddles(found)})) or "none"
+            raise InputError(f"orbit = {self.orbit}; saddles that are found: {names}")
+        for number, orbit in enumerate(orbits):
+            yield Task(f"{SADDLE} {number}", partial(self._grown, orbit))
+        yield Task("grazing", self._grazing)
+        if self.grid is not None:
+            yield Task("basins", partial(self._basins, self.grid))
+
+    @property
+    def _fineness(self) -> Fineness:
+        return Fineness(spacing=self.spacing)
+
+    def _grown(self, orbit: Orbit, job: Job) -> list[Manifold]:
+        grown: list[Manifold] = []
+        for number, is_stable in enumerate((True, False)[: 1 + self.unstable]):
+            job.report(f"manifolds of {orbit.name}", number, 1 + self.unstable)
+            how = orbit, is_stable, self.length, self._fineness
+            grown += grow_manifolds(self.named.machine, *how)
+        return grown
+
+    def _grazing(self, job: Job) -> list[Curve]:
+        machine, numbers = self.named.machine, range(self.preimages + 1)
+        return [grazing_curve(machine, before, self._fineness) for before in numbers]
+
+    def _basins(self, side: int, job: Job) -> Basins:
+        cells = Cells(side=side, velocity=self.speeds)
+        found = find_basins(self.named, cells, RETURNS, NOTHING, job.report)
+        return found.basins
+
+    def gather(self, found: Mapping[str, Any]) -> ManifoldsResult:
+        grazing, basins = found["grazing"], found.get("basins")
+        grown = (found[key] for key in found if key.startswith(SADDLE))
+        return ManifoldsResult(self, [*chain.from_iterable(grown)], grazing, basins)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ManifoldsResult(StudyResult):
+    """Curves of a machine; grazing : the grazing curve and its pre-images."""
+
+    study: Manifolds
+    manifolds: list[Manifold]
+    grazing: list[Curve]
+    basins: Basins | None
+
+    @cached_property
+    def summary(self) -> dict[str, Any]:
+        return {
+            **self.study.named.heading,
+            **figures_of(self.study.named.machine),
+            "manifolds": [
+                {
+                    "motion": each.orbit.name,
+                    "kind": _kind(each),
+                    "departure": list(each.departure),
+                    "branch": each.side,
+                    "length": each.curve.length,
+                    "points": len(each.curve.points),
+                }
+                for each in self.manifolds
+            ],
+            "grazing_curves": [
+                {
+                    "returns_before": before,
+                    "length": curve.length,
+                    "points": len(curve.points),
+                }
+                for before, curve in enumerate(self.grazing)
+            ],
+        }
+
+    @property
+    def table(self) -> Table:
+        """A row for each point of each curve."""
+        names = (
+            *("curve", "motion", "kind", "returns_before", "branch", "length"),
+            *("time_turns", "speed_rad_per_turn"),
+        )
+        named = self.study.named
+        fixed = header_of(figures_of(named.machine))
+        return Table(names, self._rows, {"machine": named.name, **fixed, **LEGEND})
+
+    def _rows(self) -> Iterator[tuple[Any, ...]]:
+        curves = [
+            (curve, "grazing", "grazing", before, 0)
+            for before, curve in enumerate(self.grazing)
+        ]
+        curves += [(m.curve, m.orbit.name, _kind(m), 0, m.side) for m in self.manifolds]
+        for number, (curve, *words) in enumerate(curves, 1):
+            points = zip(curve.lengths.tolist(), curve.points.tolist(), strict=True)
+            for length, (time, speed) in points:
+                yield number, *words, length, time, speed
+
+    @property
+    def figures(self) -> dict[str, Draw]:
+        """Curves over basins where they are asked for."""
+        curves = [
+            (f"pre-image {before} of grazing" if before else "grazing", curve)
+            for before, curve in enumerate(self.grazing)
+        ]
+        curves += [(_name(_kind(m), m.orbit.name), m.curve) for m in self.manifolds]
+        marks = [each.departure for each in self.manifolds]
+        title = f"{self.study.named.name}: {words_of(self.study.named.machine)}"
+        how = curves, marks, self.study.speeds, title, self.basins
+        return {"plot": partial(draw_curves, *how)}
+
+    def page(self) -> Page:
+        values = self.summary
+        yield from heading(self.study.named)
+        rows = [
+            {
+                "curve": _name(each["kind"], each["motion"]),
+                **dict(zip(("time", "speed"), each["departure"], strict=True)),
+                **each,
+            }
+            for each in values["manifolds"]
+        ]
+        nothing = {"time": None, "speed": None, "branch": None}
+        for each in values["grazing_curves"]:
+            before = each["returns_before"]
+            name = f"pre-image {before} of it" if before else "grazing curve"
+            rows.append({"curve": name, **nothing, **each})
+        columns: Columns = {
+            "curve": itemgetter("curve"),
+            "at time\n[turns]": cell("time"),
+            "speed\n[rad per turn]": cell("speed"),
+            "branch": lambda row: (
+                "" if row["branch"] is None else f"{row['branch']:+d}"
+            ),
+            "length": cell("length"),
+            "points": lambda row: str(row["points"]),
+        }
+        yield Grid(rows, columns)
+        if not values["manifolds"]:
+            yield "no saddle was found"
+
+
+def _kind(manifold: Manifold) -> str:
+    return "stable" if manifold.is_stable else "unstable"
+
+
+def _name(kind: str, motion: str) -> str:
+    return f"{kind} manifold of {motion}"
