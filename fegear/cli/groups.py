@@ -25,7 +25,7 @@ from typing import Annotated, Any, get_args, get_type_hints
 import typer
 
 from fegear.errors import InputError
-from fegear.studies.study import Range, Setting, setting_of
+from fegear.studies.study import Range, Setting, option_of, setting_of
 
 
 def option(
@@ -142,10 +142,3 @@ def named_as_options(group: Any) -> Iterator[None]:
         if name not in names:
             raise
         raise InputError(f"{names[name]} {rest}") from None
-
-
-def option_of(each: Field[Any]) -> str:
-    """The option of a field."""
-    declared = setting_of(each)
-    named = declared.option if declared is not None else ""
-    return named or f"--{each.name.replace('_', '-')}"

@@ -8,7 +8,7 @@ from dataclasses import fields, is_dataclass, make_dataclass
 from pathlib import Path
 from typing import Any
 
-from fegear.cli.groups import grouped, named_as_options, option, option_of
+from fegear.cli.groups import grouped, named_as_options, option
 from fegear.cli.options import (
     Outputs,
     ResumedOutputs,
@@ -19,7 +19,7 @@ from fegear.cli.options import (
 )
 from fegear.cli.screen import complain, ruled_table, say, screen
 from fegear.studies.page import Grid, Page
-from fegear.studies.study import Study, setting_of
+from fegear.studies.study import Study, option_of, setting_of
 
 
 def command_of(study: type[Study]) -> Callable[..., None]:

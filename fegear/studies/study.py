@@ -99,6 +99,13 @@ def setting_of(each: Field[Any]) -> Setting | None:
     return found
 
 
+def option_of(each: Field[Any]) -> str:
+    """The option of a field."""
+    declared = setting_of(each)
+    named = declared.option if declared is not None else ""
+    return named or f"--{each.name.replace('_', '-')}"
+
+
 def words_of(settings: Any) -> list[str]:
     """Words of a command line from which settings that are no default are read."""
     places, options = list[str](), list[str]()
@@ -109,7 +116,7 @@ def words_of(settings: Any) -> list[str]:
         elif declared.place:
             places.append(str(value))
         elif value != each.default:
-            name = declared.option or f"--{each.name.replace('_', '-')}"
+            name = option_of(each)
             options += [name] if value is True else [name, declared.write(value)]
     return [*places, *options]
 
@@ -208,7 +215,10 @@ class Study:
 
     @property
     def inputs(self) -> dict[str, str]:
-        """All that determines the records of a checkpoint."""
+        """All that determines the records of a checkpoint.
+
+        A study whose settings name files has their texts here as well.
+        """
         return {each.name: repr(getattr(self, each.name)) for each in fields(self)}
 
 
