@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import fields, is_dataclass, make_dataclass
 from pathlib import Path
 from typing import Any
@@ -34,13 +34,9 @@ def command_of(study: type[Study]) -> Callable[..., None]:
     def command(*, asked: Any, drawn: Any, outputs: Any) -> None:
         begin = time.perf_counter()
         _require(asked, drawn, outputs)
-        found = _found(asked, outputs)
-        outputs.write(found.table.csv)
-        for name, path in {"plot": outputs.plot, **vars(drawn)}.items():
-            if path is not None:
-                draw_into(path, found.figures[name])
+        found, summary = _found(asked, drawn, outputs)
         seconds = time.perf_counter() - begin
-        values = {**found.summary, "wall_time_s": round(seconds, 3)}
+        values = {**summary, "wall_time_s": round(seconds, 3)}
         outputs.show(values, lambda values: _show(found.page(), seconds))
 
     command.__doc__ = study.__doc__
@@ -84,17 +80,25 @@ def _read_files(asked: Any) -> Iterator[str]:
             yield str(value)
 
 
-def _found(asked: Study, outputs: Any) -> Any:
+def _found(asked: Study, drawn: Any, outputs: Any) -> tuple[Any, Mapping[str, Any]]:
+    """The result and its summary, files written; a bar moves all the while."""
     from fegear.store import NOTHING
     from fegear.studies.running import run
 
     keeping = outputs.keeping if asked.resumes else NOTHING
+    kept = keeping.checkpoint
     try:
         with named_as_options(asked), outputs.progress() as report:
-            return run(asked, keeping, report)
+            found = run(asked, keeping, report)
+            report("results", 0, 1)
+            outputs.write(found.table.csv)
+            for name, path in {"plot": outputs.plot, **vars(drawn)}.items():
+                if path is not None:
+                    draw_into(path, found.figures[name])
+            return found, found.summary
     except KeyboardInterrupt:
-        if keeping.checkpoint is not None:
-            complain(f"{keeping.checkpoint} is kept, --resume goes on with it")
+        if kept is not None and kept.exists():
+            complain(f"{kept} is kept, --resume goes on with it")
         raise
 
 

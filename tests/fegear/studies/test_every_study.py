@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import inspect
 import json
+import sys
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, fields
 from typing import Any, get_type_hints
 
@@ -238,3 +240,18 @@ def test_a_name_stands_for_a_machine_without_changes(tmp_path):
     with pytest.raises(InputError, match=r"^name = other; drawn are plot$"):
         found.draw("other.png", "other")
     assert repr(found).startswith("NoiseResult(study=<Noise>, named=<NamedMachine ro")
+
+
+def test_a_bar_moves_until_files_are_written(toy, tmp_path, monkeypatch):
+    told: list[tuple[str, bool]] = []
+    table = tmp_path / "s.csv"
+
+    @contextmanager
+    def bar(enabled: bool) -> Iterator[Callable[..., None]]:
+        yield lambda what, done, total: told.append((what, table.exists()))
+        told.append(("end", table.exists()))
+
+    # the package has a function of this module's name
+    monkeypatch.setattr(sys.modules["fegear.cli.options"], "progress_bar", bar)
+    assert toy("-o", table).exit_code == 0
+    assert told[-2:] == [("results", False), ("end", True)]
