@@ -133,9 +133,11 @@ class Outputs(TableOutputs):
     plot: Plot = None  # type: ignore[misc]
 
     def draw(self, figure: Callable[[], Figure]) -> None:
-        """The plot, where one is asked for."""
+        """The plot, where one is asked for; a bar moves until it is there."""
         if self.plot is not None:
-            draw_into(self.plot, figure)
+            with self.progress() as report:
+                report("picture", 0, 1)
+                draw_into(self.plot, figure)
 
 
 @dataclass(frozen=True, kw_only=True)

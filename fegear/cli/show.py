@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from fegear.cli.options import AsJson, SetName, require_outputs
+from fegear.cli.options import AsJson, SetName, progress_bar, require_outputs
 from fegear.cli.screen import print_columns, print_json, screen
 from fegear.studies.page import ROUND_OFF
 
@@ -82,7 +82,9 @@ def show_command(
     gear_set = load_gear_set(set_name)
     figures = gear_set_figures(gear_set)
     if plot is not None:
-        save_gear_set_figure(gear_set, plot)
+        with progress_bar(enabled=True) as report:
+            report("picture", 0, 1)
+            save_gear_set_figure(gear_set, plot)
     if as_json:
         print_json(figures)
     else:
