@@ -18,14 +18,23 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import MISSING, Field, field, fields, is_dataclass
+from dataclasses import field, fields, is_dataclass
 from inspect import Parameter, Signature, signature
-from typing import Annotated, Any, get_args, get_type_hints
+from typing import Annotated, Any, get_args, get_origin, get_type_hints
 
 import typer
 
 from fegear.errors import InputError
-from fegear.studies.study import Range, Setting, option_of, setting_of
+from fegear.studies.study import (
+    AS_OPTIONS,
+    Group,
+    Offered,
+    Range,
+    Setting,
+    offered,
+    options_of,
+    own_offers,
+)
 
 
 def option(
@@ -55,7 +64,7 @@ def grouped(command: Callable[..., None]) -> Callable[..., None]:
         for each in options:
             _require_allowed(each, values[each.name])
         for name, group in groups.items():
-            values[name] = _gathered(group, values)
+            values[name] = _gathered(_group_of(group), values)
         command(**values)
 
     run.__name__, run.__doc__ = command.__name__, command.__doc__
@@ -65,45 +74,65 @@ def grouped(command: Callable[..., None]) -> Callable[..., None]:
     return run
 
 
-def _options(parameter: Parameter, annotation: Any) -> Iterator[Parameter]:
+def _options(
+    parameter: Parameter, annotation: Any, group: Group | None = None
+) -> Iterator[Parameter]:
     """The parameter by keyword, or those of the group that it stands for."""
     if not is_dataclass(annotation):
         yield parameter.replace(kind=Parameter.KEYWORD_ONLY, annotation=annotation)
         return
-    hints = get_type_hints(annotation, include_extras=True)
-    group: Any = annotation
-    inner = signature(group).parameters
-    for each in fields(annotation):
-        own, kind = inner[each.name], _annotated(each, hints[each.name])
-        declared = setting_of(each)
-        if declared is not None and declared.read is not None:
-            own = own.replace(default=_written(each, declared))
-        yield from _options(own, kind)
+    group = group or _group_of(annotation)
+    hints = get_type_hints(group.kind, include_extras=True)
+    known = signature(group.kind).parameters
+    for each in offered(group):
+        own, declared = known[each.name], each.declared
+        if isinstance(declared, Setting):
+            yield from _of_setting(own, declared, hints[each.name])
+        elif each.group is not None:
+            inner = None if declared is None else each.group
+            yield from _options(own, each.group.kind, inner)
+        else:
+            typed = each.field.metadata.get("typer")
+            hint = hints[each.name]
+            yield from _options(own, Annotated[hint, *typed] if typed else hint)
 
 
-def _annotated(each: Field[Any], hint: Any) -> Any:
-    """The type with its option, where the field is one."""
-    declared = setting_of(each)
-    if declared is not None:
-        return Annotated[*_words_of(declared, hint)]
-    return Annotated[hint, *each.metadata["typer"]] if each.metadata else hint
+def _group_of(kind: Any) -> Group:
+    """What a dataclass declares, options of typer's among it."""
+    own = own_offers(kind)
+    return Group(kind=kind, offers={e.name: own.get(e.name, ()) for e in fields(kind)})
 
 
-def _words_of(declared: Setting, hint: Any) -> tuple[Any, ...]:
-    """Type on the command line, option or argument of typer's, range."""
+def _of_setting(own: Parameter, declared: Setting, hint: Any) -> Iterator[Parameter]:
+    """Option or argument of typer's, with its range, and one for each flag."""
+    several = get_origin(hint) is tuple and declared.read is None
     kind = hint if declared.read is None else str | None
+    if several:
+        kind = list[get_args(hint)[0]] | None  # type: ignore[misc]
+    default = own.default
+    if default is not Parameter.empty and default is not None:
+        default = default if declared.read is None else declared.write(default)
+        default = (list(default) or None) if several else default
     if declared.place:
-        return kind, typer.Argument(metavar=declared.place, help=declared.text)
-    names = [declared.option] if declared.option else []
-    shown = typer.Option(*names, help=declared.text, metavar=declared.metavar)
-    return kind, shown, declared.allowed
+        words = typer.Argument(metavar=declared.place, help=declared.text)
+    else:
+        names = [declared.option] if declared.option else []
+        words = typer.Option(*names, help=declared.text, metavar=declared.metavar)
+    if not (declared.flags and hint is bool):
+        yield own.replace(
+            kind=Parameter.KEYWORD_ONLY,
+            default=default,
+            annotation=Annotated[kind, words, declared.allowed],
+        )
+    for flag, _, text in declared.flags:
+        shown = Annotated[bool, typer.Option(flag, help=text)]
+        yield Parameter(
+            _name_of(flag), Parameter.KEYWORD_ONLY, default=False, annotation=shown
+        )
 
 
-def _written(each: Field[Any], declared: Setting) -> Any:
-    """The default in the words of the command line."""
-    if each.default is MISSING:
-        return Parameter.empty
-    return None if each.default is None else declared.write(each.default)
+def _name_of(flag: str) -> str:
+    return flag.removeprefix("--").replace("-", "_")
 
 
 def _require_allowed(option: Parameter, value: Any) -> None:
@@ -116,29 +145,49 @@ def _require_allowed(option: Parameter, value: Any) -> None:
                 raise InputError(f"--{name} = {number:.12g}; allowed {allowed}")
 
 
-def _gathered(group: Any, values: dict[str, Any]) -> Any:
+def _gathered(group: Group, values: dict[str, Any]) -> Any:
     """A value of the group, whose options are taken out of the values."""
-    hints, given = get_type_hints(group), dict[str, Any]()
+    given = dict[str, Any]()
     with named_as_options(group):
-        for each in fields(group):
-            if is_dataclass(hints[each.name]):
-                given[each.name] = _gathered(hints[each.name], values)
-                continue
-            value, declared = values.pop(each.name), setting_of(each)
-            if value is not None and declared is not None and declared.read is not None:
-                value = declared.read(value)
-            given[each.name] = value
-        return group(**given)
+        for each in offered(group):
+            if isinstance(each.declared, Setting):
+                given |= _taken(each, each.declared, values)
+            elif each.group is not None:
+                inner = _group_of(each.kind) if each.declared is None else each.group
+                given[each.name] = _gathered(inner, values)
+            else:
+                given[each.name] = values.pop(each.name)
+        return group.kind(**given)
+
+
+def _taken(each: Offered, declared: Setting, values: dict[str, Any]) -> dict[str, Any]:
+    """The value of a setting by its name, nothing where none is given."""
+    value = values.pop(each.name, None)
+    flags = {
+        flag: meant for flag, meant, _ in declared.flags if values.pop(_name_of(flag))
+    }
+    if value is not None and declared.read is not None:
+        value = declared.read(value)
+    words = [*flags, *([each.option] if flags and value is not None else [])]
+    if len(words) > 1:
+        raise InputError(f"{words[1]}; {words[0]} replaces it, leave it out")
+    for meant in flags.values():
+        value = meant
+    if isinstance(value, list):
+        value = tuple(value)
+    return {} if value is None else {each.name: value}
 
 
 @contextmanager
-def named_as_options(group: Any) -> Iterator[None]:
-    """Errors that begin with the name of a field begin with its option instead."""
-    names = {each.name: option_of(each) for each in fields(group)}
+def named_as_options(group: Group) -> Iterator[None]:
+    """Errors that begin with the name of a setting begin with its option instead."""
+    names, token = options_of(group), AS_OPTIONS.set(True)
     try:
         yield
-    except InputError as error:
+    except ValueError as error:
         name, _, rest = str(error).partition(" ")
         if name not in names:
             raise
         raise InputError(f"{names[name]} {rest}") from None
+    finally:
+        AS_OPTIONS.reset(token)

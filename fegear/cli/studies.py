@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import fields, is_dataclass, make_dataclass
+from dataclasses import make_dataclass
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +19,7 @@ from fegear.cli.options import (
 )
 from fegear.cli.screen import complain, ruled_table, say, screen
 from fegear.studies.page import Grid, Page
-from fegear.studies.study import Study, option_of, setting_of
+from fegear.studies.study import Group, Setting, Study, group_of, offered, options_of
 
 
 def command_of(study: type[Study]) -> Callable[..., None]:
@@ -59,24 +59,24 @@ def _require(asked: Study, drawn: Any, outputs: Any) -> None:
     files = {"plot": outputs.plot, **vars(drawn)}
     given = {"resume": getattr(outputs, "resume", False), **files}
     given = {name: value for name, value in given.items() if value}
-    names = {each.name: option_of(each) for each in fields(asked)}
+    names = options_of(group_of(asked))
     names |= {name: f"--{name}" for name in (*files, "resume")}
     for name, reason in asked.idle(given.keys()):
         value = given.get(name, getattr(asked, name, None))
         refuse_idle(reason.format_map(names), **{name: value})
-    read = list(_read_files(asked))
+    read = list(_read_files(asked, group_of(asked)))
     outputs.require(*read)
     for path in vars(drawn).values():
         require_outputs([outputs.output, outputs.plot], read, path)
 
 
-def _read_files(asked: Any) -> Iterator[str]:
+def _read_files(asked: Any, group: Group) -> Iterator[str]:
     """Values of arguments, which may be paths."""
-    for each in fields(asked):
-        value, declared = getattr(asked, each.name), setting_of(each)
-        if is_dataclass(value):
-            yield from _read_files(value)
-        elif declared is not None and declared.place:
+    for each in offered(group):
+        value = getattr(asked, each.name)
+        if each.group is not None:
+            yield from _read_files(value, each.group)
+        elif isinstance(each.declared, Setting) and each.declared.place:
             yield str(value)
 
 
@@ -88,7 +88,7 @@ def _found(asked: Study, drawn: Any, outputs: Any) -> tuple[Any, Mapping[str, An
     keeping = outputs.keeping if asked.resumes else NOTHING
     kept = keeping.checkpoint
     try:
-        with named_as_options(asked), outputs.progress() as report:
+        with named_as_options(group_of(asked)), outputs.progress() as report:
             found = run(asked, keeping, report)
             report("results", 0, 1)
             outputs.write(found.table.csv)

@@ -13,7 +13,8 @@ A study is a frozen dataclass whose fields are settings:
         def gather(self, found: Mapping[str, Any]) -> NoiseResult: ...
 
 `fegear.studies.running.run` computes it. The command line, checkpoints and messages
-follow from the declaration. A field whose type is a dataclass stands for its fields.
+follow from the declaration. A field whose type is a dataclass stands for its fields;
+by `group` it may be a class of the library that knows of no options.
 
 A result has what `StudyResult` says. `fegear.studies` lists all studies.
 """
@@ -21,7 +22,8 @@ A result has what `StudyResult` says. `fegear.studies` lists all studies.
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
-from dataclasses import Field, dataclass, field, fields, is_dataclass
+from contextvars import ContextVar
+from dataclasses import MISSING, Field, dataclass, field, fields, is_dataclass
 from math import inf
 from pathlib import Path
 from types import MappingProxyType
@@ -70,6 +72,8 @@ class Setting:
 
     option : its name on the command line, that of the field where it is empty; a field
         with `place` has none, it is found by its place
+    flags : options without a value: name, value that it stands for, help; a field of
+        truth values that has some has no other option
     read, write : between the text of a command and the value, where types do not say
     """
 
@@ -78,8 +82,25 @@ class Setting:
     option: str = ""
     place: str = ""
     metavar: str | None = None
+    flags: tuple[tuple[str, Any, str], ...] = ()
     read: Callable[[str], Any] | None = None
     write: Callable[[Any], str] = str  # of floats to the last bit
+
+
+Idle = Callable[[Any], Iterator[tuple[str, str]]]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Group:
+    """A field whose value has settings of its own.
+
+    kind : its class; offers : which fields of it are settings here, and how
+    idle : as `Study.idle`, of a value of the class
+    """
+
+    kind: type
+    offers: Mapping[str, Setting | Group]
+    idle: Idle = lambda value: iter(())
 
 
 def setting(default: Any, text: str, allowed: Range | None = None, **words: Any) -> Any:
@@ -88,37 +109,102 @@ def setting(default: Any, text: str, allowed: Range | None = None, **words: Any)
     return field(default=default, metadata={"setting": declared})
 
 
-def argument(place: str, text: str) -> Any:
-    """A field that must be given, first of all words of a command."""
-    return field(metadata={"setting": Setting(text=text, place=place)})
+def argument(place: str, text: str, default: Any = MISSING) -> Any:
+    """A field that is found by its place among the words of a command."""
+    return field(default=default, metadata={"setting": Setting(text=text, place=place)})
 
 
-def setting_of(each: Field[Any]) -> Setting | None:
-    """None for a group of settings."""
-    found: Setting | None = each.metadata.get("setting")
+def group(declared: Group) -> Any:
+    """A field with settings of its own, by default those of its class."""
+    return field(default_factory=declared.kind, metadata={"group": declared})
+
+
+@dataclass(frozen=True)
+class Offered:
+    """A setting of a class, as a study or group offers it."""
+
+    field: Field[Any]
+    kind: Any  # annotated type
+    declared: Setting | Group | None  # None for a dataclass with its own settings
+
+    @property
+    def name(self) -> str:
+        return self.field.name
+
+    @property
+    def option(self) -> str:
+        """Its name on the command line."""
+        named = self.declared.option if isinstance(self.declared, Setting) else ""
+        return named or f"--{self.name.replace('_', '-')}"
+
+    @property
+    def group(self) -> Group | None:
+        """The group that it stands for, if it does."""
+        if self.declared is None:
+            return group_of(self.kind)
+        return self.declared if isinstance(self.declared, Group) else None
+
+
+def own_offers(kind: Any) -> dict[str, Any]:
+    """What the fields of a dataclass are declared as; None for a group."""
+    found = {}
+    for each in fields(kind):
+        declared = each.metadata.get("setting") or each.metadata.get("group")
+        if declared is not None or is_dataclass(get_type_hints(kind)[each.name]):
+            found[each.name] = declared
     return found
 
 
-def option_of(each: Field[Any]) -> str:
-    """The option of a field."""
-    declared = setting_of(each)
-    named = declared.option if declared is not None else ""
-    return named or f"--{each.name.replace('_', '-')}"
+def offered(group: Group) -> Iterator[Offered]:
+    """Settings of a group, in order."""
+    hints, known = get_type_hints(group.kind), {f.name: f for f in fields(group.kind)}
+    for name, declared in group.offers.items():
+        yield Offered(known[name], hints[name], declared)
 
 
-def words_of(settings: Any) -> list[str]:
+def words_of(settings: Any, group: Group | None = None) -> list[str]:
     """Words of a command line from which settings that are no default are read."""
     places, options = list[str](), list[str]()
-    for each in fields(settings):
-        value, declared = getattr(settings, each.name), setting_of(each)
-        if declared is None:
-            options += words_of(value)
-        elif declared.place:
+    group = group or group_of(settings)
+    for each in offered(group):
+        value = getattr(settings, each.name)
+        if each.group is not None:
+            options += words_of(value, each.group)
+            continue
+        declared = each.declared
+        assert isinstance(declared, Setting)
+        if declared.place:
             places.append(str(value))
-        elif value != each.default:
-            name = option_of(each)
-            options += [name] if value is True else [name, declared.write(value)]
+        elif value != each.field.default:
+            options += _written(each.option, declared, value)
     return [*places, *options]
+
+
+def options_of(group: Group) -> dict[str, str]:
+    """Options by the names of settings, those of groups among them."""
+    found: dict[str, str] = {}
+    for each in offered(group):
+        if each.group is not None:
+            found = options_of(each.group) | found
+        elif not getattr(each.declared, "place", ""):
+            found[each.name] = each.option
+    return found
+
+
+def group_of(settings: Any) -> Group:
+    """What a dataclass, or a value of one, declares itself."""
+    kind = settings if isinstance(settings, type) else type(settings)
+    return Group(kind=kind, offers=own_offers(kind))
+
+
+def _written(option: str, declared: Setting, value: Any) -> list[str]:
+    for flag, meant, _ in declared.flags:
+        if value == meant and type(value) is type(meant):
+            return [flag]
+    if value is True:
+        return [option]
+    values = value if isinstance(value, tuple) and declared.read is None else (value,)
+    return [word for each in values for word in (option, declared.write(each))]
 
 
 def require_settings(settings: Any) -> None:
@@ -130,12 +216,39 @@ def require_settings(settings: Any) -> None:
         require_fields(settings, infinite=unbounded)
     except ValueError as error:
         raise InputError(str(error)) from None
-    for each in fields(settings):
-        declared, value = setting_of(each), getattr(settings, each.name)
-        if declared is None or declared.allowed is None or value is None:
-            continue
-        if value not in declared.allowed:
-            raise InputError(f"{each.name} = {value:.12g}; allowed {declared.allowed}")
+    for each in offered(group_of(settings)):
+        allowed = getattr(each.declared, "allowed", None)
+        given = getattr(settings, each.name)
+        for value in given if isinstance(given, tuple) else (given,):
+            if allowed is not None and value is not None and value not in allowed:
+                raise InputError(f"{each.name} = {value:.12g}; allowed {allowed}")
+
+
+# whether messages call settings by their options, as on the command line
+AS_OPTIONS = ContextVar("AS_OPTIONS", default=False)
+
+
+def refuse_idle(settings: Any, group: Group) -> None:
+    """Raise InputError for a setting that is given and changes nothing."""
+    for each in offered(group):
+        if each.group is not None:
+            refuse_idle(getattr(settings, each.name), each.group)
+    names = options_of(group)
+    if not AS_OPTIONS.get():
+        names = {name: name for name in names}
+    known = {each.name: each for each in fields(group.kind)}
+    for name, reason in group.idle(settings):
+        value = getattr(settings, name)
+        if name in names and value != known[name].default:
+            words = "" if value is True else f" = {shown(value)}"
+            raise InputError(f"{names[name]}{words}; {reason.format_map(names)}")
+
+
+def shown(value: Any) -> str:
+    """A value in a message."""
+    if isinstance(value, tuple):
+        return ", ".join(map(shown, value))
+    return f"{value:.12g}" if isinstance(value, float) else str(value)
 
 
 Draw = Callable[[], "Figure"]
@@ -184,12 +297,12 @@ class Study:
         cls.command, cls.example = command, f"fegear {example}"
 
     def __post_init__(self) -> None:
-        for each in fields(self):  # a name in place of a group that has one
-            value, kind = getattr(self, each.name), _kind_of(self, each)
-            if isinstance(value, str) and is_dataclass(kind):
-                named: Any = kind
-                object.__setattr__(self, each.name, named(name=value))
+        for each in offered(group_of(self)):
+            value, declared = getattr(self, each.name), each.group
+            if isinstance(value, str) and declared is not None:  # a name in its place
+                object.__setattr__(self, each.name, declared.kind(name=value))
         require_settings(self)
+        refuse_idle(self, group_of(self))
 
     def idle(self, given: Collection[str]) -> Iterator[tuple[str, str]]:
         """Names of outputs and settings that would change nothing, with the reason.
@@ -220,10 +333,6 @@ class Study:
         A study whose settings name files has their texts here as well.
         """
         return {each.name: repr(getattr(self, each.name)) for each in fields(self)}
-
-
-def _kind_of(study: Study, each: Field[Any]) -> Any:
-    return get_type_hints(type(study))[each.name]
 
 
 class StudyResult(Result):

@@ -7,7 +7,7 @@ import json
 import sys
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import Any, get_type_hints
 
 import numpy as np
@@ -29,8 +29,9 @@ from fegear.studies.study import (
     Study,
     StudyResult,
     Task,
+    group_of,
+    offered,
     setting,
-    setting_of,
 )
 from fegear.studies.table import Table
 from lumped.drawing import panels
@@ -223,10 +224,10 @@ def test_the_command_and_the_call_find_the_same(command, tmp_path):
 
 @pytest.mark.parametrize("command", STUDIES)
 def test_defaults_are_within_their_ranges(command):
-    for each in fields(load_study(command)):
-        declared = setting_of(each)
-        if declared is not None and declared.allowed and each.default is not None:
-            assert declared.place or each.default in declared.allowed
+    for each in offered(group_of(load_study(command))):
+        allowed, default = getattr(each.declared, "allowed", None), each.field.default
+        if allowed and default is not None:
+            assert each.declared.place or default in allowed
 
 
 def test_a_name_stands_for_a_machine_without_changes(tmp_path):
