@@ -79,7 +79,6 @@ _HOMES = {
     "load_gear_set": "gearset",
     "lumped_system": "lumped_models",
     "make_gear_set": "gearset",
-    "predict_resonances": "theory",
     "read_gear_set": "gearset",
     "read_mesh_tables": "excitation",
     "settle_motion": "waves",

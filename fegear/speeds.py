@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from contextlib import suppress
 from decimal import Decimal, InvalidOperation
 
 MESH_FREQUENCY = "mesh_frequency_Hz"  # of the first mesh: its column and its key
@@ -19,6 +21,17 @@ def parsed_speeds(text: str, most: int = MOST_SPEEDS) -> tuple[float, ...]:
         found |= dict.fromkeys(_speed_range(part, most))
         _require_few(len(found), most)
     return tuple(float(speed) for speed in found)
+
+
+def written_speeds(speeds: Sequence[float]) -> str:
+    """Words from which `parsed_speeds` reads these speeds, to the last bit."""
+    if len(speeds) > 2:
+        first, second, last = (Decimal(repr(speeds[i])) for i in (0, 1, -1))
+        text = f"{first}:{last}:{abs(second - first)}"
+        with suppress(ValueError):
+            if parsed_speeds(text) == tuple(speeds):
+                return text
+    return ",".join(map(repr, speeds))
 
 
 def _speed_range(part: str, most: int) -> list[Decimal]:

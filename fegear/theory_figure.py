@@ -15,7 +15,7 @@ from lumped.drawing import color_of, draw_legend, draw_title, panels
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from fegear.theory import Theory
+    from fegear.studies.theory import TheoryResult
 
 Array = NDArray[np.float64]
 AMPLITUDES = 400  # along a curve
@@ -25,7 +25,7 @@ MARKERS: dict[str, Any] = {"linestyle": "", "marker": "o", "markersize": 1.8}
 PALE = 0.3  # share of the colour that unstable vibrations keep
 
 
-def draw_theory(theory: Theory) -> Figure:
+def draw_theory(theory: TheoryResult) -> Figure:
     """RMS of the DTE [um] over the mesh frequency, a panel for each mesh."""
     meshes = theory.parametric.stiffness.size
     figure, rows = panels(meshes, size=(9.0, 1.2 + 3.4 * meshes), share=True)
@@ -43,13 +43,12 @@ def draw_theory(theory: Theory) -> Figure:
         axes.set_ylim(bottom=0.0)
     rows[-1][0].set_xlabel("mesh frequency of the first mesh [Hz]")
     draw_legend(figure, _handles(names), columns=4)
-    header = theory.header
+    values = theory.summary
     draw_title(
         figure,
-        f"{header['gear set']} by closed forms, "
-        f"{float(header['torque_Nm']):g} N m, model {header['model']}, "
-        f"{header['excitation']}, damping ratio "
-        f"{float(header['damping ratio']):g}",
+        f"{values['gear_set']} by closed forms, {values['torque_Nm']:g} N m, model "
+        f"{values['model']}, {values['excitation']}, damping ratio "
+        f"{values['damping_ratio']:g}",
     )
     return figure
 

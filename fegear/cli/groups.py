@@ -100,6 +100,8 @@ def _options(
 def _group_of(kind: Any) -> Group:
     """What a dataclass declares, options of typer's among it."""
     own = own_offers(kind)
+    if any(own.values()):
+        return Group(kind=kind, offers=own)
     return Group(kind=kind, offers={e.name: own.get(e.name, ()) for e in fields(kind)})
 
 
@@ -167,7 +169,12 @@ def _taken(each: Offered, declared: Setting, values: dict[str, Any]) -> dict[str
         flag: meant for flag, meant, _ in declared.flags if values.pop(_name_of(flag))
     }
     if value is not None and declared.read is not None:
-        value = declared.read(value)
+        try:
+            value = declared.read(value)
+        except InputError:
+            raise
+        except ValueError as error:
+            raise InputError(f"{each.option} = {value}; {error}") from None
     words = [*flags, *([each.option] if flags and value is not None else [])]
     if len(words) > 1:
         raise InputError(f"{words[1]}; {words[0]} replaces it, leave it out")

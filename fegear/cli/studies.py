@@ -76,8 +76,11 @@ def _read_files(asked: Any, group: Group) -> Iterator[str]:
         value = getattr(asked, each.name)
         if each.group is not None:
             yield from _read_files(value, each.group)
-        elif isinstance(each.declared, Setting) and each.declared.place:
-            yield str(value)
+        elif isinstance(each.declared, Setting):
+            if each.declared.place:
+                yield str(value)
+            elif each.declared.reads:
+                yield from value
 
 
 def _found(asked: Study, drawn: Any, outputs: Any) -> tuple[Any, Mapping[str, Any]]:
@@ -106,10 +109,10 @@ def _show(page: Page, seconds: float) -> None:
     console = screen()
     for part in page:
         if isinstance(part, Grid):
-            table = ruled_table(*part.columns)
+            table = ruled_table(*part.columns, title=part.title, words=part.words)
             for cells in part.cells():
                 table.add_row(*cells)
             console.print(table)
         else:
-            say(part)
+            console.print(part)
     say(f"wall time {seconds:.2f} s")

@@ -22,6 +22,11 @@ STUDIES = {
         "Clatter",
         "Clattering gearboxes: impacts of loose wheels in their plays.",
     ),
+    "theory": (
+        "theory",
+        "Theory",
+        "Resonances of a lumped train by closed forms.",
+    ),
     "rattle critical": (
         "rattle_critical",
         "Critical",

@@ -10,7 +10,8 @@ from typing import Any, Protocol
 ROUND_OFF = 1e-9  # of micrometres, newtons and per cents
 
 
-Columns = Mapping[str, Callable[[Mapping[str, Any]], str]]  # cell of a row, by name
+Cell = Callable[[Mapping[str, Any]], str]
+Columns = dict[str, Cell]  # cell of a row, by name
 
 
 @dataclass(frozen=True)
@@ -18,10 +19,14 @@ class Grid:
     """A table of words with the names of its columns, which may have lines.
 
     Given as rows of values, and what to make of each, by column.
+
+    words : columns of text, the first one where it is None
     """
 
     rows: Sequence[Mapping[str, Any]]
     columns: Columns
+    title: str | None = None
+    words: Sequence[str] | None = None
 
     def cells(self) -> Iterator[list[str]]:
         for row in self.rows:
@@ -29,14 +34,14 @@ class Grid:
 
 
 def cell(
-    key: str, digits: int = 4, scale: float = 1.0, over: str = ""
-) -> Callable[[Mapping[str, Any]], str]:
-    """A number of a row, empty for None; over : key of what it is divided by."""
+    key: str, digits: int = 4, scale: float = 1.0, over: str = "", none: str = ""
+) -> Cell:
+    """A number of a row; over : key of what it is divided by; none : for None."""
 
     def shown(row: Mapping[str, Any]) -> str:
         value = row[key]
         if value is None:
-            return ""
+            return none
         return number(scale * value / (row[over] if over else 1.0), digits)
 
     return shown

@@ -74,6 +74,7 @@ class Setting:
         with `place` has none, it is found by its place
     flags : options without a value: name, value that it stands for, help; a field of
         truth values that has some has no other option
+    reads : whether it names files that are read
     read, write : between the text of a command and the value, where types do not say
     """
 
@@ -83,6 +84,7 @@ class Setting:
     place: str = ""
     metavar: str | None = None
     flags: tuple[tuple[str, Any, str], ...] = ()
+    reads: bool = False
     read: Callable[[str], Any] | None = None
     write: Callable[[Any], str] = str  # of floats to the last bit
 
@@ -166,6 +168,8 @@ def words_of(settings: Any, group: Group | None = None) -> list[str]:
     """Words of a command line from which settings that are no default are read."""
     places, options = list[str](), list[str]()
     group = group or group_of(settings)
+    if not isinstance(settings, group.kind):
+        raise InputError(f"{settings!r} has no words of a command")
     for each in offered(group):
         value = getattr(settings, each.name)
         if each.group is not None:
@@ -228,20 +232,34 @@ def require_settings(settings: Any) -> None:
 AS_OPTIONS = ContextVar("AS_OPTIONS", default=False)
 
 
+def called(settings: Any, name: str) -> str:
+    """What a message calls a setting of a study or group, or of its groups."""
+    return _called(group_of(settings), name)
+
+
+def _called(group: Group, name: str) -> str:
+    return options_of(group).get(name, name) if AS_OPTIONS.get() else name
+
+
 def refuse_idle(settings: Any, group: Group) -> None:
     """Raise InputError for a setting that is given and changes nothing."""
+    if not isinstance(settings, group.kind):
+        return
     for each in offered(group):
         if each.group is not None:
             refuse_idle(getattr(settings, each.name), each.group)
-    names = options_of(group)
-    if not AS_OPTIONS.get():
-        names = {name: name for name in names}
-    known = {each.name: each for each in fields(group.kind)}
+    known = {each.name: each.field.default for each in offered(group)}
     for name, reason in group.idle(settings):
-        value = getattr(settings, name)
-        if name in names and value != known[name].default:
-            words = "" if value is True else f" = {shown(value)}"
-            raise InputError(f"{names[name]}{words}; {reason.format_map(names)}")
+        if name in known and getattr(settings, name) != known[name]:
+            raise refusal(settings, group, name, reason)
+
+
+def refusal(settings: Any, group: Group, name: str, reason: str) -> InputError:
+    """Why the value of a setting is refused; names in braces are those of settings."""
+    value, names = getattr(settings, name), options_of(group)
+    words = "" if value is True else f" = {shown(value)}"
+    reason = reason.format_map({each: _called(group, each) for each in names})
+    return InputError(f"{_called(group, name)}{words}; {reason}")
 
 
 def shown(value: Any) -> str:
@@ -299,8 +317,13 @@ class Study:
     def __post_init__(self) -> None:
         for each in offered(group_of(self)):
             value, declared = getattr(self, each.name), each.group
-            if isinstance(value, str) and declared is not None:  # a name in its place
-                object.__setattr__(self, each.name, declared.kind(name=value))
+            if declared is None or isinstance(value, declared.kind):
+                continue
+            kind: Any = declared.kind
+            if isinstance(value, str):  # a name in its place
+                object.__setattr__(self, each.name, kind(name=value))
+            elif hasattr(kind, "of"):
+                object.__setattr__(self, each.name, kind.of(value))
         require_settings(self)
         refuse_idle(self, group_of(self))
 
@@ -332,7 +355,8 @@ class Study:
 
         A study whose settings name files has their texts here as well.
         """
-        return {each.name: repr(getattr(self, each.name)) for each in fields(self)}
+        values = {each.name: getattr(self, each.name) for each in fields(self)}
+        return {k: getattr(v, "inputs", repr(v)) for k, v in values.items()}
 
 
 class StudyResult(Result):

@@ -7,10 +7,10 @@ import json
 
 import numpy as np
 import pytest
+from fegear.theory import predict_resonances
 
 import fegear
 from fegear.cli import run
-from fegear.theory import predict_resonances
 from fegear.theory_figure import response_points
 
 RECTANGULAR = fegear.LumpedModel(stiffness=fegear.Source(kind="rectangular"))

@@ -11,8 +11,10 @@ from pydantic import Field
 
 from fegear.branches import find_branches
 from fegear.statics import Progress
+from fegear.studies.running import run
+from fegear.studies.theory import Theory
+from fegear.studies.trains import NamedSet
 from fegear.sweeps import SweepSettings, sweep_speeds
-from fegear.theory import predict_resonances
 from fegear.theory_figure import response_points
 from lumped.branches.bifurcations import (
     CROSSING,
@@ -267,7 +269,10 @@ def theory(part: TheoryPart, scene: Scene, report: Progress) -> PartResult:
     contact_lost, unstable : both ends; optimal_relief : of each tip, eq. 2.28 [um]
     """
     report("closed forms", 0, 1)
-    result = predict_resonances(scene.gear_set, scene.torque, scene.model)
+    asked = Theory(
+        gear_set=NamedSet.of(scene.gear_set), torque=scene.torque, model=scene.model
+    )
+    result = run(asked)
     unit = scene.unit_Hz
     low, high = part.between
     shown = [p for p in result.found if low <= p.resonance.at / unit <= high]

@@ -1,0 +1,331 @@
+"""Resonances of a gear set by closed forms: what to expect before anything is swept."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from fegear.errors import InputError
+from fegear.lumped_models import LumpedModel, file_header, lumped_system
+from fegear.studies.page import Cell, Columns, Grid, Page, cell
+from fegear.studies.study import Draw, Job, Study, StudyResult, Task
+from fegear.studies.table import Table
+from fegear.studies.trains import (
+    SPRINGS,
+    OfTrain,
+    described,
+    lumped,
+    one_load,
+    one_torque,
+    tables,
+)
+from fegear.theory_figure import draw_theory
+from fegear.unphysical import doubts_of_meshes
+from lumped.closed_forms import (
+    ParametricSystem,
+    Prediction,
+    optimal_relief,
+    parametric_system,
+    phase_extremes,
+    predictions,
+)
+from lumped.closed_forms.parametric import LEAST_DAMPING
+from lumped.csv_text import exact
+from lumped.excitation import MeshExcitation
+from lumped.system import LumpedSystem
+
+NESTED = "excited_by", "meshes", "limits"  # lists in the summary of a resonance
+POSITIONS = 1024  # of a base pitch, for the extremes of the stiffness
+
+
+@dataclass(frozen=True, kw_only=True)
+class Theory(
+    OfTrain,
+    Study,
+    command="theory",
+    example="theory liu-idler --torque 100 --excitation rectangular -o theory.csv",
+):
+    """Resonances of a lumped train by closed forms.
+
+    Where meshes resonate and lose contact, how high peaks are, which damping ends a
+    subharmonic and which tip relief is best, by first-order multiple scales about the
+    mean mesh stiffness, `lumped.closed_forms`. Nothing is integrated, and every
+    prediction says where its assumptions are left.
+    """
+
+    torque: float | None = one_torque()
+    model: LumpedModel = lumped(SPRINGS)
+    table: tuple[str, ...] = tables()
+
+    def tasks(self) -> Iterator[Task]:
+        yield Task("resonances", self._predicted)
+
+    def _predicted(self, job: Job) -> TheoryResult:
+        """InputError without load, damping, or anything that varies."""
+        torque, model, name = one_load(self), self.known, self.gears.name
+        if model.number == "coupled":
+            raise InputError(
+                "number = coupled; closed forms are those of models 1, 2 and 3"
+            )
+        system = lumped_system(self.gears, torque, model)
+        ratio = system.train.damping_ratio
+        if not LEAST_DAMPING <= ratio < 1.0:
+            raise InputError(
+                f"damping_ratio = {ratio:g}; closed forms need one from "
+                f"{LEAST_DAMPING:g} to below 1"
+            )
+        if not (system.static_deflection > 0.0).all():
+            raise InputError(
+                f"torque = {torque:g}; closed forms need one that loads the drive "
+                "flanks of all meshes"
+            )
+        try:
+            parametric = parametric_system(system)
+        except ValueError as error:
+            raise InputError(f"{name}: {error}") from None
+        found = predictions(parametric)
+        if not found:
+            raise InputError(
+                f"{name}: neither stiffness nor transmission error of a mesh varies, "
+                "nothing resonates"
+            )
+        return TheoryResult(self, torque, system, parametric, found)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class TheoryResult(StudyResult):
+    """Predictions for a gear set, frequencies of the first mesh [Hz].
+
+    torque : on the input gear [N m]
+    parametric : the lumped system as the closed forms take it
+    """
+
+    study: Theory
+    torque: float
+    system: LumpedSystem
+    parametric: ParametricSystem
+    found: tuple[Prediction, ...]
+
+    @cached_property
+    def summary(self) -> dict[str, Any]:
+        """None where there is no such thing."""
+        return {
+            **described(self.study, self.system.train.damping_ratio),
+            "torque_Nm": self.torque,
+            "meshes": [self._mesh(m) for m in range(len(self.system.excitations))],
+            "resonances": [self._resonance(each) for each in self.found],
+            "warnings": list(self._doubts()),
+        }
+
+    def _doubts(self) -> Iterator[str]:
+        """Where mean deflections cannot be physical."""
+        rest = np.abs(self.parametric.deflection)
+        meshes = self.study.gears.meshes
+        yield from doubts_of_meshes(meshes, ", at rest", rest, 0.0 * rest)
+
+    @property
+    def table(self) -> Table:
+        """A row for every resonance and mesh; a cell without a value is empty."""
+        rows = [
+            {k: v for k, v in each.items() if k not in NESTED}
+            | mesh
+            | {"limits": "; ".join(each["limits"])}
+            for each in self.summary["resonances"]
+            for mesh in each["meshes"]
+        ]
+        cells = [[math.nan if v is None else v for v in row.values()] for row in rows]
+        return Table(tuple(rows[0]), lambda: cells, self._header)
+
+    @property
+    def _header(self) -> dict[str, str]:
+        study, harmonics = self.study, self.parametric.stiffness_harmonics.shape[1]
+        ratio, order = self.system.train.damping_ratio, f"{harmonics} harmonics"
+        return {
+            **file_header(study.gears, study.known, ratio, f"closed forms, {order}"),
+            "model": study.known.name,
+            "torque_Nm": exact(self.torque),
+            **study.gear_set.entries,
+        }
+
+    @property
+    def figures(self) -> dict[str, Draw]:
+        """Frequency response by the closed forms, a panel for each mesh."""
+        return {"plot": lambda: draw_theory(self)}
+
+    def _mesh(self, mesh: int) -> dict[str, Any]:
+        known = self.parametric
+        first = 2.0 * abs(known.stiffness_harmonics[mesh, 0])
+        return {
+            "mesh": mesh + 1,
+            "mean_stiffness_N_per_m": float(known.stiffness[mesh]),
+            "first_harmonic_over_mean": float(first),
+            "mean_deflection_m": float(known.deflection[mesh]),
+            "optimal_tip_relief_m": self._optimal_relief(mesh),
+        }
+
+    def _optimal_relief(self, mesh: int) -> float | None:
+        """None where eq. 2.28 has no pairs, or not one and two, that take turns."""
+        lowest, highest = _stiffness_range(self.system.excitations[mesh])
+        ratio = self.study.gears.meshes[mesh].pair.contact_ratio
+        # rounding apart, it takes two pairs to be stiffer, and at most twice as stiff
+        if not (1.0 < ratio < 2.0 and lowest * (1.0 + 1e-9) < highest <= 2.0 * lowest):
+            return None
+        force = float(self.parametric.stiffness[mesh] * self.parametric.elastic[mesh])
+        return optimal_relief(force, lowest, highest)
+
+    def _resonance(self, prediction: Prediction) -> dict[str, Any]:
+        near, top = prediction.resonance, prediction.top
+        low, high = prediction.unstable or (None, None)
+        meshes = range(near.shapes.size)
+        return {
+            "resonance": _in_words(prediction.kinds),
+            "excited_by": [
+                {"mesh": mesh + 1, "as": kind}
+                for mesh, kind in prediction.kinds.items()
+            ],
+            "mesh_frequency_Hz": near.at,
+            "natural_frequency_Hz": near.frequency,
+            "peak_frequency_Hz": None if top is None else top.frequency,
+            "unstable_from_Hz": low,
+            "unstable_to_Hz": high,
+            "damping_ratio_without_instability": prediction.critical_damping,
+            "meshes": [self._on_mesh(prediction, mesh) for mesh in meshes],
+            "limits": list(prediction.limits),
+        }
+
+    def _on_mesh(self, prediction: Prediction, mesh: int) -> dict[str, Any]:
+        near, top = prediction.resonance, prediction.top
+        rms = angle = None
+        if top is not None:
+            rms = float(near.amplitudes(top.amplitude)[mesh]) / math.sqrt(2.0)
+            angle = float(top.separation[mesh])
+        begin, end = prediction.transitions[mesh] or (None, None)
+        return {
+            "mesh": mesh + 1,
+            "dte_rms_m": rms,
+            "separation_angle_rad": angle,
+            "contact_lost_from_Hz": begin,
+            "contact_lost_to_Hz": end,
+            **self._least_drive(prediction, mesh),
+        }
+
+    def _least_drive(self, prediction: Prediction, mesh: int) -> dict[str, Any]:
+        """The phase of a mesh at which meshes drive least, and how much of now that is.
+
+        None for the first mesh, to which phases are counted, and where it drives alone,
+        not at all, or by second-order products that turn in other ways.
+        """
+        nothing = {"phase_of_least_drive": None, "least_drive_over_drive": None}
+        kind, near = prediction.kinds.get(mesh), prediction.resonance
+        if mesh == 0 or kind not in ("fundamental", "subharmonic"):
+            return nothing
+        by_mesh = near.driven_by if kind == "fundamental" else near.parametric_by
+        own, now = abs(by_mesh[mesh]), abs(by_mesh.sum())
+        if not (own > 0.0 and now > 0.0 and np.count_nonzero(by_mesh) > 1):
+            return nothing
+        extremes = phase_extremes(by_mesh, mesh, 1)
+        phase = self.system.train.meshes[mesh].phase - extremes.at_least
+        return {
+            "phase_of_least_drive": phase % 1.0,
+            "least_drive_over_drive": extremes.least / now,
+        }
+
+    def page(self) -> Page:
+        values = self.summary
+        yield (
+            f"{values['gear_set']} by closed forms, {values['torque_Nm']:g} N m, model "
+            f"{values['model']}, {values['excitation']}, damping ratio "
+            f"{values['damping_ratio']:g}; mesh frequencies are those of the first mesh"
+        )
+        yield Grid(values["meshes"], MESH, "Meshes", words=())
+        rows = list(_rows(values["resonances"]))
+        direct = [row for row in rows if "subharmonic" not in row["resonance"]]
+        grown = [row for row in rows if "subharmonic" in row["resonance"]]
+        phased = [row for row in rows if row["phase_of_least_drive"] is not None]
+        for columns, chosen, title in (
+            (PEAK, direct, "Peaks"),
+            (SUBHARMONIC, grown, "Subharmonics"),
+            (PHASE, phased, "Mesh phases of least excitation"),
+        ):
+            if chosen:
+                yield Grid(chosen, columns, title)
+        for each in values["resonances"]:
+            for limit in each["limits"]:
+                yield (
+                    f"range left, {each['resonance']} at "
+                    f"{each['mesh_frequency_Hz']:.6g} Hz: {limit}"
+                )
+
+
+def _in_words(kinds: Mapping[int, str]) -> str:
+    """`fundamental of meshes 1 and 2`."""
+    unique = dict.fromkeys(kinds.values())
+    return ", ".join(f"{kind} of {_meshes(kinds, kind)}" for kind in unique)
+
+
+def _meshes(kinds: Mapping[int, str], kind: str) -> str:
+    numbers = [str(mesh + 1) for mesh, each in kinds.items() if each == kind]
+    return ("mesh " if len(numbers) == 1 else "meshes ") + " and ".join(numbers)
+
+
+def _stiffness_range(excitation: MeshExcitation) -> tuple[float, float]:
+    """Lowest and highest stiffness of the mesh over its cycle [N/m]."""
+    x = (np.arange(POSITIONS) + 0.5) / POSITIONS
+    total = np.sum([pair.stiffness(x) for pair in excitation.pairs], axis=0)
+    return float(total.min()), float(total.max())
+
+
+def _rows(resonances: list[dict[str, Any]]) -> Iterator[dict[str, Any]]:
+    """One for every resonance and mesh; the first one of each names the resonance."""
+    for each in resonances:
+        kinds = [entry["as"] for entry in each["excited_by"]]
+        meshes = [str(entry["mesh"]) for entry in each["excited_by"]]
+        named = {"kind": "\n".join(kinds), "exciting": "\n".join(meshes)}
+        if len(set(kinds)) == 1:
+            named = {"kind": kinds[0], "exciting": ", ".join(meshes)}
+        named["at"] = f"{each['mesh_frequency_Hz']:.5g}"
+        for mesh in each["meshes"]:
+            yield each | mesh | named
+            named = dict.fromkeys(named, "")
+
+
+def _span(low: str, high: str) -> Cell:
+    return lambda row: "-" if row[low] is None else f"{row[low]:.4g} - {row[high]:.4g}"
+
+
+MESH: Columns = {
+    "mesh": lambda row: str(row["mesh"]),
+    "mean stiffness\n[N/m]": cell("mean_stiffness_N_per_m", 5),
+    "first harmonic\nover mean": cell("first_harmonic_over_mean", 3),
+    "mean deflection\n[um]": cell("mean_deflection_m", 4, 1e6),
+    "best tip\nrelief [um]": cell("optimal_tip_relief_m", 4, 1e6, none="-"),
+}
+PLACE: Columns = {
+    "resonance": lambda row: str(row["kind"]),
+    "excited\nby mesh": lambda row: str(row["exciting"]),
+    "at\n[Hz]": lambda row: str(row["at"]),
+    "mesh": lambda row: str(row["mesh"]),
+}
+PHASE: Columns = {
+    "resonance": lambda row: str(row["resonance"]).partition(" of ")[0],
+    "at\n[Hz]": lambda row: f"{row['mesh_frequency_Hz']:.5g}",
+    "mesh": lambda row: str(row["mesh"]),
+    "phase\n[base pitches]": cell("phase_of_least_drive", 3, none="-"),
+    "excitation\nover now": cell("least_drive_over_drive", 3, none="-"),
+}
+PEAK: Columns = PLACE | {
+    "peak\nat [Hz]": cell("peak_frequency_Hz", none="-"),
+    "RMS of\nDTE [um]": cell("dte_rms_m", 4, 1e6, none="-"),
+    "angle\n[rad]": cell("separation_angle_rad", 3, none="-"),
+    "contact lost\n[Hz]": _span("contact_lost_from_Hz", "contact_lost_to_Hz"),
+}
+SUBHARMONIC: Columns = PLACE | {
+    "unstable\n[Hz]": _span("unstable_from_Hz", "unstable_to_Hz"),
+    "contact lost\n[Hz]": _span("contact_lost_from_Hz", "contact_lost_to_Hz"),
+    "gone from\ndamping": cell("damping_ratio_without_instability", 3, none="-"),
+}

@@ -1,0 +1,404 @@
+"""What studies of a gear set's train share: which gears, which model, what load."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+from fegear.errors import InputError
+from fegear.excitation import Source, read_mesh_tables
+from fegear.gearset import load_gear_set
+from fegear.gearset.edit import parsed_value
+from fegear.gearset.model import GearSet
+from fegear.lumped_models import LumpedModel
+from fegear.speeds import parsed_speeds, written_speeds
+from fegear.studies.study import (
+    Group,
+    Range,
+    Setting,
+    argument,
+    called,
+    group,
+    refusal,
+    setting,
+)
+from fegear.train import input_torques
+from lumped.settings import Settings
+
+FREQUENCY = Range(above=0.0, below=1e9, unit="Hz")
+LOAD = "must be 0, or at least 1e-6 and below 1e9 N m, on the input gear"
+FIGURES = "mean_stiffness_N_per_m", "stiffness_variation", "load_share"
+OF_TRANSLATIONS = "mass_kg", "bearing_kx_N_per_m", "bearing_ky_N_per_m"
+REPLACED = {"load.torques_Nm": "torque", "dynamics.damping_ratio": "damping_ratio"}
+
+
+@dataclass(frozen=True, kw_only=True)
+class NamedSet:
+    """A gear set by its name, and what is changed in it for one run.
+
+    given : the gear set itself, in place of one that is read
+    """
+
+    name: str = argument(
+        "SET", "Name of a built-in gear set, or path of a gear-set file (TOML)."
+    )
+    edits: tuple[str, ...] = setting(
+        (),
+        "Change a key of the gear set for this run, such as "
+        "mesh.1.tip_relief.magnitude_um=10; may be repeated.",
+        option="--set",
+        metavar="KEY=VALUE",
+    )
+    given: GearSet | None = None
+
+    @classmethod
+    def of(cls, gear_set: GearSet) -> NamedSet:
+        return cls(name=gear_set.name, given=gear_set)
+
+    @cached_property
+    def changes(self) -> dict[str, Any]:
+        """Values by key; InputError where there is no `=` or a key comes twice."""
+        found: dict[str, Any] = {}
+        for text in self.edits:
+            key, separator, value = (part.strip() for part in text.partition("="))
+            if not (separator and key and value):
+                raise self.refused(text, "KEY=VALUE is needed")
+            if key in found:
+                raise self.refused(text, f"{key} is given more than once")
+            found[key] = parsed_value(value)
+        return found
+
+    @cached_property
+    def loaded(self) -> GearSet:
+        """The gear set as changed."""
+        if self.given is not None:
+            if self.edits:
+                raise self.refused(", ".join(self.edits), "needs a gear set by name")
+            return self.given
+        return load_gear_set(self.name, self.changes)
+
+    def refused(self, text: str, reason: str) -> InputError:
+        """Why a change is not made, or does nothing."""
+        return InputError(f"{called(self, 'edits')} {text}; {reason}")
+
+    @property
+    def entries(self) -> dict[str, str]:
+        """Entries for the header of a file: what was changed."""
+        return {f"set {key}": str(value) for key, value in self.changes.items()}
+
+    @property
+    def inputs(self) -> str:
+        """All that a checkpoint must agree with."""
+        return repr(self.loaded)
+
+
+def speeds(default: Any, text: str, **words: Any) -> Any:
+    """A setting of mesh frequencies, `A:B:STEP` in words."""
+
+    def read(words: str) -> tuple[float, ...]:
+        found = parsed_speeds(words)
+        if not found:
+            raise ValueError("a speed is needed")
+        return found
+
+    how: dict[str, Any] = {"metavar": "A:B:STEP", "write": written_speeds}
+    return setting(default, text, read=read, **how | words)
+
+
+def one_torque() -> Any:
+    return setting(
+        None,
+        "Torque on the input gear [N\u00a0m]. [default: middle load case of the gear "
+        "set]",
+    )
+
+
+def torques() -> Any:
+    return setting(
+        (),
+        "Torque on the input gear [N\u00a0m]; may be repeated. [default: all load "
+        "cases of the gear set]",
+        option="--torque",
+    )
+
+
+def chosen_torques(gears: GearSet, asked: tuple[float, ...]) -> tuple[float, ...]:
+    """Torques on the input gear [N m]: as asked, or the gear set's load cases."""
+    for value in asked:
+        if value != 0.0 and not 1e-6 <= value < 1e9:
+            raise InputError(f"torque = {value:.12g}; {LOAD}")
+        if asked.count(value) > 1:
+            raise InputError(f"torque = {value:.12g}; is given more than once")
+    found = asked or input_torques(gears)
+    if not found:
+        raise InputError(f"torque is missing; {gears.name} has no load case")
+    return found
+
+
+def _number(words: str) -> Any:
+    known = {"1": 1, "2": 2, "3": 3, "coupled": "coupled"}
+    if words not in known:
+        raise ValueError("allowed 1, 2, 3 and coupled")
+    return known[words]
+
+
+DAMPING = Setting(
+    option="--damping",
+    text="Damping ratio of every vibration mode. [default: that of the gear set, else "
+    "0.04]",
+    allowed=Range(least=0.0, below=1.0),
+)
+TRANSLATIONS = Setting(
+    option="--translations",
+    text="Let gears with bearing stiffnesses move in the plane, not rotate only.",
+)
+PLANE = Setting(text="Plane stress or plane strain of the finite elements.")
+RESOLUTION = Setting(
+    text="Fineness of the finite-element mesh and of the contact grid."
+)
+
+
+def _idle_source(source: Source) -> Iterator[tuple[str, str]]:
+    if source.kind != "trapezoid":
+        yield "ramp", "needs {kind} trapezoid"
+    if source.kind != "fourier":
+        yield "harmonics", "needs {kind} fourier"
+
+
+SOURCE = Group(
+    kind=Source,
+    idle=_idle_source,
+    offers={
+        "kind": Setting(
+            option="--excitation",
+            text="Mesh stiffness over the mesh cycle. fe: tables solved by finite "
+            "elements; rectangular, trapezoid, fourier: built from "
+            "mean_stiffness_N_per_m, stiffness_variation and load_share of the gear "
+            "set, what is missing from finite elements.",
+        ),
+        "ramp": Setting(
+            text="Length over which the stiffness of --excitation trapezoid rises and "
+            "falls [base pitches]."
+        ),
+        "harmonics": Setting(
+            text="Number of harmonics of the mesh frequency that --excitation fourier "
+            "keeps."
+        ),
+        "plane": PLANE,
+        "resolution": RESOLUTION,
+    },
+)
+SPRING_MODELS = (
+    "Lumped model. 1: every tooth pair with its own stiffness and gap; 2: mean mesh "
+    "stiffness, excited by the loaded static transmission error; 3: total mesh "
+    "stiffness and no-load transmission error"
+)
+SPRINGS: dict[str, Setting | Group] = {
+    "number": Setting(option="--model", text=f"{SPRING_MODELS}.", read=_number),
+    "damping_ratio": DAMPING,
+    "translations": TRANSLATIONS,
+    "stiffness": SOURCE,
+}
+COUPLED: dict[str, Setting | Group] = SPRINGS | {
+    "number": Setting(
+        option="--model",
+        text=f"{SPRING_MODELS}; coupled: tooth pairs that stiffen with load and "
+        "deflect each other through elastic bodies with inertia.",
+        read=_number,
+    ),
+    "without": Setting(
+        text="Part of --model coupled to leave out; may be repeated. hardening: "
+        "contact stiffens with load; pairs: tooth pairs deflect each other; body: "
+        "inertia of the elastic bodies; meshes: meshes of one gear deflect each other; modes: "
+        "vibration of the bodies against their hubs. [default: none]"
+    ),
+}
+TORQUE_OF = Setting(
+    text="What --torque is with friction. nominal: of gears without friction; what it "
+    "takes comes to the input torque and goes from the output torque, in parts by "
+    "their inertias; input: the mean torque of the input gear, and the output torque "
+    "is lowered by the efficiency of the meshes."
+)
+SLIDING: dict[str, Setting | Group] = {
+    "friction": Setting(
+        text="Coulomb friction coefficient of the teeth of all meshes, of model 1."
+    ),
+    "bending": Setting(
+        text="Friction-bending ratio: deflection of a tooth pair by a friction force "
+        "over that by a normal force of the same size. [default: mean of the mesh "
+        "tables]",
+        read=float,
+        flags=(
+            (
+                "--varying-bending",
+                "cycle",
+                "The friction-bending ratio of each tooth pair over its way through "
+                "the mesh, as the mesh tables have it, in place of its mean.",
+            ),
+            (
+                "--no-bending",
+                0.0,
+                "Leave the bending of teeth by friction out, a ratio of 0.",
+            ),
+        ),
+    ),
+}
+MOVING: dict[str, Setting | Group] = SLIDING | {
+    "sliding": Setting(
+        text="Whose sliding friction opposes. nominal: that of gears that turn evenly; "
+        "instantaneous: with the vibration, which can turn it near the pitch point."
+    ),
+    "transition": Setting(
+        option="--transition-speed",
+        text="Sliding speed [m/s] about which instantaneous friction turns smoothly, "
+        "by tanh; 0 turns it at once.",
+        allowed=Range(least=0.0, below=10.0, unit="m/s"),
+    ),
+    "torque_of": TORQUE_OF,
+}
+
+
+def idle_of_model(model: LumpedModel) -> Iterator[tuple[str, str]]:
+    if model.number != "coupled":
+        yield "without", "needs {number} coupled"
+    if not model.friction:
+        for name in ("bending", "sliding", "torque_of"):
+            yield name, "needs {friction} above 0"
+    if model.sliding != "instantaneous":
+        yield "transition", "needs {sliding} instantaneous"
+
+
+def lumped(offers: Mapping[str, Setting | Group]) -> Any:
+    """A field for a lumped model with these settings."""
+    return group(Group(kind=LumpedModel, offers=offers, idle=idle_of_model))
+
+
+def _idle_integration(settings: Settings) -> Iterator[tuple[str, str]]:
+    if settings.method != "rk4":
+        yield "steps", f"{settings.method} chooses its own steps"
+
+
+SETTLING: dict[str, Setting | Group] = {
+    "tolerance": Setting(
+        text="Relative settling tolerance: distance to the periodic motion over the "
+        "range of the deflection."
+    ),
+    "max_periods": Setting(
+        text="Periods of the first mesh after which a motion that has not settled "
+        "counts as aperiodic. [default: what the damping needs, 2000 or more]"
+    ),
+}
+
+
+def integration() -> Any:
+    """A field for the time integration of lumped models."""
+    offers = SETTLING | {
+        "steps": Setting(
+            text="Least number of time steps per period of the fastest mesh, with "
+            "--method rk4. [default: 64, 80 of --model coupled]"
+        ),
+        "method": Setting(
+            text="Time integration. rk4: fixed steps of fourth order; dopri5: adaptive "
+            "steps of fifth order that end on every change of contact."
+        ),
+    }
+    return group(Group(kind=Settings, offers=offers, idle=_idle_integration))
+
+
+def tables() -> Any:
+    return setting(
+        (),
+        "Mesh table (CSV) in place of finite elements; give one for each mesh, in "
+        "order. The coupled model needs columns of tooth pairs, at two or more torques "
+        "unless without hardening.",
+        reads=True,
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class OfTrain:
+    """Settings of all studies of a lumped train; `model` is a `lumped` field.
+
+    Those of mesh tables have a field `table`, by `tables`.
+    """
+
+    gear_set: NamedSet
+    model: LumpedModel
+    table: tuple[str, ...] = ()
+
+    @cached_property
+    def gears(self) -> GearSet:
+        """The gear set, in which nothing is changed that the study does not read."""
+        _refuse_edits(self)
+        return self.gear_set.loaded
+
+    @cached_property
+    def known(self) -> LumpedModel:
+        """The model, with mesh tables where they are given."""
+        source, gears = self.model.stiffness, self.gears
+        if self.table:
+            reason = f"{called(self, 'table')} replaces it, leave it out"
+            _refuse_given(source, SOURCE.offers, reason)
+            try:
+                return replace(
+                    self.model, stiffness=read_mesh_tables(self.table, gears)
+                )
+            except InputError as error:
+                raise InputError(f"{called(self, 'table')}: {error}") from None
+        if isinstance(source, Source) and not source.solves_elements(gears):
+            reason = "the gear set gives all stiffness figures, nothing is solved"
+            _refuse_given(source, ("plane", "resolution"), reason)
+        return self.model
+
+
+def _refuse_given(source: Any, names: Any, reason: str) -> None:
+    """Refuse settings of a source that are not the usual ones."""
+    usual = Source()
+    for name in names:
+        if isinstance(source, Source) and getattr(source, name) != getattr(usual, name):
+            raise refusal(source, SOURCE, name, reason)
+
+
+def _refuse_edits(study: Any) -> None:
+    """Refuse changes of the gear set that are fixed by a setting, or not read."""
+    model, subject = study.model, study.gear_set
+    source = model.stiffness
+    figures = isinstance(source, Source) and source.kind != "fe" and not study.table
+    own = {"torque": getattr(study, "torque", None)} | {
+        "damping_ratio": model.damping_ratio
+    }
+    for key in subject.changes:
+        text, name = subject.refused, key.rpartition(".")[2]
+        replaced = REPLACED.get(key, "")
+        if own.get(replaced) not in (None, ()):
+            raise text(key, f"{called(study, replaced)} replaces it")
+        if name in FIGURES and not figures:
+            raise text(
+                key,
+                "finite elements or a table take its place, leave it out or choose "
+                f"another {called(study, 'kind')}",
+            )
+        if name in OF_TRANSLATIONS and not model.translations:
+            raise text(key, f"changes nothing without {called(study, 'translations')}")
+        if study.table and "_relief" in key:
+            raise text(key, f"{called(study, 'table')} has the teeth with their relief")
+
+
+def described(study: OfTrain, damping_ratio: float) -> dict[str, Any]:
+    """What a summary says of the train, plain values."""
+    model = study.known
+    return {
+        "gear_set": study.gears.name,
+        "model": model.name,
+        "excitation": model.stiffness.header["excitation"],
+        "damping_ratio": damping_ratio,
+    }
+
+
+def one_load(study: Any) -> float:
+    """Torque on the input gear [N m]: as asked, or the middle load case."""
+    asked = () if study.torque is None else (study.torque,)
+    found = chosen_torques(study.gears, asked)
+    return found[len(found) // 2]
