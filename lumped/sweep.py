@@ -18,7 +18,7 @@ from lumped.settings import Settings, SteadySettings
 from lumped.steady_state import Stepper, Watch, confirmed
 from lumped.steppers import stepper_of
 from lumped.system import LumpedSystem
-from lumped.workers import Stop, run_together
+from lumped.workers import Stop, Stopped, run_together
 
 Array = NDArray[np.float64]
 Direction = Literal["up", "down"]
@@ -92,10 +92,6 @@ class BranchStore(Protocol):
 
     def add(self, response: Response) -> None:
         """Keep a response with its state."""
-
-
-class Stopped(Exception):
-    """A run that was asked to end."""
 
 
 def sweep_branch(
@@ -173,13 +169,13 @@ def settle_in_turn(
             )
             if response.status != Status.DIVERGED:
                 keep(frequency, motion)
+            if store is not None:
+                store.add(response)
+            responses.append(response)
+            last = stepper
+            observer.passed()
         except Stopped:
             break
-        if store is not None:
-            store.add(response)
-        responses.append(response)
-        last = stepper
-        observer.passed()
     complete = len(responses) == len(values) and not _diverged(responses)
     return tuple(responses), complete
 

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.csv_text import format_csv
 from lumped.drawing import color_of, draw_legend, draw_title, panels
 from lumped.motion import spectrum
 from lumped.response import Status
@@ -113,18 +112,13 @@ def spectra_over_speed(
     return SpectraOverSpeed(torque, branch, tuple(lines))
 
 
-def spectra_csv(found: Sequence[SpectraOverSpeed], header: Mapping[str, str]) -> str:
-    """A row for every line of every mesh and speed."""
-    rows = (
-        (
-            *(each.torque_Nm, each.branch.direction, speed, mesh + 1),
-            *(order * float(rate) * speed, order, amplitude),
-        )
-        for each in found
-        for mesh, rate in enumerate(each.rates)
-        for speed, order, amplitude in each.seen(mesh)
-    )
-    return format_csv(COLUMNS, rows, {**header, **LEGEND})
+def spectra_rows(found: Sequence[SpectraOverSpeed]) -> Iterator[tuple[Any, ...]]:
+    """Cells of COLUMNS for every line of every mesh and speed."""
+    for each in found:
+        for mesh, rate in enumerate(each.rates):
+            for speed, order, amplitude in each.seen(mesh):
+                place = each.torque_Nm, each.branch.direction, speed, mesh + 1
+                yield (*place, order * float(rate) * speed, order, amplitude)
 
 
 def draw_waterfall(found: Sequence[SpectraOverSpeed], title: str = "") -> Figure:

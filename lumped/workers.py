@@ -49,6 +49,10 @@ class Never:
         return False
 
 
+class Stopped(Exception):
+    """A task that was asked to end."""
+
+
 class NoClusterError(Exception):
     """A cluster that cannot be used, and why."""
 

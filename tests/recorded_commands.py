@@ -215,7 +215,7 @@ def _difference(one: Path, other: Path) -> str:
         ".vtu": _of_fields,
         ".npz": _of_arrays,
     }.get(one.suffix, _of_texts)
-    if one.name == "screen.txt" and one.read_text().startswith("{"):
+    if all(each.read_text(errors="replace").startswith("{") for each in (one, other)):
         kind = _of_json
     return kind(one, other)
 

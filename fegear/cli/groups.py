@@ -111,10 +111,9 @@ def _of_setting(own: Parameter, declared: Setting, hint: Any) -> Iterator[Parame
     kind = hint if declared.read is None else str | None
     if several:
         kind = list[get_args(hint)[0]] | None  # type: ignore[misc]
-    default = own.default
-    if default is not Parameter.empty and default is not None:
-        default = default if declared.read is None else declared.write(default)
-        default = (list(default) or None) if several else default
+    default = None if own.default == () else own.default
+    if default is not None and default is not Parameter.empty and declared.read:
+        default = declared.write(default)
     if declared.place:
         words = typer.Argument(metavar=declared.place, help=declared.text)
     else:
@@ -124,7 +123,9 @@ def _of_setting(own: Parameter, declared: Setting, hint: Any) -> Iterator[Parame
         yield own.replace(
             kind=Parameter.KEYWORD_ONLY,
             default=default,
-            annotation=Annotated[kind, words, declared.allowed],
+            annotation=Annotated[
+                kind, words, None if declared.read else declared.allowed
+            ],
         )
     for flag, _, text in declared.flags:
         shown = Annotated[bool, typer.Option(flag, help=text)]

@@ -8,6 +8,8 @@ from dataclasses import make_dataclass
 from pathlib import Path
 from typing import Any
 
+import typer
+
 from fegear.cli.groups import grouped, named_as_options, option
 from fegear.cli.options import (
     Outputs,
@@ -15,34 +17,38 @@ from fegear.cli.options import (
     TableOutputs,
     draw_into,
     refuse_idle,
+    require_ending,
     require_outputs,
 )
 from fegear.cli.screen import complain, ruled_table, say, screen
+from fegear.output import write_text
 from fegear.studies.page import Grid, Page
 from fegear.studies.study import Group, Setting, Study, group_of, offered, options_of
 
 
 def command_of(study: type[Study]) -> Callable[..., None]:
     """The command that runs a study, as typer sees it."""
-    others = {name: text for name, text in study.pictures.items() if name != "plot"}
-    pictures = make_dataclass(
-        "Pictures",
+    others = {**study.more_tables, **study.pictures}
+    others.pop("plot", None)
+    files = make_dataclass(
+        "Files",
         [(name, Path | None, option(text)) for name, text in others.items()],
         kw_only=True,
     )
 
-    def command(*, asked: Any, drawn: Any, outputs: Any) -> None:
+    def command(*, asked: Any, files: Any, outputs: Any) -> None:
         begin = time.perf_counter()
-        _require(asked, drawn, outputs)
-        found, summary = _found(asked, drawn, outputs)
+        _require(asked, files, outputs)
+        found, summary = _found(asked, files, outputs)
         seconds = time.perf_counter() - begin
         values = {**summary, "wall_time_s": round(seconds, 3)}
         outputs.show(values, lambda values: _show(found.page(), seconds))
+        _end(found, outputs)
 
     command.__doc__ = study.__doc__
     command.__annotations__ = {
         "asked": study,
-        "drawn": pictures,
+        "files": files,
         "outputs": _outputs_of(study),
     }
     return grouped(command)
@@ -54,20 +60,25 @@ def _outputs_of(study: type[Study]) -> type[TableOutputs]:
     return Outputs if "plot" in study.pictures else TableOutputs
 
 
-def _require(asked: Study, drawn: Any, outputs: Any) -> None:
+def _require(asked: Study, files: Any, outputs: Any) -> None:
     """Files can be written, and nothing is asked for that changes nothing."""
-    files = {"plot": outputs.plot, **vars(drawn)}
-    given = {"resume": getattr(outputs, "resume", False), **files}
+    given = {"plot": outputs.plot, **vars(files)}
+    names = options_of(group_of(asked)) | {name: f"--{name}" for name in given}
+    given |= {"resume": getattr(outputs, "resume", False)}
     given = {name: value for name, value in given.items() if value}
-    names = options_of(group_of(asked))
-    names |= {name: f"--{name}" for name in (*files, "resume")}
     for name, reason in asked.idle(given.keys()):
         value = given.get(name, getattr(asked, name, None))
         refuse_idle(reason.format_map(names), **{name: value})
-    read = list(_read_files(asked, group_of(asked)))
-    outputs.require(*read)
-    for path in vars(drawn).values():
-        require_outputs([outputs.output, outputs.plot], read, path)
+    taken = list(_read_files(asked, group_of(asked)))
+    outputs.require(*taken)
+    taken += map(str, filter(None, (outputs.output, outputs.plot)))
+    for name, path in vars(files).items():
+        if name in asked.more_tables:
+            require_ending(path)
+            require_outputs([path], taken)
+        else:
+            require_outputs([], taken, path)
+        taken += [str(path)] if path is not None else []
 
 
 def _read_files(asked: Any, group: Group) -> Iterator[str]:
@@ -83,26 +94,53 @@ def _read_files(asked: Any, group: Group) -> Iterator[str]:
                 yield from value
 
 
-def _found(asked: Study, drawn: Any, outputs: Any) -> tuple[Any, Mapping[str, Any]]:
+def _found(asked: Study, files: Any, outputs: Any) -> tuple[Any, Mapping[str, Any]]:
     """The result and its summary, files written; a bar moves all the while."""
     from fegear.store import NOTHING
     from fegear.studies.running import run
 
     keeping = outputs.keeping if asked.resumes else NOTHING
-    kept = keeping.checkpoint
     try:
         with named_as_options(group_of(asked)), outputs.progress() as report:
             found = run(asked, keeping, report)
             report("results", 0, 1)
-            outputs.write(found.table.csv)
-            for name, path in {"plot": outputs.plot, **vars(drawn)}.items():
-                if path is not None:
-                    draw_into(path, found.figures[name])
+            if not found.empty:
+                _write(found, files, outputs)
             return found, found.summary
     except KeyboardInterrupt:
-        if kept is not None and kept.exists():
-            complain(f"{kept} is kept, --resume goes on with it")
+        _say_what_is_kept(outputs)
         raise
+
+
+def _write(found: Any, files: Any, outputs: Any) -> None:
+    outputs.write(found.table.csv)
+    for name, path in {"plot": outputs.plot, **vars(files)}.items():
+        if path is not None and name in found.study.more_tables:
+            write_text(path, found.more_tables[name].csv())
+        elif path is not None:
+            draw_into(path, found.figures[name])
+
+
+def _say_what_is_kept(outputs: Any) -> None:
+    kept = getattr(outputs, "checkpoint", None)
+    if kept is not None and kept.exists():
+        complain(f"{kept} is kept, --resume goes on with it")
+
+
+def _end(found: Any, outputs: Any) -> None:
+    """Exit code 1 after a failure, 130 after Ctrl-C; files are written by then."""
+    if found.complete:
+        return
+    written = outputs.output is not None and not found.empty
+    rows = f"finished rows are in {outputs.output}"
+    if found.failure:
+        complain(f"{found.failure}; {rows}" if written else found.failure)
+    elif written:
+        complain(rows)
+    _say_what_is_kept(outputs)
+    if found.failure:
+        raise typer.Exit(1)
+    raise KeyboardInterrupt
 
 
 def _show(page: Page, seconds: float) -> None:

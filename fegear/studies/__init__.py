@@ -22,6 +22,7 @@ STUDIES = {
         "Clatter",
         "Clattering gearboxes: impacts of loose wheels in their plays.",
     ),
+    "sweep": ("sweep", "Sweep", "Vibration of a lumped train over speed."),
     "theory": (
         "theory",
         "Theory",

@@ -78,3 +78,8 @@ def number(value: float, figures: int = 5) -> str:
         return f"{value:.{figures}g}"
     decimals = figures - 1 - floor(log10(abs(value)))
     return f"{value:.{max(0, decimals)}f}"
+
+
+def counted(count: int, one: str, many: str = "") -> str:
+    """`1 mesh`, `2 meshes`; many : by an s where it is empty."""
+    return f"{count} {one if count == 1 else many or one + 's'}"

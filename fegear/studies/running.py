@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from contextlib import nullcontext, suppress
+from dataclasses import dataclass, field
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from fegear.errors import file_error
 from fegear.store import NOTHING, Checkpoint, Keeping
-from fegear.studies.study import Stopped, Study, Task
-from lumped.workers import run_tasks
+from fegear.studies.study import Study, Task
+from lumped.workers import Stopped, run_tasks
 
 if TYPE_CHECKING:
     from fegear.studies.study import Arrays
@@ -33,34 +34,45 @@ def run(
 
     keeping : where tasks keep their records, and whether kept ones are taken up
     workers : threads, one a core by default
-    After Ctrl-C, which is raised again, records are kept where `keeping` says.
+    After Ctrl-C the result of some studies holds what was finished and is not
+    complete; of others it is raised again. Records are kept where `keeping` says.
     Raises InputError for what cannot be computed or kept.
     """
+    progress("preparation", 0, 1)
     tasks, found = list(study.tasks()), dict[str, Any]()
     checkpoint = keeping.open(study.inputs) if study.resumes else None
     stop, done = threading.Event(), False
-    guarded = _one_at_a_time(progress)
+    board = Board(progress, {task.key: task.size for task in tasks})
     try:
         work = (
-            (task.key, partial(_work, task, Job(task.key, checkpoint, guarded, stop)))
+            (task.key, partial(_work, task, Job(task.key, checkpoint, board, stop)))
             for task in tasks
         )
-        run_tasks(work, found.__setitem__, stop, workers)
-        done = True
+        with suppress(KeyboardInterrupt) if study.partial else nullcontext():
+            run_tasks(work, found.__setitem__, stop, workers)
+        result = study.gather({task.key: found.get(task.key) for task in tasks})
+        done = result.complete
     finally:
         if checkpoint is not None:
             checkpoint.close(keep=not done)
-    return study.gather({task.key: found[task.key] for task in tasks})
+    return result
 
 
-def _one_at_a_time(progress: Progress) -> Progress:
-    lock = threading.Lock()
+@dataclass
+class Board:
+    """Progress of all tasks; those that have a size are counted together."""
 
-    def report(what: str, done: int, total: int) -> None:
-        with lock:
-            progress(what, done, total)
+    show: Progress
+    sizes: Mapping[str, int]
+    done: dict[str, int] = field(default_factory=dict)
+    lock: threading.Lock = field(default_factory=threading.Lock)
 
-    return report
+    def report(self, key: str, what: str, done: int, total: int) -> None:
+        with self.lock:
+            if self.sizes[key]:
+                self.done[key] = done
+                done, total = sum(self.done.values()), sum(self.sizes.values())
+            self.show(what, done, total)
 
 
 def _work(task: Task, job: Job) -> Any:
@@ -76,7 +88,7 @@ class Job:
 
     key: str
     checkpoint: Checkpoint | None
-    progress: Progress
+    board: Board
     stop: threading.Event
 
     def __post_init__(self) -> None:
@@ -95,4 +107,4 @@ class Job:
     def report(self, what: str, done: int, total: int) -> None:
         if self.stop.is_set():
             raise Stopped
-        self.progress(what, done, total)
+        self.board.report(self.key, what, done, total)

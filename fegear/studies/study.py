@@ -285,20 +285,18 @@ class Job(Protocol):
         """Progress. Raises Stopped where the run is to end."""
 
 
-class Stopped(Exception):
-    """Ends a task early; what it has kept is not lost."""
-
-
 @dataclass(frozen=True)
 class Task:
     """A part of a study that depends on no other.
 
     key : its name in checkpoints, unique in the study
     work : computes what it gives, in any thread
+    size : steps that it reports, for a bar over all tasks; 0 for a bar of its own
     """
 
     key: str
     work: Callable[[Job], Any]
+    size: int = 0
 
 
 @dataclass(frozen=True)
@@ -308,7 +306,9 @@ class Study:
     command: ClassVar[str]
     example: ClassVar[str]
     pictures: ClassVar[Mapping[str, str]] = PLOT  # options that take a file, with help
+    more_tables: ClassVar[Mapping[str, str]] = MappingProxyType({})  # as `pictures`
     resumes: ClassVar[bool] = False  # whether tasks keep records
+    partial: ClassVar[bool] = False  # whether what Ctrl-C leaves can be gathered
 
     def __init_subclass__(cls, *, command: str, example: str, **words: Any) -> None:
         super().__init_subclass__(**words)
@@ -324,6 +324,10 @@ class Study:
                 object.__setattr__(self, each.name, kind(name=value))
             elif hasattr(kind, "of"):
                 object.__setattr__(self, each.name, kind.of(value))
+        for name, value in vars(self).items():  # lists and arrays
+            if isinstance(value, list | range) or hasattr(value, "tolist"):
+                values = value.tolist() if hasattr(value, "tolist") else value
+                object.__setattr__(self, name, tuple(values))
         require_settings(self)
         refuse_idle(self, group_of(self))
 
@@ -365,11 +369,19 @@ class StudyResult(Result):
     study : what was asked for
     summary : plain values for JSON, warnings among them
     figures : by name, functions that draw the pictures of the study
+    more_tables : by name, tables besides the first
+    complete : whether nothing is left out, after Ctrl-C or a failure
+    empty : whether there is nothing to write
+    failure : why the command fails, once all is written
     """
 
     study: Any
     summary: Any
     figures: Any = MappingProxyType({})
+    more_tables: Any = MappingProxyType({})
+    complete: Any = True
+    empty: Any = False
+    failure: Any = ""
 
     @property
     def table(self) -> Table:

@@ -19,10 +19,10 @@ from fegear.studies.trains import (
     SPRINGS,
     OfTrain,
     described,
-    lumped,
+    lumped_model,
     one_load,
-    one_torque,
-    tables,
+    tables_setting,
+    torque_setting,
 )
 from fegear.theory_figure import draw_theory
 from fegear.unphysical import doubts_of_meshes
@@ -58,9 +58,9 @@ class Theory(
     prediction says where its assumptions are left.
     """
 
-    torque: float | None = one_torque()
-    model: LumpedModel = lumped(SPRINGS)
-    table: tuple[str, ...] = tables()
+    torque: float | None = torque_setting()
+    model: LumpedModel = lumped_model(SPRINGS)
+    table: tuple[str, ...] = tables_setting()
 
     def tasks(self) -> Iterator[Task]:
         yield Task("resonances", self._predicted)

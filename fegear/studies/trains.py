@@ -94,7 +94,7 @@ class NamedSet:
         return repr(self.loaded)
 
 
-def speeds(default: Any, text: str, **words: Any) -> Any:
+def speeds_setting(default: Any, text: str, **words: Any) -> Any:
     """A setting of mesh frequencies, `A:B:STEP` in words."""
 
     def read(words: str) -> tuple[float, ...]:
@@ -104,10 +104,10 @@ def speeds(default: Any, text: str, **words: Any) -> Any:
         return found
 
     how: dict[str, Any] = {"metavar": "A:B:STEP", "write": written_speeds}
-    return setting(default, text, read=read, **how | words)
+    return setting(default, text, FREQUENCY, read=read, **how | words)
 
 
-def one_torque() -> Any:
+def torque_setting() -> Any:
     return setting(
         None,
         "Torque on the input gear [N\u00a0m]. [default: middle load case of the gear "
@@ -115,7 +115,7 @@ def one_torque() -> Any:
     )
 
 
-def torques() -> Any:
+def torques_setting() -> Any:
     return setting(
         (),
         "Torque on the input gear [N\u00a0m]; may be repeated. [default: all load "
@@ -211,8 +211,8 @@ COUPLED: dict[str, Setting | Group] = SPRINGS | {
     "without": Setting(
         text="Part of --model coupled to leave out; may be repeated. hardening: "
         "contact stiffens with load; pairs: tooth pairs deflect each other; body: "
-        "inertia of the elastic bodies; meshes: meshes of one gear deflect each other; modes: "
-        "vibration of the bodies against their hubs. [default: none]"
+        "inertia of the elastic bodies; meshes: meshes of one gear deflect each "
+        "other; modes: vibration of the bodies against their hubs. [default: none]"
     ),
 }
 TORQUE_OF = Setting(
@@ -270,7 +270,7 @@ def idle_of_model(model: LumpedModel) -> Iterator[tuple[str, str]]:
         yield "transition", "needs {sliding} instantaneous"
 
 
-def lumped(offers: Mapping[str, Setting | Group]) -> Any:
+def lumped_model(offers: Mapping[str, Setting | Group]) -> Any:
     """A field for a lumped model with these settings."""
     return group(Group(kind=LumpedModel, offers=offers, idle=idle_of_model))
 
@@ -292,7 +292,7 @@ SETTLING: dict[str, Setting | Group] = {
 }
 
 
-def integration() -> Any:
+def lumped_integration() -> Any:
     """A field for the time integration of lumped models."""
     offers = SETTLING | {
         "steps": Setting(
@@ -307,7 +307,7 @@ def integration() -> Any:
     return group(Group(kind=Settings, offers=offers, idle=_idle_integration))
 
 
-def tables() -> Any:
+def tables_setting() -> Any:
     return setting(
         (),
         "Mesh table (CSV) in place of finite elements; give one for each mesh, in "
@@ -319,9 +319,9 @@ def tables() -> Any:
 
 @dataclass(frozen=True, kw_only=True)
 class OfTrain:
-    """Settings of all studies of a lumped train; `model` is a `lumped` field.
+    """Settings of all studies of a lumped train; `model` is a `lumped_model` field.
 
-    Those of mesh tables have a field `table`, by `tables`.
+    Those of mesh tables have a field `table`, by `tables_setting`.
     """
 
     gear_set: NamedSet
@@ -402,3 +402,19 @@ def one_load(study: Any) -> float:
     asked = () if study.torque is None else (study.torque,)
     found = chosen_torques(study.gears, asked)
     return found[len(found) // 2]
+
+
+def friction_described(model: LumpedModel) -> dict[str, Any]:
+    """What a summary says of the friction of the teeth; None without it."""
+    return {
+        "friction_coefficient": model.friction,
+        "sliding": model.sliding if model.friction else None,
+        "torque_of": model.torque_of if model.friction else None,
+        "translations": model.translations,
+    }
+
+
+def bodies_described(entries: Mapping[str, str]) -> dict[str, str | None]:
+    """What a summary says of body modes, from `fegear.lumped_models.body_entries`."""
+    names = "body modes", "body modes left out"
+    return {name.replace(" ", "_"): entries.get(name) for name in names}

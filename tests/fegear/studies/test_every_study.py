@@ -159,8 +159,12 @@ def test_resumed_is_whole_to_the_byte(tmp_path, stop):
             run_study(Squares(), Keeping(checkpoint=path, resume=True))
 
 
+MODEL = fegear.LumpedModel(
+    damping_ratio=0.04 + 1e-3 / 3.0, stiffness=fegear.Source(kind="rectangular")
+)
 EXAMPLES = {
     "clatter": {"gearbox": "seed-five-speed", "seconds": 0.4, "seed": 3},
+    "theory": {"gear_set": "liu-idler", "torque": 50.0 + 1.0 / 3.0, "model": MODEL},
     "rattle critical": {},
     "rattle run-down": {"file": "measured.csv", "speed_rpm": 3000.0 + 1.0 / 3.0},
     "rattle manifold": {"length": 1.0 + 1.0 / 3.0, "preimages": 0, "unstable": True},

@@ -1,0 +1,271 @@
+"""Frequency responses of a gear set, by lumped models and by finite elements."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fegear.gearset.model import GearSet
+from fegear.headings import friction_of_summary
+from fegear.lumped_models import doubts_of_bodies, natural_frequencies
+from fegear.studies.page import Columns, Grid, Page, cell, counted
+from fegear.studies.study import Draw, StudyResult
+from fegear.studies.table import Table
+from fegear.unphysical import doubts_of_meshes
+from lumped.figures import Curve, draw_sweep
+from lumped.jumps import find_jumps, find_peaks, largest_responses, opposites
+from lumped.motion import DivergedError
+from lumped.sweep import Branch
+from lumped.sweep_table import COLUMNS, sweep_table
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+Branches = Sequence[tuple[float, Branch]]  # torque on the input gear [N m], branch
+UNITS = {
+    "frequency": "frequency_Hz",
+    "frequency_from": "frequency_from_Hz",
+    "frequency_to": "frequency_to_Hz",
+    "dte_rms": "dte_rms_m",
+    "dte_mean": "dte_mean_m",
+    "dte_peak": "dte_peak_m",
+    "dte_rms_from": "dte_rms_from_m",
+    "dte_rms_to": "dte_rms_to_m",
+    "force_peak": "force_peak_N",
+    "contact_loss": "contact_loss_fraction",
+    "back_side": "back_side_fraction",
+}
+
+
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
+class ResponsesResult(StudyResult):
+    """Branches of responses over speed.
+
+    facts : what the summary says of the train, the model, its excitation and damping
+    header : the same for files, in words
+    frequencies : asked for, of the first mesh [Hz]
+    found : a branch for every torque and direction, in this order
+    beside : branches of Model-1, to be shown with those found
+    """
+
+    study: Any
+    facts: Mapping[str, Any]
+    header: Mapping[str, str]
+    frequencies: Sequence[float]
+    found: Branches
+    beside: Branches = ()
+
+    @property
+    def model(self) -> str:
+        """What files and pictures call the model."""
+        return str(self.facts["model"])
+
+    @property
+    def complete(self) -> bool:
+        return all(branch.complete for _, branch in self.found)
+
+    @property
+    def empty(self) -> bool:
+        return not any(branch.responses for _, branch in self.found)
+
+    @property
+    def failure(self) -> str:
+        """Where the first motion diverged that did."""
+        last = [branch.responses[-1] for _, branch in self.found if branch.responses]
+        diverged = [response for response in last if response.status == "diverged"]
+        if not diverged:
+            return ""
+        return str(DivergedError(diverged[0].frequency, diverged[0].settling_time))
+
+    @property
+    def table(self) -> Table:
+        """A row for every speed and mesh."""
+        rows = sweep_table(self.found, self.model, {**self.header, **self._gaps()})
+        return Table(
+            COLUMNS,
+            lambda: ([getattr(row, name) for name in COLUMNS] for row in rows.rows),
+            rows.header,
+        )
+
+    def _gaps(self) -> dict[str, str]:
+        """An entry of the header where an end before the end left speeds out."""
+        total = len(self.found) * len(self.frequencies)
+        done = sum(len(branch.responses) for _, branch in self.found)
+        return {"incomplete": f"{done} of {total} speeds"} if done < total else {}
+
+    @property
+    def natural(self) -> str:
+        """Which natural frequencies are shown."""
+        if self.found[0][1].system.contacts is not None:
+            return "about the loaded state"
+        if self.model in ("1", "2", "3"):
+            return "about the mean mesh stiffness"
+        return "of model 1"  # beside finite elements
+
+    @cached_property
+    def summary(self) -> dict[str, Any]:
+        """Peaks, jumps and warnings."""
+        values: dict[str, Any] = {
+            **self.facts,
+            "speeds": len(self.frequencies),
+            "first_speed_Hz": min(self.frequencies),
+            "last_speed_Hz": max(self.frequencies),
+            "natural_frequencies": self.natural,
+            "natural_frequencies_Hz": natural_frequencies(self.found[0][1].system),
+            "branches": _summarise_branches(self.found),
+        }
+        if self.beside:
+            values["model_1_branches"] = _summarise_branches(self.beside)
+        found = (*self.found, *self.beside)
+        doubts = doubts_of_sweep(self.study.gears, found, self.frequencies)
+        return values | {"warnings": list(doubts)}
+
+    @property
+    def title(self) -> str:
+        """The gear set, the model and what was changed."""
+        facts, changes = self.facts, self.study.gear_set.entries
+        words = ", ".join(f"{key[4:]} = {value}" for key, value in changes.items())
+        return (
+            f"{facts['gear_set']}, model {self.model}, {facts['excitation']}, "
+            f"damping ratio {facts['damping_ratio']:g}"
+            f"{friction_of_summary({**facts, 'torque_of': None})}\n{words}"
+        ).strip()
+
+    @property
+    def figures(self) -> dict[str, Draw]:
+        return {"plot": self._response}
+
+    def _response(self) -> Figure:
+        name = self.model if self.beside else ""
+        curves = [Curve(torque, branch, name) for torque, branch in self.found]
+        curves += [Curve(torque, branch, "Model-1") for torque, branch in self.beside]
+        return draw_sweep(curves, self.title, f"natural frequency {self.natural}")
+
+    def page(self) -> Page:
+        values = self.summary
+        lines = ", ".join(f"{f:.1f}" for f in values["natural_frequencies_Hz"])
+        first, last = values["first_speed_Hz"], values["last_speed_Hz"]
+        span = f"{first:g} Hz" if first == last else f"{first:g} to {last:g} Hz"
+        yield (
+            f"{values['gear_set']}, model {values['model']}, {values['excitation']}, "
+            f"damping ratio {values['damping_ratio']:g}"
+            f"{friction_of_summary(values)}\n"
+            f"natural frequencies {values['natural_frequencies']} that strain a mesh "
+            f"[Hz]: {lines}\n"
+            f"{counted(values['speeds'], 'speed')}, {span} of the first mesh"
+        )
+        if values.get("body_modes") is not None:
+            yield (
+                f"body modes of the gears {values['body_modes']}; those left out "
+                f"{values['body_modes_left_out']}"
+            )
+        yield from _page_of_branches(values["branches"], values["speeds"])
+        if "model_1_branches" in values:
+            yield "Model-1 beside it"
+            yield from _page_of_branches(values["model_1_branches"], values["speeds"])
+
+
+def _summarise_branches(found: Branches) -> list[dict[str, Any]]:
+    others = opposites([branch for _, branch in found])
+    return [
+        _summarise_branch(torque, branch, other)
+        for (torque, branch), other in zip(found, others, strict=True)
+    ]
+
+
+def _summarise_branch(
+    torque: float, branch: Branch, other: Branch | None
+) -> dict[str, Any]:
+    statuses = [str(response.status) for response in branch.responses]
+
+    def named(thing: Any) -> dict[str, Any]:
+        return {UNITS.get(name, name): value for name, value in asdict(thing).items()}
+
+    return {
+        "torque_Nm": torque,
+        "direction": branch.direction,
+        "complete": branch.complete,
+        "finished_speeds": len(statuses) - statuses.count("diverged"),
+        "aperiodic_speeds": statuses.count("aperiodic"),
+        "largest": [named(each) for each in largest_responses(branch)],
+        "peaks": [named(peak) for peak in find_peaks(branch)],
+        "jumps": [named(jump) for jump in find_jumps(branch, other)],
+    }
+
+
+def doubts_of_sweep(
+    gear_set: GearSet, found: Branches, speeds: Sequence[float]
+) -> Iterator[str]:
+    """Where a model leaves out too much, or values cannot be physical.
+
+    speeds : mesh frequencies of the first mesh that were asked for [Hz]
+    """
+    for system in dict.fromkeys(branch.system for _, branch in found):
+        yield from doubts_of_bodies(system, speeds)
+    for torque in dict.fromkeys(torque for torque, _ in found):
+        responses = [
+            response
+            for at, branch in found
+            for response in branch.responses
+            if at == torque and response.status != "diverged"
+        ]
+        if responses:
+            peaks, backs = (
+                np.max([getattr(r, name) for r in responses], axis=0)
+                for name in ("dte_peak", "back_side")
+            )
+            where = f" at {torque:g} N m"
+            yield from doubts_of_meshes(gear_set.meshes, where, peaks, backs)
+
+
+def _page_of_branches(branches: list[dict[str, Any]], speeds: int) -> Page:
+    title: str | None = "Peaks"
+    kind = "peaks"
+    if not any(branch["peaks"] for branch in branches):
+        kind, title = "largest", "Largest vibration" if speeds > 1 else None
+    responses = [branch | entry for branch in branches for entry in branch[kind]]
+    touches_back = any(row["back_side_fraction"] > 0.0 for row in responses)
+    columns = RESPONSE | BACK if touches_back else RESPONSE
+    yield Grid(responses, columns, title, WORDS)
+    jumps = [branch | jump for branch in branches for jump in branch["jumps"]]
+    if jumps:
+        yield Grid(jumps, JUMP, "Jumps", WORDS)
+    elif speeds > 1 and any(branch["finished_speeds"] > 1 for branch in branches):
+        yield "no jumps"
+    for branch in branches:
+        name = f"{branch['torque_Nm']:g} N m {branch['direction']}"
+        done = branch["finished_speeds"]
+        if branch["aperiodic_speeds"]:
+            yield (
+                f"{name}: the motion did not repeat at {branch['aperiodic_speeds']} "
+                f"of {counted(done, 'speed')}"
+            )
+        if not branch["complete"]:
+            yield f"{name}: ended after {done} of {counted(speeds, 'speed')}"
+
+
+WORDS = ("direction",)  # columns of text
+PLACE: Columns = {
+    "torque\n[N m]": lambda row: f"{row['torque_Nm']:g}",
+    "direction": lambda row: str(row["direction"]),
+    "mesh": lambda row: str(row["mesh"]),
+}
+RESPONSE: Columns = PLACE | {
+    "at\n[Hz]": lambda row: f"{row['frequency_Hz']:.6g}",
+    "RMS of\nDTE [um]": cell("dte_rms_m", 4, 1e6),
+    "peak\nforce [N]": cell("force_peak_N"),
+    "contact\nlost [%]": lambda row: f"{100.0 * row['contact_loss_fraction']:.1f}",
+}
+BACK: Columns = {
+    "back\nside [%]": lambda row: f"{100.0 * row['back_side_fraction']:.1f}",
+}
+JUMP: Columns = PLACE | {
+    "from\n[Hz]": lambda row: f"{row['frequency_from_Hz']:.6g}",
+    "to\n[Hz]": lambda row: f"{row['frequency_to_Hz']:.6g}",
+    "RMS of DTE\nfrom [um]": cell("dte_rms_from_m", 4, 1e6),
+    "to\n[um]": cell("dte_rms_to_m", 4, 1e6),
+}

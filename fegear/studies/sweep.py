@@ -1,0 +1,191 @@
+"""Vibration of a gear set's lumped train over speed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property, partial
+from typing import Literal
+
+from fegear.errors import InputError
+from fegear.lumped_models import (
+    LumpedModel,
+    body_entries,
+    file_header,
+    integration_in_words,
+    lumped_system,
+    require_method,
+    usual_speeds,
+)
+from fegear.studies.responses import ResponsesResult
+from fegear.studies.study import PLOT, Draw, Job, Study, Task, called, setting
+from fegear.studies.table import Table
+from fegear.studies.trains import (
+    COUPLED,
+    MOVING,
+    OfTrain,
+    bodies_described,
+    chosen_torques,
+    described,
+    friction_described,
+    lumped_integration,
+    lumped_model,
+    speeds_setting,
+    tables_setting,
+    torques_setting,
+)
+from lumped.settings import Settings
+from lumped.sweep import Branch, Direction, reporting, sweep
+from lumped.system import LumpedSystem
+from lumped.waterfall import (
+    COLUMNS,
+    LEGEND,
+    SpectraOverSpeed,
+    draw_waterfall,
+    spectra_over_speed,
+    spectra_rows,
+)
+
+MORE = {
+    "spectra": "Write the lines of the spectra of all motions to this CSV file, as "
+    "amplitudes of the dynamic transmission error [m]."
+}
+BOTH: tuple[Direction, ...] = ("up", "down")
+
+
+@dataclass(frozen=True, kw_only=True)
+class SweptSpeeds:
+    """Speeds, and the order in which they are passed."""
+
+    speeds: tuple[float, ...] = speeds_setting(
+        (),
+        "Mesh frequencies of the first mesh [Hz]; a number, or several with commas, as "
+        "well. [default: 0.5 to 1.3 times the resonances]",
+    )
+    direction: Literal["up", "down", "both"] = setting(
+        "both", "Whether the speed rises, falls, or first rises and then falls."
+    )
+
+    @property
+    def directions(self) -> tuple[Direction, ...]:
+        """The directions of the speed, in order."""
+        return BOTH if self.direction == "both" else (self.direction,)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sweep(
+    SweptSpeeds,
+    OfTrain,
+    Study,
+    command="sweep",
+    example="sweep liu-idler --speeds 800:4200:20 -o s.csv --plot s.png",
+):
+    """Vibration of a lumped train over speed.
+
+    Resonances, jumps and loss of contact, with the speed rising and falling. Every
+    speed starts where the one before has settled.
+    """
+
+    partial = True
+    more_tables = MORE
+    pictures = PLOT | {
+        "waterfall": "Draw them over speed into this file, .png, .pdf or .svg: a "
+        "Campbell diagram, and harmonics of the mesh frequency."
+    }
+
+    torque: tuple[float, ...] = torques_setting()
+    rpm: tuple[float, ...] = speeds_setting(
+        (),
+        "Rotational speeds of the first mesh's driver [rpm], in place of --speeds.",
+    )
+    model: LumpedModel = lumped_model(COUPLED | MOVING)
+    table: tuple[str, ...] = tables_setting()
+    integration: Settings = lumped_integration()
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.speeds and self.rpm:
+            names = called(self, "speeds"), called(self, "rpm")
+            raise InputError(f"{names[0]} and {names[1]} exclude each other")
+
+    @cached_property
+    def systems(self) -> dict[float, LumpedSystem]:
+        """The train at each torque on the input gear [N m]."""
+        require_method(self.known, self.integration)
+        given = self.known, self.known.excitations, self._asked
+        return {
+            torque: lumped_system(self.gears, torque, *given)
+            for torque in chosen_torques(self.gears, self.torque)
+        }
+
+    @property
+    def _asked(self) -> tuple[float, ...]:
+        """Mesh frequencies of the first mesh [Hz], none by default."""
+        gears = self.gears
+        teeth = gears.gears[gears.meshes[0].driver].geometry.teeth
+        return self.speeds or tuple(turns * teeth / 60.0 for turns in self.rpm)
+
+    @cached_property
+    def frequencies(self) -> Sequence[float]:
+        """Mesh frequencies of the first mesh [Hz]."""
+        return self._asked or usual_speeds(next(iter(self.systems.values())))
+
+    def tasks(self) -> Iterator[Task]:
+        for torque, system in self.systems.items():
+            for direction in self.directions:
+                work = partial(self._swept, system, direction)
+                size = len(self.frequencies)
+                yield Task(f"{torque!r} {direction}", work, size)
+
+    def _swept(self, system: LumpedSystem, direction: Direction, job: Job) -> Branch:
+        observer = reporting(job.report, len(self.frequencies))
+        given = self.frequencies, direction, self.integration
+        return sweep(system, *given, observer=observer)
+
+    def gather(self, found: Mapping[str, Branch | None]) -> SweepResult:
+        system, model = next(iter(self.systems.values())), self.known
+        ratio = system.train.damping_ratio
+        words = integration_in_words(self.integration, model.number == "coupled")
+        entries = body_entries(system, self.frequencies)
+        return SweepResult(
+            study=self,
+            facts=described(self, ratio)
+            | friction_described(model)
+            | bodies_described(entries),
+            header=file_header(self.gears, model, ratio, words)
+            | entries
+            | self.gear_set.entries,
+            frequencies=self.frequencies,
+            found=[
+                (torque, found[f"{torque!r} {direction}"] or unbegun(own, direction))
+                for torque, own in self.systems.items()
+                for direction in self.directions
+            ],
+        )
+
+
+def unbegun(system: LumpedSystem, direction: Direction) -> Branch:
+    """A branch of which Ctrl-C left nothing."""
+    return Branch(system, direction, (), complete=False)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
+class SweepResult(ResponsesResult):
+    """Branches of a lumped model, and spectra of their motions."""
+
+    @cached_property
+    def spectra(self) -> Sequence[SpectraOverSpeed]:
+        """Lines of the motions of each branch."""
+        settings = self.study.integration
+        every = [spectra_over_speed(*each, settings) for each in self.found]
+        return [each for each in every if each.lines]
+
+    @property
+    def more_tables(self) -> dict[str, Table]:
+        rows = partial(spectra_rows, self.spectra)
+        return {"spectra": Table(COLUMNS, rows, {**self.header, **LEGEND})}
+
+    @property
+    def figures(self) -> dict[str, Draw]:
+        waterfall = partial(draw_waterfall, title=self.title)
+        return super().figures | {"waterfall": lambda: waterfall(self.spectra)}
