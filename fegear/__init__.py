@@ -64,16 +64,13 @@ from fegear.studies import STUDIES
 
 # what is loaded when it is first asked for, so that `import fegear` is cheap
 _HOMES = {
-    "DynamicsSettings": "dynamic_sweeps",
     "FiniteElements": "dynamics.build",
     "GearSet": "gearset",
     "InputError": "errors",
     "LumpedModel": "lumped_models",
     "PictureSettings": "pictures",
-    "Records": "dynamic_sweeps",
     "Source": "excitation",
     "StaticsSettings": "statics",
-    "SweepSettings": "sweeps",
     "builtin_names": "gearset",
     "find_branches": "branches",
     "load_gear_set": "gearset",
@@ -84,9 +81,7 @@ _HOMES = {
     "settle_motion": "waves",
     "solve_mesh": "statics",
     "solve_stress": "pictures",
-    "sweep_elements": "dynamic_sweeps",
     "run": "studies.running",
-    "sweep_speeds": "sweeps",
     **{name: f"studies.{module}" for module, name, _ in STUDIES.values()},
 }
 __all__ = ["__version__", *_HOMES]

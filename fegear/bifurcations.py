@@ -15,7 +15,7 @@ import numpy as np
 from fegear.dynamics.checkpoint import response_values, stored_response
 from fegear.errors import InputError, file_error
 from fegear.gearset.model import GearSet
-from fegear.headings import heading, title_of
+from fegear.headings import edits_in_words, heading, title_of
 from fegear.lumped_models import (
     doubts_of_bodies,
     integration_in_words,
@@ -26,7 +26,6 @@ from fegear.parameter_maps import TORQUE, VariedSet
 from fegear.result import Result
 from fegear.speeds import MESH_FREQUENCY
 from fegear.store import NOTHING, Checkpoint, Keeping
-from fegear.sweeps import BOTH, edits_in_words
 from fegear.unphysical import doubts_of_meshes
 from lumped.attractor_figure import draw_attractors
 from lumped.attractor_sweeps import (
@@ -41,15 +40,15 @@ from lumped.checks import require_fields
 from lumped.csv_text import exact, format_csv
 from lumped.map_figure import axis_label
 from lumped.maps import Axis
+from lumped.progress import Progress, silent
 from lumped.response import Response
 from lumped.settings import Settings
-from lumped.sweep import Direction, reporting
+from lumped.sweep import BOTH, Direction, reporting
 from lumped.workers import run_together
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from fegear.statics import Progress
 
 MOST_VALUES = 10_000
 MOST_ROWS = 1_000_000  # of the table, some 100 bytes each
@@ -181,7 +180,7 @@ def find_bifurcations(
     frequency: float | None = None,
     settings: AttractorSettings | None = None,
     keeping: Keeping = NOTHING,
-    progress: Progress = lambda what, done, total: None,
+    progress: Progress = silent,
 ) -> BifurcationsResult:
     """Settle at values of a parameter in turn, and look at what the motion is.
 
@@ -207,7 +206,9 @@ def find_bifurcations(
     names = [str(direction) for direction in settings.directions]
     checkpoint = keeping.open(_inputs(varied, axis, header))
     if checkpoint is not None and keeping.resume:
-        checkpoint.tell_finished(names, len(axis.values), keeping.tell, "value")
+        checkpoint.tell_finished(
+            names, len(names) * len(axis.values), keeping.tell, "value"
+        )
     stop = threading.Event()
     observer = reporting(progress, len(names) * len(axis.values))
     tasks = [

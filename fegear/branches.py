@@ -27,7 +27,6 @@ from fegear.parameter_maps import TORQUE, VariedSet, digest
 from fegear.result import Result
 from fegear.speeds import MESH_FREQUENCY
 from fegear.store import NOTHING, Checkpoint, Keeping
-from fegear.sweeps import Progress
 from fegear.unphysical import doubts_of_meshes
 from lumped.branches.bifurcations import BranchPoint
 from lumped.branches.figure import draw_branches
@@ -35,6 +34,7 @@ from lumped.branches.motions import OverFigure, OverSpeed
 from lumped.branches.periodic import BranchFinder, BranchSettings, PeriodicBranch
 from lumped.branches.plain import plain_branch, read_branch
 from lumped.csv_text import exact, format_csv
+from lumped.progress import Progress, silent
 from lumped.system import LumpedSystem
 
 if TYPE_CHECKING:
@@ -165,7 +165,7 @@ def find_branches(
     limits: tuple[float, float],
     model: LumpedModel,
     settings: BranchSettings | None = None,
-    report: Progress = lambda what, done, total: None,
+    report: Progress = silent,
     keeping: Keeping = NOTHING,
 ) -> BranchesResult:
     """All branches that a start at rest, sweeps and period doublings lead to.
@@ -201,7 +201,7 @@ def find_branches_over(
     varied: VariedSet,
     frequency: float,
     settings: BranchSettings | None = None,
-    report: Progress = lambda what, done, total: None,
+    report: Progress = silent,
     keeping: Keeping = NOTHING,
 ) -> BranchesResult:
     """The same over a figure of a gear set, at one mesh frequency.

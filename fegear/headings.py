@@ -100,3 +100,9 @@ def friction_in_words(
     turned = " turned by vibration" if sliding == "instantaneous" else ""
     of = "" if torque is None else f", torque {TORQUE_WORDS[torque]}"
     return f", friction {coefficient:g}{turned}{of}"
+
+
+def edits_in_words(header: Mapping[str, str]) -> str:
+    """`KEY = VALUE, ...` of the entries in a header, for a title."""
+    changes = (item for item in header.items() if item[0].startswith("set "))
+    return ", ".join(f"{key[4:]} = {value}" for key, value in changes)

@@ -25,7 +25,8 @@ from fegear.elasticity.flank import FlankCompliance
 from fegear.errors import InputError
 from fegear.gearset.model import Gear, GearSet
 from fegear.result import Result
-from fegear.statics import Progress, StaticsSettings, contact_problem
+from fegear.statics import StaticsSettings, contact_problem
+from lumped.progress import Progress, silent
 
 Array = NDArray[np.float64]
 Figures = tuple[Array, Array]
@@ -180,7 +181,7 @@ def stiffness_model(
     gear_set: GearSet,
     torque: Sequence[float] | Array,
     settings: StaticsSettings | None = None,
-    report: Progress = lambda what, done, total: None,
+    report: Progress = silent,
 ) -> StiffnessModel:
     """Compute every gear's compliance over its hub radii.
 
@@ -237,7 +238,7 @@ def identify(
     measured: MeasuredStiffness,
     hold_width: bool = False,
     along: int = 0,
-    report: Progress = lambda what, done, total: None,
+    report: Progress = silent,
 ) -> Identification:
     """The widths and hubs that meet what was measured best, and their valley.
 

@@ -23,7 +23,6 @@ from fegear.lumped_models import (
     require_method,
 )
 from fegear.output import write_text
-from fegear.sweeps import BOTH, Progress
 from fegear.unphysical import doubts_of_meshes
 from lumped.csv_text import exact
 from lumped.maps import (
@@ -38,9 +37,10 @@ from lumped.maps import (
     read_cells,
     run_map,
 )
+from lumped.progress import Progress, silent
 from lumped.respond import respond_confirmed
 from lumped.settings import Settings
-from lumped.sweep import Direction, sweep
+from lumped.sweep import BOTH, Direction, sweep
 from lumped.system import LumpedSystem
 from lumped.workers import Cluster, NoClusterError, Stop
 
@@ -218,7 +218,7 @@ def compute_map(
     varied: VariedSet,
     evaluate: Evaluate,
     path: Path | None = None,
-    progress: Progress = lambda what, done, total: None,
+    progress: Progress = silent,
     tell: Callable[[str], None] = lambda message: None,
     workers: Cluster | None = None,
 ) -> ParameterMap:

@@ -31,10 +31,11 @@ from fegear.rendering.look import Look, Shown, look_of, palette, picture_aspect
 from fegear.rendering.motion_field import instant_field
 from fegear.rendering.recorded import Instant, RecordedMotion
 from fegear.result import Result
-from fegear.statics import Progress, StaticsSettings
+from fegear.statics import StaticsSettings
 from fegear.train import mesh_torques_at
 from lumped.checks import require_between, require_fields
 from lumped.csv_text import format_csv
+from lumped.progress import Progress, silent
 
 if TYPE_CHECKING:
     from fegear.rendering.film import Image
@@ -247,7 +248,7 @@ def draw_contact(
     contact: Contact,
     output: Path,
     picture: PictureSettings,
-    report: Progress = lambda what, done, total: None,
+    report: Progress = silent,
 ) -> Sequence[ContactField]:
     """Write a picture, film, page or data file, whatever the ending says.
 
@@ -282,9 +283,7 @@ class Drawing:
     scene: MeshScene
     picture: PictureSettings
 
-    def write(
-        self, output: Path, report: Progress = lambda what, done, total: None
-    ) -> Sequence[ContactField]:
+    def write(self, output: Path, report: Progress = silent) -> Sequence[ContactField]:
         """Write the file whose ending says what it is; returns what it shows."""
         if output.suffix in FILMS:
             return self._film(output, report)

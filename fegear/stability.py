@@ -27,6 +27,7 @@ from fegear.store import NOTHING, InOrder, Keeping
 from lumped.csv_text import exact, format_csv
 from lumped.map_figure import axis_label
 from lumped.maps import Axis
+from lumped.progress import Progress, silent
 from lumped.stability.combinations import Combination
 from lumped.stability.figure import draw_chart
 from lumped.stability.intervals import Column, Interval, examined
@@ -37,7 +38,6 @@ from lumped.workers import run_tasks
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from fegear.statics import Progress
 
 MOST_CELLS = 4_000_000
 COLUMNS = "columns"  # in a checkpoint
@@ -147,7 +147,7 @@ def find_stability(
     speeds: Sequence[float],
     method: Method = "peano-baker",
     keeping: Keeping = NOTHING,
-    progress: Progress = lambda what, done, total: None,
+    progress: Progress = silent,
 ) -> StabilityResult:
     """Floquet multipliers over speed [Hz] and one figure, in contact all the time.
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
 from os import PathLike
@@ -34,6 +34,7 @@ from fegear.timing import recorded_stages, stage
 from fegear.version import package_version
 from lumped.checks import require_between, require_fields
 from lumped.csv_text import exact
+from lumped.progress import Progress, silent
 from lumped.table import MeshTable, format_table, pair_compliance_name
 from meshes import MeshSize
 
@@ -41,7 +42,6 @@ if TYPE_CHECKING:
     from pandas import DataFrame
 
 Array = NDArray[np.float64]
-Progress = Callable[[str, int, int], None]  # (what, done, of how many)
 CHUNK = 2048  # positions solved between two reports of progress
 MOST_ROWS = 1_000_000  # of a table
 
@@ -189,7 +189,7 @@ def solve_mesh(
     not there, where no torque is known, and where the table is too long.
     """
     settings = settings or StaticsSettings()
-    report = progress or (lambda what, done, total: None)
+    report = progress or (silent)
     require_mesh(gear_set, mesh)
     for each in torques:
         require_between("torques", each, 0, 1e9, below=True)
@@ -237,7 +237,7 @@ def contact_problem(
     gear_set: GearSet,
     mesh: int,
     settings: StaticsSettings,
-    report: Progress = lambda what, done, total: None,
+    report: Progress = silent,
     resolution: Resolution | None = None,
 ) -> ContactProblem:
     """The mesh's contact problem with both flank compliances at hand.

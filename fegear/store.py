@@ -144,17 +144,18 @@ class Checkpoint:
     def tell_finished(
         self,
         branches: Sequence[str],
-        length: int,
+        total: int,
         tell: Callable[[str], None],
         unit: str = "speed",
     ) -> None:
         """How much was found, so that nothing is computed again without a word.
 
-        length : of a branch in units, which are speeds or other values
+        total : of all branches in units, which are speeds or other values, 0 where it
+            is not known
         """
         finished = sum(len(self.finished(name)) for name in branches)
-        total = len(branches) * length
-        tell(f"{self.path}: {finished} of {total} {unit}s are finished")
+        of = f" of {total}" if total else ""
+        tell(f"{self.path}: {finished}{of} {unit}s are finished")
         if self.damaged:
             damaged = f"{unit} is" if self.damaged == 1 else f"{unit}s are"
             tell(f"{self.path}: {self.damaged} {damaged} damaged and computed again")
@@ -164,6 +165,33 @@ class Checkpoint:
         self._connection.close()
         if not keep:
             self.path.unlink(missing_ok=True)
+
+
+@dataclass
+class Records:
+    """A branch of a checkpoint, or of none: nothing is kept then."""
+
+    checkpoint: Checkpoint | None
+    key: str
+
+    @property
+    def kept(self) -> list[Any]:
+        """Records of an earlier run, in order."""
+        return [] if self.checkpoint is None else self.checkpoint.finished(self.key)
+
+    @property
+    def state(self) -> Mapping[str, Array] | None:
+        """Where the last of them ended."""
+        return None if self.checkpoint is None else self.checkpoint.state(self.key)
+
+    def keep(self, record: Mapping[str, Any], state: Mapping[str, Array]) -> None:
+        """Keep the next record, which JSON can hold, and the state to go on from."""
+        if self.checkpoint is None:
+            return
+        try:
+            self.checkpoint.add(self.key, record, state)
+        except OSError as error:
+            raise file_error(self.checkpoint.path, "written", error) from None
 
 
 @dataclass(frozen=True, kw_only=True)

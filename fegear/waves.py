@@ -24,7 +24,7 @@ from fegear.lumped_models import (
 )
 from fegear.output import write_text
 from fegear.result import Result
-from fegear.sweeps import UNITS, Progress
+from fegear.studies.responses import UNITS
 from fegear.unphysical import doubts_of_meshes
 from lumped.csv_text import exact
 from lumped.figures import draw_time_history
@@ -36,6 +36,7 @@ from lumped.motion import (
     time_history,
     wave_csv,
 )
+from lumped.progress import Progress, silent
 from lumped.response import FIGURES
 from lumped.settings import Settings
 from lumped.sweep import reporting
@@ -108,7 +109,7 @@ def settle_motion(
     model: LumpedModel | None = None,
     integration: Settings | None = None,
     from_speed: float | None = None,
-    progress: Progress = lambda what, done, total: None,
+    progress: Progress = silent,
 ) -> SettledMotion:
     """Time history, tooth pairs, section and spectrum of the settled motion.
 

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lumped.checks import checked
+from lumped.progress import Progress, silent
 from lumped.response import Response, Status
 from lumped.settings import Settings, SteadySettings
 from lumped.steady_state import Stepper, Watch, confirmed
@@ -22,10 +23,10 @@ from lumped.workers import Stop, Stopped, run_together
 
 Array = NDArray[np.float64]
 Direction = Literal["up", "down"]
+BOTH: tuple[Direction, ...] = ("up", "down")
 Keep = Callable[[float, Any], None]  # (frequency [Hz], what was recorded there)
 Station = tuple[Stepper, float]  # and the frequency of the first mesh [Hz]
 Settle = Callable[..., tuple[Response, Any, Any]]  # as `confirmed`
-Report = Callable[[str, int, int], None]  # (what, speeds done, of how many)
 REFRESH = 0.2  # s between reports from within a speed
 
 
@@ -64,7 +65,7 @@ class Observer:
 SILENT = Observer()
 
 
-def reporting(report: Report, total: int) -> Observer:
+def reporting(report: Progress, total: int) -> Observer:
     """Reports the speeds that are done, of `total`, and how one goes on that lasts."""
     lock, done, shown = threading.Lock(), 0, time.perf_counter()
 
@@ -211,9 +212,9 @@ def sweep(
 def sweep_all(
     systems: Sequence[LumpedSystem],
     frequencies: Sequence[float] | Array,
-    directions: Sequence[Direction] = ("up", "down"),
+    directions: Sequence[Direction] = BOTH,
     settings: Settings | None = None,
-    report: Report = lambda what, done, total: None,
+    report: Progress = silent,
     workers: int | None = None,
 ) -> list[Branch]:
     """A branch for every system and direction, in this order, on all cores.

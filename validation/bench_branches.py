@@ -17,13 +17,13 @@ from numpy.typing import NDArray
 from fegear.excitation import Source
 from fegear.gearset.model import GearSet
 from fegear.lumped_models import LumpedModel, lumped_system, usual_speeds
-from fegear.statics import Progress
 from lumped.branches.bifurcations import BranchPoint
 from lumped.branches.continuation import NoSolution
 from lumped.branches.motions import OverSpeed
 from lumped.branches.periodic import BranchFinder, BranchSettings, PeriodicBranch
 from lumped.branches.shooting import ADAPTIVE, shoot
 from lumped.jumps import find_jumps
+from lumped.progress import Progress
 from lumped.response import Response, Status
 from lumped.settings import Settings
 from lumped.steady_state import Speed

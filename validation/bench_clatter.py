@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 
 from fegear.clatter.gearboxes import load_gearbox
-from fegear.statics import Progress
 from lumped.clatter.groups import Group
 from lumped.clatter.runs import Impacts, joined, middle, move
+from lumped.progress import Progress
 from validation import bench
 
 GEARBOX = "seed-five-speed"

@@ -22,7 +22,7 @@ from fegear.excitation import Excitations
 from fegear.gearset.model import GearSet
 from fegear.lumped_models import lumped_system
 from fegear.memory import memory_level
-from fegear.statics import Progress
+from lumped.progress import Progress
 from lumped.system import LumpedSystem
 from validation import bench
 from validation.bench_lumped import leading_frequency

@@ -19,7 +19,7 @@ from scipy.optimize import brentq
 from fegear.eccentric.contact import solve_turn
 from fegear.eccentric.elastic_wheel import ElasticWheel
 from fegear.eccentric.turn import STEEL
-from fegear.statics import Progress
+from lumped.progress import Progress
 from meshes.eccentric import EccentricPair
 from meshes.eccentric.outline import WheelEdges
 from meshes.eccentric.teeth import ToothedPair

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from fegear.gearset.model import GearSet
 from fegear.lumped_models import LumpedModel, lumped_system
-from fegear.statics import Progress
+from lumped.progress import Progress
 from lumped.respond import respond
 from lumped.response import Response
 from lumped.settings import SPRING_STEPS, Settings

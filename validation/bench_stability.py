@@ -22,8 +22,8 @@ from fegear.gearset import load_gear_set
 from fegear.lumped_models import LumpedModel, lumped_system
 from fegear.parameter_maps import FRICTION, VariedSet
 from fegear.stability import find_stability
-from fegear.statics import Progress
 from lumped.maps import Axis
+from lumped.progress import Progress
 from lumped.stability.combinations import Combination, combinations
 from lumped.stability.intervals import examined
 from lumped.stability.kernels.transition import set_transitions

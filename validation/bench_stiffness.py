@@ -24,7 +24,7 @@ from fegear.elasticity.flank import flank_compliance
 from fegear.elasticity.material import PlaneMaterial
 from fegear.elasticity.sector import CyclicSector
 from fegear.gearset.model import GearSet
-from fegear.statics import Progress
+from lumped.progress import Progress
 from meshes import MeshSize
 from validation import bench
 

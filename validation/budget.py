@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from math import inf, nan
 from pathlib import Path
 
-from fegear.statics import Progress
+from lumped.progress import Progress, silent
 from validation.cases import LADDER, Case, Model
 from validation.metrics import FE
 from validation.run_files import Run
@@ -127,9 +127,7 @@ def budget_of(result: CaseResult) -> Budget | None:
     )
 
 
-def budget(
-    case: Case, store: Path, report: Progress = lambda what, done, total: None
-) -> Budget:
+def budget(case: Case, store: Path, report: Progress = silent) -> Budget:
     """Run what the store does not hold yet, and compare; case : of `budget_case`."""
     found = budget_of(run_case(case, store, report))
     assert found is not None

@@ -27,8 +27,8 @@ from pathlib import Path
 from fegear.errors import InputError
 from fegear.excitation import Excitations, Source
 from fegear.output import make_directory
-from fegear.statics import Progress
 from fegear.store import Checkpoint, open_checkpoint
+from lumped.progress import Progress, silent
 from lumped.workers import Cluster, NoClusterError, run_tasks
 from validation.cases import Case
 from validation.kept import begin_run, write_texts
@@ -88,9 +88,7 @@ class CaseResult:
         return sum(cost.march_s for cost in costs) / speeds if speeds else nan
 
 
-def run_case(
-    case: Case, store: Path, report: Progress = lambda what, done, total: None
-) -> CaseResult:
+def run_case(case: Case, store: Path, report: Progress = silent) -> CaseResult:
     """Run what is not in the store yet, and judge.
 
     Raises InputError for a gear set or a store that cannot be used, and where another
@@ -111,7 +109,7 @@ def make_runs(
     cases: Sequence[Case],
     store: Path,
     workers: int | Cluster | None,
-    report: Progress = lambda what, done, total: None,
+    report: Progress = silent,
 ) -> None:
     """Make the runs of cases that are not in the store yet by workers, several at once.
 
@@ -151,7 +149,7 @@ def texts_of(task: Task) -> dict[str, str]:
     """The files of a run by name, made without a checkpoint."""
     kind = "fe" if task.model is None else task.model.excitation
     excitations = Excitations(Source(kind=kind))
-    found = solve_task(task, None, excitations, lambda what, done, total: None)
+    found = solve_task(task, None, excitations, silent)
     return contents(task, found)
 
 

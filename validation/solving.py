@@ -18,15 +18,16 @@ from fegear.excitation import Excitations
 from fegear.gearset.pitch_errors import error_periods
 from fegear.lumped_models import LumpedModel, lumped_system
 from fegear.memory import MemoryLevel, memory_level
-from fegear.statics import Progress, solve_mesh
-from fegear.store import Checkpoint
-from fegear.sweeps import doubts_of_sweep
+from fegear.statics import solve_mesh
+from fegear.store import Checkpoint, Records
+from fegear.studies.responses import doubts_of_sweep
 from fegear.train import mesh_torques_at
 from lumped.analytic import lowest_deflection
 from lumped.coupled import static_transmission_error
 from lumped.excitation import MeshExcitation
 from lumped.friction import torque_shares
 from lumped.motion import speeds_between
+from lumped.progress import Progress
 from lumped.response import Response, Status
 from lumped.settings import Settings
 from lumped.steady_state import Stepper, steady_state
@@ -136,7 +137,7 @@ class Integrator:
         progress: SpeedCount,
     ) -> Branch:
         """Through speeds [Hz]; name : of the branch in the checkpoint."""
-        known = None if self.checkpoint is None else StoredBranch(self.checkpoint, name)
+        known = StoredBranch(Records(self.checkpoint, name))
         return sweep_branch(
             *(self.stepper, speeds, direction, self.settings),
             store=known,

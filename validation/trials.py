@@ -8,8 +8,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import astuple, dataclass
 
-from fegear.statics import Progress
 from lumped.csv_text import format_csv
+from lumped.progress import Progress, silent
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ Family = Callable[[], Trials]
 
 def run_trials(
     families: Sequence[Family],
-    report: Progress = lambda what, done, total: None,
+    report: Progress = silent,
 ) -> Trials:
     """All attempts, one by one."""
     for done, family in enumerate(families):

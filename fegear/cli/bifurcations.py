@@ -98,8 +98,8 @@ class Sections:
 
     def settings(self, integration: Settings, direction: str) -> AttractorSettings:
         from fegear.bifurcations import AttractorSettings
-        from fegear.sweeps import BOTH
         from lumped.attractors import SectionSettings
+        from lumped.sweep import BOTH
 
         with named_options("sections"):
             sections = SectionSettings(**chosen(sections=self.sections))

@@ -91,7 +91,7 @@ def budget_command(
 
 
 def _title(values: dict[str, Any]) -> str:
-    from fegear.sweeps import edits_in_words
+    from fegear.headings import edits_in_words
 
     at = f"{values['gear_set']}, {values['torque_Nm']:g} N m"
     return ", ".join(filter(None, [at, edits_in_words(values)]))

@@ -23,11 +23,11 @@ from fegear.cli.options import (
 from fegear.cli.screen import complain, number, say
 from fegear.errors import InputError
 from fegear.studies.study import Range
+from lumped.progress import Progress
 
 if TYPE_CHECKING:
     from fegear.eccentric.gearing import Gearing
     from fegear.eccentric.turn import TurnTable
-    from fegear.statics import Progress
     from fegear.store import Keeping
 
 EXAMPLE = "fegear eccentric --radius 20 --eccentricity 6 --teeth 40 -o wheels.svg"

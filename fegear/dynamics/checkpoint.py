@@ -4,40 +4,44 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fegear.dynamics.stepper import MotionState
-from fegear.errors import file_error
-from fegear.store import Checkpoint
 from lumped.response import FIGURES, Response, Status
 
 Array = NDArray[np.float64]
 
 
+class Records(Protocol):
+    """Where a task keeps what it has finished, as `fegear.store.Records`."""
+
+    @property
+    def kept(self) -> list[Any]: ...
+    @property
+    def state(self) -> Mapping[str, NDArray[Any]] | None: ...
+    def keep(
+        self, record: Mapping[str, Any], state: Mapping[str, NDArray[Any]]
+    ) -> None: ...
+
+
 @dataclass(frozen=True, eq=False)
 class StoredBranch:
-    """A branch by its name in a checkpoint, as lumped's sweep keeps it."""
+    """Responses of a branch among the records of a task, as lumped's sweep keeps it."""
 
-    checkpoint: Checkpoint
-    name: str
+    records: Records
 
     def finished(self) -> list[Response]:
-        stored = self.checkpoint.finished(self.name)
-        responses = [stored_response(each) for each in stored]
-        arrays = self.checkpoint.state(self.name)
+        responses = [stored_response(each) for each in self.records.kept]
+        arrays = self.records.state
         if responses and arrays is not None:
-            responses[-1] = replace(responses[-1], state=_state(arrays))
+            responses[-1] = replace(responses[-1], state=_state(dict(arrays)))
         return responses
 
     def add(self, response: Response) -> None:
-        values, arrays = response_values(response), _arrays(response.state)
-        try:
-            self.checkpoint.add(self.name, values, arrays)
-        except OSError as error:
-            raise file_error(self.checkpoint.path, "written", error) from None
+        self.records.keep(response_values(response), _arrays(response.state))
 
 
 def _arrays(state: MotionState) -> dict[str, Array]:

@@ -11,13 +11,13 @@ from numpy.typing import NDArray
 
 from fegear.eccentric.gearing import Gearing
 from lumped.drawing import draw_title, panels
+from lumped.progress import Progress
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
     from fegear.eccentric.turn import TurnTable
-    from fegear.statics import Progress
 
 Array = NDArray[np.float64]
 MM_PER_INCH = 25.4

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,9 +19,7 @@ from fegear.eccentric.gearing import Gearing
 from fegear.eccentric.turn import TurnTable, wheel_meshes
 from fegear.errors import InputError
 from fegear.output import write_text, write_whole
-
-if TYPE_CHECKING:
-    from fegear.statics import Progress
+from lumped.progress import Progress
 
 
 def write_gearing(

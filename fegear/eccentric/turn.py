@@ -6,7 +6,7 @@ import threading
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property, partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,14 +19,12 @@ from fegear.errors import InputError
 from fegear.store import NOTHING, InOrder, Keeping
 from fegear.unphysical import doubts, doubts_of_check
 from lumped.csv_text import exact, format_csv
+from lumped.progress import Progress, silent
 from lumped.workers import run_tasks
 from meshes import GeometryError
 from meshes.eccentric.outline import WheelEdges
 from meshes.eccentric.teeth import ToothedPair
 from meshes.eccentric.wheel_mesh import WheelMesh, usual_bore, wheel_mesh
-
-if TYPE_CHECKING:
-    from fegear.statics import Progress
 
 Array = NDArray[np.float64]
 Columns = dict[str, list[float]]  # of some positions
@@ -132,7 +130,7 @@ def solve_load(
     gearing: Gearing,
     load: Load,
     keeping: Keeping = NOTHING,
-    report: Progress = lambda what, done, total: None,
+    report: Progress = silent,
 ) -> TurnTable:
     """Contact over a turn of the driven wheel under a torque on the driver.
 

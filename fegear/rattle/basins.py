@@ -19,6 +19,7 @@ from fegear.rattle.machines import NamedMachine, figures_of
 from fegear.result import Result
 from fegear.store import Checkpoint, Keeping
 from fegear.version import package_version
+from lumped.progress import Progress, silent
 from lumped.rattle.basins import (
     Basins,
     Grid,
@@ -33,7 +34,6 @@ from lumped.workers import Cluster, NoClusterError
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from fegear.statics import Progress
 
 SURE = 1.96  # standard errors of an interval that holds the value 19 times of 20
 MOST_CELLS = 40_000_000  # of which each takes 48 bytes
@@ -131,7 +131,7 @@ def find_basins(
     grid: Grid,
     iterations: int,
     keeping: Keeping,
-    report: Progress = lambda what, done, total: None,
+    report: Progress = silent,
     workers: Cluster | None = None,
 ) -> BasinsResult:
     """Basins on a grid of departures from the upper flank.

@@ -21,6 +21,7 @@ from fegear.result import Result
 from fegear.store import Checkpoint, Keeping
 from fegear.version import package_version
 from lumped.csv_text import format_csv
+from lumped.progress import Progress, silent
 from lumped.rattle.branch_figure import draw_orbit_branches
 from lumped.rattle.branches import (
     BranchFinder,
@@ -38,7 +39,6 @@ from lumped.workers import run_tasks
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from fegear.statics import Progress
 
 Array = NDArray[np.float64]
 END = 1e-6  # of a range, from its ends, where orbits are looked for
@@ -193,7 +193,7 @@ def find_bifurcations(
     named: NamedMachine,
     search: Search,
     keeping: Keeping,
-    report: Progress = lambda what, done, total: None,
+    report: Progress = silent,
 ) -> BifurcationResult:
     """Branches of all orbits that are found at some values, and long runs at others.
 

@@ -22,6 +22,7 @@ from fegear.result import Result
 from fegear.store import Keeping
 from lumped.branches.continuation import NoSolution
 from lumped.csv_text import format_csv
+from lumped.progress import Progress, silent
 from lumped.rattle.branch_figure import draw_curves
 from lumped.rattle.branches import machine_with
 from lumped.rattle.curves import Curve, curve_of, is_on
@@ -31,7 +32,6 @@ from lumped.rattle.machine import Machine
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from fegear.statics import Progress
 
 Array = NDArray[np.float64]
 LEGEND = {
@@ -139,7 +139,7 @@ def find_existence(
     named: NamedMachine,
     plane: Plane,
     keeping: Keeping,
-    report: Progress = lambda what, done, total: None,
+    report: Progress = silent,
 ) -> ExistenceResult:
     """Curves of bifurcations over two figures.
 

@@ -15,12 +15,13 @@ from typing import TYPE_CHECKING, Any
 from fegear.errors import InputError
 from fegear.gearset.inertia import inertia_of
 from fegear.gearset.model import Gear, GearSet
+from lumped.progress import Progress, silent
 from lumped.rattle.assembly import Assembly, Shafts
 from lumped.rattle.machine import Machine
 from lumped.rattle.quiet import quiet_motion
 
 if TYPE_CHECKING:
-    from fegear.statics import Progress, StaticsSettings
+    from fegear.statics import StaticsSettings
 
 UM = 1e-6
 OF_MESH = (
@@ -227,7 +228,7 @@ def machine_of_gears(
     mesh: int,
     conditions: Conditions,
     settings: StaticsSettings,
-    report: Progress = lambda what, done, total: None,
+    report: Progress = silent,
 ) -> MachineOfGears:
     """The machine of a mesh (index from 0), its stiffness by finite elements.
 

@@ -25,8 +25,9 @@ from fegear.gearset.placing import layout
 from fegear.rendering.frames import Frame, View, turned
 from fegear.rendering.recorded import Instant
 from fegear.rendering.sector_field import LoadableGear, SectorField, loadable_gear
-from fegear.statics import Progress, StaticsSettings, contact_problem
+from fegear.statics import StaticsSettings, contact_problem
 from fegear.unphysical import doubts
+from lumped.progress import Progress, silent
 from meshes.profile import flank_frame
 
 Array = NDArray[np.float64]
@@ -211,7 +212,7 @@ def mesh_scene(
     gear_set: GearSet,
     mesh: int,
     settings: StaticsSettings,
-    report: Progress = lambda what, done, total: None,
+    report: Progress = silent,
 ) -> MeshScene:
     """Prepare mesh number `mesh`, counted from 0."""
     spec = gear_set.meshes[mesh]

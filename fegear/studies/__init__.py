@@ -22,6 +22,11 @@ STUDIES = {
         "Clatter",
         "Clattering gearboxes: impacts of loose wheels in their plays.",
     ),
+    "dynamics": (
+        "dynamics",
+        "Dynamics",
+        "Vibration of finite-element gears over speed.",
+    ),
     "sweep": ("sweep", "Sweep", "Vibration of a lumped train over speed."),
     "theory": (
         "theory",

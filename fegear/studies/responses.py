@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fegear.gearset.model import GearSet
-from fegear.headings import friction_of_summary
+from fegear.headings import edits_in_words, friction_of_summary
 from fegear.lumped_models import doubts_of_bodies, natural_frequencies
 from fegear.studies.page import Columns, Grid, Page, cell, counted
 from fegear.studies.study import Draw, StudyResult
@@ -127,8 +127,7 @@ class ResponsesResult(StudyResult):
     @property
     def title(self) -> str:
         """The gear set, the model and what was changed."""
-        facts, changes = self.facts, self.study.gear_set.entries
-        words = ", ".join(f"{key[4:]} = {value}" for key, value in changes.items())
+        facts, words = self.facts, edits_in_words(self.study.gear_set.entries)
         return (
             f"{facts['gear_set']}, model {self.model}, {facts['excitation']}, "
             f"damping ratio {facts['damping_ratio']:g}"

@@ -3,25 +3,17 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import nullcontext, suppress
 from dataclasses import dataclass, field
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from fegear.errors import file_error
-from fegear.store import NOTHING, Checkpoint, Keeping
+from fegear.store import NOTHING, Checkpoint, Keeping, Records
 from fegear.studies.study import Study, Task
+from fegear.version import package_version
+from lumped.progress import Progress, silent
 from lumped.workers import Stopped, run_tasks
-
-if TYPE_CHECKING:
-    from fegear.studies.study import Arrays
-
-Progress = Callable[[str, int, int], None]  # (what, done, of how many)
-
-
-def silent(what: str, done: int, total: int) -> None:
-    """Progress that is not shown."""
 
 
 def run(
@@ -40,12 +32,12 @@ def run(
     """
     progress("preparation", 0, 1)
     tasks, found = list(study.tasks()), dict[str, Any]()
-    checkpoint = keeping.open(study.inputs) if study.resumes else None
+    checkpoint = _opened(study, tasks, keeping) if study.resumes else None
     stop, done = threading.Event(), False
     board = Board(progress, {task.key: task.size for task in tasks})
     try:
         work = (
-            (task.key, partial(_work, task, Job(task.key, checkpoint, board, stop)))
+            (task.key, partial(_work, task, Job(checkpoint, task.key, board, stop)))
             for task in tasks
         )
         with suppress(KeyboardInterrupt) if study.partial else nullcontext():
@@ -56,6 +48,19 @@ def run(
         if checkpoint is not None:
             checkpoint.close(keep=not done)
     return result
+
+
+def _opened(study: Study, tasks: Sequence[Task], keeping: Keeping) -> Checkpoint | None:
+    """The checkpoint of a study; says what was finished where it is taken up."""
+    checkpoint = keeping.open({**study.inputs, "version": package_version()})
+    if checkpoint is not None and keeping.resume:
+        checkpoint.tell_finished(
+            [task.key for task in tasks],
+            sum(task.size for task in tasks),
+            keeping.tell,
+            study.unit,
+        )
+    return checkpoint
 
 
 @dataclass
@@ -83,26 +88,11 @@ def _work(task: Task, job: Job) -> Any:
 
 
 @dataclass
-class Job:
-    """Of one task, see `fegear.studies.study.Job`."""
+class Job(Records):
+    """What a task may use, see `fegear.studies.study.Job`."""
 
-    key: str
-    checkpoint: Checkpoint | None
     board: Board
     stop: threading.Event
-
-    def __post_init__(self) -> None:
-        kept = self.checkpoint
-        self.kept: list[Any] = [] if kept is None else kept.finished(self.key)
-        self.state: Arrays | None = None if kept is None else kept.state(self.key)
-
-    def keep(self, record: Mapping[str, Any], state: Arrays) -> None:
-        if self.checkpoint is None:
-            return
-        try:
-            self.checkpoint.add(self.key, record, state)
-        except OSError as error:
-            raise file_error(self.checkpoint.path, "written", error) from None
 
     def report(self, what: str, done: int, total: int) -> None:
         if self.stop.is_set():

@@ -275,8 +275,13 @@ Draw = Callable[[], "Figure"]
 class Job(Protocol):
     """What a task may use while it works."""
 
-    kept: list[Any]  # records of an earlier run, in order
-    state: Arrays | None  # where the last of them ended
+    @property
+    def kept(self) -> list[Any]:
+        """Records of an earlier run, in order."""
+
+    @property
+    def state(self) -> Arrays | None:
+        """Where the last of them ended."""
 
     def keep(self, record: Mapping[str, Any], state: Arrays) -> None:
         """The next record, which JSON can hold, and the state to go on from."""
@@ -308,6 +313,7 @@ class Study:
     pictures: ClassVar[Mapping[str, str]] = PLOT  # options that take a file, with help
     more_tables: ClassVar[Mapping[str, str]] = MappingProxyType({})  # as `pictures`
     resumes: ClassVar[bool] = False  # whether tasks keep records
+    unit: ClassVar[str] = "speed"  # of what tasks keep, one by one
     partial: ClassVar[bool] = False  # whether what Ctrl-C leaves can be gathered
 
     def __init_subclass__(cls, *, command: str, example: str, **words: Any) -> None:

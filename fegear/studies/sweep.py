@@ -35,7 +35,7 @@ from fegear.studies.trains import (
     torques_setting,
 )
 from lumped.settings import Settings
-from lumped.sweep import Branch, Direction, reporting, sweep
+from lumped.sweep import BOTH, Branch, Direction, reporting, sweep
 from lumped.system import LumpedSystem
 from lumped.waterfall import (
     COLUMNS,
@@ -50,7 +50,6 @@ MORE = {
     "spectra": "Write the lines of the spectra of all motions to this CSV file, as "
     "amplitudes of the dynamic transmission error [m]."
 }
-BOTH: tuple[Direction, ...] = ("up", "down")
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -331,7 +331,13 @@ class OfTrain:
     @cached_property
     def gears(self) -> GearSet:
         """The gear set, in which nothing is changed that the study does not read."""
-        _refuse_edits(self)
+        model, source = self.model, self.model.stiffness
+        own = {
+            "torque": getattr(self, "torque", None),
+            "damping_ratio": model.damping_ratio,
+        }
+        figures = isinstance(source, Source) and source.kind != "fe" and not self.table
+        refuse_edits(self, own, model.translations, figures, bool(self.table))
         return self.gear_set.loaded
 
     @cached_property
@@ -361,29 +367,36 @@ def _refuse_given(source: Any, names: Any, reason: str) -> None:
             raise refusal(source, SOURCE, name, reason)
 
 
-def _refuse_edits(study: Any) -> None:
-    """Refuse changes of the gear set that are fixed by a setting, or not read."""
-    model, subject = study.model, study.gear_set
-    source = model.stiffness
-    figures = isinstance(source, Source) and source.kind != "fe" and not study.table
-    own = {"torque": getattr(study, "torque", None)} | {
-        "damping_ratio": model.damping_ratio
-    }
-    for key in subject.changes:
-        text, name = subject.refused, key.rpartition(".")[2]
-        replaced = REPLACED.get(key, "")
+def refuse_edits(
+    study: Any,
+    own: Mapping[str, Any],
+    translations: bool,
+    figures: bool = False,
+    tables: bool = False,
+) -> None:
+    """Refuse changes of the gear set that are fixed by a setting, or not read.
+
+    own : settings of the study that are stronger than keys, by name
+    translations : whether gears move on their bearings
+    figures : whether key figures of the mesh stiffness are read
+    tables : whether mesh tables are given
+    """
+    for key in study.gear_set.changes:
+        name, replaced = key.rpartition(".")[2], REPLACED.get(key, "")
+        reason = ""
         if own.get(replaced) not in (None, ()):
-            raise text(key, f"{called(study, replaced)} replaces it")
-        if name in FIGURES and not figures:
-            raise text(
-                key,
+            reason = f"{called(study, replaced)} replaces it"
+        elif name in FIGURES and not figures:
+            reason = (
                 "finite elements or a table take its place, leave it out or choose "
-                f"another {called(study, 'kind')}",
+                f"another {called(study, 'kind')}"
             )
-        if name in OF_TRANSLATIONS and not model.translations:
-            raise text(key, f"changes nothing without {called(study, 'translations')}")
-        if study.table and "_relief" in key:
-            raise text(key, f"{called(study, 'table')} has the teeth with their relief")
+        elif name in OF_TRANSLATIONS and not translations:
+            reason = f"changes nothing without {called(study, 'translations')}"
+        elif tables and "_relief" in key:
+            reason = f"{called(study, 'table')} has the teeth with their relief"
+        if reason:
+            raise study.gear_set.refused(key, reason)
 
 
 def described(study: OfTrain, damping_ratio: float) -> dict[str, Any]:

@@ -14,7 +14,7 @@ import numpy as np
 from fegear.dynamics.build import FiniteElements
 from fegear.dynamics.stepper import DynamicSettings, ReducedStepper
 from fegear.gearset.model import GearSet
-from fegear.statics import Progress
+from lumped.progress import Progress, silent
 from validation.bench_dynamics import COMMON, run, subject, waveform_error
 from validation.random_sets.generator import COUNT, random_gear_set
 from validation.random_sets.measuring import (
@@ -55,7 +55,7 @@ def smallest_sets(count: int = SETS) -> list[int]:
 
 def measure_full(
     gear_set: GearSet,
-    report: Progress = lambda what, done, total: None,
+    report: Progress = silent,
     speeds: Sequence[float] = (),
 ) -> list[FullPoint]:
     """At speeds [Hz], by default some around the highest mesh resonance."""

@@ -28,7 +28,7 @@ from fegear.lumped_models import (
     left_out_error,
     lumped_system,
 )
-from fegear.statics import Progress
+from lumped.progress import Progress, silent
 from lumped.settings import Settings, SteadySettings
 from lumped.steady_state import Stepper
 from lumped.steppers import stepper_of, warm_up
@@ -96,7 +96,7 @@ class Source(NamedTuple):
 def measure(
     gear_set: GearSet,
     number: int,
-    report: Progress = lambda what, done, total: None,
+    report: Progress = silent,
     count: int = SPEEDS,
 ) -> Measured:
     """At so many speeds, all on one core."""

@@ -19,10 +19,10 @@ import validation
 from fegear.errors import InputError
 from fegear.gearset.model import GearSet
 from fegear.output import make_directory
-from fegear.statics import Progress
 from fegear.store import digest
 from fegear.version import package_version
 from lumped.csv_text import format_records
+from lumped.progress import Progress, silent
 from validation.kept import RESULT, begin_run, sealed, whole_texts, write_texts
 from validation.provenance import machine
 from validation.random_sets.full import FullPoint, measure_full, smallest_sets
@@ -64,7 +64,7 @@ class SetRun:
 
 
 def run_random_sets(
-    store: Path, report: Progress = lambda what, done, total: None
+    store: Path, report: Progress = silent
 ) -> tuple[list[SetRun], bool]:
     """Run what is not in the store yet; also whether all was finished before Ctrl-C."""
     runs: list[SetRun] = []
@@ -77,7 +77,7 @@ def run_random_sets(
 
 def compared_sets(
     store: Path,
-    report: Progress = lambda what, done, total: None,
+    report: Progress = silent,
     numbers: Iterable[int] = range(COUNT),
     measuring: Measure = measure,
 ) -> Iterator[SetRun]:
@@ -89,9 +89,7 @@ def compared_sets(
         yield found_or_made(gear_set, store, SPEEDS, make)
 
 
-def full_sets(
-    store: Path, report: Progress = lambda what, done, total: None
-) -> Iterator[SetRun]:
+def full_sets(store: Path, report: Progress = silent) -> Iterator[SetRun]:
     """All elastic freedoms beside their modes, the smallest sets."""
     for number in smallest_sets():
         gear_set = random_gear_set(number)

@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from fegear.output import make_directory, strict_json, write_text
-from fegear.statics import Progress
 from lumped.csv_text import format_records
+from lumped.progress import Progress, silent
 from validation.budget import budget_of
 from validation.pages import SavedFigure, filled, save_figure
 from validation.report import figures
@@ -30,7 +30,7 @@ def write_report(
     values: Mapping[str, Any],
     results: Sequence[CaseResult],
     output: Path,
-    report: Progress = lambda what, done, total: None,
+    report: Progress = silent,
 ) -> Path:
     """Write everything, report.json last; the path of index.html.
 

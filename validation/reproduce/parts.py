@@ -15,7 +15,7 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import AfterValidator, Field
 
 from fegear.excitation import Kind
-from fegear.statics import Progress
+from lumped.progress import Progress
 from validation.cases import require_model
 from validation.data_files import STRICT, Edit, Flag, Number, Positive
 

@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from fegear.output import make_directory, strict_json, write_text
-from fegear.statics import Progress
 from lumped.csv_text import format_records
+from lumped.progress import Progress, silent
 from validation.pages import SavedFigure, filled, save_figure
 from validation.provenance import provenance
 from validation.reproduce.comparison import Compared, count_lines, overview
@@ -87,7 +87,7 @@ def write_report(
     values: Mapping[str, Any],
     results: Sequence[FigureResult],
     output: Path,
-    report: Progress = lambda what, done, total: None,
+    report: Progress = silent,
 ) -> Path:
     """Write pictures, tables, report.json and index.html; the path of the last.
 

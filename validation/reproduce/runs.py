@@ -20,10 +20,10 @@ import fegear
 import validation
 from fegear.errors import InputError
 from fegear.output import make_directory
-from fegear.statics import Progress
 from fegear.store import digest
 from fegear.version import package_version
 from lumped.csv_text import format_csv, parse_csv
+from lumped.progress import Progress, silent
 from validation.kept import (
     RESULT,
     begin_run,
@@ -120,7 +120,7 @@ def _joined(*words: str) -> str:
 def run_figure(
     figure: SourceFigure,
     store: Path,
-    report: Progress = lambda what, done, total: None,
+    report: Progress = silent,
 ) -> FigureResult:
     """Compute the parts that the store does not hold yet.
 

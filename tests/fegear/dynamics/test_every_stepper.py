@@ -13,7 +13,7 @@ import pytest
 from fegear.dynamics.checkpoint import StoredBranch
 from fegear.dynamics.coupled import contacts_of
 from fegear.dynamics.stepper import DynamicSettings
-from fegear.store import open_checkpoint
+from fegear.store import Records, open_checkpoint
 from lumped.response import FIGURES, Status
 from lumped.settings import Settings
 from lumped.steady_state import Diverged, steady_state
@@ -144,7 +144,7 @@ def test_a_stopped_sweep_goes_on_as_if_it_had_not_stopped(
     whole = sweep_branch(stepper, SPEEDS, "down", quick)
     checkpoint = open_checkpoint(tmp_path / "kept", {"of": kind}, resume=True)
     lumped = isinstance(settings, Settings)
-    store = Memory() if lumped else StoredBranch(checkpoint, "down")
+    store = Memory() if lumped else StoredBranch(Records(checkpoint, "down"))
     stop = threading.Event()
     begun = sweep_branch(
         *(stepper, SPEEDS, "down", quick),

@@ -9,7 +9,7 @@ import pytest
 
 from fegear.dynamics.checkpoint import StoredBranch
 from fegear.dynamics.stepper import DynamicSettings, ReducedStepper
-from fegear.store import open_checkpoint
+from fegear.store import Records, open_checkpoint
 from lumped.response import FIGURES
 from lumped.steady_state import Diverged
 from lumped.sweep import Observer, sweep_branch
@@ -50,14 +50,14 @@ def test_a_checkpoint_gives_back_what_was_found(stepper, tmp_path):
     stop = threading.Event()
     sweep_branch(
         *(stepper, SPEEDS, "up", SETTINGS),
-        store=StoredBranch(checkpoint, "up"),
+        store=StoredBranch(Records(checkpoint, "up")),
         observer=Observer(stop.set),
         stop=stop,
     )
     marched = []
     resumed = sweep_branch(
         *(stepper, SPEEDS, "up", SETTINGS),
-        store=StoredBranch(checkpoint, "up"),
+        store=StoredBranch(Records(checkpoint, "up")),
         observer=Observer(watch=lambda frequency, period: marched.append(frequency)),
     )
     assert set(marched) == set(SPEEDS[1:])
@@ -78,7 +78,7 @@ def test_histories_are_kept_before_a_speed_counts(stepper, tmp_path):
     with pytest.raises(OSError, match="disk full"):
         sweep_branch(
             *(stepper, SPEEDS, "up", SETTINGS),
-            store=StoredBranch(checkpoint, "up"),
+            store=StoredBranch(Records(checkpoint, "up")),
             keep=keep,
         )
     assert len(checkpoint.finished("up")) == 1

@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from fegear.clatter.gearboxes import load_gearbox
-from fegear.statics import Progress
 from lumped.clatter.chaos import lyapunov_exponent
 from lumped.clatter.figure import sample_plays
 from lumped.clatter.groups import Group
 from lumped.clatter.runs import middle, move
+from lumped.progress import Progress
 from validation.data_files import STRICT
 from validation.reproduce.parts import Curve, Part, PartResult
 from validation.reproduce.scene import NoScene

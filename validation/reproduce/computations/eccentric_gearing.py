@@ -16,7 +16,7 @@ from pydantic import Field
 
 from fegear.eccentric.drawing import assembled, turned
 from fegear.eccentric.gearing import Gearing
-from fegear.statics import Progress
+from lumped.progress import Progress
 from meshes.eccentric import EccentricPair
 from meshes.eccentric.base import largest_eccentricity
 from validation.data_files import STRICT, Flag

@@ -6,10 +6,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import ClassVar, Literal
 
-from fegear.dynamic_sweeps import DynamicsSettings, sweep_elements
 from fegear.dynamics.build import FiniteElements, prepare
 from fegear.dynamics.stepper import DynamicSettings, ImplicitStepper
-from fegear.statics import Progress
+from fegear.studies.dynamics import Dynamics
+from fegear.studies.running import run
+from fegear.studies.trains import NamedSet
+from lumped.progress import Progress
 from lumped.sweep import Direction
 from validation.data_files import Speeds, parsed_speeds
 from validation.reproduce.computations.frequency_response import (
@@ -45,14 +47,15 @@ class ElementsPart(Part):
 def elements(part: ElementsPart, scene: Scene, report: Progress) -> PartResult:
     """Found as of a sweep of a lumped model."""
     speeds = [scene.unit_Hz * value for value in parsed_speeds(part.speeds)]
-    settings = DynamicsSettings(
+    asked = Dynamics(
+        gear_set=NamedSet.of(scene.gear_set),
+        torque=(scene.torque,),
+        speeds=tuple(speeds),
         elements=FiniteElements(friction=scene.friction),
         translations=scene.translations,
-        directions=part.directions,
+        direction=part.directions[0] if len(part.directions) == 1 else "both",
     )
-    result = sweep_elements(
-        scene.gear_set, [scene.torque], speeds, settings, progress=report
-    )
+    result = run(asked, progress=report)
     swept = [branch for _, branch in result.found]
     require_finished(swept)
     return swept_result(scene, swept)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from fegear.statics import Progress
+from lumped.progress import Progress
 from lumped.stability.multipliers import integrated, largest_multiplier
 from lumped.stability.periodic import PeriodicSystem, periodic_system
 from lumped.system import LumpedSystem

@@ -10,11 +10,10 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import Field
 
 from fegear.branches import find_branches
-from fegear.statics import Progress
 from fegear.studies.running import run
+from fegear.studies.sweep import Sweep
 from fegear.studies.theory import Theory
 from fegear.studies.trains import NamedSet
-from fegear.sweeps import SweepSettings, sweep_speeds
 from fegear.theory_figure import response_points
 from lumped.branches.bifurcations import (
     CROSSING,
@@ -27,6 +26,7 @@ from lumped.branches.periodic import BranchSettings, PeriodicBranch
 from lumped.closed_forms import separation_angle
 from lumped.closed_forms.predictions import Prediction
 from lumped.jumps import find_jumps, find_peaks, opposites
+from lumped.progress import Progress
 from lumped.response import Status
 from lumped.sweep import Branch, Direction
 from validation.data_files import Number, Speeds, parsed_speeds
@@ -156,6 +156,10 @@ class SweepPart(Part):
     directions: tuple[Direction, ...] = ("up", "down")
     style: Style | None = None
 
+    @property
+    def direction(self) -> Literal["up", "down", "both"]:
+        return self.directions[0] if len(self.directions) == 1 else "both"
+
     def command(self, scene: Scene) -> Sequence[str]:
         speeds = speeds_in_Hz(self.speeds, scene.unit_Hz)
         waves = scene.kept_harmonics("--harmonics")
@@ -172,8 +176,14 @@ def sweep(part: SweepPart, scene: Scene, report: Progress) -> PartResult:
     """
     unit = scene.unit_Hz
     speeds = [unit * value for value in parsed_speeds(part.speeds)]
-    settings = SweepSettings(model=scene.model, directions=part.directions)
-    result = sweep_speeds(scene.gear_set, [scene.torque], speeds, settings, report)
+    asked = Sweep(
+        gear_set=NamedSet.of(scene.gear_set),
+        torque=(scene.torque,),
+        speeds=tuple(speeds),
+        model=scene.model,
+        direction=part.direction,
+    )
+    result = run(asked, progress=report)
     swept = [branch for _, branch in result.found]
     require_finished(swept)
     return swept_result(scene, swept, part.style)

@@ -8,8 +8,8 @@ from typing import ClassVar, Literal
 
 import numpy as np
 
-from fegear.statics import Progress
 from fegear.waves import settle_motion
+from lumped.progress import Progress
 from validation.metrics import CYCLE_POINTS, force_cycle
 from validation.reproduce.computations.frequency_response import Frequency
 from validation.reproduce.parts import Curve, Part, PartResult

@@ -9,7 +9,7 @@ from typing import Annotated, ClassVar, Literal
 import numpy as np
 from pydantic import Field
 
-from fegear.statics import Progress
+from lumped.progress import Progress
 from validation.data_files import Positive, Text
 from validation.reproduce.parts import Curve, Part, PartResult
 from validation.reproduce.scene import Scene

@@ -17,7 +17,6 @@ from fegear.errors import InputError
 from fegear.gearset.edit import require_known_key
 from fegear.parameter_maps import OF_TEETH, Evaluate, respond_at, respond_over
 from fegear.speeds import parsed_speeds
-from fegear.statics import Progress
 from lumped.closed_forms import (
     Resonance,
     instability_interval,
@@ -27,6 +26,7 @@ from lumped.closed_forms import (
     resonance,
 )
 from lumped.maps import Axis, ParameterMap, run_map
+from lumped.progress import Progress
 from lumped.settings import Settings
 from lumped.sweep import Direction, sweep_all
 from validation.data_files import STRICT, Number, Speeds

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from fegear.statics import Progress
+from lumped.progress import Progress
 from lumped.rattle.attractors import CHAOTIC, QUIET, Attractor, sort_departures
 from lumped.rattle.departures import follow, settle_departures
 from lumped.rattle.machine import Machine

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from fegear.rattle.machines import load_machine
-from fegear.statics import Progress
+from lumped.progress import Progress
 from lumped.rattle.assembly import Assembly
 from lumped.rattle.quiet import quiet_motion
 from lumped.rattle.receptances import critical_by_receptances

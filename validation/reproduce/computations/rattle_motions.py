@@ -10,7 +10,7 @@ from typing import Annotated, ClassVar, Literal
 import numpy as np
 from pydantic import Field
 
-from fegear.statics import Progress
+from lumped.progress import Progress
 from lumped.rattle.assembly import Assembly
 from lumped.rattle.motions import Motion, Motions
 from validation.data_files import Flag, Positive

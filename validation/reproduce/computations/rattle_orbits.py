@@ -14,9 +14,9 @@ from pydantic import Field
 
 from fegear.rattle.bifurcation import Search, find_bifurcations
 from fegear.rattle.existence import Plane, find_existence
-from fegear.statics import Progress
 from fegear.store import Keeping
 from lumped.branches.bifurcations import stretches
+from lumped.progress import Progress
 from lumped.rattle.arcs import arcs_of, history_of
 from lumped.rattle.attractors import CHAOTIC, QUIET, Naming
 from lumped.rattle.branches import GRAZING, OrbitBranch, machine_with

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from fegear.statics import Progress
+from lumped.progress import Progress
 from validation.data_files import Number, Positive
 from validation.oracles.hill import (
     exact_transition,

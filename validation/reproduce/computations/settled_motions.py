@@ -10,10 +10,10 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import Field
 
 from fegear.bifurcations import AttractorSettings
-from fegear.statics import Progress
 from lumped.attractor_sweeps import AttractorBranch, sweep_attractors
 from lumped.attractors import Kind, SectionSettings
 from lumped.branches.motions import OverSpeed
+from lumped.progress import Progress
 from lumped.sweep import Direction, reporting
 from validation.data_files import Flag, Speeds, parsed_speeds
 from validation.reproduce.parts import Curve, Part, PartResult

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from fegear.dynamics.stepper import DynamicSettings
-from fegear.statics import Progress
 from lumped.motion import spectrum
+from lumped.progress import Progress
 from lumped.settings import Settings
 from lumped.steady_state import Speed, Stepper
 from lumped.steppers import stepper_of

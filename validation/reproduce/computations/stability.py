@@ -8,7 +8,7 @@ from typing import ClassVar, Literal
 
 import numpy as np
 
-from fegear.statics import Progress
+from lumped.progress import Progress
 from lumped.stability.combinations import combinations
 from lumped.stability.intervals import Column, examined
 from lumped.stability.periodic import PeriodicSystem, periodic_system

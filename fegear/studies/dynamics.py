@@ -1,0 +1,357 @@
+"""Vibration of a gear set's finite elements over speed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
+from pathlib import Path
+from typing import Any
+
+from fegear.dynamics.build import FiniteElements, Prepared, prepare
+from fegear.dynamics.checkpoint import StoredBranch
+from fegear.dynamics.history import format_history, history_name, history_table
+from fegear.dynamics.root_stress import RootInfluence, root_influence
+from fegear.dynamics.stepper import DynamicSettings, Motion, steps_per_cycle
+from fegear.errors import InputError
+from fegear.excitation import Excitations, Source
+from fegear.gearset.model import GearSet
+from fegear.lumped_models import (
+    LumpedModel,
+    TorqueOf,
+    cap_in_words,
+    file_header,
+    lumped_system,
+    torque_entry,
+    usual_speeds,
+)
+from fegear.output import make_directory, write_text
+from fegear.studies.page import Page
+from fegear.studies.responses import ResponsesResult
+from fegear.studies.study import (
+    Group,
+    Job,
+    Range,
+    Setting,
+    Study,
+    Task,
+    called,
+    group,
+    setting,
+)
+from fegear.studies.sweep import SweptSpeeds, unbegun
+from fegear.studies.trains import (
+    DAMPING,
+    PLANE,
+    RESOLUTION,
+    SETTLING,
+    TORQUE_OF,
+    TRANSLATIONS,
+    NamedSet,
+    chosen_torques,
+    refuse_edits,
+    torques_setting,
+)
+from lumped.csv_text import exact
+from lumped.sweep import Branch, Direction, reporting, sweep, sweep_branch
+from lumped.system import LumpedSystem
+
+DERIVED = "elastic freedoms"  # of a header, from the gear set and the speeds
+
+
+def _idle_elements(elements: FiniteElements) -> Iterator[tuple[str, str]]:
+    if elements.fidelity == "quasistatic":
+        for name in ("elastic_damping", "cutoff_Hz"):
+            yield name, "{fidelity} quasistatic has no elastic modes"
+    if elements.fidelity == "full":
+        yield "cutoff_Hz", "{fidelity} full keeps all elastic modes"
+
+
+ELEMENTS = Group(
+    kind=FiniteElements,
+    idle=_idle_elements,
+    offers={
+        "fidelity": Setting(
+            text="What moves. full: all degrees of freedom of the finite elements; "
+            "reduced: hubs and elastic modes of the gears; quasistatic: hubs alone, "
+            "without elastic inertia; auto: reduced where elastic inertia matters, "
+            "else quasistatic."
+        ),
+        "friction": Setting(
+            text="Coulomb friction coefficient.", allowed=Range(least=0.0, below=0.5)
+        ),
+        "elastic_damping": Setting(
+            text="Damping ratio of the first elastic modes of the gears.",
+            allowed=Range(least=0.0, below=1.0),
+        ),
+        "cutoff_Hz": Setting(
+            option="--cutoff",
+            text="Natural frequency [Hz] up to which elastic modes are considered. "
+            "[default: 7 times the highest speed, or more]",
+            allowed=Range(above=0.0, most=3e5, unit="Hz"),
+        ),
+    },
+)
+INTEGRATION = Group(
+    kind=DynamicSettings,
+    offers={
+        **SETTLING,
+        "steps": Setting(
+            text="Least number of time steps per period of the fastest mesh."
+        ),
+    },
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Dynamics(
+    SweptSpeeds,
+    Study,
+    command="dynamics",
+    example="dynamics liu-idler --torque 100 --speeds 800:4200:20 -o d.csv",
+):
+    """Vibration of finite-element gears over speed.
+
+    The CSV columns are those of `fegear sweep`. With --output each finished speed is
+    kept in FILE.partial until the file is written; --resume goes on from there.
+    """
+
+    resumes = True
+    partial = True
+
+    gear_set: NamedSet
+    torque: tuple[float, ...] = torques_setting()
+    elements: FiniteElements = group(ELEMENTS)
+    torque_of: TorqueOf = setting("nominal", TORQUE_OF.text)
+    damping_ratio: float | None = setting(
+        None, DAMPING.text, DAMPING.allowed, option=DAMPING.option
+    )
+    translations: bool = setting(False, TRANSLATIONS.text, option=TRANSLATIONS.option)
+    source: Source = group(
+        Group(kind=Source, offers={"plane": PLANE, "resolution": RESOLUTION})
+    )
+    integration: DynamicSettings = group(INTEGRATION)
+    model_1: bool = setting(
+        False, "Run lumped model 1 as well and show both results.", option="--model-1"
+    )
+    history: str | None = setting(
+        None,
+        "Write a CSV file for each speed into this directory: load and contact "
+        "pressure of every tooth pair and motion of the hubs over one period.",
+        metavar="DIR",
+    )
+    root_stress: str | None = setting(
+        None,
+        "Add the root stress of this gear's teeth to the files of --history.",
+        metavar="GEAR",
+    )
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.root_stress is not None and self.history is None:
+            names = called(self, "root_stress"), called(self, "history")
+            raise InputError(f"{names[0]} needs {names[1]}")
+        if self.torque_of == "input" and not self.elements.friction:
+            needed = called(self, "friction")
+            raise InputError(f"torque_of = input; needs {needed} above 0")
+
+    @cached_property
+    def gears(self) -> GearSet:
+        own = {"torque": self.torque, "damping_ratio": self.damping_ratio}
+        refuse_edits(self, own, self.translations)
+        return self.gear_set.loaded
+
+    @property
+    def reference(self) -> LumpedModel:
+        """The lumped model 1, whose modes and tables the finite elements share."""
+        return LumpedModel(
+            translations=self.translations,
+            damping_ratio=self.damping_ratio,
+            stiffness=self.source,
+        )
+
+    @cached_property
+    def excitations(self) -> Excitations:
+        return Excitations(self.source)
+
+    @cached_property
+    def systems(self) -> dict[float, LumpedSystem]:
+        """The lumped model 1 at each torque on the input gear [N m]."""
+        return {
+            torque: lumped_system(self.gears, torque, self.reference, self.excitations)
+            for torque in chosen_torques(self.gears, self.torque)
+        }
+
+    @cached_property
+    def frequencies(self) -> list[float]:
+        """Mesh frequencies of the first mesh [Hz]."""
+        return list(self.speeds) or usual_speeds(next(iter(self.systems.values())))
+
+    def under_friction(self, torque: float) -> LumpedSystem:
+        """The lumped model 1 under the torques that the finite elements have."""
+        system = self.systems[torque]
+        if self.torque_of == "nominal":
+            return system
+        friction, of = self.elements.friction, self.torque_of
+        model = replace(self.reference, friction=friction, torque_of=of)
+        found = lumped_system(self.gears, torque, model, self.excitations)
+        return replace(system, train=found.train, losses=found.losses)
+
+    @cached_property
+    def prepared(self) -> dict[float, Prepared]:
+        """A stepper for every torque, all of the same fidelity."""
+        found = self._prepared(self.elements)
+        if len({each.fidelity for each in found.values()}) > 1:
+            found = self._prepared(replace(self.elements, fidelity="reduced"))
+        return found
+
+    def _prepared(self, elements: FiniteElements) -> dict[float, Prepared]:
+        given = self.frequencies, elements, self.integration, self.excitations
+        return {
+            torque: prepare(self.gears, torque, self.under_friction(torque), *given)
+            for torque in self.systems
+        }
+
+    @cached_property
+    def header(self) -> dict[str, str]:
+        """Entries of every file."""
+        steps, found = self.integration, list(self.prepared.values())
+        words = (
+            f"generalised-alpha, {steps.steps} steps per period or more, tolerance "
+            f"{exact(steps.tolerance)}, up to {cap_in_words(steps.max_periods)}"
+        )
+        kept = "; ".join(" + ".join(map(str, each.elastic)) or "0" for each in found)
+        return {
+            **file_header(self.gears, self.reference, self._damping, words),
+            "fidelity": found[0].fidelity,
+            DERIVED: kept,
+            "elastic damping ratio": exact(self.elements.elastic_damping),
+            "friction coefficient": exact(self.elements.friction),
+            **torque_entry(self.torque_of),
+            **self.gear_set.entries,
+        }
+
+    @property
+    def _damping(self) -> float:
+        return next(iter(self.systems.values())).train.damping_ratio
+
+    @property
+    def inputs(self) -> dict[str, str]:
+        # what is derived comes last, so that a message names what was asked for
+        return {**super().inputs, DERIVED: self.header[DERIVED]}
+
+    def tasks(self) -> Iterator[Task]:
+        roots = self._root_influences()
+        size = len(self.frequencies)
+        if self.history is not None:
+            make_directory(Path(self.history))
+        for torque in self.systems:
+            for direction in self.directions:
+                work = partial(self._swept, torque, direction, roots)
+                yield Task(f"{torque!r}-{direction}", work, size)
+        if self.model_1:
+            for torque, system in self.systems.items():
+                for direction in self.directions:
+                    work = partial(self._model_1, system, direction)
+                    yield Task(f"model 1 {torque!r}-{direction}", work, size)
+
+    def _swept(
+        self,
+        torque: float,
+        direction: Direction,
+        roots: dict[int, RootInfluence],
+        job: Job,
+    ) -> Branch:
+        return sweep_branch(
+            self.prepared[torque].stepper,
+            self.frequencies,
+            direction,
+            self.integration,
+            store=StoredBranch(job),
+            keep=partial(self._keep, torque, direction, roots),
+            observer=reporting(job.report, len(self.frequencies)),
+        )
+
+    def _model_1(self, system: LumpedSystem, direction: Direction, job: Job) -> Branch:
+        observer = reporting(job.report, len(self.frequencies))
+        return sweep(system, self.frequencies, direction, observer=observer)
+
+    def _keep(
+        self,
+        torque: float,
+        direction: Direction,
+        roots: dict[int, RootInfluence],
+        frequency: float,
+        motion: Motion,
+    ) -> None:
+        """Write the motion of a speed as a file of the directory, if there is one."""
+        if self.history is None:
+            return
+        model = self.prepared[torque].stepper.model
+        entries = self.header | {
+            "torque_Nm": exact(torque),
+            "direction": direction,
+            "mesh_frequency_Hz": exact(frequency),
+        }
+        steps = steps_per_cycle(model, frequency, self.integration)
+        text = format_history(history_table(model, motion, steps, entries, roots))
+        write_text(
+            Path(self.history) / history_name(torque, direction, frequency), text
+        )
+
+    def _root_influences(self) -> dict[int, RootInfluence]:
+        if self.root_stress is None:
+            return {}
+        names = [gear.name for gear in self.gears.gears]
+        if self.root_stress not in names:
+            raise InputError(
+                f"root_stress = {self.root_stress}; allowed are {', '.join(names)}"
+            )
+        place = names.index(self.root_stress)
+        sector = self.source.statics.sector(self.gears.gears[place])
+        return {place: root_influence(sector)}
+
+    def gather(self, found: Mapping[str, Branch | None]) -> DynamicsResult:
+        def branches(prefix: str) -> list[tuple[float, Branch]]:
+            return [
+                (torque, found[f"{prefix}{torque!r}-{each}"] or unbegun(system, each))
+                for torque, system in self.systems.items()
+                for each in self.directions
+            ]
+
+        friction = self.elements.friction
+        return DynamicsResult(
+            study=self,
+            facts={
+                "gear_set": self.gears.name,
+                "model": self.header["fidelity"],
+                "excitation": self.header["excitation"],
+                "damping_ratio": self._damping,
+                "friction_coefficient": friction,
+                "sliding": None,
+                "torque_of": self.torque_of if friction else None,
+                "translations": self.translations,
+                "body_modes": None,
+                "body_modes_left_out": None,
+            },
+            header=self.header,
+            frequencies=self.frequencies,
+            found=branches(""),
+            beside=branches("model 1 ") if self.model_1 else (),
+        )
+
+
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
+class DynamicsResult(ResponsesResult):
+    """Branches of the finite elements."""
+
+    @property
+    def reasons(self) -> tuple[tuple[float, str], ...]:
+        """Sentences that begin with the fidelity at each torque and say why."""
+        prepared: Mapping[float, Any] = self.study.prepared
+        return tuple((torque, each.reason) for torque, each in prepared.items())
+
+    def page(self) -> Page:
+        for torque, reason in self.reasons:
+            yield f"{torque:g} N m, {reason}"
+        yield from super().page()
