@@ -17,18 +17,20 @@ error of the mean transmission error 2e-04
 
 Vibration over speed of a lumped model, on the mesh stiffness of key figures:
 
->>> stiffness = fegear.Source(kind="rectangular")
->>> settings = fegear.SweepSettings(model=fegear.LumpedModel(stiffness=stiffness))
->>> swept = fegear.sweep_speeds(gears, [100.0], range(2000, 3100, 100), settings)
->>> peak = max(swept.table.rows, key=lambda row: row.dte_rms_m)
->>> print(f"{1e6 * peak.dte_rms_m:.1f} um at {peak.mesh_frequency_Hz:g} Hz")
+>>> model = fegear.LumpedModel(stiffness=fegear.Source(kind="rectangular"))
+>>> speeds = range(2000, 3100, 100)  # mesh frequencies [Hz]
+>>> asked = fegear.Sweep(gear_set=gears, torque=[100.0], speeds=speeds, model=model)
+>>> swept = fegear.run(asked)
+>>> (peak,) = swept.summary["branches"][0]["peaks"]
+>>> print(f"{1e6 * peak['dte_rms_m']:.1f} um at {peak['frequency_Hz']:g} Hz")
 7.0 um at 2800 Hz
 >>> swept.to_csv("sweep.csv")
 
 The same by the finite elements themselves:
 
 >>> gears = fegear.load_gear_set("liu-pair")
->>> moved = fegear.sweep_elements(gears, [100.0], [2900.0])
+>>> asked = fegear.Dynamics(gear_set=gears, torque=[100.0], speeds=[2900.0])
+>>> moved = fegear.run(asked)
 >>> moved.reasons[0][1].partition(":")[0]
 'reduced'
 >>> moved.to_csv("dynamics.csv")
@@ -49,7 +51,7 @@ Stress in the teeth, and a picture of it:
 {'pinion': '577 MPa', 'idler': '576 MPa'}
 >>> stress.draw("contact.png")
 
-`LumpedModel`, `Source`, `StaticsSettings`, `SweepSettings`, `DynamicsSettings`,
+Studies, such as `Sweep` and `Dynamics`, `LumpedModel`, `Source`, `StaticsSettings`,
 `FiniteElements` and `PictureSettings` say what can be chosen. A setting or argument
 that cannot be used raises `ValueError`, what files and gear sets hold its kind
 `InputError`, both in one line. `python -m fegear` is the command line.

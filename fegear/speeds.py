@@ -25,13 +25,19 @@ def parsed_speeds(text: str, most: int = MOST_SPEEDS) -> tuple[float, ...]:
 
 def written_speeds(speeds: Sequence[float]) -> str:
     """Words from which `parsed_speeds` reads these speeds, to the last bit."""
-    if len(speeds) > 2:
-        first, second, last = (Decimal(repr(speeds[i])) for i in (0, 1, -1))
-        text = f"{first}:{last}:{abs(second - first)}"
+    exact = [Decimal(repr(float(speed))) for speed in speeds]
+    if len(exact) > 2:
+        ends = exact[0], exact[-1], abs(exact[1] - exact[0])
+        text = ":".join(map(_digits, ends))
         with suppress(ValueError):
             if parsed_speeds(text) == tuple(speeds):
                 return text
-    return ",".join(map(repr, speeds))
+    return ",".join(map(_digits, exact))
+
+
+def _digits(number: Decimal) -> str:
+    """Digits without an exponent or zeros at their end."""
+    return f"{number.normalize():f}"
 
 
 def _speed_range(part: str, most: int) -> list[Decimal]:

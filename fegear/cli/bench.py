@@ -23,9 +23,9 @@ from fegear.cli.options import (
     require_outputs,
 )
 from fegear.cli.screen import print_json, ruled_table, say, screen
-from lumped.progress import Progress
 
 if TYPE_CHECKING:
+    from lumped.progress import Progress
     from validation.bench import Benchmark
 
     Measure = Callable[[Progress], Benchmark]

@@ -23,12 +23,12 @@ from fegear.cli.options import (
 from fegear.cli.screen import complain, number, say
 from fegear.errors import InputError
 from fegear.studies.study import Range
-from lumped.progress import Progress
 
 if TYPE_CHECKING:
     from fegear.eccentric.gearing import Gearing
     from fegear.eccentric.turn import TurnTable
     from fegear.store import Keeping
+    from lumped.progress import Progress
 
 EXAMPLE = "fegear eccentric --radius 20 --eccentricity 6 --teeth 40 -o wheels.svg"
 LENGTH = Range(least=1e-3, most=1e6, unit="mm")

@@ -15,13 +15,13 @@ from fegear.cli.groups import option
 from fegear.cli.screen import complain, counted
 from fegear.errors import InputError
 from fegear.studies.study import Range
-from lumped.progress import Progress
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from fegear.gearset.model import GearSet
     from fegear.store import Keeping
+    from lumped.progress import Progress
     from lumped.workers import Cluster
 
 

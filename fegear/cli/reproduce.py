@@ -14,9 +14,9 @@ import typer
 from fegear.cli.options import AsJson, progress_bar, refuse_idle, require_outputs
 from fegear.cli.screen import print_json, ruled_table, say, screen
 from fegear.errors import InputError
-from lumped.progress import Progress
 
 if TYPE_CHECKING:
+    from lumped.progress import Progress
     from validation.reproduce import FigureResult
 
 EXAMPLE = "fegear reproduce 3.6 3.9 -o figures"

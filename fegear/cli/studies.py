@@ -21,7 +21,6 @@ from fegear.cli.options import (
     require_outputs,
 )
 from fegear.cli.screen import complain, ruled_table, say, screen
-from fegear.output import write_text
 from fegear.studies.page import Grid, Page
 from fegear.studies.study import Group, Setting, Study, group_of, offered, options_of
 
@@ -113,6 +112,8 @@ def _found(asked: Study, files: Any, outputs: Any) -> tuple[Any, Mapping[str, An
 
 
 def _write(found: Any, files: Any, outputs: Any) -> None:
+    from fegear.output import write_text
+
     outputs.write(found.table.csv)
     for name, path in {"plot": outputs.plot, **vars(files)}.items():
         if path is not None and name in found.study.more_tables:

@@ -21,9 +21,9 @@ from fegear.cli.options import (
     require_outputs,
 )
 from fegear.cli.screen import print_json, ruled_table, say, screen
-from lumped.progress import Progress
 
 if TYPE_CHECKING:
+    from lumped.progress import Progress
     from lumped.workers import Cluster
     from validation.cases import Case
     from validation.random_sets.runs import SetRun

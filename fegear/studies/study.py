@@ -326,14 +326,16 @@ class Study:
             if declared is None or isinstance(value, declared.kind):
                 continue
             kind: Any = declared.kind
-            if isinstance(value, str):  # a name in its place
+            names = [own.name for own in fields(kind)]
+            if isinstance(value, str) and "name" in names:  # a name in its place
                 object.__setattr__(self, each.name, kind(name=value))
             elif hasattr(kind, "of"):
                 object.__setattr__(self, each.name, kind.of(value))
         for name, value in vars(self).items():  # lists and arrays
             if isinstance(value, list | range) or hasattr(value, "tolist"):
                 values = value.tolist() if hasattr(value, "tolist") else value
-                object.__setattr__(self, name, tuple(values))
+                values = tuple(values) if hasattr(values, "__len__") else values
+                object.__setattr__(self, name, values)
         require_settings(self)
         refuse_idle(self, group_of(self))
 
@@ -365,8 +367,16 @@ class Study:
 
         A study whose settings name files has their texts here as well.
         """
-        values = {each.name: getattr(self, each.name) for each in fields(self)}
-        return {k: getattr(v, "inputs", repr(v)) for k, v in values.items()}
+        return dict(_inputs(self, ""))
+
+
+def _inputs(settings: Any, group: str) -> Iterator[tuple[str, str]]:
+    for each in fields(settings):
+        value, name = getattr(settings, each.name), f"{group}{each.name}"
+        if is_dataclass(value) and not hasattr(value, "inputs"):
+            yield from _inputs(value, f"{name}.")
+        else:
+            yield name, getattr(value, "inputs", repr(value))
 
 
 class StudyResult(Result):

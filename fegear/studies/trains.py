@@ -22,6 +22,7 @@ from fegear.studies.study import (
     called,
     group,
     refusal,
+    require_settings,
     setting,
 )
 from fegear.train import input_torques
@@ -52,6 +53,10 @@ class NamedSet:
         metavar="KEY=VALUE",
     )
     given: GearSet | None = None
+
+    def __post_init__(self) -> None:
+        require_settings(self)
+        assert self.changes is not None  # refuses what is no change
 
     @classmethod
     def of(cls, gear_set: GearSet) -> NamedSet:

@@ -38,9 +38,9 @@ def test_other_types_are_refused_by_name(function, name, value):
 
 def test_arrays_without_a_length_are_no_lists():
     gears = fegear.load_gear_set("liu-pair")
-    for function in (fegear.sweep_speeds, fegear.sweep_elements):
-        with pytest.raises(ValueError, match="torques must be a list"):
-            function(gears, np.array(100.0), [2000.0])
+    for study in (fegear.Sweep, fegear.Dynamics):
+        with pytest.raises(ValueError, match="torque must be a tuple"):
+            study(gear_set=gears, torque=np.array(100.0), speeds=[2000.0])
     with pytest.raises(ValueError, match="torques must be a list"):
         fegear.solve_mesh(gears, torques=np.array(100.0))
 

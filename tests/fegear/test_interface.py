@@ -18,6 +18,7 @@ from fegear.version import package_version
 
 README = Path(__file__).parents[2] / "README.md"
 BLOCK = re.compile(r"^```python\n(.*?)^```", re.MULTILINE | re.DOTALL)
+SPEEDS = 2000.0, 2100.0
 FAST = fegear.Source(kind="rectangular")
 
 
@@ -95,17 +96,20 @@ def test_frames_where_pandas_is_there(monkeypatch):
     np.testing.assert_array_equal(columns["position"], [0.0, 0.25, 0.5, 0.75] * 2)
     np.testing.assert_array_equal(columns["ste_m"], table.table["ste_m"].ravel())
     model = fegear.LumpedModel(stiffness=FAST)
-    sweep = fegear.SweepSettings(model=model, directions=("up",))
-    rows = fegear.sweep_speeds(gears, [100.0], [2000.0, 2100.0], sweep).to_frame()
-    assert [row["mesh_frequency_Hz"] for row in rows] == [2000.0, 2100.0]
+    asked = fegear.Sweep(
+        gear_set=gears, torque=[100.0], speeds=SPEEDS, model=model, direction="up"
+    )
+    assert fegear.run(asked).to_frame()["mesh_frequency_Hz"] == SPEEDS
 
 
 def test_the_summary_of_a_sweep_is_that_of_the_command(capsys):
     from fegear.cli import run
 
     gears = fegear.load_gear_set("liu-pair")
-    settings = fegear.SweepSettings(model=fegear.LumpedModel(stiffness=FAST))
-    found = fegear.sweep_speeds(gears, [100.0], [2000.0, 2100.0], settings)
+    model = fegear.LumpedModel(stiffness=FAST)
+    found = fegear.run(
+        fegear.Sweep(gear_set=gears, torque=[100.0], speeds=SPEEDS, model=model)
+    )
     words = "sweep liu-pair --excitation rectangular --torque 100 --speeds 2000,2100"
     assert run([*words.split(), "-o", "command.csv"]) == 0
     found.to_csv("python.csv")
@@ -116,8 +120,8 @@ def test_the_summary_of_a_sweep_is_that_of_the_command(capsys):
 def test_torques_that_are_nowhere():
     pair = fegear.load_gear_set("liu-pair")
     gears = replace(pair, meshes=(replace(pair.meshes[0], torques=()),))
-    with pytest.raises(fegear.InputError, match="torques"):
-        fegear.sweep_speeds(gears, (), [2000.0])
+    with pytest.raises(fegear.InputError, match="torque is missing"):
+        fegear.run(fegear.Sweep(gear_set=gears, speeds=[2000.0]))
 
 
 def test_no_module_hides_what_is_offered():

@@ -20,8 +20,10 @@ def gears():
 
 @pytest.fixture(scope="module")
 def swept(gears):
-    settings = fegear.SweepSettings(model=FAST)
-    return fegear.sweep_speeds(gears, [100.0], [2000.0, 2100.0], settings)
+    speeds = [2000.0, 2100.0]
+    return fegear.run(
+        fegear.Sweep(gear_set=gears, torque=[100.0], speeds=speeds, model=FAST)
+    )
 
 
 def test_what_is_shown_is_short(gears, swept):
@@ -30,13 +32,13 @@ def test_what_is_shown_is_short(gears, swept):
         swept,
         fegear.solve_mesh(gears, 0, [100.0], coarse),
         fegear.settle_motion(gears, 100.0, 2000.0, FAST),
-        fegear.predict_resonances(gears, 100.0, FAST),
-        fegear.sweep_elements(gears, [100.0], [2900.0]),
+        fegear.run(fegear.Theory(gear_set=gears, torque=100.0, model=FAST)),
+        fegear.run(fegear.Dynamics(gear_set=gears, torque=[100.0], speeds=[2900.0])),
         fegear.solve_stress(gears, 100.0, settings=coarse),
     ):
         assert repr(result).startswith(f"{type(result).__name__}(")
         assert len(repr(result)) < 400
-    assert "gear_set=<GearSet liu-pair>, model='1'" in repr(swept)
+    assert repr(swept).startswith("SweepResult(study=<Sweep>, facts=<dict of 10>")
 
 
 @pytest.mark.parametrize(

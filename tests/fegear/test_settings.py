@@ -18,6 +18,7 @@ import lumped
 from fegear.bifurcations import AttractorSettings
 from fegear.excitation import GivenTables
 from fegear.rattle.choice import LoadedMachine, MovingMachine
+from fegear.studies.trains import NamedSet
 from lumped.branches.periodic import BranchSettings
 from lumped.coupled import CoupledContacts
 from lumped.friction import ToothFriction
@@ -41,6 +42,9 @@ FREE = {
     "wheel",
     "file",
     "orbit",
+    "gear_set",
+    "table",
+    "history",
 }  # any text
 PAIR = lumped.PairExcitation(constant(1e8), constant(0.0))
 SPRING = lumped.MeshExcitation((PAIR,), 1e8)
@@ -73,6 +77,9 @@ EXAMPLES = [  # of classes that must be told something
     fegear.Noise(machine="roots-a"),
     fegear.Periodic(machine="roots-a"),
     fegear.RunDown(file="measured.csv"),
+    *(kind(gear_set="liu-pair") for kind in (fegear.Sweep, fegear.Theory)),
+    fegear.Dynamics(gear_set="liu-pair"),
+    NamedSet(name="liu-pair"),
     LoadedMachine(name="roots-a"),
     MovingMachine(name="roots-a"),
 ]
@@ -186,8 +193,8 @@ def test_all_public_settings_are_looked_at():
             "damping_ratio must be 0 to below 1, got inf",
         ),
         (
-            lambda: fegear.SweepSettings(directions=("sideways",)),
-            "directions must be a tuple, each up or down, got ('sideways',)",
+            lambda: fegear.Sweep(gear_set="liu-pair", direction="sideways"),
+            "direction must be up, down or both, got 'sideways'",
         ),
         (
             lambda: fegear.solve_mesh("liu-pair"),
@@ -215,8 +222,8 @@ def test_all_public_settings_are_looked_at():
             "zoom must be contact, tooth or gear, got 'near'",
         ),
         (
-            lambda: fegear.sweep_speeds(GEARS, [100.0], [-1000.0]),
-            "frequencies must be above 0 to below 1e9, got -1000.0",
+            lambda: fegear.Sweep(gear_set=GEARS, speeds=[-1000.0]),
+            "speeds = -1000; allowed above 0 to below 1000000000 Hz",
         ),
         (
             lambda: fegear.settle_motion(GEARS, 100.0, 0),
@@ -257,7 +264,8 @@ def test_numbers_of_numpy_are_numbers():
     assert settings.positions == 8
     given = np.array([2800.0, 2900.0])
     model = fegear.LumpedModel(stiffness=fegear.Source(kind="rectangular"))
-    found = fegear.sweep_speeds(
-        GEARS, np.array([100.0]), given, fegear.SweepSettings(model=model)
-    )
-    assert found.table.rows[0].mesh_frequency_Hz == 2800.0
+    torque = np.array([100.0])
+    asked = fegear.Sweep(gear_set=GEARS, torque=torque, speeds=given, model=model)
+    assert asked.speeds == (2800.0, 2900.0)
+    assert asked.torque == (100.0,)
+    assert "2800,2900" in fegear.Sweep(gear_set="liu-pair", speeds=given).words

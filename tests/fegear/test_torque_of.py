@@ -10,12 +10,10 @@ from typer.testing import CliRunner
 
 import fegear
 from fegear.cli import app
-from fegear.dynamic_sweeps import DynamicsSettings, under_friction
-from fegear.dynamics.build import FiniteElements, prepare
+from fegear.dynamics.build import FiniteElements
 from fegear.dynamics.contact_history import between, contact_histories
 from fegear.dynamics.stepper import DynamicSettings, steps_per_cycle
 from fegear.errors import InputError
-from fegear.excitation import Excitations
 from fegear.lumped_models import LumpedModel, lumped_system
 from lumped.friction import torque_shares
 from lumped.losses import shared_loads
@@ -89,14 +87,16 @@ def test_the_input_gear_of_finite_elements_has_the_torque(name):
 
 def elements_input(name, torque_of):
     """The same of finite elements, by the lever of every contact."""
-    gears = fegear.load_gear_set(name, FREE[name])
-    elements = FiniteElements(fidelity="quasistatic", friction=FRICTION)
-    settings = DynamicsSettings(elements=elements, torque_of=torque_of)
-    excitations, speed = Excitations(settings.source), SPEEDS[name]
-    plain = lumped_system(gears, TORQUE, settings.reference, excitations)
-    reference = under_friction(gears, TORQUE, plain, settings, excitations)
-    steps = DynamicSettings(steps=512)
-    made = prepare(gears, TORQUE, reference, [speed], elements, steps, excitations)
+    speed, steps = SPEEDS[name], DynamicSettings(steps=512)
+    asked = fegear.Dynamics(
+        gear_set=fegear.load_gear_set(name, FREE[name]),
+        torque=[TORQUE],
+        speeds=[speed],
+        elements=FiniteElements(fidelity="quasistatic", friction=FRICTION),
+        integration=steps,
+        torque_of=torque_of,
+    )
+    made = asked.prepared[TORQUE]
     _, motion = steady_state(made.stepper, speed, steps)
     model = made.stepper.model
     count = steps_per_cycle(model, speed, steps)
@@ -118,8 +118,8 @@ def test_without_friction_nothing_changes():
     plain = lumped_system(gears, TORQUE, LumpedModel(stiffness=source))
     same = LumpedModel(stiffness=source, torque_of="input")
     assert lumped_system(gears, TORQUE, same).train == plain.train
-    with pytest.raises(ValueError, match="torque_of must be nominal without friction"):
-        fegear.DynamicsSettings(torque_of="input")
+    with pytest.raises(ValueError, match="torque_of = input; needs friction above 0"):
+        fegear.Dynamics(gear_set="liu-pair", torque_of="input")
 
 
 @pytest.mark.parametrize(

@@ -7,20 +7,18 @@ import json
 
 import numpy as np
 import pytest
-import typer
 from typer.testing import CliRunner
 
-from fegear.cli.branches import branches_command, print_branches
+from fegear.cli import app
+from fegear.cli.branches import print_branches
 from lumped.csv_text import parse_csv
 
-app = typer.Typer()
-app.command("branches")(branches_command)
 FAST = ("liu-idler", "--excitation", "fourier", "--wave-harmonics", "3")
 SHORT = (*FAST, "--speeds", "1300:3600", "--harmonics", "8")
 
 
 def run(*words: object, code: int = 0) -> str:
-    result = CliRunner().invoke(app, list(map(str, words)))
+    result = CliRunner().invoke(app, ["branches", *map(str, words)])
     assert result.exit_code == code, result.output
     return result.stdout
 
@@ -136,13 +134,17 @@ def test_resumed_branches_are_those_of_one_go(tmp_path, monkeypatch):
         run(*words, "-o", file, code=130)
     kept = file.with_name("b.csv.partial")
     assert kept.is_file()
-    result = CliRunner().invoke(app, [*map(str, words), "-o", str(file)])
+    result = CliRunner().invoke(app, ["branches", *map(str, words), "-o", str(file)])
     assert "holds what an interrupted run has finished" in str(result.exception)
     other = [*map(str, words[:-1]), "5", "-o", str(file), "--resume"]
-    assert "was begun with harmonics" in str(CliRunner().invoke(app, other).exception)
+    assert "was begun with harmonics" in str(
+        CliRunner().invoke(app, ["branches", *other]).exception
+    )
     follow, calls = Branch.follow, []
     monkeypatch.setattr(Branch, "follow", lambda *a: calls.append(1) or follow(*a))
-    again = CliRunner().invoke(app, [*map(str, words), "-o", str(file), "--resume"])
+    again = CliRunner().invoke(
+        app, ["branches", *map(str, words), "-o", str(file), "--resume"]
+    )
     assert again.exit_code == 0
     assert len(calls) == branches - 1
     assert "branches that are finished: 1" in again.stderr
@@ -224,10 +226,10 @@ def test_another_figure_is_followed_at_one_speed(tmp_path, capsys):
     ],
 )
 def test_what_is_wrong_is_said(words, message):
-    result = CliRunner().invoke(app, list(map(str, words)))
+    result = CliRunner().invoke(app, ["branches", *map(str, words)])
     assert message in str(result.exception) + result.output
 
 
 def test_damping_of_zero_is_named():
-    result = CliRunner().invoke(app, [*SHORT, "--damping", "0"])
+    result = CliRunner().invoke(app, ["branches", *SHORT, "--damping", "0"])
     assert "damping ratio = 0; motions do not settle" in str(result.exception)

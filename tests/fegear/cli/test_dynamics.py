@@ -51,10 +51,10 @@ def test_up_and_down_agree_off_the_resonances(tmp_path):
 
 def test_auto_tells_what_it_chose_and_why():
     words = ["dynamics", "liu-pair", "--torque", "100", "--direction", "up"]
-    slow = run(*words, "--speeds", "100").stdout.splitlines()[0]
+    slow = " ".join(run(*words, "--speeds", "100").stdout.splitlines()[:2])
     assert slow.startswith("100 N m, quasistatic: elastic inertia changes")
     assert "allowed are 2 %" in slow
-    fast = run(*words, "--speeds", "2500").stdout.splitlines()[0]
+    fast = " ".join(run(*words, "--speeds", "2500").stdout.splitlines()[:3])
     assert fast.startswith("100 N m, reduced: elastic inertia changes")
     assert "kHz are kept" in fast
 
@@ -170,7 +170,7 @@ def test_a_checkpoint_of_other_settings_is_refused(tmp_path):
         text=True,
     )
     assert done.returncode == 2
-    assert "64 steps" in done.stderr
+    assert "integration.steps = '128', now '64'" in done.stderr
 
 
 def started_and_killed(words, partial, speeds=1):
@@ -194,12 +194,12 @@ def test_a_checkpoint_of_other_gears_or_histories_is_refused(tmp_path):
         [*MAIN, *words, *history, "--resume"], capture_output=True, text=True
     )
     assert done.returncode == 2
-    assert "histories" in done.stderr
+    assert "history" in done.stderr
     assert "teeth = 55" in text
     own.write_text(text.replace("hub_radius_mm = 42", "hub_radius_mm = 43"))
     done = subprocess.run([*MAIN, *words, "--resume"], capture_output=True, text=True)
     assert done.returncode == 2
-    assert "figures of the gear set" in done.stderr
+    assert "was begun with gear_set" in done.stderr
 
 
 def test_torques_that_differ_little_are_branches_of_their_own(tmp_path):

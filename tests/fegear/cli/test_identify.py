@@ -7,19 +7,16 @@ from functools import cache
 from importlib import resources
 
 import pytest
-import typer
 from typer.testing import CliRunner
 
-from fegear.cli.identify import identify_command
+from fegear.cli import app
 from fegear.errors import InputError
 
-app = typer.Typer()
-app.command("identify")(identify_command)
 FAST = ("liu-pair", "--resolution", "coarse")
 
 
 def run(*words: str) -> str:
-    result = CliRunner().invoke(app, words, catch_exceptions=False)
+    result = CliRunner().invoke(app, ["identify", *words], catch_exceptions=False)
     assert result.exit_code == 0
     return result.stdout
 
@@ -81,12 +78,14 @@ def test_teeth_must_be_equal():
 
 def test_figures_that_no_set_meets_are_named():
     result = CliRunner().invoke(
-        app, [*FAST, "--mean", "3e7", "--variation", "0.33"], catch_exceptions=False
+        app,
+        ["identify", *FAST, "--mean", "3e7", "--variation", "0.33"],
+        catch_exceptions=False,
     )
     assert result.exit_code == 0
     assert "warning: no set meets the figures: the best one is" in result.stderr
     assert "at their limit, 0.25 of those given" in result.stderr
-    fitting = CliRunner().invoke(app, [*FAST], catch_exceptions=False)
+    fitting = CliRunner().invoke(app, ["identify", *FAST], catch_exceptions=False)
     assert "warning" not in fitting.stderr
 
 
@@ -100,4 +99,4 @@ def test_nothing_measured_names_the_options(tmp_path):
     ]
     own.write_text("\n".join(kept))
     with pytest.raises(InputError, match="--mean or --variation is missing; liu-pair"):
-        CliRunner().invoke(app, [str(own)], catch_exceptions=False)
+        CliRunner().invoke(app, ["identify", str(own)], catch_exceptions=False)

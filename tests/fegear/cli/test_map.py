@@ -12,22 +12,19 @@ from importlib import resources
 
 import numpy as np
 import pytest
-import typer
 from typer.testing import CliRunner
 
-from fegear.cli.map import map_command
+from fegear.cli import app
 from fegear.cli.varied import parsed_axes
 from fegear.errors import InputError
 
-app = typer.Typer()
-app.command("map")(map_command)
 RELIEF = "mesh.{}.tip_relief.magnitude_um"
 BASE = ("liu-idler", "--excitation", "rectangular", "--torque", "100")
 SMALL = (*BASE, "--over", f"{RELIEF.format(1)}=4,5", "--over", "mesh.2.phase=0:0.4:3")
 
 
 def run(*words: object) -> str:
-    result = CliRunner().invoke(app, list(map(str, words)), catch_exceptions=False)
+    result = CliRunner().invoke(app, ["map", *map(str, words)], catch_exceptions=False)
     assert result.exit_code == 0, result.output
     return result.stdout
 

@@ -5,19 +5,16 @@ from __future__ import annotations
 import json
 
 import pytest
-import typer
 from typer.testing import CliRunner
 
-from fegear.cli.modes import modes_command
+from fegear.cli import app
 from fegear.errors import InputError
 
-app = typer.Typer()
-app.command("modes")(modes_command)
 COMPLIANT = (68.8, 446.1, 498.7, 641.1, 889.2, 1076.2, 1200.4, 2528.8, 3851.1)
 
 
 def run(*words: str) -> str:
-    result = CliRunner().invoke(app, words, catch_exceptions=False)
+    result = CliRunner().invoke(app, ["modes", *words], catch_exceptions=False)
     assert result.exit_code == 0
     return result.stdout
 

@@ -5,34 +5,13 @@ from __future__ import annotations
 import json
 
 import pytest
-import typer
 from typer.testing import CliRunner
 
-from fegear.cli.compare import compare_command
-from fegear.cli.dynamics import dynamics_command
-from fegear.cli.map import map_command
-from fegear.cli.render import render_command
-from fegear.cli.show import show_command
-from fegear.cli.stiffness import stiffness_command
-from fegear.cli.sweep import sweep_command
-from fegear.cli.wave import wave_command
+from fegear.cli import app
 from fegear.errors import InputError
 from lumped.maps import QUANTITIES
 from lumped.sweep_table import read_sweep
 from lumped.table import read_table
-
-app = typer.Typer()
-for name, command in {
-    "compare": compare_command,
-    "dynamics": dynamics_command,
-    "map": map_command,
-    "render": render_command,
-    "show": show_command,
-    "stiffness": stiffness_command,
-    "sweep": sweep_command,
-    "wave": wave_command,
-}.items():
-    app.command(name)(command)
 
 PINION, WHEEL = (0, 3), (1, -2, 0.5, 2, -1)  # um, repeated around
 TEXT = f"""

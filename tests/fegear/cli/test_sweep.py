@@ -13,26 +13,25 @@ from dataclasses import replace
 from importlib import resources
 
 import pytest
-import typer
 from typer.testing import CliRunner
 
-from fegear.cli.lumped_options import speeds_of
-from fegear.cli.sweep import sweep_command
+from fegear.cli import app
 from fegear.errors import InputError
 from fegear.gearset import load_gear_set
 from fegear.lumped_models import lumped_system, usual_speeds
+from fegear.speeds import parsed_speeds, written_speeds
 from fegear.statics import StaticsSettings, solve_mesh
 from lumped.analytic import StiffnessFigures, analytic_excitation
 from lumped.response import Status
 from lumped.sweep_table import read_sweep
 
-app = typer.Typer()
-app.command("sweep")(sweep_command)
 FAST = ("liu-idler", "--excitation", "rectangular", "--torque", "100")
 
 
 def run(*words: object, code: int = 0) -> str:
-    result = CliRunner().invoke(app, list(map(str, words)), catch_exceptions=False)
+    result = CliRunner().invoke(
+        app, ["sweep", *map(str, words)], catch_exceptions=False
+    )
     assert result.exit_code == code, result.output
     return result.stdout
 
@@ -171,7 +170,9 @@ def test_a_divergence_keeps_the_rows_before_it(tmp_path, monkeypatch):
     monkeypatch.setattr(module, "confirmed", diverging)
     path = tmp_path / "s.csv"
     words = (*FAST, "--speeds", "900:1000:20", "--direction", "up", "--json")
-    result = CliRunner().invoke(app, [*words, "-o", str(path)], catch_exceptions=False)
+    result = CliRunner().invoke(
+        app, ["sweep", *words, "-o", str(path)], catch_exceptions=False
+    )
     assert result.exit_code == 1
     assert "diverged at 940 Hz within" in result.stderr
     assert len(result.stderr.splitlines()) == 1
@@ -214,7 +215,10 @@ def test_ctrl_c_keeps_finished_rows(tmp_path):
     ],
 )
 def test_speeds(text, speeds):
-    assert speeds_of(text) == speeds
+    """Also written, they are read again to the bit."""
+    found = parsed_speeds(text)
+    assert found == tuple(speeds)
+    assert parsed_speeds(written_speeds(found)) == found
 
 
 @pytest.mark.parametrize(
@@ -222,7 +226,7 @@ def test_speeds(text, speeds):
 )
 def test_wrong_speeds_are_named(text):
     with pytest.raises(InputError, match="--speeds "):
-        speeds_of(text)
+        run(*FAST, "--speeds", text)
 
 
 class GivenMean:

@@ -7,21 +7,15 @@ import json
 import sys
 
 import pytest
-import typer
 from typer.testing import CliRunner
 
-from fegear.cli.sweep import sweep_command
-from fegear.cli.wave import wave_command
+from fegear.cli import app
 
-app = typer.Typer()
-app.command("wave")(wave_command)
-sweep = typer.Typer()
-sweep.command("sweep")(sweep_command)
 FAST = ("liu-idler", "--excitation", "rectangular")
 
 
 def run(*words: object) -> str:
-    result = CliRunner().invoke(app, list(map(str, words)), catch_exceptions=False)
+    result = CliRunner().invoke(app, ["wave", *map(str, words)], catch_exceptions=False)
     assert result.exit_code == 0, result.output
     return result.stdout
 
@@ -80,7 +74,7 @@ def test_the_coupled_model_repeats_the_sweep():
     at = ("liu-pair", "--torque", 100, "--model", "coupled", "--json")
     found = json.loads(run(*at, "--speed", 2500))
     words = list(map(str, (*at, "--speeds", 2500, "--direction", "up")))
-    values = json.loads(CliRunner().invoke(sweep, words).stdout)
+    values = json.loads(CliRunner().invoke(app, ["sweep", *words]).stdout)
     swept = values["branches"][0]
     assert values["natural_frequencies"] == "about the loaded state"
     (mesh,) = found["meshes"]
