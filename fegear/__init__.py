@@ -38,7 +38,8 @@ The same by the finite elements themselves:
 One speed by the lumped model that agrees with them, tooth pair by tooth pair:
 
 >>> coupled = fegear.LumpedModel(number="coupled")
->>> found = fegear.settle_motion(gears, 100.0, 2500.0, coupled)
+>>> asked = fegear.Wave(gear_set=gears, torque=100.0, speed=2500.0, model=coupled)
+>>> found = fegear.run(asked)
 >>> pairs = found.motion.pairs[0]
 >>> pairs.force.shape[1], list(pairs.conditions)
 (2, ['III'])
@@ -80,7 +81,6 @@ _HOMES = {
     "make_gear_set": "gearset",
     "read_gear_set": "gearset",
     "read_mesh_tables": "excitation",
-    "settle_motion": "waves",
     "solve_mesh": "statics",
     "solve_stress": "pictures",
     "run": "studies.running",

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.csv_text import format_csv
 from lumped.losses import friction_power
 from lumped.pair_motions import PairMotion, pair_motions
 from lumped.respond import respond_confirmed, respond_with_history
@@ -167,16 +165,6 @@ def spectrum(history: History) -> tuple[Array, Array]:
     return np.arange(amplitude.shape[0]) / span, amplitude
 
 
-def wave_csv(motion: TimeHistory, header: Mapping[str, str] | None = None) -> str:
-    """The motion as CSV text: a row per time, columns by mesh and pair from 1.
-
-    A pair that is not in mesh has no state: its cell is empty.
-    """
-    columns = _wave_columns(motion)
-    rows = zip(*columns.values(), strict=True)
-    return format_csv(columns, rows, dict(header or {}) | WAVE_LEGEND)
-
-
 WAVE_LEGEND = {
     "time_s": "from the start of a common period of all meshes",
     "dte_m, force_N": "positive where the drive flanks are pressed together",
@@ -185,8 +173,11 @@ WAVE_LEGEND = {
 }
 
 
-def _wave_columns(motion: TimeHistory) -> dict[str, list[Any]]:
-    """Cells by column name."""
+def wave_columns(motion: TimeHistory) -> dict[str, list[Any]]:
+    """Cells of every time by column name, meshes and pairs counted from 1.
+
+    A pair that is not in mesh has no state: its cell is empty.
+    """
     history = motion.history
     columns = {"time_s": history.time.tolist()}
     for m, pairs in enumerate(motion.pairs):

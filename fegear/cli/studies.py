@@ -20,8 +20,8 @@ from fegear.cli.options import (
     require_ending,
     require_outputs,
 )
-from fegear.cli.screen import complain, ruled_table, say, screen
-from fegear.studies.page import Grid, Page
+from fegear.cli.screen import complain, print_columns, ruled_table, say, screen
+from fegear.studies.page import Grid, Page, Sheet
 from fegear.studies.study import Group, Setting, Study, group_of, offered, options_of
 
 
@@ -152,6 +152,8 @@ def _show(page: Page, seconds: float) -> None:
             for cells in part.cells():
                 table.add_row(*cells)
             console.print(table)
+        elif isinstance(part, Sheet):
+            print_columns(console, part.corner, part.labels, part.columns, part.title)
         else:
             console.print(part)
     say(f"wall time {seconds:.2f} s")

@@ -28,6 +28,12 @@ STUDIES = {
         "Vibration of finite-element gears over speed.",
     ),
     "sweep": ("sweep", "Sweep", "Vibration of a lumped train over speed."),
+    "modes": (
+        "modes",
+        "NaturalModes",
+        "Natural frequencies of a train, and what they strain.",
+    ),
+    "wave": ("wave", "Wave", "Settled motion of a lumped train at one speed."),
     "theory": (
         "theory",
         "Theory",

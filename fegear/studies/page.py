@@ -33,6 +33,19 @@ class Grid:
             yield [cell(row) for cell in self.columns.values()]
 
 
+@dataclass(frozen=True)
+class Sheet:
+    """A row of words for each label; columns by their names.
+
+    corner : what the labels are
+    """
+
+    labels: Sequence[str]
+    columns: Mapping[str, Sequence[str]]
+    corner: str = ""
+    title: str | None = None
+
+
 def cell(
     key: str, digits: int = 4, scale: float = 1.0, over: str = "", none: str = ""
 ) -> Cell:
@@ -47,7 +60,7 @@ def cell(
     return shown
 
 
-Page = Iterator[str | Grid]
+Page = Iterator[str | Grid | Sheet]
 
 
 class Described(Protocol):

@@ -43,6 +43,7 @@ if TYPE_CHECKING:
 
     Arrays = Mapping[str, NDArray[np.generic]]
 
+NO_PICTURES: Mapping[str, str] = MappingProxyType({})
 PLOT = {"plot": "Draw the results into this file, .png, .pdf or .svg."}
 
 
@@ -251,11 +252,14 @@ def refuse_idle(settings: Any, group: Group) -> None:
     known = {each.name: each.field.default for each in offered(group)}
     for name, reason in group.idle(settings):
         if name in known and getattr(settings, name) != known[name]:
-            raise refusal(settings, group, name, reason)
+            raise refusal(settings, name, reason, group)
 
 
-def refusal(settings: Any, group: Group, name: str, reason: str) -> InputError:
+def refusal(
+    settings: Any, name: str, reason: str, group: Group | None = None
+) -> InputError:
     """Why the value of a setting is refused; names in braces are those of settings."""
+    group = group or group_of(settings)
     value, names = getattr(settings, name), options_of(group)
     words = "" if value is True else f" = {shown(value)}"
     reason = reason.format_map({each: _called(group, each) for each in names})
@@ -311,7 +315,7 @@ class Study:
     command: ClassVar[str]
     example: ClassVar[str]
     pictures: ClassVar[Mapping[str, str]] = PLOT  # options that take a file, with help
-    more_tables: ClassVar[Mapping[str, str]] = MappingProxyType({})  # as `pictures`
+    more_tables: ClassVar[Mapping[str, str]] = NO_PICTURES  # described as these
     resumes: ClassVar[bool] = False  # whether tasks keep records
     unit: ClassVar[str] = "speed"  # of what tasks keep, one by one
     partial: ClassVar[bool] = False  # whether what Ctrl-C leaves can be gathered

@@ -369,7 +369,7 @@ def _refuse_given(source: Any, names: Any, reason: str) -> None:
     usual = Source()
     for name in names:
         if isinstance(source, Source) and getattr(source, name) != getattr(usual, name):
-            raise refusal(source, SOURCE, name, reason)
+            raise refusal(source, name, reason, SOURCE)
 
 
 def refuse_edits(

@@ -79,6 +79,8 @@ EXAMPLES = [  # of classes that must be told something
     fegear.RunDown(file="measured.csv"),
     *(kind(gear_set="liu-pair") for kind in (fegear.Sweep, fegear.Theory)),
     fegear.Dynamics(gear_set="liu-pair"),
+    fegear.Wave(gear_set="liu-pair", speed=1000.0),
+    fegear.NaturalModes(gear_set="liu-pair"),
     NamedSet(name="liu-pair"),
     LoadedMachine(name="roots-a"),
     MovingMachine(name="roots-a"),
@@ -226,8 +228,8 @@ def test_all_public_settings_are_looked_at():
             "speeds = -1000; allowed above 0 to below 1000000000 Hz",
         ),
         (
-            lambda: fegear.settle_motion(GEARS, 100.0, 0),
-            "speed must be above 0 to below 1e9, got 0",
+            lambda: fegear.Wave(gear_set=GEARS, speed=0),
+            "speed = 0; allowed above 0 to below 1000000000 Hz",
         ),
     ],
 )

@@ -51,10 +51,10 @@ def test_up_and_down_agree_off_the_resonances(tmp_path):
 
 def test_auto_tells_what_it_chose_and_why():
     words = ["dynamics", "liu-pair", "--torque", "100", "--direction", "up"]
-    slow = " ".join(run(*words, "--speeds", "100").stdout.splitlines()[:2])
+    slow = " ".join(run(*words, "--speeds", "100").stdout.split())
     assert slow.startswith("100 N m, quasistatic: elastic inertia changes")
     assert "allowed are 2 %" in slow
-    fast = " ".join(run(*words, "--speeds", "2500").stdout.splitlines()[:3])
+    fast = " ".join(run(*words, "--speeds", "2500").stdout.split())
     assert fast.startswith("100 N m, reduced: elastic inertia changes")
     assert "kHz are kept" in fast
 

@@ -97,11 +97,11 @@ def test_progress_tells_the_speed_on_the_way(monkeypatch):
     monkeypatch.setattr(sys.modules["lumped.sweep"], "REFRESH", -1.0)
     model = fegear.LumpedModel(stiffness=fegear.Source(kind="rectangular"))
     gears, told = fegear.load_gear_set("liu-pair"), []
-    fegear.settle_motion(
-        *(gears, 100.0, 2030.0, model),
-        from_speed=2000.0,
-        progress=lambda *words: told.append(words),
+    asked = fegear.Wave(
+        gear_set=gears, torque=100.0, speed=2030.0, from_speed=2000.0, model=model
     )
+    fegear.run(asked, progress=lambda *words: told.append(words))
+    assert told.pop(0) == ("preparation", 0, 1)
     assert told[0] == ("stiffness", 0, 1)
     assert [words for words in told if words[0] == "sweep"] == [
         ("sweep", 1, 3),

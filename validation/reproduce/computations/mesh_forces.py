@@ -8,7 +8,9 @@ from typing import ClassVar, Literal
 
 import numpy as np
 
-from fegear.waves import settle_motion
+from fegear.studies.running import run
+from fegear.studies.trains import NamedSet
+from fegear.studies.wave import Wave
 from lumped.progress import Progress
 from validation.metrics import CYCLE_POINTS, force_cycle
 from validation.reproduce.computations.frequency_response import Frequency
@@ -45,11 +47,14 @@ def forces(part: ForcesPart, scene: Scene, report: Progress) -> PartResult:
     """Found are the largest and the mean force, and the time without contact."""
     unit, start = scene.unit_Hz, part.from_speed
     came = None if start is None else unit * start
-    settled = settle_motion(
-        *(scene.gear_set, scene.torque, unit * part.at, scene.model),
+    asked = Wave(
+        gear_set=NamedSet.of(scene.gear_set),
+        torque=scene.torque,
+        speed=unit * part.at,
         from_speed=came,
-        progress=report,
+        model=scene.model,
     )
+    settled = run(asked, progress=report)
     history, response = settled.motion.history, settled.motion.response
     curves, found = [], {}
     for mesh, rate in zip(scene.meshes, scene.system.train.mesh_rates, strict=True):

@@ -1,0 +1,276 @@
+"""Natural frequencies of a gear set's train, and what they strain."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any, Literal
+
+import numpy as np
+
+from fegear.excitation import Excitations, Source, unmodified
+from fegear.gearset.model import GearSet
+from fegear.lumped_models import (
+    LumpedModel,
+    body_entries,
+    doubts_of_bodies,
+    lumped_system,
+    usual_speeds,
+)
+from fegear.studies.page import Page, Sheet
+from fegear.studies.study import (
+    NO_PICTURES,
+    Group,
+    Job,
+    Study,
+    StudyResult,
+    Task,
+    group,
+    refusal,
+    setting,
+)
+from fegear.studies.table import Table
+from fegear.studies.trains import (
+    PLANE,
+    RESOLUTION,
+    TRANSLATIONS,
+    NamedSet,
+    bodies_described,
+    one_load,
+    torque_setting,
+)
+from fegear.train import mesh_torques_at, train_of
+from lumped.modes import Modes, natural_modes
+from lumped.system import LumpedSystem
+
+UNSTRAINED = 1e-6  # part of the strain energy in the meshes below which there is none
+ELEMENTS = Group(kind=Source, offers={"plane": PLANE, "resolution": RESOLUTION})
+
+
+@dataclass(frozen=True, kw_only=True)
+class NaturalModes(Study, command="modes", example="modes liu-idler --translations"):
+    """Natural frequencies of a train, and what they strain."""
+
+    pictures = NO_PICTURES
+
+    gear_set: NamedSet
+    torque: float | None = torque_setting()
+    translations: bool = setting(False, TRANSLATIONS.text, option=TRANSLATIONS.option)
+    stiffness: Literal["given", "fe", "coupled"] = setting(
+        "given",
+        "Mean mesh stiffness. given: mean_stiffness_N_per_m of the gear set, by finite "
+        "elements where it is missing; fe: by finite elements, at the torque; coupled: "
+        "of the coupled model about its state under the torque.",
+    )
+    source: Source = group(ELEMENTS)
+
+    @property
+    def gears(self) -> GearSet:
+        return self.gear_set.loaded
+
+    @cached_property
+    def load(self) -> float | None:
+        """Torque on the input gear [N m], None where nothing depends on it."""
+        if self.stiffness != "given" or not all(
+            mesh.mean_stiffness for mesh in self.gears.meshes
+        ):
+            return one_load(self)
+        if self.torque is not None:
+            reason = f"{self.gears.name} gives all mean stiffnesses, use "
+            raise refusal(self, "torque", reason + "{stiffness} fe")
+        for name in ELEMENTS.offers:
+            if getattr(self.source, name) != getattr(Source(), name):
+                reason = "the gear set gives all stiffness figures, nothing is solved"
+                raise refusal(self.source, name, reason, ELEMENTS)
+        return None
+
+    def tasks(self) -> Iterator[Task]:
+        yield Task("modes", self._under_load if self._coupled else self._linear)
+
+    @property
+    def _coupled(self) -> bool:
+        return self.stiffness == "coupled"
+
+    def _under_load(self, job: Job) -> ModesResult:
+        torque = self.load or 0.0
+        coupled = LumpedModel(
+            number="coupled", translations=self.translations, stiffness=self.source
+        )
+        system = lumped_system(self.gears, torque, coupled)
+        origin = f"tangent of the coupled model at {torque:g} N m on the input gear"
+        origins = [origin] * len(self.gears.meshes)
+        ratio = system.train.damping_ratio
+        return ModesResult(self, ratio, modes_under_load(system), origins, system)
+
+    def _linear(self, job: Job) -> ModesResult:
+        torque = self.load or 0.0
+        given = self.stiffness == "given"
+        found = mean_stiffnesses(self.gears, torque, self.source, given)
+        train = train_of(self.gears, torque, self.translations)
+        modes = natural_modes(train, [value for value, _ in found])
+        origins = [origin for _, origin in found]
+        return ModesResult(self, train.damping_ratio, modes, origins)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ModesResult(StudyResult):
+    """Modes of a train.
+
+    origins : of the mean stiffness of each mesh, in words
+    system : of the coupled model, None for others
+    """
+
+    study: NaturalModes
+    damping_ratio: float
+    modes: Modes
+    origins: list[str]
+    system: LumpedSystem | None = None
+
+    @cached_property
+    def summary(self) -> dict[str, Any]:
+        study, modes = self.study, self.modes
+        return {
+            "gear_set": study.gears.name,
+            "torque_Nm": study.load,
+            "translations": study.translations,
+            "damping_ratio": self.damping_ratio,
+            "mean_stiffness": [
+                {"mesh": m, "stiffness_N_per_m": float(value), "origin": origin}
+                for m, (value, origin) in enumerate(
+                    zip(modes.mean_stiffness, self.origins, strict=True), start=1
+                )
+            ],
+            "modes": [
+                {
+                    "frequency_Hz": float(modes.frequency_Hz[i]),
+                    "mesh_energy": [float(part) for part in modes.mesh_energy[:, i]],
+                    "kind": name_mode(modes, i),
+                }
+                for i in range(modes.frequency_Hz.size)
+            ],
+            **self._bodies(),
+        }
+
+    def _bodies(self) -> dict[str, Any]:
+        if self.system is None:
+            return {**bodies_described({}), "warnings": []}
+        speeds = usual_speeds(self.system)
+        entries = bodies_described(body_entries(self.system, speeds))
+        return entries | {"warnings": list(doubts_of_bodies(self.system, speeds))}
+
+    @property
+    def table(self) -> Table:
+        """A row for every mode."""
+        meshes = range(1, len(self.origins) + 1)
+        names = "frequency_Hz", *(f"mesh{m}_energy_fraction" for m in meshes), "kind"
+        rows = [
+            (mode["frequency_Hz"], *mode["mesh_energy"], mode["kind"])
+            for mode in self.summary["modes"]
+        ]
+        header = {
+            "gear set": self.study.gears.name,
+            "translations": "yes" if self.study.translations else "no",
+            **{f"mesh {m}": self.origins[m - 1] for m in meshes},
+            **self.study.gear_set.entries,
+        }
+        return Table(names, lambda: rows, header)
+
+    def page(self) -> Page:
+        values = self.summary
+        for entry in values["mean_stiffness"]:
+            yield (
+                f"mesh {entry['mesh']}: mean stiffness "
+                f"{entry['stiffness_N_per_m']:.5g} N/m, {entry['origin']}"
+            )
+        if values["body_modes"] is not None:
+            yield (
+                f"body modes of the gears {values['body_modes']}; those left out "
+                f"{values['body_modes_left_out']}"
+            )
+        title, torque = values["gear_set"], values["torque_Nm"]
+        if torque is not None:
+            title += f", {torque:g} N m on the input gear"
+        modes = values["modes"]
+        columns = {
+            f"energy in\nmesh {entry['mesh']} [%]": [
+                f"{100.0 * mode['mesh_energy'][m]:.1f}" for mode in modes
+            ]
+            for m, entry in enumerate(values["mean_stiffness"])
+        }
+        columns["what moves most"] = [mode["kind"] for mode in modes]
+        frequencies = [f"{mode['frequency_Hz']:10.1f}" for mode in modes]
+        yield Sheet(frequencies, columns, "natural\nfrequency [Hz]", title)
+
+
+def modes_under_load(system: LumpedSystem) -> Modes:
+    """Modes of the coupled model about its loaded state; those that strain a mesh.
+
+    Mean stiffnesses are tangents of the meshes.
+    """
+    loaded, shapes, modes = system.loaded, system.arrays.shapes, system.modes
+    assert loaded is not None
+    assert system.contacts is not None
+    bodies, hubs = system.contacts.bodies, system.moving.size
+    # of bodies that yield as they do at rest
+    still = replace(system, contacts=replace(system.contacts, modes=None)).loaded
+    assert still is not None
+    own = np.einsum("mi,mij,mj->m", shapes, still.meshes, shapes)
+    turned = bodies.to_unit @ loaded.shapes
+    space = modes.coordinates
+    names = [_name_of_body_mode(system, i) for i in range(bodies.count)]
+    return Modes(
+        # body modes have a mass of 1 and no place in the train
+        coordinates=replace(
+            space,
+            labels=(*space.labels, *names),
+            mass=np.append(space.mass, np.ones(bodies.count)),
+        ),
+        mean_stiffness=own / (shapes**2).sum(axis=1) ** 2,
+        frequency_Hz=loaded.frequency_Hz,
+        shapes=np.concatenate(
+            [modes.shapes[:, system.moving] @ turned[:hubs], turned[hubs:]]
+        ),
+        mesh_shapes=shapes @ turned[:hubs],
+        mesh_energy=loaded.mesh_energy,
+    )
+
+
+def _name_of_body_mode(system: LumpedSystem, i: int) -> tuple[str, str]:
+    """Gear, and the number of nodal diameters."""
+    assert system.contacts is not None
+    bodies = system.contacts.bodies
+    gear, n = system.train.gears[int(bodies.gears[i])], int(bodies.nodal_diameters[i])
+    diameters = "1 nodal diameter" if n == 1 else f"{n} nodal diameters"
+    return gear.name, f"body, {diameters}" if n else "body against its hub"
+
+
+def mean_stiffnesses(
+    gear_set: GearSet, torque: float, source: Source, use_given: bool
+) -> list[tuple[float, str]]:
+    """Mean stiffness of every mesh [N/m], and where it comes from."""
+    excitations, found = Excitations(source), []
+    for mesh, driving in enumerate(mesh_torques_at(gear_set, torque)):
+        given = gear_set.meshes[mesh].mean_stiffness
+        origin = f"finite elements at {driving:g} N m on the driver, without relief"
+        if given is not None and use_given:
+            value, origin = given, "given by the gear set"
+        else:
+            table = excitations.table(unmodified(gear_set, mesh), mesh, driving)
+            value = float(table["stiffness_N_per_m"].mean())
+        found.append((value, origin))
+    return found
+
+
+def name_mode(modes: Modes, i: int) -> str:
+    """Rigid rotation, or the coordinate that holds most of the kinetic energy."""
+    energy = modes.coordinates.mass * modes.shapes[:, i] ** 2
+    gear, direction = modes.coordinates.labels[int(energy.argmax())]
+    if modes.frequency_Hz[i] == 0.0:
+        return (
+            "rigid rotation" if direction == "rotation" else f"free: {gear} {direction}"
+        )
+    leader = f"{gear} {direction}"
+    if modes.mesh_energy[:, i].sum() < UNSTRAINED:
+        return f"strains no mesh: {leader}"
+    return leader

@@ -1,0 +1,267 @@
+"""The settled motion of a gear set's lumped train at one speed."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import MISSING, dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from fegear.errors import InputError
+from fegear.headings import friction_of_summary
+from fegear.lumped_models import (
+    LumpedModel,
+    body_entries,
+    doubts_of_bodies,
+    file_header,
+    integration_in_words,
+    lumped_system,
+    require_method,
+)
+from fegear.studies.page import Page, Sheet, counted, number
+from fegear.studies.responses import UNITS
+from fegear.studies.study import Draw, Job, Study, StudyResult, Task, called, setting
+from fegear.studies.table import Table
+from fegear.studies.trains import (
+    COUPLED,
+    FREQUENCY,
+    MOVING,
+    OfTrain,
+    described,
+    friction_described,
+    lumped_integration,
+    lumped_model,
+    one_load,
+    tables_setting,
+    torque_setting,
+)
+from fegear.unphysical import doubts_of_meshes
+from lumped.csv_text import exact
+from lumped.figures import draw_time_history
+from lumped.losses import driven_power
+from lumped.motion import (
+    WAVE_LEGEND,
+    TimeHistory,
+    arrive,
+    speeds_between,
+    time_history,
+    wave_columns,
+)
+from lumped.pair_motions import CONDITIONS
+from lumped.response import FIGURES
+from lumped.settings import Settings
+from lumped.sweep import reporting
+
+LINES = 5  # largest ones of a spectrum, in the summary
+ROWS = {  # of the screen, with the key of a mesh and its factor
+    "RMS of dynamic transmission error [um]": ("dte_rms_m", 1e6),
+    "mean [um]": ("dte_mean_m", 1e6),
+    "largest value [um]": ("dte_peak_m", 1e6),
+    "largest mesh force [N]": ("force_peak_N", 1.0),
+    "contact lost [% of the time]": ("contact_loss_fraction", 100.0),
+    "back side [% of the time]": ("back_side_fraction", 100.0),
+}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Wave(
+    OfTrain,
+    Study,
+    command="wave",
+    example="wave liu-idler --speed 2100 --from-speed 3000 --plot w.png",
+):
+    """Settled motion of a lumped train at one speed.
+
+    Forces and contact of every tooth pair, phase plane and spectrum.
+    """
+
+    speed: float = setting(MISSING, "Mesh frequency of the first mesh [Hz].", FREQUENCY)
+    from_speed: float | None = setting(
+        None,
+        "Mesh frequency [Hz] at which the motion settles first; from there it is "
+        "followed to --speed in steps of 20 Hz at most. Where two motions are "
+        "possible, this chooses one. [default: start at rest]",
+        FREQUENCY,
+    )
+    torque: float | None = torque_setting()
+    model: LumpedModel = lumped_model(COUPLED | MOVING)
+    table: tuple[str, ...] = tables_setting()
+    integration: Settings = lumped_integration()
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.from_speed == self.speed:
+            raise InputError(
+                f"from_speed {self.from_speed:g}; must differ from "
+                f"{called(self, 'speed')}"
+            )
+
+    def tasks(self) -> Iterator[Task]:
+        yield Task("motion", self._settled)
+
+    def _settled(self, job: Job) -> WaveResult:
+        """The motion; DivergedError where it has no bound."""
+        model, integration, torque = self.known, self.integration, one_load(self)
+        require_method(model, integration)
+        start = self.speed if self.from_speed is None else self.from_speed
+        job.report("stiffness", 0, 1)
+        system = lumped_system(self.gears, torque, model, speeds=[start, self.speed])
+        observer = reporting(job.report, len(speeds_between(start, self.speed)))
+        state = arrive(system, start, self.speed, integration, observer)
+        given = system, self.speed, integration, state
+        return WaveResult(self, torque, time_history(*given, watch=observer.watch))
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class WaveResult(StudyResult):
+    """A motion over time.
+
+    torque : on the input gear [N m]
+    """
+
+    study: Wave
+    torque: float
+    motion: TimeHistory
+
+    @cached_property
+    def summary(self) -> dict[str, Any]:
+        study, motion, response = self.study, self.motion, self.motion.response
+        return {
+            **described(study, motion.system.train.damping_ratio),
+            **friction_described(study.known),
+            "torque_Nm": self.torque,
+            "speed_Hz": float(response.frequency),
+            "status": str(response.status),
+            "settling_time_s": float(response.settling_time),
+            "shown_time_s": float(motion.history.time[-1]),
+            "section_points": len(motion.section_rate),
+            "meshes": [_mesh_summary(motion, m) for m in range(len(motion.pairs))],
+            "warnings": [
+                *doubts_of_bodies(motion.system, [response.frequency]),
+                *doubts_of_meshes(
+                    study.gears.meshes,
+                    f" at {self.torque:g} N m",
+                    *(response.dte_peak, response.back_side),
+                ),
+            ],
+        }
+
+    @property
+    def table(self) -> Table:
+        """A row for every time."""
+        study, system = self.study, self.motion.system
+        start = study.speed if study.from_speed is None else study.from_speed
+        words = integration_in_words(study.integration, system.contacts is not None)
+        ratio = system.train.damping_ratio
+        header = {
+            **file_header(study.gears, study.known, ratio, words),
+            **body_entries(system, [start, study.speed]),
+            "model": study.known.name,
+            "torque_Nm": exact(self.torque),
+            "speed_Hz": exact(study.speed),
+            **study.gear_set.entries,
+        }
+        columns = wave_columns(self.motion)
+        return Table(
+            tuple(columns),
+            lambda: zip(*columns.values(), strict=True),
+            {**header, **WAVE_LEGEND},
+        )
+
+    @property
+    def figures(self) -> dict[str, Draw]:
+        """Time history, tooth pairs, phase plane and spectrum."""
+        values = {**self.summary, "torque_of": None}
+        title = (
+            f"{values['gear_set']} at {values['speed_Hz']:g} Hz and "
+            f"{self.torque:g} N m, model {values['model']}, {values['excitation']}, "
+            f"damping ratio {values['damping_ratio']:g}{friction_of_summary(values)}"
+        )
+        return {"plot": lambda: draw_time_history(self.motion, title)}
+
+    def page(self) -> Page:
+        values = self.summary
+        yield (
+            f"{values['gear_set']} at {values['speed_Hz']:g} Hz, "
+            f"{values['torque_Nm']:g} N m, model {values['model']}, "
+            f"{values['excitation']}, damping ratio {values['damping_ratio']:g}"
+            f"{friction_of_summary(values)}\n"
+            f"{values['status']}, settled for {values['settling_time_s']:.4g} s, "
+            f"{counted(values['section_points'], 'point')} in the Poincaré section"
+        )
+        columns = {f"mesh {mesh['mesh']}": _cells(mesh) for mesh in values["meshes"]}
+        labels = [
+            *ROWS,
+            "repeats after periods of the mesh",
+            "largest amplitudes [um]",
+        ]
+        yield Sheet(labels, columns)
+        for mesh in values["meshes"]:
+            if "efficiency" in mesh:
+                yield (
+                    f"mesh {mesh['mesh']}: friction takes "
+                    f"{mesh['friction_power_mean_W']:.4g} W, at most "
+                    f"{mesh['friction_power_largest_W']:.4g} W; efficiency "
+                    f"{100.0 * mesh['efficiency']:.3f} %"
+                )
+            for name, part in mesh["contact_conditions"].items():
+                yield (
+                    f"mesh {mesh['mesh']}, two pairs or more engaged, condition "
+                    f"{name}, {CONDITIONS[name]}: {100.0 * part:.2f} % of the cycle"
+                )
+
+
+def _cells(mesh: dict[str, Any]) -> list[str]:
+    cells = [number(factor * mesh[name]) for name, factor in ROWS.values()]
+    lines = (
+        f"{1e6 * line['amplitude_m']:.3g} at {line['frequency_Hz']:.6g} Hz"
+        for line in mesh["largest_lines"]
+    )
+    return [*cells, str(mesh["period_multiple"] or "none"), "\n".join(lines)]
+
+
+def _mesh_summary(motion: TimeHistory, m: int) -> dict[str, Any]:
+    response, pairs = motion.response, motion.pairs[m]
+    figures = {
+        UNITS[name]: float(getattr(response, name)[m])
+        for name in FIGURES
+        if name in UNITS
+    }
+    return {
+        "mesh": m + 1,
+        "period_multiple": int(response.period_multiple[m]),
+        **figures,
+        "engaged_pairs": sorted({int(count) for count in pairs.count}),
+        "contact_conditions": dict(pairs.conditions),
+        **_losses(motion, m),
+        "largest_lines": _largest_lines(motion, m),
+    }
+
+
+def _losses(motion: TimeHistory, m: int) -> dict[str, float]:
+    """What friction takes from a mesh over the motion; empty without friction."""
+    system, history = motion.system, motion.history
+    if not system.rubs:
+        return {}
+    lost = motion.friction_power[:, m]
+    span = history.time[-1] - history.time[0]
+    mean = float(np.trapezoid(lost, history.time) / span)
+    carried = driven_power(system, m, motion.response.frequency)
+    return {
+        "friction_power_mean_W": mean,
+        "friction_power_largest_W": float(lost.max()),
+        "efficiency": 1.0 - mean / carried if carried > 0.0 else math.nan,
+    }
+
+
+def _largest_lines(motion: TimeHistory, m: int) -> list[dict[str, float]]:
+    """The largest lines of the spectrum by falling amplitude, without the mean."""
+    order = 1 + motion.spectrum[1:, m].argsort(kind="stable")[::-1][:LINES]
+    places = motion.spectrum_frequency[order], motion.spectrum[order, m]
+    return [
+        {"frequency_Hz": float(frequency), "amplitude_m": float(amplitude)}
+        for frequency, amplitude in zip(*places, strict=True)
+    ]
