@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from fegear.stability import find_stability
 from numpy.typing import NDArray
 
 from fegear.errors import InputError
@@ -21,7 +22,6 @@ from fegear.excitation import Source
 from fegear.gearset import load_gear_set
 from fegear.lumped_models import LumpedModel, lumped_system
 from fegear.parameter_maps import FRICTION, VariedSet
-from fegear.stability import find_stability
 from lumped.maps import Axis
 from lumped.progress import Progress
 from lumped.stability.combinations import Combination, combinations

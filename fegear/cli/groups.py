@@ -34,6 +34,7 @@ from fegear.studies.study import (
     offered,
     options_of,
     own_offers,
+    read,
 )
 
 
@@ -107,9 +108,10 @@ def _group_of(kind: Any) -> Group:
 
 def _of_setting(own: Parameter, declared: Setting, hint: Any) -> Iterator[Parameter]:
     """Option or argument of typer's, with its range, and one for each flag."""
-    several = get_origin(hint) is tuple and declared.read is None
     kind = hint if declared.read is None else str | None
-    if several:
+    if declared.several:
+        kind = list[str] | None
+    elif get_origin(hint) is tuple and declared.read is None:
         kind = list[get_args(hint)[0]] | None  # type: ignore[misc]
     default = None if own.default == () else own.default
     if default is not None and default is not Parameter.empty and declared.read:
@@ -170,12 +172,9 @@ def _taken(each: Offered, declared: Setting, values: dict[str, Any]) -> dict[str
         flag: meant for flag, meant, _ in declared.flags if values.pop(_name_of(flag))
     }
     if value is not None and declared.read is not None:
-        try:
-            value = declared.read(value)
-        except InputError:
-            raise
-        except ValueError as error:
-            raise InputError(f"{each.option} = {value}; {error}") from None
+        value = (
+            [read(each, w) for w in value] if declared.several else read(each, value)
+        )
     words = [*flags, *([each.option] if flags and value is not None else [])]
     if len(words) > 1:
         raise InputError(f"{words[1]}; {words[0]} replaces it, leave it out")

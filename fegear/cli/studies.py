@@ -149,6 +149,7 @@ def _show(page: Page, seconds: float) -> None:
     for part in page:
         if isinstance(part, Grid):
             table = ruled_table(*part.columns, title=part.title, words=part.words)
+            table.columns[0].no_wrap = part.whole or table.columns[0].no_wrap
             for cells in part.cells():
                 table.add_row(*cells)
             console.print(table)

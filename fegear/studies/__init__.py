@@ -33,6 +33,11 @@ STUDIES = {
         "NaturalModes",
         "Natural frequencies of a train, and what they strain.",
     ),
+    "stability": (
+        "stability",
+        "Stability",
+        "Parametric instability of a train with tooth friction.",
+    ),
     "wave": ("wave", "Wave", "Settled motion of a lumped train at one speed."),
     "theory": (
         "theory",

@@ -21,12 +21,14 @@ class Grid:
     Given as rows of values, and what to make of each, by column.
 
     words : columns of text, the first one where it is None
+    whole : whether words are not folded
     """
 
     rows: Sequence[Mapping[str, Any]]
     columns: Columns
     title: str | None = None
     words: Sequence[str] | None = None
+    whole: bool = False
 
     def cells(self) -> Iterator[list[str]]:
         for row in self.rows:

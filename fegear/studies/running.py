@@ -40,8 +40,13 @@ def run(
             (task.key, partial(_work, task, Job(checkpoint, task.key, board, stop)))
             for task in tasks
         )
+
+        def take(key: str, value: Any) -> None:
+            found[key] = value
+            board.finish(key, f"{study.unit}s")
+
         with suppress(KeyboardInterrupt) if study.partial else nullcontext():
-            run_tasks(work, found.__setitem__, stop, workers)
+            run_tasks(work, take, stop, workers)
         result = study.gather({task.key: found.get(task.key) for task in tasks})
         done = result.complete
     finally:
@@ -78,6 +83,11 @@ class Board:
                 self.done[key] = done
                 done, total = sum(self.done.values()), sum(self.sizes.values())
             self.show(what, done, total)
+
+    def finish(self, key: str, what: str) -> None:
+        """A task with a size is done."""
+        if self.sizes[key]:
+            self.report(key, what, self.sizes[key], 0)
 
 
 def _work(task: Task, job: Job) -> Any:

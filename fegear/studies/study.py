@@ -77,6 +77,7 @@ class Setting:
         truth values that has some has no other option
     reads : whether it names files that are read
     read, write : between the text of a command and the value, where types do not say
+    several : whether the option is repeated for a tuple of values that are read
     """
 
     text: str
@@ -86,6 +87,7 @@ class Setting:
     metavar: str | None = None
     flags: tuple[tuple[str, Any, str], ...] = ()
     reads: bool = False
+    several: bool = False
     read: Callable[[str], Any] | None = None
     write: Callable[[Any], str] = str  # of floats to the last bit
 
@@ -148,6 +150,19 @@ class Offered:
         return self.declared if isinstance(self.declared, Group) else None
 
 
+def read(each: Offered, words: str) -> Any:
+    """The value of a setting that words say."""
+    declared = each.declared
+    assert isinstance(declared, Setting)
+    assert declared.read is not None
+    try:
+        return declared.read(words)
+    except InputError:
+        raise
+    except ValueError as error:
+        raise InputError(f"{each.name} = {words}; {error}") from None
+
+
 def own_offers(kind: Any) -> dict[str, Any]:
     """What the fields of a dataclass are declared as; None for a group."""
     found = {}
@@ -208,7 +223,8 @@ def _written(option: str, declared: Setting, value: Any) -> list[str]:
             return [flag]
     if value is True:
         return [option]
-    values = value if isinstance(value, tuple) and declared.read is None else (value,)
+    single = declared.read is not None and not declared.several
+    values = value if isinstance(value, tuple) and not single else (value,)
     return [word for each in values for word in (option, declared.write(each))]
 
 
@@ -326,7 +342,7 @@ class Study:
 
     def __post_init__(self) -> None:
         for each in offered(group_of(self)):
-            value, declared = getattr(self, each.name), each.group
+            value, declared = self._read(each), each.group
             if declared is None or isinstance(value, declared.kind):
                 continue
             kind: Any = declared.kind
@@ -342,6 +358,20 @@ class Study:
                 object.__setattr__(self, name, values)
         require_settings(self)
         refuse_idle(self, group_of(self))
+
+    def _read(self, each: Offered) -> Any:
+        """A value of a setting, which may be given in words."""
+        value, declared = getattr(self, each.name), each.declared
+        if not isinstance(declared, Setting) or declared.read is None:
+            return value
+        if declared.several and isinstance(value, list | tuple):
+            words = value
+            value = tuple(read(each, w) if isinstance(w, str) else w for w in words)
+        elif isinstance(value, str):
+            value = read(each, value)
+            value = (value,) if declared.several else value
+        object.__setattr__(self, each.name, value)
+        return value
 
     def idle(self, given: Collection[str]) -> Iterator[tuple[str, str]]:
         """Names of outputs and settings that would change nothing, with the reason.

@@ -21,6 +21,8 @@ from fegear.studies.study import (
     argument,
     called,
     group,
+    group_of,
+    offered,
     refusal,
     require_settings,
     setting,
@@ -78,11 +80,16 @@ class NamedSet:
     @cached_property
     def loaded(self) -> GearSet:
         """The gear set as changed."""
-        if self.given is not None:
-            if self.edits:
-                raise self.refused(", ".join(self.edits), "needs a gear set by name")
-            return self.given
-        return load_gear_set(self.name, self.changes)
+        return self.changed({})
+
+    def changed(self, values: Mapping[str, Any]) -> GearSet:
+        """The gear set with other values of keys as well."""
+        changes = {**self.changes, **values}
+        if self.given is None:
+            return load_gear_set(self.name, changes)
+        if changes:
+            raise InputError(f"{', '.join(changes)}: needs a gear set by its name")
+        return self.given
 
     def refused(self, text: str, reason: str) -> InputError:
         """Why a change is not made, or does nothing."""
@@ -99,7 +106,9 @@ class NamedSet:
         return repr(self.loaded)
 
 
-def speeds_setting(default: Any, text: str, **words: Any) -> Any:
+def speeds_setting(
+    default: Any, text: str, allowed: Range = FREQUENCY, **words: Any
+) -> Any:
     """A setting of mesh frequencies, `A:B:STEP` in words."""
 
     def read(words: str) -> tuple[float, ...]:
@@ -109,7 +118,7 @@ def speeds_setting(default: Any, text: str, **words: Any) -> Any:
         return found
 
     how: dict[str, Any] = {"metavar": "A:B:STEP", "write": written_speeds}
-    return setting(default, text, FREQUENCY, read=read, **how | words)
+    return setting(default, text, allowed, read=read, **how | words)
 
 
 def torque_setting() -> Any:
@@ -265,19 +274,16 @@ MOVING: dict[str, Setting | Group] = SLIDING | {
 }
 
 
-def idle_of_model(model: LumpedModel) -> Iterator[tuple[str, str]]:
+def _idle_model(model: LumpedModel) -> Iterator[tuple[str, str]]:
     if model.number != "coupled":
         yield "without", "needs {number} coupled"
-    if not model.friction:
-        for name in ("bending", "sliding", "torque_of"):
-            yield name, "needs {friction} above 0"
     if model.sliding != "instantaneous":
         yield "transition", "needs {sliding} instantaneous"
 
 
 def lumped_model(offers: Mapping[str, Setting | Group]) -> Any:
     """A field for a lumped model with these settings."""
-    return group(Group(kind=LumpedModel, offers=offers, idle=idle_of_model))
+    return group(Group(kind=LumpedModel, offers=offers, idle=_idle_model))
 
 
 def _idle_integration(settings: Settings) -> Iterator[tuple[str, str]]:
@@ -332,6 +338,23 @@ class OfTrain:
     gear_set: NamedSet
     model: LumpedModel
     table: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        super().__post_init__()  # type: ignore[misc]
+        if not self.has_friction:
+            for name in ("bending", "sliding", "torque_of"):
+                if getattr(self.model, name) != getattr(LumpedModel(), name):
+                    raise self.refused(name, "needs {friction} above 0")
+
+    @property
+    def has_friction(self) -> bool:
+        """Whether teeth have friction somewhere."""
+        return bool(self.model.friction)
+
+    def refused(self, name: str, reason: str) -> InputError:
+        """Why the value of a setting of the model is refused."""
+        own = next(each for each in offered(group_of(self)) if each.name == "model")
+        return refusal(self.model, name, reason, own.group)
 
     @cached_property
     def gears(self) -> GearSet:

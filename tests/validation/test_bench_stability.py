@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+import fegear.stability
 import numpy as np
 import pytest
 
-import fegear.stability
 from validation import bench, bench_stability
 from validation.bench_stability import (
     SIZES,

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 import typer
 from conftest import SMALL_HUBS
+from fegear.cli.dynamics import dynamics_command
 from typer.testing import CliRunner
 
-from fegear.cli.dynamics import dynamics_command
 from fegear.contact.loads import patch_loads
 from fegear.contact.problem import solve_cycle
 from fegear.gearset import load_gear_set

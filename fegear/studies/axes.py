@@ -1,0 +1,98 @@
+"""Parameters that a study varies: `KEY=A:B:N` or `KEY=v,v,...` in words."""
+
+from __future__ import annotations
+
+from dataclasses import MISSING
+from typing import Any
+
+import numpy as np
+
+from fegear.errors import InputError
+from fegear.studies.study import setting
+from lumped.maps import Axis
+
+MOST_POINTS = 1_000_000
+ALLOWED = "allowed KEY=A:B:N with N values from A to B, or values with commas"
+
+
+def parsed_axis(words: str) -> Axis:
+    """The axis of `KEY=A:B:N` or `KEY=v,v,...`; ValueError says what is allowed."""
+    name, separator, values = words.partition("=")
+    if not (separator and name.strip()):
+        raise ValueError("KEY=A:B:N is needed")
+    try:
+        found = _values(values)
+    except ValueError:
+        raise ValueError(ALLOWED) from None
+    return Axis(name.strip(), found)
+
+
+def _values(words: str) -> tuple[float, ...]:
+    if ":" not in words:
+        return tuple(float(value) for value in words.split(","))
+    start, end, count = words.split(":")
+    alone = int(count) == 1 and float(start) != float(end)
+    if alone or not 1 <= int(count) <= MOST_POINTS:
+        raise ValueError
+    points = np.linspace(float(start), float(end), int(count))
+    return tuple(float(f"{point:.12g}") for point in points)
+
+
+def written_axis(axis: Axis) -> str:
+    """Words from which `parsed_axis` reads this axis, to the last bit."""
+    values = [repr(float(value)) for value in axis.values]
+    if len(values) > 2:
+        words = f"{values[0]}:{values[-1]}:{len(values)}"
+        if _values(words) == axis.values:
+            return f"{axis.name}={words}"
+    return f"{axis.name}={','.join(values)}"
+
+
+def limits_axis(words: str) -> Axis:
+    """The axis of the two limits of `KEY=A:B`, which rise."""
+    name, _, values = words.partition("=")
+    low, high = limits(values, "KEY=A:B")
+    return Axis(name.strip(), (low, high))
+
+
+def written_limits_axis(axis: Axis) -> str:
+    """Words from which `limits_axis` reads this axis."""
+    return f"{axis.name}={written_limits(axis.values)}"
+
+
+def limits(words: str, form: str = "A:B") -> tuple[float, float]:
+    """Two values that rise; ValueError says what is needed."""
+    try:
+        low, high = map(float, words.split(":"))
+    except ValueError:
+        low = high = float("nan")
+    if not -np.inf < low < high < np.inf:
+        raise ValueError(f"must be {form}, two values that rise")
+    return low, high
+
+
+def written_limits(values: tuple[float, ...]) -> str:
+    return f"{values[0]!r}:{values[-1]!r}"
+
+
+def axis_setting(text: str) -> Any:
+    """A setting of one axis that must be given."""
+    how: dict[str, Any] = {"read": parsed_axis, "write": written_axis}
+    return setting(MISSING, text, metavar="KEY=A:B:N", **how)
+
+
+def axes_setting(text: str) -> Any:
+    """A setting of one or two axes that must be given."""
+    how: dict[str, Any] = {"read": parsed_axis, "write": written_axis}
+    return setting(MISSING, text, metavar="KEY=A:B:N", several=True, **how)
+
+
+def require_axes(axes: tuple[Axis, ...]) -> None:
+    """One or two axes of different parameters, with few points."""
+    if not 1 <= len(axes) <= 2:
+        raise InputError(f"over = {len(axes)}; one or two are allowed")
+    if len({axis.name for axis in axes}) < len(axes):
+        raise InputError(f"over {axes[0].name}; is given twice")
+    count = int(np.prod([len(axis.values) for axis in axes]))
+    if count > MOST_POINTS:
+        raise InputError(f"over = {count}; at most {MOST_POINTS} points")

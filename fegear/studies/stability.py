@@ -1,0 +1,345 @@
+"""Parametric instability of a gear set with tooth friction."""
+
+from __future__ import annotations
+
+import math
+import threading
+from collections.abc import Iterator, Mapping
+from dataclasses import MISSING, asdict, dataclass
+from functools import cached_property, partial
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fegear.errors import InputError
+from fegear.headings import BENDING as RATIO
+from fegear.headings import friction_in_words, title_of
+from fegear.lumped_models import LumpedModel
+from fegear.speeds import MESH_FREQUENCY
+from fegear.studies.axes import axis_setting
+from fegear.studies.page import Columns, Grid, Page, counted, number
+from fegear.studies.study import (
+    Draw,
+    Job,
+    Range,
+    Study,
+    StudyResult,
+    Task,
+    called,
+    refusal,
+    setting,
+)
+from fegear.studies.table import Table
+from fegear.studies.trains import (
+    SLIDING,
+    SPRINGS,
+    lumped_model,
+    speeds_setting,
+    tables_setting,
+    torque_setting,
+)
+from fegear.studies.varied import FRICTION, OF_TEETH, TORQUE, Varied
+from lumped.csv_text import exact
+from lumped.map_figure import axis_label
+from lumped.maps import Axis
+from lumped.stability.combinations import Combination
+from lumped.stability.figure import draw_chart
+from lumped.stability.intervals import Column, Interval, examined
+from lumped.stability.multipliers import Method
+from lumped.stability.periodic import PeriodicSystem, periodic_system
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+MOST_CELLS = 4_000_000
+MOST_SHOWN = 12  # intervals on the screen
+LEGEND = {
+    MESH_FREQUENCY: "of the first mesh",
+    "floquet_max": "modulus of the largest Floquet multiplier over the common period "
+    "of all meshes; above 1 vibration grows until contact is lost",
+    "kind": "modes whose frequencies meet a multiple of the mesh frequency where "
+    "vibration grows, numbered by the frequencies of modes that strain a mesh",
+}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Stability(
+    Varied,
+    Study,
+    command="stability",
+    example="stability liu-pair --over friction=0:0.2:21 --speeds 500:6000:25",
+):
+    """Parametric instability of a train with tooth friction.
+
+    Floquet multipliers over speed and one parameter while teeth stay in contact. The
+    edges of unstable intervals are traced, also of those that are narrower than the
+    steps of speed. With --output each value is kept in FILE.partial until the file is
+    written; --resume goes on there.
+    """
+
+    resumes = True
+    partial = True
+    unit = "value"
+
+    over: Axis = axis_setting(
+        "What varies: friction (coefficient), friction_bending (ratio), a key of the "
+        "gear set, torque_Nm or damping_ratio, and N values from A to B, or values "
+        "with commas."
+    )
+    speeds: tuple[float, ...] = speeds_setting(
+        MISSING,
+        "Mesh frequencies of the first mesh [Hz] of the chart.",
+        allowed=Range(0.1, 1e6, "Hz"),
+    )
+    method: Method = setting(
+        "peano-baker",
+        "How Floquet multipliers are found. peano-baker: by the series of the state "
+        "transition; exponential: by exponentials of mean stiffness on parts of the "
+        "cycle. `bench stability` compares both with integration.",
+    )
+    torque: float | None = torque_setting()
+    model: LumpedModel = lumped_model(SPRINGS | SLIDING)
+    table: tuple[str, ...] = tables_setting()
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        over, rising = called(self, "over"), self.rising
+        if self.over.name == MESH_FREQUENCY:
+            raise InputError(f"{over} {MESH_FREQUENCY}; is the speed of the chart")
+        if self.over.name not in OF_TEETH and self.table:
+            raise refusal(self, "table", f"{over} varies what tables hold")
+        if self.model.number != 1:
+            raise self.refused("number", "allowed is 1, of tooth pairs")
+        if len(rising) < 2:
+            raise InputError("speeds = 1 speed; two or more are needed")
+        if len(rising) * len(self.over.values) > MOST_CELLS:
+            raise InputError(
+                f"over = {len(self.over.values)} values at {len(rising)} speeds; "
+                f"allowed are {MOST_CELLS} cells"
+            )
+
+    @property
+    def axes(self) -> tuple[Axis, ...]:
+        return (self.over,)
+
+    @cached_property
+    def rising(self) -> tuple[float, ...]:
+        """Speeds in rising order, each once [Hz]."""
+        return tuple(sorted(set(self.speeds)))
+
+    @cached_property
+    def natural_Hz(self) -> list[float]:
+        """Modes that strain a mesh, without friction, at the first value."""
+        found: list[float] = self._system_at(self.over.values[0]).frequency_Hz.tolist()
+        return found
+
+    @cached_property
+    def _lock(self) -> threading.Lock:
+        """One thread at a time solves finite elements."""
+        return threading.Lock()
+
+    def tasks(self) -> Iterator[Task]:
+        assert self.natural_Hz is not None  # what cannot be is refused at once
+        for value in self.over.values:
+            yield Task(repr(value), partial(self._examined, value), size=1)
+
+    def _examined(self, value: float, job: Job) -> Column:
+        for record in job.kept:
+            return _read(record)
+        with self._lock:
+            system = self._system_at(value)
+        try:
+            column = examined(system, self.rising, self.method)
+        except ArithmeticError as error:
+            raise InputError(f"{self.gears.name}: {error}") from None
+        job.keep(_stored(column), {})
+        return column
+
+    def _system_at(self, value: float) -> PeriodicSystem:
+        try:
+            return periodic_system(self.system((value,)))
+        except InputError:
+            raise
+        except ValueError as error:
+            raise InputError(f"{self.gears.name}: {error}") from None
+
+    def gather(self, found: Mapping[str, Column | None]) -> StabilityResult:
+        columns: list[Column] = []
+        for column in found.values():
+            if column is None:
+                break
+            columns.append(column)
+        return StabilityResult(self, tuple(columns))
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class StabilityResult(StudyResult):
+    """Charts of a gear set; columns : one for each value that is finished."""
+
+    study: Stability
+    columns: tuple[Column, ...]
+
+    @property
+    def complete(self) -> bool:
+        return len(self.columns) == len(self.study.over.values)
+
+    @property
+    def empty(self) -> bool:
+        return not self.columns
+
+    @property
+    def _heading(self) -> dict[str, Any]:
+        return self.study.described(self.study.over.name)
+
+    @cached_property
+    def _header(self) -> dict[str, str]:
+        study = self.study
+        header = study.header("none")
+        del header["integration"]
+        if TORQUE not in study.names:
+            header["torque_Nm"] = exact(study.load)
+        header["method"] = study.method
+        if not self.complete:
+            done = f"{len(self.columns)} of {len(study.over.values)} values"
+            header["incomplete"] = done
+        return header | study.gear_set.entries
+
+    @property
+    def table(self) -> Table:
+        """A row for each cell of the chart."""
+        names = MESH_FREQUENCY, self.study.over.name, "floquet_max", "kind"
+        return Table(names, self._rows, {**self._header, **LEGEND})
+
+    def _rows(self) -> Iterator[tuple[float, float, float, str]]:
+        speeds = self.study.rising
+        for value, column in zip(self.study.over.values, self.columns, strict=False):
+            kinds = column.kinds(speeds)
+            for speed, largest, kind in zip(
+                speeds, column.largest.tolist(), kinds, strict=True
+            ):
+                yield speed, value, largest, kind
+
+    @cached_property
+    def summary(self) -> dict[str, Any]:
+        study, name = self.study, self.study.over.name
+        unstable = [len(column.intervals) > 0 for column in self.columns]
+        return {
+            **self._heading,
+            "friction_coefficient": None if name == FRICTION else study.model.friction,
+            "friction_bending_ratio": self._header.get(RATIO),
+            "method": study.method,
+            "speeds": len(study.rising),
+            "first_speed_Hz": study.rising[0],
+            "last_speed_Hz": study.rising[-1],
+            "values": len(study.over.values),
+            "complete": self.complete,
+            "natural_frequencies_Hz": study.natural_Hz,
+            "values_with_instability": sum(unstable),
+            "columns": [
+                {
+                    "value": value,
+                    "largest_multiplier": float(column.largest.max()),
+                    "intervals": list(map(_plain, column.intervals)),
+                }
+                for value, column in zip(study.over.values, self.columns, strict=False)
+            ],
+            "warnings": list(self._warnings()),
+        }
+
+    def _warnings(self) -> Iterator[str]:
+        """What varies and changes nothing, to the bit."""
+        others = self.columns[1:]
+        if others and all(
+            (each.largest == self.columns[0].largest).all() for each in others
+        ):
+            yield f"{self.study.over.name} does not change the multipliers"
+
+    @property
+    def figures(self) -> dict[str, Draw]:
+        return {"plot": self._chart}
+
+    def _chart(self) -> Figure:
+        study = self.study
+        title = title_of(self._heading)
+        if FRICTION not in study.names:
+            title += friction_in_words(study.model.friction)
+        if RATIO in self._header:
+            title += f", {RATIO} {self._header[RATIO]}"
+        values = study.over.values[: len(self.columns)]
+        limits = study.rising[0], study.rising[-1]
+        label = axis_label(study.over.name)
+        return draw_chart(values, self.columns, limits, label, title)
+
+    def page(self) -> Page:
+        values = self.summary
+        yield title_of(values)
+        natural = ", ".join(
+            f"f{i} {number(hertz, 5)}"
+            for i, hertz in enumerate(values["natural_frequencies_Hz"], start=1)
+        )
+        yield f"natural frequencies of modes that strain a mesh [Hz]: {natural}"
+        columns = values["columns"]
+        yield (
+            f"{counted(len(columns), 'value')} of {values['over']}, at "
+            f"{values['values_with_instability']} of them vibration grows at some speed"
+        )
+        if columns:
+            largest = max(each["largest_multiplier"] for each in columns)
+            yield f"largest multiplier at the speeds {number(largest, 6)}"
+        if values["values_with_instability"]:
+            shown: Columns = {
+                "combination": lambda row: row["kind"] or "none",
+                f"{values['over']}\nfrom": lambda row: f"{row['first']:g}",
+                "to": lambda row: f"{row['last']:g}",
+                "widest\nat": lambda row: f"{row['value']:g}",
+                "from\n[Hz]": _finite("from_Hz"),
+                "to\n[Hz]": _finite("to_Hz"),
+                "largest\nmultiplier": _finite("floquet_max"),
+            }
+            yield Grid(_widest(columns)[:MOST_SHOWN], shown, whole=True)
+
+
+def _finite(key: str) -> Any:
+    return lambda row: number(row[key], 6) if math.isfinite(row[key]) else ""
+
+
+def _widest(columns: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """For each combination, the widest first: where it is, and its widest interval."""
+    found: dict[str, list[dict[str, Any]]] = {}
+    rows: list[dict[str, Any]] = []
+    for column in columns:
+        for each in column["intervals"]:
+            width = each["to_Hz"] - each["from_Hz"]
+            own = {**each, "width": width, "value": column["value"]}
+            found.setdefault(each["kind"], []).append(own)
+    for own in found.values():
+        widest = max(own, key=lambda each: (each["width"], -each["value"]))
+        ends = [each["value"] for each in own]
+        rows.append({**widest, "first": min(ends), "last": max(ends)})
+    return sorted(rows, key=lambda row: -row["width"])
+
+
+def _plain(interval: Interval) -> dict[str, Any]:
+    return {
+        "kind": interval.kind,
+        "from_Hz": interval.low,
+        "to_Hz": interval.high,
+        "floquet_max": interval.largest,
+        "at_Hz": interval.worst,
+    }
+
+
+def _stored(column: Column) -> dict[str, Any]:
+    return {
+        "largest": column.largest.tolist(),
+        "intervals": [asdict(each) for each in column.intervals],
+        "expected": [asdict(each) for each in column.expected],
+    }
+
+
+def _read(values: Mapping[str, Any]) -> Column:
+    return Column(
+        np.array(values["largest"], float),
+        tuple(Interval(**each) for each in values["intervals"]),
+        tuple(Combination(**each) for each in values["expected"]),
+    )

@@ -1,0 +1,184 @@
+"""Trains of which parameters are varied: keys of the gear set, torque, damping."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
+from hashlib import sha256
+from typing import Any
+
+from fegear.errors import InputError
+from fegear.excitation import ExcitationSource
+from fegear.gearset.edit import require_known_key
+from fegear.gearset.model import GearSet
+from fegear.lumped_models import (
+    LumpedModel,
+    body_entries,
+    file_header,
+    lumped_system,
+)
+from fegear.studies.study import called, refusal
+from fegear.studies.trains import OfTrain, described, one_load
+from lumped.maps import Axis
+from lumped.system import LumpedSystem
+
+Point = tuple[float, ...]
+TORQUE, DAMPING = "torque_Nm", "damping_ratio"  # axes that are no keys of a gear set,
+FRICTION, BENDING = "friction", "friction_bending"  # of teeth, the same of all meshes
+ENTRIES = {FRICTION: "friction coefficient", BENDING: "friction-bending ratio"}
+OF_TEETH = {FRICTION: "friction", BENDING: "bending"}  # fields of a lumped model
+SHORT = {DAMPING: "dynamics.damping_ratio"}
+OWN = {TORQUE: "torque", DAMPING: "damping_ratio", SHORT[DAMPING]: "damping_ratio"}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Varied(OfTrain):
+    """Settings of studies that vary parameters of a train."""
+
+    torque: float | None = None
+
+    @property
+    def axes(self) -> tuple[Axis, ...]:
+        """Parameters of the train that vary, the speed not among them."""
+        raise NotImplementedError
+
+    @property
+    def at_speeds(self) -> tuple[float, ...]:
+        """Mesh frequencies of the first mesh for which body modes are chosen [Hz]."""
+        return ()
+
+    @property
+    def names(self) -> set[str]:
+        """Names of the axes."""
+        return {axis.name for axis in self.axes}
+
+    @property
+    def has_friction(self) -> bool:
+        """Whether teeth have friction somewhere."""
+        return bool(self.model.friction) or FRICTION in self.names
+
+    def __post_init__(self) -> None:
+        super().__post_init__()  # type: ignore[misc]
+        over = called(self, "over")
+        for axis in self.axes:
+            self._require_axis(axis, over)
+
+    def _require_axis(self, axis: Axis, over: str) -> None:
+        """Refuse an axis that is not known, or is fixed as well."""
+        why = f"{over} {axis.name} replaces it, leave it out"
+        own = OF_TEETH.get(axis.name) or OWN.get(axis.name, "")
+        if own == "torque" and self.torque is not None:
+            raise refusal(self, "torque", why)
+        of_model = own in ("friction", "bending", "damping_ratio")
+        if of_model and getattr(self.model, own) != getattr(LumpedModel(), own):
+            raise self.refused(own, why)
+        if axis.name == BENDING and not self.has_friction:
+            raise InputError(
+                f"{over} {BENDING}; needs {called(self, 'friction')} above 0"
+            )
+        for value in axis.values if axis.name in OF_TEETH else ():
+            if not 0.0 <= value < 1.0:
+                raise InputError(
+                    f"{over} {axis.name} = {value:g}; allowed 0 to below 1"
+                )
+        key = SHORT.get(axis.name, axis.name)
+        if key in self.gear_set.changes:
+            raise self.gear_set.refused(key, f"{over} varies it, leave it out")
+        if axis.name != TORQUE and axis.name not in OF_TEETH:
+            require_known_key(key)
+
+    @cached_property
+    def load(self) -> float:
+        """Torque on the input gear where no axis varies it [N m]."""
+        on_axis = [max(axis.values) for axis in self.axes if axis.name == TORQUE]
+        return on_axis[0] if on_axis else one_load(self)
+
+    @cached_property
+    def excitations(self) -> ExcitationSource:
+        """One for all points, whose tables are solved once each."""
+        return self.known.excitations
+
+    def _first(self, model: LumpedModel) -> LumpedSystem:
+        given = model, self.excitations, self.at_speeds
+        return lumped_system(self.gears, self.load, *given)
+
+    @cached_property
+    def _alike(self) -> LumpedSystem | None:
+        """Whose body modes all points have: they are then of one family."""
+        coupled = self.known.number == "coupled"
+        return self._first(self.known) if coupled else None
+
+    def system(self, point: Point) -> LumpedSystem:
+        """The lumped system of a point."""
+        values = {
+            axis.name: int(v) if float(v).is_integer() else v
+            for axis, v in zip(self.axes, point, strict=True)
+        }
+        torque = values.pop(TORQUE, self.load)
+        own = OF_TEETH.keys() & values.keys()
+        of_teeth: dict[str, Any] = {OF_TEETH[name]: values.pop(name) for name in own}
+        try:
+            model = replace(self.known, **of_teeth)
+        except ValueError as error:
+            raise InputError(str(error)) from None
+        changed = {SHORT.get(name, name): value for name, value in values.items()}
+        gears = self._changed(tuple(changed.items()))
+        given = gears, torque, model, self.excitations
+        return lumped_system(*given, self.at_speeds, self._alike)
+
+    @cached_property
+    def _changed(self) -> Any:
+        """The gear set with other values of keys; the last one is kept."""
+
+        def changed(values: tuple[tuple[str, float], ...]) -> GearSet:
+            return self.gear_set.changed(dict(values)) if values else self.gears
+
+        return lru_cache(maxsize=1)(changed)
+
+    @cached_property
+    def ratio(self) -> float | None:
+        """Damping ratio of every mode, None where it varies."""
+        varies = bool({DAMPING, SHORT[DAMPING]} & self.names)
+        return None if varies else self._any_system.train.damping_ratio
+
+    @cached_property
+    def _any_system(self) -> LumpedSystem:
+        model = self.known
+        if BENDING in self.names:
+            model = replace(model, bending=0.0)  # no mesh table need have it
+        return self._first(model)
+
+    def header(self, integration: str) -> dict[str, str]:
+        """Entries of a file without what the axes vary; see `file_header`."""
+        # the friction is described unless no point has any
+        of_axes = (max(axis.values) for axis in self.axes if axis.name == FRICTION)
+        friction = next(of_axes, self.model.friction)
+        shown = replace(self.known, friction=friction)
+        header = file_header(self.gears, shown, self.ratio or 0.0, integration)
+        if self.at_speeds:
+            header |= body_entries(self._any_system, self.at_speeds)
+        if self.ratio is None:
+            del header["damping ratio"]
+        for name, entry in ENTRIES.items():
+            if name in self.names:
+                header.pop(entry, None)
+        return header | {"model": self.known.name}
+
+    def described(self, over: str, speed: float | None = None) -> dict[str, Any]:
+        """What a summary says of the train, None for what varies.
+
+        over : name of what varies; speed : of the first mesh where it does not [Hz]
+        """
+        facts = described(self, 0.0)
+        return {
+            **{name: facts[name] for name in ("gear_set", "model", "excitation")},
+            "over": over,
+            "speed_Hz": speed,
+            "torque_Nm": None if TORQUE in self.names else self.load,
+            "damping_ratio": self.ratio,
+        }
+
+
+def digest(gear_set: GearSet) -> str:
+    """Tells gear sets apart that have one name, such as a file that was edited."""
+    return sha256(repr(gear_set).encode()).hexdigest()[:16]
