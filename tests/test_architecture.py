@@ -41,6 +41,7 @@ ALLOWED = {
         "lumped.pitch_errors",
     },
     "fegear.lumped_models.py": {"fegear", "lumped"},
+    "fegear.stored.py": {"lumped"},
     "fegear.parameter_maps.py": {"fegear", "lumped"},
     "fegear.stability.py": {"fegear", "lumped"},
     "fegear.bifurcations.py": {"fegear", "lumped"},

@@ -14,14 +14,16 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from fegear.stability import find_stability
 from numpy.typing import NDArray
 
 from fegear.errors import InputError
 from fegear.excitation import Source
 from fegear.gearset import load_gear_set
 from fegear.lumped_models import LumpedModel, lumped_system
-from fegear.parameter_maps import FRICTION, VariedSet
+from fegear.studies.running import run
+from fegear.studies.stability import Stability
+from fegear.studies.trains import NamedSet
+from fegear.studies.varied import FRICTION
 from lumped.maps import Axis
 from lumped.progress import Progress
 from lumped.stability.combinations import Combination, combinations
@@ -279,12 +281,16 @@ def timed_chart(set_name: str, torque: float) -> Chart:
     """Largest multipliers and traced edges, compiled before."""
     coefficients = tuple(np.linspace(0.0, 0.2, VALUES).tolist())
     axis = Axis(FRICTION, coefficients)
-    varied = VariedSet(set_name, load_gear_set(set_name), (axis,), torque, MODEL)
-    speeds = _speeds(_system(set_name, torque), SPEEDS).tolist()
-    few = replace(varied, axes=(Axis(FRICTION, coefficients[:2]),))
-    find_stability(few, speeds)
+    asked = Stability(
+        gear_set=NamedSet(name=set_name),
+        over=axis,
+        torque=torque,
+        model=MODEL,
+        speeds=tuple(_speeds(_system(set_name, torque), SPEEDS).tolist()),
+    )
+    run(replace(asked, over=Axis(FRICTION, coefficients[:2])))
     begin = time.perf_counter()
-    if not find_stability(varied, speeds).complete:
+    if not run(asked).complete:
         raise KeyboardInterrupt
     seconds = time.perf_counter() - begin
     return Chart(SPEEDS, VALUES, seconds, 1e6 * seconds / (SPEEDS * VALUES))

@@ -33,6 +33,11 @@ STUDIES = {
         "NaturalModes",
         "Natural frequencies of a train, and what they strain.",
     ),
+    "bifurcations": (
+        "bifurcations",
+        "Bifurcations",
+        "Period doublings and chaos over speed or a parameter.",
+    ),
     "stability": (
         "stability",
         "Stability",

@@ -310,8 +310,8 @@ def _widest(columns: list[dict[str, Any]]) -> list[dict[str, Any]]:
     for column in columns:
         for each in column["intervals"]:
             width = each["to_Hz"] - each["from_Hz"]
-            own = {**each, "width": width, "value": column["value"]}
-            found.setdefault(each["kind"], []).append(own)
+            place = {**each, "width": width, "value": column["value"]}
+            found.setdefault(each["kind"], []).append(place)
     for own in found.values():
         widest = max(own, key=lambda each: (each["width"], -each["value"]))
         ends = [each["value"] for each in own]

@@ -58,7 +58,7 @@ class Varied(OfTrain):
         return bool(self.model.friction) or FRICTION in self.names
 
     def __post_init__(self) -> None:
-        super().__post_init__()  # type: ignore[misc]
+        super().__post_init__()
         over = called(self, "over")
         for axis in self.axes:
             self._require_axis(axis, over)

@@ -1,0 +1,402 @@
+"""Bifurcation diagrams of a gear set: settled motions over speed or a parameter."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict, dataclass, replace
+from functools import cached_property, partial
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+
+from fegear.errors import InputError
+from fegear.headings import edits_in_words, title_of
+from fegear.lumped_models import (
+    LumpedModel,
+    doubts_of_bodies,
+    integration_in_words,
+    require_method,
+)
+from fegear.speeds import MESH_FREQUENCY
+from fegear.stored import Records, response_values, stored_response
+from fegear.studies.axes import axis_setting
+from fegear.studies.page import Columns, Grid, Page, cell, counted
+from fegear.studies.study import (
+    Draw,
+    Group,
+    Job,
+    Range,
+    Setting,
+    Study,
+    StudyResult,
+    Task,
+    called,
+    group,
+    refusal,
+    setting,
+)
+from fegear.studies.table import Table
+from fegear.studies.trains import (
+    COUPLED,
+    FREQUENCY,
+    lumped_integration,
+    lumped_model,
+    torque_setting,
+)
+from fegear.studies.varied import TORQUE, Varied
+from fegear.unphysical import doubts_of_meshes
+from lumped.attractor_figure import draw_attractors
+from lumped.attractor_sweeps import (
+    AttractorBranch,
+    Stretch,
+    SystemAt,
+    sweep_attractors,
+)
+from lumped.attractors import Attractor, SectionSettings
+from lumped.branches.motions import OverFigure, OverSpeed
+from lumped.csv_text import exact
+from lumped.map_figure import axis_label
+from lumped.maps import Axis
+from lumped.response import Response
+from lumped.settings import Settings
+from lumped.sweep import BOTH, Direction, reporting
+from lumped.system import LumpedSystem
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+MOST_VALUES = 10_000
+MOST_ROWS = 1_000_000  # of the table, some 100 bytes each
+LEGEND = {
+    "direction": "of the parameter, up or down",
+    "mesh, section": "counted from 1",
+    "dte_m, dte_rate_m_per_s": "dynamic transmission error and its rate at the start "
+    "of successive common periods of all meshes",
+    "motion": "periodic, quasi-periodic, chaotic, or unsettled: it still settles, or "
+    "repeats after more periods than were looked for",
+    "period_multiple": "common periods of all meshes after which the motion repeats, 0 "
+    "where it does not",
+    "lyapunov_per_period, lyapunov_spread_per_period": "largest Lyapunov exponent per "
+    "period of the first mesh and its standard error, 0 where the motion repeats",
+}
+ARRAYS = "deflection", "rate"  # of an attractor
+COLUMNS = (
+    *("direction", "mesh", "section", "dte_m", "dte_rate_m_per_s", "motion"),
+    *("period_multiple", "lyapunov_per_period", "lyapunov_spread_per_period"),
+)
+
+
+SECTIONS = Group(
+    kind=SectionSettings,
+    offers={
+        "sections": Setting(
+            text="Points of the Poincaré section, one in each common period of all "
+            "meshes, of a motion that does not repeat."
+        )
+    },
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Bifurcations(
+    Varied,
+    Study,
+    command="bifurcations",
+    example="bifurcations liu-idler --over mesh_frequency_Hz=900:1700:161",
+):
+    """Period doublings and chaos over speed or a parameter.
+
+    Poincaré sections and the largest Lyapunov exponent. With --output each finished
+    value is kept in FILE.partial until the file is written; --resume goes on there.
+    """
+
+    resumes = True
+    partial = True
+    unit = "value"
+
+    over: Axis = axis_setting(
+        "What varies: mesh_frequency_Hz of the first mesh, a key of the gear set, "
+        "torque_Nm or damping_ratio, and N values from A to B, or values with commas."
+    )
+    at: float | None = setting(
+        None,
+        "Mesh frequency of the first mesh [Hz], where another parameter varies.",
+        FREQUENCY,
+        metavar="HZ",
+    )
+    direction: Literal["up", "down", "both"] = setting(
+        "both",
+        "Whether the values rise, fall, or one and the other side by side; each motion "
+        "starts from where the one before has settled.",
+    )
+    sections: SectionSettings = group(SECTIONS)
+    period_multiple: int = setting(
+        32,
+        "Common periods of all meshes, at most, after which a motion counts as one "
+        "that repeats.",
+        Range(1, 64),
+    )
+    torque: float | None = torque_setting()
+    model: LumpedModel = lumped_model(COUPLED)
+    integration: Settings = lumped_integration()
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        over, axis = called(self, "over"), self.over
+        if not self.over_speed:
+            if self.at is None:
+                needed = f"needs a mesh frequency, {called(self, 'at')} HZ"
+                raise InputError(f"{over} {axis.name}; {needed}")
+        elif self.at is not None:
+            why = f"{over} {MESH_FREQUENCY} replaces it, leave it out"
+            raise refusal(self, "at", why)
+        for value in axis.values if self.over_speed else ():
+            if value not in FREQUENCY:
+                where = f"{over} {MESH_FREQUENCY} = {value:g}"
+                raise InputError(f"{where}; allowed {FREQUENCY}")
+
+    @property
+    def over_speed(self) -> bool:
+        """Whether the speed varies."""
+        return self.over.name == MESH_FREQUENCY
+
+    @property
+    def axes(self) -> tuple[Axis, ...]:
+        return () if self.over_speed else (self.over,)
+
+    @property
+    def at_speeds(self) -> tuple[float, ...]:
+        return self.over.values if self.at is None else (self.at,)
+
+    @property
+    def directions(self) -> tuple[Direction, ...]:
+        return BOTH if self.direction == "both" else (self.direction,)
+
+    @property
+    def settling(self) -> Settings:
+        return replace(self.integration, multiples=self.period_multiple)
+
+    @cached_property
+    def system_at(self) -> SystemAt:
+        """Return the system at a value; one thread at a time solves finite elements."""
+        if self.at is None:
+            return OverSpeed(self.system(())).at
+        values, lock = self.over.values, threading.Lock()
+        limits = min(values), max(values)
+        family = OverFigure(
+            self.over.name, lambda v: self.system((v,)), self.at, limits
+        )
+
+        def system_at(value: float) -> tuple[LumpedSystem, float]:
+            with lock:
+                return family.at(value)
+
+        return system_at
+
+    def tasks(self) -> Iterator[Task]:
+        self._require_few()
+        require_method(self.known, self.integration)
+        for value in (min(self.over.values), max(self.over.values)):
+            self.system_at(value)  # so that limits that cannot be are named at once
+        for direction in self.directions:
+            work = partial(self._swept, direction)
+            yield Task(direction, work, len(self.over.values))
+
+    def _require_few(self) -> None:
+        """Raise InputError for more than a table should hold."""
+        count, sections = len(self.over.values), self.sections.sections
+        if count > MOST_VALUES:
+            raise InputError(
+                f"over = {count} values; allowed are {MOST_VALUES} at most"
+            )
+        rows = count * sections * len(self.gears.meshes) * len(self.directions)
+        if rows > MOST_ROWS:
+            raise InputError(
+                f"sections = {sections}; with {count} values that is a table of up to "
+                f"{rows} rows, allowed are {MOST_ROWS}"
+            )
+
+    def _swept(self, direction: Direction, job: Job) -> AttractorBranch:
+        return sweep_attractors(
+            *(self.over.values, self.system_at, direction),
+            *(self.settling, self.sections),
+            store=StoredAttractors(job),
+            observer=reporting(job.report, len(self.over.values)),
+        )
+
+    def gather(self, found: Mapping[str, AttractorBranch | None]) -> BifurcationsResult:
+        branches = [
+            found[each] or AttractorBranch(each, (), (), complete=False)
+            for each in self.directions
+        ]
+        return BifurcationsResult(self, tuple(branches))
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class BifurcationsResult(StudyResult):
+    """Attractors over a parameter."""
+
+    study: Bifurcations
+    branches: tuple[AttractorBranch, ...]
+
+    @property
+    def complete(self) -> bool:
+        return all(branch.complete for branch in self.branches)
+
+    @property
+    def empty(self) -> bool:
+        return not any(branch.values for branch in self.branches)
+
+    @property
+    def failure(self) -> str:
+        """Where motions diverged."""
+        name = self.study.over.name
+        return "; ".join(
+            f"the motion diverged at {name} = {b.values[-1]:.12g}, {b.direction}"
+            for b in self.branches
+            if b.attractors and b.attractors[-1].kind == "diverged"
+        )
+
+    @property
+    def table(self) -> Table:
+        """A row for each value, mesh and point of its section."""
+        names = (self.study.over.name, *COLUMNS)
+        return Table(names, self._rows, {**self._header, **LEGEND})
+
+    @property
+    def _header(self) -> dict[str, str]:
+        study, values = self.study, len(self.study.over.values)
+        coupled = study.known.number == "coupled"
+        header = study.header(integration_in_words(study.settling, coupled))
+        if study.at is not None:
+            header["speed_Hz"] = exact(study.at)
+        if TORQUE not in study.names:
+            header["torque_Nm"] = exact(study.load)
+        header["period multiples looked for"] = f"up to {study.period_multiple}"
+        sections = f"{study.sections.sections} where a motion does not repeat"
+        header["sections"] = sections
+        if not self.complete:
+            finished = sum(len(branch.values) for branch in self.branches)
+            total = len(self.branches) * values
+            header["incomplete"] = f"{finished} of {total} values"
+        return header | study.gear_set.entries
+
+    def _rows(self) -> Iterator[list[object]]:
+        for branch in self.branches:
+            for value, found in zip(branch.values, branch.attractors, strict=True):
+                last = found.kind, found.multiple, found.exponent, found.spread
+                for (k, m), error in np.ndenumerate(found.deflection):
+                    rate = float(found.rate[k, m])
+                    point = branch.direction, m + 1, k + 1, float(error), rate
+                    yield [value, *point, *last]
+
+    @property
+    def _heading(self) -> dict[str, Any]:
+        return self.study.described(self.study.over.name, self.study.at)
+
+    @cached_property
+    def summary(self) -> dict[str, Any]:
+        study = self.study
+        last, _ = study.system_at(max(study.over.values))
+        return {
+            **self._heading,
+            "values": len(study.over.values),
+            "branches": [_plain(branch) for branch in self.branches],
+            "warnings": [
+                *doubts_of_bodies(last, study.at_speeds),
+                *self._doubts_of_size(),
+            ],
+        }
+
+    def _doubts_of_size(self) -> Iterator[str]:
+        """Where the largest deflections cannot be physical."""
+        found = [each.deflection for b in self.branches for each in b.attractors]
+        every = np.abs(np.concatenate(found)) if found else np.empty((0, 0))
+        if every.size:
+            peaks = every.max(axis=0)
+            where = ", at its worst section"
+            meshes = self.study.gears.meshes
+            yield from doubts_of_meshes(meshes, where, peaks, 0.0 * peaks)
+
+    @property
+    def figures(self) -> dict[str, Draw]:
+        return {"plot": self._diagram}
+
+    def _diagram(self) -> Figure:
+        study = self.study
+        label = OverSpeed.label if study.over_speed else axis_label(study.over.name)
+        changes = edits_in_words(study.gear_set.entries)
+        title = f"{title_of(self._heading)}\n{changes}".strip()
+        return draw_attractors(self.branches, label, title)
+
+    def page(self) -> Page:
+        values = self.summary
+        yield title_of(values)
+        for branch in values["branches"]:
+            done = counted(branch["finished_values"], "value")
+            words = "rising" if branch["direction"] == "up" else "falling"
+            title = f"{values['over']}, {done}, {words}"
+            columns = ("motion", "begins by")
+            yield Grid(branch["stretches"], STRETCH, title, columns)
+            if not branch["complete"]:
+                yield f"ended after {done} of {values['values']}"
+
+
+STRETCH: Columns = {
+    "from": lambda row: f"{row['first']:.6g}",
+    "to": lambda row: f"{row['last']:.6g}",
+    "motion": lambda row: str(row["motion"]),
+    "largest exponent\n[1/period]": cell("largest_lyapunov_per_period", 3),
+    "begins by": lambda row: str(row["begins_by"]),
+}
+
+
+def _plain(branch: AttractorBranch) -> dict[str, Any]:
+    return {
+        "direction": branch.direction,
+        "complete": branch.complete,
+        "finished_values": len(branch.values),
+        "stretches": [_plain_stretch(each) for each in branch.stretches],
+    }
+
+
+def _plain_stretch(stretch: Stretch) -> dict[str, Any]:
+    return {
+        "first": stretch.first,
+        "last": stretch.last,
+        "motion": stretch.name,
+        "begins_by": stretch.begins,
+        "largest_lyapunov_per_period": stretch.exponent,
+    }
+
+
+@dataclass(frozen=True, eq=False)
+class StoredAttractors:
+    """A branch among the records of a task, as `lumped.attractor_sweeps` keeps it."""
+
+    records: Records
+
+    def finished(self) -> list[tuple[Response, Attractor]]:
+        arrays, pairs = self.records.state, []
+        for values in self.records.kept:
+            attractor = _stored_attractor(values.pop("attractor"))
+            pairs.append((stored_response(values), attractor))
+        if pairs and arrays is not None:
+            response, attractor = pairs[-1]
+            pairs[-1] = replace(response, state=arrays["motion"]), attractor
+        return pairs
+
+    def add(self, response: Response, attractor: Attractor) -> None:
+        values = response_values(response)
+        values["attractor"] = asdict(attractor) | {
+            name: getattr(attractor, name).tolist() for name in ARRAYS
+        }
+        values["attractor"]["meshes"] = response.dte_rms.size
+        self.records.keep(values, {"motion": response.state})
+
+
+def _stored_attractor(values: dict[str, Any]) -> Attractor:
+    shape = -1, values.pop("meshes")
+    arrays = {name: np.array(values[name], float).reshape(shape) for name in ARRAYS}
+    return Attractor(**{**values, **arrays})
