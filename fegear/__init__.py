@@ -75,7 +75,6 @@ _HOMES = {
     "Source": "excitation",
     "StaticsSettings": "statics",
     "builtin_names": "gearset",
-    "find_branches": "branches",
     "load_gear_set": "gearset",
     "lumped_system": "lumped_models",
     "make_gear_set": "gearset",

@@ -155,7 +155,8 @@ class Checkpoint:
         """
         finished = sum(len(self.finished(name)) for name in branches)
         of = f" of {total}" if total else ""
-        tell(f"{self.path}: {finished}{of} {unit}s are finished")
+        units = f"{unit}es" if unit.endswith("ch") else f"{unit}s"
+        tell(f"{self.path}: {finished}{of} {units} are finished")
         if self.damaged:
             damaged = f"{unit} is" if self.damaged == 1 else f"{unit}s are"
             tell(f"{self.path}: {self.damaged} {damaged} damaged and computed again")

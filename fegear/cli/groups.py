@@ -123,6 +123,7 @@ def _of_setting(own: Parameter, declared: Setting, hint: Any) -> Iterator[Parame
         words = typer.Option(*names, help=declared.text, metavar=declared.metavar)
     if not (declared.flags and hint is bool):
         yield own.replace(
+            name=_parameter(own.name, declared),
             kind=Parameter.KEYWORD_ONLY,
             default=default,
             annotation=Annotated[
@@ -134,6 +135,11 @@ def _of_setting(own: Parameter, declared: Setting, hint: Any) -> Iterator[Parame
         yield Parameter(
             _name_of(flag), Parameter.KEYWORD_ONLY, default=False, annotation=shown
         )
+
+
+def _parameter(name: str, declared: Setting) -> str:
+    """The parameter of a setting, that of its option: fields may have one name."""
+    return _name_of(declared.option) if declared.option else name
 
 
 def _name_of(flag: str) -> str:
@@ -167,7 +173,7 @@ def _gathered(group: Group, values: dict[str, Any]) -> Any:
 
 def _taken(each: Offered, declared: Setting, values: dict[str, Any]) -> dict[str, Any]:
     """The value of a setting by its name, nothing where none is given."""
-    value = values.pop(each.name, None)
+    value = values.pop(_parameter(each.name, declared), None)
     flags = {
         flag: meant for flag, meant, _ in declared.flags if values.pop(_name_of(flag))
     }

@@ -33,6 +33,11 @@ STUDIES = {
         "NaturalModes",
         "Natural frequencies of a train, and what they strain.",
     ),
+    "branches": (
+        "branches",
+        "Branches",
+        "Periodic motions over speed or a parameter, stable and unstable.",
+    ),
     "bifurcations": (
         "bifurcations",
         "Bifurcations",

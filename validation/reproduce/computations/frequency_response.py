@@ -9,7 +9,7 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
-from fegear.branches import find_branches
+from fegear.studies.branches import Branches
 from fegear.studies.running import run
 from fegear.studies.sweep import Sweep
 from fegear.studies.theory import Theory
@@ -87,15 +87,19 @@ def branches(part: BranchesPart, scene: Scene, report: Progress) -> PartResult:
     """
     unit = scene.unit_Hz
     low, high = (unit * value for value in part.between)
-    settings = BranchSettings(
-        harmonics=part.harmonics,
-        period_multiple=part.period_multiple,
-        starts=part.starts,
+    asked = Branches(
+        gear_set=NamedSet.of(scene.gear_set),
+        torque=scene.torque,
+        speeds=(low, high),
+        model=scene.model,
+        finding=BranchSettings(
+            harmonics=part.harmonics,
+            period_multiple=part.period_multiple,
+            starts=part.starts,
+        ),
     )
-    result = find_branches(
-        *(scene.gear_set, scene.torque, (low, high), scene.model, settings, report)
-    )
-    if result.interrupted:
+    result = run(asked, progress=report)
+    if not result.complete:
         raise KeyboardInterrupt
     curves = [
         Curve(

@@ -9,11 +9,11 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
-from fegear.bifurcations import AttractorSettings
 from lumped.attractor_sweeps import AttractorBranch, sweep_attractors
 from lumped.attractors import Kind, SectionSettings
 from lumped.branches.motions import OverSpeed
 from lumped.progress import Progress
+from lumped.settings import Settings
 from lumped.sweep import Direction, reporting
 from validation.data_files import Flag, Speeds, parsed_speeds
 from validation.reproduce.parts import Curve, Part, PartResult
@@ -56,7 +56,7 @@ def attractors(part: AttractorsPart, scene: Scene, report: Progress) -> PartResu
     speeds = [unit * value for value in parsed_speeds(part.speeds)]
     branch = sweep_attractors(
         *(speeds, OverSpeed(scene.system).at, part.direction),
-        *(AttractorSettings().integration, SectionSettings(sections=part.sections)),
+        *(Settings(multiples=32), SectionSettings(sections=part.sections)),
         observer=reporting(report, len(speeds)),
         stop=threading.Event(),
     )

@@ -1,0 +1,417 @@
+"""Branches of periodic motions of a gear set over speed or a parameter."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from functools import cached_property
+from math import isnan
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fegear.errors import InputError
+from fegear.headings import title_of
+from fegear.lumped_models import LumpedModel, doubts_of_bodies
+from fegear.speeds import MESH_FREQUENCY
+from fegear.studies.axes import (
+    limits,
+    limits_axis,
+    written_limits,
+    written_limits_axis,
+)
+from fegear.studies.page import Page, counted, number
+from fegear.studies.study import (
+    Draw,
+    Group,
+    Job,
+    Range,
+    Setting,
+    Study,
+    StudyResult,
+    Task,
+    called,
+    group,
+    refusal,
+    setting,
+)
+from fegear.studies.table import Table
+from fegear.studies.trains import (
+    COUPLED,
+    FREQUENCY,
+    SOURCE,
+    lumped_model,
+    tables_setting,
+    torque_setting,
+)
+from fegear.studies.varied import TORQUE, Varied
+from fegear.unphysical import doubts_of_meshes
+from lumped.branches.bifurcations import BranchPoint
+from lumped.branches.figure import draw_branches
+from lumped.branches.motions import Family, OverFigure, OverSpeed
+from lumped.branches.periodic import BranchFinder, BranchSettings, PeriodicBranch
+from lumped.branches.plain import plain_branch, read_branch
+from lumped.csv_text import exact
+from lumped.maps import Axis
+from lumped.system import LumpedSystem
+from lumped.workers import Stopped
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+SPEEDS = Range(0.1, 1e6, "Hz")
+SCHEME = "harmonic balance"
+STEPPED = "fixed points of the map over a period"  # of the coupled model
+COLUMNS = (
+    *(MESH_FREQUENCY, "mesh", "dte_rms_m", "dte_peak_m"),
+    *("stable", "floquet_max", "kind", "period_multiple"),
+)
+LEGEND = {
+    "branch, index": "counted from 1, points in the order of the branch",
+    MESH_FREQUENCY: "of the first mesh, in all rows",
+    "mesh": "counted from 1",
+    "dte_rms_m": "dynamic transmission error without its mean",
+    "stable": "1 or 0; 0 in a fold and where the branch stands upright",
+    "floquet_max": "modulus of the largest Floquet multiplier",
+    "kind": "fold, period doubling, branch point or torus, as shooting locates them "
+    "where it can; else empty",
+    "period_multiple": "common periods of all meshes after which the motion repeats",
+}
+
+
+FINDING = Group(
+    kind=BranchSettings,
+    offers={
+        "harmonics": Setting(
+            text="Harmonics of the first mesh's frequency that motions of models 1 to "
+            "3 are made of.",
+            allowed=Range(1, 200),
+        ),
+        "period_multiple": Setting(
+            text="Common periods of all meshes, at most, after which motions repeat: "
+            "branches on which the period doubles are followed up to it.",
+            allowed=Range(1, 64),
+        ),
+        "starts": Setting(
+            text="Random states, the same each time, from which motions on further "
+            "branches are looked for, isolated ones among them.",
+            allowed=Range(0, 100_000),
+        ),
+    },
+)
+WAVES = replace(
+    SOURCE,
+    offers={
+        **SOURCE.offers,
+        "harmonics": Setting(
+            option="--wave-harmonics",
+            text="Harmonics of the stiffness that --excitation fourier keeps.",
+        ),
+    },
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Branches(
+    Varied,
+    Study,
+    command="branches",
+    example="branches liu-idler --speeds 700:4500 -o b.csv --plot b.png",
+):
+    """Periodic motions over speed or a parameter, stable and unstable.
+
+    Harmonic balance, of the coupled model integration over the period, and arc-length
+    continuation with folds, period doublings and Floquet multipliers. With --output
+    each branch is kept in FILE.partial until the file is written; --resume goes on from
+    there.
+    """
+
+    resumes = True
+    partial = True
+    unit = "branch"
+
+    speeds: tuple[float, float] | None = setting(
+        None,
+        "Mesh frequencies of the first mesh [Hz] between which branches are followed; "
+        "this or --over. [default: none]",
+        SPEEDS,
+        metavar="A:B",
+        read=limits,
+        write=written_limits,
+    )
+    over: Axis | None = setting(
+        None,
+        "Parameter that branches are followed over instead, at one speed: a key of the "
+        "gear set, torque_Nm or damping_ratio, from A to B. [default: none]",
+        metavar="KEY=A:B",
+        read=limits_axis,
+        write=written_limits_axis,
+    )
+    at: float | None = setting(
+        None,
+        "Mesh frequency of the first mesh [Hz] with --over.",
+        FREQUENCY,
+        metavar="HZ",
+    )
+    torque: float | None = torque_setting()
+    steepness: float | None = setting(
+        None,
+        "Let contact close by tanh of this steepness [1/um], as the source does, in "
+        "place of opening at once; to compare, of models 1 to 3. [default: none]",
+        Range(0.01, 1e6, "per um"),
+        metavar="PER_UM",
+    )
+    finding: BranchSettings = group(FINDING)
+    model: LumpedModel = lumped_model(COUPLED | {"stiffness": WAVES})
+    table: tuple[str, ...] = tables_setting()
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        over, at, speeds = (called(self, name) for name in ("over", "at", "speeds"))
+        if self.speeds is None and self.over is None:
+            raise InputError(f"{speeds} A:B or {over} KEY=A:B is needed")
+        if self.over is None:
+            if self.at is not None:
+                raise refusal(self, "at", "needs {over}")
+        elif self.speeds is not None:
+            raise InputError(
+                f"{over}; {speeds} takes its place, one of them is allowed"
+            )
+        elif self.over.name == MESH_FREQUENCY:
+            raise InputError(f"{over} {MESH_FREQUENCY}; is the speed, {speeds} A:B")
+        elif self.at is None:
+            raise InputError(f"{over} KEY=A:B needs a mesh frequency, {at} HZ")
+        elif self.table:
+            raise refusal(self, "table", "{over} varies what tables hold")
+        if self.model.number == "coupled":
+            self._refuse_balance()
+
+    def _refuse_balance(self) -> None:
+        """Refuse what belongs to harmonic balance, for the coupled model."""
+        model = f"{called(self, 'number')} coupled"
+        if self.steepness is not None:
+            raise refusal(self, "steepness", f"contact of {model} is smooth")
+        if self.finding.harmonics != BranchSettings().harmonics:
+            reason = f"motions of {model} are integrated"
+            raise refusal(self.finding, "harmonics", reason, FINDING)
+
+    @property
+    def axes(self) -> tuple[Axis, ...]:
+        return () if self.over is None else (self.over,)
+
+    @property
+    def at_speeds(self) -> tuple[float, ...]:
+        return self.speeds or (() if self.at is None else (self.at,))
+
+    @property
+    def limits(self) -> tuple[float, float]:
+        """Ends of the parameter."""
+        values = self.speeds if self.over is None else self.over.values
+        assert values is not None
+        return values[0], values[-1]
+
+    @property
+    def parameter(self) -> str:
+        """Name of what varies."""
+        return MESH_FREQUENCY if self.over is None else self.over.name
+
+    @cached_property
+    def first(self) -> LumpedSystem:
+        """The train at the first value of the parameter."""
+        return self.system(() if self.over is None else self.limits[:1])
+
+    @property
+    def family(self) -> Family:
+        if self.over is None or self.at is None:
+            return OverSpeed(self.first)
+        name = self.over.name
+        return OverFigure(name, lambda v: self.system((v,)), self.at, self.limits)
+
+    @property
+    def numerics(self) -> BranchSettings:
+        steepness = None if self.steepness is None else 1e6 * self.steepness
+        return replace(self.finding, steepness=steepness)
+
+    def tasks(self) -> Iterator[Task]:
+        yield Task("branches", self._followed)
+
+    def _followed(self, job: Job) -> BranchesResult:
+        """Follow branches; Ctrl-C leaves those that were finished."""
+        low, high = self.limits
+
+        def watch(place: int, value: float) -> None:
+            done = round(100.0 * (value - low) / (high - low))
+            job.report(f"branch {place + 1}, {finder.family.words(value)}", done, 100)
+
+        finder = BranchFinder(
+            self.family,
+            self.limits,
+            self.numerics,
+            report=watch,
+            finished=[*map(read_branch, job.kept)],
+            keep=lambda branch: job.keep(plain_branch(branch), {}),
+        )
+        try:
+            finder.find(low)
+            return BranchesResult(self, tuple(finder.found), complete=True)
+        except Stopped:
+            return BranchesResult(self, tuple(finder.found), complete=False)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class BranchesResult(StudyResult):
+    """Branches of a gear set."""
+
+    study: Branches
+    branches: tuple[PeriodicBranch, ...]
+    complete: bool = True
+
+    @property
+    def empty(self) -> bool:
+        return not self.branches
+
+    @property
+    def _over_speed(self) -> bool:
+        return self.study.over is None
+
+    @property
+    def _stepped(self) -> bool:
+        return self.study.first.contacts is not None
+
+    @property
+    def table(self) -> Table:
+        """A row for each point and mesh."""
+        over = () if self._over_speed else (self.study.parameter,)
+        names = "branch", "index", *over, *COLUMNS
+        return Table(names, self._rows, {**self._header, **LEGEND})
+
+    def _rows(self) -> Iterator[tuple[Any, ...]]:
+        for place, branch in enumerate(self.branches, start=1):
+            for index, point in enumerate(branch.points, start=1):
+                over = () if self._over_speed else (point.place,)
+                speed = point.place if self._over_speed else point.frequency
+                for m in range(len(self.study.first.excitations)):
+                    sizes = (
+                        float(point.figures[n][m]) for n in ("dte_rms", "dte_peak")
+                    )
+                    own = int(point.stable), point.largest, point.kind
+                    row = place, index, *over, speed, m + 1, *sizes, *own
+                    yield *row, branch.multiple
+
+    @property
+    def _header(self) -> dict[str, str]:
+        study, numerics = self.study, self.study.numerics
+        header = study.header(STEPPED if self._stepped else SCHEME)
+        if study.at is not None:
+            header["speed_Hz"] = exact(study.at)
+        if TORQUE not in study.names:
+            header["torque_Nm"] = exact(study.load)
+        if not self._stepped:
+            header["harmonics"] = str(numerics.harmonics)
+        if numerics.steepness is not None:
+            header["contact"] = f"closes by tanh, {exact(numerics.steepness)} per m"
+        if not self.complete:
+            done = f"{len(self.branches)} branches before it was interrupted"
+            header["incomplete"] = done
+        return header | study.gear_set.entries
+
+    @cached_property
+    def summary(self) -> dict[str, Any]:
+        """None for what varies."""
+        study = self.study
+        return {
+            **study.described(study.parameter, study.at),
+            "harmonics": None if self._stepped else study.numerics.harmonics,
+            "natural_frequencies_Hz": study.first.resonances_Hz.tolist(),
+            "interrupted": not self.complete,
+            "branches": [
+                _plain(branch, study.parameter, self._stepped)
+                for branch in self.branches
+            ],
+            "warnings": list(self._doubts()),
+        }
+
+    def _doubts(self) -> Iterator[str]:
+        """Warn where the model leaves out too much or deflections are not physical."""
+        points = [point for branch in self.branches for point in branch.points]
+        if not points:
+            return
+        yield from doubts_of_bodies(self.study.first, [p.frequency for p in points])
+        peaks = np.max([point.figures["dte_peak"] for point in points], axis=0)
+        where = ", at its worst point"
+        meshes = self.study.gears.meshes
+        yield from doubts_of_meshes(meshes, where, peaks, 0.0 * peaks)
+
+    @property
+    def figures(self) -> dict[str, Draw]:
+        return {"plot": self._diagram}
+
+    def _diagram(self) -> Figure:
+        label = OverSpeed.label if self._over_speed else self.study.parameter
+        return draw_branches(self.branches, label, title_of(self.summary))
+
+    def page(self) -> Page:
+        values = self.summary
+        yield title_of(values)
+        over_speed = self._over_speed
+        name, unit = ("frequency_Hz", " Hz") if over_speed else ("value", "")
+        ends = ("from_Hz", "to_Hz") if over_speed else ("from", "to")
+        for place, branch in enumerate(values["branches"], start=1):
+            repeats = counted(branch["period_multiple"], "period")
+            largest = _micrometres(branch["largest_dte_rms_m"])
+            error = branch["relative_error_of_rms"]
+            finer = "more harmonics" if values["harmonics"] else "finer steps"
+            checked = f", which shooting does not confirm: {finer} may be needed"
+            if error is not None:
+                checked = f", {100.0 * error:.2g} % off by shooting"
+            yield (
+                f"branch {place}: {counted(branch['points'], 'point')}, "
+                f"{branch['stable_points']} of them stable, {branch[ends[0]]:.6g} to "
+                f"{branch[ends[1]]:.6g}{unit}, repeats after {repeats}\n"
+                f"  largest RMS of dynamic transmission error of the meshes {largest} "
+                f"um{checked}\n"
+                f"  begins {branch['origin']}; ends: {branch['end']}"
+            )
+            for each in branch["bifurcations"]:
+                levels = _micrometres(each["dte_rms_m"])
+                at = f"{_place(each[name], each['located_by']):>10}{unit}"
+                yield f"  {at}  {each['kind']:<15} RMS {levels} um"
+
+
+def _place(value: float, located_by: str) -> str:
+    """A parameter in as many digits as it is right to."""
+    return f"{value:#.6g}" if located_by == "shooting" else f"~{value:.4g}"
+
+
+def _micrometres(lengths: list[float]) -> str:
+    return ", ".join(number(1e6 * length, 4) for length in lengths)
+
+
+def _plain(branch: PeriodicBranch, over: str, stepped: bool) -> dict[str, Any]:
+    values = [point.parameter for point in branch.points]
+    levels = np.array([point.figures["dte_rms"] for point in branch.points])
+    low, high = ("from_Hz", "to_Hz") if over == MESH_FREQUENCY else ("from", "to")
+    return {
+        "period_multiple": branch.multiple,
+        "points": len(branch.points),
+        "stable_points": sum(point.stable for point in branch.points),
+        low: min(values),
+        high: max(values),
+        "largest_dte_rms_m": levels.max(axis=0).tolist(),
+        "relative_error_of_rms": None if isnan(branch.error) else branch.error,
+        "origin": branch.origin,
+        "end": branch.reason,
+        "closed": branch.closed,
+        "bifurcations": [
+            _bifurcation(point, over, stepped) for point in branch.bifurcations
+        ],
+    }
+
+
+def _bifurcation(point: BranchPoint, over: str, stepped: bool) -> dict[str, Any]:
+    rms = point.figures["dte_rms"].tolist()
+    name = "frequency_Hz" if over == MESH_FREQUENCY else "value"
+    by = STEPPED if stepped else SCHEME
+    by = by if isnan(point.located) else "shooting"
+    place = {name: point.place, "located_by": by}
+    return {"kind": point.kind, **place, "dte_rms_m": rms}
