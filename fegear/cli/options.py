@@ -14,7 +14,7 @@ import typer
 from fegear.cli.groups import option
 from fegear.cli.screen import complain, counted
 from fegear.errors import InputError
-from fegear.studies.study import Range
+from fegear.studies.study import TABLES, Range
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -26,7 +26,6 @@ if TYPE_CHECKING:
 
 
 PICTURES = (".png", ".pdf", ".svg")
-TABLES = (".csv", ".txt", "")  # endings of names
 RATIO = Range(least=0.0, below=1.0)
 COEFFICIENT = Range(least=0.0, below=0.5)
 FREQUENCY = Range(above=0.0, below=1e9, unit="Hz")
@@ -162,6 +161,13 @@ class Workers:
 
         asked = self.cluster or self.scheduler is not None
         return Cluster(self.scheduler or "") if asked else None
+
+
+@dataclass(frozen=True)
+class InThreads:
+    """Of commands that take no `Workers`."""
+
+    chosen: ClassVar[None] = None
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from fegear.errors import InputError
@@ -124,3 +125,30 @@ class LoadedMachine(LoadFigures):
 @dataclass(frozen=True, kw_only=True)
 class MovingMachine(MotionFigures, LoadedMachine):
     """A machine by its name, with all figures of its motion in place of its own."""
+
+    @property
+    def inputs(self) -> str:
+        """The machine itself, whatever it is called."""
+        return repr(self.named.assembly)
+
+
+@dataclass(frozen=True, kw_only=True)
+class OfMachine:
+    """Settings of all studies of departures from the upper flank of a machine."""
+
+    machine: MovingMachine
+    velocity: tuple[float, float] | None = limits("velocity")
+
+    @cached_property
+    def named(self) -> NamedMachine:
+        return self.machine.named
+
+    @cached_property
+    def speeds(self) -> tuple[float, float]:
+        """Lowest and highest speed of departures [rad per turn]."""
+        from lumped.rattle.orbits import usual_speed
+
+        return self.velocity or (
+            0.0,
+            usual_speed(self.named.assembly.shafts_in_impacts),
+        )

@@ -49,6 +49,11 @@ STUDIES = {
         "RunDown",
         "Damping of a machine from its speed after the motor is switched off.",
     ),
+    "rattle basin": (
+        "rattle_basin",
+        "Basins",
+        "Which motions a machine can settle to, and from where.",
+    ),
     "rattle manifold": (
         "rattle_manifold",
         "Manifolds",

@@ -71,6 +71,7 @@ EXAMPLES = [  # of classes that must be told something
     lumped.StiffnessFigures(mean=1e8, variation=0.3, contact_ratio=1.5),
     TABLE,
     GivenTables((("t.csv", TABLE),)),
+    fegear.Basins(machine="roots-a"),
     fegear.Clatter(gearbox="seed-five-speed"),
     fegear.Critical(machine="roots-a"),
     fegear.Manifolds(machine="roots-a"),

@@ -108,7 +108,7 @@ WRONG = [
         "roots-scaled --velocity 1",
         "--velocity = 1; must be A:B from 0 on, two values that rise",
     ),
-    ("roots-scaled --grid 1000000", "1e+12 cells, allowed are 4e+07"),
+    ("roots-scaled --grid 1000000", "--grid = 1000000; allowed 5 to 6324"),
     ("roots-scaled --grid 2", "--grid = 2; allowed 5 to"),
     ("roots-scaled --iterations 3", "--iterations = 3; allowed 100 to"),
     ("roots-scaled --resume", "--resume needs the --output"),
