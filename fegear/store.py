@@ -117,12 +117,6 @@ class Checkpoint:
         with self._lock:
             return self._connection.execute(query, [branch, f"{branch}/"]).fetchone()[0]
 
-    def branches(self) -> list[str]:
-        """Names of those with a finished speed."""
-        with self._lock:
-            rows = self._connection.execute("select branch from states").fetchall()
-        return [name for (name,) in rows]
-
     @property
     def begun(self) -> bool:
         """Whether it has a finished speed."""

@@ -21,13 +21,12 @@ from fegear.cli.options import (
     FREQUENCY,
     ResumedOutputs,
     chosen,
-    limits_of,
     refuse_idle,
 )
 from fegear.cli.screen import complain, counted, number, screen
 from fegear.cli.varied import varied_set
 from fegear.errors import InputError
-from fegear.speeds import MESH_FREQUENCY
+from fegear.speeds import MESH_FREQUENCY, limits_of
 from fegear.studies.study import Range
 
 if TYPE_CHECKING:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
@@ -236,19 +235,6 @@ def require_mesh(gear_set: GearSet, mesh: int) -> None:
     count = len(gear_set.meshes)
     of = f"{gear_set.name} has {counted(count, 'mesh', 'meshes')}"
     require(1 <= mesh <= count, "--mesh", mesh, of)
-
-
-def limits_of(
-    wrong: str, text: str | None, least: float = -math.inf
-) -> tuple[float, float]:
-    """Two rising values A:B; else InputError with what is wrong."""
-    try:
-        low, high = map(float, (text or "").split(":"))
-    except ValueError:
-        low = high = math.nan
-    if not (least <= low < high < math.inf and low > -math.inf):
-        raise InputError(f"{wrong}, two values that rise")
-    return low, high
 
 
 def refuse_idle(reason: str, **options: Any) -> None:

@@ -43,7 +43,8 @@ def command_of(study: type[Study]) -> Callable[..., None]:
         found, summary = _found(asked, workers.chosen, files, outputs)
         seconds = time.perf_counter() - begin
         values = {**summary, "wall_time_s": round(seconds, 3)}
-        outputs.show(values, lambda values: _show(found.page(), seconds))
+        with named_as_options(group_of(asked)):
+            outputs.show(values, lambda values: _show(found.page(), seconds))
         _end(found, outputs)
 
     command.__doc__ = study.__doc__
@@ -167,5 +168,5 @@ def _show(page: Page, seconds: float) -> None:
         elif isinstance(part, Sheet):
             print_columns(console, part.corner, part.labels, part.columns, part.title)
         else:
-            console.print(part)
+            say(part)
     say(f"wall time {seconds:.2f} s")

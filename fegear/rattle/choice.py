@@ -8,6 +8,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from fegear.errors import InputError
+from fegear.speeds import limits_of
 from fegear.studies.study import Range, argument, require_settings, setting
 
 if TYPE_CHECKING:
@@ -28,15 +29,7 @@ def limits(name: str, text: str = SPEEDS) -> Any:
     """A setting of two values from 0 on that rise, A:B in words, None by default."""
 
     def read(words: str) -> tuple[float, float]:
-        try:
-            low, high = map(float, words.split(":"))
-        except ValueError:
-            low = high = math.nan
-        if not 0.0 <= low < high < math.inf:
-            raise InputError(
-                f"{name} = {words}; must be A:B from 0 on, two values that rise"
-            )
-        return low, high
+        return limits_of(f"{name} = {words}; must be A:B from 0 on", words, least=0.0)
 
     def write(values: tuple[float, float]) -> str:
         return f"{values[0]!r}:{values[1]!r}"

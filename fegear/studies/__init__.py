@@ -54,6 +54,11 @@ STUDIES = {
         "Basins",
         "Which motions a machine can settle to, and from where.",
     ),
+    "rattle bifurcation": (
+        "rattle_bifurcation",
+        "OrbitBifurcations",
+        "Motions that repeat over a figure: where they are born, double and graze.",
+    ),
     "rattle manifold": (
         "rattle_manifold",
         "Manifolds",

@@ -292,8 +292,7 @@ class Job(Protocol):
     def compute(self, what: str, parts: Parts) -> Mapping[str, Arrays]:
         """Arrays of parts by name, on all workers; those kept are not computed again.
 
-        Parts of other calls are among them. With a cluster their functions are those
-        of modules, with plain arguments.
+        With a cluster their functions are those of modules, with plain arguments.
         """
 
     def report(self, what: str, done: int, total: int) -> None:

@@ -76,6 +76,7 @@ EXAMPLES = [  # of classes that must be told something
     fegear.Critical(machine="roots-a"),
     fegear.Manifolds(machine="roots-a"),
     fegear.Noise(machine="roots-a"),
+    fegear.OrbitBifurcations(machine="roots-a", over=("delta=1:2",)),
     fegear.Periodic(machine="roots-a"),
     fegear.RunDown(file="measured.csv"),
     *(kind(gear_set="liu-pair") for kind in (fegear.Sweep, fegear.Theory)),

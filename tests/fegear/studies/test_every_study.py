@@ -241,6 +241,13 @@ EXAMPLES = {
     "rattle critical": {},
     "rattle basin": {"grid": 7, "velocity": (0.5, 6.0 + 1.0 / 3.0)},
     "rattle run-down": {"file": "measured.csv", "speed_rpm": 3000.0 + 1.0 / 3.0},
+    "rattle bifurcation": {
+        "over": ("epsilon=0.09:0.1",),
+        "departures": 1,
+        "starts": 1,
+        "runs": 2,
+        "velocity": (0.0, 6.0 + 1.0 / 3.0),
+    },
     "rattle manifold": {"length": 1.0 + 1.0 / 3.0, "preimages": 0, "unstable": True},
     "rattle periodic": {"departures": 1, "velocity": (0.5, 6.0 + 1.0 / 3.0)},
     "rattle noise": {"starts": 5, "turns": 3, "velocity": (0.1, 0.2 + 1.0 / 3.0)},
