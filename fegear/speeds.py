@@ -1,10 +1,13 @@
-"""Lists of speeds as they are written: `A:B:STEP`, numbers, and commas between."""
+"""Speeds and limits as they are written: `A:B:STEP`, numbers, commas between, `A:B`."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from contextlib import suppress
 from decimal import Decimal, InvalidOperation
+
+from fegear.errors import InputError
 
 MESH_FREQUENCY = "mesh_frequency_Hz"  # of the first mesh: its column and its key
 MOST_SPEEDS = 100_000
@@ -66,3 +69,16 @@ def _speed_range(part: str, most: int) -> list[Decimal]:
 def _require_few(count: int, most: int) -> None:
     if count > most:
         raise ValueError(f"at most {most} speeds are allowed, got {count}")
+
+
+def limits_of(
+    wrong: str, text: str | None, least: float = -math.inf
+) -> tuple[float, float]:
+    """Two rising values A:B; else InputError with what is wrong."""
+    try:
+        low, high = map(float, (text or "").split(":"))
+    except ValueError:
+        low = high = math.nan
+    if not (least <= low < high < math.inf and low > -math.inf):
+        raise InputError(f"{wrong}, two values that rise")
+    return low, high

@@ -111,11 +111,26 @@ class Checkpoint:
             row = self._connection.execute(query, [branch]).fetchone()
         return None if row is None else unpack(row[0])
 
-    def branches(self) -> list[str]:
-        """Names of those with a finished speed."""
+    def count(self, branch: str) -> int:
+        """Finished speeds of a branch, those of branches `branch/NAME` among them."""
+        query = "select count(*) from speeds where branch = ? or instr(branch, ?) = 1"
         with self._lock:
-            rows = self._connection.execute("select branch from states").fetchall()
-        return [name for (name,) in rows]
+            return self._connection.execute(query, [branch, f"{branch}/"]).fetchone()[0]
+
+    @property
+    def begun(self) -> bool:
+        """Whether it has a finished speed."""
+        with self._lock:
+            return (
+                self._connection.execute("select 1 from speeds").fetchone() is not None
+            )
+
+    def parts(self, branch: str) -> dict[str, dict[str, Array]]:
+        """States of branches `branch/NAME`, by their names."""
+        query = "select branch, content from states where instr(branch, ?) = 1"
+        with self._lock:
+            rows = self._connection.execute(query, [f"{branch}/"]).fetchall()
+        return {name[len(branch) + 1 :]: unpack(content) for name, content in rows}
 
     def add(
         self, branch: str, values: Mapping[str, Any], state: Mapping[str, Array]
@@ -153,7 +168,7 @@ class Checkpoint:
         total : of all branches in units, which are speeds or other values, 0 where it
             is not known
         """
-        finished = sum(len(self.finished(name)) for name in branches)
+        finished = sum(map(self.count, branches))
         of = f" of {total}" if total else ""
         units = f"{unit}es" if unit.endswith("ch") else f"{unit}s"
         tell(f"{self.path}: {finished}{of} {units} are finished")

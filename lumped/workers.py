@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import os
 import threading
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import (
     FIRST_COMPLETED,
     Executor,
@@ -18,10 +18,15 @@ from concurrent.futures import (
 )
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import Protocol, TypeVar
+from typing import Any, Protocol, TypeVar
+
+from numpy.typing import NDArray
 
 K = TypeVar("K")
 R = TypeVar("R")
+Arrays = Mapping[str, NDArray[Any]]
+Parts = Mapping[str, Callable[[], Arrays]]
+Compute = Callable[[Parts], Mapping[str, Arrays]]
 QUEUE = 4  # tasks prepared ahead of each worker
 PATIENCE = 20  # seconds for a scheduler to answer
 
@@ -66,7 +71,8 @@ def run_tasks(
     """Run tasks and hand over what each gives, in this thread, as it is finished.
 
     tasks : with the name of each, prepared in this thread, a few at a time
-    stop : an event that tasks may heed
+    stop : an event that tasks may heed; where it is set from elsewhere the work ends
+        as after Ctrl-C, by Stopped
     workers : threads, one a core if None, or a cluster
 
     Ctrl-C ends the work after the tasks that are under way and is raised again.
@@ -76,6 +82,8 @@ def run_tasks(
 
     def collect(most: int) -> None:
         while len(running) > most:
+            if stop.is_set():
+                raise Stopped
             for future in wait(running, return_when=FIRST_COMPLETED).done:
                 take(running.pop(future), future.result())
 
@@ -87,10 +95,18 @@ def run_tasks(
             collect(0)
         except BaseException as error:
             stop.set()
+            kept = isinstance(error, KeyboardInterrupt | Stopped)
             for future, name in list(running.items()):
-                if not future.cancel() and isinstance(error, KeyboardInterrupt):
+                if not future.cancel() and kept:
                     take(name, future.result())
             raise
+
+
+def in_threads(parts: Parts) -> Mapping[str, Arrays]:
+    """Compute arrays of parts by name, on all cores."""
+    found = dict[str, Arrays]()
+    run_tasks(parts.items(), found.__setitem__, threading.Event())
+    return found
 
 
 @contextmanager

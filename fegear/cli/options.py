@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
@@ -14,7 +13,7 @@ import typer
 from fegear.cli.groups import option
 from fegear.cli.screen import complain, counted
 from fegear.errors import InputError
-from fegear.studies.study import Range
+from fegear.studies.study import TABLES, Range
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -26,7 +25,6 @@ if TYPE_CHECKING:
 
 
 PICTURES = (".png", ".pdf", ".svg")
-TABLES = (".csv", ".txt", "")  # endings of names
 RATIO = Range(least=0.0, below=1.0)
 COEFFICIENT = Range(least=0.0, below=0.5)
 FREQUENCY = Range(above=0.0, below=1e9, unit="Hz")
@@ -164,6 +162,13 @@ class Workers:
         return Cluster(self.scheduler or "") if asked else None
 
 
+@dataclass(frozen=True)
+class InThreads:
+    """Of commands that take no `Workers`."""
+
+    chosen: ClassVar[None] = None
+
+
 @dataclass(frozen=True, kw_only=True)
 class ResumedOutputs(Outputs):
     """Where the results of a long run go, and whether one is taken up again."""
@@ -230,19 +235,6 @@ def require_mesh(gear_set: GearSet, mesh: int) -> None:
     count = len(gear_set.meshes)
     of = f"{gear_set.name} has {counted(count, 'mesh', 'meshes')}"
     require(1 <= mesh <= count, "--mesh", mesh, of)
-
-
-def limits_of(
-    wrong: str, text: str | None, least: float = -math.inf
-) -> tuple[float, float]:
-    """Two rising values A:B; else InputError with what is wrong."""
-    try:
-        low, high = map(float, (text or "").split(":"))
-    except ValueError:
-        low = high = math.nan
-    if not (least <= low < high < math.inf and low > -math.inf):
-        raise InputError(f"{wrong}, two values that rise")
-    return low, high
 
 
 def refuse_idle(reason: str, **options: Any) -> None:

@@ -9,6 +9,7 @@ import typer
 
 from fegear.output import strict_json
 from fegear.printable import printable
+from fegear.studies.page import counted as counted
 from fegear.studies.page import number
 
 if TYPE_CHECKING:
@@ -123,11 +124,6 @@ def parts(widths: Sequence[int], room: int) -> Iterator[slice]:
             start, used = i, 0
         used += letters + GAP
     yield slice(start, len(widths))
-
-
-def counted(count: int, one: str, many: str) -> str:
-    """`1 mesh`, `2 meshes`."""
-    return f"{count} {one if count == 1 else many}"
 
 
 def _harmless(segment: Segment) -> Segment:

@@ -12,9 +12,11 @@ import typer
 
 from fegear.cli.groups import grouped, named_as_options, option
 from fegear.cli.options import (
+    InThreads,
     Outputs,
     ResumedOutputs,
     TableOutputs,
+    Workers,
     draw_into,
     refuse_idle,
     require_ending,
@@ -35,18 +37,20 @@ def command_of(study: type[Study]) -> Callable[..., None]:
         kw_only=True,
     )
 
-    def command(*, asked: Any, files: Any, outputs: Any) -> None:
+    def command(*, asked: Any, workers: Any, files: Any, outputs: Any) -> None:
         begin = time.perf_counter()
         _require(asked, files, outputs)
-        found, summary = _found(asked, files, outputs)
+        found, summary = _found(asked, workers.chosen, files, outputs)
         seconds = time.perf_counter() - begin
         values = {**summary, "wall_time_s": round(seconds, 3)}
-        outputs.show(values, lambda values: _show(found.page(), seconds))
+        with named_as_options(group_of(asked)):
+            outputs.show(values, lambda values: _show(found.page(), seconds))
         _end(found, outputs)
 
     command.__doc__ = study.__doc__
     command.__annotations__ = {
         "asked": study,
+        "workers": Workers if study.distributes else InThreads,
         "files": files,
         "outputs": _outputs_of(study),
     }
@@ -54,9 +58,15 @@ def command_of(study: type[Study]) -> Callable[..., None]:
 
 
 def _outputs_of(study: type[Study]) -> type[TableOutputs]:
-    if study.resumes:
-        return ResumedOutputs
-    return Outputs if "plot" in study.pictures else TableOutputs
+    kind: type[TableOutputs] = Outputs if "plot" in study.pictures else TableOutputs
+    return make_dataclass(
+        "Written",
+        [("output", Path | None, option(study.output, "-o", "--output"))],
+        bases=(ResumedOutputs if study.resumes else kind,),
+        namespace={"endings": study.endings},
+        frozen=True,
+        kw_only=True,
+    )
 
 
 def _require(asked: Study, files: Any, outputs: Any) -> None:
@@ -93,7 +103,9 @@ def _read_files(asked: Any, group: Group) -> Iterator[str]:
                 yield from value
 
 
-def _found(asked: Study, files: Any, outputs: Any) -> tuple[Any, Mapping[str, Any]]:
+def _found(
+    asked: Study, workers: Any, files: Any, outputs: Any
+) -> tuple[Any, Mapping[str, Any]]:
     """The result and its summary, files written; a bar moves all the while."""
     from fegear.store import NOTHING
     from fegear.studies.running import run
@@ -101,7 +113,7 @@ def _found(asked: Study, files: Any, outputs: Any) -> tuple[Any, Mapping[str, An
     keeping = outputs.keeping if asked.resumes else NOTHING
     try:
         with named_as_options(group_of(asked)), outputs.progress() as report:
-            found = run(asked, keeping, report)
+            found = run(asked, keeping, report, workers)
             report("results", 0, 1)
             if not found.empty:
                 _write(found, files, outputs)
@@ -114,7 +126,8 @@ def _found(asked: Study, files: Any, outputs: Any) -> tuple[Any, Mapping[str, An
 def _write(found: Any, files: Any, outputs: Any) -> None:
     from fegear.output import write_text
 
-    outputs.write(found.table.csv)
+    if outputs.output is not None:
+        found.write(outputs.output)
     for name, path in {"plot": outputs.plot, **vars(files)}.items():
         if path is not None and name in found.study.more_tables:
             write_text(path, found.more_tables[name].csv())
@@ -155,6 +168,8 @@ def _show(page: Page, seconds: float) -> None:
             console.print(table)
         elif isinstance(part, Sheet):
             print_columns(console, part.corner, part.labels, part.columns, part.title)
-        else:
+        elif console.is_terminal:
             console.print(part)
+        else:  # lines as long as they are
+            say(part)
     say(f"wall time {seconds:.2f} s")

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from fegear.errors import InputError
+from fegear.speeds import limits_of
 from fegear.studies.study import Range, argument, require_settings, setting
 
 if TYPE_CHECKING:
@@ -27,15 +29,7 @@ def limits(name: str, text: str = SPEEDS) -> Any:
     """A setting of two values from 0 on that rise, A:B in words, None by default."""
 
     def read(words: str) -> tuple[float, float]:
-        try:
-            low, high = map(float, words.split(":"))
-        except ValueError:
-            low = high = math.nan
-        if not 0.0 <= low < high < math.inf:
-            raise InputError(
-                f"{name} = {words}; must be A:B from 0 on, two values that rise"
-            )
-        return low, high
+        return limits_of(f"{name} = {words}; must be A:B from 0 on", words, least=0.0)
 
     def write(values: tuple[float, float]) -> str:
         return f"{values[0]!r}:{values[1]!r}"
@@ -124,3 +118,30 @@ class LoadedMachine(LoadFigures):
 @dataclass(frozen=True, kw_only=True)
 class MovingMachine(MotionFigures, LoadedMachine):
     """A machine by its name, with all figures of its motion in place of its own."""
+
+    @property
+    def inputs(self) -> str:
+        """The machine itself, whatever it is called."""
+        return repr(self.named.assembly)
+
+
+@dataclass(frozen=True, kw_only=True)
+class OfMachine:
+    """Settings of all studies of departures from the upper flank of a machine."""
+
+    machine: MovingMachine
+    velocity: tuple[float, float] | None = limits("velocity")
+
+    @cached_property
+    def named(self) -> NamedMachine:
+        return self.machine.named
+
+    @cached_property
+    def speeds(self) -> tuple[float, float]:
+        """Lowest and highest speed of departures [rad per turn]."""
+        from lumped.rattle.orbits import usual_speed
+
+        return self.velocity or (
+            0.0,
+            usual_speed(self.named.assembly.shafts_in_impacts),
+        )

@@ -64,6 +64,16 @@ STUDIES = {
         "RunDown",
         "Damping of a machine from its speed after the motor is switched off.",
     ),
+    "rattle basin": (
+        "rattle_basin",
+        "Basins",
+        "Which motions a machine can settle to, and from where.",
+    ),
+    "rattle bifurcation": (
+        "rattle_bifurcation",
+        "OrbitBifurcations",
+        "Motions that repeat over a figure: where they are born, double and graze.",
+    ),
     "rattle manifold": (
         "rattle_manifold",
         "Manifolds",

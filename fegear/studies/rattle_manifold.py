@@ -10,14 +10,12 @@ from operator import itemgetter
 from typing import Any
 
 from fegear.errors import InputError
-from fegear.rattle.basins import find_basins
-from fegear.rattle.choice import MovingMachine, limits
-from fegear.rattle.machines import NamedMachine, figures_of, header_of
-from fegear.store import NOTHING
+from fegear.rattle.choice import OfMachine
+from fegear.rattle.machines import figures_of, header_of
 from fegear.studies.page import Columns, Grid, Page, cell, heading
 from fegear.studies.study import Draw, Job, Range, Study, StudyResult, Task, setting
 from fegear.studies.table import Table
-from lumped.rattle.basins import Basins
+from lumped.rattle.basins import Basins, basins_of, settle_grid
 from lumped.rattle.basins import Grid as Cells
 from lumped.rattle.departures import RETURNS
 from lumped.rattle.figure import draw_curves, words_of
@@ -29,7 +27,7 @@ from lumped.rattle.manifolds import (
     grow_manifolds,
     saddles,
 )
-from lumped.rattle.orbits import Orbit, find_orbits, usual_speed
+from lumped.rattle.orbits import Orbit, find_orbits
 
 SADDLE = "saddle"  # of the keys of tasks
 LEGEND = {
@@ -42,6 +40,7 @@ LEGEND = {
 
 @dataclass(frozen=True, kw_only=True)
 class Manifolds(
+    OfMachine,
     Study,
     command="rattle manifold",
     example="rattle manifold roots-scaled --grid 300 --plot manifolds.png",
@@ -54,8 +53,6 @@ class Manifolds(
     Motions that come to rest on a flank have neither.
     """
 
-    machine: MovingMachine
-    velocity: tuple[float, float] | None = limits("velocity")
     orbit: str = setting(
         "",
         "Saddles of this motion only, such as P(1,1,0). [default: all]",
@@ -91,15 +88,6 @@ class Manifolds(
     def idle(self, given: Collection[str]) -> Iterator[tuple[str, str]]:
         if "plot" not in given:
             yield "grid", "needs the {plot} that shows the basins"
-
-    @cached_property
-    def named(self) -> NamedMachine:
-        return self.machine.named
-
-    @cached_property
-    def speeds(self) -> tuple[float, float]:
-        shafts = self.named.assembly.shafts_in_impacts
-        return self.velocity or (0.0, usual_speed(shafts))
 
     def tasks(self) -> Iterator[Task]:
         machine = self.named.machine
@@ -137,8 +125,9 @@ class Manifolds(
 
     def _basins(self, side: int, job: Job) -> Basins:
         cells = Cells(side=side, velocity=self.speeds)
-        found = find_basins(self.named, cells, RETURNS, NOTHING, job.report)
-        return found.basins
+        compute = partial(job.compute, "tiles of cells")
+        settled = settle_grid(self.named.machine, cells, RETURNS, compute)
+        return basins_of(self.named.machine, cells, RETURNS, settled)
 
     def gather(self, found: Mapping[str, Any]) -> ManifoldsResult:
         grazing, basins = found["grazing"], found.get("basins")

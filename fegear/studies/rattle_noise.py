@@ -13,18 +13,25 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fegear.errors import InputError
-from fegear.rattle.basins import unsettled
-from fegear.rattle.choice import MovingMachine, limits
-from fegear.rattle.limits import LEAST_RETURNS, MOST_RETURNS
-from fegear.rattle.machines import NamedMachine, figures_of, header_of
+from fegear.rattle.choice import OfMachine
+from fegear.rattle.limits import LEAST_RETURNS, MOST_RETURNS, unsettled
+from fegear.rattle.machines import figures_of, header_of
 from fegear.studies.page import Columns, Grid, Page, cell, heading
-from fegear.studies.study import Draw, Job, Range, Study, StudyResult, Task, setting
+from fegear.studies.study import (
+    Draw,
+    Job,
+    Range,
+    Study,
+    StudyResult,
+    Task,
+    called,
+    setting,
+)
 from fegear.studies.table import Table, plain
 from lumped.rattle import noise as of
 from lumped.rattle.attractors import QUIET
 from lumped.rattle.departures import RETURNS, settling_returns
 from lumped.rattle.figure import draw_noise, words_of
-from lumped.rattle.orbits import usual_speed
 
 Array = NDArray[np.float64]
 SURE = 1.96  # standard errors of an interval that holds the value 19 times of 20
@@ -33,6 +40,7 @@ PARTS = 5, 50, 95  # per cent of the runs that are less loud
 
 @dataclass(frozen=True, kw_only=True)
 class Noise(
+    OfMachine,
     Study,
     command="rattle noise",
     example="rattle noise roots-scaled --starts 2000 -o noise.csv",
@@ -44,8 +52,6 @@ class Noise(
     the same seed gives the same runs.
     """
 
-    machine: MovingMachine
-    velocity: tuple[float, float] | None = limits("velocity")
     starts: int = setting(
         1000,
         "Runs from random departures, spread evenly over a turn and the speeds.",
@@ -69,10 +75,9 @@ class Noise(
         yield Task("runs", self._measured)
 
     def _measured(self, job: Job) -> NoiseResult:
-        named = self.machine.named
+        named = self.named
         assembly, many = named.assembly, bool(named.assembly.more_equations)
-        velocity = self.velocity or (0.0, usual_speed(assembly.shafts_in_impacts))
-        starts = of.random_departures(self.starts, velocity, self.seed)
+        starts = of.random_departures(self.starts, self.speeds, self.seed)
         try:
             settling = (
                 of.settling_turns(assembly) if many else settling_returns(named.machine)
@@ -86,20 +91,17 @@ class Noise(
             noise = of.measure_noise_of_parts(assembly, *how)
         else:
             noise = of.measure_noise(named.machine, *how)
-        return NoiseResult(self, named, velocity, noise, iterations, settling)
+        return NoiseResult(self, noise, iterations, settling)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class NoiseResult(StudyResult):
     """Noise of runs of a named machine.
 
-    velocity : lowest and highest speed of a start [rad per turn]
     settling : returns or turns that transients take to fade
     """
 
     study: Noise
-    named: NamedMachine
-    velocity: tuple[float, float]
     noise: of.Noise
     iterations: int
     settling: float
@@ -120,10 +122,10 @@ class NoiseResult(StudyResult):
         spread = float(level.std(ddof=1)) if level.size > 1 else math.nan
         parts = np.percentile(level, PARTS) if level.size else [math.nan] * len(PARTS)
         return {
-            **self.named.heading,
+            **self.study.named.heading,
             **figures_of(noise.machine),
             **self._how,
-            "velocity_rad_per_turn": list(self.velocity),
+            "velocity_rad_per_turn": list(self.study.speeds),
             "noise_rad2_per_turn3": _mean(level),
             "noise_within_rad2_per_turn3": plain(
                 SURE * spread / math.sqrt(max(level.size, 1))
@@ -158,13 +160,17 @@ class NoiseResult(StudyResult):
         }
 
     def _warnings(self, unclear: float) -> Iterator[str]:
-        if not self.named.assembly.more_equations:
+        if not self.study.named.assembly.more_equations:
             if unclear:
-                yield unsettled(unclear, "runs", self.iterations, int(self.settling))
+                yield unsettled(
+                    self.study, unclear, "runs", self.iterations, int(self.settling)
+                )
         elif self.iterations < self.settling:
             lasts = "never"
             if math.isfinite(self.settling):
-                lasts = f"in {self.settling:.0f} turns (--iterations)"
+                lasts = (
+                    f"in {self.settling:.0f} turns ({called(self.study, 'iterations')})"
+                )
             yield (
                 f"transients of the parts fade to {of.FADED:g} {lasts}, runs are given "
                 f"{self.iterations}: noise may still fall, unless impacts end them"
@@ -173,7 +179,7 @@ class NoiseResult(StudyResult):
     @property
     def table(self) -> Table:
         """A row for each run."""
-        noise, (low, high) = self.noise, self.velocity
+        noise, (low, high) = self.noise, self.study.speeds
         words = np.array([*(each.name for each in noise.attractors), "not clear"])
         columns = {
             "start_time_turns": noise.starts[:, 0],
@@ -182,23 +188,26 @@ class NoiseResult(StudyResult):
             "noise_rad2_per_turn3": noise.level,
             "impacts_per_turn": noise.impacts,
         }
-        header = {"machine": self.named.name, **header_of(figures_of(noise.machine))}
+        header = {
+            "machine": self.study.named.name,
+            **header_of(figures_of(noise.machine)),
+        }
         how = {"velocity_rad_per_turn": f"{low}:{high}", **self._how}
         return Table.of(columns, header | {key: str(how[key]) for key in how})
 
     @property
     def figures(self) -> dict[str, Draw]:
-        title = f"{self.named.name}: {words_of(self.noise.machine)}"
+        title = f"{self.study.named.name}: {words_of(self.noise.machine)}"
         return {"plot": partial(draw_noise, self.noise, title)}
 
     def page(self) -> Page:
         values = self.summary
-        yield from heading(self.named)
+        yield from heading(self.study.named)
         low, high = (100.0 * each for each in values["quiet_probability_within"])
         yield (
             f"quiet with a probability of {100.0 * values['quiet_probability']:.1f} %, "
             f"{low:.1f} to {high:.1f} % by {values['starts']} runs from speeds up to "
-            f"{self.velocity[1]:.4g} rad per turn"
+            f"{self.study.speeds[1]:.4g} rad per turn"
         )
         if values["noise_rad2_per_turn3"] is not None:
             within = values["noise_within_rad2_per_turn3"]

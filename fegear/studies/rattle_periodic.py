@@ -8,14 +8,14 @@ from functools import cached_property
 from operator import itemgetter
 from typing import Any, ClassVar
 
-from fegear.rattle.choice import MovingMachine, limits
-from fegear.rattle.machines import NamedMachine, figures_of
+from fegear.rattle.choice import OfMachine
+from fegear.rattle.machines import figures_of
 from fegear.studies.page import Columns, Grid, Page, cell, heading, number
 from fegear.studies.study import Job, Range, Study, StudyResult, Task, setting
 from fegear.studies.table import Table
 from lumped.rattle.departures import apart
 from lumped.rattle.machine import Machine
-from lumped.rattle.orbits import Orbit, find_orbits, usual_speed
+from lumped.rattle.orbits import Orbit, find_orbits
 from lumped.rattle.periodic import (
     has_closed_form,
     least_eccentricity,
@@ -27,6 +27,7 @@ from lumped.rattle.sticking import Sticking, sticking_motions
 
 @dataclass(frozen=True, kw_only=True)
 class Periodic(
+    OfMachine,
     Study,
     command="rattle periodic",
     example="rattle periodic roots-scaled --departures 2",
@@ -41,26 +42,23 @@ class Periodic(
 
     pictures: ClassVar[Mapping[str, str]] = {}
 
-    machine: MovingMachine
     departures: int = setting(
         2,
         "Departures from the upper flank in a period, at most, of the motions that are "
         "listed.",
         Range(1, 12),
     )
-    velocity: tuple[float, float] | None = limits("velocity")
 
     def tasks(self) -> Iterator[Task]:
         yield Task("motions", self._found)
 
     def _found(self, job: Job) -> PeriodicResult:
-        named = self.machine.named
-        speeds = self.velocity or (0.0, usual_speed(named.assembly.shafts_in_impacts))
+        machine = self.named.machine
         found = [
-            *map(_of_orbit, find_orbits(named.machine, self.departures, speeds)),
-            *map(_of_rest, sticking_motions(named.machine)),
+            *map(_of_orbit, find_orbits(machine, self.departures, self.speeds)),
+            *map(_of_rest, sticking_motions(machine)),
         ]
-        return PeriodicResult(self, named, speeds, tuple(found))
+        return PeriodicResult(self, tuple(found))
 
 
 @dataclass(frozen=True)
@@ -104,25 +102,20 @@ def _of_rest(motion: Sticking) -> Repeating:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class PeriodicResult(StudyResult):
-    """Motions of a named machine that repeat.
-
-    velocity : lowest and highest speed of departures [rad per turn]
-    """
+    """Motions of a named machine that repeat."""
 
     study: Periodic
-    named: NamedMachine
-    velocity: tuple[float, float]
     motions: tuple[Repeating, ...]
 
     @cached_property
     def summary(self) -> dict[str, Any]:
-        machine = self.named.machine
+        machine = self.study.named.machine
         known = has_closed_form(machine)
         return {
-            **self.named.heading,
+            **self.study.named.heading,
             **figures_of(machine),
             "departures": self.study.departures,
-            "velocity_rad_per_turn": list(self.velocity),
+            "velocity_rad_per_turn": list(self.study.speeds),
             "least_eccentricity_of_P(1,1,0)_rad": (
                 least_eccentricity(machine) if known else None
             ),
@@ -148,12 +141,12 @@ class PeriodicResult(StudyResult):
             for each in self.motions
             for point in each.departures
         ]
-        header = {"machine": self.named.name}
+        header = {"machine": self.study.named.name}
         return Table((*names, "speed_rad_per_turn"), lambda: rows, header)
 
     def page(self) -> Page:
         values = self.summary
-        yield from heading(self.named)
+        yield from heading(self.study.named)
         yield f"motions of up to {self.study.departures} departures a period"
         columns: Columns = {
             "motion": itemgetter("name"),

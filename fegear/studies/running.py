@@ -6,26 +6,30 @@ import threading
 from collections.abc import Mapping, Sequence
 from contextlib import nullcontext, suppress
 from dataclasses import dataclass, field
-from functools import partial
-from typing import Any
+from functools import cached_property, partial
+from typing import TYPE_CHECKING, Any
 
+from fegear.errors import InputError
 from fegear.store import NOTHING, Checkpoint, Keeping, Records
 from fegear.studies.study import Study, Task
 from fegear.version import package_version
 from lumped.progress import Progress, silent
-from lumped.workers import Stopped, run_tasks
+from lumped.workers import Cluster, NoClusterError, Stopped, run_tasks
+
+if TYPE_CHECKING:
+    from lumped.workers import Arrays, Parts
 
 
 def run(
     study: Study,
     keeping: Keeping = NOTHING,
     progress: Progress = silent,
-    workers: int | None = None,
+    workers: int | Cluster | None = None,
 ) -> Any:
     """The result of a study.
 
     keeping : where tasks keep their records, and whether kept ones are taken up
-    workers : threads, one a core by default
+    workers : threads, one a core by default, or a cluster for the parts of tasks
     After Ctrl-C the result of some studies holds what was finished and is not
     complete; of others it is raised again. Records are kept where `keeping` says.
     Raises InputError for what cannot be computed or kept.
@@ -35,9 +39,11 @@ def run(
     checkpoint = _opened(study, tasks, keeping) if study.resumes else None
     stop, done = threading.Event(), False
     board = Board(progress, {task.key: task.size for task in tasks})
+    threads = None if isinstance(workers, Cluster) else workers
     try:
+        how = board, stop, workers
         work = (
-            (task.key, partial(_work, task, Job(checkpoint, task.key, board, stop)))
+            (task.key, partial(_work, task, Job(checkpoint, task.key, *how)))
             for task in tasks
         )
 
@@ -46,19 +52,21 @@ def run(
             board.finish(key, f"{study.unit}s")
 
         with suppress(KeyboardInterrupt) if study.partial else nullcontext():
-            run_tasks(work, take, stop, workers)
+            run_tasks(work, take, stop, threads)
         result = study.gather({task.key: found.get(task.key) for task in tasks})
         done = result.complete
+    except NoClusterError as error:
+        raise InputError(str(error)) from None
     finally:
         if checkpoint is not None:
-            checkpoint.close(keep=not done)
+            checkpoint.close(keep=not done and checkpoint.begun)
     return result
 
 
 def _opened(study: Study, tasks: Sequence[Task], keeping: Keeping) -> Checkpoint | None:
     """The checkpoint of a study; says what was finished where it is taken up."""
     checkpoint = keeping.open({**study.inputs, "version": package_version()})
-    if checkpoint is not None and keeping.resume:
+    if keeping.resume and checkpoint is not None and checkpoint.begun:
         checkpoint.tell_finished(
             [task.key for task in tasks],
             sum(task.size for task in tasks),
@@ -103,6 +111,24 @@ class Job(Records):
 
     board: Board
     stop: threading.Event
+    workers: int | Cluster | None
+
+    @cached_property
+    def parts(self) -> dict[str, Arrays]:
+        """Those that are finished, by name."""
+        return {} if self.checkpoint is None else {**self.checkpoint.parts(self.key)}
+
+    def compute(self, what: str, parts: Parts) -> Mapping[str, Arrays]:
+        left = {name: part for name, part in parts.items() if name not in self.parts}
+        total = len(self.parts) + len(left)
+
+        def take(name: str, arrays: Arrays) -> None:
+            self.parts[name] = arrays
+            Records(self.checkpoint, f"{self.key}/{name}").keep({}, arrays)
+            self.board.report(self.key, what, len(self.parts), total)
+
+        run_tasks(left.items(), take, self.stop, self.workers)
+        return {name: self.parts[name] for name in parts}
 
     def report(self, what: str, done: int, total: int) -> None:
         if self.stop.is_set():

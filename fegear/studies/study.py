@@ -21,7 +21,7 @@ A result has what `StudyResult` says. `fegear.studies` lists all studies.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextvars import ContextVar
 from dataclasses import MISSING, Field, dataclass, field, fields, is_dataclass
 from math import inf
@@ -33,17 +33,16 @@ from fegear.errors import InputError
 from fegear.result import Result
 
 if TYPE_CHECKING:
-    import numpy as np
     from matplotlib.figure import Figure
-    from numpy.typing import NDArray
     from pandas import DataFrame
 
     from fegear.studies.page import Page
     from fegear.studies.table import Table
+    from lumped.workers import Arrays, Parts
 
-    Arrays = Mapping[str, NDArray[np.generic]]
 
 NO_PICTURES: Mapping[str, str] = MappingProxyType({})
+TABLES = (".csv", ".txt", "")  # endings of names
 PLOT = {"plot": "Draw the results into this file, .png, .pdf or .svg."}
 
 
@@ -306,6 +305,12 @@ class Job(Protocol):
     def keep(self, record: Mapping[str, Any], state: Arrays) -> None:
         """The next record, which JSON can hold, and the state to go on from."""
 
+    def compute(self, what: str, parts: Parts) -> Mapping[str, Arrays]:
+        """Arrays of parts by name, on all workers; those kept are not computed again.
+
+        With a cluster their functions are those of modules, with plain arguments.
+        """
+
     def report(self, what: str, done: int, total: int) -> None:
         """Progress. Raises Stopped where the run is to end."""
 
@@ -332,9 +337,12 @@ class Study:
     example: ClassVar[str]
     pictures: ClassVar[Mapping[str, str]] = PLOT  # options that take a file, with help
     more_tables: ClassVar[Mapping[str, str]] = NO_PICTURES  # described as these
-    resumes: ClassVar[bool] = False  # whether tasks keep records
+    resumes: ClassVar[bool] = False  # whether tasks keep records or parts
     unit: ClassVar[str] = "speed"  # of what tasks keep, one by one
     partial: ClassVar[bool] = False  # whether what Ctrl-C leaves can be gathered
+    distributes: ClassVar[bool] = False  # whether parts may go to other processes
+    output: ClassVar[str] = "Write the results to this CSV file."
+    endings: ClassVar[Sequence[str]] = TABLES  # of its name
 
     def __init_subclass__(cls, *, command: str, example: str, **words: Any) -> None:
         super().__init_subclass__(**words)
@@ -435,11 +443,15 @@ class StudyResult(Result):
 
     @property
     def table(self) -> Table:
-        raise NotImplementedError
+        raise InputError(f"{self.study.command} has no table")
 
     def page(self) -> Page:
         """What the screen shows."""
         raise NotImplementedError
+
+    def write(self, path: str | Path) -> None:
+        """Write what --output of the command writes, the table by default."""
+        self.to_csv(path)
 
     def to_csv(self, path: str | Path) -> None:
         """Write the table. Raises InputError where the file cannot be written."""

@@ -8,8 +8,6 @@ until it is clear where it leads. C. S. Hsu and R. S. Guttalu, J. Appl. Mech. 47
 from __future__ import annotations
 
 import math
-import threading
-from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
 from itertools import pairwise
@@ -20,7 +18,7 @@ from numpy.typing import NDArray
 from lumped.rattle.attractors import Attractor, sort_departures
 from lumped.rattle.departures import Settled, settle_departures
 from lumped.rattle.machine import Machine
-from lumped.workers import Cluster, run_tasks
+from lumped.workers import Arrays, Compute, in_threads
 
 Array = NDArray[np.float64]
 Numbers = NDArray[np.int64]
@@ -97,46 +95,27 @@ class Basins:
 
 def settle_tile(
     machine: Machine, grid: Grid, first: int, last: int, iterations: int
-) -> Settled:
-    """Where cells lead, from the first to before the last."""
-    return settle_departures(machine, grid.departures(first, last), iterations)
-
-
-def tiles_of(grid: Grid) -> list[tuple[int, int]]:
-    """First and last cell of the tiles."""
-    return list(pairwise([*range(0, grid.cells, TILE), grid.cells]))
+) -> Arrays:
+    """Where cells lead, from the first to before the last; see `Settled`."""
+    cells = grid.departures(first, last)
+    return settle_departures(machine, cells, iterations)._asdict()
 
 
 def settle_grid(
-    machine: Machine,
-    grid: Grid,
-    iterations: int,
-    known: Mapping[int, Settled],
-    keep: Callable[[int, Settled], None] = lambda number, settled: None,
-    report: Callable[[int, int], None] = lambda done, total: None,
-    workers: int | Cluster | None = None,
+    machine: Machine, grid: Grid, iterations: int, compute: Compute = in_threads
 ) -> Settled:
-    """Where all cells lead, in tiles on several cores or on a cluster.
+    """Where all cells lead.
 
-    known : tiles by number that are not computed again
-    keep : called with each other tile as it is finished
-    Ctrl-C ends the work after the tiles that are under way and is raised again.
+    compute : gives the arrays of tiles, on several cores or on a cluster
     """
-    tiles, found = tiles_of(grid), dict(known)
-
-    def take(number: int, settled: Settled) -> None:
-        found[number] = settled
-        keep(number, settled)
-        report(len(found), len(tiles))
-
-    tasks = (
-        (number, partial(settle_tile, machine, grid, first, last, iterations))
+    tiles = pairwise([*range(0, grid.cells, TILE), grid.cells])
+    parts = {
+        f"{number}": partial(settle_tile, machine, grid, first, last, iterations)
         for number, (first, last) in enumerate(tiles)
-        if number not in found
-    )
-    run_tasks(tasks, take, threading.Event(), workers)
-    parts = zip(*(found[number] for number in range(len(tiles))), strict=True)
-    return Settled(*(np.concatenate(part) for part in parts))
+    }
+    found = compute(parts)
+    columns = ([found[name][key] for name in parts] for key in Settled._fields)
+    return Settled(*map(np.concatenate, columns))
 
 
 def basins_of(

@@ -12,10 +12,10 @@ from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
 import numpy as np
 import pytest
+from fegear.bifurcations import AttractorSettings
 
 import fegear
 import lumped
-from fegear.bifurcations import AttractorSettings
 from fegear.excitation import GivenTables
 from fegear.rattle.choice import LoadedMachine, MovingMachine
 from fegear.studies.trains import NamedSet
@@ -71,10 +71,12 @@ EXAMPLES = [  # of classes that must be told something
     lumped.StiffnessFigures(mean=1e8, variation=0.3, contact_ratio=1.5),
     TABLE,
     GivenTables((("t.csv", TABLE),)),
+    fegear.Basins(machine="roots-a"),
     fegear.Clatter(gearbox="seed-five-speed"),
     fegear.Critical(machine="roots-a"),
     fegear.Manifolds(machine="roots-a"),
     fegear.Noise(machine="roots-a"),
+    fegear.OrbitBifurcations(machine="roots-a", over=("delta=1:2",)),
     fegear.Periodic(machine="roots-a"),
     fegear.RunDown(file="measured.csv"),
     *(kind(gear_set="liu-pair") for kind in (fegear.Sweep, fegear.Theory)),

@@ -40,25 +40,29 @@ def test_a_worker_that_is_killed_changes_nothing(monkeypatch):
     """The other one computes its tiles, to the bit as threads do."""
     distributed = pytest.importorskip("distributed")
     monkeypatch.setattr(basins, "TILE", 200)
-    exact = settle_grid(MACHINE, GRID, 300, {})
+    exact = settle_grid(MACHINE, GRID, 300)
     settings = {"n_workers": 2, "threads_per_worker": 1, "dashboard_address": None}
-    killed, seen = [], []
+    killed, seen = [], {}
     with (
         distributed.LocalCluster(**settings) as here,
         distributed.Client(here, set_as_default=False) as client,
     ):
 
-        def keep(number, settled):
-            seen.append(number)
+        def keep(name, arrays):
+            seen[name] = arrays
             if not killed:
                 victim = sorted(client.run(os.getpid).values())[0]
                 os.kill(victim, signal.SIGKILL)
                 killed.append(victim)
 
-        cluster = Cluster(here.scheduler_address)
-        found = settle_grid(MACHINE, GRID, 300, {}, keep, workers=cluster)
+        def compute(parts):
+            cluster = Cluster(here.scheduler_address)
+            run_tasks(parts.items(), keep, threading.Event(), cluster)
+            return seen
+
+        found = settle_grid(MACHINE, GRID, 300, compute)
     assert killed
-    assert sorted(seen) == list(range(18))
+    assert seen.keys() == {f"{number}" for number in range(18)}
     for one, other in zip(exact, found, strict=True):
         np.testing.assert_array_equal(one, other)
 

@@ -20,7 +20,6 @@ from fegear.cli.options import (
     require_outputs,
     show,
 )
-from fegear.cli.rattle.machine import print_machine
 from fegear.cli.screen import say
 from fegear.studies.study import Range
 
@@ -129,6 +128,13 @@ def gears_command(
     if output is not None:
         write_text(output, found.text)
     show(found.summary, as_json, print_gears)
+
+
+def print_machine(values: dict[str, Any]) -> None:
+    """What it is, and what of it was not printed in its source."""
+    say(f"{values['machine']}: {values['description'] or 'no description'}")
+    for inference in values["inferences"]:
+        say(f"inferred: {inference}")
 
 
 def print_gears(values: dict[str, Any]) -> None:

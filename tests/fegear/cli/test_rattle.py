@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -108,7 +109,7 @@ WRONG = [
         "roots-scaled --velocity 1",
         "--velocity = 1; must be A:B from 0 on, two values that rise",
     ),
-    ("roots-scaled --grid 1000000", "1e+12 cells, allowed are 4e+07"),
+    ("roots-scaled --grid 1000000", "--grid = 1000000; allowed 5 to 6324"),
     ("roots-scaled --grid 2", "--grid = 2; allowed 5 to"),
     ("roots-scaled --iterations 3", "--iterations = 3; allowed 100 to"),
     ("roots-scaled --resume", "--resume needs the --output"),
@@ -145,8 +146,7 @@ def test_a_killed_run_loses_the_tiles_under_way_only(tmp_path):
         [*program, *words, str(file), "--resume"], capture_output=True, text=True
     )
     assert again.returncode == 0
-    assert "tiles that are finished: " in again.stderr
-    assert "finished: 0" not in again.stderr
+    assert re.search(r" [1-9]\d* tiles are finished$", again.stderr, re.MULTILINE)
     with np.load(whole) as one, np.load(file) as two:
         for name in one.files:
             np.testing.assert_array_equal(one[name], two[name])

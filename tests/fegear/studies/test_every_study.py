@@ -8,6 +8,7 @@ import sys
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import MISSING, dataclass
+from functools import partial
 from typing import Any, get_type_hints
 
 import numpy as np
@@ -147,16 +148,66 @@ def test_resumed_is_whole_to_the_byte(tmp_path, stop):
     asked = Squares(count=4)
     with pytest.raises(KeyboardInterrupt):
         run_study(asked, Keeping(checkpoint=path), progress, workers=1)
-    assert path.exists()
+    assert path.exists() == (stop > 2)  # with something in it
     later = run_study(asked, Keeping(checkpoint=path, resume=True))
     assert later.table.csv() == run_study(asked).table.csv()
     assert not path.exists()
     calls.clear()
     with pytest.raises(KeyboardInterrupt):
         run_study(asked, Keeping(checkpoint=path), progress, workers=1)
-    if stop > 1:
+    if stop > 2:
         with pytest.raises(InputError, match="was begun with count = '4', now '5'"):
             run_study(Squares(), Keeping(checkpoint=path, resume=True))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Powers(Squares, command="powers", example="powers"):
+    """Powers by a task of parts."""
+
+    unit = "power"
+
+    def tasks(self) -> Iterator[Task]:
+        yield Task("powers", self._in_parts)
+
+    def gather(self, found: Mapping[str, Any]) -> SquaresResult:
+        return found["powers"]
+
+    def _in_parts(self, job: Job) -> SquaresResult:
+        every = range(1, self.count + 1)
+        parts = {str(n): partial(power_of, n, self.power) for n in every}
+        found = job.compute("powers", parts)
+        more = job.compute("more", {"last": partial(power_of, 0, self.power)})
+        columns = [*(found[name] for name in parts), more["last"]]
+        return SquaresResult(self, [float(each["power"][0]) for each in columns])
+
+
+CALLS = list[int]()
+
+
+def power_of(number: int, power: float) -> dict[str, Any]:
+    CALLS.append(number)
+    return {"power": np.array([number**power])}
+
+
+def test_parts_that_are_finished_are_not_computed_again(tmp_path):
+    asked, kept = Powers(), tmp_path / "p.csv.partial"
+    said = list[str]()
+
+    def progress(what: str, done: int, total: int) -> None:
+        if done == 2:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        run_study(asked, Keeping(checkpoint=kept), progress, workers=1)
+    CALLS.clear()
+    keeping = Keeping(checkpoint=kept, resume=True, tell=said.append)
+    later = run_study(asked, keeping, workers=1)
+    (line,) = said
+    finished = int(line.removeprefix(f"{kept}: ").partition(" powers are")[0])
+    assert 2 <= finished <= 5
+    expected = [1, 2, 3, 4, 5, 0]
+    assert expected[finished:] == CALLS
+    assert later.squares == run_study(asked).squares == [1, 4, 9, 16, 25, 0]
 
 
 MODEL = fegear.LumpedModel(
@@ -188,7 +239,15 @@ EXAMPLES = {
     },
     "theory": {"gear_set": "liu-idler", "torque": 50.0 + 1.0 / 3.0, "model": MODEL},
     "rattle critical": {},
+    "rattle basin": {"grid": 7, "velocity": (0.5, 6.0 + 1.0 / 3.0)},
     "rattle run-down": {"file": "measured.csv", "speed_rpm": 3000.0 + 1.0 / 3.0},
+    "rattle bifurcation": {
+        "over": ("epsilon=0.09:0.1",),
+        "departures": 1,
+        "starts": 1,
+        "runs": 2,
+        "velocity": (0.0, 6.0 + 1.0 / 3.0),
+    },
     "rattle manifold": {"length": 1.0 + 1.0 / 3.0, "preimages": 0, "unstable": True},
     "rattle periodic": {"departures": 1, "velocity": (0.5, 6.0 + 1.0 / 3.0)},
     "rattle noise": {"starts": 5, "turns": 3, "velocity": (0.1, 0.2 + 1.0 / 3.0)},
@@ -239,12 +298,16 @@ def test_words_of_a_study_ask_for_it(command, monkeypatch):
 
 @pytest.mark.parametrize("command", STUDIES)
 def test_the_command_and_the_call_find_the_same(command, tmp_path):
-    asked, path = made(command), tmp_path / "t.csv"
+    asked = made(command)
+    path = tmp_path / f"t{asked.endings[0]}"
     values = json.loads(printed(*asked.words, "--json", "-o", path))
     del values["wall_time_s"]
     found = fegear.run(asked)
     assert values == json.loads(json.dumps(found.summary))
-    assert path.read_text("utf-8") == found.table.csv()
+    found.write(tmp_path / "written")
+    assert path.read_bytes() == (tmp_path / "written").read_bytes()
+    if ".csv" in asked.endings:
+        assert path.read_text("utf-8") == found.table.csv()
     assert {len(row) for row in found.table.rows()} == {len(found.table.names)}
 
 
@@ -266,7 +329,7 @@ def test_a_name_stands_for_a_machine_without_changes(tmp_path):
     assert (tmp_path / "noise.png").stat().st_size > 5_000
     with pytest.raises(InputError, match=r"^name = other; drawn are plot$"):
         found.draw("other.png", "other")
-    assert repr(found).startswith("NoiseResult(study=<Noise>, named=<NamedMachine ro")
+    assert repr(found).startswith("NoiseResult(study=<Noise>, noise=<Noise>, iter")
 
 
 def test_a_bar_moves_until_files_are_written(toy, tmp_path, monkeypatch):

@@ -36,7 +36,7 @@ def machine(damping=0.6, eccentricity=0.1, stiffness=math.inf):
 
 
 def found(which, grid=GRID, iterations=1499):
-    return basins_of(which, grid, iterations, settle_grid(which, grid, iterations, {}))
+    return basins_of(which, grid, iterations, settle_grid(which, grid, iterations))
 
 
 @pytest.mark.parametrize(
@@ -147,22 +147,22 @@ def test_stiff_flanks_tend_to_impacts():
     assert apart[2] < 0.01
 
 
-def test_known_tiles_are_not_computed_again(monkeypatch):
+def test_tiles_are_in_the_order_of_the_cells(monkeypatch):
     from lumped.rattle import basins
 
     monkeypatch.setattr(basins, "TILE", 1000)
-    which, kept = machine(0.65), {}
-    whole = settle_grid(which, GRID, 500, {}, kept.__setitem__)
-    assert sorted(kept) == [0, 1, 2, 3]
-    again = []
-    taken = settle_grid(
-        which, GRID, 500, {n: kept[n] for n in (0, 2)}, lambda n, _: again.append(n)
-    )
-    assert sorted(again) == [1, 3]
-    for one, two in zip(whole, taken, strict=True):
-        np.testing.assert_array_equal(one, two)
+    which, tiles = machine(0.65), {}
+
+    def compute(parts):
+        tiles.update({name: part() for name, part in reversed(parts.items())})
+        return tiles
+
+    whole = settle_grid(which, GRID, 500, compute)
+    assert sorted(tiles) == ["0", "1", "2", "3"]
     one = settle_tile(which, GRID, 1000, 2000, 500)
-    np.testing.assert_array_equal(one.end, kept[1].end)
+    np.testing.assert_array_equal(one["end"], whole.end[1000:2000])
+    for one, two in zip(whole, settle_grid(which, GRID, 500), strict=True):
+        np.testing.assert_array_equal(one, two)
 
 
 def test_entropy_is_that_of_the_mixture():
@@ -201,7 +201,7 @@ def test_memory_is_that_of_the_picture():
     grid = Grid(side=100, velocity=(0.0, 7.0))
     for iterations in (100, 800):
         tracemalloc.start()
-        settle_grid(which, grid, iterations, {})
+        settle_grid(which, grid, iterations)
         peaks.append(tracemalloc.get_traced_memory()[1])
         tracemalloc.stop()
     assert peaks[1] < 1.2 * peaks[0]

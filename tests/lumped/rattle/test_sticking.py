@@ -89,7 +89,7 @@ def run(m, t, v, turns, most=100):
 def test_motions_rest_and_part_as_by_integration(eccentricity, restitution):
     """One attractor, whatever is counted of the chatter."""
     m = machine(eccentricity, restitution)
-    basins = basins_of(m, GRID, 1499, settle_grid(m, GRID, 1499, {}))
+    basins = basins_of(m, GRID, 1499, settle_grid(m, GRID, 1499))
     assert [each.name for each in basins.attractors] == ["sticking(1)"]
     (attractor,) = basins.attractors
     assert (attractor.period, attractor.exponent) == (1, -math.inf)
@@ -127,7 +127,7 @@ def test_two_that_rest_are_two():
     assert one.point[0] == pytest.approx(0.0723670, abs=1e-7)
     sides = [sorted({speed > 0.0 for _, speed in each.releases}) for each in (one, two)]
     assert sides == [[True], [False, True]]
-    basins = basins_of(m, GRID, 1499, settle_grid(m, GRID, 1499, {}))
+    basins = basins_of(m, GRID, 1499, settle_grid(m, GRID, 1499))
     named = [each.name for each in basins.attractors]
     assert {"sticking(1)", "sticking(1) b"} <= set(named)
     points = [each.point[0] for each in basins.attractors if each.exponent == -math.inf]
@@ -139,7 +139,7 @@ def test_rest_on_the_lower_flank_alone():
     (motion,) = sticking_motions(m)
     ((time, speed),) = motion.releases
     assert speed < 0.0 < motion.point[1]
-    basins = basins_of(m, GRID, 300, settle_grid(m, GRID, 300, {}))
+    basins = basins_of(m, GRID, 300, settle_grid(m, GRID, 300))
     assert motion.name in {each.name for each in basins.attractors}
     _, releases = run(m, 0.3, 2.0, 6.0)
     assert releases[-1][1] == -1

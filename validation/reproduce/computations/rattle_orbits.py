@@ -14,7 +14,6 @@ from pydantic import Field
 
 from fegear.rattle.bifurcation import Search, find_bifurcations
 from fegear.rattle.existence import Plane, find_existence
-from fegear.store import Keeping
 from lumped.branches.bifurcations import stretches
 from lumped.progress import Progress
 from lumped.rattle.arcs import arcs_of, history_of
@@ -141,7 +140,8 @@ def orbit_branches(
     part: OrbitBranchesPart, scene: MachineScene, report: Progress
 ) -> PartResult:
     """Stable stretches in full, unstable ones dashed; found are bifurcations."""
-    result = find_bifurcations(scene.named, part.search(part.runs), Keeping(), report)
+    search = part.search(part.runs)
+    result = find_bifurcations(scene.machine, search, report=report)
     found: dict[str, list[float]] = defaultdict(list)
     curves = []
     if len(result.settled):
@@ -174,10 +174,10 @@ def existence(part: ExistencePart, scene: MachineScene, report: Progress) -> Par
         slices=part.slices,
         names=part.names,
     )
-    result = find_existence(scene.named, plane, Keeping(), report)
+    every = find_existence(scene.machine, plane, report=report)
     found: dict[str, list[float]] = defaultdict(list)
-    curves, grazing = [], {c.itinerary.name for c in result.curves if c.kind == GRAZING}
-    for curve in result.curves:
+    curves, grazing = [], {c.itinerary.name for c in every if c.kind == GRAZING}
+    for curve in every:
         name, flank = curve.itinerary.name, ""
         style: Style = "line"
         if curve.kind == GRAZING:

@@ -1,0 +1,179 @@
+"""Which motions a machine can settle to, and from where."""
+
+from __future__ import annotations
+
+import io
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property, partial
+from operator import itemgetter
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fegear.output import write_whole
+from fegear.rattle.choice import OfMachine
+from fegear.rattle.limits import LEAST_RETURNS, MOST_RETURNS, unsettled
+from fegear.rattle.machines import figures_of
+from fegear.studies.page import Columns, Grid, Page, cell, heading
+from fegear.studies.study import Draw, Job, Range, Study, StudyResult, Task, setting
+from fegear.studies.table import Table, plain
+from lumped.rattle import basins as of
+from lumped.rattle.departures import settling_returns
+from lumped.rattle.figure import draw_basins
+
+SURE = 1.96  # standard errors of an interval that holds the value 19 times of 20
+MOST_CELLS = 6324  # a side: 40 million, of which each takes 48 bytes
+
+
+@dataclass(frozen=True, kw_only=True)
+class Basins(
+    OfMachine,
+    Study,
+    command="rattle basin",
+    example="rattle basin roots-scaled -o basins.npz --plot basins.png",
+):
+    """Which motions a machine can settle to, and from where.
+
+    Every cell of a grid of departures from the upper flank is followed until it is
+    clear where it leads. With --output tiles of cells are kept in FILE.partial until
+    the file is written; --resume goes on from there.
+    """
+
+    resumes = True
+    unit = "tile"
+    distributes = True
+    output = "Write attractor and returns of every cell to this NPZ file."
+    endings = (".npz",)
+
+    grid: int = setting(
+        400,
+        "Cells a side of the grid, over a turn and over the speeds.",
+        Range(5, MOST_CELLS),
+    )
+    iterations: int = setting(
+        1499,
+        "Returns to the upper flank after which a motion that still changes counts as "
+        "chaotic. Low damping needs more, which the result says.",
+        Range(LEAST_RETURNS, MOST_RETURNS),
+    )
+
+    def tasks(self) -> Iterator[Task]:
+        yield Task("tiles", self._found)
+
+    def _found(self, job: Job) -> BasinsResult:
+        grid = of.Grid(side=self.grid, velocity=self.speeds)
+        how = self.named.machine, grid, self.iterations
+        settled = of.settle_grid(*how, partial(job.compute, "tiles of cells"))
+        return BasinsResult(self, of.basins_of(*how, settled))
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class BasinsResult(StudyResult):
+    """Basins of a named machine."""
+
+    study: Basins
+    basins: of.Basins
+
+    @cached_property
+    def summary(self) -> dict[str, Any]:
+        basins = self.basins
+        unclear = 1.0 - float(np.mean(basins.attractor >= 0))
+        return {
+            **self.study.named.heading,
+            **figures_of(basins.machine),
+            "cells_a_side": basins.grid.side,
+            "velocity_rad_per_turn": list(basins.grid.velocity),
+            "iterations": basins.iterations,
+            "attractors": [self._plain(i) for i in range(len(basins.attractors))],
+            "unclear_fraction": unclear,
+            "basin_entropy": plain(basins.entropy),
+            "warnings": list(self._warnings()),
+        }
+
+    def _warnings(self) -> Iterator[str]:
+        unclear = float(np.mean(self.basins.attractor < 0))
+        if unclear:
+            needed = settling_returns(self.basins.machine)
+            yield unsettled(self.study, unclear, "cells", self.study.iterations, needed)
+
+    def _plain(self, number: int) -> dict[str, Any]:
+        basins, attractor = self.basins, self.basins.attractors[number]
+        fraction, count = float(basins.fractions[number]), basins.grid.cells
+        error = math.sqrt(fraction * (1.0 - fraction) / count)
+        time, speed = attractor.point
+        return {
+            "name": attractor.name,
+            "fraction": fraction,
+            "fraction_of_random_starts_within": SURE * error,
+            "period": attractor.period,
+            "point": None if math.isnan(time) else [time, speed],
+            # quiet and sticking ones, -inf, are reached exactly
+            "lyapunov_per_turn": plain(attractor.exponent),
+            "seen_to_end_after_returns": attractor.settles or None,
+        }
+
+    @property
+    def table(self) -> Table:
+        """A row for each cell, its attractor from 0 on, -1 where it is not clear."""
+        basins = self.basins
+        time, speed = basins.grid.departures(0, basins.grid.cells).T
+        columns = {
+            "time_turns": time,
+            "speed_rad_per_turn": speed,
+            "attractor": basins.attractor.ravel(),
+            "returns": basins.returns.ravel(),
+        }
+        return Table.of(columns, {"machine": self.study.named.name})
+
+    def write(self, path: str | Path) -> None:
+        """Write attractors and returns of the cells, rows of rising speed, as NPZ."""
+        basins = self.basins
+        figures = figures_of(basins.machine)
+        arrays: dict[str, Any] = {
+            "attractor": basins.attractor.astype(np.int32),
+            "returns": basins.returns.astype(np.int32),
+            "velocity_rad_per_turn": np.array(basins.grid.velocity),
+            "fraction": basins.fractions,
+            "names": np.array([attractor.name for attractor in basins.attractors], str),
+            "iterations": np.array(basins.iterations),
+            **{k: np.array(math.inf if v is None else v) for k, v in figures.items()},
+        }
+        out = io.BytesIO()
+        np.savez_compressed(out, **arrays)
+        write_whole(Path(path), lambda beside: beside.write_bytes(out.getvalue()))
+
+    @property
+    def figures(self) -> dict[str, Draw]:
+        return {"plot": partial(draw_basins, self.basins, self.study.named.name)}
+
+    def page(self) -> Page:
+        values = self.summary
+        yield from heading(self.study.named)
+        yield (
+            f"{values['cells_a_side']} cells a side, speeds up to "
+            f"{values['velocity_rad_per_turn'][1]:.4g} rad per turn, "
+            f"{values['iterations']} returns at most"
+        )
+        rows = []
+        for each in values["attractors"]:
+            time, speed = each["point"] or (None, None)
+            rows.append({**each, "time": time, "speed": speed})
+        columns: Columns = {
+            "motion": itemgetter("name"),
+            "part [%]": lambda row: f"{100.0 * row['fraction']:.2f}",
+            "+- [%]": lambda row: (
+                f"{100.0 * row['fraction_of_random_starts_within']:.2f}"
+            ),
+            "period\n[turns]": lambda row: str(row["period"] or ""),
+            "at time\n[turns]": cell("time"),
+            "speed\n[rad per turn]": cell("speed"),
+            "Lyapunov\n[1/turn]": cell("lyapunov_per_turn"),
+        }
+        yield Grid(rows, columns)
+        if values["unclear_fraction"]:
+            yield f"not clear: {100.0 * values['unclear_fraction']:.2f} % of cells"
+        if values["basin_entropy"] is not None:
+            yield f"basin entropy {values['basin_entropy']:.3f}"

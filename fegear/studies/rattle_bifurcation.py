@@ -1,0 +1,395 @@
+"""Motions of a machine that repeat over one figure of it, or over two."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator
+from dataclasses import MISSING, dataclass
+from functools import cached_property, partial
+from typing import Any
+
+from fegear.errors import InputError
+from fegear.rattle.bifurcation import Found, Search, find_bifurcations
+from fegear.rattle.choice import OfMachine
+from fegear.rattle.existence import Plane, find_existence, plane_of
+from fegear.rattle.machines import figures_of, header_of, unit_name
+from fegear.speeds import limits_of
+from fegear.studies.page import Page, counted, heading
+from fegear.studies.study import (
+    Draw,
+    Job,
+    Range,
+    Study,
+    StudyResult,
+    Task,
+    called,
+    refusal,
+    setting,
+)
+from fegear.studies.table import Table
+from lumped.rattle.branch_figure import draw_curves, draw_orbit_branches
+from lumped.rattle.branches import OrbitBranch, machine_with
+from lumped.rattle.curves import Curve
+from lumped.rattle.figure import words_of
+
+FIGURES = {  # by the names of options, and of those that have none
+    "delta": "damping",
+    "epsilon": "eccentricity",
+    "beta": "half_backlash",
+    "kappa": "stiffness",
+    "restitution": "restitution",
+    "ripple": "ripple",
+    "phase": "ripple_phase",
+}
+BRANCHES = {
+    "branch, index": "from 1, points in the order of the branch; branch 0: long runs",
+    "departure": "from the upper flank, counted from 1",
+    "stable": "1 or 0; empty of long runs",
+    "largest_multiplier": "modulus, of a small change over a period",
+    "kind": "fold, period doubling or grazing; else empty",
+}
+CURVES = {
+    "curve, index": "counted from 1, points in the order of the curve",
+    "bifurcation": "fold, period doubling or grazing, of the motion of that name",
+    "kind": "grazing fold, or grazing, where the curve meets another; else empty",
+}
+
+
+@dataclass(frozen=True, kw_only=True)
+class OrbitBifurcations(
+    OfMachine,
+    Study,
+    command="rattle bifurcation",
+    example="rattle bifurcation roots-scaled --over delta=0.5:0.75 --plot b.png",
+):
+    """Motions that repeat over a figure: where they are born, double and graze.
+
+    Branches of P(m, n+, n-), stable or not, followed by arc length from the motions
+    that are found at some values, with folds, period doublings and grazes, beside what
+    long runs settle to. With --output what is found is kept in FILE.partial until the
+    file is written; --resume goes on from there.
+
+    Over two figures the curves of those bifurcations, which bound where motions exist.
+    """
+
+    resumes = True
+    unit = "value"
+
+    over: tuple[str, ...] = setting(
+        MISSING,
+        "Figure of the machine that varies, and from where to where: "
+        f"{', '.join(FIGURES)}. Give it twice for the bifurcations over two.",
+        metavar="KEY=A:B",
+    )
+    departures: int = setting(
+        2,
+        "Departures from the upper flank in a period, at most, of the motions from "
+        "which branches are followed.",
+        Range(1, 12),
+    )
+    starts: int = setting(
+        5,
+        "Values of the figure, beside both ends, from whose motions branches are "
+        "looked for.",
+        Range(1, 1000),
+    )
+    doublings: int = setting(
+        1,
+        "How often the period may double on the way from a branch to others.",
+        Range(0, 6),
+    )
+    runs: int | None = setting(
+        None,
+        "Values of the figure at which long runs settle, each from a grid of "
+        "departures, to be drawn beside the branches. [default: 200 over one figure]",
+        Range(0, 100_000),
+    )
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if len(self.over) not in (1, 2):
+            raise InputError(f"over = {len(self.over)}; one or two are allowed")
+        if len(self.axes) < len(self.over):
+            raise InputError(f"over {next(iter(self.axes))}; is given twice")
+
+    def idle(self, given: Collection[str]) -> Iterator[tuple[str, str]]:
+        if len(self.over) > 1:
+            yield "runs", "belongs to one {over}"
+
+    @cached_property
+    def axes(self) -> dict[str, tuple[float, float]]:
+        """Limits by the names of one or two figures."""
+        found = {}
+        for text in self.over:
+            name, _, values = text.partition("=")
+            wrong = f"over = {text}; must be KEY=A:B"
+            if name not in FIGURES:
+                raise InputError(f"{wrong}, KEY one of {', '.join(FIGURES)}")
+            found[name] = limits_of(wrong, values)
+        return found
+
+    @property
+    def plane(self) -> Plane | None:
+        """How curves over two figures are found."""
+        others = [(FIGURES[name], limits) for name, limits in self.axes.items()][1:]
+        return plane_of(self.search, *others[0]) if others else None
+
+    @property
+    def search(self) -> Search:
+        """How branches over the first figure are found."""
+        name, limits = next(iter(self.axes.items()))
+        return Search(
+            figure=FIGURES[name],
+            limits=limits,
+            departures=self.departures,
+            velocity=self.speeds,
+            starts=self.starts,
+            runs=Search.runs if self.runs is None else self.runs,
+            doublings=self.doublings,
+        )
+
+    def tasks(self) -> Iterator[Task]:
+        for name, limits in self.axes.items():
+            self._require(name, limits)
+        yield Task("values", self._found)
+
+    def _require(self, name: str, limits: tuple[float, float]) -> None:
+        """Refuse to vary what changes nothing, is given as well, or is impossible."""
+        named, figure, given = self.named, FIGURES[name], self.machine.given
+        over = f"{called(self, 'over')} {name}"
+        fixed = partial(refusal, self.machine)
+        if given.get(figure) is not None:
+            raise fixed(name, f"{over} replaces it, leave it out")
+        if figure == "restitution" and not named.machine.is_impact:
+            raise InputError(f"{over}; belongs to impacts, {named.name} has none")
+        if name == "kappa" and self.machine.restitution is not None:
+            reason = f"belongs to impacts, {over} gives flanks a stiffness"
+            raise fixed("restitution", reason)
+        if figure == "ripple_phase" and not named.machine.ripple:
+            raise InputError(f"{over}; {named.name} has no torque ripple")
+        for limit in limits:
+            try:
+                machine_with(named.machine, figure, limit)
+            except ValueError as error:
+                raise InputError(f"{over}; {error}") from None
+
+    def _found(self, job: Job) -> BifurcationResult | ExistenceResult:
+        machine, plane = self.named.machine, self.plane
+        how = partial(job.compute, "orbits and long runs"), job.report
+        if plane is None:
+            found = find_bifurcations(machine, self.search, *how)
+            return BifurcationResult(self, found)
+        return ExistenceResult(self, plane, find_existence(machine, plane, *how))
+
+
+class OverFigures(StudyResult):
+    """What is found over figures of a machine."""
+
+    study: OrbitBifurcations
+
+    @property
+    def columns(self) -> list[str]:
+        """The figures with their units."""
+        return [unit_name(FIGURES[name]) for name in self.study.axes]
+
+    @property
+    def labels(self) -> list[str]:
+        """The figures in words."""
+        return [
+            FIGURES[name].replace("_", " ") + (" [rad]" if "_rad" in column else "")
+            for name, column in zip(self.study.axes, self.columns, strict=True)
+        ]
+
+    @property
+    def title(self) -> str:
+        named, figures = self.study.named, [FIGURES[name] for name in self.study.axes]
+        return f"{named.name}: {words_of(named.machine, *figures)}"
+
+    @property
+    def fixed(self) -> dict[str, Any]:
+        """Figures but for those that vary."""
+        figures = figures_of(self.study.named.machine)
+        return {k: v for k, v in figures.items() if k not in self.columns}
+
+    @property
+    def header(self) -> dict[str, str]:
+        return {"machine": self.study.named.name, **header_of(self.fixed)}
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class BifurcationResult(OverFigures):
+    """Branches of a named machine over a figure, beside long runs."""
+
+    study: OrbitBifurcations
+    found: Found
+
+    @property
+    def table(self) -> Table:
+        """A row for each departure of each point of each branch, then of long runs."""
+        names = (
+            *("branch", "name", "index", *self.columns, "departure", "time_turns"),
+            *("speed_rad_per_turn", "stable", "largest_multiplier", "kind"),
+        )
+        return Table(names, self._rows, {**self.header, **BRANCHES})
+
+    def _rows(self) -> Iterator[tuple[Any, ...]]:
+        for number, branch in enumerate(self.found.branches, start=1):
+            name = branch.itinerary.name
+            for index, point in enumerate(branch.points, start=1):
+                for place, (time, speed) in enumerate(point.departures, start=1):
+                    yield (
+                        *(number, name, index, point.value, place, time, speed),
+                        *(int(point.stable), point.largest, point.kind),
+                    )
+        settled = self.found.settled.tolist()
+        for index, (value, time, speed) in enumerate(settled, start=1):
+            yield 0, "long run", index, value, 1, time, speed, "", float("nan"), ""
+
+    @cached_property
+    def summary(self) -> dict[str, Any]:
+        search, found = self.study.search, self.found
+        low, high = search.limits
+        return {
+            **self.study.named.heading,
+            **self.fixed,
+            "over": self.columns[0],
+            "from": low,
+            "to": high,
+            "branches": [_of_branch(branch) for branch in found.branches],
+            "long_runs": search.runs,
+            "departures_of_long_runs": len(found.settled),
+            "unsettled_long_runs": len(found.unsettled),
+            "warnings": list(self._warnings()),
+        }
+
+    def _warnings(self) -> Iterator[str]:
+        unsettled = self.found.unsettled
+        if unsettled.size:
+            yield (
+                f"left out are long runs that have not settled: {unsettled.size}, at "
+                f"{self.columns[0]} from {unsettled.min():.6g} to {unsettled.max():.6g}"
+            )
+
+    @property
+    def figures(self) -> dict[str, Draw]:
+        runs, limits = self.found.settled[:, [0, 2]], self.study.search.limits
+        how = self.found.branches, runs, limits, self.labels[0], self.title
+        return {"plot": partial(draw_orbit_branches, *how)}
+
+    def page(self) -> Page:
+        values = self.summary
+        yield from heading(self.study.named)
+        yield (
+            f"{values['over']} from {values['from']:g} to {values['to']:g}, "
+            f"{counted(len(values['branches']), 'branch', 'branches')}"
+        )
+        if not values["branches"]:
+            yield _none_found(self.study)
+        for place, branch in enumerate(values["branches"], start=1):
+            yield (
+                f"branch {place}: {branch['name']}, "
+                f"{counted(branch['points'], 'point', 'points')}, "
+                f"{branch['stable_points']} of them stable, {branch['from']:.6g} to "
+                f"{branch['to']:.6g}\n"
+                f"  {branch['origin']}; ends: {branch['end']}"
+            )
+            for each in branch["bifurcations"]:
+                time, speed = each["departures"][0]
+                yield (
+                    f"  {each['value']:12.7g}  {each['kind']:<15} first departure at "
+                    f"{time:.4f} turns, {speed:.4g} rad per turn"
+                )
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ExistenceResult(OverFigures):
+    """Curves of bifurcations of a named machine over two figures."""
+
+    study: OrbitBifurcations
+    plane: Plane
+    curves: tuple[Curve, ...]
+
+    @property
+    def table(self) -> Table:
+        """A row for each point of each curve."""
+        names = (
+            *("curve", "name", "bifurcation", "index", *self.columns),
+            *("time_turns", "speed_rad_per_turn", "kind"),
+        )
+        return Table(names, self._rows, {**self.header, **CURVES})
+
+    def _rows(self) -> Iterator[tuple[Any, ...]]:
+        for number, curve in enumerate(self.curves, start=1):
+            for index, point in enumerate(curve.points, start=1):
+                yield (
+                    *(number, curve.itinerary.name, curve.kind, index),
+                    *(point.first, point.second, *point.departure, point.kind),
+                )
+
+    @cached_property
+    def summary(self) -> dict[str, Any]:
+        return {
+            **self.study.named.heading,
+            **self.fixed,
+            "over": self.columns,
+            "curves": [_of_curve(curve) for curve in self.curves],
+        }
+
+    @property
+    def figures(self) -> dict[str, Draw]:
+        return {"plot": partial(draw_curves, self.curves, self.labels, self.title)}
+
+    def page(self) -> Page:
+        yield from heading(self.study.named)
+        curves = self.summary["curves"]
+        first, second = self.columns
+        yield f"{first} and {second}, {counted(len(curves), 'curve', 'curves')}"
+        if not curves:
+            yield _none_found(self.study)
+        for place, curve in enumerate(curves, start=1):
+            both = ("({:.6g}, {:.6g})".format(*curve[key]) for key in ("from", "to"))
+            yield (
+                f"curve {place}: {curve['bifurcation']} of {curve['name']}, "
+                f"{counted(curve['points'], 'point', 'points')}, {' to '.join(both)}; "
+                f"{curve['end']}"
+            )
+            for each in curve["meetings"]:
+                yield "  {} at ({:.7g}, {:.7g})".format(each["kind"], *each["at"])
+
+
+def _none_found(study: OrbitBifurcations) -> str:
+    starts = called(study, "starts")
+    return f"nothing was found at the values looked at; {starts} looks at more"
+
+
+def _of_branch(branch: OrbitBranch) -> dict[str, Any]:
+    values = [point.value for point in branch.points]
+    return {
+        "name": branch.itinerary.name,
+        "points": len(values),
+        "stable_points": sum(point.stable for point in branch.points),
+        "from": min(values),
+        "to": max(values),
+        "origin": branch.origin,
+        "end": branch.reason,
+        "bifurcations": [
+            {"kind": p.kind, "value": p.value, "departures": [*map(list, p.departures)]}
+            for p in branch.bifurcations
+        ],
+    }
+
+
+def _of_curve(curve: Curve) -> dict[str, Any]:
+    first, last = curve.points[0], curve.points[-1]
+    return {
+        "name": curve.itinerary.name,
+        "bifurcation": curve.kind,
+        "points": len(curve.points),
+        "from": [first.first, first.second],
+        "to": [last.first, last.second],
+        "end": curve.reason,
+        "meetings": [
+            {"kind": point.kind, "at": [point.first, point.second]}
+            for point in curve.points
+            if point.kind
+        ],
+    }
