@@ -85,9 +85,11 @@ class LumpedModel:
             raise ValueError(f"without must name each part once, got {self.without!r}")
         if self.friction and self.number != 1:
             raise ValueError(f"friction needs model 1, got {self.number}")
+        require_between("friction", self.friction, 0, 1, below=True)
         ratio = self.bending
         if ratio is None or isinstance(ratio, str):
             ratio = 0.0
+        require_between("bending", ratio, 0, 1, below=True)
         self.tooth_friction(ratio)  # checks its fields
 
     def tooth_friction(self, bending: BendingRatio) -> ToothFriction:
@@ -229,7 +231,7 @@ def _known_contacts(
             )
     elif not isinstance(source, Excitations) or source.source.kind != "fe":
         raise InputError(
-            "model = coupled; its contacts come from finite elements or mesh tables, "
+            "number = coupled; its contacts come from finite elements or mesh tables, "
             "other excitations know nothing of them"
         )
     if "meshes" in model.without and not shares_a_gear(gear_set):

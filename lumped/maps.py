@@ -20,6 +20,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from lumped.checks import require_fields
 from lumped.csv_text import format_csv, format_rows, parse_csv
 from lumped.response import FIGURES as MEASURED
 from lumped.response import Response
@@ -47,6 +48,7 @@ class Axis:
     values: tuple[float, ...]
 
     def __post_init__(self) -> None:
+        require_fields(self)
         if not self.values or not np.isfinite(self.values).all():
             raise MapError(f"{self.name}: one or more finite values are needed")
         if len(set(self.values)) < len(self.values):

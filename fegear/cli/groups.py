@@ -159,7 +159,7 @@ def _require_allowed(option: Parameter, value: Any) -> None:
 def _gathered(group: Group, values: dict[str, Any]) -> Any:
     """A value of the group, whose options are taken out of the values."""
     given = dict[str, Any]()
-    with named_as_options(group):
+    with named_as_options(group, every=True):
         for each in offered(group):
             if isinstance(each.declared, Setting):
                 given |= _taken(each, each.declared, values)
@@ -192,13 +192,18 @@ def _taken(each: Offered, declared: Setting, values: dict[str, Any]) -> dict[str
 
 
 @contextmanager
-def named_as_options(group: Group) -> Iterator[None]:
-    """Errors that begin with the name of a setting begin with its option instead."""
+def named_as_options(group: Group, every: bool = False) -> Iterator[None]:
+    """Errors that begin with the name of a setting begin with its option instead.
+
+    every : whether other errors of values are those of the input as well
+    """
     names, token = options_of(group), AS_OPTIONS.set(True)
     try:
         yield
     except ValueError as error:
         name, _, rest = str(error).partition(" ")
+        if name not in names and every:
+            raise InputError(str(error)) from None
         if name not in names:
             raise
         raise InputError(f"{names[name]} {rest}") from None

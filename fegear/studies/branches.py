@@ -85,17 +85,14 @@ FINDING = Group(
         "harmonics": Setting(
             text="Harmonics of the first mesh's frequency that motions of models 1 to "
             "3 are made of.",
-            allowed=Range(1, 200),
         ),
         "period_multiple": Setting(
             text="Common periods of all meshes, at most, after which motions repeat: "
             "branches on which the period doubles are followed up to it.",
-            allowed=Range(1, 64),
         ),
         "starts": Setting(
             text="Random states, the same each time, from which motions on further "
             "branches are looked for, isolated ones among them.",
-            allowed=Range(0, 100_000),
         ),
     },
 )
@@ -177,8 +174,6 @@ class Branches(
             raise InputError(
                 f"{over}; {speeds} takes its place, one of them is allowed"
             )
-        elif self.over.name == MESH_FREQUENCY:
-            raise InputError(f"{over} {MESH_FREQUENCY}; is the speed, {speeds} A:B")
         elif self.at is None:
             raise InputError(f"{over} KEY=A:B needs a mesh frequency, {at} HZ")
         elif self.table:
@@ -254,7 +249,7 @@ class Branches(
         try:
             finder.find(low)
             return BranchesResult(self, tuple(finder.found), complete=True)
-        except Stopped:
+        except (Stopped, KeyboardInterrupt):
             return BranchesResult(self, tuple(finder.found), complete=False)
 
 

@@ -77,18 +77,14 @@ ELEMENTS = Group(
             "without elastic inertia; auto: reduced where elastic inertia matters, "
             "else quasistatic."
         ),
-        "friction": Setting(
-            text="Coulomb friction coefficient.", allowed=Range(least=0.0, below=0.5)
-        ),
+        "friction": Setting(text="Coulomb friction coefficient."),
         "elastic_damping": Setting(
             text="Damping ratio of the first elastic modes of the gears.",
-            allowed=Range(least=0.0, below=1.0),
         ),
         "cutoff_Hz": Setting(
             option="--cutoff",
             text="Natural frequency [Hz] up to which elastic modes are considered. "
             "[default: 7 times the highest speed, or more]",
-            allowed=Range(above=0.0, most=3e5, unit="Hz"),
         ),
     },
 )
@@ -124,7 +120,7 @@ class Dynamics(
     elements: FiniteElements = group(ELEMENTS)
     torque_of: TorqueOf = setting("nominal", TORQUE_OF.text)
     damping_ratio: float | None = setting(
-        None, DAMPING.text, DAMPING.allowed, option=DAMPING.option
+        None, DAMPING.text, Range(0.0, below=1.0), option=DAMPING.option
     )
     translations: bool = setting(False, TRANSLATIONS.text, option=TRANSLATIONS.option)
     source: Source = group(

@@ -54,6 +54,8 @@ def run(
         with suppress(KeyboardInterrupt) if study.partial else nullcontext():
             run_tasks(work, take, stop, threads)
         result = study.gather({task.key: found.get(task.key) for task in tasks})
+        if result is None:  # of a task that had not begun
+            raise KeyboardInterrupt
         done = result.complete
     except NoClusterError as error:
         raise InputError(str(error)) from None

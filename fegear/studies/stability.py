@@ -104,8 +104,6 @@ class Stability(
     def __post_init__(self) -> None:
         super().__post_init__()
         over, rising = called(self, "over"), self.rising
-        if self.over.name == MESH_FREQUENCY:
-            raise InputError(f"{over} {MESH_FREQUENCY}; is the speed of the chart")
         if self.over.name not in OF_TEETH and self.table:
             raise refusal(self, "table", f"{over} varies what tables hold")
         if self.model.number != 1:

@@ -162,7 +162,6 @@ DAMPING = Setting(
     option="--damping",
     text="Damping ratio of every vibration mode. [default: that of the gear set, else "
     "0.04]",
-    allowed=Range(least=0.0, below=1.0),
 )
 TRANSLATIONS = Setting(
     option="--translations",
@@ -268,7 +267,6 @@ MOVING: dict[str, Setting | Group] = SLIDING | {
         option="--transition-speed",
         text="Sliding speed [m/s] about which instantaneous friction turns smoothly, "
         "by tanh; 0 turns it at once.",
-        allowed=Range(least=0.0, below=10.0, unit="m/s"),
     ),
     "torque_of": TORQUE_OF,
 }

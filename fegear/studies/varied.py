@@ -17,6 +17,7 @@ from fegear.lumped_models import (
     file_header,
     lumped_system,
 )
+from fegear.speeds import MESH_FREQUENCY
 from fegear.studies.study import called, refusal
 from fegear.studies.trains import OfTrain, described, one_load
 from lumped.maps import Axis
@@ -65,6 +66,9 @@ class Varied(OfTrain):
 
     def _require_axis(self, axis: Axis, over: str) -> None:
         """Refuse an axis that is not known, or is fixed as well."""
+        if axis.name == MESH_FREQUENCY:
+            speeds = called(self, "speeds")
+            raise InputError(f"{over} {MESH_FREQUENCY}; is the speed, {speeds}")
         why = f"{over} {axis.name} replaces it, leave it out"
         own = OF_TEETH.get(axis.name) or OWN.get(axis.name, "")
         if own == "torque" and self.torque is not None:

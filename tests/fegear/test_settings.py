@@ -12,7 +12,6 @@ from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
 import numpy as np
 import pytest
-from fegear.bifurcations import AttractorSettings
 
 import fegear
 import lumped
@@ -22,6 +21,7 @@ from fegear.studies.trains import NamedSet
 from lumped.branches.periodic import BranchSettings
 from lumped.coupled import CoupledContacts
 from lumped.friction import ToothFriction
+from lumped.maps import Axis
 from lumped.waves import constant
 
 GEARS = fegear.load_gear_set("liu-pair")
@@ -57,7 +57,6 @@ TRAIN = lumped.Train(
 )
 TABLE = lumped.MeshTable(np.ones(1), np.arange(4) / 4, {})
 EXAMPLES = [  # of classes that must be told something
-    AttractorSettings(),
     BranchSettings(),
     ToothFriction(0.1),
     *TWO[:1],
@@ -83,6 +82,10 @@ EXAMPLES = [  # of classes that must be told something
     fegear.Dynamics(gear_set="liu-pair"),
     fegear.Wave(gear_set="liu-pair", speed=1000.0),
     fegear.NaturalModes(gear_set="liu-pair"),
+    fegear.Stability(gear_set="liu-pair", over="friction=0,0.1", speeds=[1e3, 2e3]),
+    fegear.Bifurcations(gear_set="liu-pair", over="mesh_frequency_Hz=1e3,2e3"),
+    fegear.Branches(gear_set="liu-pair", speeds=(1e3, 2e3)),
+    Axis("friction", (0.0, 0.1)),
     NamedSet(name="liu-pair"),
     LoadedMachine(name="roots-a"),
     MovingMachine(name="roots-a"),

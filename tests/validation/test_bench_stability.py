@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import fegear.stability
 import numpy as np
 import pytest
 
+from fegear.studies import stability
 from validation import bench, bench_stability
 from validation.bench_stability import (
     SIZES,
@@ -73,7 +73,7 @@ def test_a_chart_that_was_interrupted_has_no_time(monkeypatch):
     """What was finished before stands there."""
     monkeypatch.setattr(bench_stability, "SPEEDS", 20)
     monkeypatch.setattr(bench_stability, "VALUES", 3)
-    known, seen = fegear.stability.examined, []
+    known, seen = stability.examined, []
 
     def stopped(*args):
         seen.append(args)
@@ -81,7 +81,7 @@ def test_a_chart_that_was_interrupted_has_no_time(monkeypatch):
             raise KeyboardInterrupt
         return known(*args)
 
-    monkeypatch.setattr(fegear.stability, "examined", stopped)
+    monkeypatch.setattr(stability, "examined", stopped)
     found = measure("liu-friction", 100.0, lambda *progress: None)
     assert found.interrupted
     assert not found.tables["chart"]

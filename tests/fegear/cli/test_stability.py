@@ -7,12 +7,11 @@ import json
 import pytest
 from cli_commands import printed, rows_of
 
-from fegear import lumped_models, stability
+import fegear
+from fegear import lumped_models
 from fegear.cli import run
 from fegear.errors import InputError
-from fegear.gearset import load_gear_set
-from fegear.lumped_models import LumpedModel
-from fegear.parameter_maps import VariedSet
+from fegear.studies import stability
 from lumped.maps import Axis
 
 WORDS = [
@@ -107,7 +106,7 @@ def test_the_bending_ratio_is_told_and_kept_runs_of_another_are_refused(
     capsys.readouterr()
     other = [word if word != "0.39" else "0.4" for word in WORDS]
     assert run([*other, "-o", str(path), "--resume"]) == 2
-    assert "was begun with friction-bending ratio" in capsys.readouterr().err
+    assert "was begun with model.bending = '0.39', now '0.4'" in capsys.readouterr().err
 
 
 def test_what_changes_nothing_is_told():
@@ -163,11 +162,8 @@ def test_wrong_input_is_one_line(words, message, monkeypatch, capsys, tmp_path):
 
 def test_too_many_cells_are_refused():
     axis = Axis("friction", tuple(i / 1e5 for i in range(10_000)))
-    gear_set = load_gear_set("liu-pair")
-    varied = VariedSet("liu-pair", gear_set, (axis,), 100.0, LumpedModel())
-    speeds = [float(i) for i in range(1, 1001)]
     with pytest.raises(InputError, match="4000000 cells"):
-        stability.find_stability(varied, speeds)
+        fegear.Stability(gear_set="liu-pair", over=axis, speeds=range(1, 1001))
 
 
 def test_bending_varies_without_finite_elements():
