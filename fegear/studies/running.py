@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Mapping, Sequence
 from contextlib import nullcontext, suppress
+from contextvars import copy_context
 from dataclasses import dataclass, field
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
@@ -43,7 +44,7 @@ def run(
     try:
         how = board, stop, workers
         work = (
-            (task.key, partial(_work, task, Job(checkpoint, task.key, *how)))
+            (task.key, _in_context(_work, task, Job(checkpoint, task.key, *how)))
             for task in tasks
         )
 
@@ -98,6 +99,11 @@ class Board:
         """A task with a size is done."""
         if self.sizes[key]:
             self.report(key, what, self.sizes[key], 0)
+
+
+def _in_context(function: Callable[..., Any], *given: Any) -> Callable[[], Any]:
+    """A call in another thread that names settings in messages as this one does."""
+    return partial(copy_context().run, function, *given)
 
 
 def _work(task: Task, job: Job) -> Any:

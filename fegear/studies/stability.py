@@ -7,7 +7,7 @@ import threading
 from collections.abc import Iterator, Mapping
 from dataclasses import MISSING, asdict, dataclass
 from functools import cached_property, partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -45,7 +45,6 @@ from lumped.maps import Axis
 from lumped.stability.combinations import Combination
 from lumped.stability.figure import draw_chart
 from lumped.stability.intervals import Column, Interval, examined
-from lumped.stability.multipliers import Method
 from lumped.stability.periodic import PeriodicSystem, periodic_system
 
 if TYPE_CHECKING:
@@ -91,7 +90,7 @@ class Stability(
         "Mesh frequencies of the first mesh [Hz] of the chart.",
         allowed=Range(0.1, 1e6, "Hz"),
     )
-    method: Method = setting(
+    method: Literal["peano-baker", "exponential"] = setting(
         "peano-baker",
         "How Floquet multipliers are found. peano-baker: by the series of the state "
         "transition; exponential: by exponentials of mean stiffness on parts of the "

@@ -277,8 +277,12 @@ def refusal(
     group = group or group_of(settings)
     value, names = getattr(settings, name), options_of(group)
     words = "" if value is True else f" = {shown(value)}"
+    called = _called(group, name)
+    for flag, meant, _ in getattr(group.offers.get(name), "flags", ()):
+        if AS_OPTIONS.get() and value == meant:
+            called, words = flag, ""
     reason = reason.format_map({each: _called(group, each) for each in names})
-    return InputError(f"{_called(group, name)}{words}; {reason}")
+    return InputError(f"{called}{words}; {reason}")
 
 
 def shown(value: Any) -> str:
