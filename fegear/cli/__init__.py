@@ -79,12 +79,6 @@ for name in COMMANDS:
     add_command(app, name, getattr(module, f"{name}_command"), module.EXAMPLE)
 for name, command in BENCHMARKS.items():
     add_command(benchmarks, name, command, bench.EXAMPLES[name])
-for name in RATTLES:
-    own = name.replace("-", "_")
-    if f"rattle {name}" in STUDIES:
-        continue
-    module = import_module(f"fegear.cli.rattle.{own}")
-    add_command(rattles, name, getattr(module, f"{own}_command"), module.EXAMPLE)
 app.add_typer(rattles, name="rattle")
 app.add_typer(benchmarks, name="bench")
 

@@ -74,6 +74,11 @@ STUDIES = {
         "OrbitBifurcations",
         "Motions that repeat over a figure: where they are born, double and graze.",
     ),
+    "rattle gears": (
+        "rattle_gears",
+        "MachineOfGears",
+        "A machine of two gears in mesh, for the other commands of rattle.",
+    ),
     "rattle manifold": (
         "rattle_manifold",
         "Manifolds",

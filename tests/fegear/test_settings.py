@@ -73,6 +73,9 @@ EXAMPLES = [  # of classes that must be told something
     fegear.Basins(machine="roots-a"),
     fegear.Clatter(gearbox="seed-five-speed"),
     fegear.Critical(machine="roots-a"),
+    fegear.MachineOfGears(
+        gear_set="liu-pair", speed_rpm=1500.0, drag_Nm=1.0, eccentricity_um=9.0
+    ),
     fegear.Manifolds(machine="roots-a"),
     fegear.Noise(machine="roots-a"),
     fegear.OrbitBifurcations(machine="roots-a", over=("delta=1:2",)),

@@ -1,1 +1,0 @@
-"""fegear rattle: machines that may rattle, a file per command."""

@@ -1,0 +1,334 @@
+"""A machine that may rattle from two gears in mesh of a gear set.
+
+Rotations are those of the driver: the driven gear's over the ratio of base radii, its
+inertia and drag times that ratio squared. Figures are over the driver's inertia.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import MISSING, asdict, dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from fegear.errors import InputError
+from fegear.gearset.inertia import inertia_of
+from fegear.gearset.model import Gear, GearSet
+from fegear.output import write_text
+from fegear.statics import StaticsSettings, solve_mesh
+from fegear.studies.page import Page, counted, heading
+from fegear.studies.study import (
+    NO_PICTURES,
+    Group,
+    Job,
+    Range,
+    Study,
+    StudyResult,
+    Task,
+    group,
+    own_offers,
+    setting,
+)
+from fegear.studies.trains import PLANE, RESOLUTION, NamedSet
+from lumped.rattle.assembly import Assembly, Shafts
+from lumped.rattle.machine import Machine
+from lumped.rattle.quiet import quiet_motion
+
+ABOVE = Range(above=0.0, below=math.inf)
+UM = 1e-6
+OF_MESH = (
+    "mean_stiffness_N_per_m",
+    "peak_to_peak_over_mean",
+    "mean_local_stiffness_N_per_m",
+)
+LEAST_TORQUE = 1e-6  # N m on the driver, less is lost in round-off
+UNCHANGED = Group(kind=NamedSet, offers={"name": own_offers(NamedSet)["name"]})
+ELEMENTS = Group(
+    kind=StaticsSettings, offers={"plane": PLANE, "resolution": RESOLUTION}
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class MachineOfGears(
+    Study,
+    command="rattle gears",
+    example="rattle gears liu-pair --speed-rpm 1500 --drag-Nm 1 --eccentricity-um 9",
+):
+    """A machine of two gears in mesh, for the other commands of rattle.
+
+    Its stiffness is the mean mesh stiffness of `fegear stiffness` at the load of the
+    drag, its backlash and inertias are those of the gear set.
+    """
+
+    pictures = NO_PICTURES
+    output = "Write the machine to this TOML file."
+    endings = (".toml",)
+
+    gear_set: NamedSet = field(metadata={"group": UNCHANGED})
+    mesh: int = setting(1, "Number of the mesh, counted from 1.")
+    speed_rpm: float = setting(MISSING, "Speed of the driving gear [rpm].", ABOVE)
+    drag_Nm: float = setting(
+        MISSING,
+        "Drag of both shafts, on the driving gear [N\u00a0m].",
+        ABOVE,
+        option="--drag-Nm",
+    )
+    eccentricity_um: float = setting(
+        MISSING,
+        "Amplitude of the transmission error at a turn of the driving gear [um].",
+        Range(0.0, below=math.inf),
+    )
+    driven_share: float | None = setting(
+        None,
+        "Share of the drag on the driven shaft, a ratio above 0 and below 1. [default: "
+        "that of its inertia]",
+        Range(above=0.0, below=1.0),
+    )
+    driving_inertia_kgm2: float | None = setting(
+        None,
+        "Inertia of all on the driving shaft [kg m2]. [default: the gear's]",
+        ABOVE,
+    )
+    driven_inertia_kgm2: float | None = setting(
+        None,
+        "Inertia of all on the driven shaft [kg m2]. [default: the gear's]",
+        ABOVE,
+    )
+    elements: StaticsSettings = group(ELEMENTS)
+
+    @cached_property
+    def pair(self) -> Pair:
+        """The gears as they run."""
+        return Pair(self, self.gear_set.loaded)
+
+    def tasks(self) -> Iterator[Task]:
+        self.pair.require()
+        yield Task("stiffness", self._found)
+
+    def _found(self, job: Job) -> MachineOfGearsResult:
+        pair = self.pair
+        place = pair.gear_set, self.mesh - 1, (pair.torque,)
+        solved = solve_mesh(*place, self.elements, job.report).summary
+        row = {name: solved["torques"][0][name] for name in OF_MESH}
+        assembly = pair.assembly(row["mean_stiffness_N_per_m"])
+        warnings = list(solved.get("warnings", ()))
+        return MachineOfGearsResult(self, assembly, pair.figures | row, warnings)
+
+
+@dataclass(frozen=True)
+class Pair:
+    """Two gears as they run, rotations and torques those of the driver."""
+
+    study: MachineOfGears
+    gear_set: GearSet
+
+    @property
+    def gears(self) -> tuple[Gear, Gear]:
+        driver, driven = self.gear_set.meshes[self.study.mesh - 1].gears
+        return self.gear_set.gears[driver], self.gear_set.gears[driven]
+
+    @property
+    def backlash(self) -> float:
+        return self.gear_set.meshes[self.study.mesh - 1].backlash
+
+    @property
+    def radius(self) -> float:
+        return self.gears[0].geometry.base_radius
+
+    @property
+    def ratio(self) -> float:
+        return self.radius / self.gears[1].geometry.base_radius
+
+    @property
+    def inertia(self) -> float:
+        """Of the driving shaft [kg m2]."""
+        return self.study.driving_inertia_kgm2 or inertia_of(self.gears[0])
+
+    @property
+    def other(self) -> float:
+        """Of the driven shaft [kg m2]."""
+        own = self.study.driven_inertia_kgm2 or inertia_of(self.gears[1])
+        return own * self.ratio**2
+
+    @property
+    def share(self) -> float:
+        """Of the drag, on the driven shaft."""
+        in_ratio = self.other / (self.inertia + self.other)
+        return self.study.driven_share or in_ratio
+
+    @property
+    def torque(self) -> float:
+        """What the drag of the driven shaft takes [N m]."""
+        return self.study.drag_Nm * self.share
+
+    def require(self) -> None:
+        """Raises InputError for what cannot rattle or is lost in round-off."""
+        name, mesh = self.gear_set.name, self.study.mesh
+        count = len(self.gear_set.meshes)
+        if not 1 <= mesh <= count:
+            has = counted(count, "mesh", "meshes")
+            raise InputError(f"mesh = {mesh}; {name} has {has}")
+        if not self.backlash > 0.0:
+            raise InputError(
+                f"{name} mesh {mesh}: backlash 0, must be above 0; set backlash_um or "
+                "tooth_thinning_um"
+            )
+        if not self.torque >= LEAST_TORQUE:
+            raise InputError(
+                f"drag of the driven shaft = {self.torque:g} N m; allowed from "
+                f"{LEAST_TORQUE:g}"
+            )
+
+    def assembly(self, stiffness: float) -> Assembly:
+        """In dimensionless figures; stiffness : of the mesh [N/m]."""
+        scale = self.inertia * (self.study.speed_rpm / 60.0) ** 2
+        try:
+            machine = Machine(
+                damping=self.study.drag_Nm / (4.0 * math.pi * scale),
+                eccentricity=UM * self.study.eccentricity_um / self.radius,
+                half_backlash=0.5 * self.backlash / self.radius,
+                stiffness=stiffness * self.radius**2 / scale,
+            )
+            shafts = Shafts(
+                driven_inertia=self.other / self.inertia,
+                driving_drag=2.0 * (1.0 - self.share),
+                driven_drag=2.0 * self.share,
+            )
+            return Assembly(machine=machine, shafts=shafts)
+        except ValueError as error:
+            raise InputError(f"{self.gear_set.name}: {error}") from None
+
+    @property
+    def figures(self) -> dict[str, Any]:
+        """In the units of their names."""
+        return {
+            "gear_set": self.gear_set.name,
+            "mesh": self.study.mesh,
+            "teeth": [gear.geometry.teeth for gear in self.gears],
+            "speed_rpm": self.study.speed_rpm,
+            "drag_Nm": self.study.drag_Nm,
+            "driven_drag_Nm": self.torque,
+            "base_radius_mm": 1e3 * self.radius,
+            "backlash_um": self.backlash / UM,
+            "eccentricity_um": self.study.eccentricity_um,
+            "driving_inertia_kg_m2": self.inertia,
+            "driven_inertia_kg_m2": self.other / self.ratio**2,
+        }
+
+    @property
+    def inferences(self) -> Iterator[str]:
+        """What was not given."""
+        yield "stiffness: the mean over the mesh cycle, which it is taken to keep"
+        if self.study.driven_share is None:
+            yield "drag of the shafts: in the ratio of their inertias"
+        if self.gear_set.inferences:
+            yield f"figures of the gears: listed by fegear show {self.gear_set.name}"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class MachineOfGearsResult(StudyResult):
+    """The machine and the figures of the gears that it is made from."""
+
+    study: MachineOfGears
+    assembly: Assembly
+    of_gears: Mapping[str, Any]
+    warnings: list[str]
+
+    @property
+    def name(self) -> str:
+        return f"{self.of_gears['gear_set']}-mesh-{self.study.mesh}"
+
+    @property
+    def description(self) -> str:
+        one, two = self.of_gears["teeth"]
+        return (
+            f"{one}/{two} gears of {self.of_gears['gear_set']} at "
+            f"{self.study.speed_rpm:g} rpm, drag {self.study.drag_Nm:g} N m"
+        )
+
+    @property
+    def inferences(self) -> list[str]:
+        return list(self.study.pair.inferences)
+
+    @property
+    def _of_machine(self) -> dict[str, float]:
+        machine = self.assembly.machine
+        return {
+            "damping": machine.damping,
+            "eccentricity_rad": machine.eccentricity,
+            "half_backlash_rad": machine.half_backlash,
+            "stiffness": machine.stiffness,
+        }
+
+    @cached_property
+    def summary(self) -> dict[str, Any]:
+        critical = quiet_motion(self.assembly).critical_eccentricity
+        return {
+            "machine": self.name,
+            "description": self.description,
+            "inferences": self.inferences,
+            **self.of_gears,
+            **self._of_machine,
+            "shafts": asdict(self.assembly.shafts),
+            "critical_eccentricity_rad": critical,
+            "critical_eccentricity_um": critical
+            * self.of_gears["base_radius_mm"]
+            * 1e3,
+            "warnings": self.warnings,
+        }
+
+    @property
+    def text(self) -> str:
+        """Of a machine file."""
+        quoted = "".join(f"    {_toml(each)},\n" for each in self.inferences)
+        return "\n".join(
+            (
+                *(f"# {line}" for line in _lines(self.of_gears)),
+                "",
+                f"name = {_toml(self.name)}",
+                f"description = {_toml(self.description)}",
+                f"inferences = [\n{quoted}]",
+                "",
+                "[machine]",
+                *_lines(self._of_machine),
+                "",
+                "[shafts]",
+                *_lines(asdict(self.assembly.shafts)),
+                "",
+            )
+        )
+
+    def write(self, path: str | Path) -> None:
+        """Write the machine file."""
+        write_text(path, self.text)
+
+    def page(self) -> Page:
+        values = self.summary
+        yield from heading(self)
+        yield (
+            f"mean mesh stiffness {values['mean_stiffness_N_per_m']:.4g} N/m, peak to "
+            f"peak over mean {values['peak_to_peak_over_mean']:.3g}, at "
+            f"{values['driven_drag_Nm']:.4g} N m; backlash {values['backlash_um']:.4g} "
+            "um"
+        )
+        yield (
+            f"damping {values['damping']:.4g}, stiffness {values['stiffness']:.4g}, "
+            f"half backlash {values['half_backlash_rad']:.4g} rad, inertia of the "
+            f"driven shaft {values['shafts']['driven_inertia']:.4g} of the driving one"
+        )
+        yield (
+            f"eccentricity {values['eccentricity_um']:.4g} um, critical "
+            f"{values['critical_eccentricity_um']:.4g} um or "
+            f"{values['critical_eccentricity_rad']:.4g} rad"
+        )
+
+
+def _lines(values: Mapping[str, Any]) -> Iterator[str]:
+    return (f"{key} = {_toml(value)}" for key, value in values.items())
+
+
+def _toml(value: Any) -> str:
+    return json.dumps(value, ensure_ascii=False)
