@@ -214,11 +214,13 @@ class Records:
 class Keeping:
     """Where a run keeps what it has finished, and whether it goes on with that.
 
+    overwrite : drop what another run has kept; else it must be gone on with
     tell : called with what was found in the checkpoint
     """
 
     checkpoint: Path | None = None
     resume: bool = False
+    overwrite: bool = False
     tell: Callable[[str], None] = lambda message: None
 
     def open(self, inputs: Mapping[str, str]) -> Checkpoint | None:
@@ -230,7 +232,7 @@ class Keeping:
             output = path.with_suffix("")
             done = f"{output} is finished and" if output.exists() else "it"
             self.tell(f"there is no {path}, {done} is computed from the start")
-        return open_checkpoint(path, inputs, self.resume)
+        return open_checkpoint(path, inputs, self.resume, self.overwrite)
 
 
 NOTHING = Keeping()
@@ -269,11 +271,14 @@ class InOrder(Generic[V]):
                 self.checkpoint.add(self.branch, self.plain(own), {})
 
 
-def open_checkpoint(path: Path, inputs: Mapping[str, str], resume: bool) -> Checkpoint:
+def open_checkpoint(
+    path: Path, inputs: Mapping[str, str], resume: bool, overwrite: bool = False
+) -> Checkpoint:
     """The checkpoint at a path, made where there is none.
 
     inputs : everything that determines the results
-    resume : go on with what was finished for the same inputs; else nothing may be
+    resume : go on with what was finished for the same inputs; else nothing may be, or
+        with `overwrite` is dropped
 
     Raises InputError where the file cannot be used, is no checkpoint or damaged,
     belongs to other inputs, or another process works on it; it is then unchanged.
@@ -293,6 +298,9 @@ def open_checkpoint(path: Path, inputs: Mapping[str, str], resume: bool) -> Chec
             _require_checkpoint(connection, path)
             if resume:
                 _require_inputs(connection, path, inputs)
+            elif overwrite:
+                connection.execute("delete from speeds")
+                connection.execute("delete from states")
             else:
                 _require_nothing_finished(connection, path)
             connection.execute("delete from inputs")

@@ -16,7 +16,7 @@ from concurrent.futures import (
     ThreadPoolExecutor,
     wait,
 )
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from typing import Any, Protocol, TypeVar
 
@@ -96,16 +96,24 @@ def run_tasks(
         except BaseException as error:
             stop.set()
             kept = isinstance(error, KeyboardInterrupt | Stopped)
-            for future, name in list(running.items()):
-                if not future.cancel() and kept:
-                    take(name, future.result())
+            unfinished = [f for f in list(running) if not f.cancel() and kept]
+            for future in unfinished:
+                with suppress(Stopped):
+                    take(running[future], future.result())
             raise
 
 
-def in_threads(parts: Parts) -> Mapping[str, Arrays]:
-    """Compute arrays of parts by name, on all cores."""
+def in_threads(
+    parts: Parts, report: Callable[[int, int], None] = lambda done, total: None
+) -> Mapping[str, Arrays]:
+    """Compute arrays of parts by name, on all cores; report : parts done, of all."""
     found = dict[str, Arrays]()
-    run_tasks(parts.items(), found.__setitem__, threading.Event())
+
+    def take(name: str, arrays: Arrays) -> None:
+        found[name] = arrays
+        report(len(found), len(parts))
+
+    run_tasks(parts.items(), take, threading.Event())
     return found
 
 

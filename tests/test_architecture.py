@@ -42,7 +42,6 @@ ALLOWED = {
     },
     "fegear.lumped_models.py": {"fegear", "lumped"},
     "fegear.stored.py": {"lumped"},
-    "fegear.parameter_maps.py": {"fegear", "lumped"},
     "fegear.theory_figure.py": {"fegear", "lumped"},
     "fegear.rattle": {"fegear", "lumped"},
     "fegear.eccentric": {"fegear", "meshes", "lumped"},

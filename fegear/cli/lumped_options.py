@@ -379,7 +379,7 @@ class MovingTeeth(Rubbing):
 
 def require_axis_of_teeth(axis: Axis, teeth: Rubbing) -> None:
     """What varies friction or its bending is in its range and not given besides."""
-    from fegear.parameter_maps import BENDING, FRICTION
+    from fegear.studies.varied import BENDING, FRICTION
 
     why = f"--over {axis.name} replaces it, leave it out"
     if axis.name == FRICTION:

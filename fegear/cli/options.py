@@ -178,15 +178,29 @@ class ResumedOutputs(Outputs):
         default=False,
     )
 
+    overwrite: bool = option(
+        "Start anew where an interrupted run to the same --output has kept something.",
+        default=False,
+    )
+
     def __post_init__(self) -> None:
         if self.resume and self.output is None:
             raise InputError("--resume needs the --output of the run to go on with")
+        if self.output is None:
+            refuse_idle("needs --output", overwrite=self.overwrite)
+        if self.resume:
+            refuse_idle("--resume goes on with it", overwrite=self.overwrite)
 
     @property
     def keeping(self) -> Keeping:
         from fegear.store import Keeping
 
-        return Keeping(checkpoint=self.checkpoint, resume=self.resume, tell=complain)
+        return Keeping(
+            checkpoint=self.checkpoint,
+            resume=self.resume,
+            overwrite=self.overwrite,
+            tell=complain,
+        )
 
     @property
     def checkpoint(self) -> Path | None:

@@ -33,6 +33,7 @@ STUDIES = {
         "NaturalModes",
         "Natural frequencies of a train, and what they strain.",
     ),
+    "map": ("map", "Map", "Vibration of a lumped train over a grid of parameters."),
     "branches": (
         "branches",
         "Branches",

@@ -15,7 +15,7 @@ from fegear.store import NOTHING, Checkpoint, Keeping, Records
 from fegear.studies.study import Study, Task
 from fegear.version import package_version
 from lumped.progress import Progress, silent
-from lumped.workers import Cluster, NoClusterError, Stopped, run_tasks
+from lumped.workers import Cluster, Never, NoClusterError, Stop, Stopped, run_tasks
 
 if TYPE_CHECKING:
     from lumped.workers import Arrays, Parts
@@ -121,21 +121,26 @@ class Job(Records):
     stop: threading.Event
     workers: int | Cluster | None
 
+    @property
+    def heeded(self) -> Stop:
+        """What parts look at to end early; those of a cluster cannot."""
+        return Never() if isinstance(self.workers, Cluster) else self.stop
+
     @cached_property
     def parts(self) -> dict[str, Arrays]:
         """Those that are finished, by name."""
         return {} if self.checkpoint is None else {**self.checkpoint.parts(self.key)}
 
     def compute(self, what: str, parts: Parts) -> Mapping[str, Arrays]:
-        left = {name: part for name, part in parts.items() if name not in self.parts}
-        total = len(self.parts) + len(left)
+        left = ((name, parts[name]) for name in parts if name not in self.parts)
+        total = len(self.parts.keys() | parts.keys())
 
         def take(name: str, arrays: Arrays) -> None:
             self.parts[name] = arrays
             Records(self.checkpoint, f"{self.key}/{name}").keep({}, arrays)
             self.board.report(self.key, what, len(self.parts), total)
 
-        run_tasks(left.items(), take, self.stop, self.workers)
+        run_tasks(left, take, self.stop, self.workers)
         return {name: self.parts[name] for name in parts}
 
     def report(self, what: str, done: int, total: int) -> None:

@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 
     from fegear.studies.page import Page
     from fegear.studies.table import Table
-    from lumped.workers import Arrays, Parts
+    from lumped.workers import Arrays, Parts, Stop
 
 
 NO_PICTURES: Mapping[str, str] = MappingProxyType({})
@@ -314,6 +314,10 @@ class Job(Protocol):
 
         With a cluster their functions are those of modules, with plain arguments.
         """
+
+    @property
+    def heeded(self) -> Stop:
+        """What parts look at to end early, by Stopped."""
 
     def report(self, what: str, done: int, total: int) -> None:
         """Progress. Raises Stopped where the run is to end."""

@@ -15,7 +15,7 @@ from fegear.excitation import STIFFNESS, Excitations, GivenTables, Kind, Source
 from fegear.gearset import load_gear_set
 from fegear.gearset.model import GearSet
 from fegear.lumped_models import LumpedModel, Number, lumped_system
-from fegear.parameter_maps import BENDING, FRICTION, OF_TEETH
+from fegear.studies.varied import BENDING, FRICTION, OF_TEETH
 from fegear.train import mesh_torques_at, train_of
 from lumped.closed_forms.predictions import STRAINED
 from lumped.system import LumpedSystem

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import partial
 from typing import Annotated, ClassVar, Literal
 
 import numpy as np
@@ -15,8 +16,9 @@ from pydantic import AfterValidator, Field
 
 from fegear.errors import InputError
 from fegear.gearset.edit import require_known_key
-from fegear.parameter_maps import OF_TEETH, Evaluate, respond_at, respond_over
 from fegear.speeds import parsed_speeds
+from fegear.studies.map import respond_at, respond_over
+from fegear.studies.varied import OF_TEETH
 from lumped.closed_forms import (
     Resonance,
     instability_interval,
@@ -25,10 +27,12 @@ from lumped.closed_forms import (
     peak_amplitude,
     resonance,
 )
-from lumped.maps import Axis, ParameterMap, run_map
+from lumped.maps import Axis, Cell, ParameterMap, run_map
 from lumped.progress import Progress
 from lumped.settings import Settings
 from lumped.sweep import Direction, sweep_all
+from lumped.system import LumpedSystem
+from lumped.workers import in_threads
 from validation.data_files import STRICT, Number, Speeds
 from validation.reproduce.computations.frequency_response import require_finished
 from validation.reproduce.parts import Curve, Part, PartResult, Value
@@ -155,11 +159,11 @@ class MapPart(Part):
         if (self.at is None) == (not self.band):
             raise ValueError("at or band is needed, not both")
 
-    def evaluation(self, unit: float) -> Evaluate:
+    def evaluation(self, unit: float) -> Callable[[LumpedSystem], Cell]:
         if self.at is not None:
-            return respond_at(unit * self.at, Settings())
-        speeds = [unit * value for value in parsed_speeds(self.band)]
-        return respond_over(speeds, Settings(), self.directions)
+            return partial(respond_at, unit * self.at, Settings())
+        speeds = tuple(unit * value for value in parsed_speeds(self.band))
+        return partial(respond_over, speeds, Settings(), self.directions, None)
 
     def command(self, scene: Scene) -> Sequence[str]:
         moves = scene.delay is not None and any("ratio" in o.key for o in self.over)
@@ -184,7 +188,7 @@ def parameter_map(part: MapPart, scene: Scene, report: Progress) -> PartResult:
         grid,
         lambda point: scene.changed(dict(zip(names, point, strict=True))).system,
         part.evaluation(scene.unit_Hz),
-        report=lambda done, total: report("map", done, total),
+        partial(in_threads, report=partial(report, "map")),
     )
     values = {
         mesh: MICRO * found.on_grid("dte_rms_m", mesh - 1).ravel()

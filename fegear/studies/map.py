@@ -1,0 +1,261 @@
+"""Vibration of a gear set's lumped train over a grid of its parameters."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property, partial
+from typing import Any
+
+import numpy as np
+
+from fegear.errors import InputError
+from fegear.gearset.model import GearSet
+from fegear.lumped_models import LumpedModel, integration_in_words, require_method
+from fegear.speeds import written_speeds
+from fegear.studies.axes import axes_setting, require_axes
+from fegear.studies.page import Page, counted, number
+from fegear.studies.study import Draw, Job, Study, StudyResult, Task, called, setting
+from fegear.studies.table import Table
+from fegear.studies.trains import (
+    COUPLED,
+    FREQUENCY,
+    MOVING,
+    lumped_integration,
+    lumped_model,
+    speeds_setting,
+    torque_setting,
+)
+from fegear.studies.varied import TORQUE, Varied, digest
+from fegear.unphysical import doubts_of_meshes
+from lumped.csv_text import exact
+from lumped.map_figure import draw_map
+from lumped.maps import (
+    Axis,
+    Cell,
+    ParameterMap,
+    cell_of,
+    map_columns,
+    map_rows,
+    run_map,
+)
+from lumped.respond import respond_confirmed
+from lumped.settings import Settings
+from lumped.sweep import BOTH, Direction, sweep
+from lumped.system import LumpedSystem
+from lumped.workers import Never, Stop, Stopped
+
+FORMAT = "lumped parameter map 2"
+MOST_REASONS = 3  # why points are impossible, on the screen
+
+
+@dataclass(frozen=True, kw_only=True)
+class Map(
+    Varied,
+    Study,
+    command="map",
+    example="map liu-idler --over mesh.2.phase=0:1:41 --at 1605 --plot map.png",
+):
+    """Vibration of a lumped train over a grid of parameters.
+
+    With --output points are kept in FILE.partial until the file is written; --resume
+    goes on from there.
+    """
+
+    resumes = True
+    distributes = True
+    unit = "point"
+
+    over: tuple[Axis, ...] = axes_setting(
+        "Axis of the map: a key of the gear set, torque_Nm, damping_ratio, friction "
+        "(coefficient) or friction_bending (ratio), and N values from A to B, or "
+        "values with commas. Give it twice for two axes."
+    )
+    at: float | None = setting(
+        None,
+        "Mesh frequency of the first mesh [Hz] at which each point is settled from "
+        "rest; this or --band.",
+        FREQUENCY,
+        metavar="HZ",
+    )
+    band: tuple[float, ...] = speeds_setting(
+        (),
+        "Mesh frequencies of the first mesh [Hz] that each point is swept over, up and "
+        "down, for its largest response; this or --at.",
+    )
+    torque: float | None = torque_setting()
+    model: LumpedModel = lumped_model(COUPLED | MOVING)
+    integration: Settings = lumped_integration()
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        require_axes(self.over)
+        if (self.at is None) == (not self.band):
+            at, band = called(self, "at"), called(self, "band")
+            raise InputError(f"{at} HZ or {band} A:B:STEP is needed, not both")
+
+    @property
+    def axes(self) -> tuple[Axis, ...]:
+        return self.over
+
+    @property
+    def at_speeds(self) -> tuple[float, ...]:
+        return self.band if self.at is None else (self.at,)
+
+    def tasks(self) -> Iterator[Task]:
+        yield Task("points", self._computed)
+
+    def _computed(self, job: Job) -> MapResult:
+        require_method(self.known, self.integration)
+        compute = partial(job.compute, "points")
+        evaluate = self._evaluation(job.heeded)
+        empty = ParameterMap(self.axes, len(self.gears.meshes), self._header)
+        found = run_map(empty, self.system, evaluate, compute)
+        reasons = {cell.status for cell in found.cells.values()}
+        if all(reason.startswith("impossible") for reason in reasons):
+            raise InputError(f"no point of the map is possible: {min(reasons)[12:]}")
+        return MapResult(self, found)
+
+    def _evaluation(self, stop: Stop) -> Any:
+        if self.at is not None:
+            return partial(respond_at, self.at, self.integration)
+        return partial(respond_over, self.band, self.integration, BOTH, stop)
+
+    @cached_property
+    def _header(self) -> dict[str, str]:
+        coupled = self.known.number == "coupled"
+        header = self.header(integration_in_words(self.integration, coupled))
+        if TORQUE not in self.names:
+            header["torque on the input gear [N m]"] = exact(self.load)
+        return header | {
+            **self.gear_set.entries,
+            "digest of the gear set": digest(self.gears),
+            "response": self._response,
+        }
+
+    @property
+    def _response(self) -> str:
+        if self.at is not None:
+            return f"at {exact(self.at)} Hz of the first mesh, from rest"
+        speeds = written_speeds(self.band)
+        return f"largest over {speeds} Hz of the first mesh, up and down"
+
+
+def respond_at(frequency: float, settings: Settings, system: LumpedSystem) -> Cell:
+    """The response at a frequency of the first mesh [Hz], from rest."""
+    return cell_of([respond_confirmed(system, frequency, settings)[0]])
+
+
+def respond_over(
+    frequencies: tuple[float, ...],
+    settings: Settings,
+    directions: tuple[Direction, ...],
+    stop: Stop | None,
+    system: LumpedSystem,
+) -> Cell:
+    """The largest response of sweeps [Hz]; raises Stopped where they were stopped."""
+    stop = stop or Never()
+    branches = [
+        sweep(system, frequencies, direction, settings, stop=stop)
+        for direction in directions
+    ]
+    if stop.is_set():
+        raise Stopped
+    return cell_of([r for branch in branches for r in branch.responses])
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class MapResult(StudyResult):
+    """Vibration over a grid of parameters."""
+
+    study: Map
+    found: ParameterMap
+
+    @property
+    def table(self) -> Table:
+        """A row for each point and mesh."""
+        header = {"format": FORMAT, **self.found.header}
+        for axis in self.found.axes:
+            header[f"axis {axis.name}"] = " ".join(repr(float(v)) for v in axis.values)
+        return Table(map_columns(self.found), partial(map_rows, self.found), header)
+
+    @cached_property
+    def summary(self) -> dict[str, Any]:
+        """Smallest and largest vibration of every mesh, and where."""
+        found = self.found
+        cells = found.cells.values()
+        statuses = [cell.status.partition(":")[0] for cell in cells]
+        return {
+            "gear_set": found.header["gear set"],
+            "excitation": found.header["excitation"],
+            "response": found.header["response"],
+            "points": len(found.points),
+            "statuses": {
+                status: statuses.count(status) for status in sorted(set(statuses))
+            },
+            "reasons": sorted({c.status for c in cells if c.status.startswith("imp")}),
+            "extremes": list(self._extremes()),
+            "warnings": list(_map_warnings(found, self.study.gears)),
+        }
+
+    def _extremes(self) -> Iterator[dict[str, Any]]:
+        names = [axis.name for axis in self.found.axes]
+        for mesh in range(self.found.meshes):
+            rms = self.found.on_grid("dte_rms_m", mesh).ravel()
+            for kind, pick in (("smallest", np.nanargmin), ("largest", np.nanargmax)):
+                if np.isnan(rms).all():
+                    continue
+                place = int(pick(rms))
+                yield {
+                    "mesh": mesh + 1,
+                    "extreme": kind,
+                    "dte_rms_m": float(rms[place]),
+                    "at": dict(zip(names, self.found.points[place], strict=True)),
+                }
+
+    @property
+    def figures(self) -> dict[str, Draw]:
+        return {"plot": lambda: draw_map(self.found)}
+
+    def page(self) -> Page:
+        values = self.summary
+        counts = ", ".join(f"{n} {status}" for status, n in values["statuses"].items())
+        yield (
+            f"{values['gear_set']}, {values['excitation']}, {values['response']}\n"
+            f"{counted(values['points'], 'point')}: {counts}"
+        )
+        yield from itertools.islice(values["reasons"], MOST_REASONS)
+        for extreme in values["extremes"]:
+            place = ", ".join(f"{name} = {v:g}" for name, v in extreme["at"].items())
+            yield (
+                f"mesh {extreme['mesh']}: {extreme['extreme']} RMS of DTE "
+                f"{number(1e6 * extreme['dte_rms_m'], 4)} um at {place}"
+            )
+
+
+def _map_warnings(found: ParameterMap, gear_set: GearSet) -> Iterator[str]:
+    """What changes nothing, and where the largest values cannot be physical."""
+    for place, axis in enumerate(found.axes):
+        if len(axis.values) > 1 and _changes_nothing(found, place):
+            yield f"{axis.name} does not change the response"
+    peaks, backs = (
+        [
+            float(np.fmax.reduce(found.on_grid(name, m), axis=None))
+            for m in range(found.meshes)
+        ]
+        for name in ("dte_peak_m", "back_side_fraction")
+    )
+    where = ", at its worst point"
+    yield from doubts_of_meshes(gear_set.meshes, where, peaks, backs)
+
+
+def _changes_nothing(found: ParameterMap, place: int) -> bool:
+    """Whether all vibrations along an axis are the same, to the bit."""
+    if len(found.cells) < len(found.points):
+        return False
+    sizes = [found.on_grid("dte_rms_m", m) for m in range(found.meshes)]
+    return all(
+        np.array_equal(rms, np.take(rms, [0], place).repeat(rms.shape[place], place))
+        for rms in sizes
+    )
