@@ -88,8 +88,8 @@ def axes_setting(text: str) -> Any:
 
 
 def require_axes(axes: tuple[Axis, ...]) -> None:
-    """One or two axes of different parameters, with few points."""
-    if not 1 <= len(axes) <= 2:
+    """Two axes at most, of different parameters, with few points."""
+    if len(axes) > 2:
         raise InputError(f"over = {len(axes)}; one or two are allowed")
     if len({axis.name for axis in axes}) < len(axes):
         raise InputError(f"over {axes[0].name}; is given twice")

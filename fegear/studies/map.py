@@ -14,7 +14,7 @@ from fegear.errors import InputError
 from fegear.gearset.model import GearSet
 from fegear.lumped_models import LumpedModel, integration_in_words, require_method
 from fegear.speeds import written_speeds
-from fegear.studies.axes import axes_setting, require_axes
+from fegear.studies.axes import axes_setting
 from fegear.studies.page import Page, counted, number
 from fegear.studies.study import Draw, Job, Study, StudyResult, Task, called, setting
 from fegear.studies.table import Table
@@ -90,7 +90,8 @@ class Map(
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        require_axes(self.over)
+        if not self.over:
+            raise InputError("over = 0; one or two are allowed")
         if (self.at is None) == (not self.band):
             at, band = called(self, "at"), called(self, "band")
             raise InputError(f"{at} HZ or {band} A:B:STEP is needed, not both")

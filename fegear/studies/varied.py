@@ -18,6 +18,7 @@ from fegear.lumped_models import (
     lumped_system,
 )
 from fegear.speeds import MESH_FREQUENCY
+from fegear.studies.axes import require_axes
 from fegear.studies.study import called, refusal
 from fegear.studies.trains import OfTrain, described, one_load
 from lumped.maps import Axis
@@ -61,6 +62,7 @@ class Varied(OfTrain):
     def __post_init__(self) -> None:
         super().__post_init__()
         over = called(self, "over")
+        require_axes(self.axes)
         for axis in self.axes:
             self._require_axis(axis, over)
 

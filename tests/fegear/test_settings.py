@@ -88,6 +88,7 @@ EXAMPLES = [  # of classes that must be told something
     fegear.Stability(gear_set="liu-pair", over="friction=0,0.1", speeds=[1e3, 2e3]),
     fegear.Bifurcations(gear_set="liu-pair", over="mesh_frequency_Hz=1e3,2e3"),
     fegear.Branches(gear_set="liu-pair", speeds=(1e3, 2e3)),
+    fegear.Map(gear_set="liu-pair", over=["torque_Nm=50,100"], at=1e3),
     Axis("friction", (0.0, 0.1)),
     NamedSet(name="liu-pair"),
     LoadedMachine(name="roots-a"),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import threading
+from functools import partial
 
 import numpy as np
 import pytest
@@ -13,13 +13,12 @@ from lumped.maps import (
     MapError,
     ParameterMap,
     cell_of,
-    format_cell,
-    format_header,
-    format_map,
-    read_cells,
+    map_columns,
+    map_rows,
     run_map,
 )
 from lumped.respond import respond
+from lumped.workers import in_threads
 from validation.stress_lumped import Idler
 
 GRID = ParameterMap(
@@ -36,8 +35,8 @@ def cell(value: float) -> Cell:
     return Cell(figures, (1, 2), "periodic")
 
 
-def solved(**options) -> ParameterMap:
-    return run_map(GRID, sum, lambda system, stop: cell(system), **options)
+def solved(compute=in_threads) -> ParameterMap:
+    return run_map(GRID, sum, cell, compute)
 
 
 def test_figures_lie_on_the_grid():
@@ -45,58 +44,36 @@ def test_figures_lie_on_the_grid():
     assert rms.tolist() == [[22.0, 42.0], [24.0, 44.0], [26.0, 46.0]]
 
 
-def test_file_reads_back(tmp_path):
-    path = tmp_path / "m.csv"
-    whole = solved()
-    path.write_text(format_map(whole))
-    assert read_cells(path, GRID) == whole.cells
+def test_rows_are_in_the_order_of_the_grid():
+    """As many cells as there are columns; the last axis changes fastest."""
+    found = solved()
+    rows = list(map_rows(found))
+    assert {len(row) for row in rows} == {len(map_columns(found))}
+    assert [row[:3] for row in rows[:4]] == [
+        (1.0, 10.0, 1),
+        (1.0, 10.0, 2),
+        (1.0, 20.0, 1),
+        (1.0, 20.0, 2),
+    ]
 
 
-def test_points_that_are_there_are_not_computed_again():
-    asked = []
-    first = ParameterMap(GRID.axes, 2, GRID.header, {(1.0, 20.0): cell(0.0)})
+def test_points_that_are_there_are_not_prepared():
+    asked, kept = [], {}
 
     def build(point):
         asked.append(point)
         return sum(point)
 
-    found = run_map(first, build, lambda system, stop: cell(system))
-    assert len(asked) == 5
-    assert (1.0, 20.0) not in asked
-    assert found.complete
-    assert found.cells[1.0, 20.0] == cell(0.0)
+    def compute(parts):
+        for name in parts:
+            if name not in kept:
+                kept[name] = parts[name]()
+        return kept
 
-
-@pytest.mark.parametrize("lost", range(1, 200, 7))
-def test_torn_file_keeps_its_whole_points(tmp_path, lost):
-    path = tmp_path / "m.csv"
-    whole = solved()
-    path.write_text(format_map(whole)[:-lost])
-    kept = read_cells(path, GRID)
-    assert len(kept) >= len(whole.cells) - 1 - lost // 80
-    assert all(whole.cells[point] == found for point, found in kept.items())
-
-
-def test_file_cut_within_the_header_starts_anew(tmp_path):
-    path = tmp_path / "m.csv"
-    path.write_text(format_header(GRID)[:-20])
-    assert read_cells(path, GRID) == {}
-
-
-def test_order_of_points_in_the_file_does_not_matter(tmp_path):
-    path = tmp_path / "m.csv"
-    rows = [format_cell(point, c) for point, c in solved().cells.items()]
-    path.write_text(format_header(GRID) + "".join(reversed(rows)))
-    again = ParameterMap(GRID.axes, 2, GRID.header, read_cells(path, GRID))
-    assert format_map(again) == format_map(solved())
-
-
-def test_another_map_is_refused(tmp_path):
-    path = tmp_path / "m.csv"
-    path.write_text(format_map(solved()))
-    other = ParameterMap(GRID.axes, 2, {**GRID.header, "response": "at 2 Hz"})
-    with pytest.raises(MapError, match=r"another map.*at 1 Hz.*at 2 Hz"):
-        read_cells(path, other)
+    found = run_map(GRID, build, cell, compute)
+    assert len(asked) == 6
+    assert run_map(GRID, build, cell, compute).cells == found.cells
+    assert len(asked) == 6
 
 
 def test_impossible_points_say_why():
@@ -105,30 +82,18 @@ def test_impossible_points_say_why():
             raise ValueError("no such gear")
         return sum(point)
 
-    found = run_map(GRID, build, lambda system, stop: cell(system))
+    found = run_map(GRID, build, cell)
     assert found.cells[2.0, 10.0].status == "impossible: no such gear"
     assert np.isnan(found.on_grid("dte_rms_m", 0)[1]).all()
     assert found.complete
 
 
-def test_ctrl_c_keeps_what_was_finished():
-    kept = {}
-    release = threading.Event()
-
+def test_ctrl_c_is_raised_again():
     def report(done, total):
-        if done == 2:
-            release.set()
-            raise KeyboardInterrupt
+        raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        solved(keep=kept.__setitem__, report=report, workers=1)
-    assert release.is_set()
-    assert len(kept) >= 2
-    assert all(found == cell(sum(point)) for point, found in kept.items())
-
-
-def test_workers_do_not_change_the_file():
-    assert format_map(solved(workers=1)) == format_map(solved(workers=4))
+        solved(partial(in_threads, report=report))
 
 
 def test_largest_response_of_each_mesh_is_kept():

@@ -11,16 +11,20 @@ from functools import partial
 import numpy as np
 import pytest
 
-from fegear.parameter_maps import respond_at, respond_over
-from lumped.maps import Axis, ParameterMap, format_map, run_map
+from fegear.studies.map import respond_at, respond_over
+from fegear.studies.running import Board, Job
+from lumped.maps import Axis, ParameterMap, run_map
+from lumped.progress import silent
 from lumped.rattle import basins
 from lumped.rattle.basins import Grid, settle_grid
 from lumped.rattle.machine import Machine
 from lumped.settings import Settings
+from lumped.sweep import BOTH
 from lumped.workers import Cluster, Never, NoClusterError, run_tasks
 
 GRID = Grid(side=60, velocity=(0.0, 7.0))
-AT, OVER = respond_at(2000.0, Settings()), respond_over((1900.0, 2000.0), Settings())
+AT = partial(respond_at, 2000.0, Settings())
+OVER = partial(respond_over, (1900.0, 2000.0), Settings(), BOTH, Never())
 MACHINE = Machine(damping=0.6, eccentricity=0.1, half_backlash=0.6)
 
 
@@ -71,8 +75,8 @@ def test_a_worker_that_is_killed_changes_nothing(monkeypatch):
 def test_points_of_maps_can_go_to_other_processes(system, evaluate):
     """As they are sent: systems with what they have worked out, and what is asked."""
     own = system(harmonics=3)
-    here = evaluate(own, threading.Event())
-    sent = pickle.loads(pickle.dumps(partial(evaluate, own, Never())))
+    here = evaluate(own)
+    sent = pickle.loads(pickle.dumps(partial(evaluate, own)))
     there = sent()
     np.testing.assert_array_equal(here.values, there.values)
     assert here.status == there.status
@@ -85,6 +89,7 @@ def test_maps_in_processes_are_those_of_threads(system):
     def build(point):
         return system(harmonics=int(point[0]))
 
-    threads = run_map(grid, build, AT)
-    cluster = run_map(grid, build, AT, workers=Cluster())
-    assert format_map(threads) == format_map(cluster)
+    board = Board(silent, {"points": 0})
+    job = Job(None, "points", board, threading.Event(), Cluster())
+    cluster = run_map(grid, build, AT, partial(job.compute, "points"))
+    assert cluster.cells == run_map(grid, build, AT).cells

@@ -79,15 +79,16 @@ def test_no_name(capsys, words, kind):
 
 def test_a_full_disk_under_a_map(capsys, monkeypatch, tmp_path):
     path = tmp_path / "m.csv"
-    module = import_module("fegear.parameter_maps")
+    module = import_module("fegear.store")
 
-    def full(*arguments, **options):
+    def full(*_):
         raise FULL
 
-    monkeypatch.setattr(module, "open", full, raising=False)
+    monkeypatch.setattr(module.Checkpoint, "add", full)
     words = ["--over", "mesh.2.phase=0,1", "--at", "900", "-o", path]
     line = refused(capsys, "map", *RECTANGULAR, *words)
-    assert line == f"fegear: {path}: cannot be written, no space left on device\n"
+    reason = "cannot be written, no space left on device"
+    assert line == f"fegear: {path}.partial: {reason}\n"
 
 
 def test_a_full_disk_under_dynamics(capsys, monkeypatch, tmp_path):

@@ -230,6 +230,12 @@ EXAMPLES = {
         "direction": "up",
         "elements": fegear.FiniteElements(fidelity="quasistatic", friction=0.05),
     },
+    "map": {
+        "gear_set": "liu-idler",
+        "over": ("mesh.2.phase=0:1:4", "torque_Nm=50,100.333333333333333"),
+        "at": 1000.0 + 1.0 / 3.0,
+        "model": fegear.LumpedModel(stiffness=MODEL.stiffness),
+    },
     "stability": {
         "gear_set": "liu-idler",
         "over": "friction=0:0.1:3",
