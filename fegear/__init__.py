@@ -63,7 +63,7 @@ from __future__ import annotations
 from importlib import import_module
 from typing import Any
 
-from fegear.studies import STUDIES
+from fegear.studies import STUDIES, home_of
 
 # what is loaded when it is first asked for, so that `import fegear` is cheap
 _HOMES = {
@@ -83,7 +83,7 @@ _HOMES = {
     "solve_mesh": "statics",
     "solve_stress": "pictures",
     "run": "studies.running",
-    **{name: f"studies.{module}" for module, name, _ in STUDIES.values()},
+    **{name: home_of(module) for module, name, _ in STUDIES.values()},
 }
 __all__ = ["__version__", *_HOMES]
 
@@ -95,7 +95,9 @@ def __getattr__(name: str) -> Any:
         return package_version()
     if name not in _HOMES:
         raise AttributeError(f"module 'fegear' has no attribute '{name}'")
-    return getattr(import_module(f"fegear.{_HOMES[name]}"), name)
+    home = _HOMES[name]
+    full = home.startswith(("fegear.", "validation."))
+    return getattr(import_module(home if full else f"fegear.{home}"), name)
 
 
 def __dir__() -> list[str]:

@@ -137,7 +137,8 @@ class Integrator:
         progress: SpeedCount,
     ) -> Branch:
         """Through speeds [Hz]; name : of the branch in the checkpoint."""
-        known = StoredBranch(Records(self.checkpoint, name))
+        kept = self.checkpoint is not None  # only those of finite elements are
+        known = StoredBranch(Records(self.checkpoint, name)) if kept else None
         return sweep_branch(
             *(self.stepper, speeds, direction, self.settings),
             store=known,

@@ -12,12 +12,13 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from fegear.cli.groups import grouped
-from fegear.cli.lumped_options import Damping
 from fegear.cli.options import (
+    RATIO,
     SET_HELP,
     AsJson,
     PairName,
     driver_torque,
+    named_options,
     progress_bar,
     refuse_idle,
     require_outputs,
@@ -25,6 +26,7 @@ from fegear.cli.options import (
 from fegear.cli.screen import print_json, ruled_table, say, screen
 
 if TYPE_CHECKING:
+    from fegear.gearset.model import GearSet
     from lumped.progress import Progress
     from validation.bench import Benchmark
 
@@ -58,6 +60,25 @@ InputTorque = Annotated[
 ]
 
 
+Damping = Annotated[
+    float | None,
+    typer.Option(
+        help="Damping ratio of every vibration mode. [default: that of the gear "
+        "set, else 0.04]"
+    ),
+    RATIO,
+]
+
+
+def _middle_torque(gear_set: GearSet, asked: float | None) -> float:
+    """The torque asked for on the input gear [N m], or the middle load case."""
+    from fegear.studies.trains import chosen_torques
+
+    with named_options("torque"):
+        found = chosen_torques(gear_set, () if asked is None else (asked,))
+    return found[len(found) // 2]
+
+
 def stiffness_benchmark(
     set_name: PairName = PAIR,
     torque: Annotated[
@@ -85,12 +106,11 @@ def dynamics_benchmark(
     as_json: AsJson = False,
 ) -> None:
     """Finite-element dynamics over time steps and modes."""
-    from fegear.cli.lumped_options import middle_torque
     from fegear.gearset import load_gear_set
     from validation import bench_dynamics
 
     gear_set = load_gear_set(set_name)
-    load = middle_torque(gear_set, torque)
+    load = _middle_torque(gear_set, torque)
     _run("dynamics", partial(bench_dynamics.measure, gear_set, load), output, as_json)
 
 
@@ -128,12 +148,11 @@ def lumped_benchmark(
         refuse_idle("--stress has its own", torque=torque, damping=damping)
         _run_stress(output, as_json)
         return
-    from fegear.cli.lumped_options import middle_torque
     from fegear.gearset import load_gear_set
     from validation import bench_lumped
 
     gear_set = load_gear_set(set_name or TRAIN)
-    load = middle_torque(gear_set, torque)
+    load = _middle_torque(gear_set, torque)
     measure = partial(bench_lumped.measure, gear_set, load, damping)
     _run("lumped", measure, output or Path("bench-lumped"), as_json)
 
@@ -148,12 +167,11 @@ def branches_benchmark(
     as_json: AsJson = False,
 ) -> None:
     """Periodic motions by harmonic balance beside sweeps."""
-    from fegear.cli.lumped_options import middle_torque
     from fegear.gearset import load_gear_set
     from validation import bench_branches
 
     gear_set = load_gear_set(set_name)
-    load = middle_torque(gear_set, torque)
+    load = _middle_torque(gear_set, torque)
     measure = partial(bench_branches.measure, gear_set, load, damping)
     _run("branches", measure, output, as_json)
 
@@ -167,11 +185,10 @@ def stability_benchmark(
     as_json: AsJson = False,
 ) -> None:
     """Floquet multipliers of trains with tooth friction, and closed forms."""
-    from fegear.cli.lumped_options import middle_torque
     from fegear.gearset import load_gear_set
     from validation import bench_stability
 
-    load = middle_torque(load_gear_set(set_name), torque)
+    load = _middle_torque(load_gear_set(set_name), torque)
     measure = partial(bench_stability.measure, set_name, load)
     _run("stability", measure, output, as_json)
 

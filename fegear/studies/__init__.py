@@ -33,6 +33,11 @@ STUDIES = {
         "NaturalModes",
         "Natural frequencies of a train, and what they strain.",
     ),
+    "budget": (
+        "validation.studies.budget",
+        "Contributions",
+        "Contribution of each part of the coupled model.",
+    ),
     "map": ("map", "Map", "Vibration of a lumped train over a grid of parameters."),
     "branches": (
         "branches",
@@ -101,5 +106,10 @@ STUDIES = {
 def load_study(command: str) -> type[Study]:
     """The class of a study by the name of its command."""
     module, name, _ = STUDIES[command]
-    found: type[Study] = getattr(import_module(f"fegear.studies.{module}"), name)
+    found: type[Study] = getattr(import_module(home_of(module)), name)
     return found
+
+
+def home_of(module: str) -> str:
+    """The full name of a module of the list, which is in this package or is full."""
+    return module if "." in module else f"fegear.studies.{module}"

@@ -9,7 +9,7 @@ import pytest
 from typer.testing import CliRunner
 
 from fegear.cli import app
-from fegear.cli.budget import _cell
+from validation.studies.budget import _cell
 
 EDIT = "gear.1.hub_radius_mm=14"
 FAST = "budget liu-pair --torque 100 --speeds 7000,7100"  # beside an elastic body

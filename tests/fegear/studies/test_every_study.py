@@ -20,6 +20,7 @@ import fegear
 from fegear.cli import app, run
 from fegear.cli import study_group as groups
 from fegear.errors import InputError
+from fegear.output import strict_json
 from fegear.store import Keeping
 from fegear.studies import STUDIES, load_study
 from fegear.studies.page import Grid, Page, cell
@@ -230,6 +231,7 @@ EXAMPLES = {
         "direction": "up",
         "elements": fegear.FiniteElements(fidelity="quasistatic", friction=0.05),
     },
+    "budget": {"gear_set": "liu-pair", "speeds": [7000.0], "runs": "runs"},
     "map": {
         "gear_set": "liu-idler",
         "over": ("mesh.2.phase=0:1:4", "torque_Nm=50,100.333333333333333"),
@@ -335,7 +337,7 @@ def test_the_command_and_the_call_find_the_same(command, tmp_path):
     values = json.loads(printed(*asked.words, "--json", "-o", path))
     del values["wall_time_s"]
     found = fegear.run(asked)
-    assert values == json.loads(json.dumps(found.summary))
+    assert values == json.loads(strict_json(found.summary))
     found.write(tmp_path / "written")
     assert path.read_bytes() == (tmp_path / "written").read_bytes()
     if command in WITHOUT_TABLE:

@@ -1,0 +1,184 @@
+"""Contribution of each part of the coupled model for a gear set."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import MISSING, dataclass
+from functools import cached_property
+from math import isfinite
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, Any
+
+from fegear.errors import InputError
+from fegear.gearset.model import GearSet
+from fegear.headings import edits_in_words
+from fegear.output import make_directory
+from fegear.speeds import written_speeds
+from fegear.studies.page import Page, Sheet, number
+from fegear.studies.study import Draw, Job, Range, Study, StudyResult, Task, setting
+from fegear.studies.table import Table
+from fegear.studies.trains import (
+    NamedSet,
+    one_load,
+    refuse_edits,
+    speeds_setting,
+    torque_setting,
+)
+from lumped.drawing import draw_title
+from validation.budget import Budget, budget, budget_case
+from validation.report.figures import draw_budget
+from validation.report.values import budget_values
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+CORNER = "largest error against finite\nelements (change to coupled)"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Contributions(
+    Study,
+    command="budget",
+    example="budget liu-idler --torque 100 --speeds 800:4200:100",
+):
+    """Contribution of each part of the coupled model.
+
+    Sweeps up and down by finite elements, model 1, the coupled model and the coupled
+    model without each of its parts.
+    """
+
+    gear_set: NamedSet
+    speeds: tuple[float, ...] = speeds_setting(
+        MISSING,
+        "Mesh frequencies of the first mesh [Hz]; a number, or several with commas, as "
+        "well.",
+    )
+    torque: float | None = torque_setting()
+    tolerance: float = setting(
+        0.05,
+        "Relative tolerance of peaks, forces, curves and contact loss: the cheapest "
+        "model inside it, with the same peaks and jumps, is recommended.",
+        Range(above=0.0, most=1.0),
+    )
+    runs: str | None = setting(
+        None,
+        "Directory where the runs are kept, so that the same command goes on with "
+        "them. [default: none is kept]",
+        metavar="DIR",
+    )
+
+    @cached_property
+    def gears(self) -> GearSet:
+        refuse_edits(self, {"torque": self.torque}, translations=False)
+        return self.gear_set.loaded
+
+    @cached_property
+    def load(self) -> float:
+        """Torque on the input gear [N m]."""
+        return one_load(self)
+
+    def tasks(self) -> Iterator[Task]:
+        yield Task("runs", self._compared)
+
+    def _compared(self, job: Job) -> ContributionsResult:
+        speeds, name = written_speeds(self.speeds), self.gear_set.name
+        if self.gear_set.given is not None:
+            raise InputError(f"gear_set = {name}; must be a name or a path")
+        try:
+            case = budget_case(name, self.load, speeds, self.gear_set.edits)
+        except ValueError as error:
+            raise InputError(f"speeds = {speeds}; {error}") from None
+        with TemporaryDirectory() as temporary:
+            store = Path(temporary) if self.runs is None else make_directory(self.runs)
+            return ContributionsResult(self, budget(case, store, job.report))
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ContributionsResult(StudyResult):
+    """Errors and costs of the models against the finite elements."""
+
+    study: Contributions
+    budget: Budget
+
+    @cached_property
+    def summary(self) -> dict[str, Any]:
+        best = self.budget.recommended(self.study.tolerance)
+        return {
+            "gear_set": self.study.gears.name,
+            "torque_Nm": self.study.load,
+            **self.study.gear_set.entries,
+            "tolerance": self.study.tolerance,
+            "fe_per_speed_s": self.budget.fe_per_speed_s,
+            **budget_values(self.budget),
+            "recommended": None if best is None else best.label,
+            "recommended_largest_error": None if best is None else best.worst,
+            "warnings": list(self.budget.warnings),
+        }
+
+    @property
+    def table(self) -> Table:
+        """A row for every quantity and model."""
+        names = "quantity", "unit", "model", "places", "largest_error", "brought"
+        rows = [
+            (each["quantity"], each["unit"], *(model[name] for name in names[2:]))
+            for each in self.summary["quantities"]
+            for model in each["models"]
+        ]
+        header = {
+            "gear set": self.study.gears.name,
+            "torque_Nm": repr(self.study.load),
+            **self.study.gear_set.entries,
+            "largest_error": "against the finite elements, in the unit",
+            "brought": "change of the error to that of the coupled model, in the unit",
+        }
+        return Table(names, lambda: rows, header)
+
+    @property
+    def _title(self) -> str:
+        at = f"{self.study.gears.name}, {self.study.load:g} N m"
+        changes = edits_in_words(self.study.gear_set.entries)
+        return ", ".join(filter(None, [at, changes]))
+
+    @property
+    def figures(self) -> dict[str, Draw]:
+        return {"plot": self._drawn}
+
+    def _drawn(self) -> Figure:
+        figure = draw_budget(self.budget)
+        draw_title(figure, f"{self._title}\ndifferences from the finite elements")
+        return figure
+
+    def page(self) -> Page:
+        values = self.summary
+        columns = {}
+        for i, model in enumerate(values["models"]):
+            cells = [_cell(each["models"][i]) for each in values["quantities"]]
+            cells += [str(model["unmatched"]), number(1e3 * model["per_speed_s"], 2)]
+            columns[model["model"].replace(" ", "\n")] = cells
+        labels = [
+            f"{each['quantity']} [{each['unit']}]" for each in values["quantities"]
+        ]
+        labels += ["peaks, jumps unmatched", "cost [ms a speed]"]
+        yield Sheet(labels, columns, CORNER, self._title)
+        yield f"finite elements take {1e3 * values['fe_per_speed_s']:.1f} ms a speed"
+        best, allowed = values["recommended"], f"{100.0 * values['tolerance']:g} %"
+        if best is None:
+            yield f"no lumped model is within {allowed}: use fegear dynamics"
+        else:
+            error = 100.0 * values["recommended_largest_error"]
+            yield (
+                f"{best} is the cheapest within {allowed}: its largest error is "
+                f"{error:.1f} %"
+            )
+
+
+def _cell(model: Mapping[str, Any]) -> str:
+    """`3.1 (-2.5)`: the largest error, and what the model lacks would change."""
+    if not model["places"]:
+        return "-"
+    error = f"{model['largest_error']:.1f}"
+    if model["model"] == "coupled" or not isfinite(model["brought"]):
+        return error
+    change = round(model["brought"], 1) + 0.0  # -0 is 0
+    return f"{error} ({change:+.1f})"
