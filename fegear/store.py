@@ -17,7 +17,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import takewhile
 from pathlib import Path
-from typing import Any, Generic, TypeVar
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,7 +26,6 @@ from fegear.errors import InputError, file_error
 from fegear.output import make_directory, write_whole
 
 Array = NDArray[Any]
-V = TypeVar("V")
 APPLICATION = 0x66656765  # by which SQLite files are known as checkpoints
 TABLES = """
 create table inputs (name text primary key, value text);
@@ -236,39 +235,6 @@ class Keeping:
 
 
 NOTHING = Keeping()
-
-
-class InOrder(Generic[V]):
-    """Results of tasks that finish in any order, kept in their own from the first on.
-
-    branch : of the checkpoint, if there is one; plain, read : a result as what JSON can
-        hold, and back
-    """
-
-    def __init__(
-        self,
-        checkpoint: Checkpoint | None,
-        branch: str,
-        plain: Callable[[V], Mapping[str, Any]],
-        read: Callable[[Mapping[str, Any]], V],
-    ) -> None:
-        stored = [] if checkpoint is None else checkpoint.finished(branch)
-        self.checkpoint, self.branch, self.plain = checkpoint, branch, plain
-        self.done = [read(each) for each in stored]
-        self.waiting: dict[int, V] = {}
-
-    @property
-    def count(self) -> int:
-        return len(self.done) + len(self.waiting)
-
-    def take(self, number: int, result: V) -> None:
-        """A result by the number of its task; keeps all up to the first missing."""
-        self.waiting[number] = result
-        while len(self.done) in self.waiting:
-            own = self.waiting.pop(len(self.done))
-            self.done.append(own)
-            if self.checkpoint is not None:
-                self.checkpoint.add(self.branch, self.plain(own), {})
 
 
 def open_checkpoint(

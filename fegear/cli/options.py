@@ -171,23 +171,21 @@ class InThreads:
 
 @dataclass(frozen=True, kw_only=True)
 class ResumedOutputs(Outputs):
-    """Where the results of a long run go, and whether one is taken up again."""
+    """Where the results of a long run go, and whether one is taken up again.
 
-    resume: bool = option(
-        "Go on with an interrupted run to the same --output.",
-        default=False,
-    )
+    beside : name of the file beside which is kept what is finished
+    """
 
-    overwrite: bool = option(
-        "Start anew where an interrupted run to the same --output has kept something.",
-        default=False,
-    )
+    beside: ClassVar[str]
+    resume: bool = False
+    overwrite: bool = False
 
     def __post_init__(self) -> None:
-        if self.resume and self.output is None:
-            raise InputError("--resume needs the --output of the run to go on with")
-        if self.output is None:
-            refuse_idle("needs --output", overwrite=self.overwrite)
+        if self.resume and self.checkpoint is None:
+            name = f"--{self.beside}"
+            raise InputError(f"--resume needs the {name} of the run to go on with")
+        if self.checkpoint is None:
+            refuse_idle(f"needs --{self.beside}", overwrite=self.overwrite)
         if self.resume:
             refuse_idle("--resume goes on with it", overwrite=self.overwrite)
 
@@ -205,7 +203,8 @@ class ResumedOutputs(Outputs):
     @property
     def checkpoint(self) -> Path | None:
         """What is finished is kept there until the table is written."""
-        return None if self.output is None else Path(f"{self.output}.partial")
+        path = getattr(self, self.beside)
+        return None if path is None else Path(f"{path}.partial")
 
 
 def show(

@@ -23,24 +23,26 @@ from fegear.cli.options import (
     require_outputs,
 )
 from fegear.cli.screen import complain, print_columns, ruled_table, say, screen
+from fegear.output import write_text
 from fegear.studies.page import Grid, Page, Sheet
-from fegear.studies.study import Group, Setting, Study, group_of, offered, options_of
+from fegear.studies.study import (
+    TABLES,
+    Group,
+    Setting,
+    Study,
+    group_of,
+    offered,
+    options_of,
+)
 
 
 def command_of(study: type[Study]) -> Callable[..., None]:
     """The command that runs a study, as typer sees it."""
-    others = {**study.more_tables, **study.pictures}
-    others.pop("plot", None)
-    files = make_dataclass(
-        "Files",
-        [(name, Path | None, option(text)) for name, text in others.items()],
-        kw_only=True,
-    )
 
-    def command(*, asked: Any, workers: Any, files: Any, outputs: Any) -> None:
+    def command(*, asked: Any, workers: Any, outputs: Any) -> None:
         begin = time.perf_counter()
-        _require(asked, files, outputs)
-        found, summary = _found(asked, workers.chosen, files, outputs)
+        _require(asked, outputs)
+        found, summary = _found(asked, workers.chosen, outputs)
         seconds = time.perf_counter() - begin
         values = {**summary, "wall_time_s": round(seconds, 3)}
         with named_as_options(group_of(asked)):
@@ -51,42 +53,59 @@ def command_of(study: type[Study]) -> Callable[..., None]:
     command.__annotations__ = {
         "asked": study,
         "workers": Workers if study.distributes else InThreads,
-        "files": files,
         "outputs": _outputs_of(study),
     }
     return grouped(command)
 
 
 def _outputs_of(study: type[Study]) -> type[TableOutputs]:
+    """Options of all files that a study writes."""
     kind: type[TableOutputs] = Outputs if "plot" in study.pictures else TableOutputs
+    texts = {**study.more_tables, **study.pictures}
+    texts |= {name: text for name, (text, _) in study.more_files.items()}
+    texts.pop("plot", None)
+    files: list[Any] = [("output", Path | None, option(study.output, "-o", "--output"))]
+    files += [(name, Path | None, option(text)) for name, text in texts.items()]
+    if study.resumes:
+        run = f"an interrupted run to the same --{study.kept_beside}"
+        anew = f"Start anew where {run} has kept something."
+        files.append(("resume", bool, option(f"Go on with {run}.", default=False)))
+        files.append(("overwrite", bool, option(anew, default=False)))
     return make_dataclass(
         "Written",
-        [("output", Path | None, option(study.output, "-o", "--output"))],
+        files,
         bases=(ResumedOutputs if study.resumes else kind,),
-        namespace={"endings": study.endings},
+        namespace={"endings": study.endings, "beside": study.kept_beside},
         frozen=True,
         kw_only=True,
     )
 
 
-def _require(asked: Study, files: Any, outputs: Any) -> None:
+def _files(study: Study, outputs: Any) -> dict[str, Path | None]:
+    """Those besides the first, by name."""
+    names = *study.more_tables, *study.more_files, *study.pictures
+    return {name: getattr(outputs, name) for name in names}
+
+
+def _require(asked: Study, outputs: Any) -> None:
     """Files can be written, and nothing is asked for that changes nothing."""
-    given = {"plot": outputs.plot, **vars(files)}
+    files = _files(asked, outputs)
+    given: dict[str, Any] = {"output": outputs.output, **files}
     names = options_of(group_of(asked)) | {name: f"--{name}" for name in given}
     given |= {"resume": getattr(outputs, "resume", False)}
     given = {name: value for name, value in given.items() if value}
-    for name, reason in asked.idle(given.keys()):
+    for name, reason in asked.idle(given):
         value = given.get(name, getattr(asked, name, None))
         refuse_idle(reason.format_map(names), **{name: value})
     taken = list(_read_files(asked, group_of(asked)))
     outputs.require(*taken)
-    taken += map(str, filter(None, (outputs.output, outputs.plot)))
-    for name, path in vars(files).items():
-        if name in asked.more_tables:
-            require_ending(path)
-            require_outputs([path], taken)
-        else:
+    taken += map(str, filter(None, (outputs.output, files.pop("plot", None))))
+    for name, path in files.items():
+        if name in asked.pictures:
             require_outputs([], taken, path)
+        else:
+            require_ending(path, asked.more_files.get(name, ("", TABLES))[1])
+            require_outputs([path], taken)
         taken += [str(path)] if path is not None else []
 
 
@@ -103,9 +122,7 @@ def _read_files(asked: Any, group: Group) -> Iterator[str]:
                 yield from value
 
 
-def _found(
-    asked: Study, workers: Any, files: Any, outputs: Any
-) -> tuple[Any, Mapping[str, Any]]:
+def _found(asked: Study, workers: Any, outputs: Any) -> tuple[Any, Mapping[str, Any]]:
     """The result and its summary, files written; a bar moves all the while."""
     from fegear.store import NOTHING
     from fegear.studies.running import run
@@ -116,22 +133,24 @@ def _found(
             found = run(asked, keeping, report, workers)
             report("results", 0, 1)
             if not found.empty:
-                _write(found, files, outputs)
+                _write(found, outputs)
             return found, found.summary
     except KeyboardInterrupt:
         _say_what_is_kept(outputs)
         raise
 
 
-def _write(found: Any, files: Any, outputs: Any) -> None:
-    from fegear.output import write_text
-
+def _write(found: Any, outputs: Any) -> None:
     if outputs.output is not None:
         found.write(outputs.output)
-    for name, path in {"plot": outputs.plot, **vars(files)}.items():
-        if path is not None and name in found.study.more_tables:
+    for name, path in _files(found.study, outputs).items():
+        if path is None:
+            continue
+        if name in found.study.more_tables:
             write_text(path, found.more_tables[name].csv())
-        elif path is not None:
+        elif name in found.study.more_files:
+            found.more_files[name](path)
+        else:
             draw_into(path, found.figures[name])
 
 
@@ -145,8 +164,9 @@ def _end(found: Any, outputs: Any) -> None:
     """Exit code 1 after a failure, 130 after Ctrl-C; files are written by then."""
     if found.complete:
         return
-    written = outputs.output is not None and not found.empty
-    rows = f"finished rows are in {outputs.output}"
+    place = getattr(outputs, found.study.kept_beside)
+    written = place is not None and not found.empty
+    rows = f"finished rows are in {place}"
     if found.failure:
         complain(f"{found.failure}; {rows}" if written else found.failure)
     elif written:

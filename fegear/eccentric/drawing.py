@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,13 +11,10 @@ from numpy.typing import NDArray
 
 from fegear.eccentric.gearing import Gearing
 from lumped.drawing import draw_title, panels
-from lumped.progress import Progress
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-
-    from fegear.eccentric.turn import TurnTable
 
 Array = NDArray[np.float64]
 MM_PER_INCH = 25.4
@@ -91,10 +88,13 @@ def draw_to_scale(gearing: Gearing) -> Figure:
     return figure
 
 
-def draw_gearing(gearing: Gearing, turn: TurnTable | None = None) -> Figure:
-    """Both wheels, the torque that comes out, and the transmission error if known."""
+def draw_gearing(gearing: Gearing, contact: Mapping[str, Array]) -> Figure:
+    """Both wheels, the torque that comes out, and the transmission error if known.
+
+    contact : columns of a turn under load, by their names; none without a load
+    """
     low, high = extent(gearing)
-    rows = 2 if turn is None else 3
+    rows = 3 if contact else 2
     tall = 9.0 * float((high - low)[1] / (high - low)[0])
     heights = [tall, *[2.2] * (rows - 1)]
     figure, grid = panels(rows, size=(9.0, sum(heights) + 1.2), heights=heights)
@@ -107,21 +107,21 @@ def draw_gearing(gearing: Gearing, turn: TurnTable | None = None) -> Figure:
     degrees = np.degrees(gearing.pair.driver_turn(angle))
     torque.plot(degrees, gearing.pair.torque_ratio(angle), "k", label="kinematics")
     torque.set_ylabel("torque ratio\noutput / input")
-    if turn is not None:
+    if contact:
         error = grid[2][0]
-        at = turn.columns["driver_angle_deg"]
-        found = turn.columns["contact_torque_ratio"]
+        at = contact["driver_angle_deg"]
+        found = contact["contact_torque_ratio"]
         shown = slice(None, None, 1 + at.size // MARKS)
         torque.plot(at[shown], found[shown], "r.", label="contact")
         torque.legend(fontsize=8)
-        error.plot(at, turn.columns["transmission_error_um"], "k", lw=1.0)
+        error.plot(at, contact["transmission_error_um"], "k", lw=1.0)
         error.set_ylabel("transmission error\non the line of action [um]")
     grid[-1][0].set_xlabel("turn of the driver [degrees]")
     draw_title(figure, _title(gearing))
     return figure
 
 
-def film_of(gearing: Gearing, report: Progress) -> Iterator[NDArray[np.uint8]]:
+def film_of(gearing: Gearing) -> Iterator[NDArray[np.uint8]]:
     """Images (height, width, 3) of a turn of the driven wheel."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
@@ -139,7 +139,6 @@ def film_of(gearing: Gearing, report: Progress) -> Iterator[NDArray[np.uint8]]:
     figure.set_dpi(DOTS)
     turns = gearing.pair.lobes
     for frame in range(FRAMES * turns):
-        report("film", frame, FRAMES * turns)
         angle = 2.0 * math.pi * frame / FRAMES
         for name, points in assembled(gearing, angle).items():
             lines[name].set_data(*points.T)

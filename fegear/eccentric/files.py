@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -10,54 +9,38 @@ from numpy.typing import NDArray
 
 from fegear.eccentric.drawing import (
     assembled,
-    draw_gearing,
     draw_to_scale,
     film_of,
     turned,
 )
 from fegear.eccentric.gearing import Gearing
-from fegear.eccentric.turn import TurnTable, wheel_meshes
-from fegear.errors import InputError
-from fegear.output import write_text, write_whole
-from lumped.progress import Progress
+from fegear.eccentric.turn import wheel_meshes
+from fegear.output import write_whole
+
+DRAWINGS, MESHES = (".svg", ".dxf"), (".msh", ".vtu")
+FILMS = ".gif", ".mp4"
 
 
-def write_gearing(
-    gearing: Gearing,
-    path: Path,
-    bore_mm: float | None = None,
-    resolution: str = "default",
+def write_drawing(
+    gearing: Gearing, path: Path, bore_mm: float | None, resolution: str
 ) -> None:
-    """Curves as .csv, to scale as .svg and .dxf [mm], meshes as .msh and .vtu [m].
-
-    Raises InputError for another ending.
-    """
-    writers: dict[str, Callable[[], None]] = {
-        ".csv": lambda: write_text(path, gearing.csv()),
-        ".svg": lambda: _write_svg(gearing, path),
-        ".dxf": lambda: _write_dxf(gearing, path),
-        ".msh": lambda: _write_meshes(gearing, path, bore_mm, resolution),
-        ".vtu": lambda: _write_meshes(gearing, path, bore_mm, resolution),
-    }
-    if path.suffix not in writers:
-        raise InputError(f"{path}: the name must end in {', '.join(writers)}")
-    writers[path.suffix]()
+    """Curves to scale as .svg and .dxf [mm], meshes as .msh and .vtu [m]."""
+    kind = path.suffix.lower()
+    if kind == ".svg":
+        _write_svg(gearing, path)
+    elif kind == ".dxf":
+        _write_dxf(gearing, path)
+    else:
+        _write_meshes(gearing, path, bore_mm, resolution)
 
 
-def write_plot(gearing: Gearing, turn: TurnTable | None, path: Path) -> None:
-    """Both wheels with the torque and, where it is solved, the contact over a turn."""
-    from fegear.plots import save_figure
-
-    write_whole(path, lambda place: save_figure(draw_gearing(gearing, turn), place))
-
-
-def write_animation(gearing: Gearing, path: Path, report: Progress) -> None:
+def write_animation(gearing: Gearing, path: Path) -> None:
     """A turn of the driven wheel."""
     from PIL import Image as pillow
 
     from fegear.rendering.film import write_film
 
-    images = list(film_of(gearing, report))
+    images = list(film_of(gearing))
     colours = pillow.fromarray(images[0]).quantize(256).getpalette() or []
     palette = np.zeros((256, 3), np.uint8)
     palette.ravel()[: len(colours)] = colours

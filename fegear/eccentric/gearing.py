@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fegear.errors import InputError
-from lumped.csv_text import exact, format_csv
+from lumped.csv_text import exact
 from meshes import GeometryError
 from meshes.eccentric import EccentricPair, PitchCurve
 from meshes.eccentric.base import (
@@ -29,12 +29,6 @@ from meshes.eccentric.teeth import ToothedPair
 Array = NDArray[np.float64]
 POINTS = 721  # of a pitch or base curve, on every turn of the driver
 ANGLES = (5.0, 35.0)  # pressure angles [deg]
-LEGEND = {
-    "frames": "each wheel's own, the origin in its bearing; both wheels are assembled "
-    "with the driven bearing at x = center_distance_mm and the driver turns clockwise",
-    "base curves": "of the flanks that drive; those of the other flanks are their "
-    "mirror images about the x axis",
-}
 
 
 @dataclass(frozen=True)
@@ -61,14 +55,13 @@ class Gearing:
         low, high = ANGLES
         if not low <= self.pressure_angle_deg <= high:
             raise InputError(
-                f"--pressure-angle = {self.pressure_angle_deg:g} deg; allowed "
+                f"pressure_angle = {self.pressure_angle_deg:g} deg; allowed "
                 f"{low:g} to {high:g}"
             )
         try:
             _ = self.pair, self.toothed
         except GeometryError as error:
-            option = error.field.replace("_", "-")
-            raise InputError(f"--{option} = {error.message}") from None
+            raise InputError(f"{error.field} = {error.message}") from None
 
     @cached_property
     def pair(self) -> EccentricPair:
@@ -114,12 +107,8 @@ class Gearing:
                 found[f"{name}_tooth"] = outline_points(wheel, WheelEdges())
         return found
 
-    def csv(self) -> str:
-        """Points of all curves."""
-        names = "curve", "index", "x_mm", "y_mm"
-        return format_csv(names, self._rows(), {**self.header, **LEGEND})
-
-    def _rows(self) -> Iterator[tuple[str, int, float, float]]:
+    def rows(self) -> Iterator[tuple[str, int, float, float]]:
+        """Points of all curves [mm]."""
         for name, points in self.curves.items():
             for index, (x, y) in enumerate((1e3 * points).tolist()):
                 yield name, index, x, y

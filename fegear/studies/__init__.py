@@ -60,6 +60,11 @@ STUDIES = {
         "Theory",
         "Resonances of a lumped train by closed forms.",
     ),
+    "eccentric": (
+        "eccentric",
+        "Eccentric",
+        "An eccentric circular wheel, and the wheel that it drives.",
+    ),
     "rattle critical": (
         "rattle_critical",
         "Critical",

@@ -21,7 +21,7 @@ A result has what `StudyResult` says. `fegear.studies` lists all studies.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextvars import ContextVar
 from dataclasses import MISSING, Field, dataclass, field, fields, is_dataclass
 from math import inf
@@ -345,8 +345,11 @@ class Study:
     example: ClassVar[str]
     pictures: ClassVar[Mapping[str, str]] = PLOT  # options that take a file, with help
     more_tables: ClassVar[Mapping[str, str]] = NO_PICTURES  # described as these
+    # other files, with help and endings
+    more_files: ClassVar[Mapping[str, tuple[str, Sequence[str]]]] = MappingProxyType({})
     resumes: ClassVar[bool] = False  # whether tasks keep records or parts
     unit: ClassVar[str] = "speed"  # of what tasks keep, one by one
+    kept_beside: ClassVar[str] = "output"  # name of the file beside which that is
     partial: ClassVar[bool] = False  # whether what Ctrl-C leaves can be gathered
     distributes: ClassVar[bool] = False  # whether parts may go to other processes
     output: ClassVar[str] = "Write the results to this CSV file."
@@ -389,10 +392,10 @@ class Study:
         object.__setattr__(self, each.name, value)
         return value
 
-    def idle(self, given: Collection[str]) -> Iterator[tuple[str, str]]:
+    def idle(self, given: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
         """Names of outputs and settings that would change nothing, with the reason.
 
-        given : names of the outputs that are asked for
+        given : files and other outputs that are asked for, by name
         Other names are in braces in the reasons, as in `needs {kind} event`.
         """
         return iter(())
@@ -436,6 +439,7 @@ class StudyResult(Result):
     summary : plain values for JSON, warnings among them
     figures : by name, functions that draw the pictures of the study
     more_tables : by name, tables besides the first
+    more_files : by name, functions of a path that write other files
     complete : whether nothing is left out, after Ctrl-C or a failure
     empty : whether there is nothing to write
     failure : why the command fails, once all is written
@@ -445,6 +449,7 @@ class StudyResult(Result):
     summary: Any
     figures: Any = MappingProxyType({})
     more_tables: Any = MappingProxyType({})
+    more_files: Any = MappingProxyType({})
     complete: Any = True
     empty: Any = False
     failure: Any = ""

@@ -74,6 +74,7 @@ EXAMPLES = [  # of classes that must be told something
     fegear.Basins(machine="roots-a"),
     fegear.Clatter(gearbox="seed-five-speed"),
     fegear.Critical(machine="roots-a"),
+    fegear.Eccentric(radius=20.0, eccentricity=6.0),
     fegear.MachineOfGears(
         gear_set="liu-pair", speed_rpm=1500.0, drag_Nm=1.0, eccentricity_um=9.0
     ),

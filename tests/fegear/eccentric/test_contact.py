@@ -9,12 +9,10 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
+import fegear
 from fegear.contact.problem import ContactProblem, solve_cycle
-from fegear.eccentric import turn as turn_module
 from fegear.eccentric.contact import pairs_at, share_load, solve_turn
 from fegear.eccentric.elastic_wheel import ElasticWheel
-from fegear.eccentric.gearing import Gearing
-from fegear.eccentric.turn import Load, solve_load
 from fegear.elasticity.flank import flank_compliance
 from fegear.elasticity.material import PlaneMaterial
 from fegear.elasticity.sector import cyclic_sector
@@ -39,8 +37,8 @@ def wheels_of(toothed, bore, fineness=1.0):
 
 @pytest.fixture(scope="module")
 def turn():
-    gearing = Gearing(20.0, 8.0, 1, 20.0, 30)
-    return solve_load(gearing, Load(torque_Nm=20.0, positions=45))
+    wheels = {"radius": 20.0, "eccentricity": 8.0, "teeth": 30}
+    return fegear.run(fegear.Eccentric(**wheels, torque=20.0, positions=45))
 
 
 def test_without_eccentricity_the_pair_of_a_gear_set():
@@ -82,7 +80,7 @@ def test_torque_follows_the_kinematics(turn):
     ratio = columns["contact_torque_ratio"] / columns["torque_ratio"]
     np.testing.assert_allclose(ratio, 1.0, atol=5e-4)
     assert np.ptp(columns["torque_ratio"]) > 1.5
-    assert turn.summary["largest_deviation_of_torque_ratio"] < 5e-4
+    assert turn.summary["contact"]["largest_deviation_of_torque_ratio"] < 5e-4
 
 
 @pytest.mark.parametrize("ends", [0, 1], ids=["begin", "end"])
@@ -185,67 +183,39 @@ def test_loads_add_up_and_none_pulls():
 
 
 @pytest.mark.parametrize(
-    ("words", "load", "reason"),
+    ("given", "reason"),
     [
-        ((20.0, 6.0, 1, 20.0), {}, "--torque needs --teeth"),
-        ((20.0, 6.0, 1, 20.0, 40), {"bore_mm": 30.0}, "--bore = 30 mm"),
-        ((20.0, 1.0, 1, 20.0, 1500), {}, "at most 2000 on both wheels in meshes"),
+        ({}, "^torque needs teeth"),
+        ({"teeth": 40, "bore": 30.0}, "^bore = 30 mm"),
+        ({"eccentricity": 1.0, "teeth": 1500}, "at most 2000 on both wheels in meshes"),
     ],
 )
-def test_loads_that_cannot_be(words, load, reason):
+def test_loads_that_cannot_be(given, reason):
+    wheels = {"radius": 20.0, "eccentricity": 6.0, "torque": 1.0}
     with pytest.raises(InputError, match=reason):
-        solve_load(Gearing(*words), Load(torque_Nm=1.0, **load))
+        fegear.run(fegear.Eccentric(**wheels | given))
 
 
-def test_an_interrupted_turn_goes_on_where_it_ended(tmp_path, monkeypatch):
-    gearing, load = Gearing(20.0, 1.0, 1, 20.0, 20), Load(torque_Nm=5.0, positions=24)
-    whole = solve_load(gearing, load)
-    path = tmp_path / "t.csv.partial"
-    blocks = []
+def test_an_interrupted_turn_goes_on_where_it_ended(tmp_path):
+    wheels = {"radius": 20.0, "eccentricity": 1.0, "teeth": 20, "positions": 80}
+    asked = fegear.Eccentric(**wheels, torque=5.0)
+    whole = fegear.run(asked)
+    path, said = tmp_path / "t.csv.partial", list[str]()
 
-    def stop_at(count, known=turn_module.solve_turn):
-        def solved(*given):
-            blocks.append(given)
-            if len(blocks) == count:
-                raise KeyboardInterrupt
-            return known(*given)
-
-        return solved
-
-    monkeypatch.setattr(turn_module, "solve_turn", stop_at(3))
-    monkeypatch.setattr(turn_module, "run_tasks", in_order)
-    cut = solve_load(gearing, load, Keeping(checkpoint=path))
-    assert not cut.complete
-    assert len(cut.columns["pairs"]) == 16
-    blocks.clear()
-    monkeypatch.setattr(turn_module, "solve_turn", stop_at(9))
-    said = []
-    keeping = Keeping(checkpoint=path, resume=True, tell=said.append)
-    rest = solve_load(gearing, load, keeping)
-    assert len(blocks) == 1
-    assert "2 of 3 blocks are finished" in said[0]
-    assert rest.csv() == whole.csv()
-    assert not path.exists()
-    with pytest.raises(InputError, match="was begun with load"):
-        cut_again(gearing, load, path, monkeypatch)
-
-
-def in_order(tasks, take, stop):
-    for name, task in tasks:
-        take(name, task())
-
-
-def cut_again(gearing, load, path, monkeypatch):
-    """Interrupted once more, and gone on with under another load."""
-    count = []
-
-    def solved(*given, known=solve_turn):
-        count.append(given)
-        if len(count) == 2:
+    def progress(what: str, done: int, total: int) -> None:
+        if (what, done, total) == ("blocks", 1, 10):
             raise KeyboardInterrupt
-        return known(*given)
 
-    monkeypatch.setattr(turn_module, "solve_turn", solved)
-    assert not solve_load(gearing, load, Keeping(checkpoint=path)).complete
-    other = replace(load, torque_Nm=6.0)
-    solve_load(gearing, other, Keeping(checkpoint=path, resume=True))
+    cut = fegear.run(asked, Keeping(checkpoint=path), progress, workers=1)
+    assert not cut.complete
+    assert not cut.empty
+    count = len(cut.columns["pairs"])
+    assert count in range(8, 80, 8)  # those under way are finished
+    assert cut.summary["contact"]["complete"] is False
+    with pytest.raises(InputError, match="was begun with torque"):
+        fegear.run(replace(asked, torque=6.0), Keeping(checkpoint=path, resume=True))
+    rest = fegear.run(asked, Keeping(checkpoint=path, resume=True, tell=said.append))
+    assert said == [f"{path}: {count // 8} of 10 blocks are finished"]
+    tables = (each.more_tables["contact"].csv() for each in (rest, whole))
+    assert next(tables) == next(tables)
+    assert not path.exists()

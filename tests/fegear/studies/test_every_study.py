@@ -137,7 +137,7 @@ def test_ranges_hold_on_the_command_line_and_in_python(toy):
         Squares(count=2.5)
 
 
-@pytest.mark.parametrize("stop", [2, 3, 7])
+@pytest.mark.parametrize("stop", [3, 4, 7])  # with something kept
 def test_resumed_is_whole_to_the_byte(tmp_path, stop):
     calls, path = [], tmp_path / "s.csv.partial"
 
@@ -264,6 +264,14 @@ EXAMPLES = {
         "model": MODEL,
     },
     "theory": {"gear_set": "liu-idler", "torque": 50.0 + 1.0 / 3.0, "model": MODEL},
+    "eccentric": {
+        "radius": 20.0 + 1.0 / 3.0,
+        "eccentricity": 6.0,
+        "teeth": 24,
+        "torque": 5.0,
+        "positions": 1,
+        "resolution": "coarse",
+    },
     "rattle critical": {},
     "rattle basin": {"grid": 7, "velocity": (0.5, 6.0 + 1.0 / 3.0)},
     "rattle run-down": {"file": "measured.csv", "speed_rpm": 3000.0 + 1.0 / 3.0},

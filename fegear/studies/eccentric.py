@@ -1,0 +1,344 @@
+"""An eccentric circular wheel and the wheel that it drives."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import MISSING, dataclass
+from functools import cached_property, partial
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fegear.eccentric.drawing import draw_gearing
+from fegear.eccentric.elastic_wheel import ElasticWheel
+from fegear.eccentric.files import (
+    DRAWINGS,
+    FILMS,
+    MESHES,
+    write_animation,
+    write_drawing,
+)
+from fegear.eccentric.gearing import ANGLES, Gearing
+from fegear.eccentric.turn import STEEL, Columns, turn_columns, wheel_meshes
+from fegear.errors import InputError
+from fegear.studies.page import Page, number
+from fegear.studies.study import (
+    Draw,
+    Job,
+    Range,
+    Study,
+    StudyResult,
+    Task,
+    called,
+    setting,
+)
+from fegear.studies.table import Table
+from fegear.studies.trains import RESOLUTION
+from fegear.unphysical import doubts, doubts_of_check
+from lumped.csv_text import exact
+
+LENGTH = Range(least=1e-3, most=1e6, unit="mm")
+WIDTH = 10.0  # mm
+BLOCK = 8  # positions that are solved and kept together
+POSITIONS, FEWEST = 8, 4  # for each tooth: by default, and below which peaks are missed
+LEGEND = {
+    "frames": "each wheel's own, the origin in its bearing; both wheels are assembled "
+    "with the driven bearing at x = center_distance_mm and the driver turns clockwise",
+    "base curves": "of the flanks that drive; those of the other flanks are their "
+    "mirror images about the x axis",
+}
+OF_CONTACT = {
+    "transmission_error_um": "approach of the flanks along the line of action under "
+    "the load, which lets the driver turn by driver_error_urad",
+    "contact_torque_ratio": "of moments about both bearings of the contact forces on "
+    "the flanks as they are meshed",
+    "tip corners": "no contact outside of the path of contact",
+}
+CONTACT = {"contact": "Write the contact over the turn to this CSV file."}
+FILM = {"animate": ("Film of a turn of the driven wheel, .gif or .mp4.", FILMS)}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Eccentric(
+    Study,
+    command="eccentric",
+    example="eccentric --radius 20 --eccentricity 6 --teeth 40 -o wheels.svg",
+):
+    """An eccentric circular wheel, and the wheel that it drives.
+
+    Its pitch curve and centre distance follow from rolling, its base curve and whether
+    involute teeth can stand on it from the pressure angle. With teeth both wheels are
+    drawn and meshed, and under a torque their contact is solved over a turn.
+    """
+
+    resumes = True
+    partial = True
+    unit = "block"
+    kept_beside = "contact"
+    output = (
+        "File to write: points in .csv, drawings to scale in .svg or .dxf [mm], meshes "
+        "in .msh or .vtu [m]."
+    )
+    endings = (".csv", *DRAWINGS, *MESHES)
+    more_tables = CONTACT
+    more_files = FILM
+
+    radius: float = setting(
+        MISSING, "Radius of the driver's pitch circle [mm].", LENGTH
+    )
+    eccentricity: float = setting(
+        MISSING,
+        "Distance of the driver's bearing from its centre [mm].",
+        Range(0.0, 1e6, "mm"),
+    )
+    ratio: float = setting(
+        1.0,
+        "Gear ratio, turns of the driver for one of the driven wheel: a whole number.",
+    )
+    pressure_angle: float = setting(20.0, "Angle of the line of action [degrees].")
+    teeth: int | None = setting(
+        None, "Teeth of the driver. [default: none, pitch and base curves alone]"
+    )
+    addendum: float | None = setting(None, "Of the teeth [modules]. [default: 1]")
+    dedendum: float | None = setting(None, "Of the teeth [modules]. [default: 1.25]")
+    torque: float | None = setting(
+        None,
+        "Torque on the driver [N\u00a0m]: solves the contact over a turn of the driven "
+        "wheel, both wheels of steel. [default: none]",
+        Range(least=1e-6, below=1e9, unit="N m"),
+    )
+    face_width: float | None = setting(
+        None, "Width of both wheels [mm]. [default: 10]", LENGTH
+    )
+    positions: int | None = setting(
+        None,
+        "Positions of a turn of the driven wheel. [default: 8 for each of its teeth]",
+        Range(1, 100_000),
+    )
+    bore: float | None = setting(
+        None,
+        "Radius of both bores [mm], of meshes and under load. [default: two fifths of "
+        "what fits]",
+        LENGTH,
+    )
+    resolution: Literal["coarse", "default", "fine"] | None = setting(
+        None, f"{RESOLUTION.text} [default: default]"
+    )
+
+    def idle(self, given: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+        if self.teeth is None:
+            yield from ((name, "needs {teeth}") for name in ("addendum", "dedendum"))
+        if self.torque is not None:
+            return
+        for name in ("face_width", "positions", "contact"):
+            yield name, "needs {torque}"
+        if Path(given.get("output", "")).suffix not in MESHES:
+            for name in ("bore", "resolution"):
+                yield name, "needs {torque} or an {output} in .msh or .vtu"
+
+    @cached_property
+    def gearing(self) -> Gearing:
+        """What the wheels are; InputError where there are no such wheels."""
+        own = {"addendum": self.addendum, "dedendum": self.dedendum}
+        heights = {name: value for name, value in own.items() if value is not None}
+        place = self.radius, self.eccentricity, self.ratio
+        return Gearing(*place, self.pressure_angle, self.teeth, **heights)
+
+    @property
+    def width(self) -> float:
+        """Of both wheels [mm]."""
+        return self.face_width or WIDTH
+
+    @property
+    def meshing(self) -> tuple[float | None, str]:
+        """Bore [mm] and resolution of both wheels' meshes."""
+        return self.bore, self.resolution or "default"
+
+    def tasks(self) -> Iterator[Task]:
+        toothed = self.gearing.toothed
+        if self.torque is None:
+            return
+        if toothed is None:
+            torque, teeth = called(self, "torque"), called(self, "teeth")
+            raise InputError(
+                f"{torque} needs {teeth}: pitch curves alone carry no load"
+            )
+        meshes = wheel_meshes(self.gearing, *self.meshing)
+        driver, driven = (ElasticWheel(mesh, STEEL) for mesh in meshes)
+        for wheel in (driver, driven):  # before threads ask for them
+            _ = wheel.factor, wheel.boundary
+        count = self.positions or POSITIONS * toothed.driven.teeth
+        arcs = toothed.driven.curve.length * np.arange(count) / count
+        load = self.torque / (1e-3 * self.width)
+        for place, block in enumerate(np.split(arcs, np.arange(BLOCK, count, BLOCK))):
+            work = partial(turn_columns, toothed, driver, driven, load, block)
+            yield Task(f"{place}", partial(_kept, work), size=1)
+
+    def gather(self, found: Mapping[str, Columns | None]) -> EccentricResult:
+        blocks: list[Columns] = []
+        for block in found.values():
+            if block is None:  # after Ctrl-C; positions from the first on are kept
+                break
+            blocks.append(block)
+        columns = {
+            name: np.array([v for own in blocks for v in own[name]], float)
+            for name in (blocks[0] if blocks else ())
+        }
+        return EccentricResult(self, columns, len(blocks) == len(found))
+
+
+def _kept(work: Callable[[], Columns], job: Job) -> Columns:
+    """Positions that are computed at once, or were before."""
+    for columns in job.kept:
+        return columns
+    columns = work()
+    job.keep(columns, {})
+    return columns
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class EccentricResult(StudyResult):
+    """Eccentric wheels; columns (n,) : of the contact over a turn, none without it."""
+
+    study: Eccentric
+    columns: Mapping[str, NDArray[np.float64]]
+    complete: bool = True
+
+    @property
+    def empty(self) -> bool:
+        return not (self.columns or self.complete)
+
+    @cached_property
+    def summary(self) -> dict[str, Any]:
+        values = dict(self.study.gearing.summary)
+        if self.columns:
+            contact = self._contact(values)
+            values |= {"contact": contact, "warnings": contact["warnings"]}
+        return values
+
+    def _contact(self, values: Mapping[str, Any]) -> dict[str, Any]:
+        """Plain values; those of the gearing are given."""
+        study, columns = self.study, self.columns
+        error, ratio = columns["transmission_error_um"], columns["contact_torque_ratio"]
+        off = float(np.abs(ratio / columns["torque_ratio"] - 1.0).max())
+        pressure = float(columns["contact_pressure_MPa"].max())
+        where = f"contact at {study.torque:g} N m"
+        warnings = [
+            *self._sparse(values["driven_teeth"]),
+            *doubts_of_check(where, "torque ratios against the kinematics", off),
+            *doubts(
+                where,
+                1e-3 * values["module_mm"],
+                transmission_error=1e-6 * float(error.max()),
+                pressure=1e6 * pressure,
+            ),
+        ]
+        return {
+            "torque_Nm": study.torque,
+            "face_width_mm": study.width,
+            "positions": int(error.size),
+            "complete": self.complete,
+            "mean_transmission_error_um": float(error.mean()),
+            "peak_to_peak_transmission_error_um": float(np.ptp(error)),
+            "largest_deviation_of_torque_ratio": off,
+            "largest_contact_pressure_MPa": pressure,
+            "warnings": warnings,
+        }
+
+    def _sparse(self, teeth: int) -> Iterator[str]:
+        """Where positions are too few to tell the largest values."""
+        asked = self.study.positions
+        if asked is not None and asked < FEWEST * teeth:
+            yield (
+                f"positions = {asked} is less than {FEWEST} for each of the {teeth} "
+                "teeth: largest values and peak to peak may lie between them"
+            )
+
+    @property
+    def table(self) -> Table:
+        """Points of all curves."""
+        gearing = self.study.gearing
+        names = "curve", "index", "x_mm", "y_mm"
+        return Table(names, gearing.rows, {**gearing.header, **LEGEND})
+
+    @property
+    def more_tables(self) -> dict[str, Table]:
+        study = self.study
+        own = {
+            "torque_Nm": exact(study.torque or 0.0),
+            "face_width_mm": exact(study.width),
+            "resolution": study.meshing[1],
+            "plane": STEEL.plane,
+        }
+        header = {**study.gearing.header, **own, **OF_CONTACT}
+        return {"contact": Table.of(self.columns, header)}
+
+    def write(self, path: str | Path) -> None:
+        """Write curves, a drawing or meshes by the ending of the path."""
+        if Path(path).suffix.lower() in (*DRAWINGS, *MESHES):
+            write_drawing(self.study.gearing, Path(path), *self.study.meshing)
+        else:
+            self.to_csv(path)
+
+    @property
+    def figures(self) -> dict[str, Draw]:
+        return {"plot": partial(draw_gearing, self.study.gearing, self.columns)}
+
+    @property
+    def more_files(self) -> dict[str, Callable[[Path], None]]:
+        return {"animate": partial(write_animation, self.study.gearing)}
+
+    def page(self) -> Page:
+        values = self.summary
+        yield (
+            f"radius {values['radius_mm']:g} mm, eccentricity "
+            f"{values['eccentricity_mm']:g} mm, ratio {values['ratio']}, pressure "
+            f"angle {values['pressure_angle_deg']:g} degrees"
+        )
+        yield (
+            f"centre distance {values['center_distance_mm']:.9g} mm; Burmester's "
+            f"approximation {values['burmester_center_distance_mm']:.9g} mm, with "
+            "which the driven curve misses itself by "
+            f"{values['burmester_closing_error_deg']:.3g} degrees"
+        )
+        if values["feasible"]:
+            yield "involute teeth can stand on both pitch curves"
+        else:
+            yield f"not feasible: {values['reason']}"
+        angle, most = values["largest_pressure_angle_deg"], ANGLES[1]
+        words = f"{number(angle, 4)}" if angle <= most else f"above {most:g}"
+        yield (
+            f"largest pressure angle {words} degrees with this eccentricity, largest "
+            f"eccentricity {number(values['largest_eccentricity_mm'], 5)} mm with this "
+            "pressure angle"
+        )
+        yield (
+            f"torque ratio {values['least_torque_ratio']:.4g} to "
+            f"{values['largest_torque_ratio']:.4g} over a turn"
+        )
+        if "module_mm" in values:
+            yield (
+                f"{values['driver_teeth']} and {values['driven_teeth']} teeth, module "
+                f"{values['module_mm']:.6g} mm, contact ratio "
+                f"{values['least_contact_ratio']:.3f} to "
+                f"{values['largest_contact_ratio']:.3f}"
+            )
+        if "contact" in values:
+            yield from _page_of_contact(values["contact"])
+
+
+def _page_of_contact(values: Mapping[str, Any]) -> Page:
+    swing = values["peak_to_peak_transmission_error_um"]
+    yield (
+        f"under {values['torque_Nm']:g} N m on {values['face_width_mm']:g} mm: mean "
+        f"transmission error {number(values['mean_transmission_error_um'], 4)} um, "
+        f"peak to peak {number(swing, 4)} um, contact pressure up to "
+        f"{number(values['largest_contact_pressure_MPa'], 4)} MPa, at "
+        f"{values['positions']} positions"
+    )
+    yield (
+        "torques of the contact forces keep to the kinematics within "
+        f"{values['largest_deviation_of_torque_ratio']:.1e}"
+    )
