@@ -16,7 +16,6 @@ from fegear.errors import InputError
 from fegear.excitation import Excitations, ExcitationSource, GivenTables, Source
 from fegear.gearset.model import GearSet
 from fegear.gearset.pitch_errors import error_periods
-from fegear.headings import BENDING, TORQUE_OF, TURNED
 from fegear.train import mesh_torques_at, power_meshes, train_of, with_efficiency
 from fegear.unphysical import doubts_of_meshes
 from fegear.version import package_version
@@ -33,6 +32,9 @@ from lumped.table import pair_names
 from lumped.train import TrainError
 from lumped.waves import Wave
 
+BENDING = "friction-bending ratio"  # entries of the header of a file
+TURNED = "direction of friction"  # where vibration can turn it
+TORQUE_OF = "torque"  # where it is that of the input gear with friction
 TorqueOf = Literal["nominal", "input"]
 Number = Literal[1, 2, 3, "coupled"]
 COUPLED = 0.05  # of a mode's strain energy in meshes, to count for the usual speeds

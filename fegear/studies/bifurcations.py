@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from fegear.errors import InputError
-from fegear.headings import edits_in_words, title_of
 from fegear.lumped_models import (
     LumpedModel,
     doubts_of_bodies,
@@ -21,6 +20,7 @@ from fegear.lumped_models import (
 from fegear.speeds import MESH_FREQUENCY
 from fegear.stored import Records, response_values, stored_response
 from fegear.studies.axes import axis_setting
+from fegear.studies.headings import edits_in_words, title_of
 from fegear.studies.page import Columns, Grid, Page, cell, counted
 from fegear.studies.study import (
     Draw,

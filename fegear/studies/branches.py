@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fegear.errors import InputError
-from fegear.headings import title_of
 from fegear.lumped_models import LumpedModel, doubts_of_bodies
 from fegear.speeds import MESH_FREQUENCY
 from fegear.studies.axes import (
@@ -20,6 +19,7 @@ from fegear.studies.axes import (
     written_limits,
     written_limits_axis,
 )
+from fegear.studies.headings import title_of
 from fegear.studies.page import Page, counted, number
 from fegear.studies.study import (
     Draw,

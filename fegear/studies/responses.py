@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fegear.gearset.model import GearSet
-from fegear.headings import edits_in_words, friction_of_summary
 from fegear.lumped_models import doubts_of_bodies, natural_frequencies
+from fegear.studies.headings import edits_in_words, friction_of_summary
 from fegear.studies.page import Columns, Grid, Page, cell, counted
 from fegear.studies.study import Draw, StudyResult
 from fegear.studies.table import Table

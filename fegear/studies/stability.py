@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from fegear.errors import InputError
-from fegear.headings import BENDING as RATIO
-from fegear.headings import friction_in_words, title_of
+from fegear.lumped_models import BENDING as RATIO
 from fegear.lumped_models import LumpedModel
 from fegear.speeds import MESH_FREQUENCY
 from fegear.studies.axes import axis_setting
+from fegear.studies.headings import friction_in_words, title_of
 from fegear.studies.page import Columns, Grid, Page, counted, number
 from fegear.studies.study import (
     Draw,

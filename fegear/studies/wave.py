@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 
 from fegear.errors import InputError
-from fegear.headings import friction_of_summary
 from fegear.lumped_models import (
     LumpedModel,
     body_entries,
@@ -21,6 +20,7 @@ from fegear.lumped_models import (
     lumped_system,
     require_method,
 )
+from fegear.studies.headings import friction_of_summary
 from fegear.studies.page import Page, Sheet, counted, number
 from fegear.studies.responses import UNITS
 from fegear.studies.study import Draw, Job, Study, StudyResult, Task, called, setting

@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING, Any
 
 from fegear.errors import InputError
 from fegear.gearset.model import GearSet
-from fegear.headings import edits_in_words
 from fegear.output import make_directory
 from fegear.speeds import written_speeds
+from fegear.studies.headings import edits_in_words
 from fegear.studies.page import Page, Sheet, number
 from fegear.studies.study import Draw, Job, Range, Study, StudyResult, Task, setting
 from fegear.studies.table import Table

@@ -1,0 +1,55 @@
+"""Summaries of trains in the words of screens and titles."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+WORDS = {  # of what a summary holds fixed
+    "model": "model {}",
+    "excitation": "{}",
+    "speed_Hz": "{:g} Hz",
+    "torque_Nm": "{:g} N m",
+    "damping_ratio": "damping ratio {:g}",
+    "harmonics": "harmonics up to {}",
+}
+TORQUE_WORDS = {
+    "nominal": "of gears without friction",
+    "input": "of the input gear with friction",
+}
+
+
+def title_of(values: Mapping[str, Any]) -> str:
+    """The heading of a summary in words."""
+    fixed = (
+        text.format(values[name])
+        for name, text in WORDS.items()
+        if values.get(name) is not None
+    )
+    return ", ".join([values["gear_set"], *fixed])
+
+
+def friction_of_summary(values: Mapping[str, Any]) -> str:
+    """`friction_in_words` of a summary."""
+    names = "friction_coefficient", "sliding", "torque_of"
+    return friction_in_words(*(values[name] for name in names))
+
+
+def friction_in_words(
+    coefficient: float, sliding: str | None = None, torque: str | None = None
+) -> str:
+    """For a title or a line, empty without friction.
+
+    sliding, torque : as by `sliding_of` and `torque_of`
+    """
+    if not coefficient:
+        return ""
+    turned = " turned by vibration" if sliding == "instantaneous" else ""
+    of = "" if torque is None else f", torque {TORQUE_WORDS[torque]}"
+    return f", friction {coefficient:g}{turned}{of}"
+
+
+def edits_in_words(header: Mapping[str, str]) -> str:
+    """`KEY = VALUE, ...` of the entries in a header, for a title."""
+    changes = (item for item in header.items() if item[0].startswith("set "))
+    return ", ".join(f"{key[4:]} = {value}" for key, value in changes)
