@@ -9,14 +9,14 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 from fegear.version import package_version
-from validation.sources import source_digest
+from validation.sources import digest_of
 
 LIBRARIES = ("numpy", "scipy", "numba", "scikit-fem", "gmsh", "matplotlib")
 
 
 def provenance() -> Iterator[tuple[str, str]]:
     """Names and values in the order in which they are shown."""
-    yield "fegear", f"{package_version()}, sources {source_digest()[:12]}"
+    yield "fegear", f"{package_version()}, sources {digest_of('validation.runs')[:12]}"
     libraries = ", ".join(f"{name} {_version(name)}" for name in LIBRARIES)
     yield "libraries", f"Python {platform.python_version()}, {libraries}"
     yield "threads of BLAS", os.environ.get("OPENBLAS_NUM_THREADS", "not limited")

@@ -3,42 +3,63 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping
+import re
+from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
-from types import ModuleType
 
-import fegear
-import lumped
-import meshes
 import validation
 
-# packages whose sources results depend on, and which of their files
-PACKAGES: Mapping[ModuleType, tuple[str, ...]] = {
-    meshes: ("**/*.py",),
-    lumped: ("**/*.py",),
-    fegear: (
-        *(f"{folder}/**/*.py" for folder in ("contact", "elasticity", "gearset")),
-        *("dynamics/**/*.py", "excitation.py", "lumped_models.py", "statics.py"),
-        *("store.py", "sweeps.py", "train.py", "unphysical.py"),
-    ),
-    validation: ("kept.py", "metrics.py", "run_files.py", "solving.py"),
-}
-
-
-def source_digest() -> str:
-    """Of the sources that results depend on."""
-    return digest_of(tuple(PACKAGES.items()))
+ROOT = Path(str(validation.__file__)).parents[1]
+OWN = "fegear", "lumped", "meshes", "validation"
+DATA = "machines/*.toml", "gearboxes/*.toml"  # beside modules that read them
+# what only shows numbers: a change of it makes no result stale
+SHOWN = "fegear.cli", "fegear.rendering", "validation.report", "validation.pages"
+DRAWING = "figure", "figures", "drawing", "drawings", "plots", "page", "waterfall"
+# `from MODULE import NAMES` and `import MODULE`; the syntax tree takes 20 times as long
+IMPORT = re.compile(r"^ *(?:from|import) ([\w.]+)(?: import (\([^)]*\)|.*))?$", re.M)
 
 
 @cache
-def digest_of(packages: tuple[tuple[ModuleType, tuple[str, ...]], ...]) -> str:
-    """Of the files of packages that fit patterns."""
+def digest_of(*modules: str) -> str:
+    """Digest of modules and of all that they import of the project, but of drawing."""
     content = hashlib.sha256()
-    for package, parts in packages:
-        root = Path(str(package.__file__)).parent
-        files = {path for part in parts for path in root.glob(part)}
-        for path in sorted(files):
-            content.update(path.relative_to(root.parent).as_posix().encode())
-            content.update(path.read_bytes())
+    for path in sorted(sources_of(*modules)):
+        content.update(path.relative_to(ROOT).as_posix().encode())
+        content.update(path.read_bytes())
     return content.hexdigest()
+
+
+def sources_of(*modules: str) -> set[Path]:
+    """Files of modules, of all that they import, and the data that these read."""
+    found: set[Path] = set()
+    waiting = [path for name in modules for path in _files_of(name)]
+    while waiting:
+        path = waiting.pop()
+        if path in found:
+            continue
+        found |= {path, *(data for part in DATA for data in path.parent.glob(part))}
+        waiting += [each for name in _imported(path) for each in _files_of(name)]
+    return found
+
+
+@cache
+def _imported(path: Path) -> tuple[str, ...]:
+    """Names of modules that a file imports, and of what it takes of them."""
+    found: list[str] = []
+    for module, names in IMPORT.findall(path.read_text("utf-8")):
+        found += [module, *(f"{module}.{name}" for name in re.findall(r"\w+", names))]
+    return tuple(found)
+
+
+def _files_of(name: str) -> Iterator[Path]:
+    """The file of a module of the project; none of others, and of drawing."""
+    parts = name.split(".")
+    drawn = any(part in DRAWING or part.endswith("_figure") for part in parts)
+    if parts[0] not in OWN or drawn or name.startswith(SHOWN):
+        return
+    place = ROOT.joinpath(*parts)
+    packages = (ROOT.joinpath(*parts[:n], "__init__.py") for n in range(1, len(parts)))
+    for path in (*packages, place.with_suffix(".py"), place / "__init__.py"):
+        if path.is_file():
+            yield path

@@ -18,7 +18,7 @@ from fegear.version import package_version
 from lumped.settings import Settings
 from validation.cases import Case, Model, Part, SingleSpeed
 from validation.metrics import EFFECT, FE, FE_PLAIN
-from validation.sources import source_digest
+from validation.sources import digest_of
 
 FORMAT = "fegear validation run 4"  # of the files and of what stands in them
 
@@ -65,7 +65,7 @@ class Task:
         common = {
             "format": FORMAT,
             "fegear version": package_version(),
-            "sources": source_digest(),
+            "sources": digest_of("validation.solving"),
             "gear set": repr(self.gear_set),
             "torque_Nm": repr(self.torque),
             "speeds_Hz": ", ".join(map(repr, case.speeds)),

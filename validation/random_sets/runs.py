@@ -15,7 +15,6 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-import validation
 from fegear.errors import InputError
 from fegear.gearset.model import GearSet
 from fegear.output import make_directory
@@ -28,18 +27,10 @@ from validation.provenance import machine
 from validation.random_sets.full import FullPoint, measure_full, smallest_sets
 from validation.random_sets.generator import COUNT, random_gear_set
 from validation.random_sets.measuring import REFERENCE, Measured, measure
-from validation.sources import PACKAGES, digest_of
+from validation.sources import digest_of
 
 FORMAT = "fegear random gear set 2"  # of the files and of what stands in them
 SPEEDS, FULL = "speeds.csv", "full.csv"
-OWN = "full", "generator", "measuring", "reduced_gears"
-SOURCES = {
-    **PACKAGES,
-    validation: (
-        *("bench_dynamics.py", "kept.py", "oracles/loaded_modes.py"),
-        *(f"random_sets/{name}.py" for name in OWN),
-    ),
-}
 Rows = list[dict[str, Any]]
 Result = tuple[dict[str, Any], Rows]  # of result.json and of the table
 Measure = Callable[[GearSet, int, Progress], Measured]
@@ -141,7 +132,7 @@ def inputs_of(gear_set: GearSet, table: str) -> dict[str, str]:
     return {
         "format": FORMAT,
         "fegear version": package_version(),
-        "sources": digest_of(tuple(SOURCES.items())),
+        "sources": digest_of(__name__),
         "gear set": repr(gear_set),
         "table": table,
     }

@@ -16,8 +16,6 @@ from itertools import groupby
 from pathlib import Path
 from typing import Any
 
-import fegear
-import validation
 from fegear.errors import InputError
 from fegear.output import make_directory
 from fegear.store import digest
@@ -36,28 +34,11 @@ from validation.reproduce.comparison import Compared, compare
 from validation.reproduce.computations.kinds import COMPUTE
 from validation.reproduce.parts import Curve, Part, PartResult
 from validation.reproduce.source_figures import AnyScene, SourceFigure
-from validation.sources import PACKAGES, digest_of
+from validation.sources import digest_of
 
 FORMAT = "fegear reproduce part 2"  # of the files and of what stands in them
 CURVES = "curves.csv"
 COLUMNS = ("mesh", "panel", "curve", "style", "x", "y", "value")
-SOURCES = {
-    **PACKAGES,
-    fegear: (
-        *PACKAGES[fegear],
-        *("branches.py", "theory.py", "theory_figure.py", "waves.py"),
-        *("rattle/*.py", "rattle/machines/*.toml", "eccentric/*.py"),
-        *("clatter/*.py", "clatter/gearboxes/*.toml"),
-        *("dynamic_sweeps.py", "modes.py", "bifurcations.py", "parameter_maps.py"),
-    ),
-    validation: (
-        "kept.py",
-        "oracles/hill.py",
-        "reproduce/parts.py",
-        "reproduce/*scene.py",
-        "reproduce/computations/*.py",
-    ),
-}
 
 
 @dataclass(frozen=True)
@@ -148,7 +129,7 @@ def inputs_of(part: Part, scene: AnyScene) -> dict[str, str]:
     return {
         "format": FORMAT,
         "fegear version": package_version(),
-        "sources": digest_of(tuple(SOURCES.items())),
+        "sources": digest_of(__name__, COMPUTE[type(part)].__module__),
         "part": repr(replace(part, name="", label="", panel="", y="", shown=True)),
         **scene.inputs,
     }

@@ -1,0 +1,65 @@
+"""What kept results depend on: all that is loaded to compute them, but no drawing."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from validation.sources import DRAWING, ROOT, SHOWN, digest_of, sources_of
+
+COMPUTED = [
+    "validation.solving",
+    "validation.random_sets.runs",
+    "validation.reproduce.computations.clatter",
+    "validation.reproduce.computations.frequency_response",
+    "validation.reproduce.computations.rattle_basins",
+]
+
+
+def loaded(module: str) -> set[Path]:
+    """Files of the project that Python loads with a module."""
+    code = f"import sys, {module}; print(*(m.__file__ for m in sys.modules.values() if "
+    code += "getattr(m, '__file__', None)))"
+    words = [sys.executable, "-c", code]
+    done = subprocess.run(words, capture_output=True, text=True, check=True)
+    found = {Path(name) for name in done.stdout.split()}
+    return {path for path in found if path.is_relative_to(ROOT) and is_own(path)}
+
+
+def is_own(path: Path) -> bool:
+    parts = path.relative_to(ROOT).with_suffix("").parts
+    drawn = any(p in DRAWING or p.endswith("_figure") for p in parts)
+    own = parts[0] in ("fegear", "lumped", "meshes", "validation")
+    return own and not drawn and not ".".join(parts).startswith(SHOWN)
+
+
+@pytest.mark.parametrize("module", COMPUTED)
+def test_all_that_is_loaded_is_among_the_sources(module):
+    found = sources_of(module)
+    texts = [path.read_text("utf-8") for path in found]
+    for path in loaded(module) - found:  # for drawing alone
+        name = ".".join(path.relative_to(ROOT).with_suffix("").parts)
+        assert not any(f"from {name} import" in text for text in texts), name
+    assert all(is_own(path) or path.suffix == ".toml" for path in found)
+
+
+def test_drawing_is_no_source_and_data_of_machines_is():
+    names = {path.name for path in sources_of(COMPUTED[-1])}
+    assert {"manifolds.py", "settle.py", "roots-a.toml"} <= names
+    assert not names & {"drawing.py", "figure.py", "report.py", "matplotlib"}
+
+
+def test_a_changed_source_gives_another_digest(monkeypatch):
+    before = digest_of(COMPUTED[0])
+    digest_of.cache_clear()
+    known = Path.read_bytes
+    monkeypatch.setattr(
+        Path, "read_bytes", lambda p: known(p) + b" " * (p.name == "rk4.py")
+    )
+    assert digest_of(COMPUTED[0]) != before
+    monkeypatch.undo()
+    digest_of.cache_clear()
+    assert digest_of(COMPUTED[0]) == before
