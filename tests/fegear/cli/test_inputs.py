@@ -587,6 +587,7 @@ OPTIONS: dict[str, dict[str, Case]] = {
         "--positions": swap(TURN, "--positions 2", "--positions 3"),
         "--contact": plus(TURN, "--contact t.csv"),
         "--resume": plus(TURN, "--resume", refused=True),
+        "--overwrite": plus(TURN, "--overwrite", refused=True),
         "--resolution": plus(f"{ECCENTRIC} --teeth 30 -o w.msh", "--resolution coarse"),
         "--output": plus(ECCENTRIC, "-o w.csv"),
         "--animate": plus(ECCENTRIC, "--animate w.gif"),
@@ -696,6 +697,7 @@ OPTIONS: dict[str, dict[str, Case]] = {
         "--output": plus(OVER_DELTA, "-o b.csv"),
         "--plot": plus(OVER_DELTA, "--plot b.png"),
         "--resume": plus(OVER_DELTA, "--resume", refused=True),
+        "--overwrite": plus(OVER_DELTA, "--overwrite", refused=True),
         "--json": less(OVER_DELTA, "--json"),
     },
     "rattle basin": figures_of_machine(RATTLE)
@@ -710,6 +712,7 @@ OPTIONS: dict[str, dict[str, Case]] = {
         "--output": plus(RATTLE, "-o r.npz"),
         "--plot": plus(RATTLE, "--plot r.png"),
         "--resume": plus(RATTLE, "--resume", refused=True),
+        "--overwrite": plus(RATTLE, "--overwrite", refused=True),
         "--json": less(RATTLE, "--json"),
     },
     "rattle manifold": figures_of_machine(MANIFOLD)
