@@ -92,7 +92,7 @@ def _require(asked: Study, outputs: Any) -> None:
     files = _files(asked, outputs)
     given: dict[str, Any] = {"output": outputs.output, **files}
     names = options_of(group_of(asked)) | {name: f"--{name}" for name in given}
-    given |= {"resume": getattr(outputs, "resume", False)}
+    given |= {n: getattr(outputs, n, False) for n in ("resume", "overwrite")}
     given = {name: value for name, value in given.items() if value}
     for name, reason in asked.idle(given):
         value = given.get(name, getattr(asked, name, None))

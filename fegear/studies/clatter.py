@@ -100,7 +100,9 @@ class Clatter(
 
     def idle(self, given: Collection[str]) -> Iterator[tuple[str, str]]:
         if self.kind != "event":
-            yield from ((name, "needs {kind} event") for name in ("resume", "plot"))
+            yield from (
+                (name, "needs {kind} event") for name in ("resume", "overwrite", "plot")
+            )
         elif not {"plot", "attractor"} & set(given):
             yield "wheel", "needs {plot}, {attractor} or another {kind}"
 

@@ -49,7 +49,7 @@ def test_all_that_is_loaded_is_among_the_sources(module):
 def test_drawing_is_no_source_and_data_of_machines_is():
     names = {path.name for path in sources_of(COMPUTED[-1])}
     assert {"manifolds.py", "settle.py", "roots-a.toml"} <= names
-    assert not names & {"drawing.py", "figure.py", "report.py", "matplotlib"}
+    assert not names & {"drawing.py", "figure.py", "plots.py"}
 
 
 def test_a_changed_source_gives_another_digest(monkeypatch):

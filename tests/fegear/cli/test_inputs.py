@@ -347,6 +347,7 @@ def stable() -> dict[str, Case]:
         "--output": plus(BUILT, "-o s.csv"),
         "--plot": plus(BUILT, "--plot s.png"),
         "--resume": plus(BUILT, "--resume", refused=True),
+        "--overwrite": plus(BUILT, "--overwrite", refused=True),
     }
 
 
@@ -412,6 +413,7 @@ OPTIONS: dict[str, dict[str, Case]] = {
         "--json": less(IDENTIFY, "--json"),
     },
     "modes": {
+        "--output": plus(MODES, "-o m.csv"),
         "SET": swap(MODES, "SET", "OTHER"),
         "--torque": plus(f"{MODES} --stiffness fe", "--torque 200"),
         "--set": plus(MODES, "--set gear.1.inertia_kg_m2=1e-3"),
@@ -455,6 +457,7 @@ OPTIONS: dict[str, dict[str, Case]] = {
         "--starts": plus(ISOLATED, "--starts 40"),
         "--steepness": plus(BRANCHES, "--steepness 1"),
         "--resume": plus(BRANCHES, "--resume", refused=True),
+        "--overwrite": plus(BRANCHES, "--overwrite", refused=True),
         "--period-multiple": plus(DOUBLING, "--period-multiple 1"),
         "--harmonics": plus(BRANCHES, "--harmonics 2"),
         "--wave-harmonics": plus(
@@ -482,6 +485,7 @@ OPTIONS: dict[str, dict[str, Case]] = {
         "--without": plus(COUPLED_MAP, "--without body"),
         "--output": plus(MAP, "-o m.csv"),
         "--overwrite": plus(MAP, "--overwrite", refused=True),
+        "--resume": plus(MAP, "--resume", refused=True),
         "--cluster": plus(MAP, "--cluster --scheduler tcp://nowhere:1", refused=True),
         "--scheduler": plus(MAP, "--scheduler nowhere", refused=True),
     },
@@ -495,6 +499,9 @@ OPTIONS: dict[str, dict[str, Case]] = {
         "--without": plus(COUPLED_SECTIONS, "--without body"),
         "--output": less(SECTIONS, "-o b.csv"),
         "--resume": plus(less(SECTIONS, "-o b.csv").base, "--resume", refused=True),
+        "--overwrite": plus(
+            less(SECTIONS, "-o b.csv").base, "--overwrite", refused=True
+        ),
     },
     "dynamics": {
         "SET": swap(f"{QUASI} --json", "SET", "OTHER"),
@@ -524,6 +531,7 @@ OPTIONS: dict[str, dict[str, Case]] = {
         "--history": plus(QUASI, "--history h"),
         "--root-stress": plus(f"{QUASI} --history h", "--root-stress a"),
         "--resume": plus(QUASI, "--resume", refused=True),
+        "--overwrite": plus(QUASI, "--overwrite", refused=True),
         "--json": plus(QUASI, "--json"),
     },
     "render": {
@@ -547,6 +555,7 @@ OPTIONS: dict[str, dict[str, Case]] = {
     },
     "budget": {
         "SET": swap(BUDGET, "SET", "OTHER"),
+        "--output": plus(BUDGET, "-o b.csv"),
         "--speeds": swap(BUDGET, "2000", "2100"),
         "--torque": plus(BUDGET, "--torque 30"),
         "--tolerance": plus(BUDGET, "--tolerance 0.9"),
@@ -606,6 +615,9 @@ OPTIONS: dict[str, dict[str, Case]] = {
         "--output": plus(CLATTER, "-o i.csv"),
         "--plot": plus(CLATTER, "--plot m.png"),
         "--resume": plus(f"{MAPPED} --map fermi -o i.csv", "--resume", refused=True),
+        "--overwrite": plus(
+            f"{MAPPED} --map fermi -o i.csv", "--overwrite", refused=True
+        ),
         "--json": less(CLATTER, "--json"),
     },
     "bench stiffness": {
