@@ -53,7 +53,7 @@ def draw_words_as_they_are(figure: Figure) -> None:
             text.set_parse_math(False)
 
 
-def draw_table(result: StaticsResult) -> Figure:
+def draw_table(result: StaticsResult, title: str = "") -> Figure:
     """Stiffness, transmission error and load sharing over one base pitch.
 
     Over SHOWN_PITCHES at most where tooth pairs differ by their pitch errors.
@@ -75,14 +75,6 @@ def draw_table(result: StaticsResult) -> Figure:
     left = f", first {shown} of {result.pitches}" if shown < result.pitches else ""
     share.set_xlabel(f"mesh position [base pitches from the pitch point{left}]")
     share.set_xlim(0.0, shown)
-    header = table.header
-    title = (
-        f"{header['gear set']}, mesh {header['mesh']}, teeth {header['teeth']}, "
-        f"contact ratio {result.problem.pair.contact_ratio:.3f}\n"
-        f"plane {header['plane']}, friction {result.problem.friction:g}, "
-        f"corner contact {header['corner contact']}, face width "
-        f"{1e3 * result.problem.face_width:g} mm"
-    )
     draw_title(figure, title)
     return figure
 

@@ -29,14 +29,13 @@ from fegear.gearset.model import Gear, GearSet
 from fegear.gearset.pitch_errors import error_periods, mesh_errors
 from fegear.output import write_text
 from fegear.result import Result, frame
-from fegear.summary import summary
 from fegear.timing import recorded_stages, stage
 from fegear.version import package_version
 from lumped.checks import require_between, require_fields
 from lumped.csv_text import exact
 from lumped.progress import Progress, silent
 from lumped.table import MeshTable, format_table, pair_compliance_name
-from meshes import MeshSize
+from meshes import GearPair, MeshSize
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -66,6 +65,7 @@ RESOLUTIONS: dict[Fineness, Resolution] = {
 }
 
 
+CORNERS = {True: "on", False: "off"}
 BODIES = {
     "held": "held at the hub",
     "free": "free to accelerate, transmission errors of mean rotations",
@@ -125,6 +125,7 @@ class ErrorEstimate:
 class StaticsResult(Result):
     """A mesh table with its evidence; seconds by stage.
 
+    mesh : index from 0, and its name
     pitches : base pitches that it covers, until the tooth pairs repeat
     """
 
@@ -133,12 +134,13 @@ class StaticsResult(Result):
     problem: ContactProblem
     error: ErrorEstimate | None
     seconds: dict[str, float]
+    mesh: int
+    name: str
     pitches: int = 1
 
     @property
-    def summary(self) -> dict[str, Any]:
-        """Means, ranges, evidence and doubts, plain values ready for JSON."""
-        return summary(self)
+    def teeth(self) -> str:
+        return _teeth(self.problem.pair)
 
     def to_csv(self, path: str | PathLike[str]) -> None:
         """Write the table with its header."""
@@ -146,13 +148,13 @@ class StaticsResult(Result):
 
     def to_frame(self) -> DataFrame:
         """The table as a pandas frame; pandas is not installed with this package."""
-        table, shape = self.table, (self.table.torque_Nm.size, self.table.position.size)
-        places = {
-            "torque_Nm": np.broadcast_to(table.torque_Nm[:, None], shape),
-            "position": np.broadcast_to(table.position, shape),
-        }
-        columns = {**places, **table.columns}
-        return frame({name: column.ravel() for name, column in columns.items()})
+        return frame(self.table.flat)
+
+    @property
+    def reciprocity_error(self) -> float:
+        """Largest relative difference of deflections where loads change places."""
+        flanks = self.problem.driver, self.problem.driven
+        return max(flank.reciprocity_error for flank in flanks)
 
     @property
     def torque_balance(self) -> float:
@@ -214,7 +216,20 @@ def solve_mesh(
     else:
         columns |= pair_compliances(problem, cycle)
     table = MeshTable(cycle.torque, cycle.position, columns, header)
-    return StaticsResult(table, cycle, problem, error, dict(seconds), pitches)
+    name = _name(gear_set, mesh)
+    return StaticsResult(
+        table, cycle, problem, error, dict(seconds), mesh, name, pitches
+    )
+
+
+def _name(gear_set: GearSet, mesh: int) -> str:
+    spec = gear_set.meshes[mesh]
+    driver, driven = gear_set.gears[spec.driver], gear_set.gears[spec.driven]
+    return f"{mesh + 1} ({driver.name} drives {driven.name})"
+
+
+def _teeth(pair: GearPair) -> str:
+    return f"{pair.driver.teeth} / {pair.driven.teeth}"
 
 
 def _require_rows(gear_set: GearSet, mesh: int, pitches: int, each: int) -> None:
@@ -402,21 +417,20 @@ def table_header(
     error: ErrorEstimate | None,
 ) -> dict[str, str]:
     spec = gear_set.meshes[mesh]
-    driver, driven = gear_set.gears[spec.driver], gear_set.gears[spec.driven]
     used = enumerate(_used_pairs(cycle), start=1)
     pairs = " ".join(f"pair{i}={cycle.teeth[k]:+d}" for i, k in used)
     header = {
         "format": "fegear mesh table 1",
         "fegear version": package_version(),
         "gear set": gear_set.name,
-        "mesh": f"{mesh + 1} ({driver.name} drives {driven.name})",
-        "teeth": f"{driver.geometry.teeth} / {driven.geometry.teeth}",
+        "mesh": _name(gear_set, mesh),
+        "teeth": _teeth(spec.pair),
         "contact ratio": f"{spec.pair.contact_ratio:.6g}",
         "base pitch [mm]": exact(1e3 * spec.pair.base_pitch),
         "plane": settings.plane,
         "resolution": settings.resolution,
         "friction coefficient": exact(settings.friction),
-        "corner contact": "on" if settings.corner_contact else "off",
+        "corner contact": CORNERS[settings.corner_contact],
         "body": BODIES[settings.body],
         "pairs ahead of the reference pair [base pitches]": pairs,
         "position": "base pitches past the pitch point of the reference pair",

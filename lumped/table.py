@@ -12,6 +12,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -69,6 +70,16 @@ class MeshTable:
     __hash__ = None  # type: ignore[assignment]
 
     @property
+    def flat(self) -> dict[str, NDArray[Any]]:
+        """All columns (t n,) one torque after the other, with those of the places."""
+        torque, position = np.meshgrid(self.torque_Nm, self.position, indexing="ij")
+        columns = {"torque_Nm": torque, "position": position, **self.columns}
+        return {
+            name: values.ravel().astype(int if name in COUNTS else float)
+            for name, values in columns.items()
+        }
+
+    @property
     def pair_count(self) -> int:
         """Tooth pairs with columns of their own, pair1 to pairN."""
         return sum(name.endswith("_load_share") for name in self.columns)
@@ -76,16 +87,9 @@ class MeshTable:
 
 def format_table(table: MeshTable) -> str:
     """The table as CSV text."""
-    columns = {
-        name: values.astype(int) if name in COUNTS else values
-        for name, values in table.columns.items()
-    }
-    rows = (
-        [float(torque), float(position), *(v[t, n].item() for v in columns.values())]
-        for t, torque in enumerate(table.torque_Nm)
-        for n, position in enumerate(table.position)
-    )
-    return format_csv(["torque_Nm", "position", *columns], rows, table.header)
+    columns = table.flat
+    rows = zip(*(values.tolist() for values in columns.values()), strict=True)
+    return format_csv(columns, rows, table.header)
 
 
 def parse_table(text: str, source: str = "table") -> MeshTable:

@@ -12,7 +12,7 @@ from fegear.elasticity.material import Plane
 from fegear.gearset.model import Gear, GearSet
 from fegear.gearset.pitch_errors import without_pitch_errors
 from fegear.statics import StaticsResult, StaticsSettings, solve_mesh
-from fegear.summary import warnings
+from fegear.studies.stiffness import doubts_of_table
 from meshes import GearPair
 from validation.oracles import hertz, iso6336, potential_energy, ring
 
@@ -82,7 +82,7 @@ def compare_mesh(
         _pressure(solved, settings.plane),
     )
     unknown = tuple(_unknown_to_closed_forms(solved))
-    return Compared(rows, (*unknown, *warnings(solved.result)))
+    return Compared(rows, (*unknown, *doubts_of_table(solved.result)))
 
 
 def _unknown_to_closed_forms(solved: _Solved) -> Iterator[str]:

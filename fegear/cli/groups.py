@@ -87,6 +87,8 @@ def _options(
     known = signature(group.kind).parameters
     for each in offered(group):
         own, declared = known[each.name], each.declared
+        if isinstance(parameter.default, group.kind):  # stronger than its class's own
+            own = own.replace(default=getattr(parameter.default, each.name))
         if isinstance(declared, Setting):
             yield from _of_setting(own, declared, hints[each.name])
         elif each.group is not None:

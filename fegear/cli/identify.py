@@ -10,8 +10,9 @@ from fegear.cli.edits import EditedSet
 from fegear.cli.groups import grouped, option
 from fegear.cli.lumped_options import LoadCase, middle_torque
 from fegear.cli.options import Elements, Outputs, require
-from fegear.cli.screen import number, ruled_table, screen
+from fegear.cli.screen import ruled_table, screen
 from fegear.errors import InputError
+from fegear.studies.page import number
 from fegear.studies.study import Range
 
 if TYPE_CHECKING:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 import typer
 
 from fegear.cli.groups import option
-from fegear.cli.screen import complain, counted
+from fegear.cli.screen import complain
 from fegear.errors import InputError
 from fegear.studies.study import TABLES, Range
 
@@ -245,9 +245,10 @@ def named_options(*arguments: str) -> Iterator[None]:
 
 
 def require_mesh(gear_set: GearSet, mesh: int) -> None:
-    count = len(gear_set.meshes)
-    of = f"{gear_set.name} has {counted(count, 'mesh', 'meshes')}"
-    require(1 <= mesh <= count, "--mesh", mesh, of)
+    from fegear.studies.trains import mesh_index
+
+    with named_options("mesh"):
+        mesh_index(gear_set, mesh)
 
 
 def refuse_idle(reason: str, **options: Any) -> None:
@@ -262,21 +263,6 @@ def refuse_idle(reason: str, **options: Any) -> None:
             words = (f"{v:.12g}" if isinstance(v, float) else str(v) for v in given)
             shown = "" if value is True else f" = {', '.join(words)}"
             raise InputError(f"--{name.replace('_', '-')}{shown}; {reason}")
-
-
-def driver_torques(
-    gear_set: GearSet, mesh: int, asked: Sequence[float]
-) -> tuple[float, ...]:
-    """Torques on the driver of a mesh [N m]: as asked, or the gear set's load cases.
-
-    mesh : counted from 1
-    """
-    # less is lost in round-off of the no-load error
-    allowed = "must be at least 1e-6 and below 1e9 N m, on the driving gear"
-    torques = allowed_torques(asked, allowed) or gear_set.meshes[mesh - 1].torques
-    return required_torques(
-        torques, f"{gear_set.name} has no load case for mesh {mesh}"
-    )
 
 
 def allowed_torques(
@@ -298,8 +284,10 @@ def required_torques(torques: tuple[float, ...], reason: str) -> tuple[float, ..
 
 def driver_torque(gear_set: GearSet, mesh: int, asked: float | None) -> float:
     """The torque asked for on the driver [N m], or the middle one of the load cases."""
-    torques = driver_torques(gear_set, mesh, [] if asked is None else [asked])
-    return torques[len(torques) // 2]
+    from fegear.studies.trains import chosen_torque
+
+    with named_options("torque"):
+        return chosen_torque(gear_set, asked, mesh)
 
 
 def require_picture(path: Path) -> None:

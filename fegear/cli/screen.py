@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import typer
 
 from fegear.output import strict_json
 from fegear.printable import printable
-from fegear.studies.page import counted as counted
-from fegear.studies.page import number
 
 if TYPE_CHECKING:
     from rich.console import Console, ConsoleOptions, RenderableType
     from rich.segment import Segment
     from rich.table import Table
 
-Cells = dict[str, Callable[[dict[str, Any]], str]]  # of a row, by column
 WIDEST, GAP = 24, 2  # letters of a column, and between two
 
 
@@ -66,26 +63,6 @@ def ruled_table(
             table.add_column(name, overflow="fold")
         else:
             table.add_column(name, justify="right", no_wrap=True)
-    return table
-
-
-def cell(
-    key: str, factor: float = 1.0, figures: int = 5
-) -> Callable[[dict[str, Any]], str]:
-    """The cell of a row that shows a number of it."""
-    return lambda row: number(factor * row[key], figures)
-
-
-def filled_table(
-    columns: Cells,
-    rows: Iterable[dict[str, Any]],
-    title: str | None = None,
-    words: Sequence[str] = (),
-) -> Table:
-    """A table of rows; columns : by their header, what makes a cell of a row."""
-    table = ruled_table(*columns, title=title, words=words)
-    for row in rows:
-        table.add_row(*(make(row) for make in columns.values()))
     return table
 
 

@@ -22,6 +22,11 @@ STUDIES = {
         "Clatter",
         "Clattering gearboxes: impacts of loose wheels in their plays.",
     ),
+    "stiffness": (
+        "stiffness",
+        "MeshStiffness",
+        "Mesh stiffness, transmission error and load sharing.",
+    ),
     "dynamics": (
         "dynamics",
         "Dynamics",

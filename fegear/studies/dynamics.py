@@ -42,6 +42,7 @@ from fegear.studies.study import (
 from fegear.studies.sweep import SweptSpeeds, unbegun
 from fegear.studies.trains import (
     DAMPING,
+    FRICTION,
     PLANE,
     RESOLUTION,
     SETTLING,
@@ -77,7 +78,7 @@ ELEMENTS = Group(
             "without elastic inertia; auto: reduced where elastic inertia matters, "
             "else quasistatic."
         ),
-        "friction": Setting(text="Coulomb friction coefficient."),
+        "friction": FRICTION,
         "elastic_damping": Setting(
             text="Damping ratio of the first elastic modes of the gears.",
         ),

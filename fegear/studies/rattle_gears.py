@@ -19,7 +19,8 @@ from fegear.gearset.inertia import inertia_of
 from fegear.gearset.model import Gear, GearSet
 from fegear.output import write_text
 from fegear.statics import StaticsSettings, solve_mesh
-from fegear.studies.page import Page, counted, heading
+from fegear.studies.page import Page, heading
+from fegear.studies.stiffness import at_torque, doubts_of_table
 from fegear.studies.study import (
     NO_PICTURES,
     Group,
@@ -32,7 +33,14 @@ from fegear.studies.study import (
     own_offers,
     setting,
 )
-from fegear.studies.trains import PLANE, RESOLUTION, NamedSet
+from fegear.studies.trains import (
+    LEAST_TORQUE,
+    PLANE,
+    RESOLUTION,
+    NamedSet,
+    mesh_index,
+    mesh_setting,
+)
 from lumped.rattle.assembly import Assembly, Shafts
 from lumped.rattle.machine import Machine
 from lumped.rattle.quiet import quiet_motion
@@ -44,7 +52,6 @@ OF_MESH = (
     "peak_to_peak_over_mean",
     "mean_local_stiffness_N_per_m",
 )
-LEAST_TORQUE = 1e-6  # N m on the driver, less is lost in round-off
 UNCHANGED = Group(kind=NamedSet, offers={"name": own_offers(NamedSet)["name"]})
 ELEMENTS = Group(
     kind=StaticsSettings, offers={"plane": PLANE, "resolution": RESOLUTION}
@@ -68,7 +75,7 @@ class MachineOfGears(
     endings = (".toml",)
 
     gear_set: NamedSet = field(metadata={"group": UNCHANGED})
-    mesh: int = setting(1, "Number of the mesh, counted from 1.")
+    mesh: int = mesh_setting()
     speed_rpm: float = setting(MISSING, "Speed of the driving gear [rpm].", ABOVE)
     drag_Nm: float = setting(
         MISSING,
@@ -111,10 +118,11 @@ class MachineOfGears(
     def _found(self, job: Job) -> MachineOfGearsResult:
         pair = self.pair
         place = pair.gear_set, self.mesh - 1, (pair.torque,)
-        solved = solve_mesh(*place, self.elements, job.report).summary
-        row = {name: solved["torques"][0][name] for name in OF_MESH}
+        solved = solve_mesh(*place, self.elements, job.report)
+        found = at_torque(solved, 0)
+        row = {name: found[name] for name in OF_MESH}
         assembly = pair.assembly(row["mean_stiffness_N_per_m"])
-        warnings = list(solved.get("warnings", ()))
+        warnings = doubts_of_table(solved)
         return MachineOfGearsResult(self, assembly, pair.figures | row, warnings)
 
 
@@ -167,10 +175,7 @@ class Pair:
     def require(self) -> None:
         """Raises InputError for what cannot rattle or is lost in round-off."""
         name, mesh = self.gear_set.name, self.study.mesh
-        count = len(self.gear_set.meshes)
-        if not 1 <= mesh <= count:
-            has = counted(count, "mesh", "meshes")
-            raise InputError(f"mesh = {mesh}; {name} has {has}")
+        mesh_index(self.gear_set, mesh)
         if not self.backlash > 0.0:
             raise InputError(
                 f"{name} mesh {mesh}: backlash 0, must be above 0; set backlash_um or "

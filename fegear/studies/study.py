@@ -220,8 +220,8 @@ def _written(option: str, declared: Setting, value: Any) -> list[str]:
     for flag, meant, _ in declared.flags:
         if value == meant and type(value) is type(meant):
             return [flag]
-    if value is True:
-        return [option]
+    if isinstance(value, bool):
+        return [option if value else option.replace("--", "--no-", 1)]
     single = declared.read is not None and not declared.several
     values = value if isinstance(value, tuple) and not single else (value,)
     return [word for each in values for word in (option, declared.write(each))]

@@ -14,6 +14,7 @@ from fegear.gearset.edit import parsed_value
 from fegear.gearset.model import GearSet
 from fegear.lumped_models import LumpedModel
 from fegear.speeds import parsed_speeds, written_speeds
+from fegear.studies.page import counted
 from fegear.studies.study import (
     Group,
     Range,
@@ -30,8 +31,10 @@ from fegear.studies.study import (
 from fegear.train import input_torques
 from lumped.settings import Settings
 
+LEAST_TORQUE = 1e-6  # N m, less is lost in round-off
 FREQUENCY = Range(above=0.0, below=1e9, unit="Hz")
 LOAD = "must be 0, or at least 1e-6 and below 1e9 N m, on the input gear"
+DRIVER_LOAD = "must be at least 1e-6 and below 1e9 N m, on the driving gear"
 FIGURES = "mean_stiffness_N_per_m", "stiffness_variation", "load_share"
 OF_TRANSLATIONS = "mass_kg", "bearing_kx_N_per_m", "bearing_ky_N_per_m"
 REPLACED = {"load.torques_Nm": "torque", "dynamics.damping_ratio": "damping_ratio"}
@@ -106,6 +109,22 @@ class NamedSet:
         return repr(self.loaded)
 
 
+USUAL_PAIR = NamedSet(name="liu-pair")
+
+
+def mesh_setting() -> Any:
+    return setting(1, "Number of the mesh, counted from 1.")
+
+
+def mesh_index(gears: GearSet, mesh: int) -> int:
+    """Index from 0 of a mesh by its number; InputError where it is not there."""
+    count = len(gears.meshes)
+    if not 1 <= mesh <= count:
+        has = counted(count, "mesh", "meshes")
+        raise InputError(f"mesh = {mesh}; {gears.name} has {has}")
+    return mesh - 1
+
+
 def speeds_setting(
     default: Any, text: str, allowed: Range = FREQUENCY, **words: Any
 ) -> Any:
@@ -138,17 +157,32 @@ def torques_setting() -> Any:
     )
 
 
-def chosen_torques(gears: GearSet, asked: tuple[float, ...]) -> tuple[float, ...]:
-    """Torques on the input gear [N m]: as asked, or the gear set's load cases."""
+def chosen_torques(
+    gears: GearSet, asked: tuple[float, ...], mesh: int | None = None
+) -> tuple[float, ...]:
+    """Torques on the input gear [N m]: as asked, or the gear set's load cases.
+
+    mesh : counted from 1, on whose driver they are instead
+    """
+    free = mesh is None  # gears without load can be integrated, not solved at rest
     for value in asked:
-        if value != 0.0 and not 1e-6 <= value < 1e9:
-            raise InputError(f"torque = {value:.12g}; {LOAD}")
+        if not (LEAST_TORQUE <= value < 1e9 or (free and value == 0.0)):
+            raise InputError(f"torque = {value:.12g}; {LOAD if free else DRIVER_LOAD}")
         if asked.count(value) > 1:
             raise InputError(f"torque = {value:.12g}; is given more than once")
-    found = asked or input_torques(gears)
-    if not found:
-        raise InputError(f"torque is missing; {gears.name} has no load case")
-    return found
+    own = input_torques(gears) if mesh is None else gears.meshes[mesh - 1].torques
+    if not asked and not own:
+        where = "" if free else f" for mesh {mesh}"
+        raise InputError(f"torque is missing; {gears.name} has no load case{where}")
+    return asked or own
+
+
+def chosen_torque(
+    gears: GearSet, asked: float | None, mesh: int | None = None
+) -> float:
+    """The torque that is asked for [N m], or the middle load case."""
+    found = chosen_torques(gears, () if asked is None else (asked,), mesh)
+    return found[len(found) // 2]
 
 
 def _number(words: str) -> Any:
@@ -168,6 +202,7 @@ TRANSLATIONS = Setting(
     text="Let gears with bearing stiffnesses move in the plane, not rotate only.",
 )
 PLANE = Setting(text="Plane stress or plane strain of the finite elements.")
+FRICTION = Setting(text="Coulomb friction coefficient.")
 RESOLUTION = Setting(
     text="Fineness of the finite-element mesh and of the contact grid."
 )
@@ -438,9 +473,7 @@ def described(study: OfTrain, damping_ratio: float) -> dict[str, Any]:
 
 def one_load(study: Any) -> float:
     """Torque on the input gear [N m]: as asked, or the middle load case."""
-    asked = () if study.torque is None else (study.torque,)
-    found = chosen_torques(study.gears, asked)
-    return found[len(found) // 2]
+    return chosen_torque(study.gears, study.torque)
 
 
 def friction_described(model: LumpedModel) -> dict[str, Any]:

@@ -78,6 +78,7 @@ EXAMPLES = [  # of classes that must be told something
     fegear.MachineOfGears(
         gear_set="liu-pair", speed_rpm=1500.0, drag_Nm=1.0, eccentricity_um=9.0
     ),
+    fegear.MeshStiffness(),
     fegear.Manifolds(machine="roots-a"),
     fegear.Noise(machine="roots-a"),
     fegear.OrbitBifurcations(machine="roots-a", over=("delta=1:2",)),

@@ -11,7 +11,7 @@ import pytest
 from fegear.cli import run
 from fegear.gearset import load_gear_set
 from fegear.statics import StaticsSettings, solve_mesh
-from fegear.summary import warnings
+from fegear.studies.stiffness import doubts_of_table
 from fegear.unphysical import PRESSURE, doubts
 
 USUAL = {
@@ -132,7 +132,7 @@ def test_pressure_at_sharp_tips_is_no_reason():
     settings = StaticsSettings(resolution="fine", estimate_error=False)
     result = solve_mesh(load_gear_set("liu-pair"), 0, [400.0], settings)
     assert result.table["max_pressure_Pa"].max() > PRESSURE
-    assert warnings(result) == []
+    assert doubts_of_table(result) == []
 
 
 @pytest.fixture(scope="module")
@@ -143,7 +143,7 @@ def coarse():
 
 def test_evidence_that_holds_is_no_warning(coarse):
     assert coarse.work_balance < 2e-4
-    assert warnings(coarse) == []
+    assert doubts_of_table(coarse) == []
 
 
 @pytest.mark.parametrize(
@@ -159,11 +159,11 @@ def test_a_self_check_that_fails_is_a_warning(coarse, change, words):
     own = getattr(coarse.cycle, name)
     wrong = own * factor if own.any() else own + factor
     cycle = replace(coarse.cycle, **{name: wrong})
-    (line,) = warnings(replace(coarse, cycle=cycle))
+    (line,) = doubts_of_table(replace(coarse, cycle=cycle))
     assert words in line
 
 
 def test_a_mesh_that_is_too_coarse_is_a_warning(coarse):
     error = replace(coarse.error, mean=0.02)
-    (line,) = warnings(replace(coarse, error=error))
+    (line,) = doubts_of_table(replace(coarse, error=error))
     assert "mean transmission errors of two meshes are off by 0.02" in line

@@ -385,6 +385,7 @@ OPTIONS: dict[str, dict[str, Case]] = {
         "--resolution": less(STIFF, COARSE),
         "--corner-contact": plus(STIFF, "--no-corner-contact"),
         "--body": plus(STIFF, "--body free"),
+        "--set": plus(STIFF, "--set gear.1.young_modulus_GPa=150"),
         "--output": plus(STIFF, "-o t.csv"),
         "--plot": plus(STIFF, "--plot p.png"),
         "--json": less(STIFF, "--json"),

@@ -10,9 +10,10 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from fegear.cli import run
-from fegear.cli.screen import number, ruled_table, screen
+from fegear.cli.screen import ruled_table, screen
 from fegear.rendering.labels import BAR_LETTERS, legend
 from fegear.rendering.look import COLOURS, Look
+from fegear.studies.page import number
 from lumped.drawing import draw_legend, draw_title, panels
 
 ROOT = Path(__file__).parents[3]

@@ -1,0 +1,263 @@
+"""Mesh stiffness, transmission error and load sharing of a gear pair."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property, partial
+from math import isfinite
+from typing import Any
+
+import numpy as np
+
+from fegear.contact.problem import corner_positions
+from fegear.gearset.model import GearSet
+from fegear.memory import peak_memory_MB
+from fegear.plots import draw_table
+from fegear.statics import CORNERS, StaticsResult, StaticsSettings, solve_mesh
+from fegear.studies.page import Columns, Grid, Page, cell
+from fegear.studies.study import (
+    Draw,
+    Group,
+    Job,
+    Setting,
+    Study,
+    StudyResult,
+    Task,
+    group,
+    setting,
+)
+from fegear.studies.table import Table, plain
+from fegear.studies.trains import (
+    FRICTION,
+    PLANE,
+    RESOLUTION,
+    USUAL_PAIR,
+    NamedSet,
+    chosen_torques,
+    mesh_index,
+    mesh_setting,
+    refuse_edits,
+)
+from fegear.unphysical import BALANCE, ESTIMATE, doubts, doubts_of_check
+
+ELEMENTS = Group(
+    kind=StaticsSettings,
+    offers={
+        "positions": Setting(text="Number of mesh positions per base pitch."),
+        "friction": FRICTION,
+        "plane": PLANE,
+        "resolution": RESOLUTION,
+        "body": Setting(
+            text="What the bodies of the gears are held by. held: their hubs; free: "
+            "nothing but their inertia, the compliance of gears that vibrate."
+        ),
+        "corner_contact": Setting(
+            text="Contact of tip corners before and after the nominal path of contact."
+        ),
+    },
+)
+COLUMNS: Columns = {
+    "torque\nN m": lambda row: f"{row['torque_Nm']:g}",
+    "mean k\n1e8 N/m": cell("mean_stiffness_N_per_m", 5, 1e-8),
+    "k p-p/\nmean k": cell("peak_to_peak_over_mean"),
+    "local k\n1e8 N/m": cell("mean_local_stiffness_N_per_m", 5, 1e-8),
+    "STE\nmean um": cell("ste_mean_um"),
+    "STE\np-p um": cell("ste_peak_to_peak_um"),
+    "NLTE\np-p um": cell("nlte_peak_to_peak_um"),
+    "p pitch\nMPa": cell("pressure_at_pitch_point_MPa"),
+    "friction\nbending": cell("friction_bending_ratio_mean", 3),
+}
+
+
+@dataclass(frozen=True, kw_only=True)
+class MeshStiffness(
+    Study,
+    command="stiffness",
+    example="stiffness liu-idler --mesh 2 -o mesh2.csv --plot mesh2.png",
+):
+    """Mesh stiffness, transmission error and load sharing."""
+
+    gear_set: NamedSet = USUAL_PAIR
+    mesh: int = mesh_setting()
+    torque: tuple[float, ...] = setting(
+        (),
+        "Torque on the driving gear of the mesh [N\u00a0m]; may be repeated. [default: "
+        "all load cases of the gear set]",
+    )
+    elements: StaticsSettings = group(ELEMENTS)
+
+    @cached_property
+    def gears(self) -> GearSet:
+        refuse_edits(self, {"torque": self.torque}, translations=False)
+        return self.gear_set.loaded
+
+    def tasks(self) -> Iterator[Task]:
+        index = mesh_index(self.gears, self.mesh)
+        torques = chosen_torques(self.gears, self.torque, self.mesh)
+        yield Task("table", partial(self._solved, index, torques))
+
+    def _solved(
+        self, index: int, torques: tuple[float, ...], job: Job
+    ) -> StiffnessResult:
+        place = self.gears, index, torques
+        return StiffnessResult(self, solve_mesh(*place, self.elements, job.report))
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class StiffnessResult(StudyResult):
+    study: MeshStiffness
+    solved: StaticsResult
+
+    @cached_property
+    def summary(self) -> dict[str, Any]:
+        solved, asked = self.solved, self.study.elements
+        return {
+            "gear_set": self.study.gears.name,
+            "mesh": solved.name,
+            "teeth": solved.teeth,
+            "plane": asked.plane,
+            "resolution": asked.resolution,
+            "corner_contact": CORNERS[asked.corner_contact],
+            "friction_coefficient": asked.friction,
+            "face_width_mm": 1e3 * solved.problem.face_width,
+            "contact_ratio": solved.problem.pair.contact_ratio,
+            "positions": int(solved.table.position.size),
+            "base_pitches": solved.pitches,
+            "torques": [at_torque(solved, t) for t in range(solved.cycle.torque.size)],
+            "evidence": evidence(solved),
+            "warnings": doubts_of_table(solved),
+            "seconds": {name: round(s, 4) for name, s in solved.seconds.items()},
+            "peak_memory_MB": round(peak_memory_MB(), 1),
+        }
+
+    @property
+    def table(self) -> Table:
+        """A row for every torque and position."""
+        found = self.solved.table
+        return Table.of(found.flat, {**found.header, **self.study.gear_set.entries})
+
+    @property
+    def figures(self) -> dict[str, Draw]:
+        return {"plot": partial(draw_table, self.solved, self._title)}
+
+    @property
+    def _title(self) -> str:
+        return (
+            "{gear_set}, mesh {mesh}, teeth {teeth}, contact ratio {contact_ratio:.3f}"
+            "\nplane {plane}, friction {friction_coefficient:g}, corner contact "
+            "{corner_contact}, face width {face_width_mm:g} mm"
+        ).format_map(self.summary)
+
+    def page(self) -> Page:
+        values = self.summary
+        yield (
+            "{gear_set} mesh {mesh}, teeth {teeth}, face width {face_width_mm:g} mm, "
+            "plane {plane}, resolution {resolution}, friction {friction_coefficient:g},"
+            " corner contact {corner_contact}"
+        ).format_map(values)
+        yield f"contact ratio {values['contact_ratio']:.4f}"
+        if values["base_pitches"] > 1:
+            yield (
+                f"with pitch errors, tooth pairs repeat after {values['base_pitches']} "
+                "base pitches: all of them are in the table"
+            )
+        yield Grid(values["torques"], COLUMNS, words=())
+        yield from _evidence_lines(values["evidence"])
+        stages = ", ".join(f"{name} {s:.3f} s" for name, s in values["seconds"].items())
+        peak = values["peak_memory_MB"]
+        memory = f"; peak memory {peak:.0f} MB" if isfinite(peak) else ""
+        yield f"time: {stages}{memory}"
+
+
+def _evidence_lines(values: dict[str, float | None]) -> Iterator[str]:
+    if values["discretisation_ste_mean"] is not None:
+        corner = values["discretisation_ste_corner"]
+        yield (
+            "discretisation, STE against a coarser mesh and contact grid: mean "
+            f"{values['discretisation_ste_mean']:.1e}, on the path "
+            f"{values['discretisation_ste_path']:.1e}, corner contact "
+            + (f"{corner:.1e}" if corner is not None else "none")
+        )
+    yield (
+        "balance: complementarity {complementarity_residual:.1e}, T2/T1 against z2/z1 "
+        "{torque_balance:.1e} (tilted normals of corner contact, relief and friction), "
+        "its mean {work_balance:.1e}, reciprocity {reciprocity:.1e}"
+    ).format_map(values)
+
+
+def at_torque(solved: StaticsResult, t: int) -> dict[str, float]:
+    """Means and ranges over the mesh cycle at one of the torques, by its index."""
+    names = "stiffness_N_per_m", "local_stiffness_N_per_m", "friction_bending_ratio"
+    k, local, bending = (solved.table[name][t] for name in names)
+    ste, no_load, pressure = (
+        solved.table[name][t] for name in ("ste_m", "nlte_m", "max_pressure_Pa")
+    )
+    pitch = solved.cycle.teeth == 0  # the reference pair, at the pitch point at 0
+    at_pitch_point = solved.cycle.pressure[t, 0, pitch][0]
+    return {
+        "torque_Nm": float(solved.cycle.torque[t]),
+        "mean_stiffness_N_per_m": float(k.mean()),
+        "peak_to_peak_over_mean": float(np.ptp(k) / k.mean()),
+        "mean_local_stiffness_N_per_m": float(local.mean()),
+        "ste_mean_um": 1e6 * float(ste.mean()),
+        "ste_peak_to_peak_um": 1e6 * float(np.ptp(ste)),
+        "nlte_peak_to_peak_um": 1e6 * float(np.ptp(no_load)),
+        "pressure_at_pitch_point_MPa": 1e-6 * float(at_pitch_point),
+        "max_pressure_MPa": 1e-6 * float(pressure.max()),
+        "friction_bending_ratio_mean": float(bending.mean()),
+    }
+
+
+def evidence(solved: StaticsResult) -> dict[str, float | None]:
+    """What shows that the numbers can be trusted; relative, dimensionless."""
+    error = solved.error
+    return {
+        "discretisation_ste_mean": error.mean if error else None,
+        "discretisation_ste_path": error.path if error else None,
+        "discretisation_ste_corner": plain(error.corner) if error else None,
+        "complementarity_residual": float(solved.cycle.residual.max()),
+        "torque_balance": solved.torque_balance,
+        "work_balance": solved.work_balance,
+        "reciprocity": solved.reciprocity_error,
+    }
+
+
+def doubts_of_table(solved: StaticsResult) -> list[str]:
+    """Where a table cannot be physical, or its evidence speaks against it."""
+    unphysical = [
+        line
+        for t, torque in enumerate(solved.cycle.torque)
+        for line in doubts(
+            f"mesh {solved.mesh + 1} at {torque:g} N m",
+            solved.problem.pair.driver.module,
+            transmission_error=float(np.abs(solved.cycle.ste[t]).max()),
+            pressure=_pressure_on_path(solved, t),
+        )
+    ]
+    return unphysical or list(_doubts_of_evidence(solved))
+
+
+def _pressure_on_path(solved: StaticsResult, t: int) -> float:
+    """Largest contact pressure [Pa], but for that of sharp tip corners.
+
+    Theirs has no limit: it follows the contact grid.
+    """
+    inside = ~corner_positions(solved.problem, solved.cycle, t)
+    return float(solved.table["max_pressure_Pa"][t][inside].max(initial=0.0))
+
+
+def _doubts_of_evidence(solved: StaticsResult) -> Iterator[str]:
+    check = partial(doubts_of_check, f"mesh {solved.mesh + 1}")
+    residual = float(solved.cycle.residual.max())
+    yield from check("gaps and pressures of the contact", residual)
+    what = "deflections where loads change places"
+    yield from check(what, solved.reciprocity_error, ESTIMATE)
+    if solved.error is not None:
+        what = "mean transmission errors of two meshes"
+        yield from check(what, solved.error.mean, ESTIMATE)
+    if solved.problem.friction == 0.0:
+        what = "works of both torques over the cycle"
+        places = solved.cycle.position.size / solved.pitches
+        missed = 2.0 * solved.torque_balance / places  # by sums that step over jumps
+        yield from check(what, solved.work_balance, BALANCE + missed)
