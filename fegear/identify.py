@@ -87,7 +87,7 @@ class Candidate:
 
 
 @dataclass(frozen=True, repr=False)
-class Identification(Result):
+class Identified(Result):
     """The chosen set, computed anew with its own hubs, and the valley around it.
 
     along : index of the gear whose hub radius runs through the valley
@@ -239,7 +239,7 @@ def identify(
     hold_width: bool = False,
     along: int = 0,
     report: Progress = silent,
-) -> Identification:
+) -> Identified:
     """The widths and hubs that meet what was measured best, and their valley.
 
     Of sets that are equally good the one is chosen whose hubs are most alike in
@@ -270,7 +270,7 @@ def identify(
     chosen = fit.candidate(best, model.meshed_figures)
     between = fit.candidate(best, model.figures)
     error = float(np.abs(between.mean / chosen.mean - 1.0).max())
-    return Identification(chosen, along, valley, error)
+    return Identified(chosen, along, valley, error)
 
 
 @dataclass(frozen=True)

@@ -27,7 +27,6 @@ if TYPE_CHECKING:
 PICTURES = (".png", ".pdf", ".svg")
 RATIO = Range(least=0.0, below=1.0)
 COEFFICIENT = Range(least=0.0, below=0.5)
-FREQUENCY = Range(above=0.0, below=1e9, unit="Hz")
 SET_HELP = "Name of a built-in gear set, or path of a gear-set file (TOML)."
 SetName = Annotated[str, typer.Argument(metavar="SET", help=SET_HELP)]
 PairName = SetName
@@ -263,23 +262,6 @@ def refuse_idle(reason: str, **options: Any) -> None:
             words = (f"{v:.12g}" if isinstance(v, float) else str(v) for v in given)
             shown = "" if value is True else f" = {', '.join(words)}"
             raise InputError(f"--{name.replace('_', '-')}{shown}; {reason}")
-
-
-def allowed_torques(
-    asked: Sequence[float], words: str, zero: bool = False
-) -> tuple[float, ...]:
-    """As asked [N m], each once; words : what is allowed, 0 as well if so said."""
-    for value in asked:
-        ok = (zero and value == 0.0) or 1e-6 <= value < 1e9
-        require(ok, "--torque", value, words)
-        require(asked.count(value) == 1, "--torque", value, "is given more than once")
-    return tuple(asked)
-
-
-def required_torques(torques: tuple[float, ...], reason: str) -> tuple[float, ...]:
-    if not torques:
-        raise InputError(f"--torque is missing; {reason}")
-    return torques
 
 
 def driver_torque(gear_set: GearSet, mesh: int, asked: float | None) -> float:

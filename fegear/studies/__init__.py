@@ -27,6 +27,11 @@ STUDIES = {
         "MeshStiffness",
         "Mesh stiffness, transmission error and load sharing.",
     ),
+    "identify": (
+        "identify",
+        "Identification",
+        "Face width and hub radii that give measured stiffnesses.",
+    ),
     "dynamics": (
         "dynamics",
         "Dynamics",

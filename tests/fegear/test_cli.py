@@ -123,7 +123,10 @@ def test_two_runs_share_an_empty_cache(tmp_path):
         (["bench"], "Missing command"),
         (["stiffness", "--mesh", "0"], "--mesh = 0"),
         (["stiffness", "--positions", "0"], "--positions must be 1 to 1e6, got 0"),
-        (["stiffness", "--friction", "0.6"], "--friction must be 0 to below 0.5, got 0.6"),
+        (
+            ["stiffness", "--friction", "0.6"],
+            "--friction must be 0 to below 0.5, got 0.6",
+        ),
         (["stiffness", "-o", "missing/t.csv"], "missing/t.csv"),
         (["stiffness", "--plot", "missing/t.png"], "missing/t.png"),
         (["compare", "--torque", "0"], "--torque = 0"),

@@ -11,8 +11,12 @@ from conftest import make_gear
 from fegear.errors import InputError
 from fegear.gearset import load_gear_set
 from fegear.identify import MeasuredStiffness, hub_limits, identify, stiffness_model
-from fegear.identify_report import candidate_values, identification_values, valley_csv
 from fegear.statics import StaticsSettings, solve_mesh
+from fegear.studies.identify import (
+    Identification,
+    IdentificationResult,
+    plain_candidate,
+)
 
 COARSE = StaticsSettings(resolution="coarse", positions=32, estimate_error=False)
 TORQUE = 100.0
@@ -150,14 +154,16 @@ def test_a_gear_without_room_for_a_hub_is_refused(pair):
 
 def test_the_valley_as_a_file(model, measured, pair):
     found = identify(model, measured)
-    values = identification_values(pair, measured, found)
-    lines = valley_csv(values).splitlines()
+    study = Identification(
+        gear_set=pair, mean=measured.mean, variation=measured.variation
+    )
+    lines = IdentificationResult(study, found).table.csv().splitlines()
     assert lines[0] == "# gear set: liu-pair"
     assert len(lines) == 4 + len(found.valley)
     names = lines[2].split(",")[1:]
     for line, candidate in ((lines[3], found.best), (lines[4], found.valley[0])):
         numbers = map(float, line.split(",")[1:])
         row = dict(zip(names, numbers, strict=True))
-        assert row == candidate_values(pair, candidate)
+        assert row == plain_candidate(pair, candidate)
     width = 1e3 * found.valley[0].width_factor * pair.gears[0].face_width
     assert row["pinion_face_width_mm"] == pytest.approx(width, rel=1e-4)

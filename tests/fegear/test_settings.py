@@ -42,6 +42,7 @@ FREE = {
     "wheel",
     "file",
     "orbit",
+    "along",
     "gear_set",
     "table",
     "history",
@@ -79,6 +80,7 @@ EXAMPLES = [  # of classes that must be told something
         gear_set="liu-pair", speed_rpm=1500.0, drag_Nm=1.0, eccentricity_um=9.0
     ),
     fegear.MeshStiffness(),
+    fegear.Identification(gear_set="liu-pair"),
     fegear.Manifolds(machine="roots-a"),
     fegear.Noise(machine="roots-a"),
     fegear.OrbitBifurcations(machine="roots-a", over=("delta=1:2",)),

@@ -1,0 +1,352 @@
+"""Face width and hub radii of a gear set from its measured mesh stiffness."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property, partial
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fegear.errors import InputError
+from fegear.gearset.model import GearSet
+from fegear.identify import (
+    WIDTH_FACTORS,
+    Candidate,
+    Identified,
+    MeasuredStiffness,
+    hub_limits,
+    identify,
+    stiffness_model,
+)
+from fegear.statics import StaticsSettings
+from fegear.studies.page import Columns, Grid, Page, cell
+from fegear.studies.study import (
+    Draw,
+    Group,
+    Job,
+    Range,
+    Study,
+    StudyResult,
+    Task,
+    called,
+    group,
+    setting,
+)
+from fegear.studies.table import Table, plain
+from fegear.studies.trains import (
+    PLANE,
+    RESOLUTION,
+    NamedSet,
+    one_load,
+    refuse_edits,
+    torque_setting,
+)
+from fegear.train import mesh_torques_at
+from lumped.drawing import draw_title, panels
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+FAR_OFF = 3.0  # spreads of a figure, beyond which it is not met
+AT_BOUND = 1e-3  # relative distance
+PART = Range(above=0.0, below=1.0)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Identification(
+    Study,
+    command="identify",
+    example="identify liu-pair --mean 2.9e8 --variation 0.35",
+):
+    """Face width and hub radii that give measured stiffnesses.
+
+    A weighted least-squares fit of one factor on all face widths and of every gear's
+    hub radius. Figures that leave several sets equally good are shown with them.
+    """
+
+    gear_set: NamedSet
+    mean: tuple[float, ...] = setting(
+        (),
+        "Measured mean mesh stiffness [N/m], once for each mesh in order. [default: "
+        "mean_stiffness_N_per_m of the gear set]",
+        Range(above=0.0, below=1e12, unit="N/m"),
+    )
+    variation: tuple[float, ...] = setting(
+        (),
+        "Measured peak-to-peak mesh stiffness over its mean, once for each mesh in "
+        "order. [default: stiffness_variation of the gear set]",
+        PART,
+    )
+    mean_spread: float = setting(
+        MeasuredStiffness.mean_spread,
+        "Relative standard deviation of the mean stiffnesses.",
+        PART,
+    )
+    variation_spread: float = setting(
+        MeasuredStiffness.variation_spread,
+        "Standard deviation of the variations.",
+        PART,
+    )
+    hold_width: bool = setting(
+        False,
+        "Keep the face widths and identify hub radii alone.",
+        option="--hold-width",
+    )
+    along: str | None = setting(
+        None,
+        "Gear whose hub radius runs through the valley of equally good sets. "
+        "[default: the first gear]",
+        metavar="GEAR",
+    )
+    torque: float | None = torque_setting()
+    elements: StaticsSettings = group(
+        Group(kind=StaticsSettings, offers={"plane": PLANE, "resolution": RESOLUTION})
+    )
+
+    @cached_property
+    def gears(self) -> GearSet:
+        refuse_edits(self, {"torque": self.torque}, translations=False, figures=True)
+        return self.gear_set.loaded
+
+    @cached_property
+    def start(self) -> int:
+        """Index of the gear whose hub radius runs."""
+        names = [gear.name for gear in self.gears.gears]
+        if self.along not in (None, *names):
+            known = ", ".join(names)
+            raise InputError(f"along {self.along}; {self.gears.name} has {known}")
+        return 0 if self.along is None else names.index(self.along)
+
+    @cached_property
+    def measured(self) -> MeasuredStiffness:
+        """What the settings and the gear set know of the meshes."""
+        torque, name, meshes = one_load(self), self.gears.name, self.gears.meshes
+        if torque <= 0.0:
+            allowed = "must be positive, on the input gear [N m]"
+            raise InputError(f"torque = {torque:.12g}; {allowed}")
+        for word, given in (("mean", self.mean), ("variation", self.variation)):
+            if given and len(given) != len(meshes):
+                raise InputError(
+                    f"{word} is given {len(given)} times; {name} has {len(meshes)} "
+                    "meshes, one for each is needed"
+                )
+        mean = self.mean or [mesh.mean_stiffness for mesh in meshes]
+        variation = self.variation or [mesh.stiffness_variation for mesh in meshes]
+        if not any(mean) and not any(variation):
+            raise InputError(
+                f"{called(self, 'mean')} or {called(self, 'variation')} is missing; "
+                f"{name} has no mean_stiffness_N_per_m and no stiffness_variation"
+            )
+        return MeasuredStiffness(
+            torque=np.array(mesh_torques_at(self.gears, torque)),
+            mean=np.array(mean, float),
+            variation=np.array(variation, float),
+            mean_spread=self.mean_spread,
+            variation_spread=self.variation_spread,
+        )
+
+    def tasks(self) -> Iterator[Task]:
+        yield Task("hubs", partial(self._found, self.start, self.measured))
+
+    def _found(
+        self, start: int, known: MeasuredStiffness, job: Job
+    ) -> IdentificationResult:
+        place = self.gears, known.torque, self.elements
+        model = stiffness_model(*place, job.report)
+        found = identify(model, known, self.hold_width, start, job.report)
+        return IdentificationResult(self, found)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class IdentificationResult(StudyResult):
+    """The set chosen, and the valley of sets along the hub radius of a gear."""
+
+    study: Identification
+    found: Identified
+
+    @cached_property
+    def summary(self) -> dict[str, Any]:
+        """NaN where nothing was measured."""
+        known, found, gears = self.study.measured, self.found, self.study.gears
+        return {
+            "gear_set": gears.name,
+            "driver_torque_Nm": known.torque.tolist(),
+            "measured_mean_stiffness_N_per_m": known.mean.tolist(),
+            "measured_stiffness_variation": known.variation.tolist(),
+            "mean_spread": known.mean_spread,
+            "variation_spread": known.variation_spread,
+            "best": plain_candidate(gears, found.best),
+            "warnings": list(self._doubts()),
+            "interpolation_error": found.interpolation_error,
+            "equally_good_from": gears.gears[found.along].name,
+            "equally_good": [plain_candidate(gears, c) for c in found.equally_good],
+            "valley": [plain_candidate(gears, c) for c in found.valley],
+        }
+
+    def _doubts(self) -> Iterator[str]:
+        """Why the set chosen does not stand for what was measured, if so."""
+        best = self.found.best
+        misfits = self.study.measured.misfits(best.mean, best.variation)
+        worst, factor = float(np.abs(misfits).max()), best.width_factor
+        if worst > FAR_OFF:
+            yield (
+                f"no set meets the figures: the best one is {worst:.3g} spreads off; "
+                "the figures, the material or the number of teeth may be others"
+            )
+        for gear, hub in zip(self.study.gears.gears, best.hub_radius, strict=True):
+            for limit in hub_limits(gear):
+                if abs(hub / limit - 1.0) < AT_BOUND:
+                    yield f'hub radius of gear "{gear.name}" is at its limit'
+        if min(abs(factor / limit - 1.0) for limit in WIDTH_FACTORS) < AT_BOUND:
+            yield f"face widths are at their limit, {factor:.3g} of those given"
+
+    @property
+    def table(self) -> Table:
+        """The set chosen and the valley, there the smallest hub first.
+
+        `set` says which: chosen, equally good, or worse.
+        """
+        values = self.summary
+        rows = [{"set": "chosen"} | values["best"]]
+        for row in values["valley"]:
+            kind = "equally good" if row in values["equally_good"] else "worse"
+            rows.append({"set": kind} | row)
+        header = {
+            "gear set": values["gear_set"],
+            "misfit": "sum of squares of (figure - measured) over its spread",
+            **self.study.gear_set.entries,
+        }
+        return Table(list(rows[0]), lambda: [[*row.values()] for row in rows], header)
+
+    @property
+    def figures(self) -> dict[str, Draw]:
+        return {"plot": lambda: draw_valley(self.study, self.found)}
+
+    def page(self) -> Page:
+        values = self.summary
+        yield self._sets()
+        yield self._meshes()
+        yield (
+            f"misfit: squares of the differences over their spreads "
+            f"({100.0 * values['mean_spread']:g} % of a mean, "
+            f"{values['variation_spread']:g} of a variation), summed; interpolation "
+            f"between hub radii changes a mean by {values['interpolation_error']:.1e}"
+        )
+
+    def _sets(self) -> Grid:
+        """Sets that are equally good, among them the one that is chosen."""
+        values, names = self.summary, [gear.name for gear in self.study.gears.gears]
+        best, width = values["best"], f"face width\nof {names[0]}\n[mm]"
+        columns: Columns = {"": lambda row: "*" if row is best else ""}
+        for name in names:
+            title = f"hub radius\nof {name}\n[mm]"
+            columns[title] = _fixed(f"{name}_hub_radius_mm", 2)
+        columns[width] = _fixed(f"{names[0]}_face_width_mm", 2)
+        columns["misfit"] = _fixed("misfit", 3)
+        key = f"{values['equally_good_from']}_hub_radius_mm"
+        rows = sorted([best, *values["equally_good"]], key=lambda row: row[key])
+        title = f"{values['gear_set']}: equally good sets, * the set chosen"
+        return Grid(rows, columns, title)
+
+    def _meshes(self) -> Grid:
+        """How the set chosen meets what was measured."""
+        values, best = self.summary, self.summary["best"]
+        means = values["measured_mean_stiffness_N_per_m"]
+        variations = values["measured_stiffness_variation"]
+        rows = [
+            {
+                "mesh": m,
+                "mean": best[f"mesh{m}_mean_stiffness_N_per_m"],
+                "measured_mean": plain(mean),
+                "variation": best[f"mesh{m}_stiffness_variation"],
+                "measured_variation": plain(variation),
+            }
+            for m, (mean, variation) in enumerate(
+                zip(means, variations, strict=True), start=1
+            )
+        ]
+        stiffness, ratio = "mean stiffness\n[1e8 N/m]", "peak to peak\nover mean"
+        columns: Columns = {
+            "mesh": lambda row: str(row["mesh"]),
+            stiffness: cell("mean", 5, 1e-8),
+            f"measured {stiffness}": cell("measured_mean", 5, 1e-8, none="-"),
+            ratio: _fixed("variation", 4),
+            f"measured {ratio}": _fixed("measured_variation", 4),
+        }
+        title = "the set chosen, meshed, beside what was measured"
+        return Grid(rows, columns, title, words=())
+
+
+def _fixed(key: str, decimals: int) -> Any:
+    """A cell with so many decimals, a dash for None."""
+
+    def shown(row: Mapping[str, Any]) -> str:
+        return "-" if row[key] is None else f"{row[key]:.{decimals}f}"
+
+    return shown
+
+
+def plain_candidate(gear_set: GearSet, candidate: Candidate) -> dict[str, float]:
+    """One set by column name, to the digits that a search finds again."""
+    values = {}
+    for gear, hub in zip(gear_set.gears, candidate.hub_radius, strict=True):
+        width = 1e3 * candidate.width_factor * gear.face_width
+        values[f"{gear.name}_face_width_mm"] = float(width)
+        values[f"{gear.name}_hub_radius_mm"] = 1e3 * float(hub)
+    for m, (mean, variation) in enumerate(
+        zip(candidate.mean, candidate.variation, strict=True), start=1
+    ):
+        values[f"mesh{m}_mean_stiffness_N_per_m"] = float(mean)
+        values[f"mesh{m}_stiffness_variation"] = float(variation)
+    rounded = {name: float(f"{value:.5g}") for name, value in values.items()}
+    return rounded | {"misfit": round(candidate.misfit, 4)}
+
+
+def draw_valley(study: Identification, found: Identified) -> Figure:
+    """Hubs and width, and the figures they give, along the valley."""
+    gear_set = study.gears
+    heights = (1.5, 1.0, 1.0, 0.8)
+    figure, rows = panels(4, size=(8.0, 9.0), heights=heights, share=True)
+    hubs, means, variations, misfit = (row[0] for row in rows)
+    along = gear_set.gears[found.along].name
+    x = np.array([1e3 * c.hub_radius[found.along] for c in found.valley])
+    _draw_hubs(hubs, gear_set, found, x)
+    for m in range(len(gear_set.meshes)):
+        for axes, name, scale in ((means, "mean", 1e-8), (variations, "variation", 1)):
+            curve = scale * np.array([getattr(c, name)[m] for c in found.valley])
+            (line,) = axes.plot(x, curve, label=f"mesh {m + 1}")
+            wanted = scale * getattr(study.measured, name)[m]
+            axes.axhline(wanted, color=line.get_color(), linestyle=":")
+    means.set_ylabel("mean stiffness\n[1e8 N/m]")
+    variations.set_ylabel("peak to peak\nover mean")
+    means.legend(title="dotted: measured", fontsize=8)
+    misfit.plot(x, [c.misfit for c in found.valley], color="k")
+    misfit.set_ylim(0.0, found.best.misfit + 6.0)
+    misfit.set_ylabel("misfit")
+    misfit.set_xlabel(f"hub radius of {along} [mm]")
+    good = [1e3 * c.hub_radius[found.along] for c in found.equally_good]
+    for axes in (hubs, means, variations, misfit):
+        if good:
+            axes.axvspan(min(good), max(good), color="0.93", zorder=0)
+        axes.axvline(1e3 * found.best.hub_radius[found.along], color="0.4", lw=0.8)
+    draw_title(
+        figure,
+        f"{gear_set.name}: face width and hub radii from mesh stiffness\n"
+        "grey: equally good sets, line: the set chosen",
+    )
+    return figure
+
+
+def _draw_hubs(axes: Axes, gear_set: GearSet, found: Identified, x: np.ndarray) -> None:
+    for i, gear in enumerate(gear_set.gears):
+        if i != found.along:
+            radius = [1e3 * c.hub_radius[i] for c in found.valley]
+            axes.plot(x, radius, label=f"hub radius of {gear.name}")
+    width = [c.width_factor * 1e3 * gear_set.gears[0].face_width for c in found.valley]
+    name = gear_set.gears[0].name
+    axes.plot(x, width, color="k", linestyle="--", label=f"face width of {name}")
+    axes.set_ylabel("[mm]")
+    axes.legend(fontsize=8)
