@@ -163,13 +163,22 @@ def read(each: Offered, words: str) -> Any:
 
 
 def own_offers(kind: Any) -> dict[str, Any]:
-    """What the fields of a dataclass are declared as; None for a group."""
-    found = {}
+    """What the fields of a dataclass are declared as, in the order of its help.
+
+    What is found by its place comes first, then its settings, then groups; None for a
+    dataclass with its own settings.
+    """
+    found, ranks, hints = dict[str, Any](), dict[str, int](), get_type_hints(kind)
     for each in fields(kind):
         declared = each.metadata.get("setting") or each.metadata.get("group")
-        if declared is not None or is_dataclass(get_type_hints(kind)[each.name]):
-            found[each.name] = declared
-    return found
+        inner = is_dataclass(hints[each.name])
+        if declared is None and not inner:
+            continue
+        own = (declared,) if declared else own_offers(hints[each.name]).values()
+        placed = any(getattr(setting, "place", "") for setting in own)
+        found[each.name] = declared
+        ranks[each.name] = 0 if placed else 1 + (not isinstance(declared, Setting))
+    return {name: found[name] for name in sorted(found, key=ranks.__getitem__)}
 
 
 def offered(group: Group) -> Iterator[Offered]:

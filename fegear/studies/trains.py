@@ -244,7 +244,9 @@ SPRING_MODELS = (
     "stiffness and no-load transmission error"
 )
 SPRINGS: dict[str, Setting | Group] = {
-    "number": Setting(option="--model", text=f"{SPRING_MODELS}.", read=_number),
+    "number": Setting(
+        option="--model", metavar="1|2|3", text=f"{SPRING_MODELS}.", read=_number
+    ),
     "damping_ratio": DAMPING,
     "translations": TRANSLATIONS,
     "stiffness": SOURCE,
@@ -252,6 +254,7 @@ SPRINGS: dict[str, Setting | Group] = {
 COUPLED: dict[str, Setting | Group] = SPRINGS | {
     "number": Setting(
         option="--model",
+        metavar="1|2|3|coupled",
         text=f"{SPRING_MODELS}; coupled: tooth pairs that stiffen with load and "
         "deflect each other through elastic bodies with inertia.",
         read=_number,
@@ -277,6 +280,7 @@ SLIDING: dict[str, Setting | Group] = {
         text="Friction-bending ratio: deflection of a tooth pair by a friction force "
         "over that by a normal force of the same size. [default: mean of the mesh "
         "tables]",
+        metavar="RATIO",
         read=float,
         flags=(
             (
@@ -357,6 +361,7 @@ def tables_setting() -> Any:
         "Mesh table (CSV) in place of finite elements; give one for each mesh, in "
         "order. The coupled model needs columns of tooth pairs, at two or more torques "
         "unless without hardening.",
+        metavar="FILE",
         reads=True,
     )
 
