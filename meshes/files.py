@@ -49,16 +49,17 @@ def write_triangles(
     import meshio
 
     path = Path(path)
-    if path.suffix not in FORMATS:
+    ending = path.suffix.lower()
+    if ending not in FORMATS:
         known = " or ".join(FORMATS)
         raise ValueError(f"file name must end in {known}, got {path.name!r}")
     data, groups = {kind: [part]}, {}
-    if path.suffix == ".msh":
+    if ending == ".msh":
         data |= {"gmsh:physical": [part + 1], "gmsh:geometrical": [part + 1]}
         groups = {name: np.array([i + 1, 2]) for i, name in enumerate(names)}
     space = np.column_stack([points, np.zeros(len(points))])
     meshio.write(
         path,
         meshio.Mesh(space, [("triangle6", triangles)], None, data, groups),
-        file_format=FORMATS[path.suffix],
+        file_format=FORMATS[ending],
     )

@@ -46,7 +46,7 @@ ALLOWED = {
     "fegear.rattle": {"fegear", "lumped"},
     "fegear.eccentric": {"fegear", "meshes", "lumped"},
     "fegear.clatter": {"fegear", "lumped"},
-    "fegear.studies": {"fegear", "lumped"},
+    "fegear.studies": {"fegear", "meshes", "lumped"},
     # the same motions by other means: responses and their files are the lumped ones
     "fegear.dynamics": {"fegear", "meshes", "lumped"},
     "validation": {"validation", "fegear", "meshes", "lumped"},

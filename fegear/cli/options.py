@@ -13,18 +13,15 @@ import typer
 from fegear.cli.groups import option
 from fegear.cli.screen import complain
 from fegear.errors import InputError
-from fegear.studies.study import TABLES, Range
+from fegear.studies.study import PICTURES, TABLES, Range
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
     from fegear.gearset.model import GearSet
     from fegear.store import Keeping
     from lumped.progress import Progress
     from lumped.workers import Cluster
 
 
-PICTURES = (".png", ".pdf", ".svg")
 RATIO = Range(least=0.0, below=1.0)
 COEFFICIENT = Range(least=0.0, below=0.5)
 SET_HELP = "Name of a built-in gear set, or path of a gear-set file (TOML)."
@@ -56,10 +53,6 @@ Resolution = Annotated[
         "default]"
     ),
 ]
-Plot = Annotated[
-    Path | None,
-    typer.Option(help="Draw the results into this file, .png, .pdf or .svg."),
-]
 AsJson = Annotated[
     bool, typer.Option("--json", help="Print the results as JSON instead of tables.")
 ]
@@ -78,24 +71,12 @@ class Elements:
         return chosen(plane=self.plane, resolution=self.resolution)
 
 
-def draw_into(path: Path, figure: Callable[[], Figure]) -> None:
-    """A picture by the ending of the path, which appears whole or not at all."""
-    from fegear.output import write_whole
-    from fegear.plots import save_figure
-
-    write_whole(path, lambda place: save_figure(figure(), place))
-
-
 @dataclass(frozen=True, kw_only=True)
-class TableOutputs:
-    """Where the results go: a table, and how they are printed."""
+class Outputs:
+    """How results are printed; the files of a study come to it by `command_of`."""
 
-    output: Path | None = option(
-        "Write the results to this CSV file.",
-        "-o",
-        "--output",
-    )
     as_json: AsJson = False
+    output: ClassVar[Path | None] = None
     plot: ClassVar[Path | None] = None
     endings: ClassVar[Sequence[str]] = TABLES
 
@@ -104,13 +85,6 @@ class TableOutputs:
         input."""
         require_ending(self.output, self.endings)
         require_outputs([self.output], inputs, self.plot)
-
-    def write(self, text: Callable[[], str]) -> None:
-        """The table, where one is asked for."""
-        from fegear.output import write_text
-
-        if self.output is not None:
-            write_text(self.output, text())
 
     def show(
         self, values: dict[str, Any], print_values: Callable[[dict[str, Any]], None]
@@ -121,20 +95,6 @@ class TableOutputs:
     def progress(self) -> AbstractContextManager[Progress]:
         """A bar, unless the screen is for JSON."""
         return progress_bar(enabled=not self.as_json)
-
-
-@dataclass(frozen=True, kw_only=True)
-class Outputs(TableOutputs):
-    """Where the results go: a table, a plot, and how they are printed."""
-
-    plot: Plot = None  # type: ignore[misc]
-
-    def draw(self, figure: Callable[[], Figure]) -> None:
-        """The plot, where one is asked for; a bar moves until it is there."""
-        if self.plot is not None:
-            with self.progress() as report:
-                report("picture", 0, 1)
-                draw_into(self.plot, figure)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import make_dataclass
+from dataclasses import MISSING, make_dataclass
 from pathlib import Path
 from typing import Any
 
@@ -15,9 +15,7 @@ from fegear.cli.options import (
     InThreads,
     Outputs,
     ResumedOutputs,
-    TableOutputs,
     Workers,
-    draw_into,
     refuse_idle,
     require_ending,
     require_outputs,
@@ -58,13 +56,13 @@ def command_of(study: type[Study]) -> Callable[..., None]:
     return grouped(command)
 
 
-def _outputs_of(study: type[Study]) -> type[TableOutputs]:
+def _outputs_of(study: type[Study]) -> type[Outputs]:
     """Options of all files that a study writes."""
-    kind: type[TableOutputs] = Outputs if "plot" in study.pictures else TableOutputs
     texts = {**study.more_tables, **study.pictures}
     texts |= {name: text for name, (text, _) in study.more_files.items()}
-    texts.pop("plot", None)
-    files: list[Any] = [("output", Path | None, option(study.output, "-o", "--output"))]
+    default = MISSING if study.must_write else None
+    shown = option(study.output, *study.output_names, default=default)
+    files: list[Any] = [("output", Path | None, shown)]
     files += [(name, Path | None, option(text)) for name, text in texts.items()]
     if study.resumes:
         run = f"an interrupted run to the same --{study.kept_beside}"
@@ -74,7 +72,7 @@ def _outputs_of(study: type[Study]) -> type[TableOutputs]:
     return make_dataclass(
         "Written",
         files,
-        bases=(ResumedOutputs if study.resumes else kind,),
+        bases=(ResumedOutputs if study.resumes else Outputs,),
         namespace={"endings": study.endings, "beside": study.kept_beside},
         frozen=True,
         kw_only=True,
@@ -151,7 +149,7 @@ def _write(found: Any, outputs: Any) -> None:
         elif name in found.study.more_files:
             found.more_files[name](path)
         else:
-            draw_into(path, found.figures[name])
+            found.draw(path, name)
 
 
 def _say_what_is_kept(outputs: Any) -> None:

@@ -5,15 +5,12 @@ from __future__ import annotations
 import cmath
 import math
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from fegear.gearset.model import GearSet, Mesh
 from fegear.gearset.placing import Layout, Place, layout
-from fegear.output import write_whole
-from fegear.plots import save_figure
 from meshes.gear import SpurGear
 from meshes.profile import Points, fillet_points, flank_points, polar
 
@@ -76,12 +73,6 @@ def gear_set_figure(gear_set: GearSet) -> Figure:
     _draw_legend(figure)
     figure.suptitle(gear_set.title, fontsize=12)
     return figure
-
-
-def save_gear_set_figure(gear_set: GearSet, path: str | Path) -> None:
-    """Write the picture in the format of the path's suffix, whole or not at all."""
-    figure = gear_set_figure(gear_set)
-    write_whole(path, lambda beside: save_figure(figure, beside, dots_per_inch=150))
 
 
 def _draw_gears(

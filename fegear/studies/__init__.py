@@ -22,6 +22,13 @@ STUDIES = {
         "Clatter",
         "Clattering gearboxes: impacts of loose wheels in their plays.",
     ),
+    "sets": ("sets", "BuiltinSets", "List the built-in gear sets."),
+    "show": (
+        "show",
+        "DerivedGeometry",
+        "Derived geometry of a gear set, and what was inferred.",
+    ),
+    "mesh": ("mesh", "GearMesh", "Write the finite-element mesh of a gear."),
     "stiffness": (
         "stiffness",
         "MeshStiffness",

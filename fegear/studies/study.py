@@ -43,6 +43,7 @@ if TYPE_CHECKING:
 
 NO_PICTURES: Mapping[str, str] = MappingProxyType({})
 TABLES = (".csv", ".txt", "")  # endings of names
+PICTURES = (".png", ".pdf", ".svg")
 PLOT = {"plot": "Draw the results into this file, .png, .pdf or .svg."}
 
 
@@ -362,6 +363,8 @@ class Study:
     partial: ClassVar[bool] = False  # whether what Ctrl-C leaves can be gathered
     distributes: ClassVar[bool] = False  # whether parts may go to other processes
     output: ClassVar[str] = "Write the results to this CSV file."
+    output_names: ClassVar[Sequence[str]] = ("-o", "--output")
+    must_write: ClassVar[bool] = False  # whether the output must be given
     endings: ClassVar[Sequence[str]] = TABLES  # of its name
 
     def __init_subclass__(cls, *, command: str, example: str, **words: Any) -> None:
@@ -462,6 +465,7 @@ class StudyResult(Result):
     complete: Any = True
     empty: Any = False
     failure: Any = ""
+    dots_per_inch: Any = 130  # of pictures
 
     @property
     def table(self) -> Table:
@@ -493,4 +497,6 @@ class StudyResult(Result):
         if name not in self.figures:
             raise InputError(f"name = {name}; drawn are {', '.join(self.figures)}")
         figure = self.figures[name]
-        write_whole(Path(path), lambda place: save_figure(figure(), place))
+        write_whole(
+            Path(path), lambda place: save_figure(figure(), place, self.dots_per_inch)
+        )

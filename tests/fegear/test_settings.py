@@ -79,6 +79,9 @@ EXAMPLES = [  # of classes that must be told something
     fegear.MachineOfGears(
         gear_set="liu-pair", speed_rpm=1500.0, drag_Nm=1.0, eccentricity_um=9.0
     ),
+    fegear.BuiltinSets(),
+    fegear.DerivedGeometry(),
+    fegear.GearMesh(),
     fegear.MeshStiffness(),
     fegear.Identification(gear_set="liu-pair"),
     fegear.Manifolds(machine="roots-a"),

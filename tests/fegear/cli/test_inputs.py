@@ -197,7 +197,7 @@ STIFF = f"stiffness SET {COARSE} --positions 8 --json"
 COMPARE = "compare SET --json"
 IDENTIFY = f"identify SET {COARSE} --json"
 MODES = "modes SET --json"
-MESH = f"mesh SET {COARSE} -o m.vtu"
+MESH = f"mesh SET {COARSE} -o m.vtu --json"
 SWEEP = "sweep SET --speeds 2000,4000 --excitation rectangular --json"
 COUPLED = f"sweep SET {COARSE} --speeds 2000 --model coupled --json"
 COUPLED_WAVE = f"wave SET {COARSE} --speed 2000 --model coupled --json"
@@ -362,10 +362,14 @@ def figures_of_machine(base: str) -> dict[str, Case]:
 
 
 OPTIONS: dict[str, dict[str, Case]] = {
-    "sets": {"--json": plus("sets", "--json")},
+    "sets": {
+        "--output": plus("sets --json", "-o s.csv"),
+        "--json": plus("sets", "--json"),
+    },
     "show": {
         "SET": swap("show SET", "SET", "OTHER"),
         "--plot": plus("show SET", "--plot p.svg"),
+        "--set": plus("show SET --json", "--set gear.1.young_modulus_GPa=150"),
         "--json": plus("show SET", "--json"),
     },
     "mesh": {
@@ -374,6 +378,8 @@ OPTIONS: dict[str, dict[str, Case]] = {
         "--gear": plus(MESH, "--gear 2"),
         "--resolution": less(MESH, COARSE),
         "--whole": plus(MESH, "--whole"),
+        "--set": plus(MESH, "--set gear.1.hub_radius_mm=9"),
+        "--json": less(MESH, "--json"),
     },
     "stiffness": {
         "SET": swap(STIFF, "SET", "OTHER"),

@@ -5,17 +5,12 @@ from __future__ import annotations
 import json
 
 import pytest
-import typer
 from typer.testing import CliRunner
 
-from fegear.cli.sets import sets_command
-from fegear.cli.show import shaft_line, show_command
+from fegear.cli import app
 from fegear.errors import InputError
 from fegear.gearset import builtin_names
-
-app = typer.Typer()
-app.command("sets")(sets_command)
-app.command("show")(show_command)
+from fegear.studies.show import shaft_line
 
 
 def run(*arguments: str) -> str:

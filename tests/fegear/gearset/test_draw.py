@@ -9,11 +9,11 @@ from itertools import combinations
 import numpy as np
 import pytest
 
+import fegear
 from fegear.gearset import GearSet, builtin_names, load_gear_set, read_gear_set
 from fegear.gearset.draw import (
     gear_outline,
     line_of_action,
-    save_gear_set_figure,
 )
 from fegear.gearset.placing import layout
 
@@ -138,7 +138,7 @@ def test_first_driver_is_drawn_counter_clockwise():
 @pytest.mark.parametrize("suffix", [".png", ".svg", ".pdf"])
 def test_picture_is_written_and_nothing_else(tmp_path, suffix):
     path = tmp_path / f"gears{suffix}"
-    save_gear_set_figure(load_gear_set("liu-pair"), path)
+    fegear.run(fegear.DerivedGeometry(gear_set="liu-pair")).write(path)
     assert path.stat().st_size > 5000
     assert list(tmp_path.iterdir()) == [path]
 
@@ -148,5 +148,7 @@ def test_names_are_no_formulas(tmp_path):
     gears = tuple(replace(gear, name=r"$\nonsense{$") for gear in gear_set.gears)
     odd = replace(gear_set, name=r"$\nonsense{$", gears=gears, description="")
     path = tmp_path / "gears.svg"
-    save_gear_set_figure(odd, path)  # matplotlib would refuse the formula
+    fegear.run(fegear.DerivedGeometry(gear_set=odd)).draw(
+        path
+    )  # matplotlib would refuse the formula
     assert path.stat().st_size > 5000

@@ -215,6 +215,13 @@ MODEL = fegear.LumpedModel(
     damping_ratio=0.04 + 1e-3 / 3.0, stiffness=fegear.Source(kind="rectangular")
 )
 EXAMPLES = {
+    "sets": {},
+    "show": {"gear_set": "liu-idler"},
+    "mesh": {
+        "gear": 2,
+        "elements": fegear.StaticsSettings(resolution="coarse"),
+        "whole": True,
+    },
     "stiffness": {
         "torque": [50.0, 40.0 + 1.0 / 3.0],
         "elements": fegear.StaticsSettings(
@@ -310,7 +317,7 @@ EXAMPLES = {
 
 # of a run, or a difference of what agrees but for round-off
 OF_RUNS = {"seconds", "peak_memory_MB", "interpolation_error"}
-WITHOUT_TABLE = {"rattle gears"}
+WITHOUT_TABLE = {"show", "mesh", "rattle gears"}
 MEASURED = "time_s,speed_rpm\n" + "\n".join(
     f"{10 * i},{3000.0 * 0.9**i + i % 2}" for i in range(8)
 )
@@ -347,8 +354,9 @@ def test_words_of_a_study_ask_for_it(command, monkeypatch):
     monkeypatch.setattr(
         "fegear.studies.running.run", lambda study, *_: found.append(study)
     )
+    files = ["-o", f"t{asked.endings[0]}"] if asked.must_write else []
     with pytest.raises(AttributeError):  # of a result that is None
-        run(["--debug", *asked.words])
+        run(["--debug", *asked.words, *files])
     assert found == [asked]
     assert found[0].words == asked.words
 
@@ -362,8 +370,9 @@ def test_the_command_and_the_call_find_the_same(command, tmp_path):
     summary = json.loads(strict_json(found.summary))
     assert values.keys() == {*summary, "wall_time_s"}
     assert all(values[key] == summary[key] for key in summary.keys() - OF_RUNS)
-    found.write(tmp_path / "written")
-    assert path.read_bytes() == (tmp_path / "written").read_bytes()
+    written = path.with_stem("written")
+    found.write(written)
+    assert path.read_bytes() == written.read_bytes()
     if command in WITHOUT_TABLE:
         with pytest.raises(InputError, match=f"^{command} has no table$"):
             found.to_csv(path)

@@ -1,21 +1,28 @@
-"""fegear show: what a gear set holds and what follows from it."""
+"""What a gear set holds and what follows from it."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Any
 
-import typer
+from fegear.gearset.derived import gear_set_figures
+from fegear.gearset.draw import gear_set_figure
+from fegear.gearset.model import GearSet
+from fegear.studies.page import ROUND_OFF, Page, Sheet
+from fegear.studies.study import (
+    NO_PICTURES,
+    PICTURES,
+    Draw,
+    Job,
+    Study,
+    StudyResult,
+    Task,
+)
+from fegear.studies.trains import USUAL_PAIR, NamedSet
 
-from fegear.cli.options import AsJson, SetName, progress_bar, require_outputs
-from fegear.cli.screen import print_columns, print_json, screen
-from fegear.studies.page import ROUND_OFF
-
-if TYPE_CHECKING:
-    from rich.console import Console
-
-EXAMPLE = "fegear show liu-idler --plot idler.png"
 # Ends of names and what they mean on the screen, longer ones first.
 UNITS = {
     "_roll_angle_deg": ", roll angle [deg]",
@@ -63,56 +70,64 @@ HIDDEN_OF_MESHES = {"driver", "driven", "ratio", "flanks"}
 HIDDEN_OF_FLANKS = {"gear", "role"}
 
 
-def show_command(
-    set_name: SetName = "liu-pair",
-    plot: Annotated[
-        Path | None,
-        typer.Option(
-            "--plot", "-o", help="Draw the gears into this file, .png, .pdf or .svg."
-        ),
-    ] = None,
-    as_json: AsJson = False,
-) -> None:
+@dataclass(frozen=True, kw_only=True)
+class DerivedGeometry(Study, command="show", example="show liu-idler --plot idler.png"):
     """Derived geometry of a gear set, and what was inferred."""
-    from fegear.gearset import load_gear_set
-    from fegear.gearset.derived import gear_set_figures
-    from fegear.gearset.draw import save_gear_set_figure
 
-    require_outputs([], [set_name], plot)
-    gear_set = load_gear_set(set_name)
-    figures = gear_set_figures(gear_set)
-    if plot is not None:
-        with progress_bar(enabled=True) as report:
-            report("picture", 0, 1)
-            save_gear_set_figure(gear_set, plot)
-    if as_json:
-        print_json(figures)
-    else:
-        print_figures(figures)
+    pictures = NO_PICTURES
+    output = "Draw the gears into this file, .png, .pdf or .svg."
+    output_names = "--plot", "-o"
+    endings = PICTURES
+
+    gear_set: NamedSet = USUAL_PAIR
+
+    def tasks(self) -> Iterator[Task]:
+        yield Task("figures", self._found)
+
+    def _found(self, job: Job) -> DerivedGeometryResult:
+        return DerivedGeometryResult(self, self.gear_set.loaded)
 
 
-def print_figures(figures: dict[str, Any]) -> None:
-    """Tables on the screen, a row for each quantity with its unit."""
-    console = screen()
-    heading = filter(None, (figures["name"], figures["description"]))
-    console.print(": ".join(heading) + "\n")
-    gears, meshes = figures["gears"], figures["meshes"]
-    names = [gear["name"] for gear in gears]
-    _print_table(console, "Gear", names, gears, HIDDEN_OF_GEARS)
-    pairs = [f"{mesh['driver']} > {mesh['driven']}" for mesh in meshes]
-    _print_table(console, "Mesh", pairs, meshes, HIDDEN_OF_MESHES)
-    for pair, mesh in zip(pairs, meshes, strict=True):
-        title, flanks = f"Flanks of {pair}", mesh["flanks"]
-        sides = [flank["gear"] for flank in flanks]
-        _print_table(console, title, sides, flanks, HIDDEN_OF_FLANKS)
-    for shaft in figures["shafts"]:
-        console.print(shaft_line(**shaft))
-    if figures["damping_ratio"] is not None:
-        console.print(f"Damping ratio: {shown(figures['damping_ratio'])}")
-    if figures["inferences"]:
-        console.print("Inferred, not printed by the source:")
-    for inference in figures["inferences"]:
-        console.print(f"- {inference}")
+@dataclass(frozen=True, eq=False, repr=False)
+class DerivedGeometryResult(StudyResult):
+    """Figures of the gear set; its picture is the file that is written."""
+
+    study: DerivedGeometry
+    gears: GearSet
+
+    dots_per_inch = 150
+
+    @cached_property
+    def summary(self) -> dict[str, Any]:
+        return gear_set_figures(self.gears)
+
+    @property
+    def figures(self) -> dict[str, Draw]:
+        return {"plot": lambda: gear_set_figure(self.gears)}
+
+    def write(self, path: str | Path) -> None:
+        """Draw the gears."""
+        self.draw(path)
+
+    def page(self) -> Page:
+        """A row for each quantity with its unit."""
+        values = self.summary
+        gears, meshes = values["gears"], values["meshes"]
+        yield ": ".join(filter(None, (values["name"], values["description"]))) + "\n"
+        names = [gear["name"] for gear in gears]
+        yield _sheet("Gear", names, gears, HIDDEN_OF_GEARS)
+        pairs = [f"{mesh['driver']} > {mesh['driven']}" for mesh in meshes]
+        yield _sheet("Mesh", pairs, meshes, HIDDEN_OF_MESHES)
+        for pair, mesh in zip(pairs, meshes, strict=True):
+            title, flanks = f"Flanks of {pair}", mesh["flanks"]
+            sides = [flank["gear"] for flank in flanks]
+            yield _sheet(title, sides, flanks, HIDDEN_OF_FLANKS)
+        yield from (shaft_line(**shaft) for shaft in values["shafts"])
+        if values["damping_ratio"] is not None:
+            yield f"Damping ratio: {shown(values['damping_ratio'])}"
+        if values["inferences"]:
+            yield "Inferred, not printed by the source:"
+        yield from (f"- {inference}" for inference in values["inferences"])
 
 
 def shaft_line(gears: Sequence[str], stiffness_Nm_per_rad: float | None) -> str:
@@ -123,20 +138,16 @@ def shaft_line(gears: Sequence[str], stiffness_Nm_per_rad: float | None) -> str:
     return f"Shaft: {', '.join(gears)}, {stiffness} N m/rad between successive gears"
 
 
-def _print_table(
-    console: Console,
-    corner: str,
-    names: Sequence[str],
-    items: Sequence[dict[str, Any]],
-    hidden: set[str],
-) -> None:
+def _sheet(
+    corner: str, names: Sequence[str], items: Sequence[dict[str, Any]], hidden: set[str]
+) -> Sheet:
     """A column for each item, a row for each figure that any of them has."""
     flat = [flattened(item) for item in items]
     every = dict.fromkeys(key for each in flat for key in each)
     keys = [key for key in every if key not in hidden]
     cells = ([shown(each.get(key)) for key in keys] for each in flat)
     columns = dict(zip(names, cells, strict=True))
-    print_columns(console, corner, list(map(header, keys)), columns)
+    return Sheet(list(map(header, keys)), columns, corner)
 
 
 def flattened(figures: dict[str, Any]) -> dict[str, Any]:

@@ -1,0 +1,105 @@
+"""The finite-element mesh of a gear."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property, partial
+from pathlib import Path
+from typing import Any
+
+from fegear.errors import InputError
+from fegear.gearset.model import Gear, GearSet
+from fegear.output import write_whole
+from fegear.statics import StaticsSettings
+from fegear.studies.page import Page
+from fegear.studies.study import (
+    NO_PICTURES,
+    Group,
+    Job,
+    Study,
+    StudyResult,
+    Task,
+    group,
+    setting,
+)
+from fegear.studies.trains import RESOLUTION, USUAL_PAIR, NamedSet, refuse_edits
+from meshes import SectorMesh, SpurGear, sector_mesh
+from meshes.files import FORMATS, write_mesh
+
+
+@dataclass(frozen=True, kw_only=True)
+class GearMesh(
+    Study, command="mesh", example="mesh liu-idler --gear 2 --whole -o idler.vtu"
+):
+    """Write the finite-element mesh of a gear.
+
+    One tooth sector, or all of them, of second-order triangles.
+    """
+
+    pictures = NO_PICTURES
+    output = "File to write [m]; its ending is .msh or .vtu."
+    endings = tuple(FORMATS)
+    must_write = True
+
+    gear_set: NamedSet = USUAL_PAIR
+    gear: int = setting(1, "Number of the gear, counted from 1.")
+    elements: StaticsSettings = group(
+        Group(kind=StaticsSettings, offers={"resolution": RESOLUTION})
+    )
+    whole: bool = setting(
+        False, "Write all teeth instead of one tooth sector.", option="--whole"
+    )
+
+    @cached_property
+    def gears(self) -> GearSet:
+        refuse_edits(self, {}, translations=False)
+        return self.gear_set.loaded
+
+    @cached_property
+    def meshed(self) -> Gear:
+        gears = self.gears.gears
+        if not 1 <= self.gear <= len(gears):
+            has = f"{self.gears.name} has {len(gears)} gears"
+            raise InputError(f"gear = {self.gear}; {has}")
+        return gears[self.gear - 1]
+
+    def tasks(self) -> Iterator[Task]:
+        yield Task("mesh", partial(self._found, self.meshed.geometry))
+
+    def _found(self, geometry: SpurGear, job: Job) -> GearMeshResult:
+        return GearMeshResult(self, sector_mesh(geometry, self.elements.size))
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class GearMeshResult(StudyResult):
+    """The mesh of a sector; files have as many as are asked for."""
+
+    study: GearMesh
+    sector: SectorMesh
+
+    @property
+    def copies(self) -> int:
+        return self.study.meshed.geometry.teeth if self.study.whole else 1
+
+    @property
+    def summary(self) -> dict[str, Any]:
+        return {
+            "gear_set": self.study.gears.name,
+            "gear": self.study.meshed.name,
+            "sectors": self.copies,
+            "triangles": self.copies * len(self.sector.triangles),
+            "nodes": self.copies * len(self.sector.points),
+        }
+
+    def write(self, path: str | Path) -> None:
+        """Write the mesh by the ending of the path, .msh or .vtu."""
+        teeth = self.study.meshed.geometry.teeth
+        write_whole(
+            path, lambda file: write_mesh(self.sector, file, self.copies, teeth)
+        )
+
+    def page(self) -> Page:
+        yield "{gear} of {gear_set}: {triangles} triangles, {nodes} nodes".format_map(
+            self.summary
+        )

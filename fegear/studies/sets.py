@@ -1,0 +1,58 @@
+"""The gear sets that come with the program."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property, partial
+from typing import Any
+
+from fegear.gearset import GearSet, builtin_names, load_gear_set
+from fegear.studies.page import Columns, Grid, Page
+from fegear.studies.study import NO_PICTURES, Job, Study, StudyResult, Task
+from fegear.studies.table import Table
+
+NAMES = "name", "gears", "meshes", "description"
+
+
+@dataclass(frozen=True, kw_only=True)
+class BuiltinSets(Study, command="sets", example="sets"):
+    """List the built-in gear sets."""
+
+    pictures = NO_PICTURES
+
+    def tasks(self) -> Iterator[Task]:
+        yield Task("sets", self._found)
+
+    def _found(self, job: Job) -> BuiltinSetsResult:
+        return BuiltinSetsResult(
+            self, [load_gear_set(name) for name in builtin_names()]
+        )
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class BuiltinSetsResult(StudyResult):
+    """The sets in the order of their names."""
+
+    study: BuiltinSets
+    found: list[GearSet]
+
+    @cached_property
+    def summary(self) -> dict[str, Any]:
+        rows = [
+            (g.name, len(g.gears), len(g.meshes), g.description) for g in self.found
+        ]
+        return {"gear_sets": [dict(zip(NAMES, row, strict=True)) for row in rows]}
+
+    @property
+    def table(self) -> Table:
+        rows = [list(row.values()) for row in self.summary["gear_sets"]]
+        return Table(NAMES, lambda: rows)
+
+    def page(self) -> Page:
+        columns: Columns = {name: partial(_word, name) for name in NAMES}
+        yield Grid(self.summary["gear_sets"], columns, words=("name", "description"))
+
+
+def _word(name: str, row: Mapping[str, Any]) -> str:
+    return str(row[name])
