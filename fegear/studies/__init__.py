@@ -50,6 +50,11 @@ STUDIES = {
         "NaturalModes",
         "Natural frequencies of a train, and what they strain.",
     ),
+    "compare": (
+        "validation.studies.compare",
+        "ClosedForms",
+        "Finite elements beside ISO 6336 and other closed forms.",
+    ),
     "budget": (
         "validation.studies.budget",
         "Contributions",

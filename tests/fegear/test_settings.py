@@ -93,6 +93,7 @@ EXAMPLES = [  # of classes that must be told something
     fegear.Dynamics(gear_set="liu-pair"),
     fegear.Wave(gear_set="liu-pair", speed=1000.0),
     fegear.NaturalModes(gear_set="liu-pair"),
+    fegear.ClosedForms(),
     fegear.Contributions(gear_set="liu-pair", speeds=[1e3]),
     fegear.Stability(gear_set="liu-pair", over="friction=0,0.1", speeds=[1e3, 2e3]),
     fegear.Bifurcations(gear_set="liu-pair", over="mesh_frequency_Hz=1e3,2e3"),

@@ -401,6 +401,8 @@ OPTIONS: dict[str, dict[str, Case]] = {
         "--mesh": plus(COMPARE, "--mesh 2", TRAIN),
         "--torque": plus(COMPARE, "--torque 30"),
         "--plane": plus(COMPARE, "--plane strain"),
+        "--set": plus(COMPARE, "--set gear.1.teeth=21"),
+        "--output": plus(COMPARE, "-o c.csv"),
         "--json": less(COMPARE, "--json"),
     },
     "identify": {

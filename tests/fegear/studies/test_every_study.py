@@ -251,6 +251,7 @@ EXAMPLES = {
         "direction": "up",
         "elements": fegear.FiniteElements(fidelity="quasistatic", friction=0.05),
     },
+    "compare": {"gear_set": "liu-idler", "mesh": 2, "torque": 100.0 + 1.0 / 3.0},
     "budget": {"gear_set": "liu-pair", "speeds": [7000.0], "runs": "runs"},
     "map": {
         "gear_set": "liu-idler",

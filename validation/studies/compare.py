@@ -1,0 +1,127 @@
+"""Finite elements and closed forms of the same teeth."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+from functools import cached_property
+from typing import Any
+
+from fegear.gearset.model import GearSet
+from fegear.statics import StaticsSettings
+from fegear.studies.page import Columns, Grid, Page
+from fegear.studies.study import (
+    NO_PICTURES,
+    Group,
+    Job,
+    Study,
+    StudyResult,
+    Task,
+    group,
+    setting,
+)
+from fegear.studies.table import Table
+from fegear.studies.trains import (
+    PLANE,
+    USUAL_PAIR,
+    NamedSet,
+    chosen_torque,
+    mesh_index,
+    mesh_setting,
+    refuse_edits,
+)
+from validation.compare import Compared, compare_mesh
+
+WORDS = "quantity", "closed form"
+COLUMNS: Columns = {
+    "quantity": lambda row: (
+        row["quantity"]
+        + ("" if row["slope"] == "-" else f", {row['slope']} slope")
+        + ("" if row["unit"] == "-" else f" [{row['unit']}]")
+    ),
+    "closed form": lambda row: str(row["oracle"]),
+    "finite\nelements": lambda row: f"{row['finite_elements']:.4g}",
+    "closed\nform": lambda row: f"{row['expected']:.4g}",
+    "closed form\n- FE [%]": lambda row: f"{row['per_cent']:+.1f}",
+}
+
+
+@dataclass(frozen=True, kw_only=True)
+class ClosedForms(Study, command="compare", example="compare liu-pair --torque 100"):
+    """Finite elements beside ISO 6336 and other closed forms.
+
+    The others are the potential-energy method, Hertz and the twist of a ring. The
+    closed forms know teeth without profile modification or pitch error.
+    """
+
+    pictures = NO_PICTURES
+
+    gear_set: NamedSet = USUAL_PAIR
+    mesh: int = mesh_setting()
+    torque: float | None = setting(
+        None,
+        "Torque on the driving gear of the mesh [N\u00a0m]. [default: middle load case "
+        "of the gear set]",
+    )
+    elements: StaticsSettings = group(
+        Group(kind=StaticsSettings, offers={"plane": PLANE})
+    )
+
+    @cached_property
+    def gears(self) -> GearSet:
+        refuse_edits(self, {"torque": self.torque}, translations=False)
+        return self.gear_set.loaded
+
+    @cached_property
+    def load(self) -> float:
+        """Torque on the driver [N m]."""
+        return chosen_torque(self.gears, self.torque, self.mesh)
+
+    def tasks(self) -> Iterator[Task]:
+        yield Task("mesh", self._compared)
+
+    def _compared(self, job: Job) -> ClosedFormsResult:
+        settings = StaticsSettings(plane=self.elements.plane, estimate_error=False)
+        mesh = mesh_index(self.gears, self.mesh)
+        found = compare_mesh(self.gears, mesh, self.load, settings)
+        return ClosedFormsResult(self, found)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ClosedFormsResult(StudyResult):
+    """Quantities by finite elements and by closed forms."""
+
+    study: ClosedForms
+    found: Compared
+
+    @cached_property
+    def summary(self) -> dict[str, Any]:
+        return {
+            "gear_set": self.study.gears.name,
+            "torque_Nm": self.study.load,
+            "comparisons": [
+                asdict(row) | {"per_cent": row.per_cent} for row in self.found.rows
+            ],
+            "warnings": list(self.found.warnings),
+        }
+
+    @property
+    def table(self) -> Table:
+        """A row for every quantity and closed form."""
+        rows = self.summary["comparisons"]
+        header = {
+            "gear set": self.study.gears.name,
+            "mesh": str(self.study.mesh),
+            "torque_Nm": repr(self.study.load),
+            "plane": self.study.elements.plane,
+            **self.study.gear_set.entries,
+        }
+        return Table(tuple(rows[0]), lambda: (row.values() for row in rows), header)
+
+    def page(self) -> Page:
+        study = self.study
+        title = (
+            f"{study.gears.name} mesh {study.mesh}, {study.load:g} N m, plane "
+            f"{study.elements.plane}"
+        )
+        yield Grid(self.summary["comparisons"], COLUMNS, title, WORDS)
