@@ -71,9 +71,9 @@ class PictureSettings:
     def __post_init__(self) -> None:
         require_between("frames", self.frames, 2, 1000)
         if self.motion_scale is not None:
-            require_between("motion_scale", self.motion_scale, 0, 1e9)
+            require_between("motion_scale", self.motion_scale, 0, 1e6, below=True)
         if self.width is not None:
-            require_between("width", self.width, 2, 7680)
+            require_between("width", self.width, 480, 7680)
         require_fields(self)
         if (self.width or 0) % 2:
             raise ValueError(f"width must be an even number, got {self.width}")

@@ -121,7 +121,7 @@ def _of_setting(own: Parameter, declared: Setting, hint: Any) -> Iterator[Parame
     if declared.place:
         words = typer.Argument(metavar=declared.place, help=declared.text)
     else:
-        names = [declared.option] if declared.option else []
+        names = list(filter(None, (declared.short, declared.option)))
         words = typer.Option(*names, help=declared.text, metavar=declared.metavar)
     if not (declared.flags and hint is bool):
         yield own.replace(

@@ -23,7 +23,6 @@ if TYPE_CHECKING:
 
 
 RATIO = Range(least=0.0, below=1.0)
-COEFFICIENT = Range(least=0.0, below=0.5)
 SET_HELP = "Name of a built-in gear set, or path of a gear-set file (TOML)."
 SetName = Annotated[str, typer.Argument(metavar="SET", help=SET_HELP)]
 PairName = SetName
@@ -35,40 +34,15 @@ DriverTorque = Annotated[
         "load case of the gear set]"
     ),
 ]
-Friction = Annotated[
-    float | None,
-    typer.Option(help="Coulomb friction coefficient. [default: 0]"),
-    COEFFICIENT,
-]
 Plane = Annotated[
     Literal["stress", "strain"] | None,
     typer.Option(
         help="Plane stress or plane strain of the finite elements. [default: stress]"
     ),
 ]
-Resolution = Annotated[
-    Literal["coarse", "default", "fine"] | None,
-    typer.Option(
-        help="Fineness of the finite-element mesh and of the contact grid. [default: "
-        "default]"
-    ),
-]
 AsJson = Annotated[
     bool, typer.Option("--json", help="Print the results as JSON instead of tables.")
 ]
-
-
-@dataclass(frozen=True, kw_only=True)
-class Elements:
-    """Plane state and resolution of whatever finite elements are solved."""
-
-    plane: Plane = None
-    resolution: Resolution = None
-
-    @property
-    def choices(self) -> dict[str, Any]:
-        """What was asked for, by the names of the library's settings."""
-        return chosen(plane=self.plane, resolution=self.resolution)
 
 
 @dataclass(frozen=True, kw_only=True)

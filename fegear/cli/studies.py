@@ -62,7 +62,7 @@ def _outputs_of(study: type[Study]) -> type[Outputs]:
     texts |= {name: text for name, (text, _) in study.more_files.items()}
     default = MISSING if study.must_write else None
     shown = option(study.output, *study.output_names, default=default)
-    files: list[Any] = [("output", Path | None, shown)]
+    files: list[Any] = [("output", Path | None, shown)] if study.output_names else []
     files += [(name, Path | None, option(text)) for name, text in texts.items()]
     if study.resumes:
         run = f"an interrupted run to the same --{study.kept_beside}"

@@ -39,6 +39,11 @@ STUDIES = {
         "Identification",
         "Face width and hub radii that give measured stiffnesses.",
     ),
+    "render": (
+        "render",
+        "ContactPictures",
+        "Pictures and films of the stress of two gears in mesh.",
+    ),
     "dynamics": (
         "dynamics",
         "Dynamics",

@@ -28,6 +28,7 @@ from fegear.studies.study import (
     Task,
     group,
     refusal,
+    refuse_given,
     setting,
 )
 from fegear.studies.table import Table
@@ -79,10 +80,8 @@ class NaturalModes(Study, command="modes", example="modes liu-idler --translatio
         if self.torque is not None:
             reason = f"{self.gears.name} gives all mean stiffnesses, use "
             raise refusal(self, "torque", reason + "{stiffness} fe")
-        for name in ELEMENTS.offers:
-            if getattr(self.source, name) != getattr(Source(), name):
-                reason = "the gear set gives all stiffness figures, nothing is solved"
-                raise refusal(self.source, name, reason, ELEMENTS)
+        reason = "the gear set gives all stiffness figures, nothing is solved"
+        refuse_given(self.source, [*ELEMENTS.offers], reason, ELEMENTS)
         return None
 
     def tasks(self) -> Iterator[Task]:

@@ -72,7 +72,7 @@ class Setting:
     """How a field is described, limited, and written in words.
 
     option : its name on the command line, that of the field where it is empty; a field
-        with `place` has none, it is found by its place
+        with `place` has none, it is found by its place; short : another one
     flags : options without a value: name, value that it stands for, help; a field of
         truth values that has some has no other option
     reads : whether it names files that are read
@@ -83,6 +83,7 @@ class Setting:
     text: str
     allowed: Range | None = None
     option: str = ""
+    short: str = ""
     place: str = ""
     metavar: str | None = None
     flags: tuple[tuple[str, Any, str], ...] = ()
@@ -295,6 +296,16 @@ def refusal(
     return InputError(f"{called}{words}; {reason}")
 
 
+def refuse_given(
+    settings: Any, names: Sequence[str], reason: str, group: Group
+) -> None:
+    """Refuse those of the settings that are not the usual ones; see `refusal`."""
+    usual = group.kind()
+    for name in names:
+        if getattr(settings, name) != getattr(usual, name):
+            raise refusal(settings, name, reason, group)
+
+
 def shown(value: Any) -> str:
     """A value in a message."""
     if isinstance(value, tuple):
@@ -363,6 +374,7 @@ class Study:
     partial: ClassVar[bool] = False  # whether what Ctrl-C leaves can be gathered
     distributes: ClassVar[bool] = False  # whether parts may go to other processes
     output: ClassVar[str] = "Write the results to this CSV file."
+    # of its option; none where files are settings that tasks write
     output_names: ClassVar[Sequence[str]] = ("-o", "--output")
     must_write: ClassVar[bool] = False  # whether the output must be given
     endings: ClassVar[Sequence[str]] = TABLES  # of its name

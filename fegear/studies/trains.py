@@ -25,6 +25,7 @@ from fegear.studies.study import (
     group_of,
     offered,
     refusal,
+    refuse_given,
     require_settings,
     setting,
 )
@@ -412,7 +413,8 @@ class OfTrain:
         source, gears = self.model.stiffness, self.gears
         if self.table:
             reason = f"{called(self, 'table')} replaces it, leave it out"
-            _refuse_given(source, SOURCE.offers, reason)
+            if isinstance(source, Source):
+                refuse_given(source, [*SOURCE.offers], reason, SOURCE)
             try:
                 return replace(
                     self.model, stiffness=read_mesh_tables(self.table, gears)
@@ -421,16 +423,8 @@ class OfTrain:
                 raise InputError(f"{called(self, 'table')}: {error}") from None
         if isinstance(source, Source) and not source.solves_elements(gears):
             reason = "the gear set gives all stiffness figures, nothing is solved"
-            _refuse_given(source, ("plane", "resolution"), reason)
+            refuse_given(source, ("plane", "resolution"), reason, SOURCE)
         return self.model
-
-
-def _refuse_given(source: Any, names: Any, reason: str) -> None:
-    """Refuse settings of a source that are not the usual ones."""
-    usual = Source()
-    for name in names:
-        if isinstance(source, Source) and getattr(source, name) != getattr(usual, name):
-            raise refusal(source, name, reason, SOURCE)
 
 
 def refuse_edits(

@@ -208,7 +208,7 @@ COUPLED_MAP = (
     f"map SET {COARSE} --at 3000 --over gear.a.inertia_kg_m2=1e-3,2e-3 "
     "--model coupled --json"
 )
-RENDER = f"render SET {COARSE} --width 480 -o p.png"
+RENDER = f"render SET {COARSE} --width 480 -o p.png --json"
 BRANCHES = "branches SET --speeds 2000:2200 --excitation rectangular --json"
 BRANCHES_OF_ELEMENTS = "branches SET --speeds 2000:2200 --model 3 --json"
 COUPLED_BRANCHES = f"branches SET {COARSE} --speeds 2000:2200 --model coupled --json"
@@ -551,8 +551,8 @@ OPTIONS: dict[str, dict[str, Case]] = {
         "--torque": plus(RENDER, "--torque 30"),
         "--friction": plus(RENDER, "--friction 0.1"),
         "--time-history": Case(
-            f"render liu-pair {COARSE} --width 480 -o p.png",
-            f"render liu-pair {COARSE} --width 480 -o p.png --time-history HISTORY",
+            RENDER.replace("SET", "liu-pair"),
+            RENDER.replace("SET", "liu-pair") + " --time-history HISTORY",
         ),
         "--field": plus(RENDER, "--field pressure"),
         "--scale": plus(RENDER, "--scale 100"),
@@ -561,6 +561,8 @@ OPTIONS: dict[str, dict[str, Case]] = {
         "--resolution": less(RENDER, COARSE),
         "--width": swap(RENDER, "480", "640"),
         "--frames": plus(RENDER, "--frames 4", refused=True),
+        "--set": plus(RENDER, "--set gear.1.young_modulus_GPa=150"),
+        "--json": less(RENDER, "--json"),
     },
     "budget": {
         "SET": swap(BUDGET, "SET", "OTHER"),

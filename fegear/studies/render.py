@@ -1,0 +1,240 @@
+"""Pictures of two gears in contact."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import MISSING, dataclass
+from functools import cached_property, partial
+from pathlib import Path
+from typing import Any
+
+from fegear.errors import InputError
+from fegear.gearset.edit import parsed_value
+from fegear.gearset.model import GearSet
+from fegear.pictures import (
+    DRAWN,
+    FILMS,
+    Contact,
+    PictureSettings,
+    contact_at_rest,
+    contact_in_motion,
+    draw_contact,
+    require_drawable_file,
+)
+from fegear.rendering.fields import ContactField
+from fegear.rendering.recorded import RecordedMotion, mesh_motion, read_history
+from fegear.statics import StaticsSettings
+from fegear.studies.page import Page
+from fegear.studies.study import (
+    NO_PICTURES,
+    Group,
+    Job,
+    Setting,
+    Study,
+    StudyResult,
+    Task,
+    called,
+    group,
+    refuse_given,
+    setting,
+)
+from fegear.studies.trains import (
+    FRICTION,
+    PLANE,
+    RESOLUTION,
+    USUAL_PAIR,
+    NamedSet,
+    chosen_torque,
+    mesh_index,
+    mesh_setting,
+    refuse_edits,
+)
+
+
+def _scale(words: str) -> float | None:
+    """Drawn over true motion, None for auto."""
+    if words == "auto":
+        return None
+    try:
+        value = float(words)
+    except ValueError:
+        value = math.nan
+    if not 0.0 <= value < 1e6:
+        raise ValueError("allowed auto, or 0 to below 1e6")
+    return value
+
+
+PICTURE = Group(
+    kind=PictureSettings,
+    offers={
+        "shown": Setting(
+            option="--field",
+            text="What the colours show: von Mises stress, largest principal stress, "
+            "displacement or contact pressure.",
+        ),
+        "motion_scale": Setting(
+            option="--scale",
+            text="Magnification of the motion, a number or auto. [default: auto]",
+            read=_scale,
+        ),
+        "zoom": Setting(text="What is in view: the contact, a tooth or a gear."),
+        "width": Setting(
+            text="Width of a picture or film [pixels]. [default: 1920, of films 960]"
+        ),
+        "frames": Setting(text="Number of pictures in a film."),
+    },
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class ContactPictures(
+    Study,
+    command="render",
+    example="render liu-pair --position 0.5 --zoom tooth -o contact.png",
+):
+    """Pictures and films of the stress of two gears in mesh.
+
+    With --time-history the contact of a motion: a film of its period, or the moment
+    of its largest mesh force. Each moment shows the static fields under its own
+    loads.
+    """
+
+    pictures = NO_PICTURES
+    output_names = ()
+
+    file: str = setting(
+        MISSING,
+        "File to write. .png: a picture; .gif, .mp4: a film of the mesh cycle; .html: "
+        "a page for browsers; .vtu: all fields for ParaView.",
+        option="--output",
+        short="-o",
+    )
+    gear_set: NamedSet = USUAL_PAIR
+    mesh: int = mesh_setting()
+    position: float | None = setting(
+        None,
+        "Mesh position [base pitches] from the pitch point, 0 to 1, or until the "
+        "tooth pairs repeat where they have pitch errors. [default: 0]",
+    )
+    torque: float | None = setting(
+        None,
+        "Torque on the driving gear of the mesh [N\u00a0m]. [default: middle load case "
+        "of the gear set]",
+    )
+    time_history: str | None = setting(
+        None,
+        "Draw this recorded motion of the gear set, a file of `fegear dynamics "
+        "--history`, by static fields under the loads of each moment.",
+        metavar="FILE",
+    )
+    elements: StaticsSettings = group(
+        Group(
+            kind=StaticsSettings,
+            offers={"friction": FRICTION, "plane": PLANE, "resolution": RESOLUTION},
+        )
+    )
+    picture: PictureSettings = group(PICTURE)
+
+    @cached_property
+    def gears(self) -> GearSet:
+        refuse_edits(self, {"torque": self.torque}, translations=False)
+        return self.gear_set.loaded
+
+    def tasks(self) -> Iterator[Task]:
+        self._require_file()
+        contact = self._in_motion() if self.time_history else self._at_rest()
+        yield Task("picture", partial(self._drawn, contact))
+
+    def _require_file(self) -> None:
+        """The file can be written, and is not asked for what it cannot show."""
+        suffix = Path(self.file).suffix
+        if suffix in FILMS and self.position is not None:
+            reason = "a film shows all positions, leave it out"
+            raise InputError(f"position = {self.position:g}; {reason}")
+        require_drawable_file(Path(self.file))
+        if suffix == ".vtu":
+            reason = "a .vtu file holds all fields"
+            refuse_given(self.picture, ("shown", "motion_scale"), reason, PICTURE)
+        if suffix not in DRAWN:
+            reason = f"a {suffix} file has no pixels"
+            refuse_given(self.picture, ("width",), reason, PICTURE)
+        if suffix not in FILMS:
+            reason = "only films have frames, .gif and .mp4"
+            refuse_given(self.picture, ("frames",), reason, PICTURE)
+
+    def _at_rest(self) -> Contact:
+        index = mesh_index(self.gears, self.mesh)
+        torque = chosen_torque(self.gears, self.torque, self.mesh)
+        place = self.gears, index, torque, self.position or 0.0
+        return contact_at_rest(*place, self.elements)
+
+    def _in_motion(self) -> Contact:
+        """Of a recorded motion, in the gear set as it was changed for it."""
+        file = read_history(Path(self.time_history or ""))
+        edits = {key: parsed_value(value) for key, value in file.edits.items()}
+        gears = self.gear_set.changed(edits)
+        index = mesh_index(gears, self.mesh)
+        motion = mesh_motion(file, gears, index)
+        self._require_same(motion)
+        return contact_in_motion(gears, index, motion, self.elements)
+
+    def _require_same(self, motion: RecordedMotion) -> None:
+        """Settings beside a recorded motion may only repeat what its file says."""
+        file, usual, own = self.time_history, StaticsSettings(), self.elements
+        if self.position is not None:
+            reason = f"{file} has positions of its own, leave it out"
+            raise InputError(f"position = {self.position:g}; {reason}")
+        for name, value, default, recorded in (
+            ("torque", self.torque, None, motion.torque),
+            ("friction", own.friction, usual.friction, motion.friction),
+        ):
+            same = math.isclose(value or 0.0, recorded, rel_tol=1e-6)
+            if value != default and not same:
+                raise InputError(f"{name} = {value:g}; {file} was run at {recorded:g}")
+        if own.plane not in (usual.plane, motion.plane):
+            words = f"{called(self, 'plane')} {own.plane}"
+            raise InputError(f"{words}; {file} is of plane {motion.plane}")
+
+    def _drawn(self, contact: Contact, job: Job) -> ContactPicturesResult:
+        place = contact, Path(self.file), self.picture
+        return ContactPicturesResult(self, contact, draw_contact(*place, job.report))
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ContactPicturesResult(StudyResult):
+    """What the file shows, which is written.
+
+    shown : one moment, or those among which the colours of a film were chosen
+    """
+
+    study: ContactPictures
+    contact: Contact
+    shown: Sequence[ContactField]
+
+    @property
+    def summary(self) -> dict[str, Any]:
+        """Largest stress of each gear and contact pressure in view."""
+        gears = zip(*(field.gears for field in self.shown), strict=True)
+        pairs = [pair for field in self.shown for pair in field.pairs]
+        pressure = max((pair.pressure.max() for pair in pairs), default=0.0)
+        return {
+            "contact": self.contact.title,
+            "output": self.study.file,
+            "largest_von_mises_MPa": {
+                own[0].name: 1e-6 * float(max(gear.von_mises.max() for gear in own))
+                for own in gears
+            },
+            "largest_contact_pressure_MPa": 1e-6 * float(pressure),
+        }
+
+    def page(self) -> Page:
+        values = self.summary
+        stress = values["largest_von_mises_MPa"].items()
+        largest = ", ".join(f"{name} {value:.0f} MPa" for name, value in stress)
+        yield values["contact"]
+        yield (
+            f"largest von Mises stress in view: {largest}; largest contact pressure "
+            f"{values['largest_contact_pressure_MPa']:.0f} MPa"
+        )
+        yield f"wrote {values['output']}"
