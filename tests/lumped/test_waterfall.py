@@ -9,12 +9,17 @@ import numpy as np
 import pytest
 from friction_pairs import COUPLED, pair_system
 
-from lumped.csv_text import parse_csv
+from lumped.csv_text import format_csv, parse_csv
 from lumped.friction import ToothFriction
 from lumped.respond import respond_with_history
 from lumped.settings import Settings
 from lumped.sweep import sweep
-from lumped.waterfall import draw_waterfall, spectra_csv, spectra_over_speed
+from lumped.waterfall import (
+    COLUMNS,
+    draw_waterfall,
+    spectra_over_speed,
+    spectra_rows,
+)
 
 SPEEDS = [2.0 + 0.05 * i for i in range(30)]
 SETTINGS = Settings(steps=256, tolerance=1e-6)
@@ -54,7 +59,8 @@ def test_a_harmonic_peaks_where_it_meets_a_natural_frequency(spectra):
 
 
 def test_rows_have_orders_and_frequencies(spectra):
-    table = parse_csv(spectra_csv([spectra], {"gear set": "pair"}), "lines")
+    text = format_csv(COLUMNS, spectra_rows([spectra]), {"gear set": "pair"})
+    table = parse_csv(text, "lines")
     rows = [dict(zip(table.names, row, strict=True)) for row in table.rows.values()]
     orders = {float(row["order"]) for row in rows}
     assert {1.0, 2.0, 3.0} <= orders == {float(round(order)) for order in orders}
@@ -86,7 +92,7 @@ def test_a_train_at_rest_has_no_lines():
     still = replace(pair, train=replace(pair.train, gears=gears))
     found = spectra_over_speed(0.0, sweep(still, [2.0, 3.0], "up"))
     assert not list(found.seen(0))
-    assert spectra_csv([found], {}).splitlines()[-1].startswith("torque_Nm")
+    assert not list(spectra_rows([found]))
     campbell, harmonics = draw_waterfall([found]).axes[:2]
     assert not campbell.collections[0].get_offsets().size
     assert harmonics.get_ylim()[1] > 0.0
