@@ -69,19 +69,19 @@ from fegear.studies import STUDIES, home_of
 _HOMES = {
     "FiniteElements": "dynamics.build",
     "GearSet": "gearset",
-    "InputError": "errors",
-    "LumpedModel": "lumped_models",
-    "PictureSettings": "pictures",
-    "Source": "excitation",
-    "StaticsSettings": "statics",
+    "InputError": "files.errors",
+    "LumpedModel": "train.lumped_models",
+    "PictureSettings": "rendering.pictures",
+    "Source": "train.excitation",
+    "StaticsSettings": "statics.solving",
     "builtin_names": "gearset",
     "load_gear_set": "gearset",
-    "lumped_system": "lumped_models",
+    "lumped_system": "train.lumped_models",
     "make_gear_set": "gearset",
     "read_gear_set": "gearset",
-    "read_mesh_tables": "excitation",
-    "solve_mesh": "statics",
-    "solve_stress": "pictures",
+    "read_mesh_tables": "train.excitation",
+    "solve_mesh": "statics.solving",
+    "solve_stress": "rendering.pictures",
     "run": "studies.running",
     **{name: home_of(module) for module, name, _ in STUDIES.values()},
 }
@@ -90,7 +90,7 @@ __all__ = ["__version__", *_HOMES]
 
 def __getattr__(name: str) -> Any:
     if name == "__version__":
-        from fegear.version import package_version
+        from fegear.files.version import package_version
 
         return package_version()
     if name not in _HOMES:

@@ -7,9 +7,9 @@ from functools import wraps
 from inspect import signature
 from typing import ParamSpec, TypeVar
 
-from fegear.errors import InputError
+from fegear.files.errors import InputError
 from fegear.gearset.model import GearSet
-from lumped.checks import require_arguments, require_frequency
+from lumped.common.checks import require_arguments, require_frequency
 
 P = ParamSpec("P")
 R = TypeVar("R")

@@ -1,19 +1,23 @@
 """Lumped gear models: tables of mesh stiffness in, motion out."""
 
-from lumped.analytic import StiffnessFigures, analytic_excitation
-from lumped.attractor_sweeps import sweep_attractors
-from lumped.attractors import Attractor, find_attractor
-from lumped.excitation import MeshExcitation, PairExcitation, excitation_from_table
-from lumped.modes import Modes, natural_modes
-from lumped.pitch_errors import pair_errors
-from lumped.respond import respond, respond_with_history
-from lumped.response import History, Response, Status
-from lumped.settings import Settings
-from lumped.sweep import Branch, sweep, sweep_all
-from lumped.system import LumpedSystem
-from lumped.table import MeshTable, read_table, write_table
-from lumped.train import Gear, Mesh, Shaft, Train, TrainError
-from lumped.waves import Wave
+from lumped.attractors.attractor_sweeps import sweep_attractors
+from lumped.attractors.attractors import Attractor, find_attractor
+from lumped.steady.respond import respond, respond_with_history
+from lumped.steady.response import History, Response, Status
+from lumped.steady.settings import Settings
+from lumped.steady.sweep import Branch, sweep, sweep_all
+from lumped.train.analytic import StiffnessFigures, analytic_excitation
+from lumped.train.excitation import (
+    MeshExcitation,
+    PairExcitation,
+    excitation_from_table,
+)
+from lumped.train.modes import Modes, natural_modes
+from lumped.train.pitch_errors import pair_errors
+from lumped.train.system import LumpedSystem
+from lumped.train.table import MeshTable, read_table, write_table
+from lumped.train.train import Gear, Mesh, Shaft, Train, TrainError
+from lumped.train.waves import Wave
 
 __all__ = [
     "Attractor",

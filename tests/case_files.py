@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from validation.cases import read_case
+from validation.study.cases import read_case
 
 TEXT = """
 name = "{name}"

@@ -37,8 +37,8 @@ from typing import Any
 import typer
 
 from fegear.cli import app, run
+from fegear.files.printable import HARMFUL
 from fegear.gearset.problems import known_keys
-from fegear.printable import HARMFUL
 
 HANG = 120.0  # s of a case, on a busy machine
 PATIENCE = 20.0  # s, with the full degrees of freedom

@@ -7,17 +7,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from lumped import (
-    Gear,
-    LumpedSystem,
-    Mesh,
-    MeshExcitation,
-    PairExcitation,
-    Train,
-    Wave,
-)
-from lumped.coupled import BodyModes, CoupledContacts
+from lumped import Gear, LumpedSystem, Mesh, MeshExcitation, PairExcitation, Train, Wave
 from lumped.kernels.arrays import Contacts
+from lumped.train.coupled import BodyModes, CoupledContacts
 from validation.oracles.rim_train import RimTrain
 
 RADII = np.array([0.04535, 0.06564, 0.11218])  # m, Table 2.1

@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 from matplotlib.colors import to_rgb
 
+from fegear.figures.statics import draw_table
 from fegear.gearset import load_gear_set
-from fegear.plots import draw_table
-from fegear.statics import StaticsSettings, solve_mesh
-from lumped.attractor_figure import draw_attractors
-from lumped.attractor_sweeps import AttractorBranch
-from lumped.attractors import Attractor
-from lumped.drawing import draw_legend, panels
+from fegear.statics.solving import StaticsSettings, solve_mesh
+from lumped.attractors.attractor_sweeps import AttractorBranch
+from lumped.attractors.attractors import Attractor
+from lumped.figures.attractors import draw_attractors
+from lumped.figures.drawing import draw_legend, panels
 from validation.report.figures import _number_decades
 from validation.reproduce.drawing import _color, _look, _name
 from validation.reproduce.parts import Curve

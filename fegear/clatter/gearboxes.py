@@ -12,7 +12,8 @@ from typing import Annotated, Any
 import numpy as np
 from pydantic import Field, ValidationError, model_validator
 
-from fegear.errors import InputError
+from fegear.files.errors import InputError
+from fegear.files.output import read_text
 from fegear.gearset.problems import first_problem
 from fegear.gearset.read import parsed_toml, path_of
 from fegear.gearset.schema import (
@@ -22,7 +23,6 @@ from fegear.gearset.schema import (
     require_all_or_none,
     require_exactly_one,
 )
-from fegear.output import read_text
 from lumped.clatter.gearbox import (
     Excitation,
     Freedom,
@@ -32,7 +32,7 @@ from lumped.clatter.gearbox import (
     Variation,
     Wheel,
 )
-from lumped.csv_text import TableError, parse_csv
+from lumped.common.csv_text import TableError, parse_csv
 
 # Limits far beyond any gearbox, so that no product of them leaves the range of numbers.
 Positive = Annotated[float, Field(ge=1e-9, le=1e9)]

@@ -85,7 +85,7 @@ app.add_typer(benchmarks, name="bench")
 
 def _print_version(wanted: bool) -> None:
     if wanted:
-        from fegear.version import package_version
+        from fegear.files.version import package_version
 
         say(f"fegear {package_version()}")
         raise typer.Exit
@@ -156,8 +156,8 @@ def run(words: list[str]) -> int:
 
 def _explained(error: BaseException) -> tuple[int, str]:
     """Exit code and what to say."""
-    from fegear.errors import InputError, file_error
-    from lumped.train import TrainError
+    from fegear.files.errors import InputError, file_error
+    from lumped.train.train import TrainError
     from meshes.gmsh_session import MissingSystemLibrary
 
     if isinstance(error, KeyboardInterrupt):

@@ -27,8 +27,8 @@ from fegear.cli.screen import print_json, ruled_table, say, screen
 
 if TYPE_CHECKING:
     from fegear.gearset.model import GearSet
-    from lumped.progress import Progress
-    from validation.bench import Benchmark
+    from lumped.common.progress import Progress
+    from validation.bench.benchmark import Benchmark
 
     Measure = Callable[[Progress], Benchmark]
 
@@ -92,7 +92,7 @@ def stiffness_benchmark(
 ) -> None:
     """Statics over mesh size, element order and contact grid."""
     from fegear.gearset import load_gear_set
-    from validation import bench_stiffness
+    from validation.bench import bench_stiffness
 
     gear_set = load_gear_set(set_name)
     load = driver_torque(gear_set, 1, torque)
@@ -107,7 +107,7 @@ def dynamics_benchmark(
 ) -> None:
     """Finite-element dynamics over time steps and modes."""
     from fegear.gearset import load_gear_set
-    from validation import bench_dynamics
+    from validation.bench import bench_dynamics
 
     gear_set = load_gear_set(set_name)
     load = _middle_torque(gear_set, torque)
@@ -149,7 +149,7 @@ def lumped_benchmark(
         _run_stress(output, as_json)
         return
     from fegear.gearset import load_gear_set
-    from validation import bench_lumped
+    from validation.bench import bench_lumped
 
     gear_set = load_gear_set(set_name or TRAIN)
     load = _middle_torque(gear_set, torque)
@@ -168,7 +168,7 @@ def branches_benchmark(
 ) -> None:
     """Periodic motions by harmonic balance beside sweeps."""
     from fegear.gearset import load_gear_set
-    from validation import bench_branches
+    from validation.bench import bench_branches
 
     gear_set = load_gear_set(set_name)
     load = _middle_torque(gear_set, torque)
@@ -186,7 +186,7 @@ def stability_benchmark(
 ) -> None:
     """Floquet multipliers of trains with tooth friction, and closed forms."""
     from fegear.gearset import load_gear_set
-    from validation import bench_stability
+    from validation.bench import bench_stability
 
     load = _middle_torque(load_gear_set(set_name), torque)
     measure = partial(bench_stability.measure, set_name, load)
@@ -197,7 +197,7 @@ def eccentric_benchmark(
     output: Directory = Path("bench-eccentric"), as_json: AsJson = False
 ) -> None:
     """Eccentric wheels: centre distance, and contact over the mesh size."""
-    from validation import bench_eccentric
+    from validation.bench import bench_eccentric
 
     _run("eccentric", bench_eccentric.measure, output, as_json)
 
@@ -206,7 +206,7 @@ def clatter_benchmark(
     output: Directory = Path("bench-clatter"), as_json: AsJson = False
 ) -> None:
     """Clattering wheels: impacts per second, and the tolerance of events."""
-    from validation import bench_clatter
+    from validation.bench import bench_clatter
 
     _run("clatter", bench_clatter.measure, output, as_json)
 
@@ -221,9 +221,9 @@ def all_benchmarks(
     as_json: AsJson = False,
 ) -> None:
     """All benchmarks on one page, index.html."""
+    from fegear.files.output import strict_json, write_text
     from fegear.gearset import load_gear_set
-    from fegear.output import strict_json, write_text
-    from validation import (
+    from validation.bench import (
         bench_branches,
         bench_clatter,
         bench_dynamics,
@@ -232,7 +232,7 @@ def all_benchmarks(
         bench_stability,
         bench_stiffness,
     )
-    from validation.bench import write_page
+    from validation.bench.benchmark import write_page
 
     pair, train = load_gear_set(PAIR), load_gear_set(TRAIN)
     measures: dict[str, Measure] = {
@@ -260,7 +260,7 @@ def all_benchmarks(
 
 def _run(name: str, measure: Measure, output: Path, as_json: bool) -> None:
     """Measure, write and print; after Ctrl-C what was finished."""
-    from validation.bench import files_of
+    from validation.bench.benchmark import files_of
 
     (measured,) = _measured({name: measure}, output, as_json)
     if as_json:
@@ -282,8 +282,8 @@ def _measured(
 
     others : files that will be written besides
     """
-    from fegear.output import make_directory
-    from validation.bench import files_of, write_benchmark
+    from fegear.files.output import make_directory
+    from validation.bench.benchmark import files_of, write_benchmark
 
     make_directory(output)
     files = [path for name in measures for path in files_of(name, output)]
@@ -325,9 +325,9 @@ def _cell(value: str | float) -> str:
 
 def _run_stress(output: Path | None, as_json: bool) -> None:
     """The table of promises and measurements; exit code 1 if one is not kept."""
-    from fegear.output import make_directory, write_text
-    from validation import stress_coupled, stress_lumped
-    from validation.trials import run_trials, trials_csv
+    from fegear.files.output import make_directory, write_text
+    from validation.stress import stress_coupled, stress_lumped
+    from validation.stress.trials import run_trials, trials_csv
 
     families = [*stress_lumped.TRIALS, *stress_coupled.TRIALS]
 

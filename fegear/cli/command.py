@@ -12,7 +12,7 @@ from typing import Any
 import typer
 from typer.core import TyperCommand
 
-from fegear.errors import InputError
+from fegear.files.errors import InputError
 
 PLAIN: dict[str, Any] = {
     "rich_markup_mode": None,  # square brackets are units

@@ -24,7 +24,7 @@ from typing import Annotated, Any, get_args, get_origin, get_type_hints
 
 import typer
 
-from fegear.errors import InputError
+from fegear.files.errors import InputError
 from fegear.studies.study import (
     AS_OPTIONS,
     Group,

@@ -12,14 +12,14 @@ import typer
 
 from fegear.cli.groups import option
 from fegear.cli.screen import complain
-from fegear.errors import InputError
+from fegear.files.errors import InputError
 from fegear.studies.study import PICTURES, TABLES, Range
 
 if TYPE_CHECKING:
+    from fegear.files.store import Keeping
     from fegear.gearset.model import GearSet
-    from fegear.store import Keeping
-    from lumped.progress import Progress
-    from lumped.workers import Cluster
+    from lumped.common.progress import Progress
+    from lumped.common.workers import Cluster
 
 
 RATIO = Range(least=0.0, below=1.0)
@@ -89,7 +89,7 @@ class Workers:
 
     @property
     def chosen(self) -> Cluster | None:
-        from lumped.workers import Cluster
+        from lumped.common.workers import Cluster
 
         asked = self.cluster or self.scheduler is not None
         return Cluster(self.scheduler or "") if asked else None
@@ -124,7 +124,7 @@ class ResumedOutputs(Outputs):
 
     @property
     def keeping(self) -> Keeping:
-        from fegear.store import Keeping
+        from fegear.files.store import Keeping
 
         return Keeping(
             checkpoint=self.checkpoint,
@@ -208,7 +208,7 @@ def driver_torque(gear_set: GearSet, mesh: int, asked: float | None) -> float:
 
 def require_picture(path: Path) -> None:
     """A file whose ending says what kind of picture it is, or a device."""
-    from fegear.output import is_device
+    from fegear.files.output import is_device
 
     if path.suffix.lower() not in PICTURES and not is_device(path):
         allowed = ", ".join(PICTURES)
@@ -217,7 +217,7 @@ def require_picture(path: Path) -> None:
 
 def require_ending(path: Path | None, allowed: Sequence[str] = TABLES) -> None:
     """A name that does not promise another kind of file than is written."""
-    from fegear.output import is_device
+    from fegear.files.output import is_device
 
     if path is None or path.suffix.lower() in allowed or is_device(path):
         return
@@ -237,7 +237,7 @@ def progress_bar(enabled: bool) -> Iterator[Progress]:
         TimeRemainingColumn,
     )
 
-    from fegear.printable import printable
+    from fegear.files.printable import printable
 
     console = Console(stderr=True)
     columns = (
@@ -267,7 +267,7 @@ def require_outputs(
 
     plot : one more output, a picture by its ending
     """
-    from fegear.output import require_writable
+    from fegear.files.output import require_writable
 
     if plot is not None:
         require_picture(plot)

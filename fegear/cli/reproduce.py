@@ -13,10 +13,10 @@ import typer
 
 from fegear.cli.options import AsJson, progress_bar, refuse_idle, require_outputs
 from fegear.cli.screen import print_json, ruled_table, say, screen
-from fegear.errors import InputError
+from fegear.files.errors import InputError
 
 if TYPE_CHECKING:
-    from lumped.progress import Progress
+    from lumped.common.progress import Progress
     from validation.reproduce import FigureResult
 
 EXAMPLE = "fegear reproduce 3.6 3.9 -o figures"
@@ -67,7 +67,7 @@ def reproduce_command(
         refuse_idle("--list makes nothing", output=output, all=every)
         _print_list(numbers, as_json)
         return
-    from fegear.output import make_directory
+    from fegear.files.output import make_directory
     from validation.reproduce import report_values, write_report
 
     chosen, place = _chosen(numbers, every), output or USUAL

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
-from fegear.output import strict_json
-from fegear.printable import printable
+from fegear.files.output import strict_json
+from fegear.files.printable import printable
 
 if TYPE_CHECKING:
     from rich.console import Console, ConsoleOptions, RenderableType

@@ -21,7 +21,7 @@ from fegear.cli.options import (
     require_outputs,
 )
 from fegear.cli.screen import complain, print_columns, ruled_table, say, screen
-from fegear.output import write_text
+from fegear.files.output import write_text
 from fegear.studies.page import Grid, Page, Sheet
 from fegear.studies.study import (
     TABLES,
@@ -122,7 +122,7 @@ def _read_files(asked: Any, group: Group) -> Iterator[str]:
 
 def _found(asked: Study, workers: Any, outputs: Any) -> tuple[Any, Mapping[str, Any]]:
     """The result and its summary, files written; a bar moves all the while."""
-    from fegear.store import NOTHING
+    from fegear.files.store import NOTHING
     from fegear.studies.running import run
 
     keeping = outputs.keeping if asked.resumes else NOTHING

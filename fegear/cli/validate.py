@@ -23,11 +23,11 @@ from fegear.cli.options import (
 from fegear.cli.screen import print_json, ruled_table, say, screen
 
 if TYPE_CHECKING:
-    from lumped.progress import Progress
-    from lumped.workers import Cluster
-    from validation.cases import Case
+    from lumped.common.progress import Progress
+    from lumped.common.workers import Cluster
     from validation.random_sets.runs import SetRun
-    from validation.runs import CaseResult
+    from validation.study.cases import Case
+    from validation.study.runs import CaseResult
 
 EXAMPLE = "fegear validate idler friction-pair -o report"
 WRITTEN = ("index.html", "report.md", "report.json")
@@ -82,7 +82,7 @@ def validate_command(
     The exit code is 1 if a tolerance fails. The same command goes on with an
     interrupted run, on a cluster with the runs that it had not finished.
     """
-    from fegear.output import make_directory
+    from fegear.files.output import make_directory
     from validation.random_sets.runs import run_random_sets
     from validation.report import report_values, write_report
 
@@ -116,8 +116,8 @@ def _chosen(
     names: Sequence[str], every: bool, fidelity: ValidationFidelity | None, random: bool
 ) -> list[Case]:
     """Cases by their names; random : whether the random sets run besides."""
-    from fegear.errors import InputError
-    from validation.cases import case_names, load_case
+    from fegear.files.errors import InputError
+    from validation.study.cases import case_names, load_case
 
     known = ", ".join([*case_names(), RANDOM_SETS])
     if every and names:
@@ -162,8 +162,8 @@ def _run(
     chosen: Sequence[Case], store: Path, workers: Cluster | None, report: Progress
 ) -> list[CaseResult]:
     """Results of the cases, after Ctrl-C of those that were finished."""
-    from validation.runs import make_runs, run_case
-    from validation.tasks import tasks_of
+    from validation.study.runs import make_runs, run_case
+    from validation.study.tasks import tasks_of
 
     def of(case: Case) -> Progress:
         return lambda what, done, total: report(f"{case.name}: {what}", done, total)
@@ -250,7 +250,7 @@ def _overview(cases: Sequence[Mapping[str, Any]]) -> Any:
 
 def failed_line(case: str, failed: Mapping[str, Any]) -> str:
     """`idler, model-2, 100 N m, up, mesh 1: rms_distance 0.61, allowed 0.5`."""
-    from validation.metrics import METRICS
+    from validation.study.metrics import METRICS
 
     least = "at least " if METRICS[failed["metric"]].least else ""
     unit = "" if failed["unit"] == "1" else f" {failed['unit']}"

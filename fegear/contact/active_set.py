@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.compiled import allocating, compiled_part
+from lumped.common.compiled import allocating, compiled_part
 from lumped.kernels.elimination import eliminate
 
 ALL_AT_ONCE = 40  # sweeps that exchange every violated node together

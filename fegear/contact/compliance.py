@@ -13,7 +13,7 @@ import numpy as np
 
 from fegear.contact.grid import SUPPORT
 from fegear.elasticity.flank_grid import STENCIL
-from lumped.compiled import allocating, compiled_part
+from lumped.common.compiled import allocating, compiled_part
 
 NORMAL, TANGENTIAL = np.int64(0), np.int64(1)
 

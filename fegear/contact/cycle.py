@@ -21,7 +21,7 @@ from fegear.contact.compliance import fill_compliance, friction_bending
 from fegear.contact.flanks import FAR
 from fegear.contact.grid import Grid
 from fegear.contact.patches import hertz_half_width, lay_nodes, place_patch
-from lumped.compiled import allocating, compiled, compiled_part
+from lumped.common.compiled import allocating, compiled, compiled_part
 
 MARGIN = 1.2  # half length of a patch over the Hertz half-width at full load
 GROWTH = 1.6  # of a patch whose pressure reaches its end

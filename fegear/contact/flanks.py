@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from lumped.compiled import compiled_part
+from lumped.common.compiled import compiled_part
 
 FAR = 1.0  # gap [m] where there is no opposite flank
 GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)

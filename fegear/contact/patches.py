@@ -22,7 +22,7 @@ from fegear.contact.flanks import (
 )
 from fegear.contact.grid import SUPPORT
 from fegear.elasticity.flank_grid import place_stencil
-from lumped.compiled import compiled_part
+from lumped.common.compiled import compiled_part
 
 REACH = 0.5  # base pitches off the path within which a corner may touch
 COARSE, EXACT = 1e-3, 1e-8  # of a flank's length, for the closest point

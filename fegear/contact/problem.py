@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from fegear.elasticity.flank import FlankCompliance
 from fegear.gearset.model import Relief
-from lumped.pitch_errors import pair_gaps as tooth_pair_gaps
+from lumped.train.pitch_errors import pair_gaps as tooth_pair_gaps
 from meshes import GearPair
 
 Array = NDArray[np.float64]

@@ -2,7 +2,7 @@
 
 Modes with nodal diameters are seen in a frame that does not turn with the gear: there
 the contacts stay in one place, and their penetration per coordinate repeats with the
-mesh cycle. See `lumped.coupled.BodyModes`.
+mesh cycle. See `lumped.train.coupled.BodyModes`.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ from fegear.dynamics.rows import contact_rows
 from fegear.dynamics.sides import DRIVE, ContactSide
 from fegear.elasticity.modes import GearModes, lowest_modes, static_inertia
 from fegear.gearset.model import GearSet
-from fegear.statics import StaticsSettings
-from lumped.coupled import BodyModes, CoupledContacts, LoadedState
-from lumped.elastic_inertia import harmonic_amplitudes
-from lumped.left_out import BodyInertia
-from lumped.system import LumpedSystem
+from fegear.statics.solving import StaticsSettings
+from lumped.train.coupled import BodyModes, CoupledContacts, LoadedState
+from lumped.train.elastic_inertia import harmonic_amplitudes
+from lumped.train.left_out import BodyInertia
+from lumped.train.system import LumpedSystem
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]

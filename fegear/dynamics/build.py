@@ -19,20 +19,20 @@ from fegear.dynamics.model import DynamicModel, dynamic_model
 from fegear.dynamics.sides import MeshLaws
 from fegear.dynamics.stepper import DynamicSettings, ImplicitStepper, ReducedStepper
 from fegear.elasticity.modes import GearModes, gear_modes, resolving_sector
-from fegear.errors import InputError
-from fegear.excitation import Excitations
+from fegear.files.errors import InputError
 from fegear.gearset.inertia import require_inertia_of_bodies
 from fegear.gearset.model import Gear, GearSet
-from fegear.statics import StaticsSettings
-from lumped.checks import require_between, require_fields
-from lumped.elastic_inertia import (
+from fegear.statics.solving import StaticsSettings
+from fegear.train.excitation import Excitations
+from lumped.common.checks import require_between, require_fields
+from lumped.train.elastic_inertia import (
     Choice,
     ElasticModes,
     choose,
     harmonic_amplitudes,
 )
-from lumped.system import LumpedSystem
-from lumped.table import MeshTable
+from lumped.train.system import LumpedSystem
+from lumped.train.table import MeshTable
 
 if TYPE_CHECKING:
     from fegear.dynamics.scheme import Scheme

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fegear.dynamics.stepper import MotionState
-from fegear.stored import Records, response_values, stored_response
-from lumped.response import Response
+from fegear.files.stored import Records, response_values, stored_response
+from lumped.steady.response import Response
 
 Array = NDArray[np.float64]
 

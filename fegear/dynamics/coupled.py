@@ -24,12 +24,12 @@ from fegear.dynamics.sides import ContactSide, MeshLaws, contact_sides
 from fegear.dynamics.table_laws import all_table_laws
 from fegear.elasticity.inertia_relief import InertiaRelief, inertia_relief
 from fegear.elasticity.sector import RIGHT
-from fegear.excitation import Excitations, GivenTables
 from fegear.gearset.inertia import require_inertia_of_bodies
 from fegear.gearset.model import GearSet
-from fegear.statics import StaticsSettings
-from lumped.coupled import CoupledContacts
-from lumped.system import LumpedSystem
+from fegear.statics.solving import StaticsSettings
+from fegear.train.excitation import Excitations, GivenTables
+from lumped.train.coupled import CoupledContacts
+from lumped.train.system import LumpedSystem
 
 Array = NDArray[np.float64]
 relief_once = lru_cache(maxsize=16)(inertia_relief)  # equal gears, and all torques
@@ -49,7 +49,7 @@ def coupled_contacts(
     torque : on the input gear [N m]; reference : Model-1 at that torque
     excitations : finite elements, or tables that give the contacts; what bodies do
         while they accelerate, and from mesh to mesh, comes from finite elements anyway
-    without : which of `lumped.coupled.INGREDIENTS` are left out
+    without : which of `lumped.train.coupled.INGREDIENTS` are left out
     band : of mesh frequencies of the first mesh [Hz] for which body modes are chosen;
         none are without it
     kept : the body modes to choose, where they are known

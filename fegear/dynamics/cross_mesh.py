@@ -17,7 +17,7 @@ from fegear.elasticity.flank import nodal_loads, ring_fields
 from fegear.elasticity.flank_grid import flank_stencils
 from fegear.elasticity.sector import LEFT, RIGHT, CyclicSector
 from fegear.gearset.model import GearSet
-from fegear.statics import StaticsSettings
+from fegear.statics.solving import StaticsSettings
 
 Array = NDArray[np.float64]
 

@@ -36,8 +36,8 @@ from fegear.elasticity.cyclic_gear import CyclicGear, Factors
 from fegear.elasticity.flank_grid import flank_stencils
 from fegear.gearset.model import GearSet
 from lumped.kernels.arrays import Position
-from lumped.steady_state import Diverged
-from lumped.system import LumpedSystem
+from lumped.steady.steady_state import Diverged
+from lumped.train.system import LumpedSystem
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]

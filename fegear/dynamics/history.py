@@ -27,8 +27,8 @@ from fegear.dynamics.sides import DRIVE
 from fegear.dynamics.stepper import Motion
 from fegear.gearset.model import GearSet
 from fegear.gearset.pitch_errors import error_periods, tooth_in_cycles
-from lumped.csv_text import format_csv
-from lumped.sweep import Direction
+from lumped.common.csv_text import format_csv
+from lumped.steady.sweep import Direction
 
 Column = NDArray[Any]
 BLOCK = 8192  # times at which root stresses are computed at once

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 
 from fegear.dynamics.sides import MeshLaws, contact_sides
 from fegear.elasticity.cyclic_gear import CyclicGear
-from fegear.errors import InputError
-from fegear.free_memory import available_bytes
+from fegear.files.errors import InputError
+from fegear.files.free_memory import available_bytes
 from fegear.gearset.model import GearSet
 
 STEP_SIZES = 5  # whose operators are held at a time: kept, in use and in the making

@@ -8,13 +8,13 @@ import numpy as np
 
 from fegear.contact.pair_laws import pair_laws
 from fegear.dynamics.sides import MeshLaws
-from fegear.excitation import Excitations
 from fegear.gearset.model import GearSet
 from fegear.gearset.phases import mesh_phases
 from fegear.gearset.pitch_errors import tooth_pair_errors, without_pitch_errors
-from fegear.statics import StaticsSettings, contact_problem
-from fegear.train import mesh_torques_at
-from lumped.table import MeshTable
+from fegear.statics.solving import StaticsSettings, contact_problem
+from fegear.train.excitation import Excitations
+from fegear.train.train import mesh_torques_at
+from lumped.train.table import MeshTable
 
 POSITIONS = 128  # of a mesh cycle at which pair laws are solved
 REACH = 6.0  # times the largest static deflection: penetration up to which laws curve

@@ -29,7 +29,7 @@ from fegear.dynamics.rows import contact_rows, held
 from fegear.dynamics.sides import ContactSide, MeshLaws, contact_sides
 from fegear.gearset.model import GearSet
 from lumped.kernels.arrays import Contacts
-from lumped.system import LumpedSystem
+from lumped.train.system import LumpedSystem
 
 Array = NDArray[np.float64]
 

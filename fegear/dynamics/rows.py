@@ -13,7 +13,7 @@ from fegear.dynamics.elastic import ElasticGear
 from fegear.dynamics.kernels.arrays import ContactJacobian
 from fegear.dynamics.sides import ContactSide
 from fegear.gearset.model import GearSet
-from lumped.system import LumpedSystem
+from lumped.train.system import LumpedSystem
 
 Array = NDArray[np.float64]
 

@@ -14,12 +14,12 @@ from numpy.typing import NDArray
 from fegear.dynamics.kernels.arrays import Clock, Record, Step
 from fegear.dynamics.model import DynamicModel
 from fegear.dynamics.scheme import Scheme, generalized_alpha
-from fegear.errors import InputError
-from lumped.checks import require_between
-from lumped.response import History
-from lumped.settings import SteadySettings
-from lumped.steady_state import Diverged, Speed, new_convergence, straining
-from lumped.system import LumpedSystem
+from fegear.files.errors import InputError
+from lumped.common.checks import require_between
+from lumped.steady.response import History
+from lumped.steady.settings import SteadySettings
+from lumped.steady.steady_state import Diverged, Speed, new_convergence, straining
+from lumped.train.system import LumpedSystem
 
 if TYPE_CHECKING:
     from lumped.kernels.arrays import Convergence

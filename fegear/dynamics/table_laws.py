@@ -12,13 +12,13 @@ from fegear.contact.pair_laws import REACH, PairLaws
 from fegear.contact.problem import back_side_position
 from fegear.dynamics.mesh_laws import BACK, POSITIONS
 from fegear.dynamics.sides import MeshLaws
-from fegear.errors import InputError
-from fegear.excitation import GivenTables
+from fegear.files.errors import InputError
 from fegear.gearset.model import GearSet
 from fegear.gearset.phases import mesh_phases
-from fegear.train import mesh_torques_at
-from lumped.excitation import at_torque
-from lumped.path_laws import FAR_GAP, PathLaws, path_laws
+from fegear.train.excitation import GivenTables
+from fegear.train.train import mesh_torques_at
+from lumped.train.excitation import at_torque
+from lumped.train.path_laws import FAR_GAP, PathLaws, path_laws
 from meshes import GearPair
 
 Array = NDArray[np.float64]

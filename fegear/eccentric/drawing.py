@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fegear.eccentric.gearing import Gearing
-from lumped.drawing import draw_title, panels
+from lumped.figures.drawing import draw_title, panels
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -15,7 +15,7 @@ from fegear.eccentric.drawing import (
 )
 from fegear.eccentric.gearing import Gearing
 from fegear.eccentric.turn import wheel_meshes
-from fegear.output import write_whole
+from fegear.files.output import write_whole
 
 DRAWINGS, MESHES = (".svg", ".dxf"), (".msh", ".vtu")
 FILMS = ".gif", ".mp4"
@@ -50,7 +50,7 @@ def write_animation(gearing: Gearing, path: Path) -> None:
 def _write_svg(gearing: Gearing, path: Path) -> None:
     from matplotlib import rc_context
 
-    from fegear.plots import save_figure
+    from fegear.figures.statics import save_figure
 
     with rc_context({"path.simplify": False}):  # which leaves out what no eye sees
         write_whole(path, lambda place: save_figure(draw_to_scale(gearing), place))

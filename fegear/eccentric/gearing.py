@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fegear.errors import InputError
-from lumped.csv_text import exact
+from fegear.files.errors import InputError
+from lumped.common.csv_text import exact
 from meshes import GeometryError
 from meshes.eccentric import EccentricPair, PitchCurve
 from meshes.eccentric.base import (

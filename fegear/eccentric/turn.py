@@ -9,7 +9,7 @@ from fegear.eccentric.contact import solve_turn
 from fegear.eccentric.elastic_wheel import ElasticWheel
 from fegear.eccentric.gearing import Gearing
 from fegear.elasticity.material import PlaneMaterial
-from fegear.errors import InputError
+from fegear.files.errors import InputError
 from meshes import GeometryError
 from meshes.eccentric.outline import WheelEdges
 from meshes.eccentric.teeth import ToothedPair

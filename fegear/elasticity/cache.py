@@ -12,7 +12,7 @@ import numpy as np
 from fegear.elasticity.flank import FlankCompliance, flank_compliance
 from fegear.elasticity.material import PlaneMaterial
 from fegear.elasticity.sector import cyclic_sector
-from fegear.store import digest, load_arrays, save_arrays
+from fegear.files.store import digest, load_arrays, save_arrays
 from meshes import MeshSize, SpurGear
 
 FORMAT = 3  # raise when geometry, mesh, elasticity or the file layout change

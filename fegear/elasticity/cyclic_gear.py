@@ -20,7 +20,7 @@ from scipy.sparse import csr_array, hstack, tril, vstack
 
 from fegear.elasticity.ring import harmonics
 from fegear.elasticity.sector import CyclicSector, FlankPoints, factorise
-from lumped.compiled import compiled
+from lumped.common.compiled import compiled
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]

@@ -19,7 +19,7 @@ from fegear.elasticity import halfplane
 from fegear.elasticity.boundary import boundary_quadrature
 from fegear.elasticity.ring import ring_response
 from fegear.elasticity.sector import RIGHT, CyclicSector
-from fegear.timing import stage
+from fegear.files.timing import stage
 
 Array = NDArray[np.float64]
 REACH = 3  # teeth on either side of the loaded one whose deflection is kept

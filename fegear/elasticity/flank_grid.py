@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from lumped.compiled import compiled, compiled_part
+from lumped.common.compiled import compiled, compiled_part
 
 STENCIL = 4  # points that an interpolated value is made of
 

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from fegear.elasticity.flank import FlankCompliance
 from fegear.elasticity.modes import cyclic_inverse
 from fegear.elasticity.sector import RIGHT, CyclicSector
-from fegear.timing import stage
+from fegear.files.timing import stage
 
 Array = NDArray[np.float64]
 

@@ -31,7 +31,7 @@ from fegear.elasticity.sector import (
     condense,
     cyclic_sector,
 )
-from fegear.timing import stage
+from fegear.files.timing import stage
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]

@@ -28,7 +28,7 @@ from skfem.models.elasticity import linear_elasticity
 
 from fegear.elasticity.elements import freedoms_of_nodes, plane_basis
 from fegear.elasticity.material import PlaneMaterial
-from fegear.timing import stage
+from fegear.files.timing import stage
 from meshes import MeshSize, SectorMesh, SpurGear, sector_mesh
 from meshes.profile import flank_frame
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from fegear.errors import InputError
+from fegear.files.errors import InputError
 from fegear.gearset.model import Gear, GearSet, Mesh, Relief, Shaft
 from fegear.gearset.pitch_errors import require_room
 from fegear.gearset.problems import nearest, shown

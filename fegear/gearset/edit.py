@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from copy import deepcopy
 from typing import Any
 
-from fegear.errors import InputError
+from fegear.files.errors import InputError
 from fegear.gearset.problems import known_keys, nearest
 
 LISTS = ("gear", "mesh", "shaft")

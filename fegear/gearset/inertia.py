@@ -5,7 +5,7 @@ The body reaches from the bore to the true outline of the teeth.
 
 from __future__ import annotations
 
-from fegear.errors import InputError
+from fegear.files.errors import InputError
 from fegear.gearset.model import Gear, GearSet
 from meshes.section import section_area, section_polar_moment
 

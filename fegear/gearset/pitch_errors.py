@@ -13,10 +13,10 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from fegear.errors import InputError
+from fegear.files.errors import InputError
 from fegear.gearset.model import GearSet
 from fegear.gearset.phases import first_teeth
-from lumped.pitch_errors import pair_errors
+from lumped.train.pitch_errors import pair_errors
 
 Array = NDArray[np.float64]
 Errors = tuple[float, ...]

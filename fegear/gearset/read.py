@@ -14,14 +14,14 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from fegear.errors import InputError
+from fegear.files.errors import InputError
+from fegear.files.output import read_text
 from fegear.gearset.build import build_gear_set
 from fegear.gearset.edit import edited
 from fegear.gearset.model import GearSet
 from fegear.gearset.problems import first_problem, nearest
 from fegear.gearset.schema import Document, with_defaults
-from fegear.output import read_text
-from lumped.checks import checked
+from lumped.common.checks import checked
 
 
 @checked

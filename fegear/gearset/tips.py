@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from fegear.errors import InputError
+from fegear.files.errors import InputError
 from fegear.gearset.problems import shown
 from fegear.gearset.schema import Document, MeshEntry
 from fegear.gearset.teeth import MM, Blank, Tip, blank_of

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from fegear.errors import InputError
+from fegear.files.errors import InputError
 from fegear.gearset.schema import Document, MeshEntry
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from fegear.errors import InputError
+from fegear.files.errors import InputError
 from fegear.gearset.model import Relief
 from fegear.gearset.problems import shown
 from fegear.gearset.schema import ReliefEntry

@@ -10,13 +10,13 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.progress import Progress, silent
+from lumped.common.progress import Progress, silent
+from lumped.common.workers import Arrays, Compute, in_threads
 from lumped.rattle.branches import BranchFinder, OrbitBranch, machine_with
 from lumped.rattle.departures import Itinerary
 from lumped.rattle.long_runs import settled_departures
 from lumped.rattle.machine import Machine
 from lumped.rattle.orbits import find_orbits
-from lumped.workers import Arrays, Compute, in_threads
 
 Array = NDArray[np.float64]
 END = 1e-6  # of a range, from its ends, where orbits are looked for

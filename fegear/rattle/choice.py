@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from fegear.errors import InputError
-from fegear.speeds import limits_of
+from fegear.files.errors import InputError
+from fegear.files.speeds import limits_of
 from fegear.studies.study import Range, argument, require_settings, setting
 
 if TYPE_CHECKING:

@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 
 from fegear.rattle.bifurcation import Search, followed, orbits_of
 from lumped.branches.continuation import NoSolution
-from lumped.progress import Progress, silent
+from lumped.common.progress import Progress, silent
+from lumped.common.workers import Compute, in_threads
 from lumped.rattle.branches import machine_with
 from lumped.rattle.curves import Curve, curve_of, is_on
 from lumped.rattle.machine import Machine
-from lumped.workers import Compute, in_threads
 
 Array = NDArray[np.float64]
 

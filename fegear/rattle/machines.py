@@ -12,7 +12,8 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, ValidationError, model_validator
 
-from fegear.errors import InputError
+from fegear.files.errors import InputError
+from fegear.files.output import read_text
 from fegear.gearset.problems import first_problem
 from fegear.gearset.read import builtin_names, parsed_toml, path_of
 from fegear.gearset.schema import (
@@ -22,8 +23,7 @@ from fegear.gearset.schema import (
     require_all_or_none,
     require_exactly_one,
 )
-from fegear.output import read_text
-from lumped.csv_text import exact
+from lumped.common.csv_text import exact
 from lumped.rattle.assembly import Absorber, Assembly, Shafts, SprungGear
 from lumped.rattle.machine import Machine, effective_eccentricity
 

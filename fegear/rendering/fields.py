@@ -18,16 +18,16 @@ from numpy.typing import NDArray
 from fegear.contact.loads import PatchLoad, patch_loads, tooth_loads
 from fegear.contact.problem import ContactProblem, run_kernel
 from fegear.elasticity.body_stress import von_mises
-from fegear.errors import InputError
+from fegear.files.errors import InputError
 from fegear.gearset.model import GearSet, Mesh
 from fegear.gearset.phases import tooth_axis
 from fegear.gearset.placing import layout
 from fegear.rendering.frames import Frame, View, turned
 from fegear.rendering.recorded import Instant
 from fegear.rendering.sector_field import LoadableGear, SectorField, loadable_gear
-from fegear.statics import StaticsSettings, contact_problem
-from fegear.unphysical import doubts
-from lumped.progress import Progress, silent
+from fegear.statics.solving import StaticsSettings, contact_problem
+from fegear.statics.unphysical import doubts
+from lumped.common.progress import Progress, silent
 from meshes.profile import flank_frame
 
 Array = NDArray[np.float64]

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from fegear.errors import InputError
+from fegear.files.errors import InputError
 
 Image = NDArray[np.uint8]  # (height, width, 3)
 FRAMES_PER_SECOND = 20

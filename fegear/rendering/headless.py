@@ -11,7 +11,7 @@ import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from fegear.errors import InputError
+from fegear.files.errors import InputError
 
 WINDOW = "VTK_DEFAULT_OPENGL_WINDOW"
 MISSING = (

@@ -12,10 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fegear.elasticity.material import Plane
-from fegear.errors import InputError
+from fegear.files.errors import InputError
+from fegear.files.output import read_text
 from fegear.gearset.model import GearSet
-from fegear.output import read_text
-from lumped.csv_text import parse_csv
+from lumped.common.csv_text import parse_csv
 
 Array = NDArray[np.float64]
 Pair = tuple[int, bool]  # base pitches ahead of the reference pair, back flanks

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from fegear.errors import InputError
+from fegear.files.errors import InputError
 from fegear.studies.study import setting
-from lumped.maps import Axis
+from lumped.steady.maps import Axis
 
 MOST_POINTS = 1_000_000
 ALLOWED = "allowed KEY=A:B:N with N values from A to B, or values with commas"

@@ -10,15 +10,10 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from fegear.errors import InputError
-from fegear.lumped_models import (
-    LumpedModel,
-    doubts_of_bodies,
-    integration_in_words,
-    require_method,
-)
-from fegear.speeds import MESH_FREQUENCY
-from fegear.stored import Records, response_values, stored_response
+from fegear.files.errors import InputError
+from fegear.files.speeds import MESH_FREQUENCY
+from fegear.files.stored import Records, response_values, stored_response
+from fegear.statics.unphysical import doubts_of_meshes
 from fegear.studies.axes import axis_setting
 from fegear.studies.headings import edits_in_words, title_of
 from fegear.studies.page import Columns, Grid, Page, cell, counted
@@ -45,23 +40,28 @@ from fegear.studies.trains import (
     torque_setting,
 )
 from fegear.studies.varied import TORQUE, Varied
-from fegear.unphysical import doubts_of_meshes
-from lumped.attractor_figure import draw_attractors
-from lumped.attractor_sweeps import (
+from fegear.train.lumped_models import (
+    LumpedModel,
+    doubts_of_bodies,
+    integration_in_words,
+    require_method,
+)
+from lumped.attractors.attractor_sweeps import (
     AttractorBranch,
     Stretch,
     SystemAt,
     sweep_attractors,
 )
-from lumped.attractors import Attractor, SectionSettings
+from lumped.attractors.attractors import Attractor, SectionSettings
 from lumped.branches.motions import OverFigure, OverSpeed
-from lumped.csv_text import exact
-from lumped.map_figure import axis_label
-from lumped.maps import Axis
-from lumped.response import Response
-from lumped.settings import Settings
-from lumped.sweep import BOTH, Direction, reporting
-from lumped.system import LumpedSystem
+from lumped.common.csv_text import exact
+from lumped.figures.attractors import draw_attractors
+from lumped.figures.maps import axis_label
+from lumped.steady.maps import Axis
+from lumped.steady.response import Response
+from lumped.steady.settings import Settings
+from lumped.steady.sweep import BOTH, Direction, reporting
+from lumped.train.system import LumpedSystem
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -373,7 +373,7 @@ def _plain_stretch(stretch: Stretch) -> dict[str, Any]:
 
 @dataclass(frozen=True, eq=False)
 class StoredAttractors:
-    """A branch among the records of a task, as `lumped.attractor_sweeps` keeps it."""
+    """A branch among the records of a task, as `sweep_attractors` keeps it."""
 
     records: Records
 

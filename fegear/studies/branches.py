@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fegear.errors import InputError
-from fegear.lumped_models import LumpedModel, doubts_of_bodies
-from fegear.speeds import MESH_FREQUENCY
+from fegear.files.errors import InputError
+from fegear.files.speeds import MESH_FREQUENCY
+from fegear.statics.unphysical import doubts_of_meshes
 from fegear.studies.axes import (
     limits,
     limits_axis,
@@ -45,16 +45,16 @@ from fegear.studies.trains import (
     torque_setting,
 )
 from fegear.studies.varied import TORQUE, Varied
-from fegear.unphysical import doubts_of_meshes
+from fegear.train.lumped_models import LumpedModel, doubts_of_bodies
 from lumped.branches.bifurcations import BranchPoint
-from lumped.branches.figure import draw_branches
 from lumped.branches.motions import Family, OverFigure, OverSpeed
 from lumped.branches.periodic import BranchFinder, BranchSettings, PeriodicBranch
 from lumped.branches.plain import plain_branch, read_branch
-from lumped.csv_text import exact
-from lumped.maps import Axis
-from lumped.system import LumpedSystem
-from lumped.workers import Stopped
+from lumped.common.csv_text import exact
+from lumped.common.workers import Stopped
+from lumped.figures.branches import draw_branches
+from lumped.steady.maps import Axis
+from lumped.train.system import LumpedSystem
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fegear.clatter.gearboxes import NamedGearbox, load_gearbox
-from fegear.errors import InputError
+from fegear.files.errors import InputError
 from fegear.studies.page import Columns, Grid, Page, cell, heading
 from fegear.studies.study import (
     PLOT,
@@ -28,13 +28,13 @@ from fegear.studies.study import (
 )
 from fegear.studies.table import Table, plain
 from lumped.clatter.chaos import correlation_dimension
-from lumped.clatter.figure import draw_attractor, draw_motion
 from lumped.clatter.gearbox import Wheel
 from lumped.clatter.group_runs import GroupRun, MapKind, repeats, run_events, run_map
 from lumped.clatter.groups import Group
 from lumped.clatter.noise import noise_of
 from lumped.clatter.runs import Impacts, State, middle, scattered
-from lumped.csv_text import exact
+from lumped.common.csv_text import exact
+from lumped.figures.clatter import draw_attractor, draw_motion
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -13,19 +13,9 @@ from fegear.dynamics.checkpoint import StoredBranch
 from fegear.dynamics.history import format_history, history_name, history_table
 from fegear.dynamics.root_stress import RootInfluence, root_influence
 from fegear.dynamics.stepper import DynamicSettings, Motion, steps_per_cycle
-from fegear.errors import InputError
-from fegear.excitation import Excitations, Source
+from fegear.files.errors import InputError
+from fegear.files.output import make_directory, write_text
 from fegear.gearset.model import GearSet
-from fegear.lumped_models import (
-    LumpedModel,
-    TorqueOf,
-    cap_in_words,
-    file_header,
-    lumped_system,
-    torque_entry,
-    usual_speeds,
-)
-from fegear.output import make_directory, write_text
 from fegear.studies.page import Page
 from fegear.studies.responses import ResponsesResult
 from fegear.studies.study import (
@@ -53,9 +43,19 @@ from fegear.studies.trains import (
     refuse_edits,
     torques_setting,
 )
-from lumped.csv_text import exact
-from lumped.sweep import Branch, Direction, reporting, sweep, sweep_branch
-from lumped.system import LumpedSystem
+from fegear.train.excitation import Excitations, Source
+from fegear.train.lumped_models import (
+    LumpedModel,
+    TorqueOf,
+    cap_in_words,
+    file_header,
+    lumped_system,
+    torque_entry,
+    usual_speeds,
+)
+from lumped.common.csv_text import exact
+from lumped.steady.sweep import Branch, Direction, reporting, sweep, sweep_branch
+from lumped.train.system import LumpedSystem
 
 DERIVED = "elastic freedoms"  # of a header, from the gear set and the speeds
 

@@ -22,7 +22,8 @@ from fegear.eccentric.files import (
 )
 from fegear.eccentric.gearing import ANGLES, Gearing
 from fegear.eccentric.turn import STEEL, Columns, turn_columns, wheel_meshes
-from fegear.errors import InputError
+from fegear.files.errors import InputError
+from fegear.statics.unphysical import doubts, doubts_of_check
 from fegear.studies.page import Page, number
 from fegear.studies.study import (
     Draw,
@@ -36,8 +37,7 @@ from fegear.studies.study import (
 )
 from fegear.studies.table import Table
 from fegear.studies.trains import RESOLUTION
-from fegear.unphysical import doubts, doubts_of_check
-from lumped.csv_text import exact
+from lumped.common.csv_text import exact
 
 LENGTH = Range(least=1e-3, most=1e6, unit="mm")
 WIDTH = 10.0  # mm

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fegear.errors import InputError
+from fegear.files.errors import InputError
 from fegear.gearset.model import GearSet
-from fegear.identify import (
+from fegear.statics.identify import (
     WIDTH_FACTORS,
     Candidate,
     Identified,
@@ -20,7 +20,7 @@ from fegear.identify import (
     identify,
     stiffness_model,
 )
-from fegear.statics import StaticsSettings
+from fegear.statics.solving import StaticsSettings
 from fegear.studies.page import Columns, Grid, Page, cell
 from fegear.studies.study import (
     Draw,
@@ -43,8 +43,8 @@ from fegear.studies.trains import (
     refuse_edits,
     torque_setting,
 )
-from fegear.train import mesh_torques_at
-from lumped.drawing import draw_title, panels
+from fegear.train.train import mesh_torques_at
+from lumped.figures.drawing import draw_title, panels
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from fegear.errors import InputError
+from fegear.files.errors import InputError
+from fegear.files.speeds import written_speeds
 from fegear.gearset.model import GearSet
-from fegear.lumped_models import LumpedModel, integration_in_words, require_method
-from fegear.speeds import written_speeds
+from fegear.statics.unphysical import doubts_of_meshes
 from fegear.studies.axes import axes_setting
 from fegear.studies.page import Page, counted, number
 from fegear.studies.study import Draw, Job, Study, StudyResult, Task, called, setting
@@ -28,10 +28,11 @@ from fegear.studies.trains import (
     torque_setting,
 )
 from fegear.studies.varied import TORQUE, Varied, digest
-from fegear.unphysical import doubts_of_meshes
-from lumped.csv_text import exact
-from lumped.map_figure import draw_map
-from lumped.maps import (
+from fegear.train.lumped_models import LumpedModel, integration_in_words, require_method
+from lumped.common.csv_text import exact
+from lumped.common.workers import Never, Stop, Stopped
+from lumped.figures.maps import draw_map
+from lumped.steady.maps import (
     Axis,
     Cell,
     ParameterMap,
@@ -40,11 +41,10 @@ from lumped.maps import (
     map_rows,
     run_map,
 )
-from lumped.respond import respond_confirmed
-from lumped.settings import Settings
-from lumped.sweep import BOTH, Direction, sweep
-from lumped.system import LumpedSystem
-from lumped.workers import Never, Stop, Stopped
+from lumped.steady.respond import respond_confirmed
+from lumped.steady.settings import Settings
+from lumped.steady.sweep import BOTH, Direction, sweep
+from lumped.train.system import LumpedSystem
 
 FORMAT = "lumped parameter map 2"
 MOST_REASONS = 3  # why points are impossible, on the screen

@@ -8,10 +8,10 @@ from functools import cached_property, partial
 from pathlib import Path
 from typing import Any
 
-from fegear.errors import InputError
+from fegear.files.errors import InputError
+from fegear.files.output import write_whole
 from fegear.gearset.model import Gear, GearSet
-from fegear.output import write_whole
-from fegear.statics import StaticsSettings
+from fegear.statics.solving import StaticsSettings
 from fegear.studies.page import Page
 from fegear.studies.study import (
     NO_PICTURES,

@@ -9,15 +9,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from fegear.excitation import Excitations, Source, unmodified
 from fegear.gearset.model import GearSet
-from fegear.lumped_models import (
-    LumpedModel,
-    body_entries,
-    doubts_of_bodies,
-    lumped_system,
-    usual_speeds,
-)
 from fegear.studies.page import Page, Sheet
 from fegear.studies.study import (
     NO_PICTURES,
@@ -41,9 +33,17 @@ from fegear.studies.trains import (
     one_load,
     torque_setting,
 )
-from fegear.train import mesh_torques_at, train_of
-from lumped.modes import Modes, natural_modes
-from lumped.system import LumpedSystem
+from fegear.train.excitation import Excitations, Source, unmodified
+from fegear.train.lumped_models import (
+    LumpedModel,
+    body_entries,
+    doubts_of_bodies,
+    lumped_system,
+    usual_speeds,
+)
+from fegear.train.train import mesh_torques_at, train_of
+from lumped.train.modes import Modes, natural_modes
+from lumped.train.system import LumpedSystem
 
 UNSTRAINED = 1e-6  # part of the strain energy in the meshes below which there is none
 ELEMENTS = Group(kind=Source, offers={"plane": PLANE, "resolution": RESOLUTION})

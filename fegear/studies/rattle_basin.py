@@ -13,16 +13,16 @@ from typing import Any
 
 import numpy as np
 
-from fegear.output import write_whole
+from fegear.files.output import write_whole
 from fegear.rattle.choice import OfMachine
 from fegear.rattle.limits import LEAST_RETURNS, MOST_RETURNS, unsettled
 from fegear.rattle.machines import figures_of
 from fegear.studies.page import Columns, Grid, Page, cell, heading
 from fegear.studies.study import Draw, Job, Range, Study, StudyResult, Task, setting
 from fegear.studies.table import Table, plain
+from lumped.figures.rattle import draw_basins
 from lumped.rattle import basins as of
 from lumped.rattle.departures import settling_returns
-from lumped.rattle.figure import draw_basins
 
 SURE = 1.96  # standard errors of an interval that holds the value 19 times of 20
 MOST_CELLS = 6324  # a side: 40 million, of which each takes 48 bytes

@@ -7,12 +7,12 @@ from dataclasses import MISSING, dataclass
 from functools import cached_property, partial
 from typing import Any
 
-from fegear.errors import InputError
+from fegear.files.errors import InputError
+from fegear.files.speeds import limits_of
 from fegear.rattle.bifurcation import Found, Search, find_bifurcations
 from fegear.rattle.choice import OfMachine
 from fegear.rattle.existence import Plane, find_existence, plane_of
 from fegear.rattle.machines import figures_of, header_of, unit_name
-from fegear.speeds import limits_of
 from fegear.studies.page import Page, counted, heading
 from fegear.studies.study import (
     Draw,
@@ -26,10 +26,10 @@ from fegear.studies.study import (
     setting,
 )
 from fegear.studies.table import Table
-from lumped.rattle.branch_figure import draw_curves, draw_orbit_branches
+from lumped.figures.rattle import words_of
+from lumped.figures.rattle_branches import draw_curves, draw_orbit_branches
 from lumped.rattle.branches import OrbitBranch, machine_with
 from lumped.rattle.curves import Curve
-from lumped.rattle.figure import words_of
 
 FIGURES = {  # by the names of options, and of those that have none
     "delta": "damping",

@@ -14,11 +14,11 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from fegear.errors import InputError
+from fegear.files.errors import InputError
+from fegear.files.output import write_text
 from fegear.gearset.inertia import inertia_of
 from fegear.gearset.model import Gear, GearSet
-from fegear.output import write_text
-from fegear.statics import StaticsSettings, solve_mesh
+from fegear.statics.solving import StaticsSettings, solve_mesh
 from fegear.studies.page import Page, heading
 from fegear.studies.stiffness import at_torque, doubts_of_table
 from fegear.studies.study import (

@@ -9,16 +9,16 @@ from itertools import chain
 from operator import itemgetter
 from typing import Any
 
-from fegear.errors import InputError
+from fegear.files.errors import InputError
 from fegear.rattle.choice import OfMachine
 from fegear.rattle.machines import figures_of, header_of
 from fegear.studies.page import Columns, Grid, Page, cell, heading
 from fegear.studies.study import Draw, Job, Range, Study, StudyResult, Task, setting
 from fegear.studies.table import Table
+from lumped.figures.rattle import draw_curves, words_of
 from lumped.rattle.basins import Basins, basins_of, settle_grid
 from lumped.rattle.basins import Grid as Cells
 from lumped.rattle.departures import RETURNS
-from lumped.rattle.figure import draw_curves, words_of
 from lumped.rattle.manifolds import (
     Curve,
     Fineness,

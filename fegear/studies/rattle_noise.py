@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fegear.errors import InputError
+from fegear.files.errors import InputError
 from fegear.rattle.choice import OfMachine
 from fegear.rattle.limits import LEAST_RETURNS, MOST_RETURNS, unsettled
 from fegear.rattle.machines import figures_of, header_of
@@ -28,10 +28,10 @@ from fegear.studies.study import (
     setting,
 )
 from fegear.studies.table import Table, plain
+from lumped.figures.rattle import draw_noise, words_of
 from lumped.rattle import noise as of
 from lumped.rattle.attractors import QUIET
 from lumped.rattle.departures import RETURNS, settling_returns
-from lumped.rattle.figure import draw_noise, words_of
 
 Array = NDArray[np.float64]
 SURE = 1.96  # standard errors of an interval that holds the value 19 times of 20

@@ -12,8 +12,8 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from fegear.errors import InputError
-from fegear.output import read_text
+from fegear.files.errors import InputError
+from fegear.files.output import read_text
 from fegear.studies.page import Page
 from fegear.studies.study import (
     Job,
@@ -25,7 +25,7 @@ from fegear.studies.study import (
     setting,
 )
 from fegear.studies.table import Table
-from lumped.csv_text import TableError, parse_csv
+from lumped.common.csv_text import TableError, parse_csv
 from lumped.rattle.machine import TURN
 from lumped.rattle.run_down import RunDown as Fitted
 from lumped.rattle.run_down import fit_run_down

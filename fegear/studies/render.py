@@ -9,10 +9,11 @@ from functools import cached_property, partial
 from pathlib import Path
 from typing import Any
 
-from fegear.errors import InputError
+from fegear.files.errors import InputError
 from fegear.gearset.edit import parsed_value
 from fegear.gearset.model import GearSet
-from fegear.pictures import (
+from fegear.rendering.fields import ContactField
+from fegear.rendering.pictures import (
     DRAWN,
     FILMS,
     Contact,
@@ -22,9 +23,8 @@ from fegear.pictures import (
     draw_contact,
     require_drawable_file,
 )
-from fegear.rendering.fields import ContactField
 from fegear.rendering.recorded import RecordedMotion, mesh_motion, read_history
-from fegear.statics import StaticsSettings
+from fegear.statics.solving import StaticsSettings
 from fegear.studies.page import Page
 from fegear.studies.study import (
     NO_PICTURES,

@@ -10,17 +10,17 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fegear.gearset.model import GearSet
-from fegear.lumped_models import doubts_of_bodies, natural_frequencies
+from fegear.statics.unphysical import doubts_of_meshes
 from fegear.studies.headings import edits_in_words, friction_of_summary
 from fegear.studies.page import Columns, Grid, Page, cell, counted
 from fegear.studies.study import Draw, StudyResult
 from fegear.studies.table import Table
-from fegear.unphysical import doubts_of_meshes
-from lumped.figures import Curve, draw_sweep
-from lumped.jumps import find_jumps, find_peaks, largest_responses, opposites
-from lumped.motion import DivergedError
-from lumped.sweep import Branch
-from lumped.sweep_table import COLUMNS, sweep_table
+from fegear.train.lumped_models import doubts_of_bodies, natural_frequencies
+from lumped.figures.sweeps import Curve, draw_sweep
+from lumped.steady.jumps import find_jumps, find_peaks, largest_responses, opposites
+from lumped.steady.motion import DivergedError
+from lumped.steady.sweep import Branch
+from lumped.steady.sweep_table import COLUMNS, sweep_table
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -10,15 +10,22 @@ from dataclasses import dataclass, field
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
 
-from fegear.errors import InputError
-from fegear.store import NOTHING, Checkpoint, Keeping, Records
+from fegear.files.errors import InputError
+from fegear.files.store import NOTHING, Checkpoint, Keeping, Records
+from fegear.files.version import package_version
 from fegear.studies.study import Study, Task
-from fegear.version import package_version
-from lumped.progress import Progress, silent
-from lumped.workers import Cluster, Never, NoClusterError, Stop, Stopped, run_tasks
+from lumped.common.progress import Progress, silent
+from lumped.common.workers import (
+    Cluster,
+    Never,
+    NoClusterError,
+    Stop,
+    Stopped,
+    run_tasks,
+)
 
 if TYPE_CHECKING:
-    from lumped.workers import Arrays, Parts
+    from lumped.common.workers import Arrays, Parts
 
 
 def run(

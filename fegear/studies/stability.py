@@ -11,10 +11,8 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from fegear.errors import InputError
-from fegear.lumped_models import BENDING as RATIO
-from fegear.lumped_models import LumpedModel
-from fegear.speeds import MESH_FREQUENCY
+from fegear.files.errors import InputError
+from fegear.files.speeds import MESH_FREQUENCY
 from fegear.studies.axes import axis_setting
 from fegear.studies.headings import friction_in_words, title_of
 from fegear.studies.page import Columns, Grid, Page, counted, number
@@ -39,13 +37,15 @@ from fegear.studies.trains import (
     torque_setting,
 )
 from fegear.studies.varied import FRICTION, OF_TEETH, TORQUE, Varied
-from lumped.csv_text import exact
-from lumped.map_figure import axis_label
-from lumped.maps import Axis
+from fegear.train.lumped_models import BENDING as RATIO
+from fegear.train.lumped_models import LumpedModel
+from lumped.common.csv_text import exact
+from lumped.figures.maps import axis_label
+from lumped.figures.stability import draw_chart
 from lumped.stability.combinations import Combination
-from lumped.stability.figure import draw_chart
 from lumped.stability.intervals import Column, Interval, examined
 from lumped.stability.periodic import PeriodicSystem, periodic_system
+from lumped.steady.maps import Axis
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -11,10 +11,11 @@ from typing import Any
 import numpy as np
 
 from fegear.contact.problem import corner_positions
+from fegear.figures.statics import draw_table
+from fegear.files.memory import peak_memory_MB
 from fegear.gearset.model import GearSet
-from fegear.memory import peak_memory_MB
-from fegear.plots import draw_table
-from fegear.statics import CORNERS, StaticsResult, StaticsSettings, solve_mesh
+from fegear.statics.solving import CORNERS, StaticsResult, StaticsSettings, solve_mesh
+from fegear.statics.unphysical import BALANCE, ESTIMATE, doubts, doubts_of_check
 from fegear.studies.page import Columns, Grid, Page, cell
 from fegear.studies.study import (
     Draw,
@@ -39,7 +40,6 @@ from fegear.studies.trains import (
     mesh_setting,
     refuse_edits,
 )
-from fegear.unphysical import BALANCE, ESTIMATE, doubts, doubts_of_check
 
 ELEMENTS = Group(
     kind=StaticsSettings,

@@ -29,7 +29,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, ClassVar, Protocol, get_type_hints
 
-from fegear.errors import InputError
+from fegear.files.errors import InputError
 from fegear.result import Result
 
 if TYPE_CHECKING:
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 
     from fegear.studies.page import Page
     from fegear.studies.table import Table
-    from lumped.workers import Arrays, Parts, Stop
+    from lumped.common.workers import Arrays, Parts, Stop
 
 
 NO_PICTURES: Mapping[str, str] = MappingProxyType({})
@@ -240,7 +240,7 @@ def _written(option: str, declared: Setting, value: Any) -> list[str]:
 
 def require_settings(settings: Any) -> None:
     """Fields are what their types and ranges say; else InputError with the field."""
-    from lumped.checks import require_fields
+    from lumped.common.checks import require_fields
 
     try:
         unbounded = [name for name, value in vars(settings).items() if value == inf]
@@ -493,7 +493,7 @@ class StudyResult(Result):
 
     def to_csv(self, path: str | Path) -> None:
         """Write the table. Raises InputError where the file cannot be written."""
-        from fegear.output import write_text
+        from fegear.files.output import write_text
 
         write_text(Path(path), self.table.csv())
 
@@ -503,8 +503,8 @@ class StudyResult(Result):
 
     def draw(self, path: str | Path, name: str = "plot") -> None:
         """Draw a picture by the ending of the path: .png, .pdf or .svg."""
-        from fegear.output import write_whole
-        from fegear.plots import save_figure
+        from fegear.figures.statics import save_figure
+        from fegear.files.output import write_whole
 
         if name not in self.figures:
             raise InputError(f"name = {name}; drawn are {', '.join(self.figures)}")

@@ -7,16 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property, partial
 from typing import Literal
 
-from fegear.errors import InputError
-from fegear.lumped_models import (
-    LumpedModel,
-    body_entries,
-    file_header,
-    integration_in_words,
-    lumped_system,
-    require_method,
-    usual_speeds,
-)
+from fegear.files.errors import InputError
 from fegear.studies.responses import ResponsesResult
 from fegear.studies.study import PLOT, Draw, Job, Study, Task, called, setting
 from fegear.studies.table import Table
@@ -34,10 +25,16 @@ from fegear.studies.trains import (
     tables_setting,
     torques_setting,
 )
-from lumped.settings import Settings
-from lumped.sweep import BOTH, Branch, Direction, reporting, sweep
-from lumped.system import LumpedSystem
-from lumped.waterfall import (
+from fegear.train.lumped_models import (
+    LumpedModel,
+    body_entries,
+    file_header,
+    integration_in_words,
+    lumped_system,
+    require_method,
+    usual_speeds,
+)
+from lumped.figures.waterfall import (
     COLUMNS,
     LEGEND,
     SpectraOverSpeed,
@@ -45,6 +42,9 @@ from lumped.waterfall import (
     spectra_over_speed,
     spectra_rows,
 )
+from lumped.steady.settings import Settings
+from lumped.steady.sweep import BOTH, Branch, Direction, reporting, sweep
+from lumped.train.system import LumpedSystem
 
 MORE = {
     "spectra": "Write the lines of the spectra of all motions to this CSV file, as "

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from fegear.result import frame
-from lumped.csv_text import format_csv
+from lumped.common.csv_text import format_csv
 
 if TYPE_CHECKING:
     from pandas import DataFrame

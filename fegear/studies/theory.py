@@ -10,8 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from fegear.errors import InputError
-from fegear.lumped_models import LumpedModel, file_header, lumped_system
+from fegear.figures.theory import draw_theory
+from fegear.files.errors import InputError
+from fegear.statics.unphysical import doubts_of_meshes
 from fegear.studies.page import Cell, Columns, Grid, Page, cell
 from fegear.studies.study import Draw, Job, Study, StudyResult, Task
 from fegear.studies.table import Table
@@ -24,8 +25,7 @@ from fegear.studies.trains import (
     tables_setting,
     torque_setting,
 )
-from fegear.theory_figure import draw_theory
-from fegear.unphysical import doubts_of_meshes
+from fegear.train.lumped_models import LumpedModel, file_header, lumped_system
 from lumped.closed_forms import (
     ParametricSystem,
     Prediction,
@@ -35,9 +35,9 @@ from lumped.closed_forms import (
     predictions,
 )
 from lumped.closed_forms.parametric import LEAST_DAMPING
-from lumped.csv_text import exact
-from lumped.excitation import MeshExcitation
-from lumped.system import LumpedSystem
+from lumped.common.csv_text import exact
+from lumped.train.excitation import MeshExcitation
+from lumped.train.system import LumpedSystem
 
 NESTED = "excited_by", "meshes", "limits"  # lists in the summary of a resonance
 POSITIONS = 1024  # of a base pitch, for the extremes of the stiffness

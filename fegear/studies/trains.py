@@ -7,13 +7,11 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
-from fegear.errors import InputError
-from fegear.excitation import Source, read_mesh_tables
+from fegear.files.errors import InputError
+from fegear.files.speeds import parsed_speeds, written_speeds
 from fegear.gearset import load_gear_set
 from fegear.gearset.edit import parsed_value
 from fegear.gearset.model import GearSet
-from fegear.lumped_models import LumpedModel
-from fegear.speeds import parsed_speeds, written_speeds
 from fegear.studies.page import counted
 from fegear.studies.study import (
     Group,
@@ -29,8 +27,10 @@ from fegear.studies.study import (
     require_settings,
     setting,
 )
-from fegear.train import input_torques
-from lumped.settings import Settings
+from fegear.train.excitation import Source, read_mesh_tables
+from fegear.train.lumped_models import LumpedModel
+from fegear.train.train import input_torques
+from lumped.steady.settings import Settings
 
 LEAST_TORQUE = 1e-6  # N m, less is lost in round-off
 FREQUENCY = Range(above=0.0, below=1e9, unit="Hz")
@@ -486,6 +486,6 @@ def friction_described(model: LumpedModel) -> dict[str, Any]:
 
 
 def bodies_described(entries: Mapping[str, str]) -> dict[str, str | None]:
-    """What a summary says of body modes, from `fegear.lumped_models.body_entries`."""
+    """What a summary says of body modes, from `body_entries`."""
     names = "body modes", "body modes left out"
     return {name.replace(" ", "_"): entries.get(name) for name in names}

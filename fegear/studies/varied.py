@@ -7,22 +7,22 @@ from functools import cached_property, lru_cache
 from hashlib import sha256
 from typing import Any
 
-from fegear.errors import InputError
-from fegear.excitation import ExcitationSource
+from fegear.files.errors import InputError
+from fegear.files.speeds import MESH_FREQUENCY
 from fegear.gearset.edit import require_known_key
 from fegear.gearset.model import GearSet
-from fegear.lumped_models import (
+from fegear.studies.axes import require_axes
+from fegear.studies.study import called, refusal
+from fegear.studies.trains import OfTrain, described, one_load
+from fegear.train.excitation import ExcitationSource
+from fegear.train.lumped_models import (
     LumpedModel,
     body_entries,
     file_header,
     lumped_system,
 )
-from fegear.speeds import MESH_FREQUENCY
-from fegear.studies.axes import require_axes
-from fegear.studies.study import called, refusal
-from fegear.studies.trains import OfTrain, described, one_load
-from lumped.maps import Axis
-from lumped.system import LumpedSystem
+from lumped.steady.maps import Axis
+from lumped.train.system import LumpedSystem
 
 Point = tuple[float, ...]
 TORQUE, DAMPING = "torque_Nm", "damping_ratio"  # axes that are no keys of a gear set,

@@ -10,16 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from fegear.errors import InputError
-from fegear.lumped_models import (
-    LumpedModel,
-    body_entries,
-    doubts_of_bodies,
-    file_header,
-    integration_in_words,
-    lumped_system,
-    require_method,
-)
+from fegear.files.errors import InputError
+from fegear.statics.unphysical import doubts_of_meshes
 from fegear.studies.headings import friction_of_summary
 from fegear.studies.page import Page, Sheet, counted, number
 from fegear.studies.responses import UNITS
@@ -38,11 +30,19 @@ from fegear.studies.trains import (
     tables_setting,
     torque_setting,
 )
-from fegear.unphysical import doubts_of_meshes
-from lumped.csv_text import exact
-from lumped.figures import draw_time_history
-from lumped.losses import driven_power
-from lumped.motion import (
+from fegear.train.lumped_models import (
+    LumpedModel,
+    body_entries,
+    doubts_of_bodies,
+    file_header,
+    integration_in_words,
+    lumped_system,
+    require_method,
+)
+from lumped.common.csv_text import exact
+from lumped.figures.sweeps import draw_time_history
+from lumped.steady.losses import driven_power
+from lumped.steady.motion import (
     WAVE_LEGEND,
     TimeHistory,
     arrive,
@@ -50,10 +50,10 @@ from lumped.motion import (
     time_history,
     wave_columns,
 )
-from lumped.pair_motions import CONDITIONS
-from lumped.response import FIGURES
-from lumped.settings import Settings
-from lumped.sweep import reporting
+from lumped.steady.pair_motions import CONDITIONS
+from lumped.steady.response import FIGURES
+from lumped.steady.settings import Settings
+from lumped.steady.sweep import reporting
 
 LINES = 5  # largest ones of a spectrum, in the summary
 ROWS = {  # of the screen, with the key of a mesh and its factor

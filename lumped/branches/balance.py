@@ -22,13 +22,13 @@ from numpy.typing import NDArray
 from lumped.branches.series import Series
 from lumped.branches.springs import SpringForces
 from lumped.kernels.arrays import ContactPieces
-from lumped.measures import measures
-from lumped.response import Response
-from lumped.settings import Settings
-from lumped.steady_state import Speed
-from lumped.steppers import FixedStepper
-from lumped.system import LumpedSystem
-from lumped.train import TrainError
+from lumped.steady.measures import measures
+from lumped.steady.response import Response
+from lumped.steady.settings import Settings
+from lumped.steady.steady_state import Speed
+from lumped.steady.steppers import FixedStepper
+from lumped.train.system import LumpedSystem
+from lumped.train.train import TrainError
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -197,7 +197,7 @@ class HarmonicBalance:
         return np.stack([waves.real.sum(axis=0), rates.real.sum(axis=0)])
 
     def figures(self, x: Array, frequency: float) -> dict[str, Array]:
-        """As of a sweep's response, (m,) each; see `lumped.measures`."""
+        """As of a sweep's response, (m,) each; see `lumped.steady.measures`."""
         return measures(self.forces.history(x.reshape(self.shape), frequency))
 
     def of_response(self, response: Response, settings: Settings) -> Array:

@@ -19,8 +19,8 @@ from lumped.branches.balance import HarmonicBalance
 from lumped.branches.continuation import NoSolution
 from lumped.branches.motions import Motions
 from lumped.branches.shooting import ADAPTIVE
-from lumped.steady_state import Diverged, Speed
-from lumped.steppers import AdaptiveStepper
+from lumped.steady.steady_state import Diverged, Speed
+from lumped.steady.steppers import AdaptiveStepper
 
 Array = NDArray[np.float64]
 Multipliers = NDArray[np.complex128]

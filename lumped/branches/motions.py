@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from lumped.branches.balance import MOST_UNKNOWNS, HarmonicBalance
 from lumped.branches.period_map import PeriodMap
-from lumped.system import LumpedSystem
+from lumped.train.system import LumpedSystem
 
 Array = NDArray[np.float64]
 DIFFERENCE = 1e-6  # of the unit, between systems that tell what a figure changes
@@ -162,7 +162,7 @@ class Motions:
         return errors + (value - inside) * change, by_x, change
 
     def figures(self, x: Array, value: float) -> dict[str, Array]:
-        """Figures of a sweep's response, (m,) each; see `lumped.measures`."""
+        """Figures of a sweep's response, (m,) each; see `lumped.steady.measures`."""
         balance, frequency = self.at(value)
         return balance.figures(x, frequency)
 

@@ -12,12 +12,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.measures import measures
-from lumped.response import Response
-from lumped.settings import Settings
-from lumped.steady_state import Speed
-from lumped.steppers import FixedStepper
-from lumped.system import LumpedSystem
+from lumped.steady.measures import measures
+from lumped.steady.response import Response
+from lumped.steady.settings import Settings
+from lumped.steady.steady_state import Speed
+from lumped.steady.steppers import FixedStepper
+from lumped.train.system import LumpedSystem
 
 Array = NDArray[np.float64]
 STEPS = Settings(steps=256)
@@ -79,7 +79,7 @@ class PeriodMap:
         return self._stepper.monodromy(state, speed, self.multiple)[1]
 
     def figures(self, x: Array, frequency: float) -> dict[str, Array]:
-        """As of a sweep's response, (m,) each; see `lumped.measures`."""
+        """As of a sweep's response, (m,) each; see `lumped.steady.measures`."""
         state, speed = self.state(x, frequency), Speed(frequency, self.steps)
         return measures(self._stepper.record(state, speed, self.multiple)[1])
 

@@ -38,13 +38,13 @@ from lumped.branches.location import located
 from lumped.branches.motions import Family, Motions, PeriodicMotion
 from lumped.branches.period_map import PeriodMap
 from lumped.branches.shooting import shoot
-from lumped.checks import require_between, require_fields
-from lumped.respond import respond
-from lumped.response import Response, Status
-from lumped.settings import Settings
-from lumped.steppers import stepper_of
-from lumped.sweep import Direction, Station, settle_in_turn
-from lumped.train import TrainError
+from lumped.common.checks import require_between, require_fields
+from lumped.steady.respond import respond
+from lumped.steady.response import Response, Status
+from lumped.steady.settings import Settings
+from lumped.steady.steppers import stepper_of
+from lumped.steady.sweep import Direction, Station, settle_in_turn
+from lumped.train.train import TrainError
 
 Array = NDArray[np.float64]
 ASIDE = 0.01  # arc length to the first point of a branch that sets out from another

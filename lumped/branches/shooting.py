@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 from lumped.branches.continuation import NoSolution
 from lumped.branches.motions import PeriodicMotion
 from lumped.branches.period_map import PeriodMap
-from lumped.measures import measures
-from lumped.settings import Settings
-from lumped.steady_state import Diverged, Speed
-from lumped.steppers import stepper_of
+from lumped.steady.measures import measures
+from lumped.steady.settings import Settings
+from lumped.steady.steady_state import Diverged, Speed
+from lumped.steady.steppers import stepper_of
 
 Array = NDArray[np.float64]
 EXACT = 1e-7  # largest last correction, of the state's size

@@ -25,8 +25,8 @@ from lumped.kernels.arrays import (
     Pieces,
     QuadratureGrid,
 )
-from lumped.response import History
-from lumped.system import LumpedSystem
+from lumped.steady.response import History
+from lumped.train.system import LumpedSystem
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]

@@ -21,8 +21,8 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.excitation import MeshExcitation
-from lumped.system import LumpedSystem
+from lumped.train.excitation import MeshExcitation
+from lumped.train.system import LumpedSystem
 
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]

@@ -54,7 +54,7 @@ class FrictionSamples(NamedTuple):
     the pair ahead of the pitch point [m]; bending (s, 3, p) by how much friction
     stiffens a pair in approach, relative
     at_pitch, at_pitch_back, per_metre (m, n) rows of friction in the modes; see
-    `lumped.friction`
+    `lumped.train.friction`
     sliding_rate (m,) nominal sliding speed per way from the pitch point [1/s]
     reversible (m,) whether vibration can turn the friction; transition (m,) sliding
     speed about which it then turns, 0 at once [m/s]
@@ -243,7 +243,7 @@ class CoupledSystem(NamedTuple):
     """A train whose contacts deflect each other, in n coordinates of unit mass.
 
     Coordinates are mean rotations of the gears and standing body modes, then E1 of w
-    pairs of travelling body modes, then E2: see `lumped.coupled`.
+    pairs of travelling body modes, then E2: see `lumped.train.coupled`.
 
     stiffness (n, n) of all springs but the meshes [1/s^2]; damping (n, n), load (n,)
     whirl (w,) rate at which each pair's pattern turns past its gear, cycles per cycle

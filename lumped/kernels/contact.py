@@ -15,7 +15,7 @@ import math
 
 import numpy as np
 
-from lumped.compiled import allocating, compiled_part, inlined
+from lumped.common.compiled import allocating, compiled_part, inlined
 from lumped.kernels.arrays import ContactProblem, Position
 from lumped.kernels.elimination import eliminate
 

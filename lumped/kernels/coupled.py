@@ -8,8 +8,8 @@ and Moulton. The new forces follow from one contact problem at the end of the st
 
     x_c + sum_d (Q + B W B')_cd F_d(x_d) = B_c q_free - gap_c,
 
-with what the new forces move in the step, W. See `lumped.coupled` for B, Q and q, and
-`lumped.propagator` for the step.
+with what the new forces move in the step, W. See `lumped.train.coupled` for B, Q and
+q, and `lumped.steady.propagator` for the step.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ import math
 
 import numpy as np
 
-from lumped.compiled import allocating, compiled, compiled_part, inlined
+from lumped.common.compiled import allocating, compiled, compiled_part, inlined
 from lumped.kernels.arrays import CoupledMotion
 from lumped.kernels.contact import (
     CONVERGED,

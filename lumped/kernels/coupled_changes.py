@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from lumped.compiled import allocating, compiled_part, inlined
+from lumped.common.compiled import allocating, compiled_part, inlined
 from lumped.kernels.arrays import CoupledChanges
 from lumped.kernels.contact import SLOPES, load_at
 from lumped.kernels.coupled_variables import (

@@ -5,7 +5,7 @@ See `lumped.kernels.arrays.Propagator`.
 
 from __future__ import annotations
 
-from lumped.compiled import compiled_part, inlined
+from lumped.common.compiled import compiled_part, inlined
 
 SLOTS = 4  # forces that a step knows
 

@@ -18,7 +18,7 @@ import math
 
 import numpy as np
 
-from lumped.compiled import allocating, compiled, compiled_part, inlined
+from lumped.common.compiled import allocating, compiled, compiled_part, inlined
 from lumped.kernels.arrays import OFFSET, PITCH, AdaptiveWork
 from lumped.kernels.law import record, record_before
 from lumped.kernels.settling import (

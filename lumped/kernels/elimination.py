@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from lumped.compiled import inlined
+from lumped.common.compiled import inlined
 
 
 @inlined

@@ -1,14 +1,14 @@
 """Sliding friction of tooth pairs on both sides, compiled.
 
-Force, direction of sliding and rows of `lumped.friction`, on modes. The system is a
-`lumped.kernels.arrays.ModalSystem`, the samples are FrictionSamples.
+Force, direction of sliding and rows of `lumped.train.friction`, on modes. The system
+is a `lumped.kernels.arrays.ModalSystem`, the samples are FrictionSamples.
 """
 
 from __future__ import annotations
 
 import math
 
-from lumped.compiled import inlined
+from lumped.common.compiled import inlined
 from lumped.kernels.law import (
     pair_force,
     record,

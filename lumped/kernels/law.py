@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 
-from lumped.compiled import inlined
+from lumped.common.compiled import inlined
 
 
 @inlined

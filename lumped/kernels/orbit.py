@@ -15,7 +15,7 @@ import math
 
 import numpy as np
 
-from lumped.compiled import compiled, inlined
+from lumped.common.compiled import compiled, inlined
 from lumped.kernels.arrays import OFFSET
 from lumped.kernels.elimination import eliminate
 from lumped.kernels.law import pair_force, pair_slope

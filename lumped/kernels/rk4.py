@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from lumped.compiled import chosen_by_record, compiled, inlined
+from lumped.common.compiled import chosen_by_record, compiled, inlined
 from lumped.kernels.arrays import FrictionSamples, Samples, VariedSteps
 from lumped.kernels.friction import record_friction, set_friction_acceleration
 from lumped.kernels.law import record, record_before, set_spring_acceleration

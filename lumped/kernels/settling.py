@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 
-from lumped.compiled import compiled, inlined
+from lumped.common.compiled import compiled, inlined
 from lumped.kernels.arrays import MULTIPLE, PERIOD, STREAK
 
 FINISHED, NOT_FINITE = 0, 1

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import math
 
-from lumped.compiled import inlined
+from lumped.common.compiled import inlined
 from lumped.kernels.law import pair_slope, set_spring_acceleration
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from lumped.compiled import compiled_part, inlined
+from lumped.common.compiled import compiled_part, inlined
 from lumped.kernels.arrays import (
     FIRST_OFFSET,
     FIRST_ROW,

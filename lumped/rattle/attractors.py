@@ -15,6 +15,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
+from lumped.common.workers import run_together
 from lumped.rattle.arcs import arcs_of, linearised
 from lumped.rattle.departures import (
     Settled,
@@ -27,7 +28,6 @@ from lumped.rattle.departures import (
 from lumped.rattle.kernels import settle as kernel
 from lumped.rattle.machine import Machine
 from lumped.rattle.sticking import sticking_from
-from lumped.workers import run_together
 
 Array = NDArray[np.float64]
 Numbers = NDArray[np.int64]

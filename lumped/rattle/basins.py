@@ -15,10 +15,10 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from lumped.common.workers import Arrays, Compute, in_threads
 from lumped.rattle.attractors import Attractor, sort_departures
 from lumped.rattle.departures import Settled, settle_departures
 from lumped.rattle.machine import Machine
-from lumped.workers import Arrays, Compute, in_threads
 
 Array = NDArray[np.float64]
 Numbers = NDArray[np.int64]

@@ -12,10 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import null_space
 
+from lumped.common.workers import run_together
 from lumped.rattle.assembly import Assembly, Linear
 from lumped.rattle.kernels import modes as kernel
 from lumped.rattle.machine import TURN
-from lumped.workers import run_together
 
 Array = NDArray[np.float64]
 Waves = NDArray[np.complex128]

@@ -16,6 +16,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from lumped.common.workers import run_tasks
 from lumped.rattle.assembly import Assembly
 from lumped.rattle.attractors import QUIET as QUIET_NAME
 from lumped.rattle.attractors import Attractor, sort_departures
@@ -24,7 +25,6 @@ from lumped.rattle.kernels import noise as kernel
 from lumped.rattle.kernels.settle import QUIET, UNKNOWN
 from lumped.rattle.machine import Machine
 from lumped.rattle.motions import Motion, Motions
-from lumped.workers import run_tasks
 
 Array = NDArray[np.float64]
 Numbers = NDArray[np.int64]

@@ -20,9 +20,9 @@ from math import comb
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.friction import base_pitch, friction_rows, side_of
-from lumped.system import LumpedSystem
-from lumped.waves import Wave
+from lumped.train.friction import base_pitch, friction_rows, side_of
+from lumped.train.system import LumpedSystem
+from lumped.train.waves import Wave
 
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]

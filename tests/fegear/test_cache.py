@@ -11,7 +11,7 @@ from conftest import make_gear
 
 from fegear.elasticity import cache
 from fegear.elasticity.material import PlaneMaterial
-from fegear.store import load_arrays
+from fegear.files.store import load_arrays
 from meshes import MeshSize
 
 STEEL = PlaneMaterial(206e9, 0.3)

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fegear.errors import InputError
-from fegear.excitation import Excitations, Source, gap_points, unmodified
+from fegear.files.errors import InputError
 from fegear.gearset import load_gear_set
-from lumped.analytic import static_error
+from fegear.train.excitation import Excitations, Source, gap_points, unmodified
+from lumped.train.analytic import static_error
 
 RELIEVED = {f"mesh.{m}.tip_relief.magnitude_um": 10 for m in (1, 2)}
 

@@ -11,8 +11,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from fegear import free_memory
-from fegear.free_memory import available_bytes
+from fegear.files import free_memory
+from fegear.files.free_memory import available_bytes
 
 GONE = Path("/nowhere")
 

@@ -8,10 +8,15 @@ import numpy as np
 import pytest
 from conftest import make_gear
 
-from fegear.errors import InputError
+from fegear.files.errors import InputError
 from fegear.gearset import load_gear_set
-from fegear.identify import MeasuredStiffness, hub_limits, identify, stiffness_model
-from fegear.statics import StaticsSettings, solve_mesh
+from fegear.statics.identify import (
+    MeasuredStiffness,
+    hub_limits,
+    identify,
+    stiffness_model,
+)
+from fegear.statics.solving import StaticsSettings, solve_mesh
 from fegear.studies.identify import (
     Identification,
     IdentificationResult,

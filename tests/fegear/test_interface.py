@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 import fegear
-from fegear.version import package_version
+from fegear.files.version import package_version
 
 README = Path(__file__).parents[2] / "README.md"
 BLOCK = re.compile(r"^```python\n(.*?)^```", re.MULTILINE | re.DOTALL)

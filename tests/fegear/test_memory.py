@@ -8,8 +8,8 @@ import sys
 import numpy as np
 import pytest
 
-from fegear import memory
-from fegear.memory import memory_level
+from fegear.files import memory
+from fegear.files.memory import memory_level
 
 linux = pytest.mark.skipif(sys.platform != "linux", reason="Linux counts it")
 

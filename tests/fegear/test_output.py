@@ -10,8 +10,8 @@ import sys
 
 import pytest
 
-from fegear.errors import InputError
-from fegear.output import read_text, require_writable, write_whole
+from fegear.files.errors import InputError
+from fegear.files.output import read_text, require_writable, write_whole
 
 
 def test_writer_fills_the_file(tmp_path):
@@ -71,7 +71,7 @@ def test_unwritable_path_is_named(tmp_path, name):
 
 KILLED = """
 import sys, time
-from fegear.output import write_whole
+from fegear.files.output import write_whole
 
 def write(beside):
     beside.write_text("half")

@@ -9,14 +9,14 @@ import pytest
 from contact_at import contact_at
 
 from fegear.contact.problem import back_side_position, solve_cycle
-from fegear.errors import InputError
-from fegear.excitation import Excitations, Source
+from fegear.files.errors import InputError
 from fegear.gearset import load_gear_set
 from fegear.gearset.model import GearSet
 from fegear.gearset.pitch_errors import tooth_pair_errors, without_pitch_errors
-from fegear.statics import StaticsSettings, solve_mesh
-from lumped.table import format_table, parse_table
-from validation.solving import static_deflection
+from fegear.statics.solving import StaticsSettings, solve_mesh
+from fegear.train.excitation import Excitations, Source
+from lumped.train.table import format_table, parse_table
+from validation.study.solving import static_deflection
 
 PINION, WHEEL = (0.0, 3e-6), (1e-6, -2e-6, 0.5e-6, 2e-6, -1e-6)  # repeated around
 PITCHES = 10

@@ -15,14 +15,14 @@ import pytest
 
 import fegear
 import lumped
-from fegear.excitation import GivenTables
 from fegear.rattle.choice import LoadedMachine, MovingMachine
 from fegear.studies.trains import NamedSet
+from fegear.train.excitation import GivenTables
 from lumped.branches.periodic import BranchSettings
-from lumped.coupled import CoupledContacts
-from lumped.friction import ToothFriction
-from lumped.maps import Axis
-from lumped.waves import constant
+from lumped.steady.maps import Axis
+from lumped.train.coupled import CoupledContacts
+from lumped.train.friction import ToothFriction
+from lumped.train.waves import constant
 
 GEARS = fegear.load_gear_set("liu-pair")
 RESULTS = {  # what functions return, made by nobody else

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from conftest import make_gear
 
-from fegear import statics
 from fegear.contact.problem import ContactProblem, solve_cycle
 from fegear.elasticity import flank
 from fegear.elasticity.flank import flank_compliance
@@ -16,8 +15,9 @@ from fegear.elasticity.material import PlaneMaterial
 from fegear.elasticity.sector import CyclicSector
 from fegear.gearset import load_gear_set
 from fegear.gearset.read import read_gear_set
-from fegear.statics import RESOLUTIONS, StaticsSettings, solve_mesh
-from lumped.table import format_table, pair_compliance_name, parse_table
+from fegear.statics import solving as statics
+from fegear.statics.solving import RESOLUTIONS, StaticsSettings, solve_mesh
+from lumped.train.table import format_table, pair_compliance_name, parse_table
 from meshes import MeshSize
 from validation.oracles import ring
 

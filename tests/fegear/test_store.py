@@ -20,8 +20,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fegear.errors import InputError
-from fegear.store import open_checkpoint
+from fegear.files.errors import InputError
+from fegear.files.store import open_checkpoint
 
 INPUTS = {"gear set": "pair.toml", "torque_Nm": "100.0", "speeds": "100 200 300"}
 UP, DOWN = "100-up", "100-down"
@@ -352,7 +352,7 @@ WRITER = """
 import sys
 from pathlib import Path
 import numpy as np
-from fegear.store import open_checkpoint
+from fegear.files.store import open_checkpoint
 
 checkpoint = open_checkpoint(Path(sys.argv[1]), {"a": "b"}, resume=True)
 count = int(sys.argv[2])

@@ -10,7 +10,7 @@ import pytest
 
 import fegear
 from fegear.cli import run
-from fegear.theory_figure import response_points
+from fegear.figures.theory import response_points
 
 RECTANGULAR = fegear.LumpedModel(stiffness=fegear.Source(kind="rectangular"))
 

@@ -13,13 +13,13 @@ from fegear.cli import app
 from fegear.dynamics.build import FiniteElements
 from fegear.dynamics.contact_history import between, contact_histories
 from fegear.dynamics.stepper import DynamicSettings, steps_per_cycle
-from fegear.errors import InputError
-from fegear.lumped_models import LumpedModel, lumped_system
-from lumped.friction import torque_shares
-from lumped.losses import shared_loads
-from lumped.respond import respond_with_history
-from lumped.settings import Settings
-from lumped.steady_state import steady_state
+from fegear.files.errors import InputError
+from fegear.train.lumped_models import LumpedModel, lumped_system
+from lumped.steady.losses import shared_loads
+from lumped.steady.respond import respond_with_history
+from lumped.steady.settings import Settings
+from lumped.steady.steady_state import steady_state
+from lumped.train.friction import torque_shares
 
 TORQUE, FRICTION = 100.0, 0.1
 SPEEDS = {"liu-pair": 200.0, "liu-idler": 150.0}  # Hz, at which vibration is small

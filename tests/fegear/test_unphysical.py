@@ -10,9 +10,9 @@ import pytest
 
 from fegear.cli import run
 from fegear.gearset import load_gear_set
-from fegear.statics import StaticsSettings, solve_mesh
+from fegear.statics.solving import StaticsSettings, solve_mesh
+from fegear.statics.unphysical import PRESSURE, doubts
 from fegear.studies.stiffness import doubts_of_table
-from fegear.unphysical import PRESSURE, doubts
 
 USUAL = {
     "transmission_error": 2e-5,

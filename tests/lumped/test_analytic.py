@@ -10,8 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lumped import StiffnessFigures, analytic_excitation
-from lumped.analytic import pair_springs, static_error, stiffness_harmonics
-from lumped.waves import total
+from lumped.train.analytic import pair_springs, static_error, stiffness_harmonics
+from lumped.train.waves import total
 
 MEAN, FORCE = 2.9831e8, 2205.0
 RATIOS = (1.0, 1.0 + 1e-6, 1.3, 1.504, 2.0 - 1e-6, 2.0, 2.36, 3.0, 3.7)

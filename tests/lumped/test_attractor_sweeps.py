@@ -7,11 +7,11 @@ import threading
 import numpy as np
 import pytest
 
-from lumped.attractor_sweeps import AttractorBranch, sweep_attractors
-from lumped.attractors import Attractor, SectionSettings
-from lumped.respond import respond_with_history
-from lumped.settings import Settings
-from lumped.sweep import Observer
+from lumped.attractors.attractor_sweeps import AttractorBranch, sweep_attractors
+from lumped.attractors.attractors import Attractor, SectionSettings
+from lumped.steady.respond import respond_with_history
+from lumped.steady.settings import Settings
+from lumped.steady.sweep import Observer
 
 CHAPTER_3 = 2.621e-3, 3.27e-3, 0.119  # kg m2
 FEW = SectionSettings(sections=20)
@@ -132,7 +132,7 @@ def test_a_motion_that_only_coarse_steps_hold_is_left(system, idler):
 
 
 def test_a_divergence_ends_a_sweep(at, monkeypatch):
-    from lumped.system import LumpedSystem
+    from lumped.train.system import LumpedSystem
 
     monkeypatch.setattr(LumpedSystem, "limit", 1e-12)
     found = sweep_attractors([900.0, 1000.0], at, "up")
@@ -170,7 +170,7 @@ def test_a_wrong_direction_is_named(at):
 
 def test_what_is_unstable_on_finest_steps_too_does_not_repeat(at, monkeypatch):
     """As chaos may pass by near an orbit for longer than is looked for."""
-    monkeypatch.setattr("lumped.attractor_sweeps.NEUTRAL", -1.0)
+    monkeypatch.setattr("lumped.attractors.attractor_sweeps.NEUTRAL", -1.0)
     (found,) = sweep_attractors([900.0], at, "up").attractors
     assert (found.multiple, found.name) == (0, "unsettled")
     assert found.deflection.shape == (100, 2)

@@ -10,14 +10,19 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from lumped import attractors
-from lumped.attractors import Attractor, Kind, SectionSettings, find_attractor
+from lumped.attractors import attractors
+from lumped.attractors.attractors import (
+    Attractor,
+    Kind,
+    SectionSettings,
+    find_attractor,
+)
 from lumped.branches.balance import HarmonicBalance
 from lumped.kernels import orbit
-from lumped.respond import respond_confirmed
-from lumped.settings import Settings
-from lumped.steady_state import Speed
-from lumped.steppers import FixedStepper
+from lumped.steady.respond import respond_confirmed
+from lumped.steady.settings import Settings
+from lumped.steady.steady_state import Speed
+from lumped.steady.steppers import FixedStepper
 
 CHAPTER_3 = 2.621e-3, 3.27e-3, 0.119  # kg m2
 LAG = -0.125  # base pitches of the second mesh, pi/4

@@ -11,7 +11,7 @@ from scipy.linalg import eigh
 
 from lumped import Settings, respond
 from lumped.branches.period_map import PeriodMap
-from lumped.left_out import BodyInertia
+from lumped.train.left_out import BodyInertia
 
 SOFT = 1.5e-9  # m/N of a gear's spokes
 WAVES = ((0.0, 3e-7), (1e-6, 2e-7), (5e-7, 2e-7), (0.0, 3e-7))

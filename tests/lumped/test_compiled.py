@@ -11,7 +11,7 @@ import pytest
 from numba import config
 from numba.core import event
 
-from lumped import compiled as module
+from lumped.common import compiled as module
 
 FOLDER = Path(module.__file__).parent / "kernels"
 
@@ -54,7 +54,7 @@ def test_directory_follows_the_sources(monkeypatch, tmp_path, fresh):
 
 CUBE = """
 import logging
-from lumped.compiled import compiled
+from lumped.common.compiled import compiled
 logging.basicConfig(format="%(message)s", level="WARNING")
 
 @compiled

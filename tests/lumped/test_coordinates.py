@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from lumped import Gear, Mesh, Shaft, Train, TrainError
-from lumped.coordinates import coordinates, line_of_action, rigid_groups
+from lumped.train.coordinates import coordinates, line_of_action, rigid_groups
 
 
 def test_rotations_of_the_idler(idler):

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from scipy.linalg import eigh
 
-from lumped.coupled import (
+from lumped.kernels.arrays import Contacts
+from lumped.train.coupled import (
     CoupledContacts,
     Springs,
     contact_loads,
@@ -16,7 +17,6 @@ from lumped.coupled import (
     loaded_state,
     static_transmission_error,
 )
-from lumped.kernels.arrays import Contacts
 
 POSITIONS, CELLS, REACH = 4, 8, 1e-4  # grid of a mesh cycle, cells of a law, [m]
 STIFFNESS = 2e8  # N/m of a contact

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lumped.elastic_inertia import (
+from lumped.train.elastic_inertia import (
     LARGEST,
     ElasticModes,
     choose,

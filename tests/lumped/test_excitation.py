@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from lumped import MeshExcitation, MeshTable, PairExcitation, excitation_from_table
-from lumped.excitation import at_torque
-from lumped.waves import constant, total
+from lumped.train.excitation import at_torque
+from lumped.train.waves import constant, total
 
 RADIUS, POSITIONS, RATIO = 0.04535, 48, 1.6
 TORQUES = (80.0, 120.0)
@@ -103,7 +103,7 @@ def test_equilibrium_of_the_pairs_is_the_tables_error(ahead, torque, relief):
 def test_equilibrium_with_a_finite_element_table(corners, tolerance):
     """A force on a tip corner has a shorter lever than the base radius."""
     from fegear.gearset import load_gear_set
-    from fegear.statics import StaticsSettings, solve_mesh
+    from fegear.statics.solving import StaticsSettings, solve_mesh
 
     gear_set = load_gear_set("liu-pair")
     settings = StaticsSettings(

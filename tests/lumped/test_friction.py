@@ -11,21 +11,21 @@ import pytest
 from friction_pairs import ACROSS, COUPLED, RADII, pair_system, update
 from scipy.integrate import solve_ivp
 
-from lumped.analytic import StiffnessFigures, analytic_excitation
 from lumped.branches.balance import HarmonicBalance
 from lumped.closed_forms import parametric_system
-from lumped.excitation import bending_along_path, excitation_from_table
-from lumped.friction import ToothFriction, with_bending
-from lumped.losses import driven_power
-from lumped.motion import time_history
-from lumped.respond import respond
-from lumped.settings import Settings
 from lumped.stability.multipliers import largest_multiplier
 from lumped.stability.periodic import periodic_system
-from lumped.system import LumpedSystem
-from lumped.table import MeshTable
-from lumped.train import TrainError
-from lumped.waves import constant, line
+from lumped.steady.losses import driven_power
+from lumped.steady.motion import time_history
+from lumped.steady.respond import respond
+from lumped.steady.settings import Settings
+from lumped.train.analytic import StiffnessFigures, analytic_excitation
+from lumped.train.excitation import bending_along_path, excitation_from_table
+from lumped.train.friction import ToothFriction, with_bending
+from lumped.train.system import LumpedSystem
+from lumped.train.table import MeshTable
+from lumped.train.train import TrainError
+from lumped.train.waves import constant, line
 
 MU, BENDING, EPS, ALPHA, GAMMA, C = 0.1, 0.5, 0.3, 0.6, 0.28, 1.5
 RATIO = 0.02

@@ -10,17 +10,17 @@ import pytest
 from friction_pairs import pair_system
 from numba import njit
 
-from fegear.excitation import Source
 from fegear.gearset import load_gear_set
-from fegear.lumped_models import LumpedModel, lumped_system
-from lumped.analytic import StiffnessFigures, analytic_excitation
-from lumped.friction import ToothFriction, base_pitch, with_bending
-from lumped.friction_samples import at_frequency
+from fegear.train.excitation import Source
+from fegear.train.lumped_models import LumpedModel, lumped_system
 from lumped.kernels.friction import set_friction_acceleration
-from lumped.motion import time_history
-from lumped.settings import Settings
-from lumped.system import LumpedSystem
-from lumped.train import Gear, Mesh, Train
+from lumped.steady.motion import time_history
+from lumped.steady.settings import Settings
+from lumped.train.analytic import StiffnessFigures, analytic_excitation
+from lumped.train.friction import ToothFriction, base_pitch, with_bending
+from lumped.train.friction_samples import at_frequency
+from lumped.train.system import LumpedSystem
+from lumped.train.train import Gear, Mesh, Train
 
 MU, BENDING, FREQUENCY, BACKLASH = 0.15, 0.4, 700.0, 8e-5
 

@@ -16,13 +16,13 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from lumped.analytic import StiffnessFigures, analytic_excitation
-from lumped.friction import ToothFriction, with_bending
-from lumped.settings import Settings
-from lumped.steady_state import Speed
-from lumped.steppers import FixedStepper
-from lumped.system import LumpedSystem
-from lumped.train import Gear, Mesh, Shaft, Train
+from lumped.steady.settings import Settings
+from lumped.steady.steady_state import Speed
+from lumped.steady.steppers import FixedStepper
+from lumped.train.analytic import StiffnessFigures, analytic_excitation
+from lumped.train.friction import ToothFriction, with_bending
+from lumped.train.system import LumpedSystem
+from lumped.train.train import Gear, Mesh, Shaft, Train
 
 MU, RATIO, TURNS = 0.2, 0.4, 0.02
 K, EPS, ALPHA, RELIEF, BACKLASH = 3e8, 0.4, 0.6, 8e-6, 1e-5

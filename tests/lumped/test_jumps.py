@@ -7,11 +7,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from fegear.excitation import Excitations, Source
 from fegear.gearset import load_gear_set
-from fegear.lumped_models import lumped_system
+from fegear.train.excitation import Excitations, Source
+from fegear.train.lumped_models import lumped_system
 from lumped import sweep_all
-from lumped.jumps import find_jumps, find_peaks, prominent
+from lumped.steady.jumps import find_jumps, find_peaks, prominent
 
 
 def branch(frequency, *curves, direction="up"):
@@ -141,7 +141,7 @@ def test_steep_resonance_without_hysteresis_is_no_jump():
 
 def test_a_figure_pairs_the_directions_of_each_model():
     """Finite elements and the lumped model beside them hang on one system."""
-    from lumped import figures
+    from lumped.figures import sweeps as figures
 
     frequency = np.arange(500.0, 1200.0, 5.0)
     curves = []

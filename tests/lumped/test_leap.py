@@ -9,11 +9,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from rim_gears import FIRM
 
-from lumped import leap
-from lumped.leap import contracts, stable_fixed_point
-from lumped.respond import respond
-from lumped.settings import Settings
-from lumped.sweep import sweep
+from lumped.steady import leap
+from lumped.steady.leap import contracts, stable_fixed_point
+from lumped.steady.respond import respond
+from lumped.steady.settings import Settings
+from lumped.steady.sweep import sweep
 
 PLACE = np.array([0.3, -0.2, 0.5, 0.1])
 TOLERANCE = 1e-6

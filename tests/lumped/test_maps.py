@@ -7,7 +7,8 @@ from functools import partial
 import numpy as np
 import pytest
 
-from lumped.maps import (
+from lumped.common.workers import in_threads
+from lumped.steady.maps import (
     Axis,
     Cell,
     ParameterMap,
@@ -16,9 +17,8 @@ from lumped.maps import (
     map_rows,
     run_map,
 )
-from lumped.respond import respond
-from lumped.workers import in_threads
-from validation.stress_lumped import Idler
+from lumped.steady.respond import respond
+from validation.stress.stress_lumped import Idler
 
 GRID = ParameterMap(
     axes=(Axis("a", (1.0, 2.0, 3.0)), Axis("b", (10.0, 20.0))),

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from lumped import History, Settings, Status, respond, respond_with_history
-from lumped.measures import measures, pooled
-from lumped.steady_state import windows
+from lumped.steady.measures import measures, pooled
+from lumped.steady.steady_state import windows
 
 STEPS = 64
 

@@ -8,13 +8,13 @@ import math
 import numpy as np
 import pytest
 
-from fegear.excitation import Excitations, Source
 from fegear.gearset import load_gear_set
-from fegear.lumped_models import lumped_system
+from fegear.train.excitation import Excitations, Source
+from fegear.train.lumped_models import lumped_system
 from lumped import History, Settings, respond
-from lumped import motion as module
-from lumped.csv_text import format_csv
-from lumped.motion import (
+from lumped.common.csv_text import format_csv
+from lumped.steady import motion as module
+from lumped.steady.motion import (
     DivergedError,
     arrive,
     resampled,
@@ -22,7 +22,7 @@ from lumped.motion import (
     time_history,
     wave_columns,
 )
-from lumped.pair_motions import contact_conditions
+from lumped.steady.pair_motions import contact_conditions
 
 
 def idler_system(torque=100.0):

@@ -7,8 +7,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lumped.path_laws import FAR_GAP, path_laws
-from lumped.table import MeshTable, format_table, pair_compliance_name, parse_table
+from lumped.train.path_laws import FAR_GAP, path_laws
+from lumped.train.table import (
+    MeshTable,
+    format_table,
+    pair_compliance_name,
+    parse_table,
+)
 
 RADIUS, POSITIONS = 0.05, 16
 STIFFNESS, SIZE = 2e8, 1e-5  # N/m at this penetration [m]

@@ -12,10 +12,10 @@ from hypothesis import strategies as st
 
 import lumped
 from lumped import LumpedSystem, MeshTable, Settings, TrainError, pair_errors
-from lumped.excitation import excitation_from_table, table_pitches
-from lumped.motion import resampled, spectrum, time_history
-from lumped.pitch_errors import pair_gaps, shortest_period
-from lumped.waves import Wave, constant, from_samples
+from lumped.steady.motion import resampled, spectrum, time_history
+from lumped.train.excitation import excitation_from_table, table_pitches
+from lumped.train.pitch_errors import pair_gaps, shortest_period
+from lumped.train.waves import Wave, constant, from_samples
 from validation.oracles.piecewise import (
     Disk,
     PiecewiseTrain,

@@ -25,11 +25,11 @@ from lumped import (
     sweep,
     sweep_all,
 )
-from lumped.response import FIGURES
-from lumped.steady_state import periods_to_settle
-from lumped.steppers import steps_per_period
-from lumped.train import TrainError
-from lumped.waves import constant, from_harmonics
+from lumped.steady.response import FIGURES
+from lumped.steady.steady_state import periods_to_settle
+from lumped.steady.steppers import steps_per_period
+from lumped.train.train import TrainError
+from lumped.train.waves import constant, from_harmonics
 from validation.oracles import linear_train, piecewise
 from validation.oracles.linear_train import LinearTrain, Tone
 from validation.oracles.piecewise import Disk, PiecewiseTrain, Toothing
@@ -641,8 +641,8 @@ def test_a_long_speed_reports_its_periods_and_changes_no_bit(system, monkeypatch
     """Where a period takes long it is told how far the speed has come."""
     built, speeds, told = system(), [1000.0, 1240.0], []
     (plain,) = sweep_all([built], speeds, ["up"], report=lambda *words: None)
-    monkeypatch.setattr("lumped.steppers.WATCHED", 1)
-    monkeypatch.setattr(sys.modules["lumped.sweep"], "REFRESH", -1.0)
+    monkeypatch.setattr("lumped.steady.steppers.WATCHED", 1)
+    monkeypatch.setattr(sys.modules["lumped.steady.sweep"], "REFRESH", -1.0)
     (watched,) = sweep_all([built], speeds, ["up"], report=lambda *w: told.append(w))
     assert same_bits(plain, watched)
     first = told[: told.index(("sweep", 1, 2))]

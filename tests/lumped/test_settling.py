@@ -11,8 +11,8 @@ from numba import njit
 
 from lumped.kernels import settling
 from lumped.kernels.settling import close_section
-from lumped.settings import Settings
-from lumped.steady_state import new_convergence
+from lumped.steady.settings import Settings
+from lumped.steady.steady_state import new_convergence
 
 MULTIPLES = 8
 MOST = 40_000  # periods

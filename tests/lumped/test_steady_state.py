@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from rim_gears import FIRM
 
-import lumped.steady_state as module
+import lumped.steady.steady_state as module
 from lumped import Settings, Status, respond, sweep
-from lumped.motion import time_history
-from lumped.respond import respond_confirmed
-from lumped.steady_state import alike, doubtful
-from lumped.steppers import FINEST
+from lumped.steady.motion import time_history
+from lumped.steady.respond import respond_confirmed
+from lumped.steady.steady_state import alike, doubtful
+from lumped.steady.steppers import FINEST
 
 RELIEF = 25e-6  # m: here fixed steps of 64 and 256 a period find no period
 FREQUENCY = 1280.0  # Hz

@@ -11,9 +11,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lumped.csv_text import TableError
-from lumped.response import Status
-from lumped.sweep_table import (
+from lumped.common.csv_text import TableError
+from lumped.steady.response import Status
+from lumped.steady.sweep_table import (
     COLUMNS,
     LEGEND,
     SweepRow,

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from lumped.table import (
+from lumped.train.table import (
     MeshTable,
     TableError,
     format_table,

@@ -9,17 +9,17 @@ import numpy as np
 import pytest
 from friction_pairs import COUPLED, pair_system
 
-from lumped.csv_text import format_csv, parse_csv
-from lumped.friction import ToothFriction
-from lumped.respond import respond_with_history
-from lumped.settings import Settings
-from lumped.sweep import sweep
-from lumped.waterfall import (
+from lumped.common.csv_text import format_csv, parse_csv
+from lumped.figures.waterfall import (
     COLUMNS,
     draw_waterfall,
     spectra_over_speed,
     spectra_rows,
 )
+from lumped.steady.respond import respond_with_history
+from lumped.steady.settings import Settings
+from lumped.steady.sweep import sweep
+from lumped.train.friction import ToothFriction
 
 SPEEDS = [2.0 + 0.05 * i for i in range(30)]
 SETTINGS = Settings(steps=256, tolerance=1e-6)

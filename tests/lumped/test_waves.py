@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from lumped.waves import (
+from lumped.train.waves import (
     Wave,
     constant,
     cut_into_pitches,

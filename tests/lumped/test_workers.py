@@ -13,14 +13,14 @@ import pytest
 
 from fegear.studies.map import respond_at, respond_over
 from fegear.studies.running import Board, Job
-from lumped.maps import Axis, ParameterMap, run_map
-from lumped.progress import silent
+from lumped.common.progress import silent
+from lumped.common.workers import Cluster, Never, NoClusterError, run_tasks
 from lumped.rattle import basins
 from lumped.rattle.basins import Grid, settle_grid
 from lumped.rattle.machine import Machine
-from lumped.settings import Settings
-from lumped.sweep import BOTH
-from lumped.workers import Cluster, Never, NoClusterError, run_tasks
+from lumped.steady.maps import Axis, ParameterMap, run_map
+from lumped.steady.settings import Settings
+from lumped.steady.sweep import BOTH
 
 GRID = Grid(side=60, velocity=(0.0, 7.0))
 AT = partial(respond_at, 2000.0, Settings())

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from validation import bench_branches
-from validation.bench_branches import (
+from validation.bench import bench_branches
+from validation.bench.bench_branches import (
     beside_sweeps,
     branch_point,
     followed,
@@ -15,7 +15,7 @@ from validation.bench_branches import (
     sweep_point,
     time_panel,
 )
-from validation.stress_lumped import Idler
+from validation.stress.stress_lumped import Idler
 
 LIMITS = 1250.0, 1750.0
 

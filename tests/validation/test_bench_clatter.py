@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from itertools import groupby
 
-from validation import bench, bench_clatter
-from validation.bench_clatter import measure
+from validation.bench import bench_clatter
+from validation.bench import benchmark as bench
+from validation.bench.bench_clatter import measure
 
 
 def quiet(what: str, done: int, total: int) -> None: ...

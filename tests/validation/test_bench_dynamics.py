@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from fegear.dynamics.build import FiniteElements
-from fegear.errors import InputError
-from fegear.excitation import Excitations
+from fegear.files.errors import InputError
 from fegear.gearset import load_gear_set
-from lumped.csv_text import format_records
-from validation import bench_dynamics as study
-from validation.bench import Benchmark, plain
+from fegear.train.excitation import Excitations
+from lumped.common.csv_text import format_records
+from validation.bench import bench_dynamics as study
+from validation.bench.benchmark import Benchmark, plain
 
 
 @pytest.fixture(scope="module")

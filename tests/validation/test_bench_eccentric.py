@@ -6,8 +6,9 @@ from itertools import pairwise
 
 import pytest
 
-from validation import bench, bench_eccentric
-from validation.bench_eccentric import contact_rows, distance_points, measure
+from validation.bench import bench_eccentric
+from validation.bench import benchmark as bench
+from validation.bench.bench_eccentric import contact_rows, distance_points, measure
 
 
 def quiet(what: str, done: int, total: int) -> None: ...

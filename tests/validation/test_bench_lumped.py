@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from lumped.respond import respond
-from lumped.settings import Settings
-from validation.bench_lumped import Point, growth, races, with_disks
+from lumped.steady.respond import respond
+from lumped.steady.settings import Settings
+from validation.bench.bench_lumped import Point, growth, races, with_disks
 from validation.oracles.scipy_train import ScipyTrain, scipy_rms
-from validation.stress_coupled import TRIALS as COUPLED
-from validation.stress_lumped import TRIALS, Idler
-from validation.trials import Trial
+from validation.stress.stress_coupled import TRIALS as COUPLED
+from validation.stress.stress_lumped import TRIALS, Idler
+from validation.stress.trials import Trial
 
 
 @pytest.mark.parametrize("method", ["DOP853", "LSODA"])

@@ -6,7 +6,13 @@ import csv
 import math
 from typing import Any
 
-from validation.bench import Benchmark, Curve, Panel, write_benchmark, write_page
+from validation.bench.benchmark import (
+    Benchmark,
+    Curve,
+    Panel,
+    write_benchmark,
+    write_page,
+)
 
 TABLES: dict[str, Any] = {
     "points": [

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from fegear.studies import stability
-from validation import bench, bench_stability
-from validation.bench_stability import (
+from validation.bench import bench_stability
+from validation.bench import benchmark as bench
+from validation.bench.bench_stability import (
     SIZES,
     edge_rows,
     measure,

@@ -9,9 +9,11 @@ from typing import get_args
 import numpy as np
 import pytest
 
-from fegear.errors import InputError
-from lumped.coupled import INGREDIENTS
-from validation.budget import (
+from fegear.files.errors import InputError
+from lumped.train.coupled import INGREDIENTS
+from validation.report.figures import draw_budget
+from validation.report.values import budget_values
+from validation.study.budget import (
     QUANTITIES,
     Budget,
     BudgetRow,
@@ -19,11 +21,9 @@ from validation.budget import (
     budget_case,
     budget_of,
 )
-from validation.cases import Part, load_case, read_case
-from validation.report.figures import draw_budget
-from validation.report.values import budget_values
-from validation.runs import run_case
-from validation.tasks import parts_of, tasks_of
+from validation.study.cases import Part, load_case, read_case
+from validation.study.runs import run_case
+from validation.study.tasks import parts_of, tasks_of
 
 PARTS = "hardening", "pairs", "body", "modes"  # of gears without an idler
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import pytest
 
-from fegear.errors import InputError
+from fegear.files.errors import InputError
+from fegear.files.speeds import parsed_speeds
 from fegear.gearset import load_gear_set
-from fegear.speeds import parsed_speeds
-from validation.cases import case_names, load_case, read_case
-from validation.metrics import METRICS
-from validation.tasks import tasks_of
+from validation.study.cases import case_names, load_case, read_case
+from validation.study.metrics import METRICS
+from validation.study.tasks import tasks_of
 
 GOOD = """
 name = "small"

@@ -7,8 +7,8 @@ from dataclasses import replace
 import pytest
 
 from fegear.gearset import load_gear_set
-from fegear.statics import StaticsSettings
-from validation.compare import compare_mesh
+from fegear.statics.solving import StaticsSettings
+from validation.study.compare import compare_mesh
 
 COARSE = StaticsSettings(
     positions=16, resolution="coarse", estimate_error=False, corner_contact=False

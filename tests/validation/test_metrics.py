@@ -10,9 +10,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lumped.jumps import Jump, Peak
-from lumped.response import History
-from validation import metrics as m
+from lumped.steady.jumps import Jump, Peak
+from lumped.steady.response import History
+from validation.study import metrics as m
 
 SPEEDS = np.arange(1000.0, 2000.0, 20.0)
 

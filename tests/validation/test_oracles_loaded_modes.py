@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fegear.excitation import Excitations, Source
 from fegear.gearset import load_gear_set
-from fegear.lumped_models import lumped_system
+from fegear.train.excitation import Excitations, Source
+from fegear.train.lumped_models import lumped_system
 from validation.oracles.loaded_modes import (
     dense_rows,
     loaded_modes,

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from fegear.gearset.inertia import body_inertia
-from lumped.left_out import ALLOWED
+from lumped.train.left_out import ALLOWED
 from validation.random_sets import generator, measuring
 from validation.random_sets.full import FullPoint, smallest_sets
 from validation.random_sets.generator import COUNT, kind_of, random_gear_set

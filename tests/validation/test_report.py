@@ -12,9 +12,9 @@ import pytest
 from typer.testing import CliRunner
 
 from fegear.cli import app
-from validation.metrics import Verdict
 from validation.pages.templates import shown
 from validation.report.values import worst
+from validation.study.metrics import Verdict
 
 MOVING = """
 name = "moving"

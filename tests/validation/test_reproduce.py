@@ -15,9 +15,8 @@ from typer.testing import CliRunner
 
 import validation.reproduce
 from fegear.cli import app, run
-from fegear.errors import InputError
+from fegear.files.errors import InputError
 from lumped.closed_forms import parametric_system
-from validation.kept import RESULT
 from validation.reproduce import (
     figure_numbers,
     find_figure,
@@ -32,6 +31,7 @@ from validation.reproduce.readings import read_found
 from validation.reproduce.references import Beside, Reference
 from validation.reproduce.runs import commands_of, curves_csv, read_curves
 from validation.reproduce.source_figures import FOLDER, read_figure
+from validation.study.kept import RESULT
 
 CHEAP = "table-2.1"  # takes milliseconds
 GOOD = """

@@ -18,25 +18,25 @@ import pytest
 from case_files import TINY
 from conftest import SMALL_HUBS
 
-from fegear import memory
 from fegear.dynamics.stepper import ReducedStepper
-from fegear.errors import InputError
-from fegear.excitation import Excitations
+from fegear.files import memory
+from fegear.files.errors import InputError
+from fegear.files.store import open_checkpoint
 from fegear.gearset import load_gear_set
-from fegear.lumped_models import LumpedModel, lumped_system
-from fegear.store import open_checkpoint
-from lumped.excitation import MeshExcitation, PairExcitation
-from lumped.steady_state import Diverged
-from lumped.steppers import FixedStepper
-from lumped.waves import Wave as PeriodicWave
-from lumped.workers import Cluster
-from validation import kept, runs, solving, tasks
-from validation.cases import Model, SingleSpeed, Tolerance, load_case
-from validation.metrics import static_measures
-from validation.printed import printed_figure
-from validation.run_files import NAMES, features
-from validation.solving import approach, mesh_statics, static_deflection
-from validation.tasks import tasks_of
+from fegear.train.excitation import Excitations
+from fegear.train.lumped_models import LumpedModel, lumped_system
+from lumped.common.workers import Cluster
+from lumped.steady.steady_state import Diverged
+from lumped.steady.steppers import FixedStepper
+from lumped.train.excitation import MeshExcitation, PairExcitation
+from lumped.train.waves import Wave as PeriodicWave
+from validation.study import kept, runs, solving, tasks
+from validation.study.cases import Model, SingleSpeed, Tolerance, load_case
+from validation.study.metrics import static_measures
+from validation.study.printed import printed_figure
+from validation.study.run_files import NAMES, features
+from validation.study.solving import approach, mesh_statics, static_deflection
+from validation.study.tasks import tasks_of
 
 METRICS = (
     ("off_jump_distance", 0.25, "2 dB"),

@@ -8,10 +8,10 @@ from pathlib import Path
 
 import pytest
 
-from validation.sources import DRAWING, ROOT, SHOWN, digest_of, sources_of
+from validation.study.sources import DRAWING, ROOT, SHOWN, digest_of, sources_of
 
 COMPUTED = [
-    "validation.solving",
+    "validation.study.solving",
     "validation.random_sets.runs",
     "validation.reproduce.computations.clatter",
     "validation.reproduce.computations.frequency_response",

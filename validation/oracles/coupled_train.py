@@ -20,7 +20,7 @@ from scipy.interpolate import PPoly
 from scipy.optimize import root
 
 if TYPE_CHECKING:
-    from lumped.system import LumpedSystem
+    from lumped.train.system import LumpedSystem
 
 Array = NDArray[np.float64]
 

@@ -18,7 +18,7 @@ that with L = 1 / (w^2 - s^2) they are gone from
     (K - s^2 - s^4 G'L G) z + (R + s^2 E L G)'F = 0,
     F = (1 + D (Q + E L E'))^-1 D (R + s^2 E L G) z.
 
-Nothing is shared with `lumped.coupled`.
+Nothing is shared with `lumped.train.coupled`.
 """
 
 from __future__ import annotations

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
-from lumped.system import LumpedSystem
+from lumped.train.system import LumpedSystem
 
 Array = NDArray[np.float64]
 Method = Literal["DOP853", "LSODA"]

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fegear.output import make_directory, write_text, write_whole
-from fegear.plots import draw_words_as_they_are
+from fegear.figures.statics import draw_words_as_they_are
+from fegear.files.output import make_directory, write_text, write_whole
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -14,8 +14,8 @@ import numpy as np
 from fegear.dynamics.build import FiniteElements
 from fegear.dynamics.stepper import DynamicSettings, ReducedStepper
 from fegear.gearset.model import GearSet
-from lumped.progress import Progress, silent
-from validation.bench_dynamics import COMMON, run, subject, waveform_error
+from lumped.common.progress import Progress, silent
+from validation.bench.bench_dynamics import COMMON, run, subject, waveform_error
 from validation.random_sets.generator import COUNT, random_gear_set
 from validation.random_sets.measuring import (
     MORE,

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from fegear.errors import InputError
+from fegear.files.errors import InputError
 from fegear.gearset import GearSet, make_gear_set
 from fegear.gearset.inertia import body_inertia
 from meshes.gear import inverse_involute, involute

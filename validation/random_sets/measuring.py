@@ -19,21 +19,21 @@ from numpy.typing import NDArray
 from fegear.dynamics.elastic import ElasticGear
 from fegear.dynamics.model import DynamicModel
 from fegear.dynamics.stepper import DynamicSettings, ReducedStepper
-from fegear.excitation import Excitations
 from fegear.gearset.model import GearSet
-from fegear.lumped_models import (
+from fegear.train.excitation import Excitations
+from fegear.train.lumped_models import (
     COUPLED,
     LumpedModel,
     doubts_of_bodies,
     left_out_error,
     lumped_system,
 )
-from lumped.progress import Progress, silent
-from lumped.settings import Settings, SteadySettings
-from lumped.steady_state import Stepper
-from lumped.steppers import stepper_of, warm_up
-from lumped.sweep import Branch, Direction, sweep_branch
-from lumped.system import LumpedSystem
+from lumped.common.progress import Progress, silent
+from lumped.steady.settings import Settings, SteadySettings
+from lumped.steady.steady_state import Stepper
+from lumped.steady.steppers import stepper_of, warm_up
+from lumped.steady.sweep import Branch, Direction, sweep_branch
+from lumped.train.system import LumpedSystem
 from validation.oracles.loaded_modes import loaded_modes
 from validation.random_sets.generator import kind_of
 from validation.random_sets.reduced_gears import elastic_gears, reduced_gears

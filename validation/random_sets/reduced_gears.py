@@ -14,10 +14,10 @@ from fegear.dynamics.cross_mesh import cross_mesh_compliance
 from fegear.dynamics.elastic import ElasticGear
 from fegear.dynamics.mesh_laws import all_mesh_laws, equal_tables
 from fegear.dynamics.model import DynamicModel, dynamic_model
-from fegear.excitation import Excitations
 from fegear.gearset.model import GearSet
-from fegear.statics import StaticsSettings
-from lumped.system import LumpedSystem
+from fegear.statics.solving import StaticsSettings
+from fegear.train.excitation import Excitations
+from lumped.train.system import LumpedSystem
 
 
 def reduced_gears(

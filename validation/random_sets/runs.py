@@ -1,4 +1,4 @@
-"""Runs of the random gear sets, kept and found again by hash; see `validation.kept`.
+"""Runs of the random gear sets, kept and found again by hash, `validation.study.kept`.
 
 A run's directory below the store holds inputs.json, a table and result.json. For every
 set there is one with speeds.csv, the vibration by every source; for the smallest one
@@ -15,19 +15,19 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from fegear.errors import InputError
+from fegear.files.errors import InputError
+from fegear.files.output import make_directory
+from fegear.files.store import digest
+from fegear.files.version import package_version
 from fegear.gearset.model import GearSet
-from fegear.output import make_directory
-from fegear.store import digest
-from fegear.version import package_version
-from lumped.csv_text import format_records
-from lumped.progress import Progress, silent
-from validation.kept import RESULT, begin_run, sealed, whole_texts, write_texts
-from validation.provenance import machine
+from lumped.common.csv_text import format_records
+from lumped.common.progress import Progress, silent
 from validation.random_sets.full import FullPoint, measure_full, smallest_sets
 from validation.random_sets.generator import COUNT, random_gear_set
 from validation.random_sets.measuring import REFERENCE, Measured, measure
-from validation.sources import digest_of
+from validation.study.kept import RESULT, begin_run, sealed, whole_texts, write_texts
+from validation.study.provenance import machine
+from validation.study.sources import digest_of
 
 FORMAT = "fegear random gear set 2"  # of the files and of what stands in them
 SPEEDS, FULL = "speeds.csv", "full.csv"

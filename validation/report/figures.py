@@ -12,12 +12,12 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.drawing import panels
-from validation.budget import QUANTITIES, WHOLE, Budget
-from validation.metrics import METRICS, Curve, ForceCycle, Verdict
-from validation.run_files import Run
-from validation.runs import CaseResult
-from validation.tasks import FE, FE_PLAIN
+from lumped.figures.drawing import panels
+from validation.study.budget import QUANTITIES, WHOLE, Budget
+from validation.study.metrics import METRICS, Curve, ForceCycle, Verdict
+from validation.study.run_files import Run
+from validation.study.runs import CaseResult
+from validation.study.tasks import FE, FE_PLAIN
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -6,15 +6,15 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from fegear.output import make_directory, strict_json, write_text
-from lumped.csv_text import format_records
-from lumped.progress import Progress, silent
-from validation.budget import budget_of
+from fegear.files.output import make_directory, strict_json, write_text
+from lumped.common.csv_text import format_records
+from lumped.common.progress import Progress, silent
 from validation.pages import SavedFigure, filled, save_figure
 from validation.report import figures
 from validation.report.tables import report_tables
-from validation.runs import CaseResult
-from validation.tasks import FE
+from validation.study.budget import budget_of
+from validation.study.runs import CaseResult
+from validation.study.tasks import FE
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -8,16 +8,16 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from validation.budget import QUANTITIES, Budget, budget_of
-from validation.cases import Printed, Tolerance
-from validation.metrics import METRICS, Verdict
-from validation.printed import printed_figure
-from validation.provenance import provenance
 from validation.random_sets.runs import SetRun
 from validation.report.random_sets import random_set_values
-from validation.run_files import Run
-from validation.runs import CaseResult, warnings_of
-from validation.tasks import FE
+from validation.study.budget import QUANTITIES, Budget, budget_of
+from validation.study.cases import Printed, Tolerance
+from validation.study.metrics import METRICS, Verdict
+from validation.study.printed import printed_figure
+from validation.study.provenance import provenance
+from validation.study.run_files import Run
+from validation.study.runs import CaseResult, warnings_of
+from validation.study.tasks import FE
 
 STATIC = ("mean_stiffness", "stiffness_variation", "static_deflection")
 
@@ -138,7 +138,7 @@ def _metric_of_model(result: CaseResult, metric: str, model: str) -> dict[str, A
 
 
 def budget_values(budget: Budget | None) -> dict[str, Any]:
-    """Models and quantities of an error budget, see `validation.budget`.
+    """Models and quantities of an error budget, see `validation.study.budget`.
 
     brought : what changes on the mean from the model to the coupled one
     """

@@ -7,10 +7,10 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from validation.printed import nearest
 from validation.reproduce.parts import Value
 from validation.reproduce.readings import Results, read_found
 from validation.reproduce.references import ORIGINS, Reference
+from validation.study.printed import nearest
 
 LIMITS = (0.01, 0.05, 0.1)  # of the scale: how close values are counted
 SAME = 1e-6  # of the scale

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.drawing import color_of, draw_legend, panels
-from lumped.rattle.figure import color_of_motion
+from lumped.figures.drawing import color_of, draw_legend, panels
+from lumped.figures.rattle import color_of_motion
 from validation.reproduce.parts import QUANTITIES, Curve, Style
 from validation.reproduce.runs import COLUMNS, FigureResult
 from validation.reproduce.source_figures import SourceFigure

@@ -14,10 +14,10 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import AfterValidator, Field
 
-from fegear.excitation import Kind
-from lumped.progress import Progress
-from validation.cases import require_model
-from validation.data_files import STRICT, Edit, Flag, Number, Positive
+from fegear.train.excitation import Kind
+from lumped.common.progress import Progress
+from validation.study.cases import require_model
+from validation.study.data_files import STRICT, Edit, Flag, Number, Positive
 
 Value = float | tuple[float, ...]  # a point of a map has two coordinates
 Style = Literal[

@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from validation.data_files import STRICT, Number, Positive, Text
+from validation.study.data_files import STRICT, Number, Positive, Text
 
 Origin = Literal["printed", "text", "checked", "fitted", "method"]
 ORIGINS: dict[Origin, tuple[str, str]] = {  # word of a line, and of a table

@@ -6,14 +6,14 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from fegear.output import make_directory, strict_json, write_text
-from lumped.csv_text import format_records
-from lumped.progress import Progress, silent
+from fegear.files.output import make_directory, strict_json, write_text
+from lumped.common.csv_text import format_records
+from lumped.common.progress import Progress, silent
 from validation.pages import SavedFigure, filled, save_figure
-from validation.provenance import provenance
 from validation.reproduce.comparison import Compared, count_lines, overview
 from validation.reproduce.drawing import column_names, draw_figure
 from validation.reproduce.runs import FigureResult, PartRun, curves_csv
+from validation.study.provenance import provenance
 
 
 def report_values(

@@ -1,7 +1,7 @@
 """Figures as they are computed: every part is kept, and found again by hash.
 
 A part's directory below the store holds inputs.json, curves.csv with all that is drawn
-of it, and result.json with what it found; see `validation.kept`.
+of it, and result.json with what it found; see `validation.study.kept`.
 """
 
 from __future__ import annotations
@@ -16,25 +16,25 @@ from itertools import groupby
 from pathlib import Path
 from typing import Any
 
-from fegear.errors import InputError
-from fegear.output import make_directory
-from fegear.store import digest
-from fegear.version import package_version
-from lumped.csv_text import format_csv, parse_csv
-from lumped.progress import Progress, silent
-from validation.kept import (
+from fegear.files.errors import InputError
+from fegear.files.output import make_directory
+from fegear.files.store import digest
+from fegear.files.version import package_version
+from lumped.common.csv_text import format_csv, parse_csv
+from lumped.common.progress import Progress, silent
+from validation.reproduce.comparison import Compared, compare
+from validation.reproduce.computations.kinds import COMPUTE
+from validation.reproduce.parts import Curve, Part, PartResult
+from validation.reproduce.source_figures import AnyScene, SourceFigure
+from validation.study.kept import (
     RESULT,
     begin_run,
     sealed,
     whole_texts,
     write_texts,
 )
-from validation.provenance import machine
-from validation.reproduce.comparison import Compared, compare
-from validation.reproduce.computations.kinds import COMPUTE
-from validation.reproduce.parts import Curve, Part, PartResult
-from validation.reproduce.source_figures import AnyScene, SourceFigure
-from validation.sources import digest_of
+from validation.study.provenance import machine
+from validation.study.sources import digest_of
 
 FORMAT = "fegear reproduce part 2"  # of the files and of what stands in them
 CURVES = "curves.csv"

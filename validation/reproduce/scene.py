@@ -10,18 +10,18 @@ from typing import Any, Literal
 
 import numpy as np
 
-from fegear.errors import InputError
-from fegear.excitation import STIFFNESS, Excitations, GivenTables, Kind, Source
+from fegear.files.errors import InputError
 from fegear.gearset import load_gear_set
 from fegear.gearset.model import GearSet
-from fegear.lumped_models import LumpedModel, Number, lumped_system
 from fegear.studies.varied import BENDING, FRICTION, OF_TEETH
-from fegear.train import mesh_torques_at, train_of
+from fegear.train.excitation import STIFFNESS, Excitations, GivenTables, Kind, Source
+from fegear.train.lumped_models import LumpedModel, Number, lumped_system
+from fegear.train.train import mesh_torques_at, train_of
 from lumped.closed_forms.predictions import STRAINED
-from lumped.system import LumpedSystem
-from lumped.table import MeshTable
-from validation.data_files import edits_by_key
+from lumped.train.system import LumpedSystem
+from lumped.train.table import MeshTable
 from validation.reproduce.parts import QUANTITIES, Part, Quantity, Train
+from validation.study.data_files import edits_by_key
 
 # among keys of a gear set, though none is
 DELAY, LEAD, CONTACT_RATIO = "delay_rad", "lead_rad", "contact_ratio"

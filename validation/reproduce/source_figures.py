@@ -13,16 +13,16 @@ from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Field
 
-from fegear.errors import InputError
+from fegear.files.errors import InputError
+from fegear.files.output import read_text
 from fegear.gearset.problems import nearest
-from fegear.output import read_text
-from validation.data_files import STRICT, DataFile, Flag, Text, edits_by_key
 from validation.reproduce.computations.kinds import KINDS, AnyPart
 from validation.reproduce.machine_scene import MachineScene
 from validation.reproduce.parts import Part, Quantity, Train
 from validation.reproduce.readings import found_keys
 from validation.reproduce.references import Reference
 from validation.reproduce.scene import NoScene, Scene, scene_of
+from validation.study.data_files import STRICT, DataFile, Flag, Text, edits_by_key
 
 AnyScene = Scene | MachineScene | NoScene
 FOLDER = Path(__file__).parents[1] / "figures"

@@ -10,10 +10,10 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
-from fegear.errors import InputError
+from fegear.files.errors import InputError
+from fegear.files.output import make_directory
+from fegear.files.speeds import written_speeds
 from fegear.gearset.model import GearSet
-from fegear.output import make_directory
-from fegear.speeds import written_speeds
 from fegear.studies.headings import edits_in_words
 from fegear.studies.page import Page, Sheet, number
 from fegear.studies.study import Draw, Job, Range, Study, StudyResult, Task, setting
@@ -25,10 +25,10 @@ from fegear.studies.trains import (
     speeds_setting,
     torque_setting,
 )
-from lumped.drawing import draw_title
-from validation.budget import Budget, budget, budget_case
+from lumped.figures.drawing import draw_title
 from validation.report.figures import draw_budget
 from validation.report.values import budget_values
+from validation.study.budget import Budget, budget, budget_case
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -8,7 +8,7 @@ from functools import cached_property
 from typing import Any
 
 from fegear.gearset.model import GearSet
-from fegear.statics import StaticsSettings
+from fegear.statics.solving import StaticsSettings
 from fegear.studies.page import Columns, Grid, Page
 from fegear.studies.study import (
     NO_PICTURES,
@@ -30,7 +30,7 @@ from fegear.studies.trains import (
     mesh_setting,
     refuse_edits,
 )
-from validation.compare import Compared, compare_mesh
+from validation.study.compare import Compared, compare_mesh
 
 WORDS = "quantity", "closed form"
 COLUMNS: Columns = {

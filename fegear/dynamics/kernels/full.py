@@ -11,7 +11,7 @@ from fegear.dynamics.kernels.reduced import (
     REVERSED,
     record_step,
 )
-from lumped.compiled import compiled
+from lumped.common.compiled import compiled
 from lumped.kernels.contact import (
     CONVERGED,
     LOADS,

@@ -6,7 +6,7 @@ Newmark, J. Eng. Mech. Div. ASCE 85 (1959) 67, with the parameters gamma and bet
 
 from __future__ import annotations
 
-from lumped.compiled import inlined
+from lumped.common.compiled import inlined
 
 
 def predict(step, u, v, a):

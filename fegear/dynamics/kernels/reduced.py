@@ -15,7 +15,7 @@ import numpy as np
 
 from fegear.dynamics.kernels.arrays import Room, Row
 from fegear.dynamics.kernels.newmark import newmark_correct, newmark_predict
-from lumped.compiled import allocating, compiled, compiled_part, inlined
+from lumped.common.compiled import allocating, compiled, compiled_part, inlined
 from lumped.kernels.contact import (
     CONVERGED,
     LOADS,

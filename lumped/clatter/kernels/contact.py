@@ -10,7 +10,7 @@ import math
 
 from lumped.clatter.kernels.excitation import derive_drives, drive, excite
 from lumped.clatter.kernels.impact import complement, fill_delassus, solve_basis
-from lumped.compiled import compiled_part, inlined
+from lumped.common.compiled import compiled_part, inlined
 
 TERMS = 19  # of a series
 

@@ -24,7 +24,7 @@ from lumped.clatter.kernels.contact import (
 )
 from lumped.clatter.kernels.excitation import drive, excite
 from lumped.clatter.kernels.impact import impact
-from lumped.compiled import compiled, compiled_part, inlined
+from lumped.common.compiled import compiled, compiled_part, inlined
 from lumped.rattle.kernels.flight import reach
 
 LONG = 0.5  # periods of a step, at most

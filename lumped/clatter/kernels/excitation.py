@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from lumped.compiled import compiled_part, inlined
+from lumped.common.compiled import compiled_part, inlined
 from lumped.rattle.kernels.flight import TURN, turned
 
 

@@ -11,7 +11,7 @@ none.
 
 from __future__ import annotations
 
-from lumped.compiled import compiled, compiled_part
+from lumped.common.compiled import compiled, compiled_part
 
 ROUND_OFF = 1e-14
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 
-from lumped.compiled import compiled, inlined
+from lumped.common.compiled import compiled, inlined
 
 EXACT = 1e-15  # periods
 MOST_STEPS = 100_000

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 
-from lumped.compiled import compiled, inlined
+from lumped.common.compiled import compiled, inlined
 from lumped.rattle.kernels.flight import bounce, fly, forced, push
 
 START, SPEED, END, LAST, SIDE, NEXT, PRESSED = range(7)  # columns of arcs

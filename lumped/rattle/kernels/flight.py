@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import math
 
-from lumped.compiled import compiled, inlined
+from lumped.common.compiled import compiled, inlined
 
 TURN = 2.0 * math.pi
 LONG = 0.5  # turns of a first step, at most

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from lumped.compiled import compiled, inlined
+from lumped.common.compiled import compiled, inlined
 from lumped.rattle.kernels.flight import REST, bounce, fly, push, returned
 
 

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.compiled import compiled, inlined
+from lumped.common.compiled import compiled, inlined
 from lumped.rattle.kernels.arrays import SHORT, STEADY
 from lumped.rattle.kernels.flight import reach
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from lumped.compiled import compiled
+from lumped.common.compiled import compiled
 from lumped.rattle.kernels.flight import bounce, fly
 from lumped.rattle.kernels.settle import SAME, STICKING
 

@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from lumped.compiled import compiled, inlined
+from lumped.common.compiled import compiled, inlined
 from lumped.rattle.kernels.arrays import SHORT
 from lumped.rattle.kernels.flight import (
     AGAIN,

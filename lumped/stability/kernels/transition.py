@@ -15,7 +15,7 @@ import math
 
 import numpy as np
 
-from lumped.compiled import compiled, inlined
+from lumped.common.compiled import compiled, inlined
 
 MOST_TERMS = 40
 LARGE = 1e100  # of a state, which is then made small again

@@ -10,7 +10,7 @@ import pytest
 from typer.testing import CliRunner
 
 from fegear.cli import app
-from lumped.csv_text import parse_csv
+from lumped.common.csv_text import parse_csv
 
 FAST = ("liu-idler", "--excitation", "fourier", "--wave-harmonics", "3")
 SHORT = (*FAST, "--speeds", "1300:3600", "--harmonics", "8")

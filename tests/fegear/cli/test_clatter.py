@@ -11,7 +11,7 @@ from cli_commands import printed, rows_of
 
 from fegear.clatter.gearboxes import load_gearbox
 from fegear.cli import run
-from fegear.store import Keeping
+from fegear.files.store import Keeping
 from fegear.studies import running as study
 from fegear.studies.clatter import Clatter
 from lumped.clatter.groups import Group

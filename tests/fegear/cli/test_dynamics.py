@@ -17,7 +17,7 @@ import pytest
 from typer.testing import CliRunner
 
 from fegear.cli import app
-from lumped.sweep_table import read_sweep
+from lumped.steady.sweep_table import read_sweep
 
 MAIN = [sys.executable, "-c", "from fegear.cli import main; main()"]
 PAIR = ["dynamics", "liu-pair", "--torque", "100", "--fidelity", "quasistatic"]

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from lumped.csv_text import exact
+from lumped.common.csv_text import exact
 from tests.cli_commands import printed
 
 TORQUE, THIRD, SPEED = 123.4567, 1.0 / 3.0, 2345.678901

@@ -12,8 +12,8 @@ from pathlib import Path
 import pytest
 
 from fegear.cli import run
-from fegear.errors import file_error
-from fegear.printable import HARMFUL, printable
+from fegear.files.errors import file_error
+from fegear.files.printable import HARMFUL, printable
 
 WRONG = Path(__file__).with_name("wrong_inputs.txt")  # command | part of its line
 FULL = OSError(28, "No space left on device")
@@ -79,7 +79,7 @@ def test_no_name(capsys, words, kind):
 
 def test_a_full_disk_under_a_map(capsys, monkeypatch, tmp_path):
     path = tmp_path / "m.csv"
-    module = import_module("fegear.store")
+    module = import_module("fegear.files.store")
 
     def full(*_):
         raise FULL
@@ -93,7 +93,7 @@ def test_a_full_disk_under_a_map(capsys, monkeypatch, tmp_path):
 
 def test_a_full_disk_under_dynamics(capsys, monkeypatch, tmp_path):
     path = tmp_path / "d.csv"
-    module = import_module("fegear.store")
+    module = import_module("fegear.files.store")
 
     def full(*_):
         raise FULL

@@ -155,7 +155,7 @@ def test_the_list_of_commands_is_not_cut_off():
 
 def test_version(capsys):
     from fegear.cli import run
-    from fegear.version import package_version
+    from fegear.files.version import package_version
 
     assert run(["--version"]) == 0
     assert capsys.readouterr().out == f"fegear {package_version()}\n"

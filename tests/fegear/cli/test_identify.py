@@ -10,7 +10,7 @@ import pytest
 from typer.testing import CliRunner
 
 from fegear.cli import app
-from fegear.errors import InputError
+from fegear.files.errors import InputError
 
 FAST = ("liu-pair", "--resolution", "coarse")
 

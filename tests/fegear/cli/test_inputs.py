@@ -26,7 +26,7 @@ from fegear.gearset import read_gear_set
 from fegear.gearset.edit import LISTS, edited
 from fegear.gearset.problems import model_of
 from fegear.gearset.schema import Document, GearDefaults
-from validation import bench
+from validation.bench import benchmark as bench
 
 Tables = dict[str, Any]
 PAIR: Tables = {

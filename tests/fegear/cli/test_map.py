@@ -17,8 +17,8 @@ from typer.testing import CliRunner
 
 import fegear
 from fegear.cli import app
-from fegear.errors import InputError
-from fegear.store import Keeping
+from fegear.files.errors import InputError
+from fegear.files.store import Keeping
 
 RELIEF = "mesh.{}.tip_relief.magnitude_um"
 BASE = ("liu-idler", "--excitation", "rectangular", "--torque", "100")

@@ -8,7 +8,7 @@ import pytest
 from typer.testing import CliRunner
 
 from fegear.cli import app
-from fegear.errors import InputError
+from fegear.files.errors import InputError
 
 COMPLIANT = (68.8, 446.1, 498.7, 641.1, 889.2, 1076.2, 1200.4, 2528.8, 3851.1)
 

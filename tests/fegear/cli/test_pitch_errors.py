@@ -8,10 +8,10 @@ import pytest
 from typer.testing import CliRunner
 
 from fegear.cli import app
-from fegear.errors import InputError
-from lumped.maps import QUANTITIES
-from lumped.sweep_table import read_sweep
-from lumped.table import read_table
+from fegear.files.errors import InputError
+from lumped.steady.maps import QUANTITIES
+from lumped.steady.sweep_table import read_sweep
+from lumped.train.table import read_table
 
 PINION, WHEEL = (0, 3), (1, -2, 0.5, 2, -1)  # um, repeated around
 TEXT = f"""

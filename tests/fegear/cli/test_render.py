@@ -23,16 +23,16 @@ from scipy.spatial import cKDTree
 from typer.testing import CliRunner
 
 from fegear.cli import app
-from fegear.errors import InputError
+from fegear.files.errors import InputError
+from fegear.files.output import write_whole
 from fegear.gearset import load_gear_set
-from fegear.output import write_whole
 from fegear.rendering.fields import contact_field, mesh_scene
 from fegear.rendering.film import write_film
 from fegear.rendering.headless import drawing_window
 from fegear.rendering.look import HEADER as HEAD
 from fegear.rendering.look import MARGIN, SIZE, look_of, picture_aspect, ribbon_base
 from fegear.rendering.scene import draw
-from fegear.statics import StaticsSettings
+from fegear.statics.solving import StaticsSettings
 
 NO_PALETTE = np.zeros((256, 3), np.uint8)  # films .mp4 need none
 SMALL = ("--frames", "6", "--width", "480")
@@ -249,7 +249,7 @@ def test_strongest_colours_are_at_the_contact_and_in_the_loaded_fillets(scene):
 def test_first_frame_of_a_film_has_the_pressure_at_the_contact(
     scene, tmp_path, monkeypatch
 ):
-    monkeypatch.setattr("fegear.pictures.SAMPLES", 1)
+    monkeypatch.setattr("fegear.rendering.pictures.SAMPLES", 1)
     film = tmp_path / "cycle.mp4"
     run("--field", "pressure", "--frames", "2", "--torque", "100", "-o", str(film))
     about, frames = mp4_frames(film)

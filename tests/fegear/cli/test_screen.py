@@ -14,7 +14,7 @@ from fegear.cli.screen import ruled_table, screen
 from fegear.rendering.labels import BAR_LETTERS, legend
 from fegear.rendering.look import COLOURS, Look
 from fegear.studies.page import number
-from lumped.drawing import draw_legend, draw_title, panels
+from lumped.figures.drawing import draw_legend, draw_title, panels
 
 ROOT = Path(__file__).parents[3]
 RECTANGULAR = ["liu-pair", "--excitation", "rectangular"]
@@ -115,12 +115,12 @@ def test_titles_fit_above_their_figure(width):
 
 
 def test_what_is_an_axis_of_a_map_is_not_said_to_be_fixed(monkeypatch, tmp_path):
-    import lumped.map_figure
+    import lumped.figures.maps
 
     titles = []
-    draw = lumped.map_figure.draw_title
+    draw = lumped.figures.maps.draw_title
     monkeypatch.setattr(
-        lumped.map_figure,
+        lumped.figures.maps,
         "draw_title",
         lambda figure, title: titles.append(title) or draw(figure, title),
     )

@@ -8,7 +8,7 @@ import pytest
 from typer.testing import CliRunner
 
 from fegear.cli import app
-from fegear.errors import InputError
+from fegear.files.errors import InputError
 from fegear.gearset import builtin_names
 from fegear.studies.show import shaft_line
 

@@ -8,11 +8,11 @@ import pytest
 from cli_commands import printed, rows_of
 
 import fegear
-from fegear import lumped_models
 from fegear.cli import run
-from fegear.errors import InputError
+from fegear.files.errors import InputError
 from fegear.studies import stability
-from lumped.maps import Axis
+from fegear.train import lumped_models
+from lumped.steady.maps import Axis
 
 WORDS = [
     *("stability", "liu-idler", "--excitation", "rectangular", "--damping", "0.002"),

@@ -16,14 +16,14 @@ import pytest
 from typer.testing import CliRunner
 
 from fegear.cli import app
-from fegear.errors import InputError
+from fegear.files.errors import InputError
+from fegear.files.speeds import parsed_speeds, written_speeds
 from fegear.gearset import load_gear_set
-from fegear.lumped_models import lumped_system, usual_speeds
-from fegear.speeds import parsed_speeds, written_speeds
-from fegear.statics import StaticsSettings, solve_mesh
-from lumped.analytic import StiffnessFigures, analytic_excitation
-from lumped.response import Status
-from lumped.sweep_table import read_sweep
+from fegear.statics.solving import StaticsSettings, solve_mesh
+from fegear.train.lumped_models import lumped_system, usual_speeds
+from lumped.steady.response import Status
+from lumped.steady.sweep_table import read_sweep
+from lumped.train.analytic import StiffnessFigures, analytic_excitation
 
 FAST = ("liu-idler", "--excitation", "rectangular", "--torque", "100")
 
@@ -157,7 +157,7 @@ def test_the_coupled_model_takes_tables_of_several_torques(tmp_path):
 
 def test_a_divergence_keeps_the_rows_before_it(tmp_path, monkeypatch):
     # by name: the attribute of the package is the function
-    module = importlib.import_module("lumped.sweep")
+    module = importlib.import_module("lumped.steady.sweep")
     genuine = module.confirmed
 
     def diverging(stepper, frequency, *others):

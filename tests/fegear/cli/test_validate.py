@@ -9,10 +9,10 @@ from case_files import case_text
 from typer.testing import CliRunner
 
 import validation.random_sets.runs
-import validation.runs
+import validation.study.runs
 from fegear.cli import app
-from fegear.errors import InputError
-from lumped.sweep_table import read_sweep
+from fegear.files.errors import InputError
+from lumped.steady.sweep_table import read_sweep
 from validation.random_sets.runs import SetRun
 
 
@@ -101,14 +101,14 @@ def test_random_sets_run_alone(complete, code, tmp_path, monkeypatch):
 
 def test_after_ctrl_c_there_is_a_report_of_the_finished_cases(tmp_path, monkeypatch):
     out = tmp_path / "report"
-    made = validation.runs.run_case
+    made = validation.study.runs.run_case
 
     def first_only(case, *others):
         if case.name == "friction-pair":
             raise KeyboardInterrupt
         return made(case, *others)
 
-    monkeypatch.setattr(validation.runs, "run_case", first_only)
+    monkeypatch.setattr(validation.study.runs, "run_case", first_only)
     words = ["validate", str(own_case(tmp_path)), "friction-pair", "-o", str(out)]
     ended = CliRunner().invoke(app, words)
     assert ended.exit_code == 130

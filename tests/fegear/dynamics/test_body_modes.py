@@ -16,9 +16,9 @@ from fegear.dynamics.model import dynamic_model
 from fegear.dynamics.sides import contact_sides
 from fegear.dynamics.stepper import DynamicSettings, ReducedStepper
 from fegear.elasticity.modes import gear_modes, lowest_modes
-from lumped.settings import Settings
-from lumped.steady_state import steady_state
-from lumped.steppers import FixedStepper
+from lumped.steady.settings import Settings
+from lumped.steady.steady_state import steady_state
+from lumped.steady.steppers import FixedStepper
 
 FAMILIES, COUNT = range(4), 2
 

@@ -9,8 +9,8 @@ import pytest
 
 from fegear.dynamics.kernels import reduced as kernel
 from fegear.dynamics.stepper import DynamicSettings, Steps
-from lumped.response import FIGURES, Status
-from lumped.steady_state import steady_state
+from lumped.steady.response import FIGURES, Status
+from lumped.steady.steady_state import steady_state
 
 FREQUENCY = 1600.0  # Hz
 CUTOFFS = {"quasistatic": None, "reduced": 30e3}

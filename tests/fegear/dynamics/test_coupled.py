@@ -14,18 +14,18 @@ from fegear.dynamics.coupled import contacts_of
 from fegear.dynamics.sides import contact_sides
 from fegear.dynamics.stepper import DynamicSettings
 from fegear.elasticity.modes import lowest_modes
-from fegear.excitation import Source
 from fegear.gearset import load_gear_set
 from fegear.gearset.phases import mesh_phases
-from fegear.lumped_models import LumpedModel, lumped_system
-from fegear.statics import BODIES, solve_mesh
-from lumped.attractors import find_attractor
+from fegear.statics.solving import BODIES, solve_mesh
+from fegear.train.excitation import Source
+from fegear.train.lumped_models import LumpedModel, lumped_system
+from lumped.attractors.attractors import find_attractor
 from lumped.branches.period_map import PeriodMap
-from lumped.coupled import INGREDIENTS, contact_loads
-from lumped.respond import respond
-from lumped.settings import Settings
-from lumped.steady_state import steady_state
-from lumped.steppers import FixedStepper
+from lumped.steady.respond import respond
+from lumped.steady.settings import Settings
+from lumped.steady.steady_state import steady_state
+from lumped.steady.steppers import FixedStepper
+from lumped.train.coupled import INGREDIENTS, contact_loads
 
 HIGH = 120e3  # Hz, elastic modes of the finite elements
 

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from fegear.dynamics.coupled import contacts_of
-from fegear.statics import solve_mesh
+from fegear.statics.solving import solve_mesh
 from lumped import TrainError, respond
-from lumped.motion import arrive, time_history
-from lumped.table import pair_names, pair_teeth
+from lumped.steady.motion import arrive, time_history
+from lumped.train.table import pair_names, pair_teeth
 
 PINION, WHEEL = (0.0, 3e-6), (1e-6, -2e-6, 0.5e-6, 2e-6, -1e-6)  # repeated around
 ERRORS = (PINION * 19, WHEEL * 11)

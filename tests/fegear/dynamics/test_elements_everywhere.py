@@ -16,10 +16,10 @@ from fegear.dynamics.cross_mesh import _flank_table
 from fegear.dynamics.stepper import DynamicSettings, Steps
 from fegear.elasticity import sector
 from fegear.elasticity.material import PlaneMaterial
-from fegear.excitation import Excitations, Source
 from fegear.gearset import load_gear_set
-from fegear.lumped_models import lumped_system
-from fegear.statics import RESOLUTIONS
+from fegear.statics.solving import RESOLUTIONS
+from fegear.train.excitation import Excitations, Source
+from fegear.train.lumped_models import lumped_system
 from meshes import sector as meshing
 
 TORQUE, SPEED, CUTOFF = 100.0, 1500.0, 15e3

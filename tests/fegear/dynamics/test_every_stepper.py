@@ -13,12 +13,12 @@ import pytest
 from fegear.dynamics.checkpoint import StoredBranch
 from fegear.dynamics.coupled import contacts_of
 from fegear.dynamics.stepper import DynamicSettings
-from fegear.store import Records, open_checkpoint
-from lumped.response import FIGURES, Status
-from lumped.settings import Settings
-from lumped.steady_state import Diverged, steady_state
-from lumped.steppers import AdaptiveStepper, FixedStepper
-from lumped.sweep import Observer, sweep_branch
+from fegear.files.store import Records, open_checkpoint
+from lumped.steady.response import FIGURES, Status
+from lumped.steady.settings import Settings
+from lumped.steady.steady_state import Diverged, steady_state
+from lumped.steady.steppers import AdaptiveStepper, FixedStepper
+from lumped.steady.sweep import Observer, sweep_branch
 
 DAMPED = 0.4  # ratio, so that motions settle within few periods
 COARSE = DynamicSettings(steps=32, hub_angle=10.0, step_angle=10.0, tolerance=1e-5)

@@ -24,10 +24,10 @@ from fegear.dynamics.root_stress import root_influence
 from fegear.dynamics.stepper import DynamicSettings, Steps, steps_per_cycle
 from fegear.elasticity.material import PlaneMaterial
 from fegear.elasticity.sector import CyclicSector
-from fegear.statics import StaticsSettings, contact_problem
-from fegear.train import train_of
+from fegear.statics.solving import StaticsSettings, contact_problem
+from fegear.train.train import train_of
 from lumped import LumpedSystem
-from lumped.steady_state import steady_state
+from lumped.steady.steady_state import steady_state
 
 # as many steps as the laws have places
 SETTINGS = DynamicSettings(steps=128, hub_angle=10.0, step_angle=10.0)

@@ -11,12 +11,12 @@ import pytest
 
 from fegear.dynamics.build import FiniteElements, prepare
 from fegear.dynamics.stepper import DynamicSettings, Steps
-from fegear.errors import InputError
-from fegear.excitation import Excitations, Source
+from fegear.files.errors import InputError
 from fegear.gearset import read_gear_set
 from fegear.gearset.inertia import body_inertia, inertia_of, require_inertia_of_bodies
-from fegear.lumped_models import LumpedModel, lumped_system
-from lumped.steady_state import steady_state
+from fegear.train.excitation import Excitations, Source
+from fegear.train.lumped_models import LumpedModel, lumped_system
+from lumped.steady.steady_state import steady_state
 
 README = Path(__file__).parents[3] / "README.md"
 TORQUE, SPEEDS = 120.0, [200.0, 4000.0]

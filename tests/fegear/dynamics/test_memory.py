@@ -11,10 +11,10 @@ from fegear.dynamics import memory
 from fegear.dynamics.build import FiniteElements, prepare
 from fegear.dynamics.memory import full_bytes, require_memory
 from fegear.dynamics.stepper import DynamicSettings, Steps
-from fegear.errors import InputError
-from fegear.excitation import Excitations, Source
+from fegear.files.errors import InputError
 from fegear.gearset import load_gear_set
-from fegear.lumped_models import lumped_system
+from fegear.train.excitation import Excitations, Source
+from fegear.train.lumped_models import lumped_system
 
 FULL = FiniteElements(fidelity="full", mesh=0.35)
 

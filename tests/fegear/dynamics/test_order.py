@@ -7,7 +7,7 @@ import pytest
 
 from fegear.dynamics.kernels import reduced as kernel
 from fegear.dynamics.stepper import DynamicSettings, Steps
-from lumped.steady_state import steady_state
+from lumped.steady.steady_state import steady_state
 
 CUTOFF = 30e3  # Hz
 CYCLE = 128

@@ -12,11 +12,11 @@ from fegear.dynamics.build import FiniteElements, prepare
 from fegear.dynamics.history import history_table
 from fegear.dynamics.sides import BACK, DRIVE
 from fegear.dynamics.stepper import DynamicSettings, Steps, steps_per_cycle
-from fegear.errors import InputError
-from fegear.excitation import Excitations, Source
+from fegear.files.errors import InputError
 from fegear.gearset.phases import mesh_phases
-from fegear.statics import RESOLUTIONS, StaticsSettings, contact_problem
-from lumped.steady_state import steady_state
+from fegear.statics.solving import RESOLUTIONS, StaticsSettings, contact_problem
+from fegear.train.excitation import Excitations, Source
+from lumped.steady.steady_state import steady_state
 from validation.oracles import reduced_motion
 
 PINION, WHEEL = (0.0, 3e-6), (1e-6, -2e-6, 0.5e-6, 2e-6, -1e-6)  # repeated around
@@ -205,7 +205,7 @@ def test_every_fidelity_moves_as_the_pairs_of_teeth(fidelity, case_of):
     found = prepare(case.gear_set, 100.0, *given)
     response, _ = steady_state(found.stepper, 1000.0, settings)
     assert response.period_multiple.tolist() == [2]
-    from lumped.respond import respond as lumped_respond
+    from lumped.steady.respond import respond as lumped_respond
 
     one = lumped_respond(case.reference, 1000.0)
     assert one.period_multiple.tolist() == [2]

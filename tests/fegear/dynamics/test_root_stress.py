@@ -11,7 +11,7 @@ from fegear.dynamics.root_stress import REACH, FlankLoad, root_influence
 from fegear.elasticity.material import PlaneMaterial
 from fegear.elasticity.sector import LEFT, RIGHT, CyclicSector
 from fegear.gearset import load_gear_set
-from fegear.statics import StaticsSettings, contact_problem
+from fegear.statics.solving import StaticsSettings, contact_problem
 
 STEEL = PlaneMaterial(206e9, 0.3, "stress")
 OTHER = {RIGHT: LEFT, LEFT: RIGHT}

@@ -9,10 +9,10 @@ import pytest
 
 from fegear.dynamics.checkpoint import StoredBranch
 from fegear.dynamics.stepper import DynamicSettings, ReducedStepper
-from fegear.store import Records, open_checkpoint
-from lumped.response import FIGURES
-from lumped.steady_state import Diverged
-from lumped.sweep import Observer, sweep_branch
+from fegear.files.store import Records, open_checkpoint
+from lumped.steady.response import FIGURES
+from lumped.steady.steady_state import Diverged
+from lumped.steady.sweep import Observer, sweep_branch
 
 SPEEDS = [1000.0, 1010.0, 1020.0]
 SETTINGS = DynamicSettings(tolerance=1e-3)

@@ -11,16 +11,16 @@ import pytest
 from fegear.contact.pair_laws import pair_laws
 from fegear.dynamics.coupled import contacts_of, coupled_contacts
 from fegear.dynamics.table_laws import laws_at
-from fegear.errors import InputError
-from fegear.excitation import GivenTables, read_mesh_tables
-from fegear.lumped_models import LumpedModel, lumped_system
-from fegear.statics import StaticsSettings, contact_problem, solve_mesh
-from fegear.train import mesh_torques_at
-from lumped.path_laws import path_laws
-from lumped.settings import Settings
-from lumped.steady_state import steady_state
-from lumped.steppers import FixedStepper
-from lumped.table import MeshTable, format_table, pair_compliance_name
+from fegear.files.errors import InputError
+from fegear.statics.solving import StaticsSettings, contact_problem, solve_mesh
+from fegear.train.excitation import GivenTables, read_mesh_tables
+from fegear.train.lumped_models import LumpedModel, lumped_system
+from fegear.train.train import mesh_torques_at
+from lumped.steady.settings import Settings
+from lumped.steady.steady_state import steady_state
+from lumped.steady.steppers import FixedStepper
+from lumped.train.path_laws import path_laws
+from lumped.train.table import MeshTable, format_table, pair_compliance_name
 
 POSITIONS = 64
 TORQUES = 25.0, 50.0, 100.0, 200.0, 300.0  # N m on the input gear

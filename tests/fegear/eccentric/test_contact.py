@@ -16,8 +16,8 @@ from fegear.eccentric.elastic_wheel import ElasticWheel
 from fegear.elasticity.flank import flank_compliance
 from fegear.elasticity.material import PlaneMaterial
 from fegear.elasticity.sector import cyclic_sector
-from fegear.errors import InputError
-from fegear.store import Keeping
+from fegear.files.errors import InputError
+from fegear.files.store import Keeping
 from meshes import GearPair, MeshSize, SpurGear
 from meshes.eccentric import EccentricPair
 from meshes.eccentric.base import TRAILING

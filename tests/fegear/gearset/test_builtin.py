@@ -11,9 +11,9 @@ import pytest
 
 from fegear.gearset import Shaft, builtin_names, load_gear_set
 from fegear.gearset.derived import gear_set_figures
-from fegear.statics import StaticsSettings, solve_mesh
-from fegear.train import mesh_torques_at, train_of
-from lumped.modes import natural_modes
+from fegear.statics.solving import StaticsSettings, solve_mesh
+from fegear.train.train import mesh_torques_at, train_of
+from lumped.train.modes import natural_modes
 
 
 def test_names():

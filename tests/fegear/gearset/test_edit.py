@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from fegear.errors import InputError
+from fegear.files.errors import InputError
 from fegear.gearset import load_gear_set
 from fegear.gearset.edit import edited, parsed_value
 

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fegear.errors import InputError
+from fegear.files.errors import InputError
 from fegear.gearset import read_gear_set
 from meshes.gear import ceiled, floored
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from fegear.errors import InputError
+from fegear.files.errors import InputError
 from fegear.gearset import (
     Shaft,
     builtin_names,

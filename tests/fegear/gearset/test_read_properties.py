@@ -7,7 +7,7 @@ import math
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from fegear.errors import InputError
+from fegear.files.errors import InputError
 from fegear.gearset import read_gear_set
 
 GEAR_KEYS = {

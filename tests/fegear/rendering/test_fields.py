@@ -28,7 +28,7 @@ from fegear.rendering.fields import (
     sector_fields,
 )
 from fegear.rendering.sector_field import loadable_gear
-from fegear.statics import StaticsSettings
+from fegear.statics.solving import StaticsSettings
 from meshes import MeshSize, sector_mesh
 from meshes.profile import flank_frame, turn
 from validation.oracles import hertz

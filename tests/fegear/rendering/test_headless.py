@@ -8,7 +8,7 @@ from contextlib import contextmanager
 
 import pytest
 
-from fegear.errors import InputError
+from fegear.files.errors import InputError
 from fegear.rendering import headless
 
 EGL, X11 = "vtkEGLRenderWindow", "vtkXOpenGLRenderWindow"

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from history_files import CYCLES, HEADER, ROWS, columns, share, written
 
-from fegear.errors import InputError
+from fegear.files.errors import InputError
 from fegear.gearset import load_gear_set
 from fegear.rendering.recorded import mesh_motion, read_history
 

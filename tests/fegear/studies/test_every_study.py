@@ -19,9 +19,9 @@ from typer.testing import CliRunner
 import fegear
 from fegear.cli import app, run
 from fegear.cli import study_group as groups
-from fegear.errors import InputError
-from fegear.output import strict_json
-from fegear.store import Keeping
+from fegear.files.errors import InputError
+from fegear.files.output import strict_json
+from fegear.files.store import Keeping
 from fegear.studies import STUDIES, load_study
 from fegear.studies.page import Grid, Page, cell
 from fegear.studies.running import run as run_study
@@ -36,7 +36,7 @@ from fegear.studies.study import (
     setting,
 )
 from fegear.studies.table import Table
-from lumped.drawing import panels
+from lumped.figures.drawing import panels
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -11,14 +11,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from lumped.branches.balance import HarmonicBalance
-from lumped.excitation import MeshExcitation, PairExcitation
-from lumped.respond import respond
-from lumped.settings import Settings
-from lumped.steady_state import Speed
-from lumped.steppers import stepper_of
-from lumped.system import LumpedSystem
-from lumped.train import TrainError
-from lumped.waves import constant, from_samples
+from lumped.steady.respond import respond
+from lumped.steady.settings import Settings
+from lumped.steady.steady_state import Speed
+from lumped.steady.steppers import stepper_of
+from lumped.train.excitation import MeshExcitation, PairExcitation
+from lumped.train.system import LumpedSystem
+from lumped.train.train import TrainError
+from lumped.train.waves import constant, from_samples
 
 FINE = Settings(method="dopri5", accuracy=1e-10, tolerance=1e-10)
 LOST = 1600.0  # Hz at which the idler loses contact

@@ -19,8 +19,8 @@ from lumped import (
 )
 from lumped.branches.motions import OverSpeed
 from lumped.branches.periodic import BranchFinder, BranchSettings
-from lumped.excitation import MeshExcitation, PairExcitation
-from lumped.waves import constant, from_samples
+from lumped.train.excitation import MeshExcitation, PairExcitation
+from lumped.train.waves import constant, from_samples
 
 RADII, INERTIAS = (0.05, 0.08), (3e-3, 2e-2)  # m, kg m2
 MASS = 1.0 / sum(r * r / i for r, i in zip(RADII, INERTIAS, strict=True))

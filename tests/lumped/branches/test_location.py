@@ -15,9 +15,9 @@ from lumped.branches.motions import OverFigure, OverSpeed
 from lumped.branches.periodic import BranchFinder, BranchSettings
 from lumped.branches.plain import plain_branch, read_branch
 from lumped.branches.shooting import shoot
-from lumped.settings import Settings
-from lumped.steady_state import Speed
-from lumped.steppers import AdaptiveStepper
+from lumped.steady.settings import Settings
+from lumped.steady.steady_state import Speed
+from lumped.steady.steppers import AdaptiveStepper
 
 LIMITS = 2000.0, 3400.0  # Hz, with a branch of twice the period that doubles again
 FEW, MANY = 8, 40

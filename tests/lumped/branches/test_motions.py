@@ -8,7 +8,7 @@ import pytest
 from lumped import respond
 from lumped.branches.motions import Motions, OverFigure, OverSpeed
 from lumped.branches.periodic import BranchFinder, BranchSettings
-from lumped.settings import Settings
+from lumped.steady.settings import Settings
 
 SPEED, HARMONICS = 1450.0, 10
 LIMITS = 0.035, 0.1  # damping ratios

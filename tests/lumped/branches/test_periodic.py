@@ -10,11 +10,11 @@ import pytest
 from lumped.branches.balance import HarmonicBalance
 from lumped.branches.motions import OverSpeed
 from lumped.branches.periodic import BranchFinder, BranchSettings
-from lumped.jumps import find_jumps
-from lumped.settings import Settings
-from lumped.steady_state import Speed
-from lumped.steppers import stepper_of
-from lumped.sweep import sweep
+from lumped.steady.jumps import find_jumps
+from lumped.steady.settings import Settings
+from lumped.steady.steady_state import Speed
+from lumped.steady.steppers import stepper_of
+from lumped.steady.sweep import sweep
 
 LIMITS = 1300.0, 3600.0
 HARMONICS = 12

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from lumped import Settings, respond_with_history
-from lumped.analytic import static_error
 from lumped.closed_forms import (
     limits,
     linear_amplitude,
@@ -18,6 +17,7 @@ from lumped.closed_forms import (
     resonance,
     with_superharmonic,
 )
+from lumped.train.analytic import static_error
 
 EXACT = Settings(method="dopri5", tolerance=1e-7)
 FORCE = 100.0 / 0.04535  # N

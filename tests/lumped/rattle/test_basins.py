@@ -9,6 +9,7 @@ import tracemalloc
 import numpy as np
 import pytest
 
+from lumped.figures.rattle import color_of_motion, colors_of, draw_basins
 from lumped.rattle.attractors import Attractor, sort_departures
 from lumped.rattle.basins import (
     Basins,
@@ -18,7 +19,6 @@ from lumped.rattle.basins import (
     settle_tile,
 )
 from lumped.rattle.departures import settle_departures, settling_returns
-from lumped.rattle.figure import color_of_motion, colors_of, draw_basins
 from lumped.rattle.kernels.settle import CHANGING
 from lumped.rattle.machine import TURN, Machine
 from lumped.rattle.orbits import usual_speed

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from fegear.studies.rattle_noise import proportion_limits
+from lumped.figures.rattle import draw_noise
 from lumped.rattle.assembly import Assembly
 from lumped.rattle.departures import follow
-from lumped.rattle.figure import draw_noise
 from lumped.rattle.machine import Machine
 from lumped.rattle.motions import Motion, Motions
 from lumped.rattle.noise import (

@@ -9,16 +9,16 @@ import pytest
 from friction_pairs import COUPLED, pair_system
 from matplotlib.collections import PolyCollection
 
-from fegear.excitation import Source
 from fegear.gearset import load_gear_set
-from fegear.lumped_models import LumpedModel, lumped_system
-from lumped.drawing import COLORS
-from lumped.friction import ToothFriction
+from fegear.train.excitation import Source
+from fegear.train.lumped_models import LumpedModel, lumped_system
+from lumped.figures.drawing import COLORS
+from lumped.figures.stability import draw_chart
 from lumped.stability.combinations import combinations
-from lumped.stability.figure import draw_chart
 from lumped.stability.intervals import examined
 from lumped.stability.multipliers import largest_multiplier, multipliers
 from lumped.stability.periodic import periodic_system
+from lumped.train.friction import ToothFriction
 
 LOW, HIGH = 1.7, 12.4  # Hz
 

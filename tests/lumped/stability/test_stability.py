@@ -14,11 +14,9 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 from scipy.optimize import fsolve
 
-from fegear.excitation import Source
 from fegear.gearset import load_gear_set
-from fegear.lumped_models import LumpedModel, lumped_system
-from lumped.analytic import StiffnessFigures, analytic_excitation
-from lumped.friction import ToothFriction, base_pitch, friction_rows, with_bending
+from fegear.train.excitation import Source
+from fegear.train.lumped_models import LumpedModel, lumped_system
 from lumped.stability.combinations import combinations
 from lumped.stability.intervals import examined
 from lumped.stability.multipliers import (
@@ -29,8 +27,10 @@ from lumped.stability.multipliers import (
     transition,
 )
 from lumped.stability.periodic import PeriodicSystem, periodic_system
-from lumped.system import LumpedSystem
-from lumped.train import TrainError
+from lumped.train.analytic import StiffnessFigures, analytic_excitation
+from lumped.train.friction import ToothFriction, base_pitch, friction_rows, with_bending
+from lumped.train.system import LumpedSystem
+from lumped.train.train import TrainError
 from validation.oracles.hill import exact_transition, first_order_form, recursion
 
 SPEEDS = np.linspace(1.7, 12.0, 400)

@@ -13,13 +13,13 @@ from pydantic import Field
 
 from fegear.clatter.gearboxes import load_gearbox
 from lumped.clatter.chaos import lyapunov_exponent
-from lumped.clatter.figure import sample_plays
 from lumped.clatter.groups import Group
 from lumped.clatter.runs import middle, move
-from lumped.progress import Progress
-from validation.data_files import STRICT
+from lumped.common.progress import Progress
+from lumped.figures.clatter import sample_plays
 from validation.reproduce.parts import Curve, Part, PartResult
 from validation.reproduce.scene import NoScene
+from validation.study.data_files import STRICT
 
 Count = Annotated[int, Field(strict=True, ge=1, le=10_000)]
 Array = NDArray[np.float64]

@@ -16,12 +16,12 @@ from pydantic import Field
 
 from fegear.eccentric.drawing import assembled, turned
 from fegear.eccentric.gearing import Gearing
-from lumped.progress import Progress
+from lumped.common.progress import Progress
 from meshes.eccentric import EccentricPair
 from meshes.eccentric.base import largest_eccentricity
-from validation.data_files import STRICT, Flag
 from validation.reproduce.parts import Curve, Part, PartResult, Style, Value
 from validation.reproduce.scene import NoScene
+from validation.study.data_files import STRICT, Flag
 
 Array = NDArray[np.float64]
 Share = Annotated[float, Field(ge=0.0, lt=1.0)]

@@ -11,9 +11,8 @@ from fegear.dynamics.stepper import DynamicSettings, ImplicitStepper
 from fegear.studies.dynamics import Dynamics
 from fegear.studies.running import run
 from fegear.studies.trains import NamedSet
-from lumped.progress import Progress
-from lumped.sweep import Direction
-from validation.data_files import Speeds, parsed_speeds
+from lumped.common.progress import Progress
+from lumped.steady.sweep import Direction
 from validation.reproduce.computations.frequency_response import (
     SWEPT,
     require_finished,
@@ -22,6 +21,7 @@ from validation.reproduce.computations.frequency_response import (
 )
 from validation.reproduce.parts import Part, PartResult
 from validation.reproduce.scene import Scene, excitations_of
+from validation.study.data_files import Speeds, parsed_speeds
 
 
 @dataclass(frozen=True, kw_only=True)

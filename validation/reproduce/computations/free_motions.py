@@ -10,13 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from lumped.progress import Progress
+from lumped.common.progress import Progress
 from lumped.stability.multipliers import integrated, largest_multiplier
 from lumped.stability.periodic import PeriodicSystem, periodic_system
-from lumped.system import LumpedSystem
-from validation.data_files import Speeds, parsed_speeds
+from lumped.train.system import LumpedSystem
 from validation.reproduce.parts import Curve, Part, PartResult
 from validation.reproduce.scene import Scene
+from validation.study.data_files import Speeds, parsed_speeds
 
 Array = NDArray[np.float64]
 SAMPLES = 16  # of a common period

@@ -9,12 +9,12 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
+from fegear.figures.theory import response_points
 from fegear.studies.branches import Branches
 from fegear.studies.running import run
 from fegear.studies.sweep import Sweep
 from fegear.studies.theory import Theory
 from fegear.studies.trains import NamedSet
-from fegear.theory_figure import response_points
 from lumped.branches.bifurcations import (
     CROSSING,
     DOUBLING,
@@ -25,11 +25,10 @@ from lumped.branches.bifurcations import (
 from lumped.branches.periodic import BranchSettings, PeriodicBranch
 from lumped.closed_forms import separation_angle
 from lumped.closed_forms.predictions import Prediction
-from lumped.jumps import find_jumps, find_peaks, opposites
-from lumped.progress import Progress
-from lumped.response import Status
-from lumped.sweep import Branch, Direction
-from validation.data_files import Number, Speeds, parsed_speeds
+from lumped.common.progress import Progress
+from lumped.steady.jumps import find_jumps, find_peaks, opposites
+from lumped.steady.response import Status
+from lumped.steady.sweep import Branch, Direction
 from validation.reproduce.parts import (
     Curve,
     Harmonics,
@@ -38,6 +37,7 @@ from validation.reproduce.parts import (
     Style,
 )
 from validation.reproduce.scene import Scene
+from validation.study.data_files import Number, Speeds, parsed_speeds
 
 Frequency = Annotated[Number, Field(gt=0.0, lt=1e6)]
 Found = dict[str, tuple[float, ...]]

@@ -11,11 +11,11 @@ import numpy as np
 from fegear.studies.running import run
 from fegear.studies.trains import NamedSet
 from fegear.studies.wave import Wave
-from lumped.progress import Progress
-from validation.metrics import CYCLE_POINTS, force_cycle
+from lumped.common.progress import Progress
 from validation.reproduce.computations.frequency_response import Frequency
 from validation.reproduce.parts import Curve, Part, PartResult
 from validation.reproduce.scene import Scene
+from validation.study.metrics import CYCLE_POINTS, force_cycle
 
 CYCLE = np.arange(CYCLE_POINTS) / CYCLE_POINTS  # of a mesh
 

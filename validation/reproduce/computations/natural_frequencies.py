@@ -9,10 +9,10 @@ from typing import Annotated, ClassVar, Literal
 import numpy as np
 from pydantic import Field
 
-from lumped.progress import Progress
-from validation.data_files import Positive, Text
+from lumped.common.progress import Progress
 from validation.reproduce.parts import Curve, Part, PartResult
 from validation.reproduce.scene import Scene
+from validation.study.data_files import Positive, Text
 
 MODES = 3  # the highest, that strain two meshes and what is between them
 

@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import AfterValidator, Field
 
-from fegear.errors import InputError
+from fegear.files.errors import InputError
+from fegear.files.speeds import parsed_speeds
 from fegear.gearset.edit import require_known_key
-from fegear.speeds import parsed_speeds
 from fegear.studies.map import respond_at, respond_over
 from fegear.studies.varied import OF_TEETH
 from lumped.closed_forms import (
@@ -27,16 +27,16 @@ from lumped.closed_forms import (
     peak_amplitude,
     resonance,
 )
-from lumped.maps import Axis, Cell, ParameterMap, run_map
-from lumped.progress import Progress
-from lumped.settings import Settings
-from lumped.sweep import Direction, sweep_all
-from lumped.system import LumpedSystem
-from lumped.workers import in_threads
-from validation.data_files import STRICT, Number, Speeds
+from lumped.common.progress import Progress
+from lumped.common.workers import in_threads
+from lumped.steady.maps import Axis, Cell, ParameterMap, run_map
+from lumped.steady.settings import Settings
+from lumped.steady.sweep import Direction, sweep_all
+from lumped.train.system import LumpedSystem
 from validation.reproduce.computations.frequency_response import require_finished
 from validation.reproduce.parts import Curve, Part, PartResult, Value
 from validation.reproduce.scene import CONTACT_RATIO, DELAY, LEAD, Scene
+from validation.study.data_files import STRICT, Number, Speeds
 
 Array = NDArray[np.float64]
 Point = tuple[float, ...]

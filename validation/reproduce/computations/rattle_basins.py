@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from lumped.progress import Progress
+from lumped.common.progress import Progress
 from lumped.rattle.attractors import CHAOTIC, QUIET, Attractor, sort_departures
 from lumped.rattle.departures import follow, settle_departures
 from lumped.rattle.machine import Machine
@@ -22,9 +22,9 @@ from lumped.rattle.manifolds import (
     saddles,
 )
 from lumped.rattle.orbits import Orbit, find_orbits
-from validation.data_files import Flag, Number, Positive
 from validation.reproduce.machine_scene import MachineScene
 from validation.reproduce.parts import Curve, Part, PartResult
+from validation.study.data_files import Flag, Number, Positive
 
 Array = NDArray[np.float64]
 Numbers = NDArray[np.int64]

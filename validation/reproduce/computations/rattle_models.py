@@ -12,13 +12,13 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from fegear.rattle.machines import load_machine
-from lumped.progress import Progress
+from lumped.common.progress import Progress
 from lumped.rattle.assembly import Assembly
 from lumped.rattle.quiet import quiet_motion
 from lumped.rattle.receptances import critical_by_receptances
-from validation.data_files import STRICT, Flag, Number, Text
 from validation.reproduce.machine_scene import MachineScene
 from validation.reproduce.parts import Curve, Part, PartResult, Style
+from validation.study.data_files import STRICT, Flag, Number, Text
 
 Array = NDArray[np.float64]
 

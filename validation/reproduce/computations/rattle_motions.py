@@ -10,12 +10,12 @@ from typing import Annotated, ClassVar, Literal
 import numpy as np
 from pydantic import Field
 
-from lumped.progress import Progress
+from lumped.common.progress import Progress
 from lumped.rattle.assembly import Assembly
 from lumped.rattle.motions import Motion, Motions
-from validation.data_files import Flag, Positive
 from validation.reproduce.machine_scene import MachineScene
 from validation.reproduce.parts import Curve, Part, PartResult
+from validation.study.data_files import Flag, Positive
 
 SIDE = 5  # starts a side: 25 panels of the source
 POINTS = 100  # of a turn that is drawn

@@ -15,7 +15,7 @@ from pydantic import Field
 from fegear.rattle.bifurcation import Search, find_bifurcations
 from fegear.rattle.existence import Plane, find_existence
 from lumped.branches.bifurcations import stretches
-from lumped.progress import Progress
+from lumped.common.progress import Progress
 from lumped.rattle.arcs import arcs_of, history_of
 from lumped.rattle.attractors import CHAOTIC, QUIET, Naming
 from lumped.rattle.branches import GRAZING, OrbitBranch, machine_with
@@ -23,9 +23,9 @@ from lumped.rattle.curves import Curve as Bifurcations
 from lumped.rattle.departures import follow, settle_departures
 from lumped.rattle.machine import TURN, Machine
 from lumped.rattle.orbits import find_orbits
-from validation.data_files import STRICT, Number, Text
 from validation.reproduce.machine_scene import MachineScene
 from validation.reproduce.parts import Curve, Part, PartResult, Style
+from validation.study.data_files import STRICT, Number, Text
 
 Array = NDArray[np.float64]
 NAME = r"P\(\d+,\d+,\d+\)"

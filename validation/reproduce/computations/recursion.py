@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from lumped.progress import Progress
-from validation.data_files import Number, Positive
+from lumped.common.progress import Progress
 from validation.oracles.hill import (
     exact_transition,
     exponentials,
@@ -20,6 +19,7 @@ from validation.oracles.hill import (
 )
 from validation.reproduce.parts import Curve, Part, PartResult
 from validation.reproduce.scene import NoScene
+from validation.study.data_files import Number, Positive
 
 Array = NDArray[np.float64]
 Count = Annotated[int, Field(strict=True, ge=1, le=10_000)]

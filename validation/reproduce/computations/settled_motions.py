@@ -9,15 +9,15 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
-from lumped.attractor_sweeps import AttractorBranch, sweep_attractors
-from lumped.attractors import Kind, SectionSettings
+from lumped.attractors.attractor_sweeps import AttractorBranch, sweep_attractors
+from lumped.attractors.attractors import Kind, SectionSettings
 from lumped.branches.motions import OverSpeed
-from lumped.progress import Progress
-from lumped.settings import Settings
-from lumped.sweep import Direction, reporting
-from validation.data_files import Flag, Speeds, parsed_speeds
+from lumped.common.progress import Progress
+from lumped.steady.settings import Settings
+from lumped.steady.sweep import Direction, reporting
 from validation.reproduce.parts import Curve, Part, PartResult
 from validation.reproduce.scene import Scene
+from validation.study.data_files import Flag, Speeds, parsed_speeds
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -10,16 +10,16 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from fegear.dynamics.stepper import DynamicSettings
-from lumped.motion import spectrum
-from lumped.progress import Progress
-from lumped.settings import Settings
-from lumped.steady_state import Speed, Stepper
-from lumped.steppers import stepper_of
-from lumped.sweep import Station, settle_in_turn
-from validation.data_files import Flag, Speeds, parsed_speeds
+from lumped.common.progress import Progress
+from lumped.steady.motion import spectrum
+from lumped.steady.settings import Settings
+from lumped.steady.steady_state import Speed, Stepper
+from lumped.steady.steppers import stepper_of
+from lumped.steady.sweep import Station, settle_in_turn
 from validation.reproduce.computations.finite_elements import element_stepper
 from validation.reproduce.parts import Curve, Part, PartResult
 from validation.reproduce.scene import Scene
+from validation.study.data_files import Flag, Speeds, parsed_speeds
 
 Array = NDArray[np.float64]
 HIGH, LOW = 0.05, 1e-4  # of the largest amplitude: high peaks, and all

@@ -8,14 +8,14 @@ from typing import ClassVar, Literal
 
 import numpy as np
 
-from lumped.progress import Progress
+from lumped.common.progress import Progress
 from lumped.stability.combinations import combinations
 from lumped.stability.intervals import Column, examined
 from lumped.stability.periodic import PeriodicSystem, periodic_system
-from validation.data_files import Flag, Speeds, parsed_speeds
 from validation.reproduce.computations.parameter_studies import Over
 from validation.reproduce.parts import Curve, Part, PartResult, Style
 from validation.reproduce.scene import CONTACT_RATIO, Scene
+from validation.study.data_files import Flag, Speeds, parsed_speeds
 
 COMBINATION = r"[^.]+\.(expected_)?(low|high|width)"
 

@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from fegear.statics import solve_mesh
+from fegear.statics.solving import solve_mesh
 from lumped.closed_forms.parametric import excitation_harmonics
-from lumped.friction import base_pitch, torque_shares
-from lumped.progress import Progress
+from lumped.common.progress import Progress
+from lumped.train.friction import base_pitch, torque_shares
 from validation.reproduce.computations.parameter_studies import Over
 from validation.reproduce.parts import Curve, Part, PartResult
 from validation.reproduce.scene import Scene, excitations_of

@@ -1,0 +1,194 @@
+"""Figures of mesh tables; functions of a result, drawn without a screen."""
+
+from __future__ import annotations
+
+import itertools
+import math
+import warnings
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fegear.files.printable import printable
+from lumped.figures.drawing import draw_title, panels
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from fegear.statics.solving import StaticsResult
+    from lumped.train.table import MeshTable
+
+SHOWN_PITCHES = 8
+PAIR_COLORS = ("tab:orange", "tab:red", "tab:brown", "tab:pink", "tab:olive")
+DARKEST, LIGHTEST = 0.0, 0.85  # of the colours of torques
+
+
+def save_figure(figure: Figure, path: Path, dots_per_inch: int = 130) -> None:
+    """Write a picture of the kind that the ending says, a device takes PNG.
+
+    Dates and versions are left out so that equal input gives equal files.
+    """
+    draw_words_as_they_are(figure)
+    kind = path.suffix.lower().removeprefix(".") or "png"
+    unused = {"png": "Software", "pdf": "CreationDate", "svg": "Date"}[kind]
+    from matplotlib import rc_context
+
+    with warnings.catch_warnings(), rc_context({"svg.hashsalt": "fegear"}):
+        warnings.filterwarnings("ignore", "Glyph .* missing from font")
+        figure.savefig(path, format=kind, dpi=dots_per_inch, metadata={unused: None})
+
+
+def draw_words_as_they_are(figure: Figure) -> None:
+    """No mathematics in names with dollar signs, and nothing that steers a reader."""
+    from matplotlib.text import Text
+
+    for text in figure.findobj(Text):
+        if content := text.get_text():
+            text.set_text(printable(content))
+            text.set_parse_math(False)
+
+
+def draw_table(result: StaticsResult, title: str = "") -> Figure:
+    """Stiffness, transmission error and load sharing over one base pitch.
+
+    Over SHOWN_PITCHES at most where tooth pairs differ by their pitch errors.
+    """
+    shown = min(result.pitches, SHOWN_PITCHES)
+    table = _first_pitches(result.table, shown, result.pitches)
+    heights = (1.35, 1.0, 1.0, 0.8)
+    figure, rows = panels(4, size=(10.0, 11.6), heights=heights, share=True)
+    stiffness, error, varying, share = every = [row[0] for row in rows]
+    middle = table.torque_Nm.size // 2
+    _draw_stiffness(stiffness, table, middle)
+    _draw_error(error, table)
+    _draw_varying_error(varying, table)
+    _draw_share(share, table, middle)
+    for axes in every:
+        _shade_contact(axes, table, middle, named=axes is stiffness)
+        # beside the panel, where it covers no curve
+        axes.legend(fontsize=8, loc="center left", bbox_to_anchor=(1.01, 0.5))
+    left = f", first {shown} of {result.pitches}" if shown < result.pitches else ""
+    share.set_xlabel(f"mesh position [base pitches from the pitch point{left}]")
+    share.set_xlim(0.0, shown)
+    draw_title(figure, title)
+    return figure
+
+
+def _first_pitches(table: MeshTable, shown: int, pitches: int) -> MeshTable:
+    """As many base pitches of a table as are shown."""
+    kept = slice(0, table.position.size * shown // pitches)
+    columns = {name: values[:, kept] for name, values in table.columns.items()}
+    return replace(table, position=table.position[kept], columns=columns)
+
+
+def _closed(table: MeshTable, values: NDArray) -> tuple[NDArray, NDArray]:
+    """A column over one base pitch with its first value repeated at position 1."""
+    if table.position[-1] >= 1.0:
+        return table.position, values
+    return np.append(table.position, table.position[0] + 1.0), np.append(
+        values, values[0]
+    )
+
+
+def _torque_colors(table: MeshTable) -> list[Any]:
+    """A colour for each torque, lighter from one to the next."""
+    from matplotlib import colormaps
+
+    return list(
+        colormaps["viridis"](np.linspace(DARKEST, LIGHTEST, table.torque_Nm.size))
+    )
+
+
+def _draw_by_torque(
+    axes: Axes, table: MeshTable, values: NDArray, labels: Sequence[str]
+) -> None:
+    """A curve for each torque with its label."""
+    for color, label, curve in zip(_torque_colors(table), labels, values, strict=True):
+        axes.plot(*_closed(table, curve), color=color, lw=1.8, label=label)
+
+
+def _at_torques(table: MeshTable, words: str) -> list[str]:
+    return [words.format(torque) for torque in table.torque_Nm]
+
+
+def _draw_stiffness(axes: Axes, table: MeshTable, middle: int) -> None:
+    labels = _at_torques(table, "total at {:.4g} N m")
+    _draw_by_torque(axes, table, 1e-6 * table["stiffness_N_per_m"], labels)
+    torque, color = table.torque_Nm[middle], _torque_colors(table)[middle]
+    position, k = _closed(table, table["local_stiffness_N_per_m"][middle])
+    label = f"local slope dF/dδ\nat {torque:.4g} N m"
+    axes.plot(position, 1e-6 * k, ":", color=color, lw=1.4, label=label)
+    for pair in range(1, table.pair_count + 1):
+        values = table[f"pair{pair}_stiffness_N_per_m"][middle]
+        shown = np.where(values > 0.0, values, np.nan)
+        axes.plot(
+            table.position,
+            1e-6 * shown,
+            color=PAIR_COLORS[(pair - 1) % len(PAIR_COLORS)],
+            ls="--",
+            lw=1.4,
+            label=f"pair {pair} at {torque:.4g} N m",
+        )
+    axes.set_ylabel("mesh stiffness F / (δ - δ₀) [N/um]")
+    axes.set_ylim(bottom=0.0)
+
+
+def _draw_error(axes: Axes, table: MeshTable) -> None:
+    labels = _at_torques(table, "loaded, {:.4g} N m")
+    _draw_by_torque(axes, table, 1e6 * table["ste_m"], labels)
+    position, nlte = _closed(table, table["nlte_m"][0])
+    axes.plot(position, 1e6 * nlte, "r--", lw=1.2, label="no load")
+    axes.set_ylabel("static transmission\nerror δ [um]")
+    axes.set_ylim(bottom=min(0.0, 1.1e6 * float(nlte.min())))
+
+
+def _draw_varying_error(axes: Axes, table: MeshTable) -> None:
+    """The transmission error about its mean, which excites vibration."""
+    error = 1e6 * table["ste_m"]
+    labels = [
+        f"{torque:.4g} N m,\npeak to peak {range_:.3g} um"
+        for torque, range_ in zip(table.torque_Nm, np.ptp(error, axis=1), strict=True)
+    ]
+    mean = error.mean(axis=1, keepdims=True)
+    _draw_by_torque(axes, table, error - mean, labels)
+    axes.set_ylabel("transmission error\nabout its mean [um]")
+
+
+def _draw_share(axes: Axes, table: MeshTable, middle: int) -> None:
+    for pair in range(1, table.pair_count + 1):
+        axes.plot(
+            table.position,
+            100.0 * table[f"pair{pair}_load_share"][middle],
+            color=PAIR_COLORS[(pair - 1) % len(PAIR_COLORS)],
+            label=f"pair {pair}",
+        )
+    axes.set_ylabel(f"load share [%]\nat {table.torque_Nm[middle]:.4g} N m")
+    axes.set_ylim(-3.0, 103.0)
+
+
+def _shade_contact(axes: Axes, table: MeshTable, middle: int, named: bool) -> None:
+    """Shade where two and more pairs are loaded; name the stretches."""
+    count = table["n_pairs"][middle].astype(int)
+    edges = np.flatnonzero(np.diff(count)) + 1
+    position = np.append(table.position, math.floor(table.position[-1]) + 1.0)
+    bounds = [0, *edges, len(count)]
+    names = {1: "single", 2: "double", 3: "triple"}
+    for low, high in itertools.pairwise(bounds):
+        pairs = int(count[low])
+        start, end = position[low], position[high]
+        if pairs > 1:
+            axes.axvspan(start, end, color="tab:cyan", alpha=0.06 * pairs, lw=0)
+        if named and end - start > 0.08:
+            axes.text(
+                0.5 * (start + end),
+                1.01,
+                names.get(pairs, f"{pairs} pairs"),
+                transform=axes.get_xaxis_transform(),
+                ha="center",
+                fontsize=8,
+            )

@@ -1,0 +1,93 @@
+"""Pictures of closed forms: frequency response with its unstable branches."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lumped.closed_forms import contact_loss_amplitude, steady_vibrations
+from lumped.closed_forms.predictions import Prediction
+from lumped.figures.drawing import color_of, draw_legend, draw_title, panels
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from fegear.studies.theory import TheoryResult
+
+Array = NDArray[np.float64]
+AMPLITUDES = 400  # along a curve
+OPEN = 2.0  # times that of first lost contact, up to which an open curve is shown
+NEAR = 0.25  # of the resonant speed, how far from it a curve goes
+MARKERS: dict[str, Any] = {"linestyle": "", "marker": "o", "markersize": 1.8}
+PALE = 0.3  # share of the colour that unstable vibrations keep
+
+
+def draw_theory(theory: TheoryResult) -> Figure:
+    """RMS of the DTE [um] over the mesh frequency, a panel for each mesh."""
+    meshes = theory.parametric.stiffness.size
+    figure, rows = panels(meshes, size=(9.0, 1.2 + 3.4 * meshes), share=True)
+    points = [(each, *response_points(each)) for each in theory.found]
+    points = [entry for entry in points if entry[1].size]
+    names = list(dict.fromkeys(_kind(each) for each, *_ in points))
+    for each, amplitude, frequency, stable in points:
+        full = color_of(names.index(_kind(each)))
+        for m, (axes,) in enumerate(rows):
+            rms = 1e6 * each.resonance.amplitudes(1.0)[m] / math.sqrt(2.0) * amplitude
+            for flags, color in ((~stable, _pale(full)), (stable, full)):
+                axes.plot(frequency[flags], rms[flags], color=color, **MARKERS)
+    for m, (axes,) in enumerate(rows):
+        axes.set_ylabel(f"mesh {m + 1}: RMS of dynamic\ntransmission error [um]")
+        axes.set_ylim(bottom=0.0)
+    rows[-1][0].set_xlabel("mesh frequency of the first mesh [Hz]")
+    draw_legend(figure, _handles(names), columns=4)
+    values = theory.summary
+    draw_title(
+        figure,
+        f"{values['gear_set']} by closed forms, {values['torque_Nm']:g} N m, model "
+        f"{values['model']}, {values['excitation']}, damping ratio "
+        f"{values['damping_ratio']:g}",
+    )
+    return figure
+
+
+def _kind(prediction: Prediction) -> str:
+    return " and ".join(dict.fromkeys(prediction.kinds.values()))
+
+
+def _handles(names: list[str]) -> list[object]:
+    from matplotlib.lines import Line2D
+
+    large = {"markersize": 5}
+    found: list[object] = [
+        Line2D([], [], color=color_of(i), label=name, **(MARKERS | large))
+        for i, name in enumerate(names)
+    ]
+    unstable = MARKERS | large | {"color": _pale("black")}
+    return [*found, Line2D([], [], label="unstable", **unstable)]
+
+
+def _pale(color: str) -> tuple[float, ...]:
+    """Opaque, for points of one curve lie on each other."""
+    from matplotlib.colors import to_rgb
+
+    return tuple(1.0 - PALE * (1.0 - part) for part in to_rgb(color))
+
+
+def response_points(prediction: Prediction) -> tuple[Array, Array, NDArray[np.bool_]]:
+    """Amplitudes of the mode, mesh frequencies and stability of n vibrations, (n,)."""
+    near, top = prediction.resonance, prediction.top
+    if top is None:
+        most = OPEN * float(contact_loss_amplitude(near).min())
+    else:
+        most = top.amplitude
+    found = [
+        (each.amplitude, each.frequency, each.stable)
+        for amplitude in most * np.linspace(0.01, 1.0, AMPLITUDES)
+        for each in steady_vibrations(near, float(amplitude))
+        if abs(each.frequency / near.at - 1.0) < NEAR
+    ]
+    values = np.array(found, float).reshape(-1, 3)
+    return values[:, 0], values[:, 1], values[:, 2] > 0.5

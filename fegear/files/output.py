@@ -1,0 +1,200 @@
+"""Files that are read as text, or that appear whole or not at all; JSON for machines.
+
+While a file is written it lies next to its place under a name of ours, and is locked. A
+process that is killed leaves it there without a lock; the next one that writes to the
+same directory removes it. Locks hold where process numbers do not, between containers
+and on network drives.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import math
+import os
+import re
+import tempfile
+from collections.abc import Callable, Iterator, Mapping
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from fegear.files.errors import InputError, file_error
+
+try:
+    import fcntl
+except ImportError:  # on Windows, where a file that is open cannot be removed
+    fcntl = None  # type: ignore[assignment]
+
+BESIDE = ".fegear-{process}-"  # and some letters: a file that is being written
+OURS = re.compile(r"\.fegear-\d+-\w+(\.\w+)?")
+LONGEST_SUFFIX = 8  # letters that the name beside takes over
+
+
+def read_text(path: str | os.PathLike[str]) -> str:
+    """UTF-8 text, without a byte-order mark; raises InputError naming the file."""
+    try:
+        return Path(path).read_bytes().decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise InputError(
+            f"{path}: not UTF-8 text, byte {error.start} is "
+            f"0x{error.object[error.start]:02x}"
+        ) from None
+    except (OSError, ValueError) as error:
+        raise file_error(path, "read", error) from None
+
+
+def require_writable(path: str | os.PathLike[str]) -> Path:
+    """The path, if a file can be written there; nothing is left behind.
+
+    Raises InputError otherwise, so that no work is done for nothing.
+    """
+    target = Path(path)
+    if os.path.isdir(target):
+        raise InputError(f"{target}: is a directory, a file name is needed")
+    if is_device(target):
+        return target
+    try:
+        with contextlib.suppress(FileNotFoundError):
+            os.lstat(target)  # which refuses a name that is too long
+        if os.path.exists(target) and not os.access(target, os.W_OK):
+            raise PermissionError("permission denied")
+        with _temporary_beside(target):
+            pass
+    except (OSError, ValueError) as error:
+        raise file_error(target, "written", error) from None
+    return target
+
+
+def make_directory(path: str | os.PathLike[str]) -> Path:
+    """The directory, made with its parents; InputError where that is not possible."""
+    try:
+        Path(path).mkdir(parents=True, exist_ok=True)
+    except (OSError, ValueError) as error:
+        raise file_error(path, "made", error) from None
+    return Path(path)
+
+
+def write_whole(path: str | os.PathLike[str], writer: Callable[[Path], object]) -> None:
+    """Let `writer` fill a file beside `path`, then move it into place.
+
+    The file beside has the suffix of `path`. If the writer fails, `path` is as it
+    was. Raises InputError where the file cannot be written.
+    """
+    target = Path(path)
+    try:
+        if is_device(target):
+            writer(target)
+        else:
+            _fill_and_replace(target, writer)
+    except OSError as error:
+        raise file_error(target, "written", error) from None
+
+
+def write_text(path: str | os.PathLike[str], text: str) -> None:
+    """Write a whole text as it is, line ends too; see `write_whole`."""
+    write_whole(path, lambda place: place.write_bytes(text.encode()))
+
+
+def strict_json(values: Mapping[str, Any]) -> str:
+    """JSON without NaN: what is not finite becomes null."""
+    import json
+
+    text = json.dumps(_finite(values), indent=2, allow_nan=False) + "\n"
+    return text.replace("\x7f", "\\u007f")  # the one control character it leaves
+
+
+def _finite(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {key: _finite(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(item) for item in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value
+
+
+def is_device(target: Path) -> bool:
+    """/dev/stdout and the like, which are written to as they are."""
+    return os.path.exists(target) and not (
+        os.path.isfile(target) or os.path.isdir(target)
+    )
+
+
+def _fill_and_replace(target: Path, writer: Callable[[Path], object]) -> None:
+    with _temporary_beside(target) as beside:
+        writer(beside)
+        beside.chmod(_mode_of(target))
+        os.replace(beside, target)
+
+
+@contextlib.contextmanager
+def _temporary_beside(target: Path) -> Iterator[Path]:
+    """A new empty file in the same folder, so that a rename is atomic; locked, and
+    removed at the end if it is still there."""
+    _sweep(target.parent.absolute())
+    handle, beside = _locked_file(target)
+    try:
+        if fcntl is None:
+            os.close(handle)
+        yield beside
+    finally:
+        beside.unlink(missing_ok=True)
+        if fcntl is not None:
+            os.close(handle)
+
+
+def _locked_file(target: Path) -> tuple[int, Path]:
+    while True:
+        handle, name = tempfile.mkstemp(
+            suffix=target.suffix if len(target.suffix) <= LONGEST_SUFFIX else None,
+            prefix=BESIDE.format(process=os.getpid()),
+            dir=target.parent,
+        )
+        # another process may have found it before it was locked, and removed it
+        if fcntl is None or (_lock(handle) and os.path.exists(name)):
+            return handle, Path(name)
+        os.close(handle)
+
+
+def _lock(handle: int) -> bool:
+    """Lock a file; False where another process holds it.
+
+    A drive without locks counts as locked: nobody can then remove the file either.
+    """
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError as error:
+        return error.errno not in (errno.EWOULDBLOCK, errno.EACCES)
+    return True
+
+
+@cache
+def _sweep(directory: Path) -> None:
+    """Remove what processes that are gone have left, once for each directory."""
+    with contextlib.suppress(OSError), os.scandir(directory) as entries:
+        for entry in entries:
+            if OURS.fullmatch(entry.name):
+                with contextlib.suppress(OSError):
+                    _remove_abandoned(entry.path)
+
+
+def _remove_abandoned(path: str) -> None:
+    if fcntl is None:
+        os.unlink(path)
+        return
+    handle = os.open(path, os.O_RDWR)
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        os.unlink(path)
+    finally:
+        os.close(handle)
+
+
+def _mode_of(target: Path) -> int:
+    """Permissions of the file that is replaced, or those a new file would get."""
+    if target.exists():
+        return target.stat().st_mode & 0o777
+    mask = os.umask(0)
+    os.umask(mask)
+    return 0o666 & ~mask

@@ -1,0 +1,382 @@
+"""Results kept on disk: trusted only if they belong to their inputs and are whole.
+
+A checkpoint holds the finished speeds of a long run in an SQLite file, a transaction
+for each, so that a killed run loses at most one. Arrays that take long to compute are
+kept in files named after a digest of what determines them. Both may be shared by
+processes: a checkpoint refuses the second, files appear whole by renaming.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import json
+import sqlite3
+import threading
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from itertools import takewhile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fegear.files.errors import InputError, file_error
+from fegear.files.output import make_directory, write_whole
+
+Array = NDArray[Any]
+APPLICATION = 0x66656765  # by which SQLite files are known as checkpoints
+TABLES = """
+create table inputs (name text primary key, value text);
+create table speeds (branch text, number integer, content blob, seal text,
+                     primary key (branch, number));
+create table states (branch text primary key, number integer, content blob, seal text);
+"""
+NUMBERS = "biufc"  # kinds of arrays that are saved without pickle
+SHOWN = 40  # characters of a value in a message
+
+
+def digest(inputs: Mapping[str, Any]) -> str:
+    """SHA-256 of plain values, whatever their order."""
+    text = json.dumps(inputs, sort_keys=True)
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def save_arrays(path: Path, key: str, arrays: Mapping[str, Array]) -> None:
+    """Keep arrays under the key of what determines them, where the disk takes them."""
+    content = pack(dict(arrays) | {"key": np.frombuffer(key.encode(), np.uint8)})
+    try:
+        make_directory(path.parent)
+        write_whole(path, lambda beside: beside.write_bytes(content))
+    except InputError:  # next time they are computed again, which is only slower
+        return
+
+
+def load_arrays(path: Path, key: str) -> dict[str, Array] | None:
+    """The arrays of that key; None where the file is missing, damaged or another's.
+
+    NumPy's archives carry a checksum of every array.
+    """
+    try:
+        arrays = unpack(path.read_bytes())
+        own = bytes(arrays.pop("key")).decode() == key
+    except Exception:  # whatever a damaged archive raises, it is not to be trusted
+        return None
+    return arrays if own else None
+
+
+def pack(arrays: Mapping[str, Array]) -> bytes:
+    """Arrays of numbers by any name as an NPZ archive; ValueError for other kinds."""
+    for name, values in arrays.items():
+        if np.asarray(values).dtype.kind not in NUMBERS:
+            kind = np.asarray(values).dtype
+            raise ValueError(f"{name} must be numbers, got {kind}")
+    out = io.BytesIO()
+    marked: dict[str, Any] = {f"_{name}": values for name, values in arrays.items()}
+    np.savez(out, **marked)  # unmarked, `file` would be an option of its own
+    return out.getvalue()
+
+
+def unpack(content: bytes) -> dict[str, Array]:
+    with np.load(io.BytesIO(content), allow_pickle=False) as archive:
+        return {name[1:]: archive[name] for name in archive.files}
+
+
+@dataclass(frozen=True, eq=False)
+class Checkpoint:
+    """Finished speeds by branch, in order, and where the last of each has settled.
+
+    No other process has it until it is closed or this one ends; threads may share it.
+    damaged : speeds that were found damaged and dropped when it was opened
+    """
+
+    path: Path
+    damaged: int
+    _connection: sqlite3.Connection
+    _lock: threading.Lock = field(default_factory=threading.Lock)
+
+    def finished(self, branch: str) -> list[dict[str, Any]]:
+        """Values of the speeds 0, 1, ...; floats to the bit, tuples as lists."""
+        query = "select content from speeds where branch = ? order by number"
+        with self._lock:
+            rows = self._connection.execute(query, [branch]).fetchall()
+        return [json.loads(content) for (content,) in rows]
+
+    def state(self, branch: str) -> dict[str, Array] | None:
+        """State of the last finished speed, None where there is none."""
+        query = "select content from states where branch = ?"
+        with self._lock:
+            row = self._connection.execute(query, [branch]).fetchone()
+        return None if row is None else unpack(row[0])
+
+    def count(self, branch: str) -> int:
+        """Finished speeds of a branch, those of branches `branch/NAME` among them."""
+        query = "select count(*) from speeds where branch = ? or instr(branch, ?) = 1"
+        with self._lock:
+            return self._connection.execute(query, [branch, f"{branch}/"]).fetchone()[0]
+
+    @property
+    def begun(self) -> bool:
+        """Whether it has a finished speed."""
+        with self._lock:
+            return (
+                self._connection.execute("select 1 from speeds").fetchone() is not None
+            )
+
+    def parts(self, branch: str) -> dict[str, dict[str, Array]]:
+        """States of branches `branch/NAME`, by their names."""
+        query = "select branch, content from states where instr(branch, ?) = 1"
+        with self._lock:
+            rows = self._connection.execute(query, [f"{branch}/"]).fetchall()
+        return {name[len(branch) + 1 :]: unpack(content) for name, content in rows}
+
+    def add(
+        self, branch: str, values: Mapping[str, Any], state: Mapping[str, Array]
+    ) -> None:
+        """Keep the next speed of a branch; its state replaces the one before.
+
+        values : what JSON can hold, also NaN and infinities; state : arrays of numbers
+
+        Raises TypeError or ValueError for others, OSError where the disk is full; the
+        checkpoint is then as it was.
+        """
+        result, arrays = json.dumps(dict(values)).encode(), pack(state)
+        count = "select count(*) from speeds where branch = ?"
+        with self._lock:
+            try:
+                with self._connection:
+                    self._connection.execute("begin")
+                    (number,) = self._connection.execute(count, [branch]).fetchone()
+                    for table, content in (("speeds", result), ("states", arrays)):
+                        row = (branch, number, content, _seal(branch, number, content))
+                        command = f"insert or replace into {table} values (?, ?, ?, ?)"
+                        self._connection.execute(command, row)
+            except sqlite3.OperationalError as error:
+                raise OSError(0, str(error), str(self.path)) from None
+
+    def tell_finished(
+        self,
+        branches: Sequence[str],
+        total: int,
+        tell: Callable[[str], None],
+        unit: str = "speed",
+    ) -> None:
+        """How much was found, so that nothing is computed again without a word.
+
+        total : of all branches in units, which are speeds or other values, 0 where it
+            is not known
+        """
+        finished = sum(map(self.count, branches))
+        of = f" of {total}" if total else ""
+        units = f"{unit}es" if unit.endswith("ch") else f"{unit}s"
+        tell(f"{self.path}: {finished}{of} {units} are finished")
+        if self.damaged:
+            damaged = f"{unit} is" if self.damaged == 1 else f"{unit}s are"
+            tell(f"{self.path}: {self.damaged} {damaged} damaged and computed again")
+
+    def close(self, keep: bool) -> None:
+        """Let other processes in; without `keep` remove the file."""
+        self._connection.close()
+        if not keep:
+            self.path.unlink(missing_ok=True)
+
+
+@dataclass
+class Records:
+    """A branch of a checkpoint, or of none: nothing is kept then."""
+
+    checkpoint: Checkpoint | None
+    key: str
+
+    @property
+    def kept(self) -> list[Any]:
+        """Records of an earlier run, in order."""
+        return [] if self.checkpoint is None else self.checkpoint.finished(self.key)
+
+    @property
+    def state(self) -> Mapping[str, Array] | None:
+        """Where the last of them ended."""
+        return None if self.checkpoint is None else self.checkpoint.state(self.key)
+
+    def keep(self, record: Mapping[str, Any], state: Mapping[str, Array]) -> None:
+        """Keep the next record, which JSON can hold, and the state to go on from."""
+        if self.checkpoint is None:
+            return
+        try:
+            self.checkpoint.add(self.key, record, state)
+        except OSError as error:
+            raise file_error(self.checkpoint.path, "written", error) from None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Keeping:
+    """Where a run keeps what it has finished, and whether it goes on with that.
+
+    overwrite : drop what another run has kept; else it must be gone on with
+    tell : called with what was found in the checkpoint
+    """
+
+    checkpoint: Path | None = None
+    resume: bool = False
+    overwrite: bool = False
+    tell: Callable[[str], None] = lambda message: None
+
+    def open(self, inputs: Mapping[str, str]) -> Checkpoint | None:
+        """The checkpoint of a run with these inputs, None where nothing is kept."""
+        path = self.checkpoint
+        if path is None:
+            return None
+        if self.resume and not path.exists():
+            output = path.with_suffix("")
+            done = f"{output} is finished and" if output.exists() else "it"
+            self.tell(f"there is no {path}, {done} is computed from the start")
+        return open_checkpoint(path, inputs, self.resume, self.overwrite)
+
+
+NOTHING = Keeping()
+
+
+def open_checkpoint(
+    path: Path, inputs: Mapping[str, str], resume: bool, overwrite: bool = False
+) -> Checkpoint:
+    """The checkpoint at a path, made where there is none.
+
+    inputs : everything that determines the results
+    resume : go on with what was finished for the same inputs; else nothing may be, or
+        with `overwrite` is dropped
+
+    Raises InputError where the file cannot be used, is no checkpoint or damaged,
+    belongs to other inputs, or another process works on it; it is then unchanged.
+    """
+    make_directory(path.parent)
+    try:
+        connection = sqlite3.connect(
+            path, timeout=0.0, isolation_level=None, check_same_thread=False
+        )
+    except sqlite3.OperationalError as error:
+        raise file_error(path, "used", OSError(0, str(error))) from None
+    connection.text_factory = lambda data: data.decode(errors="replace")
+    try:
+        with connection:
+            connection.execute("pragma locking_mode = exclusive")
+            connection.execute("begin exclusive")
+            _require_checkpoint(connection, path)
+            if resume:
+                _require_inputs(connection, path, inputs)
+            elif overwrite:
+                connection.execute("delete from speeds")
+                connection.execute("delete from states")
+            else:
+                _require_nothing_finished(connection, path)
+            connection.execute("delete from inputs")
+            rows = inputs.items()
+            connection.executemany("insert into inputs values (?, ?)", rows)
+            damaged = _drop_damaged(connection)
+    except sqlite3.DatabaseError as error:
+        connection.close()
+        raise _refusal(path, error) from None
+    except BaseException:
+        connection.close()
+        raise
+    return Checkpoint(path, damaged, connection)
+
+
+def _refusal(path: Path, error: sqlite3.DatabaseError) -> InputError:
+    if error.sqlite_errorcode == sqlite3.SQLITE_BUSY:
+        return InputError(
+            f"{path}: another process works on it; wait for it to end, or name "
+            "another output"
+        )
+    if isinstance(error, sqlite3.OperationalError):
+        return file_error(path, "used", OSError(0, str(error)))
+    return _no_checkpoint(path)
+
+
+def _no_checkpoint(path: Path) -> InputError:
+    return InputError(
+        f"{path}: is no checkpoint or damaged; it was not changed, move it away or "
+        "name another output"
+    )
+
+
+def _require_checkpoint(connection: sqlite3.Connection, path: Path) -> None:
+    """Tables in an empty file; InputError for a file of others or a damaged one."""
+    (tables,) = connection.execute("select count(*) from sqlite_master").fetchone()
+    (application,) = connection.execute("pragma application_id").fetchone()
+    if not tables and not application:
+        connection.execute(f"pragma application_id = {APPLICATION}")
+        for command in TABLES.split(";")[:-1]:
+            connection.execute(command)
+    elif application != APPLICATION or (
+        connection.execute("pragma integrity_check").fetchone() != ("ok",)
+    ):
+        raise _no_checkpoint(path)
+
+
+def _require_nothing_finished(connection: sqlite3.Connection, path: Path) -> None:
+    if connection.execute("select * from speeds").fetchone():
+        raise InputError(
+            f"{path}: holds what an interrupted run has finished; resume goes on "
+            "with it, else remove it or choose another output"
+        )
+
+
+def _require_inputs(
+    connection: sqlite3.Connection, path: Path, inputs: Mapping[str, str]
+) -> None:
+    """Of the speeds that it holds, if any."""
+    stored = dict(connection.execute("select name, value from inputs"))
+    for name in {**inputs, **stored} if stored else ():
+        before, now = stored.get(name), inputs.get(name)
+        if before != now:
+            pairs = zip(before or "", now or "", strict=False)
+            shared = sum(1 for _ in takewhile(lambda pair: pair[0] == pair[1], pairs))
+            was, becomes = (_excerpt(value, shared) for value in (before, now))
+            raise InputError(
+                f"{path}: was begun with {name} = {was}, now {becomes}; resume with "
+                "what it was begun with, or remove it"
+            )
+
+
+def _excerpt(value: str | None, shared: int) -> str:
+    """A value for a message, of a long one the part after what is `shared`."""
+    if value is None or len(value) <= SHOWN:
+        return "nothing" if value is None else repr(value)
+    start = max(0, shared - SHOWN // 2)
+    part = repr(value[start : start + SHOWN])
+    return f"{'...' * (start > 0)}{part}{'...' * (len(value) > start + SHOWN)}"
+
+
+def _drop_damaged(connection: sqlite3.Connection) -> int:
+    """Drop speeds behind damaged ones or without a state; how many."""
+    before = connection.total_changes
+    branches = connection.execute("select distinct branch from speeds").fetchall()
+    for (branch,) in branches:
+        kept = _whole_speeds(connection, branch)
+        command = "delete from speeds where branch = ? and number >= ?"
+        connection.execute(command, [branch, kept])
+    dropped = connection.total_changes - before
+    known = "select branch from speeds"
+    connection.execute(f"delete from states where branch not in ({known})")
+    return dropped
+
+
+def _whole_speeds(connection: sqlite3.Connection, branch: str) -> int:
+    """Speeds from the first on that are whole and up to the one that has its state."""
+    query = "select number, content, seal from {} where branch = ? order by number"
+    whole = 0
+    for number, content, seal in connection.execute(query.format("speeds"), [branch]):
+        if number != whole or seal != _seal(branch, number, content):
+            break
+        whole += 1
+    state = connection.execute(query.format("states"), [branch]).fetchone()
+    if state is None or state[2] != _seal(branch, *state[:2]) or state[0] >= whole:
+        return 0
+    return int(state[0]) + 1
+
+
+def _seal(branch: str, number: int, content: bytes) -> str:
+    """Of a row; damage may have made another type of its content."""
+    own = content if isinstance(content, bytes) else b""
+    return hashlib.sha256(f"{branch} {number} ".encode() + own).hexdigest()

@@ -1,0 +1,45 @@
+"""Responses as the records of a task, plain values and back."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import fields
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lumped.steady.response import FIGURES, Response, Status
+
+
+class Records(Protocol):
+    """Where a task keeps what it has finished, as `fegear.files.store.Records`."""
+
+    @property
+    def kept(self) -> list[Any]: ...
+    @property
+    def state(self) -> Mapping[str, NDArray[Any]] | None: ...
+    def keep(
+        self, record: Mapping[str, Any], state: Mapping[str, NDArray[Any]]
+    ) -> None: ...
+
+
+def response_values(response: Response) -> dict[str, Any]:
+    """Plain values of a response, its state left out."""
+    names = (entry.name for entry in fields(response) if entry.name != "state")
+    values = {name: getattr(response, name) for name in names}
+    arrays = (*FIGURES, "period_multiple")
+    return (
+        values
+        | {name: values[name].tolist() for name in arrays}
+        | {"status": str(response.status)}
+    )
+
+
+def stored_response(stored: Mapping[str, Any], state: Any = None) -> Response:
+    """The response of `response_values`, with a state that is kept beside it."""
+    values = dict(stored)
+    values |= {name: np.array(values[name], float) for name in FIGURES}
+    values["period_multiple"] = np.array(values["period_multiple"], np.int64)
+    values["status"] = Status(values["status"])
+    return Response(**values, state=state)

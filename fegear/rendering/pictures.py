@@ -1,0 +1,356 @@
+"""Stress of two gears in contact, and its pictures, films and data files."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager, nullcontext
+from dataclasses import dataclass, replace
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, get_args
+
+import numpy as np
+
+from fegear.boundary import public, require_mesh
+from fegear.contact.problem import ContactFailure
+from fegear.files.errors import InputError
+from fegear.files.output import require_writable, write_text, write_whole
+from fegear.files.printable import printable
+from fegear.gearset.model import GearSet
+from fegear.gearset.phases import mesh_phases
+from fegear.gearset.pitch_errors import error_periods
+from fegear.rendering.fields import (
+    ContactField,
+    MeshScene,
+    Zoom,
+    contact_field,
+    mesh_scene,
+)
+from fegear.rendering.frames import View
+from fegear.rendering.look import Look, Shown, look_of, palette, picture_aspect
+from fegear.rendering.motion_field import instant_field
+from fegear.rendering.recorded import Instant, RecordedMotion
+from fegear.result import Result
+from fegear.statics.solving import StaticsSettings
+from fegear.train.train import mesh_torques_at
+from lumped.common.checks import require_between, require_fields
+from lumped.common.csv_text import format_csv
+from lumped.common.progress import Progress, silent
+
+if TYPE_CHECKING:
+    from fegear.rendering.film import Image
+
+COLUMNS = (
+    *("gear", "x_m", "y_m", "motion_x_m", "motion_y_m"),
+    *("stress_xx_Pa", "stress_yy_Pa", "stress_xy_Pa", "von_mises_Pa"),
+)
+FILMS = (".gif", ".mp4")
+DRAWN = (".png", *FILMS)  # by VTK, which needs a window
+ENDINGS = (*DRAWN, ".html", ".vtu")
+WIDTH, FILM_WIDTH = 1920, 960  # pixels
+SAMPLES = 6  # positions that fix the colours of a film
+
+
+@dataclass(frozen=True, kw_only=True)
+class PictureSettings:
+    """What a picture shows, and how large.
+
+    shown : von-mises, principal, displacement or pressure
+    zoom : contact, tooth or gear
+    motion_scale : magnification of the motion, None for one that can be seen
+    width : of a picture or film [pixels], an even number; None for the usual one
+    frames : of a film
+    """
+
+    shown: Shown = "von-mises"
+    zoom: Zoom = "contact"
+    motion_scale: float | None = None
+    width: int | None = None
+    frames: int = 60
+
+    def __post_init__(self) -> None:
+        require_between("frames", self.frames, 2, 1000)
+        if self.motion_scale is not None:
+            require_between("motion_scale", self.motion_scale, 0, 1e6, below=True)
+        if self.width is not None:
+            require_between("width", self.width, 480, 7680)
+        require_fields(self)
+        if (self.width or 0) % 2:
+            raise ValueError(f"width must be an even number, got {self.width}")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Contact:
+    """The contact that is drawn, at moments of a mesh cycle or of a recorded motion.
+
+    mesh : index from 0
+    film_title : added to the title of a film
+    still : moment of a single picture
+    samples : moments among which colours and scales of a film are chosen
+    frames : moments of a film by their number
+    field : of the teeth in a view at a moment
+    """
+
+    gear_set: GearSet
+    mesh: int
+    statics: StaticsSettings
+    title: str
+    film_title: str
+    still: Any
+    samples: Sequence[Any]
+    frames: Callable[[int], Sequence[Any]]
+    field: Callable[[MeshScene, Any, View], ContactField]
+
+
+def contact_at_rest(
+    gear_set: GearSet,
+    mesh: int,
+    torque: float,
+    position: float,
+    statics: StaticsSettings,
+) -> Contact:
+    """Of a mesh (index from 0) under a torque on its driver [N m].
+
+    position : base pitches from the pitch point
+    """
+    period = error_periods(gear_set)[mesh]
+    if not 0.0 <= position <= period:
+        raise InputError(f"position = {position:.12g}; allowed 0 to {period}")
+
+    def positions(count: int) -> list[float]:
+        return [i / count for i in range(count)]
+
+    first = f", the first of {period} base pitches with pitch errors"
+    return Contact(
+        gear_set=gear_set,
+        mesh=mesh,
+        statics=statics,
+        title=_title(gear_set, mesh, statics),
+        film_title=first if period > 1 else "",
+        still=position,
+        samples=positions(SAMPLES),
+        frames=positions,
+        field=lambda scene, at, view: contact_field(scene, torque, at, view),
+    )
+
+
+def contact_in_motion(
+    gear_set: GearSet, mesh: int, motion: RecordedMotion, statics: StaticsSettings
+) -> Contact:
+    """Of a recorded motion of a mesh (index from 0), whose friction and plane it has.
+
+    A single picture shows the largest mesh force.
+    """
+    phase = mesh_phases(gear_set)[mesh].value
+
+    def field(scene: MeshScene, instant: Instant, view: View) -> ContactField:
+        try:
+            return instant_field(scene, instant, phase, view)
+        except ContactFailure as error:
+            raise InputError(
+                f"{motion.source}: {error}; allowed are histories of this gear set"
+            ) from None
+
+    statics = replace(statics, friction=motion.friction, plane=motion.plane)
+    changes = "".join(f", {key} = {value}" for key, value in motion.edits.items())
+    title = f"{_title(gear_set, mesh, statics)}, {motion.torque:g} N m on the input"
+    first, count = motion.filmed
+    one = f", cycle {first + 1} of {motion.cycles}"
+    return Contact(
+        gear_set=gear_set,
+        mesh=mesh,
+        statics=statics,
+        title=title + changes,
+        film_title=one if count < motion.cycles else "",
+        still=motion.largest(),
+        samples=motion.extremes(),
+        frames=motion.frames,
+        field=field,
+    )
+
+
+def _title(gear_set: GearSet, mesh: int, statics: StaticsSettings) -> str:
+    spec = gear_set.meshes[mesh]
+    driver, driven = (gear_set.gears[i].name for i in (spec.driver, spec.driven))
+    title = (
+        f"{gear_set.name}, mesh {mesh + 1}: {driver} drives {driven}, "
+        f"plane {statics.plane}"
+    )
+    return title + (f", friction {statics.friction:g}" if statics.friction else "")
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class StressResult(Result):
+    """Stress in the teeth of a mesh around its contact.
+
+    field : displacement, stress and contact pressure at the nodes in view
+    """
+
+    contact: Contact
+    scene: MeshScene
+    field: ContactField
+
+    @property
+    def largest_Pa(self) -> dict[str, float]:
+        """Largest von Mises stress of each gear, by its name [Pa]."""
+        return {gear.name: float(gear.von_mises.max()) for gear in self.field.gears}
+
+    def to_csv(self, path: str | PathLike[str]) -> None:
+        """Write displacement and stress of all nodes."""
+        rows = [
+            [gear.name, *map(float, row)]
+            for gear in self.field.gears
+            for row in np.column_stack(
+                [gear.points, gear.motion, gear.stress, gear.von_mises]
+            )
+        ]
+        write_text(path, format_csv(COLUMNS, rows, {"contact": self.contact.title}))
+
+    def draw(
+        self, path: str | PathLike[str], picture: PictureSettings | None = None
+    ) -> None:
+        """Write a picture, film, page or data file, whatever the ending says.
+
+        A film shows the whole mesh cycle.
+        """
+        output = Path(path)
+        require_drawable_file(output)
+        with _window(output):
+            picture = picture or PictureSettings()
+            Drawing(self.contact, self.scene, picture).write(output)
+
+
+@public
+def solve_stress(
+    gear_set: GearSet,
+    torque: float,
+    *,
+    mesh: int = 0,
+    position: float = 0.0,
+    zoom: Zoom = "contact",
+    settings: StaticsSettings | None = None,
+) -> StressResult:
+    """Stress of a mesh (index from 0) under a torque on the input gear [N m].
+
+    position : of the mesh, base pitches from the pitch point
+    zoom : what is in view, and solved: the contact, a tooth or a gear
+    """
+    settings = settings or StaticsSettings()
+    require_mesh(gear_set, mesh)
+    on_driver = mesh_torques_at(gear_set, torque)[mesh]
+    contact = contact_at_rest(gear_set, mesh, on_driver, position, settings)
+    scene = mesh_scene(gear_set, mesh, settings)
+    view = scene.view(zoom, picture_aspect())
+    return StressResult(contact, scene, contact.field(scene, contact.still, view))
+
+
+def draw_contact(
+    contact: Contact,
+    output: Path,
+    picture: PictureSettings,
+    report: Progress = silent,
+) -> Sequence[ContactField]:
+    """Write a picture, film, page or data file, whatever the ending says.
+
+    Returns what is shown; of a film, the moments among which its colours were chosen.
+    """
+    require_drawable_file(output)
+    with _window(output):
+        scene = mesh_scene(contact.gear_set, contact.mesh, contact.statics, report)
+        return Drawing(contact, scene, picture).write(output, report)
+
+
+def require_drawable_file(output: Path) -> None:
+    """A file of a known ending that can be written."""
+    if output.suffix not in ENDINGS:
+        known = ", ".join(ENDINGS)
+        raise InputError(f"output = {output}; allowed endings {known}")
+    require_writable(output)
+
+
+def _window(output: Path) -> AbstractContextManager[None]:
+    """What drawing needs, before anything is computed."""
+    from fegear.rendering.headless import drawing_window
+
+    return drawing_window() if output.suffix in DRAWN else nullcontext()
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """A contact whose scene is made, and how it is shown."""
+
+    contact: Contact
+    scene: MeshScene
+    picture: PictureSettings
+
+    def write(self, output: Path, report: Progress = silent) -> Sequence[ContactField]:
+        """Write the file whose ending says what it is; returns what it shows."""
+        if output.suffix in FILMS:
+            return self._film(output, report)
+        report("stress", 0, 2)
+        found = self._field(self.contact.still)
+        report("picture", 1, 2)
+        if output.suffix == ".vtu":
+            self._data(found, output)
+        elif output.suffix == ".html":
+            self._page(found, output)
+        else:
+            self._picture(found, output)
+        return [found]
+
+    def _picture(self, found: ContactField, output: Path) -> None:
+        from fegear.rendering.film import write_picture
+        from fegear.rendering.scene import draw
+
+        look = self._look([found], self.picture.shown)
+        image = draw(found, look, printable(self.contact.title), self._size(WIDTH))
+        write_whole(output, lambda path: write_picture(image, path))
+
+    def _data(self, found: ContactField, output: Path) -> None:
+        from fegear.rendering.scene import write_vtu
+
+        write_whole(output, lambda path: write_vtu(found, path))
+
+    def _page(self, found: ContactField, output: Path) -> None:
+        from fegear.rendering.page import page
+
+        first: Shown = self.picture.shown
+        every = dict.fromkeys((first, *get_args(Shown)))
+        looks = [self._look([found], shown) for shown in every]
+        write_text(output, page(found, looks, printable(self.contact.title)))
+
+    def _film(self, output: Path, report: Progress) -> Sequence[ContactField]:
+        """Colours and scales hold for all frames."""
+        from fegear.rendering.film import write_film
+
+        report("colours", 0, 1)
+        samples = [self._field(moment) for moment in self.contact.samples]
+        look = self._look(samples, self.picture.shown)
+        images, colours = self._images(look, report), palette(look.shown)
+        write_whole(output, lambda path: write_film(images, path, colours))
+        return samples
+
+    def _images(self, look: Look, report: Progress) -> Iterator[Image]:
+        from fegear.rendering.scene import draw
+
+        title = printable(self.contact.title + self.contact.film_title)
+        count, size = self.picture.frames, self._size(FILM_WIDTH)
+        for i, moment in enumerate(self.contact.frames(count)):
+            report("frames", i, count)
+            yield draw(self._field(moment), look, title, size)
+
+    @property
+    def _view(self) -> View:
+        return self.scene.view(self.picture.zoom, picture_aspect())
+
+    def _field(self, moment: Any) -> ContactField:
+        return self.contact.field(self.scene, moment, self._view)
+
+    def _look(self, fields: Sequence[ContactField], shown: Shown) -> Look:
+        module, scale = self.scene.mesh.pair.driver.module, self.picture.motion_scale
+        return look_of(fields, shown, self._view, module, scale)
+
+    def _size(self, usual: int) -> tuple[int, int]:
+        """Sixteen to nine, in even numbers of pixels as films need them."""
+        width = self.picture.width or usual
+        return width, 2 * round(width * 9 / 32)

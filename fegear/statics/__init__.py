@@ -1,0 +1,1 @@
+"""Contact of teeth at rest over the mesh cycle: tables, stiffness, errors."""

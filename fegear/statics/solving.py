@@ -1,0 +1,447 @@
+"""From a gear set to the mesh-stiffness table of one of its meshes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations
+from os import PathLike
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fegear.boundary import public, require_mesh
+from fegear.contact.pair_laws import pair_coupling
+from fegear.contact.problem import (
+    ContactCycle,
+    ContactProblem,
+    corner_positions,
+    solve_cycle,
+)
+from fegear.elasticity.cache import cached_flank_compliance
+from fegear.elasticity.flank import FlankCompliance
+from fegear.elasticity.material import Plane, PlaneMaterial
+from fegear.elasticity.sector import CyclicSector, cyclic_sector
+from fegear.files.errors import InputError
+from fegear.files.output import write_text
+from fegear.files.timing import recorded_stages, stage
+from fegear.files.version import package_version
+from fegear.gearset.inertia import inertia_of, require_inertia_of_bodies
+from fegear.gearset.model import Gear, GearSet
+from fegear.gearset.pitch_errors import error_periods, mesh_errors
+from fegear.result import Result, frame
+from lumped.common.checks import require_between, require_fields
+from lumped.common.csv_text import exact
+from lumped.common.progress import Progress, silent
+from lumped.train.table import MeshTable, format_table, pair_compliance_name
+from meshes import GearPair, MeshSize
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
+
+Array = NDArray[np.float64]
+CHUNK = 2048  # positions solved between two reports of progress
+MOST_ROWS = 1_000_000  # of a table
+
+
+@dataclass(frozen=True)
+class Resolution:
+    """Mesh of a sector and nodes of a contact patch."""
+
+    size: MeshSize
+    nodes: int
+
+    def coarsened(self) -> Resolution:
+        """The companion that the discretisation estimate compares with."""
+        return Resolution(self.size.refined(0.7), max(9, round(0.7 * self.nodes)))
+
+
+Fineness = Literal["coarse", "default", "fine"]
+RESOLUTIONS: dict[Fineness, Resolution] = {
+    "coarse": Resolution(MeshSize().refined(0.7), 17),
+    "default": Resolution(MeshSize(), 25),
+    "fine": Resolution(MeshSize().refined(1.7), 49),
+}
+
+
+CORNERS = {True: "on", False: "off"}
+BODIES = {
+    "held": "held at the hub",
+    "free": "free to accelerate, transmission errors of mean rotations",
+}
+
+
+@dataclass(frozen=True, kw_only=True)
+class StaticsSettings:
+    """How to compute a table; positions are per base pitch.
+
+    body : held at the hub, or free to accelerate: transmission errors are then those of
+        the gears' mean rotations
+    """
+
+    positions: int = 64
+    friction: float = 0.0
+    plane: Plane = "stress"
+    resolution: Fineness = "default"
+    corner_contact: bool = True
+    body: Literal["held", "free"] = "held"
+    estimate_error: bool = True
+
+    def __post_init__(self) -> None:
+        require_between("positions", self.positions, 1, MOST_ROWS)
+        require_between("friction", self.friction, 0, 0.5, below=True)
+        require_fields(self)
+
+    @property
+    def size(self) -> MeshSize:
+        """Of the sector mesh, for all that is solved on it."""
+        return RESOLUTIONS[self.resolution].size
+
+    def material(self, gear: Gear) -> PlaneMaterial:
+        return PlaneMaterial(gear.young_modulus, gear.poisson_ratio, self.plane)
+
+    def sector(self, gear: Gear, refinement: float = 1.0) -> CyclicSector:
+        """What all finite elements of a gear are made from; finer above 1."""
+        size = self.size if refinement == 1.0 else self.size.refined(refinement)
+        return cyclic_sector(gear.geometry, self.material(gear), size)
+
+
+@dataclass(frozen=True)
+class ErrorEstimate:
+    """Relative change of the transmission error against a coarser resolution.
+
+    The error itself is smaller: it shrinks with at least the square of the size.
+    mean : of its mean; path : the largest on the nominal path; corner : the
+    largest where a tip corner is in contact, NaN where there is none
+    """
+
+    mean: float
+    path: float
+    corner: float
+
+
+@dataclass(frozen=True, repr=False)
+class StaticsResult(Result):
+    """A mesh table with its evidence; seconds by stage.
+
+    mesh : index from 0, and its name
+    pitches : base pitches that it covers, until the tooth pairs repeat
+    """
+
+    table: MeshTable
+    cycle: ContactCycle
+    problem: ContactProblem
+    error: ErrorEstimate | None
+    seconds: dict[str, float]
+    mesh: int
+    name: str
+    pitches: int = 1
+
+    @property
+    def teeth(self) -> str:
+        return _teeth(self.problem.pair)
+
+    def to_csv(self, path: str | PathLike[str]) -> None:
+        """Write the table with its header."""
+        write_text(path, format_table(self.table))
+
+    def to_frame(self) -> DataFrame:
+        """The table as a pandas frame; pandas is not installed with this package."""
+        return frame(self.table.flat)
+
+    @property
+    def reciprocity_error(self) -> float:
+        """Largest relative difference of deflections where loads change places."""
+        flanks = self.problem.driver, self.problem.driven
+        return max(flank.reciprocity_error for flank in flanks)
+
+    @property
+    def torque_balance(self) -> float:
+        """Largest deviation of T2/T1 from z2/z1, relative."""
+        return float(np.abs(self._torque_deviation).max())
+
+    @property
+    def work_balance(self) -> float:
+        """Deviation of the mean of T2/T1 over the cycle from z2/z1, relative.
+
+        Work that comes in goes out again, but for friction and too few positions.
+        """
+        return float(np.abs(self._torque_deviation.mean(axis=1)).max())
+
+    @property
+    def _torque_deviation(self) -> Array:
+        pair = self.problem.pair
+        expected = self.cycle.torque[:, None] * pair.driven.teeth / pair.driver.teeth
+        return self.cycle.driven_torque / expected - 1.0
+
+
+@public
+def solve_mesh(
+    gear_set: GearSet,
+    mesh: int = 0,
+    torques: Sequence[float] = (),
+    settings: StaticsSettings | None = None,
+    progress: Progress | None = None,
+) -> StaticsResult:
+    """Mesh table of one mesh (index from 0) at torques on its driver [N m].
+
+    Without torques the gear set's own load cases are used. With pitch errors the
+    table goes on until the tooth pairs repeat. Raises InputError for a mesh that is
+    not there, where no torque is known, and where the table is too long.
+    """
+    settings = settings or StaticsSettings()
+    report = progress or (silent)
+    require_mesh(gear_set, mesh)
+    for each in torques:
+        require_between("torques", each, 0, 1e9, below=True)
+    torque = np.array(torques if len(torques) else gear_set.meshes[mesh].torques, float)
+    if torque.size == 0:
+        raise InputError("torques must be given: the gear set has no load")
+    pitches = error_periods(gear_set)[mesh]
+    _require_rows(gear_set, mesh, pitches, settings.positions * torque.size)
+    with recorded_stages() as seconds:
+        problem = contact_problem(gear_set, mesh, settings, report)
+        places = _places(settings.positions, pitches)
+        cycle = _solve_in_chunks(problem, torque, places, report)
+        error = None
+        if settings.estimate_error:
+            error = _estimate(gear_set, mesh, settings, cycle, report)
+    columns = table_columns(cycle)
+    header = table_header(gear_set, mesh, settings, cycle, error)
+    if pitches > 1:
+        header["pitch errors"] = (
+            f"tooth pairs repeat after {pitches} base pitches; pairs count anew in each"
+        )
+    else:
+        columns |= pair_compliances(problem, cycle)
+    table = MeshTable(cycle.torque, cycle.position, columns, header)
+    name = _name(gear_set, mesh)
+    return StaticsResult(
+        table, cycle, problem, error, dict(seconds), mesh, name, pitches
+    )
+
+
+def _name(gear_set: GearSet, mesh: int) -> str:
+    spec = gear_set.meshes[mesh]
+    driver, driven = gear_set.gears[spec.driver], gear_set.gears[spec.driven]
+    return f"{mesh + 1} ({driver.name} drives {driven.name})"
+
+
+def _teeth(pair: GearPair) -> str:
+    return f"{pair.driver.teeth} / {pair.driven.teeth}"
+
+
+def _require_rows(gear_set: GearSet, mesh: int, pitches: int, each: int) -> None:
+    if pitches > 1 and pitches * each > MOST_ROWS:
+        raise InputError(
+            f"{gear_set.name}: tooth pairs of mesh {mesh + 1} repeat after {pitches} "
+            f"base pitches for their pitch errors: {pitches * each} rows of a table, "
+            f"allowed are {MOST_ROWS}; fewer positions or torques, or errors that "
+            "repeat sooner"
+        )
+
+
+def _places(positions: int, pitches: int) -> tuple[Array, NDArray[np.int64]]:
+    """Positions in their base pitch, and the base pitch of each."""
+    position = np.tile(np.arange(positions) / positions, pitches)
+    return position, np.repeat(np.arange(pitches), positions)
+
+
+def contact_problem(
+    gear_set: GearSet,
+    mesh: int,
+    settings: StaticsSettings,
+    report: Progress = silent,
+    resolution: Resolution | None = None,
+) -> ContactProblem:
+    """The mesh's contact problem with both flank compliances at hand.
+
+    resolution : instead of that of the settings
+    """
+    resolution = resolution or RESOLUTIONS[settings.resolution]
+    spec = gear_set.meshes[mesh]
+    flanks: list[FlankCompliance] = []
+    for i, gear in enumerate(gear_set.gears[g] for g in (spec.driver, spec.driven)):
+        report(f"compliance of {gear.name}", i, 2)
+        material = settings.material(gear)
+        flank = cached_flank_compliance(gear.geometry, material, resolution.size)
+        if settings.body == "free":
+            from fegear.elasticity.inertia_relief import in_mean_axes, inertia_relief
+
+            require_inertia_of_bodies(gear_set, "bodies that are held count no inertia")
+            sector = cyclic_sector(gear.geometry, material, resolution.size)
+            relief = inertia_relief(sector, gear.density)
+            widths = gear_set.common_width(mesh), gear.face_width
+            flank = in_mean_axes(flank, relief, widths, inertia_of(gear))
+        flanks.append(flank)
+    report("compliance", 2, 2)
+    errors = mesh_errors(gear_set, mesh)
+    return ContactProblem(
+        pair=spec.pair,
+        driver=flanks[0],
+        driven=flanks[1],
+        face_width=gear_set.common_width(mesh),
+        driver_tip_relief=spec.driver_tip_relief,
+        driver_root_relief=spec.driver_root_relief,
+        driven_tip_relief=spec.driven_tip_relief,
+        driven_root_relief=spec.driven_root_relief,
+        friction=settings.friction,
+        corner_contact=settings.corner_contact,
+        nodes=resolution.nodes,
+        driver_pitch_errors=errors[0],
+        driven_pitch_errors=errors[1],
+    )
+
+
+def _solve_in_chunks(
+    problem: ContactProblem,
+    torque: Array,
+    places: tuple[Array, NDArray[np.int64]],
+    report: Progress,
+) -> ContactCycle:
+    """Solve in pieces short enough for Ctrl-C and a progress bar."""
+    count = places[0].size
+    chunks = [slice(i, i + CHUNK) for i in range(0, count, CHUNK)]
+    cycles = []
+    for i, chunk in enumerate(chunks):
+        report("contact", i, len(chunks))
+        with stage("solving"):
+            position, pitch = (each[chunk] for each in places)
+            cycles.append(solve_cycle(problem, torque, position, pitch))
+    report("contact", len(chunks), len(chunks))
+    return cycles[0] if len(cycles) == 1 else _joined(cycles)
+
+
+def _joined(cycles: list[ContactCycle]) -> ContactCycle:
+    """Cycles over consecutive positions as one; pairs are matched by tooth."""
+    teeth = sorted({int(k) for c in cycles for k in c.teeth}, key=lambda k: (abs(k), k))
+    empty = {"load": 0.0, "pressure": 0.0, "gap": np.inf, "friction_bending": np.nan}
+    empty |= {"arc": 0.0, "closing": 1.0}
+
+    def by_pair(cycle: ContactCycle, name: str) -> Array:
+        values = getattr(cycle, name)
+        out = np.full((*values.shape[:2], len(teeth), *values.shape[3:]), empty[name])
+        out[:, :, [teeth.index(k) for k in cycle.teeth]] = values
+        return out
+
+    rows = ("ste", "no_load", "local_stiffness", "driven_torque", "residual")
+    joined: dict[str, Any] = {
+        n: np.concatenate([getattr(c, n) for c in cycles], axis=1) for n in rows
+    }
+    for name in empty:
+        joined[name] = np.concatenate([by_pair(c, name) for c in cycles], axis=1)
+    position = np.concatenate([c.position for c in cycles])
+    return replace(cycles[0], position=position, teeth=np.array(teeth), **joined)
+
+
+def _estimate(
+    gear_set: GearSet,
+    mesh: int,
+    settings: StaticsSettings,
+    cycle: ContactCycle,
+    report: Progress,
+) -> ErrorEstimate:
+    """Compare the middle torque with the coarsened resolution."""
+    middle = len(cycle.torque) // 2
+    coarser = RESOLUTIONS[settings.resolution].coarsened()
+    coarse = contact_problem(gear_set, mesh, settings, report, coarser)
+    pitch = np.floor(cycle.position[:CHUNK]).astype(np.int64)
+    with stage("solving"):
+        position = cycle.position[:CHUNK] - pitch
+        other = solve_cycle(coarse, cycle.torque[middle], position, pitch)
+    same = slice(0, other.position.size)
+    change = np.abs(other.ste[0] / cycle.ste[middle, same] - 1.0)
+    off_path = corner_positions(coarse, cycle, middle)[same]
+    means = other.ste.mean() / cycle.ste[middle, same].mean()
+    return ErrorEstimate(
+        mean=abs(float(means) - 1.0),
+        path=float(change[~off_path].max(initial=0.0)),
+        corner=float(change[off_path].max()) if off_path.any() else float("nan"),
+    )
+
+
+def table_columns(cycle: ContactCycle) -> dict[str, Array]:
+    """Columns of a contact cycle; pairs that never carry load are left out."""
+    share = cycle.load_share
+    bending = np.nansum(share * cycle.friction_bending, axis=2)
+    columns = {
+        "n_pairs": (cycle.load != 0.0).sum(axis=2).astype(float),
+        "stiffness_N_per_m": cycle.stiffness,
+        "local_stiffness_N_per_m": cycle.local_stiffness,
+        "ste_m": cycle.ste,
+        "nlte_m": cycle.no_load,
+        "max_pressure_Pa": cycle.pressure.max(axis=2),
+        "friction_bending_ratio": bending,
+        "driven_torque_Nm": cycle.driven_torque,
+    }
+    for number, k in enumerate(_used_pairs(cycle), start=1):
+        gap = np.where(np.isfinite(cycle.gap[..., k]), cycle.gap[..., k], np.nan)
+        columns |= {
+            f"pair{number}_stiffness_N_per_m": cycle.pair_stiffness[..., k],
+            f"pair{number}_load_share": share[..., k],
+            f"pair{number}_gap_m": gap,
+            f"pair{number}_max_pressure_Pa": cycle.pressure[..., k],
+            f"pair{number}_friction_bending_ratio": cycle.friction_bending[..., k],
+        }
+    return columns
+
+
+def pair_compliances(problem: ContactProblem, cycle: ContactCycle) -> dict[str, Array]:
+    """Columns of the transmission error of either pair per load of the other.
+
+    Empty where one of them faces no flank.
+    """
+    used = _used_pairs(cycle)
+    arc = cycle.arc[:, :, used].reshape(-1, used.size, 2)
+    normal, _ = pair_coupling(problem, cycle.teeth[used], arc)
+    compliance = normal.reshape(*cycle.ste.shape, used.size, used.size)
+    facing = np.isfinite(cycle.gap[..., used])
+    closing = np.where(facing, cycle.closing[..., used], np.nan)
+    return {
+        pair_compliance_name(i, j): compliance[..., i, j]
+        / (closing[..., i] * closing[..., j])
+        for i, j in combinations(range(used.size), 2)
+    }
+
+
+def _used_pairs(cycle: ContactCycle) -> NDArray[np.intp]:
+    return np.flatnonzero((cycle.load != 0.0).any(axis=(0, 1)))
+
+
+def table_header(
+    gear_set: GearSet,
+    mesh: int,
+    settings: StaticsSettings,
+    cycle: ContactCycle,
+    error: ErrorEstimate | None,
+) -> dict[str, str]:
+    spec = gear_set.meshes[mesh]
+    used = enumerate(_used_pairs(cycle), start=1)
+    pairs = " ".join(f"pair{i}={cycle.teeth[k]:+d}" for i, k in used)
+    header = {
+        "format": "fegear mesh table 1",
+        "fegear version": package_version(),
+        "gear set": gear_set.name,
+        "mesh": _name(gear_set, mesh),
+        "teeth": _teeth(spec.pair),
+        "contact ratio": f"{spec.pair.contact_ratio:.6g}",
+        "base pitch [mm]": exact(1e3 * spec.pair.base_pitch),
+        "plane": settings.plane,
+        "resolution": settings.resolution,
+        "friction coefficient": exact(settings.friction),
+        "corner contact": CORNERS[settings.corner_contact],
+        "body": BODIES[settings.body],
+        "pairs ahead of the reference pair [base pitches]": pairs,
+        "position": "base pitches past the pitch point of the reference pair",
+        "units": "in column names; torque is on the driver; transmission errors are "
+        "driver rotation times base radius, driven gear held; compliance of two pairs "
+        "is the transmission error of either per load of the other",
+        "largest complementarity residual": f"{cycle.residual.max():.3g}",
+    }
+    if error is not None:
+        parts = {"mean": error.mean, "path": error.path, "corner": error.corner}
+        header["estimated discretisation error of ste_m"] = ", ".join(
+            f"{name} {part:.2g}" for name, part in parts.items() if part == part
+        )
+    return header

@@ -1,0 +1,1 @@
+"""From a gear set to a lumped system."""

@@ -1,0 +1,419 @@
+"""What drives a mesh of a gear set: from finite elements, or from key figures."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from hashlib import sha256
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fegear.boundary import public
+from fegear.files.errors import InputError
+from fegear.files.output import read_text
+from fegear.files.printable import printable
+from fegear.gearset.model import GearSet, Mesh, Relief
+from fegear.gearset.pitch_errors import (
+    mesh_errors,
+    tooth_pair_errors,
+    without_pitch_errors,
+)
+from lumped.common.checks import require_between, require_fields
+from lumped.common.csv_text import exact
+from lumped.train.analytic import Points, StiffnessFigures, analytic_excitation
+from lumped.train.excitation import MeshExcitation, excitation_from_table, table_pitches
+from lumped.train.table import (
+    MeshTable,
+    TableError,
+    format_table,
+    pair_names,
+    pair_teeth,
+    parse_table,
+)
+
+if TYPE_CHECKING:
+    from fegear.statics.solving import StaticsSettings
+
+Array = NDArray[np.float64]
+Kind = Literal["fe", "rectangular", "trapezoid", "fourier"]
+KINDS: tuple[Kind, ...] = ("fe", "rectangular", "trapezoid", "fourier")
+RELIEFS = (
+    "driver_tip_relief",
+    "driver_root_relief",
+    "driven_tip_relief",
+    "driven_root_relief",
+)
+CURVE_POINTS = 16  # along a parabolic relief
+STIFFNESS = "stiffness_N_per_m"
+LONG_POSITIONS = 64  # of a base pitch, at most, where tooth pairs differ
+
+
+@dataclass(frozen=True, kw_only=True)
+class Source:
+    """Where stiffness comes from.
+
+    kind : fe, tables of the finite elements; else waves from key figures, which are
+        those of the gear set, or of its tables where it gives none
+    ramp : base pitches over which a trapezoid enters and leaves
+    harmonics : kept by kind fourier
+    positions : per base pitch of a finite-element table
+    resolution, plane, corner_contact : of the finite elements
+    """
+
+    kind: Kind = "fe"
+    ramp: float = 0.1
+    harmonics: int = 5
+    positions: int = 256
+    resolution: Literal["coarse", "default", "fine"] = "default"
+    plane: Literal["stress", "strain"] = "stress"
+    corner_contact: bool = True
+
+    def __post_init__(self) -> None:
+        require_between("ramp", self.ramp, 0, 1)
+        require_between("harmonics", self.harmonics, 1, 1000)
+        require_between("positions", self.positions, 4, 1_000_000)
+        require_fields(self)
+
+    @property
+    def statics(self) -> StaticsSettings:
+        """How the finite elements solve a table."""
+        from fegear.statics.solving import StaticsSettings
+
+        return StaticsSettings(
+            positions=self.positions,
+            resolution=self.resolution,
+            plane=self.plane,
+            corner_contact=self.corner_contact,
+            estimate_error=False,
+        )
+
+    @property
+    def header(self) -> dict[str, str]:
+        """Entries of a file's header: what was solved, and how."""
+        shape = {
+            "fe": "finite elements",
+            "trapezoid": f"trapezoid, ramp {exact(self.ramp)} base pitches",
+            "fourier": f"fourier, {self.harmonics} harmonics",
+        }.get(self.kind, self.kind)
+        elements = {"plane": self.plane, "resolution": self.resolution}
+        return {"excitation": shape, **elements}
+
+    def solves_elements(self, gear_set: GearSet) -> bool:
+        """Whether finite elements are needed for what the gear set does not give."""
+        return self.kind == "fe" or any(
+            mesh.mean_stiffness is None or mesh.stiffness_variation is None
+            for mesh in gear_set.meshes
+        )
+
+    def statics_of(self, gear_set: GearSet, mesh: int) -> StaticsSettings:
+        """The same for a mesh; fewer positions where its tooth pairs differ."""
+        fewer = min(self.positions, LONG_POSITIONS)
+        long = tooth_pair_errors(gear_set, mesh).size > 1
+        return replace(self.statics, positions=fewer) if long else self.statics
+
+
+class ExcitationSource(Protocol):
+    """Excitations of meshes by their index, at a torque on their drivers [N m]."""
+
+    def of(
+        self, gear_set: GearSet, mesh: int, torque: float, model: int
+    ) -> MeshExcitation: ...
+
+
+@dataclass(frozen=True)
+class GivenTables:
+    """Mesh tables read from files, one for each mesh, by the name of the file."""
+
+    tables: tuple[tuple[str, MeshTable], ...]
+
+    def __post_init__(self) -> None:
+        require_fields(self)
+
+    @property
+    def header(self) -> dict[str, str]:
+        """Entry of a file's header: the tables."""
+        names = ", ".join(Path(name).name for name, _ in self.tables)
+        return {"excitation": printable(f"tables {names}")}
+
+    @property
+    def digest(self) -> str:
+        """Tells tables apart that have one name, such as a file that was edited."""
+        texts = "".join(format_table(table) for _, table in self.tables)
+        return sha256(texts.encode()).hexdigest()[:16]
+
+    @property
+    def statics(self) -> StaticsSettings:
+        """Finite elements, in the plane of the tables, for what those do not give."""
+        from fegear.statics.solving import StaticsSettings
+
+        strain = all(table.header.get("plane") == "strain" for _, table in self.tables)
+        return StaticsSettings(plane="strain" if strain else "stress")
+
+    def of(
+        self, gear_set: GearSet, mesh: int, torque: float, model: int
+    ) -> MeshExcitation:
+        """Of a mesh by its index, at a torque on its driver [N m]."""
+        name, table = self.tables[mesh]
+        try:
+            _require_all_pairs(gear_set, mesh, table)
+            return excitation_from_table(table, torque, model)
+        except ValueError as error:
+            raise InputError(f"{name}: {error}") from None
+
+
+@public
+def read_mesh_tables(
+    paths: Sequence[str | PathLike[str]], gear_set: GearSet
+) -> GivenTables:
+    """Mesh tables (CSV) of a gear set, one for each mesh in order.
+
+    Raises InputError where one is missing, cannot be read or is of other teeth.
+    """
+    if len(paths) != len(gear_set.meshes):
+        raise InputError(
+            f"mesh tables = {len(paths)}; {gear_set.name} has "
+            f"{len(gear_set.meshes)} meshes, one for each is needed"
+        )
+    found = []
+    for mesh, path in enumerate(paths):
+        try:
+            table = parse_table(read_text(path), str(path))
+        except TableError as error:
+            raise InputError(str(error)) from None
+        _require_own_table(str(path), table, gear_set, mesh)
+        found.append((str(path), table))
+    return GivenTables(tuple(found))
+
+
+def _require_own_table(
+    name: str, table: MeshTable, gear_set: GearSet, mesh: int
+) -> None:
+    """A table that names its teeth must be of this mesh."""
+    pair = gear_set.meshes[mesh].pair
+    own = f"{pair.driver.teeth} / {pair.driven.teeth}"
+    if table.header.get("teeth", own) != own:
+        raise InputError(
+            f"{name}: of teeth {table.header['teeth']}, but mesh {mesh + 1} of "
+            f"{gear_set.name} has {own}"
+        )
+
+
+def _require_all_pairs(gear_set: GearSet, mesh: int, table: MeshTable) -> None:
+    """A table stands for the teeth as they are, with their pitch errors."""
+    pairs, covered = tooth_pair_errors(gear_set, mesh).size, table_pitches(table)
+    if pairs and covered != pairs:
+        raise ValueError(
+            f"base pitches = {covered}; tooth pairs of mesh {mesh + 1} repeat after "
+            f"{pairs} for their pitch errors, a table over all of them is needed, or a "
+            "gear set without pitch_errors_um"
+        )
+
+
+@dataclass(frozen=True)
+class Excitations:
+    """Excitations of a gear set's meshes; tables are solved once each."""
+
+    source: Source = field(default_factory=Source)
+    _tables: dict[tuple[object, ...], MeshTable] = field(default_factory=dict)
+
+    @property
+    def statics(self) -> StaticsSettings:
+        """How the finite elements solve a table."""
+        return self.source.statics
+
+    def of(
+        self, gear_set: GearSet, mesh: int, torque: float, model: int
+    ) -> MeshExcitation:
+        """Of a mesh by its index, at a torque on its driver [N m]."""
+        if self.source.kind == "fe":
+            return self._from_tables(gear_set, mesh, torque, model)
+        return self._from_figures(gear_set, mesh, torque, model)
+
+    def mean_stiffness(self, gear_set: GearSet, mesh: int, torque: float) -> float:
+        """The gear set's own figure [N/m], or the mean of the unmodified teeth."""
+        given = gear_set.meshes[mesh].mean_stiffness
+        if given is not None:
+            return given
+        table = self.table(unmodified(gear_set, mesh), mesh, torque)
+        return float(table["stiffness_N_per_m"].mean())
+
+    def table(self, gear_set: GearSet, mesh: int, torque: float) -> MeshTable:
+        """The mesh table at one torque on the driver [N m].
+
+        With pitch errors it goes on until the tooth pairs repeat.
+        """
+        spec = gear_set.meshes[mesh]
+        errors = mesh_errors(gear_set, mesh)
+        gears = tuple(gear_set.gears[i] for i in (spec.driver, spec.driven))
+        flanks = tuple(getattr(spec, name) for name in RELIEFS)
+        key = (spec.pair, gears, flanks, errors, torque)
+        if key not in self._tables:
+            self._tables[key] = self._solved(gear_set, mesh, torque)
+        return self._tables[key]
+
+    def _solved(self, gear_set: GearSet, mesh: int, torque: float) -> MeshTable:
+        from fegear.statics.solving import solve_mesh
+
+        if not torque > 0.0:
+            raise InputError(
+                f"torque = {torque:g} N m on mesh {mesh + 1}; finite-element tables "
+                "need a load; of the commands, sweep --excitation rectangular does not"
+            )
+        settings = self.source.statics_of(gear_set, mesh)
+        return solve_mesh(gear_set, mesh, [torque], settings).table
+
+    def _from_tables(
+        self, gear_set: GearSet, mesh: int, torque: float, model: int
+    ) -> MeshExcitation:
+        errors = tooth_pair_errors(gear_set, mesh)
+        if model == 1 and errors.size:
+            return self._of_unequal_pairs(gear_set, mesh, torque, errors)
+        table = self.table(gear_set, mesh, torque)
+        # pairs that differ share less of the load: the stiffness of Model-3 varies
+        plain = (without_relief if model == 3 else unmodified)(gear_set, mesh)
+        stiffness = self.table(plain, mesh, torque)
+        return excitation_from_table(table, torque, model, stiffness)
+
+    def _of_unequal_pairs(
+        self, gear_set: GearSet, mesh: int, torque: float, errors: Array
+    ) -> MeshExcitation:
+        """Model-1 from tables of equal teeth.
+
+        A pair that stands out touches earlier and later than equal teeth would, as
+        they do at a torque that presses them on by as much.
+        """
+        equal, plain = without_pitch_errors(gear_set), unmodified(gear_set, mesh)
+        nominal = self.table(plain, mesh, torque)
+        arm = gear_set.meshes[mesh].pair.driver.base_radius
+        press = 0.5 * arm * float(nominal[STIFFNESS].mean() * np.ptp(errors))
+        gaps, wide = (self.table(each, mesh, torque + press) for each in (equal, plain))
+        stiffness = _widened(nominal, wide)
+        return excitation_from_table(gaps, torque, 1, stiffness, errors)
+
+    def _from_figures(
+        self, gear_set: GearSet, mesh: int, torque: float, model: int
+    ) -> MeshExcitation:
+        spec = gear_set.meshes[mesh]
+        figures = self.figures(gear_set, mesh, torque)
+        force = torque / spec.pair.driver.base_radius
+        harmonics = self.source.harmonics if self.source.kind == "fourier" else None
+        gap, errors = gap_points(spec), tooth_pair_errors(gear_set, mesh)
+        for what, there in (("a profile modification", gap), ("pitch errors", errors)):
+            if harmonics and len(there):
+                raise InputError(
+                    f"mesh {mesh + 1} has {what}; excitation fourier "
+                    "stands for the whole mesh and knows none"
+                )
+        return analytic_excitation(figures, model, gap, force, harmonics, errors)
+
+    def figures(self, gear_set: GearSet, mesh: int, torque: float) -> StiffnessFigures:
+        """Key figures of a mesh, given or from the table of the unmodified teeth."""
+        spec = gear_set.meshes[mesh]
+        mean = self.mean_stiffness(gear_set, mesh, torque)
+        variation = spec.stiffness_variation
+        if variation is None:
+            table = self.table(unmodified(gear_set, mesh), mesh, torque)
+            variation = float(
+                np.ptp(table["stiffness_N_per_m"]) / table["stiffness_N_per_m"].mean()
+            )
+        pair = spec.pair
+        try:
+            return StiffnessFigures(
+                mean=mean,
+                variation=variation,
+                contact_ratio=pair.contact_ratio,
+                approach=-pair.path[0],
+                load_share=0.5 if spec.load_share is None else spec.load_share,
+                ramp=self.source.ramp if self.source.kind == "trapezoid" else 0.0,
+            )
+        except ValueError as error:
+            raise InputError(f"mesh {mesh + 1}: {error}") from None
+
+
+def _widened(nominal: MeshTable, wide: MeshTable) -> MeshTable:
+    """A table whose pairs carry as far as those of another at a higher torque.
+
+    The load makes contact stiffer; that is taken out, peak over peak.
+    """
+    tables = [
+        dict(zip(pair_teeth(t), (t[n] for n in pair_names(t, STIFFNESS)), strict=True))
+        for t in (nominal, wide)
+    ]
+    peaks = [max(float(each.max()) for each in table.values()) for table in tables]
+    columns = dict(wide.columns) | {STIFFNESS: nominal[STIFFNESS]}
+    for k, name in zip(pair_teeth(wide), pair_names(wide, STIFFNESS), strict=True):
+        own = tables[0].get(k, np.zeros_like(wide[name]))
+        columns[name] = np.maximum(own, peaks[0] / peaks[1] * wide[name])
+    return MeshTable(nominal.torque_Nm, nominal.position, columns, wide.header)
+
+
+def unmodified(gear_set: GearSet, mesh: int) -> GearSet:
+    """The gear set with one mesh's teeth left without relief and pitch errors."""
+    return without_relief(without_pitch_errors(gear_set), mesh)
+
+
+def without_relief(gear_set: GearSet, mesh: int) -> GearSet:
+    """The gear set with one mesh's teeth left without relief."""
+    meshes = list(gear_set.meshes)
+    meshes[mesh] = replace(
+        meshes[mesh],
+        driver_tip_relief=None,
+        driver_root_relief=None,
+        driven_tip_relief=None,
+        driven_root_relief=None,
+    )
+    return replace(gear_set, meshes=tuple(meshes))
+
+
+def gap_points(mesh: Mesh) -> Points:
+    """Relief of both flanks along the nominal path, corners of a polygon.
+
+    (base pitches from the pitch point, gap [m]); empty without relief.
+    """
+    if not any(getattr(mesh, name) for name in RELIEFS):
+        return ()
+    start, end = mesh.pair.path
+    marks = {start, end}
+    for name in RELIEFS:
+        marks |= {x for x in _marks(mesh, name) if start < x < end}
+    return [
+        (x, sum(_relief_at(mesh, name, x) for name in RELIEFS)) for x in sorted(marks)
+    ]
+
+
+def _marks(mesh: Mesh, name: str) -> list[float]:
+    """Positions at which a relief begins, and points along it if it is curved."""
+    relief: Relief | None = getattr(mesh, name)
+    if relief is None:
+        return []
+    begin, end = _position(mesh, name, relief.start_roll_length), _end(mesh, name)
+    count = 1 if relief.power == 1.0 else CURVE_POINTS
+    return [begin + (end - begin) * i / count for i in range(count)]
+
+
+def _position(mesh: Mesh, name: str, roll_length: float) -> float:
+    """Position at which a flank touches at a roll length."""
+    pair = mesh.pair
+    if name.startswith("driven"):
+        roll_length = pair.line_of_action - roll_length
+    return (roll_length - pair.pitch_point) / pair.base_pitch
+
+
+def _end(mesh: Mesh, name: str) -> float:
+    """Position at which a relief has grown to its magnitude."""
+    late = name in ("driver_tip_relief", "driven_root_relief")
+    start, end = mesh.pair.path
+    return end if late else start
+
+
+def _relief_at(mesh: Mesh, name: str, x: float) -> float:
+    relief: Relief | None = getattr(mesh, name)
+    if relief is None:
+        return 0.0
+    begin, end = _position(mesh, name, relief.start_roll_length), _end(mesh, name)
+    part = min(max((x - begin) / (end - begin), 0.0), 1.0)
+    return relief.magnitude * part**relief.power

@@ -1,0 +1,445 @@
+"""From a gear set to a lumped system: the one description that all solvers share."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from decimal import Decimal
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fegear.boundary import public
+from fegear.files.errors import InputError
+from fegear.files.version import package_version
+from fegear.gearset.model import GearSet
+from fegear.gearset.pitch_errors import error_periods
+from fegear.statics.unphysical import doubts_of_meshes
+from fegear.train.excitation import Excitations, ExcitationSource, GivenTables, Source
+from fegear.train.train import mesh_torques_at, power_meshes, train_of, with_efficiency
+from lumped.common.checks import require_between, require_choice, require_fields
+from lumped.common.csv_text import exact
+from lumped.steady.losses import nominal_efficiency
+from lumped.steady.settings import Settings
+from lumped.train.coupled import INGREDIENTS
+from lumped.train.excitation import at_torque, bending_along_path
+from lumped.train.friction import Sliding, ToothFriction, with_bending
+from lumped.train.left_out import ALLOWED, BodyInertia
+from lumped.train.system import LumpedSystem
+from lumped.train.table import pair_names
+from lumped.train.train import TrainError
+from lumped.train.waves import Wave
+
+BENDING = "friction-bending ratio"  # entries of the header of a file
+TURNED = "direction of friction"  # where vibration can turn it
+TORQUE_OF = "torque"  # where it is that of the input gear with friction
+TorqueOf = Literal["nominal", "input"]
+Number = Literal[1, 2, 3, "coupled"]
+COUPLED = 0.05  # of a mode's strain energy in meshes, to count for the usual speeds
+USUAL_SPEEDS = 400  # at most, where none are given
+BendingRatio = float | Mapping[int, Wave]
+RATIO = "friction_bending_ratio"  # column of a mesh table
+
+
+@dataclass(frozen=True, kw_only=True)
+class LumpedModel:
+    """Which lumped model of a gear set's train.
+
+    number : 1, every tooth pair with its own stiffness and gap; 2, mean mesh stiffness
+        excited by the loaded static transmission error; 3, total mesh stiffness and
+        no-load transmission error; "coupled", see `lumped.train.coupled`
+    without : which of `lumped.train.coupled.INGREDIENTS` are left out
+    translations : gears with bearings move in the plane, else they rotate only
+    damping_ratio : of every mode, None for the gear set's
+    stiffness : where the mesh stiffness comes from, or mesh tables that give it
+    friction : coefficient of sliding friction of all meshes
+    bending : friction-bending ratio of all, None for the mean of the mesh tables,
+        "cycle" for that of each pair over its way, as they have it
+    sliding, transition : see `lumped.train.friction.ToothFriction`
+    torque_of : what the given torque is, with friction; "nominal", of gears without it:
+        what friction takes comes to the input torque and goes from the output torque,
+        in parts by the inertia of both; "input", the mean of the input gear, the output
+        torque being lowered by the efficiency of the meshes
+    """
+
+    number: Number = 1
+    without: tuple[str, ...] = ()
+    translations: bool = False
+    damping_ratio: float | None = None
+    stiffness: Source | GivenTables = field(default_factory=Source)
+    friction: float = 0.0
+    bending: float | Literal["cycle"] | None = None
+    sliding: Sliding = "nominal"
+    transition: float = 0.0
+    torque_of: TorqueOf = "nominal"
+
+    def __post_init__(self) -> None:
+        if self.damping_ratio is not None:
+            require_between("damping_ratio", self.damping_ratio, 0, 1, below=True)
+        require_fields(self)
+        if self.without and self.number != "coupled":
+            raise ValueError(f"without needs the coupled model, got {self.number}")
+        for name in self.without:
+            require_choice("without", name, INGREDIENTS)
+        if len(set(self.without)) < len(self.without):
+            raise ValueError(f"without must name each part once, got {self.without!r}")
+        if self.friction and self.number != 1:
+            raise ValueError(f"friction needs model 1, got {self.number}")
+        require_between("friction", self.friction, 0, 1, below=True)
+        ratio = self.bending
+        if ratio is None or isinstance(ratio, str):
+            ratio = 0.0
+        require_between("bending", ratio, 0, 1, below=True)
+        self.tooth_friction(ratio)  # checks its fields
+
+    def tooth_friction(self, bending: BendingRatio) -> ToothFriction:
+        """Of a mesh, with its friction-bending ratio."""
+        return ToothFriction(self.friction, bending, self.sliding, self.transition)
+
+    @property
+    def springs(self) -> int:
+        """The model that gives the modes and their damping."""
+        return 1 if self.number == "coupled" else self.number
+
+    @property
+    def name(self) -> str:
+        """As files and screens call it."""
+        left_out = "".join(f", without {name}" for name in self.without)
+        return f"{self.number}{left_out}"
+
+    @property
+    def excitations(self) -> ExcitationSource:
+        """Of the stiffness, nothing solved yet; one serves for many torques."""
+        given = self.stiffness
+        return given if isinstance(given, GivenTables) else Excitations(given)
+
+
+@public
+def lumped_system(
+    gear_set: GearSet,
+    torque: float,
+    model: LumpedModel | None = None,
+    excitations: ExcitationSource | None = None,
+    speeds: Sequence[float] = (),
+    like: LumpedSystem | None = None,
+) -> LumpedSystem:
+    """The lumped system at a torque on the input gear [N m].
+
+    excitations : in place of the model's own, so that solved tables are used again
+    speeds : mesh frequencies of the first mesh [Hz] for which the coupled model chooses
+        its body modes; the usual ones if there are none
+    like : a system whose choice of body modes this one shares
+
+    Raises InputError where the gear set gives no train, or one that would accelerate.
+    """
+    model = model or LumpedModel()
+    source = excitations or model.excitations
+    known = None
+    if model.number == "coupled":
+        known = _known_contacts(gear_set, model, source)
+    train = train_of(gear_set, torque, model.translations, model.damping_ratio)
+    on_meshes = mesh_torques_at(gear_set, torque)
+    driven = tuple(
+        source.of(gear_set, mesh, on_mesh, model.springs)
+        for mesh, on_mesh in enumerate(on_meshes)
+    )
+    rubs: tuple[ToothFriction, ...] = ()
+    try:
+        if model.friction:
+            ratios = bending_ratios(gear_set, on_meshes, source, model)
+            rubs = tuple(map(model.tooth_friction, ratios))
+            driven = tuple(map(with_bending, driven, rubs))
+        system = LumpedSystem(train, driven, friction=rubs)
+        if rubs and model.torque_of == "input":
+            system = with_losses(gear_set, system)
+    except (TrainError, ValueError) as error:
+        raise InputError(f"{gear_set.name}: {error}") from None
+    if known is None:
+        return system
+    from fegear.dynamics.coupled import coupled_contacts
+
+    require_physical(gear_set, torque, system)
+    speeds = speeds if len(speeds) else usual_speeds(system)
+    contacts = coupled_contacts(
+        *(gear_set, torque, system, known, model.without),
+        band=(min(speeds), max(speeds)),
+        kept=like.contacts.kept if like is not None and like.contacts else None,
+    )
+    return replace(system, contacts=contacts)
+
+
+def with_losses(gear_set: GearSet, system: LumpedSystem) -> LumpedSystem:
+    """The system with an output torque lowered by what friction takes."""
+    efficiency = 1.0
+    for mesh in power_meshes(gear_set):
+        force = system.modes.mean_stiffness[mesh] * abs(system.static_deflection[mesh])
+        given = system.excitations[mesh], system.friction[mesh], float(force)
+        efficiency *= nominal_efficiency(system.train, mesh, *given)
+    train = with_efficiency(gear_set, system.train, efficiency)
+    return replace(system, train=train, losses=1.0 - efficiency)
+
+
+def bending_ratios(
+    gear_set: GearSet,
+    on_meshes: Sequence[float],
+    source: ExcitationSource,
+    model: LumpedModel,
+) -> list[BendingRatio]:
+    """Friction-bending ratios of the meshes: as the model gives them, else from the
+    mesh tables.
+
+    on_meshes : torques on their drivers [N m]
+    Raises InputError where the stiffness comes from no table that has them.
+    """
+    if isinstance(model.bending, float | int):
+        return [model.bending] * len(on_meshes)
+    found: list[BendingRatio] = []
+    for mesh, torque in enumerate(on_meshes):
+        if isinstance(source, GivenTables):
+            table = source.tables[mesh][1]
+        elif isinstance(source, Excitations) and source.source.kind == "fe":
+            table = source.table(gear_set, mesh, torque)
+        else:
+            raise InputError(
+                "bending is missing; the friction-bending ratio comes from mesh tables "
+                "by finite elements, of other excitations it must be given"
+            )
+        needed = [RATIO]
+        if model.bending == "cycle":
+            needed = pair_names(table, RATIO) or [f"pair1_{RATIO}"]
+        for name in needed:
+            if name not in table.columns:
+                raise InputError(
+                    f"bending is missing; mesh table {mesh + 1} has no column {name}"
+                )
+        if model.bending == "cycle":
+            found.append(bending_along_path(table, torque))
+        else:
+            found.append(float(at_torque(table, RATIO, torque).mean()))
+    return found
+
+
+def _known_contacts(
+    gear_set: GearSet, model: LumpedModel, source: ExcitationSource
+) -> Excitations | GivenTables:
+    """What gives the contacts of the coupled model; what it leaves out is there."""
+    if isinstance(source, GivenTables):
+        if max(error_periods(gear_set)) > 1:
+            raise InputError(
+                f"pitch_errors_um of {gear_set.name}; the coupled model of mesh tables "
+                "is that of equal teeth, allowed are none or finite elements"
+            )
+    elif not isinstance(source, Excitations) or source.source.kind != "fe":
+        raise InputError(
+            "number = coupled; its contacts come from finite elements or mesh tables, "
+            "other excitations know nothing of them"
+        )
+    if "meshes" in model.without and not shares_a_gear(gear_set):
+        raise InputError(
+            f"without = meshes; no gear of {gear_set.name} is in two meshes"
+        )
+    return source
+
+
+def require_physical(gear_set: GearSet, torque: float, system: LumpedSystem) -> None:
+    """Raise InputError where meshes yield too much at rest for their contacts to exist.
+
+    torque : on the input gear [N m]
+    """
+    rest = abs(system.static_deflection)
+    where = f" at {torque:g} N m on the input gear"
+    for doubt in doubts_of_meshes(gear_set.meshes, where, rest, 0.0 * rest):
+        raise InputError(f"{gear_set.name}: {doubt}")
+
+
+def shares_a_gear(gear_set: GearSet) -> bool:
+    """Whether a gear is in two meshes."""
+    places = [g for mesh in gear_set.meshes for g in (mesh.driver, mesh.driven)]
+    return len(set(places)) < len(places)
+
+
+def require_method(model: LumpedModel, settings: Settings) -> None:
+    """Adaptive steps end where springs open; the coupled model has none."""
+    if model.number == "coupled" and settings.method != "rk4":
+        raise InputError(
+            f"method = {settings.method}; the coupled model takes rk4 only"
+        )
+
+
+def doubts_of_bodies(system: LumpedSystem, speeds: Sequence[float]) -> Iterator[str]:
+    """A line where the body modes that the coupled model leaves out matter.
+
+    speeds : mesh frequencies of the first mesh [Hz]
+    """
+    error, on_flanks = left_out_error(system, speeds), flank_error(system, speeds)
+    if on_flanks is not None and on_flanks > ALLOWED:
+        yield (
+            "body modes that the coupled model leaves out shift sharp resonances: "
+            f"amplitudes on their flanks change by up to {100.0 * on_flanks:.2g} % "
+            f"between mesh frequencies of {min(speeds):g} and {max(speeds):g} Hz, "
+            f"allowed are {100.0 * ALLOWED:g} %; finite elements are as sensitive to "
+            "their --cutoff there"
+        )
+    if error is not None and error > ALLOWED:
+        yield (
+            "body modes that the coupled model leaves out change the mesh compliance "
+            f"by up to {100.0 * error:.2g} % of the excitation's RMS between mesh "
+            f"frequencies of {min(speeds):g} and {max(speeds):g} Hz, allowed are "
+            f"{100.0 * ALLOWED:g} %; dynamics --fidelity reduced has more of them"
+        )
+
+
+def left_out_error(system: LumpedSystem, speeds: Sequence[float]) -> float | None:
+    """Return a bound on the error of the mesh compliance by left-out body modes.
+
+    Relative to the excitation's RMS; None for models without bodies.
+
+    speeds : mesh frequencies of the first mesh [Hz]
+    """
+    found = _bodies_left_out(system)
+    if found is None:
+        return None
+    inertia, kept = found
+    return inertia.largest_error(kept, (min(speeds), max(speeds)))
+
+
+def flank_error(system: LumpedSystem, speeds: Sequence[float]) -> float | None:
+    """Return a bound on the error of amplitudes on the flanks of sharp resonances.
+
+    By left-out body modes, which shift them; None for models without bodies.
+
+    speeds : mesh frequencies of the first mesh [Hz]
+    """
+    found = _bodies_left_out(system)
+    if found is None:
+        return None
+    inertia, kept = found
+    return inertia.flank_error(kept, (min(speeds), max(speeds)))
+
+
+def _bodies_left_out(
+    system: LumpedSystem,
+) -> tuple[BodyInertia, NDArray[np.bool_]] | None:
+    """All body modes of the coupled model, and those that it has."""
+    contacts = system.contacts
+    if contacts is None or contacts.inertia is None or contacts.kept is None:
+        return None
+    return contacts.inertia, contacts.kept & (contacts.bodies.count > 0)
+
+
+def body_entries(system: LumpedSystem, speeds: Sequence[float]) -> dict[str, str]:
+    """Entries of a file's header: body modes of the coupled model's gears, in order,
+    and what those that are left out change.
+
+    speeds : mesh frequencies of the first mesh [Hz]
+    """
+    error, on_flanks = left_out_error(system, speeds), flank_error(system, speeds)
+    if error is None or on_flanks is None or system.contacts is None:
+        return {}
+    gears = system.contacts.bodies.gears
+    counts = [int((gears == g).sum()) for g in range(len(system.train.gears))]
+    return {
+        "body modes": " + ".join(map(str, counts)),
+        "body modes left out": "change the mesh compliance by at most "
+        f"{100.0 * error:.2g} % of the excitation's RMS, and amplitudes on the flanks "
+        f"of resonances by at most {100.0 * on_flanks:.2g} %",
+    }
+
+
+def usual_speeds(system: LumpedSystem) -> list[float]:
+    """From 0.5 to 1.3 times the resonances that meshes excite, in round steps.
+
+    Those are natural frequencies of modes with a twentieth or more of their strain
+    energy in the meshes, for every mesh as frequencies of the first [Hz].
+    """
+    modes = system.modes
+    coupled = modes.frequency_Hz[modes.mesh_energy.sum(axis=0) >= COUPLED]
+    if not coupled.size:
+        raise InputError("speeds are missing; no mode strains the meshes enough")
+    rates = [float(rate) for rate in system.train.mesh_rates]
+    low = 0.5 * float(coupled.min()) / max(rates)
+    high = 1.3 * float(coupled.max()) / min(rates)
+    step = _round_up((high - low) / USUAL_SPEEDS)
+    first, last = max(1, math.floor(low / step)), math.ceil(high / step)
+    return [float(Decimal(repr(step)) * i) for i in range(first, last + 1)]
+
+
+def _round_up(value: float) -> float:
+    """The next number of 1, 2 or 5 times a power of ten."""
+    power = 10.0 ** math.floor(math.log10(value))
+    factor = next(f for f in (1.0, 2.0, 5.0, 10.0) if f * power >= value * (1 - 1e-9))
+    return float(f"{factor * power:.1g}")
+
+
+def natural_frequencies(system: LumpedSystem) -> list[float]:
+    """Of the modes that strain a mesh [Hz]."""
+    return [float(f) for f in system.resonances_Hz]
+
+
+def file_header(
+    gear_set: GearSet, model: LumpedModel, damping_ratio: float, integration: str
+) -> dict[str, str]:
+    """Entries that say how a file came about; nothing that differs between runs.
+
+    damping_ratio : that of the train; integration : its scheme and limits, in words
+    """
+    return {
+        "gear set": gear_set.name,
+        "fegear version": package_version(),
+        **model.stiffness.header,
+        "damping ratio": exact(damping_ratio),
+        "translations": "yes" if model.translations else "no",
+        **_friction(model),
+        "integration": integration,
+        **_pitch_errors(gear_set),
+    }
+
+
+def _friction(model: LumpedModel) -> dict[str, str]:
+    if not model.friction:
+        return {}
+    bending = "of the mesh tables"
+    if isinstance(model.bending, str):
+        bending = "of the mesh tables, over the way of each pair"
+    elif model.bending is not None:
+        bending = exact(model.bending)
+    entries = {
+        "friction coefficient": exact(model.friction),
+        BENDING: bending,
+    }
+    if model.sliding == "instantaneous":
+        turns = f" within {exact(model.transition)} m/s" if model.transition else ""
+        entries[TURNED] = f"turned by vibration{turns}"
+    return entries | torque_entry(model.torque_of)
+
+
+def torque_entry(torque_of: TorqueOf) -> dict[str, str]:
+    """Return the header entry for torques that include friction losses."""
+    if torque_of == "nominal":
+        return {}
+    return {TORQUE_OF: "of the input gear, with friction"}
+
+
+def _pitch_errors(gear_set: GearSet) -> dict[str, str]:
+    """After how long tooth pairs repeat, where they differ."""
+    periods = error_periods(gear_set)
+    if max(periods) == 1:
+        return {}
+    words = ", ".join(f"{n} of mesh {m}" for m, n in enumerate(periods, start=1))
+    return {"pitch errors": f"tooth pairs repeat after base pitches: {words}"}
+
+
+def integration_in_words(settings: Settings, coupled: bool = False) -> str:
+    """coupled : whether it is of the coupled model"""
+    method = "exact but for cubic contact forces" if coupled else settings.method
+    scheme = f"{method}, tolerance {exact(settings.tolerance)}"
+    if settings.method == "rk4":
+        steps = settings.least_steps(coupled)
+        scheme += f", {steps} steps per period or more"
+    return f"{scheme}, up to {cap_in_words(settings.max_periods)}"
+
+
+def cap_in_words(max_periods: int | None) -> str:
+    return "what the damping needs" if max_periods is None else f"{max_periods} periods"

@@ -1,0 +1,1 @@
+"""Motions that need not repeat: sections and Lyapunov exponents."""

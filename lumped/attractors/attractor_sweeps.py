@@ -1,0 +1,256 @@
+"""Attractors over a parameter, each from where the motion before has settled.
+
+Over the parameter they show where periods double, where chaos begins and where it ends.
+"""
+
+from __future__ import annotations
+
+import math
+import threading
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
+from itertools import pairwise
+from typing import Any, Protocol
+
+import numpy as np
+
+from lumped.attractors.attractors import (
+    NEUTRAL,
+    Attractor,
+    Kind,
+    SectionSettings,
+    find_attractor,
+    refined,
+)
+from lumped.common.checks import checked
+from lumped.steady.response import Response, Status
+from lumped.steady.settings import Settings
+from lumped.steady.steady_state import Stepper, Watch, confirmed, steady_state
+from lumped.steady.steppers import stepper_of
+from lumped.steady.sweep import (
+    SILENT,
+    Direction,
+    Observer,
+    Station,
+    in_order,
+    settle_in_turn,
+)
+from lumped.train.system import LumpedSystem
+
+JUMP = "jump"
+FAR, STRONG = 0.1, 2.5  # of the largest deflection; of the changes beside: a jump
+LONG = 16_000  # periods of the first mesh in which chaos that passes should end
+SystemAt = Callable[[float], tuple[LumpedSystem, float]]  # and the mesh frequency [Hz]
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """Values of a parameter, in the order of the sweep, with motions of one name.
+
+    begins : `period doubling`, `chaos begins`, `jump` or what else came with its first
+        value; empty where that has no name
+    exponent : largest of its motions, NaN where they diverged
+    """
+
+    first: float
+    last: float
+    name: str
+    begins: str
+    exponent: float
+
+
+@dataclass(frozen=True, eq=False)
+class AttractorBranch:
+    """Attractors in the order in which values of a parameter were passed.
+
+    complete : whether all values were reached; a divergence ends a branch
+    """
+
+    direction: Direction
+    values: tuple[float, ...]
+    attractors: tuple[Attractor, ...]
+    complete: bool
+
+    @property
+    def stretches(self) -> tuple[Stretch, ...]:
+        """Successive values at which the motion has one name."""
+        found: list[Stretch] = []
+        before: Attractor | None = None
+        jumps = find_jumps(self.attractors)
+        for value, attractor, jump in zip(
+            self.values, self.attractors, jumps, strict=True
+        ):
+            begins = "" if before is None else named_change(before, attractor)
+            begins = JUMP if jump else begins
+            goes_on = before is not None and before.name == attractor.name
+            if goes_on and not jump:
+                largest = float(np.fmax(found[-1].exponent, attractor.exponent))
+                found[-1] = replace(found[-1], last=value, exponent=largest)
+            else:
+                name, exponent = attractor.name, attractor.exponent
+                found.append(Stretch(value, value, name, begins, exponent))
+            before = attractor
+        return tuple(found)
+
+
+def find_jumps(attractors: Sequence[Attractor]) -> list[bool]:
+    """Whether each motion is another one than that before it.
+
+    Means of the sections are far apart, and much further than those of the neighbours
+    on both sides, which there must be. Where a period doubles, points part from each
+    other but not from their mean.
+    """
+    apart = [_distance(*pair) for pair in pairwise(attractors)]
+    beside = [math.nan, *apart, math.nan]
+    return [False] + [
+        own > FAR and own > STRONG * one and own > STRONG * two
+        for one, own, two in zip(beside, apart, beside[2:], strict=False)
+    ]
+
+
+def _distance(before: Attractor, after: Attractor) -> float:
+    """Between means of sections, over the largest deflection; NaN without a period."""
+    if not (before.multiple and after.multiple) or not before.deflection.size:
+        return math.nan
+    means = [each.deflection.mean(axis=0) for each in (before, after)]
+    every = np.concatenate([before.deflection, after.deflection])
+    return float(np.abs(means[0] - means[1]).max() / np.abs(every).max())
+
+
+def named_change(before: Attractor, after: Attractor) -> str:
+    """What happens from one motion to another."""
+    if before.name == after.name:
+        return ""
+    if after.kind == Kind.CHAOTIC:
+        return "chaos begins"
+    if before.kind == Kind.CHAOTIC:
+        return "chaos ends"
+    if before.multiple and after.multiple == 2 * before.multiple:
+        return "period doubling"
+    if after.multiple and before.multiple == 2 * after.multiple:
+        return "period halving"
+    if after.kind == Kind.QUASI_PERIODIC:
+        return "torus"
+    return ""
+
+
+def unstable(attractor: Attractor) -> bool:
+    """Whether a motion that seems to repeat leaves what it repeats."""
+    return attractor.multiple > 0 and attractor.exponent > NEUTRAL
+
+
+def aperiodic(response: Response) -> Response:
+    """The response as that of a motion which does not repeat."""
+    none = np.zeros_like(response.period_multiple)
+    return replace(response, status=Status.APERIODIC, multiple=0, period_multiple=none)
+
+
+class AttractorStore(Protocol):
+    """Where finished values of a branch are kept and found again."""
+
+    def finished(self) -> list[tuple[Response, Attractor]]:
+        """In the order in which they were passed; the last with its state."""
+
+    def add(self, response: Response, attractor: Attractor) -> None:
+        """Keep both, with the response's state."""
+
+
+@dataclass
+class _Found:
+    """The attractors of a sweep, which keeps responses."""
+
+    sections: SectionSettings
+    store: AttractorStore | None
+    attractors: list[Attractor] = field(default_factory=list)
+
+    def finished(self) -> list[Response]:
+        if self.store is None:
+            return []
+        known = self.store.finished()
+        self.attractors = [attractor for _, attractor in known]
+        return [response for response, _ in known]
+
+    def settle(
+        self,
+        stepper: Stepper,
+        frequency: float,
+        settings: Settings,
+        state: Any,
+        before: Response | None,
+        watch: Watch,
+    ) -> tuple[Response, Any, Settings]:
+        """As `confirmed`, on an attractor that belongs to the motion.
+
+        One that seems to repeat but is unstable on finer steps leaves there; one that
+        does not repeat though changes shrink may have been chaotic for a while.
+        """
+        found = confirmed(stepper, frequency, settings, state, before, watch)
+        attractor = self._attractor(stepper, found, watch)
+        if attractor.kind == Kind.UNSETTLED or unstable(attractor):
+            response, _, steps = found
+            longer = replace(
+                refined(stepper.system, steps, stepper.system.common_period[0]),
+                max_periods=steps.max_periods or LONG,
+            )
+            again = steady_state(
+                *(stepper, frequency, longer, response.state, frequency, watch)
+            )
+            found = *again, longer
+            attractor = self._attractor(stepper, found, watch)
+        if unstable(attractor):
+            found = aperiodic(found[0]), *found[1:]
+            attractor = self._attractor(stepper, found, watch)
+        self.attractors.append(attractor)
+        return found
+
+    def _attractor(
+        self, stepper: Stepper, found: tuple[Response, Any, Any], watch: Watch
+    ) -> Attractor:
+        response, _, steps = found
+        return find_attractor(
+            *(stepper.system, response, steps, self.sections),
+            partial(watch, response.frequency),
+        )
+
+    def add(self, response: Response) -> None:
+        if self.store is not None:
+            self.store.add(response, self.attractors[-1])
+
+
+@checked
+def sweep_attractors(
+    values: Sequence[float],
+    system_at: SystemAt,
+    direction: Direction,
+    settings: Settings | None = None,
+    sections: SectionSettings | None = None,
+    *,
+    store: AttractorStore | None = None,
+    observer: Observer = SILENT,
+    stop: threading.Event | None = None,
+) -> AttractorBranch:
+    """Pass through values of a parameter, which rise or fall by the direction.
+
+    system_at : called in turn for each, such as `at` of a `lumped.branches.Family`; all
+        systems have the same gears and freedoms
+    stop : ends the sweep as soon as the motion is watched
+    """
+    # no figures are shown that more windows would measure
+    settings = replace(settings or Settings(), windows=1)
+    ordered = in_order(values, direction)
+    found = _Found(sections or SectionSettings(), store)
+
+    def station(value: float) -> Station:
+        system, frequency = system_at(value)
+        return stepper_of(system, settings), frequency
+
+    responses, complete = settle_in_turn(
+        *(ordered, station, settings),
+        settle=found.settle,
+        store=found,
+        observer=observer,
+        stop=stop,
+    )
+    passed = tuple(ordered[: len(responses)])
+    return AttractorBranch(direction, passed, tuple(found.attractors), complete)

@@ -1,0 +1,271 @@
+"""What a motion has settled to: Poincaré section and largest Lyapunov exponent.
+
+The section is taken once in each common period of the meshes. The exponent is the mean
+rate at which small changes of the motion grow, carried with it along the same steps. A
+motion that repeats has it from the multipliers of its own period.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from enum import StrEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lumped.branches.bifurcations import branch_point
+from lumped.branches.continuation import Branch, NoSolution, Steps
+from lumped.branches.motions import Motions, OverSpeed
+from lumped.branches.periodic import repeats_sooner
+from lumped.common.checks import checked, require_between, require_fields
+from lumped.steady.response import Response, Status
+from lumped.steady.settings import Settings
+from lumped.steady.steady_state import Diverged, Speed
+from lumped.steady.steppers import FixedStepper, room_to_record
+from lumped.train.system import LumpedSystem
+from lumped.train.train import TrainError
+
+Array = NDArray[np.float64]
+TURNING = 128  # periods of the first mesh in which a change turns to what grows most
+STRETCH = 1024  # periods of the first mesh between looks at the exponent
+MOST = 4 * STRETCH  # after which it is left as it is
+WINDOWS = 16  # of which its standard error is taken
+CLEAR = 5.0  # standard errors beyond which the sign of an exponent is certain
+NEUTRAL = 1e-3  # per period, below which changes do not grow
+FADES = 1e-4  # per period, beyond which they shrink
+FINE = 1024  # steps per period along which multipliers of short motions are taken,
+SHORT = 64  # those of so many periods of the first mesh
+HARMONICS = 20  # of the first mesh, of motions that harmonic balance confirms,
+MOST_HARMONICS = 200  # which take up to some 0.1 s each
+NEAR = 0.02  # of the RMS, between both
+CLOSING = 16  # times the motion's period in which it closes on those steps
+
+
+class Kind(StrEnum):
+    """Of a motion that has settled, by its exponent where it does not repeat.
+
+    UNSETTLED : changes shrink, so that it still settles or repeats after more periods
+        than were looked for
+    """
+
+    PERIODIC = "periodic"
+    QUASI_PERIODIC = "quasi-periodic"
+    CHAOTIC = "chaotic"
+    UNSETTLED = "unsettled"
+    DIVERGED = "diverged"
+
+
+@dataclass(frozen=True, kw_only=True)
+class SectionSettings:
+    """How attractors are looked at; sections : points of one that does not repeat."""
+
+    sections: int = 100
+
+    def __post_init__(self) -> None:
+        require_between("sections", self.sections, 1, 10_000)
+        require_fields(self)
+
+
+@dataclass(frozen=True, eq=False)
+class Attractor:
+    """Of a motion with m meshes; nothing but NaN where it diverged.
+
+    multiple : common periods after which it repeats, 0 if it does not
+    deflection, rate : (k, m) at the start of successive common periods, of all that
+        differ where it repeats [m], [m/s]
+    exponent : largest of Lyapunov, per period of the first mesh
+    spread : its standard error; 0 where the motion repeats
+    """
+
+    multiple: int
+    deflection: Array
+    rate: Array
+    exponent: float
+    spread: float
+
+    @property
+    def name(self) -> str:
+        """`period 2`, or the kind of a motion that does not repeat."""
+        return f"period {self.multiple}" if self.multiple else str(self.kind)
+
+    @property
+    def kind(self) -> Kind:
+        if self.multiple:
+            return Kind.PERIODIC
+        if not math.isfinite(self.exponent):
+            return Kind.DIVERGED
+        sure = abs(self.exponent) > CLEAR * self.spread
+        if self.exponent < 0.0:
+            fades = sure and self.exponent < -FADES
+            return Kind.UNSETTLED if fades else Kind.QUASI_PERIODIC
+        grows = sure and self.exponent > NEUTRAL
+        return Kind.CHAOTIC if grows else Kind.QUASI_PERIODIC
+
+
+@checked
+def find_attractor(
+    system: LumpedSystem,
+    response: Response,
+    settings: Settings,
+    sections: SectionSettings | None = None,
+    watch: Callable[[int], None] = lambda done: None,
+) -> Attractor:
+    """The attractor on which a response ends, by fixed steps.
+
+    settings : of the response's steps
+    watch : called on the way with the common periods that are done; what it raises ends
+        the work
+    """
+    sections = sections or SectionSettings()
+    if system.rubs:
+        raise TrainError("friction must be 0; changes of a motion leave it out")
+    if response.status == Status.DIVERGED:
+        return _diverged(system)
+    at = Speed(response.frequency, settings)
+    try:
+        if response.multiple:
+            return _repeating(system, response, at)
+        return _wandering(system, response, at, sections.sections, watch)
+    except Diverged:
+        return _diverged(system)
+
+
+def _diverged(system: LumpedSystem) -> Attractor:
+    empty = np.empty((0, len(system.excitations)))
+    return Attractor(0, empty, empty, math.nan, math.nan)
+
+
+@dataclass(frozen=True, eq=False)
+class _Way:
+    """Along which changes are carried with a motion, in common periods."""
+
+    system: LumpedSystem
+    at: Speed
+
+    @property
+    def angular(self) -> Array:
+        """By which velocities count (n,) [rad/s]."""
+        return self.system.angular
+
+    def carry(self, state: Array, periods: int) -> tuple[Array, Array, Array]:
+        """Deflections and rates (periods, m) at the start of each, and how much changes
+        grow in it as a logarithm (periods,); the state (2, n (1 + k)) moves on."""
+        rows, growth = room_to_record(self.system, periods), np.empty(periods)
+        FixedStepper(self.system).carry(state, self.at, rows, growth)
+        return rows[:, 0], rows[:, 1], growth
+
+
+def _repeating(system: LumpedSystem, response: Response, at: Speed) -> Attractor:
+    """By harmonic balance where that confirms the motion, else along fine steps.
+
+    Next to a contact that is only just met, steps of the integration that it falls
+    into make a motion seem to repeat later than it does, and to be unstable.
+    """
+    if not np.isfinite(response.state).all():
+        raise Diverged(0.0)
+    exact = _balanced(system, response, at.settings)
+    if exact is None:
+        return _along_steps(system, response, at)
+    multiple, exponent = exact
+    state = np.concatenate([response.state, np.ones_like(response.state)], axis=1)
+    deflection, rate, _ = _Way(system, at).carry(state, multiple)
+    return Attractor(multiple, deflection, rate, exponent, 0.0)
+
+
+def _balanced(
+    system: LumpedSystem, response: Response, settings: Settings
+) -> tuple[int, float] | None:
+    """Common periods after which a motion repeats, and its exponent; None where
+    harmonic balance finds no stable motion there or takes too long, and for the coupled
+    model."""
+    multiple, length = response.multiple, system.common_period[0]
+    size = float(np.abs(system.static_deflection).max())
+    if (
+        size == 0.0
+        or system.contacts is not None
+        or multiple * length * HARMONICS > MOST_HARMONICS
+    ):
+        return None
+    while True:
+        motions = Motions(OverSpeed(system), HARMONICS, multiple)
+        branch: Branch[Motions] = Branch(motions, Steps(size=size, unit=1000.0))
+        balance = motions.at(response.frequency)[0]
+        try:
+            x = balance.of_response(response, settings)
+            point = branch.at(x, response.frequency)
+        except (NoSolution, ArithmeticError):
+            return None
+        if not repeats_sooner(branch, point):
+            break
+        multiple //= 2
+    found = branch_point(motions, point)
+    apart = np.abs(found.figures["dte_rms"] - response.dte_rms).max()
+    if apart > NEAR * response.dte_rms.max() or not found.stable:
+        return None
+    return multiple, math.log(found.largest) / (multiple * length)
+
+
+def _along_steps(system: LumpedSystem, response: Response, at: Speed) -> Attractor:
+    """Changes of every coordinate and velocity together are the monodromy.
+
+    A spring that opens within a step leaves an error in it of the order of the step,
+    which a motion that does not repeat averages out: this one takes finer steps.
+    """
+    state, periods = np.array(response.state), response.multiple
+    length = periods * system.common_period[0]
+    fine = refined(system, at.settings, length)
+    if fine != at.settings:
+        at = replace(at, settings=fine)
+        varied = np.concatenate([state, np.ones_like(state)], axis=1)
+        _Way(system, at).carry(varied, CLOSING * periods)
+        state = varied[:, : state.shape[1]]
+    varied = np.concatenate([state, np.ones_like(state)], axis=1)
+    deflection, rate, _ = _Way(system, at).carry(varied, periods)
+    _, scaled, growth = FixedStepper(system).scaled_monodromy(state, at, periods)
+    exponent = growth + math.log(np.abs(np.linalg.eigvals(scaled)).max())
+    return Attractor(response.multiple, deflection, rate, exponent / length, 0.0)
+
+
+def refined(system: LumpedSystem, settings: Settings, length: int) -> Settings:
+    """Settings of fine steps, for springs that open within them and short motions.
+
+    length : periods of the first mesh after which the motion repeats
+    """
+    contacts = system.contacts is not None
+    if contacts or length > SHORT or settings.least_steps(contacts) >= FINE:
+        return settings
+    return replace(settings, steps=FINE)
+
+
+def _wandering(
+    system: LumpedSystem,
+    response: Response,
+    at: Speed,
+    sections: int,
+    watch: Callable[[int], None],
+) -> Attractor:
+    """One change, until the sign of its growth is certain or it took long enough."""
+    way, length = _Way(system, at), system.common_period[0]
+    changed = np.full((2, way.angular.size), 1.0)  # which no mode leaves out
+    changed[1] *= way.angular
+    state = np.concatenate([response.state, changed], axis=1)
+    way.carry(state, math.ceil(TURNING / length))
+    stretch = max(sections, WINDOWS, math.ceil(STRETCH / length))
+    deflection, rate, growth = way.carry(state, stretch)
+    while True:
+        windows = np.array([part.mean() for part in np.array_split(growth, WINDOWS)])
+        exponent, spread = growth.mean(), windows.std(ddof=1) / math.sqrt(WINDOWS)
+        certain = abs(exponent) > max(CLEAR * spread, NEUTRAL * length)
+        if certain or not math.isfinite(exponent) or growth.size * length >= MOST:
+            break
+        watch(growth.size)
+        growth = np.concatenate([growth, way.carry(state, stretch)[2]])
+    return Attractor(
+        multiple=0,
+        deflection=deflection[:sections].copy(),
+        rate=rate[:sections].copy(),
+        exponent=float(exponent / length),
+        spread=float(spread / length),
+    )

@@ -1,0 +1,1 @@
+"""What all parts share: tables as text, compiled kernels, workers, checks."""

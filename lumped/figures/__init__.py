@@ -1,0 +1,1 @@
+"""Pictures of results; functions of a result, drawn without a screen."""

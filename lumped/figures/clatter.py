@@ -1,0 +1,74 @@
+"""Motion of a loose wheel in its plays, and its impacts by phase and speed, drawn."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lumped.clatter.gearbox import TEETH, Wheel
+from lumped.clatter.groups import Group
+from lumped.clatter.runs import State, move
+from lumped.figures.drawing import color_of, draw_title, panels
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+Array = NDArray[np.float64]
+LABELS = {
+    TEETH: "relative distance\nof teeth [mm]",
+    "axial": "axial shift [mm]",
+    "radial": "radial shift [mm]",
+}
+
+
+def sample_plays(group: Group, start: State, times: Array) -> Array:
+    """Plays of a group at times [s] that rise, from a start (t, p) [m]."""
+    state, rows, ratios = start.copy(), group.rows, group.ratios
+    found = np.empty((times.size, ratios.size))
+    waves = group.excitation.at(times)
+    for number, time in enumerate(times):
+        for _ in move(group, state, float(time)):
+            pass
+        found[number] = ratios * waves[number] + rows @ state.q
+    return found
+
+
+def draw_motion(
+    group: Group, wheel: Wheel, start: State, times: Array, title: str
+) -> Figure:
+    """Every play of a wheel over time, between its edges."""
+    own = [i for i, (each, _) in enumerate(group.plays) if each is wheel]
+    plays, widths = 1e3 * sample_plays(group, start, times), 1e3 * group.widths(times)
+    figure, axes = panels(len(own), size=(9.0, 1.0 + 2.2 * len(own)), share=True)
+    for row, number in enumerate(own):
+        name = group.plays[number][1]
+        (panel,) = axes[row]
+        for edge in (0.0 * times, -widths[:, number]):
+            panel.plot(times, edge, color="black", linewidth=0.8)
+        panel.plot(times, plays[:, number], color=color_of(row), linewidth=1.0)
+        panel.set_ylabel(LABELS[name])
+    axes[-1][0].set_xlabel("time [s]")
+    draw_title(figure, f"{title}: wheel {wheel.name}")
+    return figure
+
+
+def draw_attractor(phase: Array, speed: Array, edge: Array, title: str) -> Figure:
+    """Impacts of teeth: phase of the excitation [periods] and approach speed [m/s]."""
+    figure, axes = panels(1, size=(8.0, 5.5))
+    panel = axes[0][0]
+    for number, (side, words) in enumerate(((1, "upper edge"), (-1, "lower edge"))):
+        own = edge == side
+        panel.plot(
+            *(phase[own], speed[own], "."),
+            color=color_of(number),
+            markersize=1.5 if own.sum() > 500 else 5.0,
+            label=words,
+            rasterized=True,
+        )
+    panel.set(xlim=(0.0, 1.0), xlabel="phase of impact [periods of the excitation]")
+    panel.set_ylabel("relative speed before impact [m/s]")
+    panel.legend(loc="upper right", markerscale=4.0, fontsize=8)
+    draw_title(figure, title)
+    return figure

@@ -1,0 +1,93 @@
+"""Pictures of parameter maps: contours over two axes, a curve over one."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lumped.figures.drawing import draw_title, panels
+from lumped.steady.maps import ParameterMap
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+LEVELS = 14
+LOST = 1e-3  # part of the cycle from which contact counts as lost
+
+
+def draw_map(found: ParameterMap) -> Figure:
+    """RMS of the DTE [um], a panel for each mesh; where contact is lost is hatched."""
+    figure, (row,) = panels(1, found.meshes, size=(5.4 * found.meshes, 5.0))
+    for mesh, axes in enumerate(row):
+        if len(found.axes) == 2:
+            _draw_contours(axes, found, mesh)
+        else:
+            _draw_curve(axes, found, mesh)
+        axes.set_title(f"mesh {mesh + 1}", fontsize=10)
+    header = found.header
+    forms = {
+        "torque on the input gear [N m]": "torque {:g} N m",
+        "damping ratio": "damping ratio {:g}",
+    }
+    changes = [
+        form.format(float(header[key])) for key, form in forms.items() if key in header
+    ]
+    changes += [f"{k[4:]} = {v}" for k, v in header.items() if k.startswith("set ")]
+    title = (
+        f"{header['gear set']}, model {header['model']}, {header['excitation']}, "
+        f"{header['response']}\n{', '.join(changes)}"
+    )
+    draw_title(figure, title)
+    return figure
+
+
+def _draw_contours(axes: Axes, found: ParameterMap, mesh: int) -> None:
+    from matplotlib.patches import Patch
+
+    axes.grid(False)
+    one, two = found.axes
+    x, y = np.array(one.values), np.array(two.values)
+    rms = 1e6 * found.on_grid("dte_rms_m", mesh).T
+    lost = found.on_grid("contact_loss_fraction", mesh).T
+    if min(x.size, y.size) < 2 or np.isnan(rms).all():
+        axes.text(0.5, 0.5, "no contours", transform=axes.transAxes, ha="center")
+        return
+    filled = axes.contourf(x, y, rms, LEVELS, cmap="viridis")
+    lines = axes.contour(x, y, rms, filled.levels, colors="white", linewidths=0.6)
+    axes.clabel(lines, fontsize=7, fmt="%g")
+    if np.nanmax(lost) > LOST:
+        axes.contourf(x, y, lost, [LOST, 2.0], colors="none", hatches=["//"])
+        swatch = Patch(fill=False, hatch="//", label="contact is lost")
+        axes.legend(handles=[swatch], loc="upper right", fontsize=8)
+    axes.figure.colorbar(filled, ax=axes, label="RMS of the DTE without mean [um]")
+    axes.set_xlabel(axis_label(one.name))
+    axes.set_ylabel(axis_label(two.name))
+
+
+def _draw_curve(axes: Axes, found: ParameterMap, mesh: int) -> None:
+    axis = found.axes[0]
+    rms = 1e6 * found.on_grid("dte_rms_m", mesh)
+    lost = found.on_grid("contact_loss_fraction", mesh) > LOST
+    axes.plot(axis.values, rms, "o-", markersize=4)
+    axes.plot(np.array(axis.values)[lost], rms[lost], "s", label="contact is lost")
+    if lost.any():
+        axes.legend(fontsize=8)
+    axes.set_xlabel(axis_label(axis.name))
+    axes.set_ylabel("RMS of the DTE without mean [um]")
+
+
+def axis_label(name: str) -> str:
+    """`mesh.1.tip_relief.magnitude_um` as `mesh 1, tip relief, magnitude [um]`."""
+    *path, last = name.split(".")
+    quantity, _, unit = last.rpartition("_")
+    known = {"um", "mm", "deg", "Nm", "GPa", "kg", "pitches", "m"}
+    if unit in known and quantity:
+        last = f"{quantity.replace('_', ' ')} [{'N m' if unit == 'Nm' else unit}]"
+    else:
+        last = last.replace("_", " ")
+    words = [step.replace("_", " ") for step in path]
+    if len(words) > 1 and words[0] in ("mesh", "gear", "shaft"):
+        words = [f"{words[0]} {words[1]}", *words[2:]]
+    return ", ".join([*words, last])

@@ -1,0 +1,217 @@
+"""Basins of attraction, drawn: one colour for one kind of motion in all pictures."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lumped.figures.drawing import draw_legend, draw_title, panels
+from lumped.rattle.attractors import CHAOTIC, QUIET
+from lumped.rattle.basins import Basins
+from lumped.rattle.machine import Machine
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from lumped.rattle.manifolds import Curve
+    from lumped.rattle.noise import Noise
+
+NIGHT, RED, GREY = "#1b2a6b", "#8c1515", "#d0d0d0"  # quiet, chaotic, not clear
+OTHERS = "#707070"
+Color = tuple[float, float, float]
+ORBIT = re.compile(r"P\((\d+),(\d+),(\d+)\)(?: (\w))?")
+STICKING = re.compile(r"sticking\((\d+|irregular)\)(?: (\w))?")
+GOLDEN = 0.6180339887498949  # of a turn of the hue, from one itinerary to the next
+TONES = (0.45, 1.0), (1.0, 0.9), (0.55, 0.65), (0.95, 0.5)  # saturation and value
+AT_REST = 0.7, 0.42  # the same of motions that come to rest
+MOST_NAMED = 12
+APART, MOST_AWAY = 0.2, 50  # of colours: least distance, and steps to reach it
+# of curves alone, and over basins
+CURVES = ("black", "tab:orange", "tab:red", "tab:blue", "tab:green", "tab:purple")
+CURVES_OVER = ("white", "black", "yellow", "magenta", "lime", "cyan", "orange")
+
+
+def color_of_motion(name: str, away: int = 0) -> Color:
+    """By the itinerary, so that it is the same in all pictures.
+
+    away : steps from there, for motions that would look like others
+    """
+    from matplotlib.colors import hsv_to_rgb, to_rgb
+
+    if name == QUIET:
+        return to_rgb(NIGHT)
+    if (found := ORBIT.match(name)) is not None:
+        turns, upper, lower, copy = found.groups()
+        number, begin = _number(int(turns), int(upper), int(lower)) + away, 0.47
+        saturation, value = TONES[number % len(TONES)]
+    elif (found := STICKING.match(name)) is not None:
+        turns, copy = found.groups()
+        number = away + (int(turns) if turns.isdigit() else 0)
+        (saturation, value), begin = AT_REST, 0.7
+    else:
+        return to_rgb(RED if name.startswith(CHAOTIC) else GREY)
+    hue = begin + GOLDEN * number + 0.09 * (ord(copy or "a") - ord("a"))
+    red, green, blue = hsv_to_rgb([hue % 1.0, saturation, value])
+    return float(red), float(green), float(blue)
+
+
+def _number(turns: int, upper: int, lower: int) -> int:
+    """Of an itinerary in a list of all of them, short ones first."""
+    one, two = turns - 1 + upper - 1 + lower, upper - 1 + lower
+    return one * (one + 1) * (one + 2) // 6 + two * (two + 1) // 2 + lower
+
+
+def colors_of(basins: Basins) -> list[Color]:
+    """Of its attractors, by the itinerary, or as far from there as it takes to differ
+    from those of larger basins; the least of many share one."""
+    from matplotlib.colors import to_rgb
+
+    colors: list[Color] = len(basins.attractors) * [to_rgb(OTHERS)]
+    taken: list[Color] = [to_rgb(GREY), to_rgb(OTHERS)]
+    for number in _largest(basins):
+        name = basins.attractors[number].name
+        choices = (color_of_motion(name, away) for away in range(MOST_AWAY))
+        first = color_of_motion(name)
+        colors[number] = next(
+            (c for c in choices if min(math.dist(c, t) for t in taken) > APART), first
+        )
+        taken.append(colors[number])
+    return colors
+
+
+def _largest(basins: Basins) -> list[int]:
+    """Numbers of the attractors that are named, those of large basins first."""
+    order = np.argsort(-basins.fractions, kind="stable")
+    return [int(number) for number in order[:MOST_NAMED]]
+
+
+def draw_basins(basins: Basins, name: str) -> Figure:
+    """Where departures from the upper flank lead, over their time and speed."""
+    figure, ((axes,),) = panels(1, size=(8.0, 7.0))
+    draw_legend(figure, _show_basins(axes, basins), 4)
+    draw_title(figure, f"{name}: {words_of(basins.machine)}")
+    return figure
+
+
+def _show_basins(axes: Axes, basins: Basins) -> list[Any]:
+    """Draw them; handles of a legend."""
+    from matplotlib.colors import to_rgb
+    from matplotlib.patches import Patch
+
+    axes.grid(False)
+    colors = colors_of(basins)
+    palette = np.array([*colors, to_rgb(GREY)])
+    axes.imshow(
+        palette[basins.attractor],
+        origin="lower",
+        extent=(0.0, 1.0, *basins.grid.velocity),
+        aspect="auto",
+        interpolation="nearest",
+    )
+    for attractor in basins.attractors:
+        if attractor.period:
+            axes.plot(*attractor.point, "kx", ms=6)
+    _label(axes, basins.grid.velocity)
+    shown = _largest(basins)
+    parts = 100.0 * basins.fractions
+    handles: list[Any] = [
+        Patch(color=colors[i], label=f"{basins.attractors[i].name} {parts[i]:.3g} %")
+        for i in sorted(shown)
+    ]
+    if others := len(basins.attractors) - len(shown):
+        part = parts.sum() - parts[shown].sum()
+        handles.append(Patch(color=OTHERS, label=f"{others} others {part:.3g} %"))
+    if (basins.attractor < 0).any():
+        handles.append(Patch(color=GREY, label="not clear"))
+    return handles
+
+
+def _label(axes: Axes, velocity: tuple[float, float]) -> None:
+    axes.set_xlim(0.0, 1.0)
+    axes.set_ylim(*velocity)
+    axes.set_xlabel("time of departure from the upper flank [turns]")
+    axes.set_ylabel("speed of departure [rad per turn]")
+
+
+def draw_curves(
+    curves: Sequence[tuple[str, Curve]],
+    marks: Sequence[tuple[float, float]],
+    velocity: tuple[float, float],
+    title: str,
+    basins: Basins | None = None,
+) -> Figure:
+    """Curves by their labels, over basins where they are given.
+
+    marks : departures of saddles
+    """
+    from matplotlib.patches import Patch
+
+    figure, ((axes,),) = panels(1, size=(8.0, 7.0))
+    handles = [] if basins is None else _show_basins(axes, basins)
+    palette = list(CURVES if basins is None else CURVES_OVER)
+    labels = list(dict.fromkeys(label for label, _ in curves))
+    for label, curve in curves:
+        color = palette[labels.index(label) % len(palette)]
+        known = label in {handle.get_label() for handle in handles}
+        axes.plot(*_open(curve).T, "-", color=color, lw=0.8)
+        patch = Patch(facecolor=color, edgecolor="black", lw=0.5, label=label)
+        handles += [] if known else [patch]
+    for time, speed in marks:
+        axes.plot(time, speed, "P", color="white", mec="black", ms=7)
+    _label(axes, velocity)
+    draw_legend(figure, handles, 4)
+    draw_title(figure, title)
+    return figure
+
+
+def _open(curve: Curve) -> NDArray[np.float64]:
+    """Its points, parted where it leaves one side of the picture for the other."""
+    around = np.flatnonzero(np.abs(np.diff(curve.points[:, 0])) > 0.5) + 1
+    return np.insert(curve.points, around, np.nan, axis=0)
+
+
+def draw_noise(noise: Noise, title: str) -> Figure:
+    """Part of the runs that are less loud than a level, and which motions they are."""
+    figure, ((axes,),) = panels(1, size=(8.0, 5.0))
+    order = np.argsort(noise.level, kind="stable")
+    order = order[np.isfinite(noise.level[order])]
+    part = (np.arange(order.size) + 1.0) / len(noise.level)
+    axes.step(noise.level[order], part, color="black", lw=0.8, where="post")
+    for number in range(-1, len(noise.attractors)):
+        own = noise.motion[order] == number
+        color = GREY if number < 0 else color_of_motion(noise.attractors[number].name)
+        label = "not clear" if number < 0 else noise.attractors[number].name
+        if own.any():
+            levels = noise.level[order][own]
+            axes.plot(levels, part[own], ".", color=color, ms=4, label=label)
+    axes.set_xlabel("noise level: squared speeds of impacts [rad² per turn³]")
+    axes.set_ylabel("part of the runs that are less loud")
+    axes.set_ylim(0.0, 1.02)
+    if not order.size:
+        words = "not clear what any run settles to"
+        axes.text(0.5, 0.5, words, ha="center", transform=axes.transAxes)
+    draw_legend(figure, axes.get_legend_handles_labels()[0][:MOST_NAMED], 4)
+    draw_title(figure, title)
+    return figure
+
+
+def words_of(machine: Machine, *without: str) -> str:
+    """What a title says of a machine; without : figures of it that vary."""
+    law = "impacts" if machine.is_impact else f"stiffness {machine.stiffness:g}"
+    if machine.is_impact and "restitution" not in without:
+        law += f" with restitution {machine.restitution:g}"
+    words = {
+        "damping": f"damping {machine.damping:g}",
+        "eccentricity": f"eccentricity {machine.eccentricity:g} rad",
+        "half_backlash": f"half backlash {machine.half_backlash:g} rad",
+        "stiffness": law,
+    }
+    if machine.ripple:
+        words["ripple"] = f"ripple {machine.ripple:g} of order {machine.ripple_order}"
+    return ", ".join(text for name, text in words.items() if name not in without)

@@ -1,0 +1,216 @@
+"""Spectra over speed: Campbell diagram, and harmonics of a mesh over speed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lumped.figures.drawing import color_of, draw_legend, draw_title, panels
+from lumped.steady.motion import spectrum
+from lumped.steady.response import Status
+from lumped.steady.settings import Settings
+from lumped.steady.steady_state import Speed
+from lumped.steady.steppers import stepper_of
+from lumped.steady.sweep import Branch
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+Array = NDArray[np.float64]
+SHOWN_HARMONICS = 6  # of a mesh, over speed
+FAINT = 1e-4  # of the largest amplitude of a mesh, below which lines are left out
+MOST_RAYS = 40  # multiples of the mesh frequency that are drawn
+REST = 1e-12  # m, scale of amplitudes where nothing vibrates
+ABOVE = 1.15  # of the highest natural frequency, up to which lines are drawn
+COLUMNS = (
+    *("torque_Nm", "direction", "mesh_frequency_Hz", "mesh"),
+    *("frequency_Hz", "order", "amplitude_m"),
+)
+LEGEND = {
+    "mesh_frequency_Hz": "of the first mesh",
+    "order": "frequency over that of the mesh",
+    "amplitude_m": "of the dynamic transmission error, without its mean; lines below "
+    f"{FAINT:g} of the largest are left out",
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Lines:
+    """Of a motion that was recorded over so many periods of the first mesh.
+
+    speed : frequency of the first mesh [Hz]
+    amplitude : (n, m) [m] at 0, 1, 2, ... over the time of those periods
+    """
+
+    speed: float
+    periods: int
+    amplitude: Array
+
+
+@dataclass(frozen=True, eq=False)
+class SpectraOverSpeed:
+    """Lines of the motions of a branch, in the order of its speeds.
+
+    torque_Nm : on the input gear
+    """
+
+    torque_Nm: float
+    branch: Branch
+    lines: tuple[Lines, ...]
+
+    @property
+    def rates(self) -> tuple[Fraction, ...]:
+        """Frequencies of the meshes over that of the first."""
+        return self.branch.system.train.mesh_rates
+
+    @property
+    def speeds(self) -> list[float]:
+        """Frequencies of the first mesh [Hz]."""
+        return [each.speed for each in self.lines]
+
+    def harmonic(self, order: int, mesh: int) -> Array:
+        """Amplitudes (speeds,) [m] at a multiple of a mesh's frequency."""
+        places = [int(order * self.rates[mesh] * each.periods) for each in self.lines]
+        found = zip(places, self.lines, strict=True)
+        return np.array([lines.amplitude[place, mesh] for place, lines in found])
+
+    def seen(self, mesh: int) -> Iterator[tuple[float, float, float]]:
+        """(speed [Hz], order, amplitude [m]) of a mesh's lines that are not faint."""
+        least = FAINT * self.largest(mesh)
+        for lines in self.lines:
+            amplitude = lines.amplitude[:, mesh]
+            for place in 1 + np.flatnonzero(amplitude[1:] > least):
+                order = Fraction(int(place), lines.periods) / self.rates[mesh]
+                yield lines.speed, float(order), float(amplitude[place])
+
+    def largest(self, mesh: int) -> float:
+        """Amplitude of a mesh [m]."""
+        return max(float(each.amplitude[1:, mesh].max()) for each in self.lines)
+
+
+def spectra_over_speed(
+    torque: float, branch: Branch, settings: Settings | None = None
+) -> SpectraOverSpeed:
+    """Record once more what settled at each speed, at a torque [N m]."""
+    settings = settings or Settings()
+    stepper = stepper_of(branch.system, settings)
+    lines = []
+    for response in branch.responses:
+        if response.status == Status.DIVERGED:
+            continue
+        spans = response.multiple or max(1, settings.multiples // branch.system.rounds)
+        at = Speed(response.frequency, settings)
+        _, history = stepper.record(response.state, at, spans)
+        periods = spans * branch.system.common_period[0]
+        lines.append(Lines(response.frequency, periods, spectrum(history)[1]))
+    return SpectraOverSpeed(torque, branch, tuple(lines))
+
+
+def spectra_rows(found: Sequence[SpectraOverSpeed]) -> Iterator[tuple[Any, ...]]:
+    """Cells of COLUMNS for every line of every mesh and speed."""
+    for each in found:
+        for mesh, rate in enumerate(each.rates):
+            for speed, order, amplitude in each.seen(mesh):
+                place = each.torque_Nm, each.branch.direction, speed, mesh + 1
+                yield (*place, order * float(rate) * speed, order, amplitude)
+
+
+def draw_waterfall(found: Sequence[SpectraOverSpeed], title: str = "") -> Figure:
+    """A column for each branch, of each mesh its lines and its harmonics over speed."""
+    meshes = len(found[0].branch.system.excitations)
+    size = 2.0 + 6.0 * len(found), 1.0 + 6.5 * meshes
+    figure, rows = panels(2 * meshes, len(found), size=size, heights=(3, 2) * meshes)
+    for column, each in enumerate(found):
+        for mesh in range(meshes):
+            lines, harmonics = (rows[2 * mesh + i][column] for i in range(2))
+            largest = 1e6 * max(REST, *(other.largest(mesh) for other in found))
+            _draw_lines(lines, each, mesh, largest)
+            _draw_harmonics(harmonics, each, mesh)
+            harmonics.set_ylim(0.0, 1.05 * largest)
+            lines.sharex(harmonics)
+            lines.set_title(
+                f"mesh {mesh + 1}, {each.torque_Nm:g} N m, speed "
+                f"{'rising' if each.branch.direction == 'up' else 'falling'}",
+                fontsize=10,
+                pad=16.0,
+            )
+    _draw_legend(figure)
+    draw_title(figure, title)
+    return figure
+
+
+def _draw_lines(axes: Axes, each: SpectraOverSpeed, mesh: int, largest: float) -> None:
+    """Lines at their speed and frequency, multiples of mesh frequencies as rays.
+
+    largest : amplitude of the scale of colours [um]
+    """
+    from matplotlib.colors import LogNorm
+
+    system, rate = each.branch.system, float(each.rates[mesh])
+    highest = ABOVE * float(system.resonances_Hz.max())
+    _draw_rays(axes, rate, each.speeds, highest)
+    for natural in system.resonances_Hz:
+        axes.axhline(natural, color="tab:red", lw=0.8, ls="--")
+    speed, order, amplitude = np.array(list(each.seen(mesh))).reshape(-1, 3).T
+    rising = amplitude.argsort()  # the largest on top
+    shown = axes.scatter(
+        speed[rising],
+        (order * rate * speed)[rising],
+        14.0,
+        1e6 * amplitude[rising],
+        norm=LogNorm(FAINT * largest, largest),
+        cmap="viridis_r",
+        zorder=3,
+    )
+    axes.figure.colorbar(shown, ax=axes, label="amplitude [um]")
+    axes.set_ylim(0.0, highest)
+    axes.set_ylabel("frequency of vibration [Hz]")
+
+
+def _draw_rays(
+    axes: Axes, rate: float, speeds: Sequence[float], highest: float
+) -> None:
+    """Multiples of a mesh's frequency, as far as they are in the picture."""
+    low, high = min(speeds), max(speeds)
+    for order in range(1, min(MOST_RAYS, int(highest / (rate * low))) + 1):
+        end = min(high, highest / (order * rate))
+        ray = order * rate * low, order * rate * end
+        axes.plot((low, end), ray, color="0.8", lw=0.7, zorder=1)
+        if order <= SHOWN_HARMONICS:
+            axes.annotate(
+                str(order),
+                (end, ray[1]),
+                xytext=(0.0, 4.0),
+                textcoords="offset points",
+                fontsize=8,
+                ha="center",
+            )
+
+
+def _draw_harmonics(axes: Axes, each: SpectraOverSpeed, mesh: int) -> None:
+    for order in range(1, SHOWN_HARMONICS + 1):
+        amplitude = 1e6 * each.harmonic(order, mesh)
+        axes.plot(each.speeds, amplitude, color=color_of(order - 1), lw=1.2)
+    first = " of the first mesh" if len(each.branch.system.excitations) > 1 else ""
+    axes.set_xlabel(f"mesh frequency{first} [Hz]")
+    axes.set_ylabel("amplitude [um]")
+
+
+def _draw_legend(figure: Figure) -> None:
+    from matplotlib.lines import Line2D
+
+    entries = [
+        Line2D([], [], color=color_of(order - 1), label=f"harmonic {order}")
+        for order in range(1, SHOWN_HARMONICS + 1)
+    ]
+    entries += [
+        Line2D([], [], color="0.8", label="multiples of the mesh frequency"),
+        Line2D([], [], color="tab:red", ls="--", label="natural frequencies"),
+    ]
+    draw_legend(figure, entries, 4)

@@ -1,0 +1,1 @@
+"""Settled motions: the driver, its steppers, sweeps, responses and maps."""

@@ -1,0 +1,196 @@
+"""What stands out in a frequency response: jumps between branches, and peaks.
+
+At a jump the curve left of a step and the curve right of it, both drawn on straight
+into the step, miss each other by far more than they change beside it. At a peak, as
+sharp as it may be, the changes beside a step are of the step's own size.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lumped.steady.sweep import Branch, Direction
+
+Array = NDArray[np.float64]
+STRONG = 3.0  # miss over the changes beside a step: here the motion jumps
+WEAK = 1.5  # the same, for the other meshes at a speed where one jumps
+SEEN = 0.1  # miss over the larger value, below which nothing jumps
+SMALLEST = 1e-3  # the same over the largest value of the curve
+SAME = 0.02  # difference, relative, of two branches that are one
+PROMINENT = 0.1  # height of a peak over its feet, of the largest value of the curve
+ROUND_OFF = 1e-12  # m: curves below are flat
+
+
+@dataclass(frozen=True)
+class Jump:
+    """A step between neighbouring speeds, in the order in which they were passed.
+
+    mesh : counted from 1
+    frequency_from, frequency_to : of the first mesh [Hz]
+    dte_rms_from, dte_rms_to : [m]
+    """
+
+    direction: Direction
+    mesh: int
+    frequency_from: float
+    frequency_to: float
+    dte_rms_from: float
+    dte_rms_to: float
+
+
+@dataclass(frozen=True)
+class Peak:
+    """A local or the largest maximum of the RMS of the dynamic transmission error.
+
+    mesh : counted from 1
+    frequency : of the first mesh [Hz]; dte_rms [m], force_peak [N]
+    contact_loss, back_side : parts of the time
+    """
+
+    direction: Direction
+    mesh: int
+    frequency: float
+    dte_rms: float
+    force_peak: float
+    contact_loss: float
+    back_side: float
+
+
+def find_jumps(branch: Branch, opposite: Branch | None = None) -> list[Jump]:
+    """Jumps in the order of the branch; a mesh is listed where its curve steps.
+
+    opposite : the same train passed the other way; a step that it takes as well,
+        between the same values, is a steep resonance and no jump
+    """
+    frequency, rms = branch.frequency_Hz, branch.column("dte_rms")
+    if len(frequency) < 4:
+        return []
+    miss = np.stack([relative_miss(frequency, curve) for curve in rms.T])
+    anywhere = (miss > STRONG).any(axis=0)
+    if opposite is not None:
+        same = _shared(branch, opposite)
+        anywhere &= ~(same[:-1] & same[1:])
+    return [
+        Jump(
+            direction=branch.direction,
+            mesh=int(m) + 1,
+            frequency_from=float(frequency[i]),
+            frequency_to=float(frequency[i + 1]),
+            dte_rms_from=float(rms[i, m]),
+            dte_rms_to=float(rms[i + 1, m]),
+        )
+        for i in np.flatnonzero(anywhere)
+        for m in np.flatnonzero(miss[:, i] > WEAK)
+    ]
+
+
+def _shared(branch: Branch, opposite: Branch) -> NDArray[np.bool_]:
+    """Speeds at which both branches have the same values in all meshes."""
+    there = dict(zip(opposite.frequency_Hz, opposite.column("dte_rms"), strict=True))
+    return np.array(
+        [
+            f in there and np.allclose(rms, there[f], rtol=SAME, atol=0.0)
+            for f, rms in zip(
+                branch.frequency_Hz, branch.column("dte_rms"), strict=True
+            )
+        ]
+    )
+
+
+def opposites(branches: Sequence[Branch]) -> list[Branch | None]:
+    """For each branch the one of the same system that was passed the other way."""
+    return [
+        next(
+            (
+                other
+                for other in branches
+                if other.system is branch.system
+                and other.direction != branch.direction
+                and other.responses
+            ),
+            None,
+        )
+        for branch in branches
+    ]
+
+
+def relative_miss(frequency: Array, values: Array) -> Array:
+    """Miss of the straight continuations in each step over the changes beside it.
+
+    Shape (n - 1,); 0 where the miss is too small to be seen, and where a value is
+    NaN or a neighbour is missing.
+    """
+    out = np.zeros(max(frequency.size - 1, 0))
+    if frequency.size < 4:
+        return out
+    width = np.abs(np.diff(frequency))
+    slope = np.diff(values) / np.where(width > 0.0, width, np.nan)
+    before, step, after = (slope[s] * width[1:-1] for s in _NEIGHBOURS)
+    size = np.abs(values)
+    missed = np.abs(step - 0.5 * (before + after))
+    beside = np.maximum(np.abs(before), np.abs(after))
+    with np.errstate(invalid="ignore"):  # NaN compares as not seen
+        floor = np.maximum(SEEN * np.maximum(size[1:-2], size[2:-1]), ROUND_OFF)
+        seen = missed > np.fmax(floor, SMALLEST * np.nanmax(size, initial=0.0))
+    tiny = np.finfo(float).tiny
+    out[1:-1][seen] = missed[seen] / np.maximum(beside[seen], tiny)
+    return out
+
+
+_NEIGHBOURS = (slice(None, -2), slice(1, -1), slice(2, None))
+
+
+def find_peaks(branch: Branch) -> list[Peak]:
+    """Peaks by mesh and rising frequency; a curve's ends count as feet, not as tops."""
+    order = np.argsort(branch.frequency_Hz, kind="stable")
+    rms = branch.column("dte_rms")
+    return [
+        _peak(branch, int(order[i]), m)
+        for m in range(len(branch.system.excitations))
+        if len(order)
+        for i in prominent(rms[order, m])
+    ]
+
+
+def largest_responses(branch: Branch) -> list[Peak]:
+    """Where each mesh's RMS is largest, be it a peak or not; none without a motion."""
+    rms = branch.column("dte_rms")
+    if not np.isfinite(rms).any():
+        return []
+    return [_peak(branch, int(i), m) for m, i in enumerate(np.nanargmax(rms, axis=0))]
+
+
+def _peak(branch: Branch, i: int, m: int) -> Peak:
+    columns = ("dte_rms", "force_peak", "contact_loss", "back_side")
+    return Peak(
+        direction=branch.direction,
+        mesh=m + 1,
+        frequency=float(branch.frequency_Hz[i]),
+        **{name: float(branch.column(name)[i, m]) for name in columns},
+    )
+
+
+def prominent(values: Array) -> list[int]:
+    """Indices of the local maxima that stand out on both sides.
+
+    A maximum's feet are the lowest values on the way to anything higher.
+    """
+    kept = np.flatnonzero(np.isfinite(values))
+    y = values[kept]
+    if y.size < 3 or y.max() < ROUND_OFF:
+        return []
+    least = PROMINENT * y.max()
+    tops = np.flatnonzero((y[1:-1] > y[:-2]) & (y[1:-1] >= y[2:])) + 1
+    return [
+        int(kept[i]) for i in tops if y[i] - max(_foot(y[i::-1]), _foot(y[i:])) >= least
+    ]
+
+
+def _foot(way: Array) -> float:
+    """Lowest value from way[0] until something is higher than it."""
+    higher = np.flatnonzero(way > way[0])
+    return float(way[: higher[0] if higher.size else way.size].min())

@@ -1,0 +1,193 @@
+"""Parameter maps: responses over a grid of parameters."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property, partial
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lumped.common.checks import require_fields
+from lumped.common.workers import Arrays, Compute, in_threads
+from lumped.steady.response import FIGURES as MEASURED
+from lumped.steady.response import Response
+from lumped.steady.sweep_table import COLUMNS
+from lumped.train.system import LumpedSystem
+
+Array = NDArray[np.float64]
+Point = tuple[float, ...]
+QUANTITIES = ("mesh_frequency_Hz", *COLUMNS[COLUMNS.index("dte_rms_m") : -1])
+
+
+class MapError(ValueError):
+    """A map or its file that cannot be used; the message names what is wrong."""
+
+
+@dataclass(frozen=True)
+class Axis:
+    """A parameter by its name, and the values that it takes."""
+
+    name: str
+    values: tuple[float, ...]
+
+    def __post_init__(self) -> None:
+        require_fields(self)
+        if not self.values or not np.isfinite(self.values).all():
+            raise MapError(f"{self.name}: one or more finite values are needed")
+        if len(set(self.values)) < len(self.values):
+            raise MapError(f"{self.name}: a value is given twice")
+
+
+@dataclass(frozen=True)
+class Cell:
+    """What was found at a point: for each mesh its figures, or why there are none.
+
+    values : (m, 8), columns as in QUANTITIES; NaN where the run diverged
+    multiples : (m,) response period in mesh periods, 0 if aperiodic
+    status : periodic, aperiodic, diverged, or impossible and the reason
+    """
+
+    values: tuple[tuple[float, ...], ...]
+    multiples: tuple[int, ...]
+    status: str
+
+
+@dataclass(frozen=True)
+class ParameterMap:
+    """Axes, what is held fixed (free text by key), and the points found so far."""
+
+    axes: tuple[Axis, ...]
+    meshes: int
+    header: Mapping[str, str]
+    cells: Mapping[Point, Cell] = field(default_factory=dict)
+
+    @property
+    def points(self) -> list[Point]:
+        """All points in the order of the grid, the last axis changing fastest."""
+        return list(itertools.product(*(axis.values for axis in self.axes)))
+
+    @property
+    def complete(self) -> bool:
+        return len(self.cells) == len(self.points)
+
+    def on_grid(self, name: str, mesh: int) -> Array:
+        """A quantity of one mesh (from 0) on the grid; NaN where there is none."""
+        column = QUANTITIES.index(name)
+        values = [
+            cell.values[mesh][column] if (cell := self.cells.get(point)) else np.nan
+            for point in self.points
+        ]
+        return np.reshape(values, [len(axis.values) for axis in self.axes])
+
+
+def cell_of(responses: Sequence[Response]) -> Cell:
+    """For each mesh the figures where its vibration is largest."""
+    sizes = np.array([response.dte_rms for response in responses])
+    sizes = np.where(np.isnan(sizes), np.inf, sizes)  # a divergence is to be seen
+    best = [responses[i] for i in sizes.argmax(axis=0)]
+    figures = tuple(
+        (
+            r.frequency,
+            *(float(getattr(r, name)[m]) for name in MEASURED),
+        )
+        for m, r in enumerate(best)
+    )
+    multiples = tuple(int(r.period_multiple[m]) for m, r in enumerate(best))
+    worst = max((r.status for r in responses), key=_severity)
+    return Cell(figures, multiples, str(worst))
+
+
+def _severity(status: str) -> int:
+    return ("periodic", "aperiodic", "diverged").index(status)
+
+
+def impossible(meshes: int, reason: str) -> Cell:
+    """A point at which there is no such train."""
+    empty = (np.nan,) * len(QUANTITIES)
+    return Cell((empty,) * meshes, (0,) * meshes, f"impossible: {reason}")
+
+
+@dataclass(frozen=True, eq=False)
+class Points(Mapping[str, Callable[[], Arrays]]):
+    """Work of each point by its name, prepared when it is asked for.
+
+    build : the system at a point; a ValueError makes the point impossible
+    evaluate : the cell of a system; for a cluster a function of a module, or a
+        `partial` of one
+    """
+
+    found: ParameterMap
+    build: Callable[[Point], LumpedSystem]
+    evaluate: Callable[[LumpedSystem], Cell]
+
+    @cached_property
+    def points(self) -> dict[str, Point]:
+        return {" ".join(map(repr, point)): point for point in self.found.points}
+
+    def __getitem__(self, name: str) -> Callable[[], Arrays]:
+        try:
+            system = self.build(self.points[name])
+        except ValueError as error:
+            return partial(_stored, impossible(self.found.meshes, str(error)))
+        return partial(_evaluated, self.evaluate, system, self.found.meshes)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.points)
+
+    def __len__(self) -> int:
+        return len(self.points)
+
+
+def run_map(
+    parameter_map: ParameterMap,
+    build: Callable[[Point], LumpedSystem],
+    evaluate: Callable[[LumpedSystem], Cell],
+    compute: Compute = in_threads,
+) -> ParameterMap:
+    """The map with all points; see `Points`."""
+    parts = Points(parameter_map, build, evaluate)
+    found = compute(parts)
+    cells = {point: _read(found[name]) for name, point in parts.points.items()}
+    return replace(parameter_map, cells=cells)
+
+
+def _evaluated(
+    evaluate: Callable[[LumpedSystem], Cell], system: LumpedSystem, meshes: int
+) -> Arrays:
+    try:
+        return _stored(evaluate(system))
+    except ValueError as error:
+        return _stored(impossible(meshes, str(error)))
+
+
+def _stored(cell: Cell) -> Arrays:
+    return {
+        "values": np.array(cell.values),
+        "multiples": np.array(cell.multiples),
+        "status": np.frombuffer(cell.status.encode(), np.uint8),
+    }
+
+
+def _read(arrays: Arrays) -> Cell:
+    values, multiples = (arrays[name].tolist() for name in ("values", "multiples"))
+    status = arrays["status"].tobytes().decode()
+    return Cell(tuple(map(tuple, values)), tuple(multiples), status)
+
+
+def map_columns(found: ParameterMap) -> tuple[str, ...]:
+    """Names of the columns of `map_rows`."""
+    names = (axis.name for axis in found.axes)
+    return *names, "mesh", *QUANTITIES, "period_multiple", "status"
+
+
+def map_rows(found: ParameterMap) -> Iterator[tuple[Any, ...]]:
+    """A row for each point and mesh, points in the order of the grid."""
+    for point in found.points:
+        cell = found.cells[point]
+        each = zip(cell.values, cell.multiples, strict=True)
+        for mesh, (values, multiple) in enumerate(each, start=1):
+            yield *map(float, point), mesh, *values, multiple, cell.status

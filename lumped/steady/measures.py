@@ -1,0 +1,151 @@
+"""Figures of a motion over whole periods."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lumped.steady.response import History
+
+Array = NDArray[np.float64]
+ROWS = 65_536  # of a motion whose largest values are looked for at once
+CROSSING_PARTS = 16  # of a step in which a contact changes
+
+
+def measures(history: History) -> dict[str, Array]:
+    """Figures of a motion over whole periods, each of shape (m,)."""
+    h = np.diff(history.time)[:, None]
+    span = history.time[-1] - history.time[0]
+    s, rate = history.deflection, history.rate
+    mean = _integral(s, rate, h) / span
+    around = s - mean
+    square = _integral(around**2, 2.0 * around * rate, h) / span
+    touching, back = (time / span for time in _contact_times(history, h))
+    return {
+        "dte_rms": np.sqrt(square),
+        "dte_mean": mean,
+        "dte_peak": _largest(s, rate, h),
+        "force_peak": _top(history.force, history.force_before),
+        "contact_loss": _clean(1.0 - touching),
+        "back_side": back,
+    }
+
+
+def pooled(parts: Sequence[Mapping[str, Array]]) -> dict[str, Array]:
+    """Figures of windows of equal length as those of all of them together.
+
+    The spread is the standard error of the mean of the windows' RMS.
+    """
+    table = {name: np.array([part[name] for part in parts]) for name in parts[0]}
+    mean = table["dte_mean"].mean(axis=0)
+    around = table["dte_mean"] - mean
+    rms = np.sqrt((table["dte_rms"] ** 2 + around**2).mean(axis=0))
+    spread = np.zeros_like(rms)
+    if len(parts) > 1:
+        spread = table["dte_rms"].std(axis=0, ddof=1) / math.sqrt(len(parts))
+    return {
+        "dte_rms": rms,
+        "dte_rms_spread": spread,
+        "dte_mean": mean,
+        "dte_peak": table["dte_peak"].max(axis=0),
+        "force_peak": table["force_peak"].max(axis=0),
+        "contact_loss": table["contact_loss"].mean(axis=0),
+        "back_side": table["back_side"].mean(axis=0),
+    }
+
+
+def _clean(part: Array) -> Array:
+    """Parts of the time without their round-off."""
+    return np.where(part < 1e-12, 0.0, np.minimum(part, 1.0))
+
+
+def _integral(value: Array, slope: Array, h: Array) -> Array:
+    """Integral of cubic pieces through values and slopes (t, m)."""
+    ends = 0.5 * h * (value[:-1] + value[1:])
+    return (ends + h**2 / 12.0 * (slope[:-1] - slope[1:])).sum(axis=0)
+
+
+def _largest(value: Array, slope: Array, h: Array) -> Array:
+    """Largest value of the cubic pieces through values and slopes (t, m)."""
+    x = np.linspace(0.0, 1.0, 9)[1:-1, None, None]
+    largest = value.max(axis=0)
+    for start in range(0, len(h), ROWS):
+        ends = slice(start, start + ROWS + 1)
+        v, s, step = value[ends], slope[ends], h[start : start + ROWS]
+        p = v[:-1] * (1.0 + 2.0 * x) * (1.0 - x) ** 2 + v[1:] * x**2 * (3.0 - 2 * x)
+        p = p + step * (s[:-1] * x * (1.0 - x) ** 2 - s[1:] * x**2 * (1.0 - x))
+        largest = np.maximum(largest, p.max(axis=(0, 1)))
+    return largest
+
+
+def _top(force: Array, before: Array) -> Array:
+    """Largest size of a force (t, m), by a parabola where it is smooth."""
+    size = np.maximum(np.abs(force), np.abs(before))
+    meshes = np.arange(size.shape[1])
+    place = np.clip(size.argmax(axis=0), 1, size.shape[0] - 2)
+    around = [place + i for i in (-1, 0, 1)]
+    left, top, right = (size[rows, meshes] for rows in around)
+    jump = np.max([np.abs(force - before)[rows, meshes] for rows in around], axis=0)
+    bend = 2.0 * top - left - right
+    inner = top + (left - right) ** 2 / (8.0 * np.where(bend > 0.0, bend, np.inf))
+    smooth = (left > 0.0) & (right > 0.0) & (top >= left) & (top >= right)
+    smooth &= jump <= 1e-6 * top
+    return np.where(smooth, inner, size.max(axis=0))
+
+
+def _contact_times(history: History, h: Array) -> tuple[Array, Array]:
+    """Times (m,) in which a drive or a back flank touches, and a back flank [s].
+
+    Overlaps bend with the deflection, whose rates are known; the gaps beside it are
+    straight between samples. Where the two sides' pairs change places within a step
+    both may touch: contact is either.
+    """
+    drive, back = (_both_ends(v) for v in (history.drive_overlap, history.back_overlap))
+    h = np.broadcast_to(h, drive[0].shape)
+    touching = np.where(np.maximum(drive[0], back[0]) > 0.0, h, 0.0)
+    backing = np.where(back[0] > 0.0, h, 0.0)
+    slope = h * np.maximum(np.abs(history.rate[:-1]), np.abs(history.rate[1:]))
+    near = np.zeros(h.shape, bool)
+    for start, end in (drive, back):
+        near |= ((start > 0.0) != (end > 0.0)) | (
+            np.minimum(np.abs(start), np.abs(end)) < slope
+        )
+    x = np.linspace(0.0, 1.0, CROSSING_PARTS + 1)
+    bend = _bend(history, h, near, x)
+    over, behind = (
+        (1.0 - x) * start[near, None] + x * end[near, None]
+        for start, end in (drive, back)
+    )
+    over, behind = over + bend, behind - bend
+    touching[near] = h[near] * _part_positive(np.maximum(over, behind))
+    backing[near] = h[near] * _part_positive(behind)
+    return touching.sum(axis=0), backing.sum(axis=0)
+
+
+def _both_ends(overlap: Array) -> tuple[Array, Array]:
+    """Overlap at the start and end of every step (t - 1, m), one for the other where
+    no pair is engaged; below zero where none is at both."""
+    start, end = overlap[:-1], overlap[1:]
+    first = np.where(np.isfinite(start), start, end)
+    last = np.where(np.isfinite(end), end, start)
+    return tuple(np.where(np.isfinite(v), v, -1.0) for v in (first, last))  # type: ignore[return-value]
+
+
+def _bend(history: History, h: Array, steps: NDArray[np.bool_], x: Array) -> Array:
+    """Deflection at parts x (p,) of some steps beside its chord (steps, p)."""
+    s, rate = history.deflection, history.rate
+    chord = (s[1:] - s[:-1])[steps]
+    v0, v1 = ((h * v)[steps] - chord for v in (rate[:-1], rate[1:]))
+    return x * (1.0 - x) * ((1.0 - x) * v0[:, None] - x * v1[:, None])
+
+
+def _part_positive(values: Array) -> Array:
+    """Part of each row (n, p) that is positive, straight between its entries."""
+    a, b = values[:, :-1], values[:, 1:]
+    crossing = (a > 0.0) != (b > 0.0)
+    change = np.where(crossing, np.abs(a - b), 1.0)
+    part = np.where(crossing, np.maximum(a, b) / change, (a > 0.0).astype(float))
+    return part.mean(axis=1)

@@ -1,0 +1,195 @@
+"""The motion at one speed in full: time history, tooth pairs, section and spectrum."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lumped.steady.losses import friction_power
+from lumped.steady.pair_motions import PairMotion, pair_motions
+from lumped.steady.respond import respond_confirmed, respond_with_history
+from lumped.steady.response import History, Response, Status
+from lumped.steady.settings import Settings
+from lumped.steady.steady_state import Watch
+from lumped.steady.sweep import SILENT, Direction, Observer, sweep
+from lumped.train.system import LumpedSystem
+
+Array = NDArray[np.float64]
+SECTION_PERIODS = 64  # common periods of a section where the motion does not repeat
+APPROACH_STEP = 20.0  # Hz between the speeds that lead to the one that is asked for
+
+
+class DivergedError(ArithmeticError):
+    """A run that left every bound; the message names speed and time."""
+
+    def __init__(self, frequency: float, time: float) -> None:
+        super().__init__(
+            f"diverged at {frequency:g} Hz within {time:.6g} s after the start of "
+            "that speed; more --steps or damping may help"
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class TimeHistory:
+    """Motion over the period that was measured, m meshes and t points.
+
+    spans : common periods in it
+    section_deflection, section_rate : (k, m) at the start of every period of the
+        first mesh [m], [m/s]
+    spectrum_frequency : (n,) [Hz]
+    spectrum : (n, m) amplitudes of the deflection [m], the mean at 0 Hz; a discrete
+        Fourier transform over the whole span, resampled evenly by the cubics through
+        deflections and rates, so that no window is needed and no line leaks
+    friction_power : (t, m) that the teeth lose [W], 0 without friction
+    """
+
+    system: LumpedSystem
+    response: Response
+    spans: int
+    history: History
+    pairs: tuple[PairMotion, ...]
+    section_deflection: Array
+    section_rate: Array
+    spectrum_frequency: Array
+    spectrum: Array
+    friction_power: Array
+
+
+def time_history(
+    system: LumpedSystem,
+    frequency: float,
+    settings: Settings | None = None,
+    state: Array | None = None,
+    section_periods: int = SECTION_PERIODS,
+    watch: Watch = lambda frequency, period: None,
+) -> TimeHistory:
+    """Settle at a frequency of the first mesh [Hz] and take the motion apart.
+
+    section_periods : common periods of the section of a motion that does not repeat;
+        one that repeats has the same points in every period of its own
+    watch : called while the motion settles, see `lumped.steady.steady_state`
+    Raises DivergedError, which names the speed and the time.
+    """
+    response, history, settings = respond_confirmed(
+        system, frequency, settings, state, watch=watch
+    )
+    _require_bounded(response)
+    stroboscope = history
+    if not response.multiple:
+        longer = replace(settings, multiples=section_periods, max_periods=1, windows=1)
+        later, stroboscope = respond_with_history(
+            system, frequency, longer, response.state
+        )
+        _require_bounded(later)
+    section = _section(system, frequency, stroboscope)
+    return TimeHistory(
+        system,
+        response,
+        response.multiple or settings.multiples,
+        history,
+        pair_motions(system, frequency, settings, history),
+        *section,
+        *spectrum(history),
+        friction_power(system, history),
+    )
+
+
+def speeds_between(
+    start: float, end: float, step: float = APPROACH_STEP
+) -> list[float]:
+    """Both frequencies [Hz] and even steps of `step` [Hz] at most, or one."""
+    count = math.ceil(abs(end - start) / step - 1e-9)
+    return [float(f) for f in np.linspace(start, end, count + 1)]
+
+
+def arrive(
+    system: LumpedSystem,
+    start: float,
+    end: float,
+    settings: Settings | None = None,
+    observer: Observer = SILENT,
+) -> Array | None:
+    """State (2, n) after passing from one frequency to near another [Hz].
+
+    The branch on which a motion ends depends on where it comes from.
+    """
+    *speeds, _ = speeds_between(start, end)
+    if not speeds:
+        return None
+    direction: Direction = "up" if end > start else "down"
+    branch = sweep(system, speeds, direction, settings, observer=observer)
+    _require_bounded(branch.responses[-1])
+    state: Array = branch.responses[-1].state
+    return state
+
+
+def _require_bounded(response: Response) -> None:
+    if response.status == Status.DIVERGED:
+        raise DivergedError(response.frequency, response.settling_time)
+
+
+def _section(
+    system: LumpedSystem, frequency: float, history: History
+) -> tuple[Array, Array]:
+    """Deflections and rates (k, m) at the start of each period of the first mesh."""
+    periods = round((history.time[-1] - history.time[0]) * frequency)
+    return resampled(history, history.time[0] + np.arange(periods) / frequency)
+
+
+def resampled(history: History, time: Array) -> tuple[Array, Array]:
+    """Deflections and rates (k, m) at times (k,), by the cubics through both."""
+    t = history.time
+    step = np.clip(np.searchsorted(t, time, "right") - 1, 0, t.size - 2)
+    h = (t[step + 1] - t[step])[:, None]
+    x = (time - t[step])[:, None] / h
+    s0, s1 = history.deflection[step], history.deflection[step + 1]
+    v0, v1 = h * history.rate[step], h * history.rate[step + 1]
+    c2, c3 = 3.0 * (s1 - s0) - 2.0 * v0 - v1, 2.0 * (s0 - s1) + v0 + v1
+    return (
+        s0 + x * (v0 + x * (c2 + x * c3)),
+        (v0 + x * (2.0 * c2 + 3.0 * x * c3)) / h,
+    )
+
+
+def spectrum(history: History) -> tuple[Array, Array]:
+    """Frequencies (n,) [Hz] and one-sided amplitudes (n, m) [m] of the deflection."""
+    span = history.time[-1] - history.time[0]
+    count = 2 ** math.ceil(math.log2(history.time.size))
+    time = history.time[0] + span * np.arange(count) / count
+    amplitude = np.abs(np.fft.rfft(resampled(history, time)[0], axis=0)) / count
+    amplitude[1:-1] *= 2.0
+    return np.arange(amplitude.shape[0]) / span, amplitude
+
+
+WAVE_LEGEND = {
+    "time_s": "from the start of a common period of all meshes",
+    "dte_m, force_N": "positive where the drive flanks are pressed together",
+    "state": "1 drive side, 0 lost, -1 back side, empty where the pair is not in mesh",
+    "pairs": "counted from the one that enters the mesh",
+}
+
+
+def wave_columns(motion: TimeHistory) -> dict[str, list[Any]]:
+    """Cells of every time by column name, meshes and pairs counted from 1.
+
+    A pair that is not in mesh has no state: its cell is empty.
+    """
+    history = motion.history
+    columns = {"time_s": history.time.tolist()}
+    for m, pairs in enumerate(motion.pairs):
+        columns[f"mesh{m + 1}_dte_m"] = history.deflection[:, m].tolist()
+        columns[f"mesh{m + 1}_force_N"] = history.force[:, m].tolist()
+        if motion.system.rubs:
+            name = f"mesh{m + 1}_friction_power_W"
+            columns[name] = motion.friction_power[:, m].tolist()
+        for p in range(pairs.force.shape[1]):
+            name = f"mesh{m + 1}_pair{p + 1}"
+            columns[f"{name}_force_N"] = pairs.force[:, p].tolist()
+            each = zip(pairs.state[:, p], pairs.in_mesh[:, p], strict=True)
+            states = [int(state) if in_mesh else None for state, in_mesh in each]
+            columns[f"{name}_state"] = states
+    return columns

@@ -1,0 +1,236 @@
+"""What the tooth pairs of a recorded motion did: forces and contact.
+
+Pairs count from the one that enters the mesh. They count anew where a pair passes the
+pitch point, and each takes the place of the one ahead of it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lumped.steady.response import History
+from lumped.steady.settings import Settings
+from lumped.steady.steppers import steps_per_period
+from lumped.train.coupled import ROUNDING
+from lumped.train.system import LumpedSystem
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+Ends = tuple[Array, Array]  # at the starts and ends of steps
+FAR = -1.0  # m, penetration of a pair that has no contact on a side
+PARTS = 16  # of a step, for the time that contact conditions last
+MIDDLES = (np.arange(PARTS)[:, None] + 0.5) / PARTS
+ROWS = 8192  # steps whose parts are looked at together
+CONDITIONS = {
+    "I": "no pair touches",
+    "II": "the entering pair is lost",
+    "III": "all pairs touch",
+    "IV": "the leaving pair is lost",
+    "back": "a pair touches on its back side",
+    "other": "only a pair in the middle touches, or is lost",
+}
+
+
+@dataclass(frozen=True, eq=False)
+class PairMotion:
+    """Tooth pairs of one mesh, t points and p pairs from the entering one on.
+
+    force : (t, p) [N], negative on the back side
+    state : (t, p) 1 drive side, 0 no contact, -1 back side
+    engaged : (t, p) whether the pair has a stiffness; of the coupled model, whether
+        its drive flanks are on the nominal path of contact, beyond which tip corners
+        may touch and carry as well
+    conditions : part of the time by key of CONDITIONS, while two pairs or more
+        are engaged; empty where this never is so
+    """
+
+    force: Array
+    state: Indices
+    engaged: NDArray[np.bool_]
+    conditions: Mapping[str, float]
+
+    @property
+    def count(self) -> Indices:
+        """Engaged pairs (t,)."""
+        return self.engaged.sum(axis=1)
+
+    @property
+    def in_mesh(self) -> NDArray[np.bool_]:
+        """Whether each pair is engaged or touches (t, p)."""
+        return self.engaged | (self.state != 0)
+
+
+def pair_motions(
+    system: LumpedSystem, frequency: float, settings: Settings, history: History
+) -> tuple[PairMotion, ...]:
+    """Every pair's force and contact.
+
+    Of springs k_p (s - g_p) and so on of `excitation`, where the history stands on the
+    grid of the samples, repeated; of the coupled model as recorded.
+    """
+    if system.contacts is not None:
+        meshes = range(len(system.train.meshes))
+        return tuple(_contact_motion(system, m, frequency, history) for m in meshes)
+    samples = system.samples(steps_per_period(system, frequency, settings))
+    h, stiffness, gap = samples[:3]
+    rows = np.arange(history.time.size) % h.size
+    first = system.arrays.first_pair
+    found = tuple(
+        _spring_motion(
+            stiffness[rows][:, :, first[m] : first[m + 1]],
+            gap[rows][:, :, first[m] : first[m + 1]],
+            history.deflection[:, m],
+            np.diff(history.time),
+            mesh.backlash,
+        )
+        for m, mesh in enumerate(system.train.meshes)
+    )
+    if history.friction is None:
+        return found
+    # reversed sliding bends teeth the other way
+    normal = np.split(history.friction[:, 0], first[1:-1], axis=1)
+    each = zip(found, normal, strict=True)
+    return tuple(replace(pairs, force=force) for pairs, force in each)
+
+
+def _spring_motion(
+    stiffness: Array, gap: Array, s: Array, h: Array, backlash: float
+) -> PairMotion:
+    """stiffness, gap : (t, 3, p) at start, middle and end of the step from there."""
+    elastic = s[:, None] - gap[:, 0]
+    k = stiffness[:, 0]
+    state = np.where(elastic > 0.0, 1, np.where(elastic < -backlash, -1, 0))
+    state = np.where(k > 0.0, state, 0)
+    overlap = np.where(state == -1, elastic + backlash, elastic)
+    force = np.where(state == 0, 0.0, k * overlap)
+    before = s[1:, None] - gap[:-1, 2]
+    # not where a pair fades in or out within a step: its gap is out of bounds there
+    inside = np.where(stiffness[:-1].min(axis=1) > 0.0, 1.0, -1.0)
+    conditions = contact_conditions(
+        (elastic[:-1], before), (inside, inside), h, backlash
+    )
+    return PairMotion(force, state, k > 0.0, conditions)
+
+
+def _contact_motion(
+    system: LumpedSystem, m: int, frequency: float, history: History
+) -> PairMotion:
+    """Of the coupled model: a pair is its contacts on the drive and the back side.
+
+    Pairs on the nominal path count, and what carries outside of it.
+    """
+    assert system.contacts is not None
+    (low, high), mesh = system.contacts.paths[m], system.train.meshes[m]
+    cycles = _mesh_cycles(system, m, frequency, history)
+    turn = np.floor(cycles + ROUNDING).astype(np.int64)
+    pitch = np.floor(mesh.phase + cycles + ROUNDING).astype(np.int64)
+    ahead, loads, (drive, back) = _by_pairs(system, m, turn - pitch, history)
+    force = loads[0] - loads[1] + 0.0  # no negative zeros
+    state = np.where(back > 0.0, -1, np.where(drive > 0.0, 1, 0))
+    position = (mesh.phase + cycles - pitch)[:, None] + ahead
+    inside = np.minimum(position - low, high - position)
+    engaged = inside > 0.0
+    # flanks that do not face each other are out of bounds
+    apart = np.maximum(drive, -mesh.backlash)
+    elastic = np.where(back > 0.0, -mesh.backlash - back, apart)
+    # a pair that passes the pitch point in a step takes the next place
+    places = np.diff(pitch)[:, None] + np.arange(ahead.size)
+    elastic_ends, inside_ends = (
+        (v[:-1], np.take_along_axis(np.pad(v[1:], ((0, 0), (0, 1))), places, axis=1))
+        for v in (elastic, inside)
+    )
+    h = np.diff(history.time)
+    conditions = contact_conditions(elastic_ends, inside_ends, h, mesh.backlash)
+    used = np.flatnonzero((engaged | (state != 0)).any(axis=0))
+    kept = slice(used[0], used[-1] + 1)
+    return PairMotion(force[:, kept], state[:, kept], engaged[:, kept], conditions)
+
+
+def _mesh_cycles(
+    system: LumpedSystem, m: int, frequency: float, history: History
+) -> Array:
+    """Cycles (t,) of a mesh that have passed at even steps."""
+    last = history.time.size - 1
+    periods = round(history.time[-1] * frequency)
+    rate = float(system.train.mesh_rates[m])
+    return rate * periods * np.arange(last + 1) / last
+
+
+def _by_pairs(
+    system: LumpedSystem, m: int, shift: Indices, history: History
+) -> tuple[Indices, Array, Array]:
+    """Base pitches (p,) by which pairs of a mesh are ahead, and their contacts.
+
+    Loads [N] and penetrations [m], of the drive and of the back side (2, t, p).
+
+    shift : (t,) base pitches by which the contacts count a pair further ahead
+    """
+    found, recorded = system.contacts, history.contacts
+    assert found is not None
+    assert recorded is not None
+    own = np.flatnonzero(found.mesh_of == m)
+    counted = found.pairs[own]
+    ahead = np.arange(counted.min() - shift.max(), counted.max() - shift.min() + 1)
+    pairs = shift[:, None] + ahead
+    loads, penetrations = np.zeros((2, *pairs.shape)), np.full((2, *pairs.shape), FAR)
+    for c in own:
+        side = int(found.contacts.side[c] < 0.0)
+        rows, places = np.nonzero(pairs == found.pairs[c])
+        loads[side, rows, places] = recorded[rows, 0, c]
+        penetrations[side, rows, places] = recorded[rows, 1, c]
+    return ahead, loads, penetrations
+
+
+def contact_conditions(
+    elastic: Ends, inside: Ends, h: Array, backlash: float
+) -> dict[str, float]:
+    """Part of the time that each of CONDITIONS lasts, but those that never occur.
+
+    Counted while two pairs or more are engaged, over the whole time; the first
+    engaged pair is the entering one, the last the leaving one.
+
+    elastic : (n, p) deflection minus gap at the starts and ends of n steps [m]
+    inside : (n, p) the same of a figure that is positive while a pair is engaged
+    h : (n,) [s]; within steps all is taken as straight
+    """
+    time = np.zeros(len(CONDITIONS))
+    for first in range(0, h.size, ROWS):
+        rows = slice(first, first + ROWS)
+        deflected, engaged = (
+            start[rows, None] + (end[rows] - start[rows])[:, None] * MIDDLES
+            for start, end in (elastic, inside)
+        )
+        kind = _conditions_of(deflected, engaged > 0.0, backlash)
+        for i in range(time.size):
+            time[i] += ((kind == i).mean(axis=1) * h[rows]).sum()
+    found = zip(CONDITIONS, time / h.sum(), strict=True)
+    return {name: float(part) for name, part in found if part > 0.0}
+
+
+def _conditions_of(
+    elastic: Array, engaged: NDArray[np.bool_], backlash: float
+) -> Indices:
+    """Places in CONDITIONS of pairs (..., p); -1 where fewer than two are engaged."""
+    touch, back = (elastic > 0.0) & engaged, (elastic < -backlash) & engaged
+    count, touching = engaged.sum(axis=-1), touch.sum(axis=-1)
+    first = engaged.argmax(axis=-1)[..., None]
+    last = -1 - engaged[..., ::-1].argmax(axis=-1)[..., None]
+    entering, leaving = (
+        np.take_along_axis(touch, at % touch.shape[-1], axis=-1)[..., 0]
+        for at in (first, last)
+    )
+    one_lost = touching == count - 1
+    kinds = {
+        "": count < 2,
+        "back": back.any(axis=-1),
+        "I": touching == 0,
+        "III": touching == count,
+        "II": one_lost & ~entering,
+        "IV": one_lost & ~leaving,
+    }
+    places = [list(CONDITIONS).index(name) if name else -1 for name in kinds]
+    return np.select(list(kinds.values()), places, len(CONDITIONS) - 1)

@@ -1,0 +1,66 @@
+"""The response of a lumped system at one mesh frequency."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lumped.common.checks import checked
+from lumped.steady.response import History, Response
+from lumped.steady.settings import Settings
+from lumped.steady.steady_state import Watch, confirmed, steady_state
+from lumped.steady.steppers import stepper_of
+from lumped.train.system import LumpedSystem
+
+Array = NDArray[np.float64]
+
+
+@checked
+def respond(
+    system: LumpedSystem,
+    frequency: float,
+    settings: Settings | None = None,
+    state: Array | None = None,
+) -> Response:
+    """Settle at a frequency of the first mesh [Hz] and measure one period.
+
+    state : (2, n) to start from, by default at rest under the external torques
+    """
+    return respond_with_history(system, frequency, settings, state)[0]
+
+
+@checked
+def respond_with_history(
+    system: LumpedSystem,
+    frequency: float,
+    settings: Settings | None = None,
+    state: Array | None = None,
+) -> tuple[Response, History]:
+    """As `respond`, with the motion that was measured, see `steady_state`."""
+    settings = settings or Settings()
+    start = _checked(system, state)
+    return steady_state(stepper_of(system, settings), frequency, settings, start)
+
+
+def respond_confirmed(
+    system: LumpedSystem,
+    frequency: float,
+    settings: Settings | None = None,
+    state: Array | None = None,
+    before: Response | None = None,
+    watch: Watch = lambda frequency, period: None,
+) -> tuple[Response, History, Settings]:
+    """As `respond_with_history`, confirmed by finer steps, see `confirmed`."""
+    settings = settings or Settings()
+    start = _checked(system, state)
+    stepper = stepper_of(system, settings)
+    return confirmed(stepper, frequency, settings, start, before, watch)
+
+
+def _checked(system: LumpedSystem, state: Array | None) -> Array | None:
+    if state is None:
+        return None
+    start, wanted = np.asarray(state, float), system.static_state.shape
+    if start.shape != wanted:
+        raise ValueError(f"state must have shape {wanted}, got {start.shape}")
+    return start

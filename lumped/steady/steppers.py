@@ -1,0 +1,362 @@
+"""Steppers of lumped systems: Runge-Kutta with fixed or with adaptive steps."""
+
+from __future__ import annotations
+
+import math
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lumped.kernels.arrays import FrictionSamples, VariedSteps
+from lumped.steady.leap import settle_or_leap
+from lumped.steady.response import History
+from lumped.steady.settings import Settings
+from lumped.steady.steady_state import (
+    Diverged,
+    Speed,
+    Stepper,
+    new_convergence,
+    steady_state,
+)
+from lumped.train.friction_samples import at_frequency
+from lumped.train.system import LumpedSystem
+
+if TYPE_CHECKING:
+    from lumped.kernels.arrays import AdaptiveRules, Convergence, CoupledSteps
+
+Array = NDArray[np.float64]
+WATCHED = 100_000  # fixed steps or a common period, whichever is more, between looks
+CONTACT_ROWS, FRICTION_ROWS = 2, 3  # recorded of each contact, or pair
+FINEST = 512  # fixed steps per period, beyond which nothing hangs on them
+# Steps of the coupled model shift a resonance of contacts by some 1e-3 of itself times
+# the square of the angle that it turns in one: by a tenth of half its bandwidth, the
+# damping ratio, at FLANK times the root of that. Least and most angle [rad].
+FLANK, LEAST, MOST = 4.0, 0.25, 1.0
+
+
+@dataclass(frozen=True, eq=False)
+class LumpedStepper:
+    """What fixed and adaptive steps have in common; a state (2, n) is modal.
+
+    Both settle in compiled loops over the periods, see `lumped.kernels`.
+    """
+
+    system: LumpedSystem
+
+    def start(self) -> Array:
+        return self.system.static_state
+
+    def begin(self, state: Array, settings: Settings) -> Convergence:
+        system, cycles = self.system, self.system.common_period[0]
+        check = new_convergence(
+            system.deflection_rows, system.angular, settings, cycles
+        )
+        check.sections[0] = self.section_of(state).reshape(2, -1)
+        return check
+
+    def section_of(self, state: Array) -> Array:
+        """Displacements, and velocities over `angular`, of a state (2, n) in one row
+        (2 n,)."""
+        return np.concatenate([state[0], state[1] / self.system.angular])
+
+    def state_of(self, section: Array) -> Array:
+        """State (2, n) of displacements, and velocities over `angular` (2 n,)."""
+        q, v = section.reshape(2, -1)
+        return np.stack([q, v * self.system.angular])
+
+    def change_speed(
+        self, state: Array, before: float, after: float, settings: Settings
+    ) -> Array:
+        """At once."""
+        return state
+
+
+class FixedStepper(LumpedStepper):
+    """Steps of equal size, of fourth order: classical Runge-Kutta for springs, exact
+    but for the contact forces for the coupled model."""
+
+    def driven(self, at: Speed) -> tuple[Any, Any]:
+        """The system and the steps of a common period, as the kernels take them."""
+        system, frequency = self.system, at.frequency
+        steps = steps_per_period(system, frequency, at.settings)
+        if system.coupled_arrays is not None:
+            return system.coupled_arrays, self._coupled_steps(steps, frequency)
+        samples = system.samples(steps)
+        if isinstance(samples, FrictionSamples):
+            return system.arrays, at_frequency(samples, frequency)
+        return system.arrays, samples._replace(h=samples.h / frequency)
+
+    @lru_cache(maxsize=4)  # noqa: B019  a stepper lives as long as its run
+    def _coupled_steps(self, steps: int, frequency: float) -> CoupledSteps:
+        """Once for settling and recording; their working arrays are of one thread."""
+        return self.system.coupled_steps(steps, frequency)
+
+    def advance(
+        self, state: Array, at: Speed, check: Convergence, most: int
+    ) -> tuple[Array, bool]:
+        now = np.array(state)
+        # without damping nothing is approached but by errors of the steps
+        if self.system.contacts is None or self.system.train.damping_ratio == 0.0:
+            return now, self.settle(now, at, check, most)
+        return settle_or_leap(self, now, at, check, most)
+
+    def settle(
+        self, state: Array, at: Speed, check: Convergence, most: int, on: bool = False
+    ) -> bool:
+        """Integrate a state in place, see `Stepper.advance`; whether it has settled.
+
+        on : whether a motion of the coupled model goes on from where it was left
+        """
+        (arrays, steps), before = self.driven(at), check.period
+        few = max(1, WATCHED // steps.h.size)
+        while True:
+            left = most - (check.period - before)
+            if self.system.contacts is not None:
+                steps.goes_on[0] = on or check.period > before
+            status, part, settled = self._kernels.settle_motion(
+                arrays, steps, self.system.limit, state, check, min(few, left)
+            )
+            if status:
+                raise Diverged(part)
+            if settled or left <= few:
+                return settled
+            at.watch(check.period - before)
+
+    def record(self, state: Array, at: Speed, periods: int) -> tuple[Array, History]:
+        system, now = self.system, np.array(state)
+        arrays, steps = self.driven(at)
+        time, out = _room(system, steps.h, periods)
+        status, _ = self._kernels.record_motion(
+            arrays, steps, periods, now, system.limit, out
+        )
+        if status:
+            raise Diverged(0.0)
+        return now, history_of(time, out, system)
+
+    def carry(self, state: Array, at: Speed, sections: Array, growth: Array) -> None:
+        """A motion with small changes of it over common periods, in place.
+
+        state : (2, n (1 + k)) the motion, then k changes one after the other
+        sections, growth : see `lumped.kernels.rk4.carry_motion`
+        """
+        arrays, steps = self.driven(at)
+        if self.system.contacts is None:
+            n, damping = self.system.angular.size, np.diag(arrays.damping)
+            steps = VariedSteps(steps.h, steps, damping, np.empty((n, n)))
+        status, _ = self._kernels.carry_motion(
+            *(arrays, steps, self.system.limit, state, self.system.angular),
+            *(sections, growth),
+        )
+        if status:
+            raise Diverged(0.0)
+
+    def monodromy(self, state: Array, at: Speed, periods: int) -> tuple[Array, Array]:
+        """State (2, n) after common periods, and what a small change becomes in them.
+
+        The matrix (2 n, 2 n) is of displacements, and velocities over `angular`.
+        """
+        after, matrix, growth = self.scaled_monodromy(state, at, periods)
+        return after, math.exp(growth) * matrix
+
+    def scaled_monodromy(
+        self, state: Array, at: Speed, periods: int
+    ) -> tuple[Array, Array, float]:
+        """As `monodromy`, which is exp(growth) times the matrix, and the growth.
+
+        Changes that decay over a long period are smaller than any number.
+        """
+        n, angular = state.shape[1], self.system.angular
+        unit = np.stack([np.eye(2 * n)[:, :n], np.eye(2 * n)[:, n:] * angular])
+        moved = np.concatenate([state[:, None], unit], axis=1).reshape(2, -1)
+        growth = np.empty(periods)
+        self.carry(moved, at, room_to_record(self.system, periods), growth)
+        changes = moved.reshape(2, -1, n)[:, 1:]
+        # a row for each change: columns of the matrix
+        matrix = np.concatenate([changes[0], changes[1] / angular], axis=1).T
+        return moved[:, :n].copy(), matrix, float(growth.sum())
+
+    @property
+    def _kernels(self) -> Any:
+        if self.system.contacts is None:
+            from lumped.kernels import rk4
+
+            return rk4
+        from lumped.kernels import coupled
+
+        return coupled
+
+    def refined(
+        self, frequency: float, settings: Settings, repeats: bool
+    ) -> Settings | None:
+        """Twice the steps, as far as memory holds them."""
+        fastest = float(max(self.system.train.mesh_rates))
+        known = steps_per_period(self.system, frequency, settings)
+        known = math.ceil(known / fastest - 1e-9)
+        if known >= FINEST:
+            return None
+        # springs open within a step: what does not repeat may do so on the finest alone
+        far = not repeats and self.system.contacts is None
+        steps = FINEST if far else min(2 * known, FINEST)
+        finer = replace(settings, steps=steps)
+        needed = steps_per_period(self.system, frequency, finer)
+        return finer if self.system.holds(needed) else None
+
+
+class AdaptiveStepper(LumpedStepper):
+    """Dormand and Prince's steps of order 5(4), which end on contact changes."""
+
+    def _rules(self, at: Speed) -> AdaptiveRules:
+        from lumped.kernels.arrays import AdaptiveRules
+
+        size = 1e-3 * self.system.energy_norm
+        return AdaptiveRules(
+            at.settings.step_error, self.system.limit, at.frequency, size
+        )
+
+    def advance(
+        self, state: Array, at: Speed, check: Convergence, most: int
+    ) -> tuple[Array, bool]:
+        from lumped.kernels import dopri5
+
+        system, now = self.system, np.array(state)
+        status, part, settled = dopri5.settle_dopri5(
+            system.arrays,
+            system.excitation.pieces_in(0),
+            self._rules(at),
+            (
+                float(system.train.common_period[0]),
+                system.rounds,
+                system.excitation.turns,
+            ),
+            now,
+            check,
+            most,
+        )
+        if status:
+            raise Diverged(part)
+        return now, settled
+
+    def record(self, state: Array, at: Speed, periods: int) -> tuple[Array, History]:
+        """On the grid of fixed steps."""
+        from lumped.kernels import dopri5
+
+        system, now = self.system, np.array(state)
+        h = system.samples(steps_per_period(system, at.frequency, at.settings)).h
+        time, out = _room(system, h, periods)
+        rules, length = self._rules(at), system.train.common_period[0]
+        steps = h.size // system.rounds
+        grid = np.concatenate([[0.0], np.cumsum(h[:steps])])
+        grid[-1] = length
+        for number, start in enumerate(range(0, time.size - 1, steps)):
+            status, _ = dopri5.record_dopri5(
+                system.arrays,
+                system.excitation.pieces_in(number % system.rounds),
+                rules,
+                (0.0, float(length)),
+                now,
+                grid,
+                out[start : start + steps + 1],
+            )
+            if status:
+                raise Diverged(0.0)
+        return now, History(time / at.frequency, *out.transpose(1, 0, 2))
+
+    def refined(
+        self, frequency: float, settings: Settings, repeats: bool
+    ) -> Settings | None:
+        """Steps keep to their accuracy."""
+        return None
+
+
+def stepper_of(
+    system: LumpedSystem, settings: Settings
+) -> FixedStepper | AdaptiveStepper:
+    """The stepper of the settings' method."""
+    if settings.method == "rk4":
+        return FixedStepper(system)
+    if system.contacts is not None:
+        raise ValueError("method must be rk4 for the coupled model, got dopri5")
+    if system.rubs:
+        raise ValueError("method must be rk4 for teeth with friction, got dopri5")
+    return AdaptiveStepper(system)
+
+
+def warm_up(stepper: Stepper, frequency: float, settings: Any) -> None:
+    """Compile all that integrates a motion, so that the time of the rest can be taken.
+
+    frequency : of the first mesh [Hz]
+    """
+    short = replace(settings, max_periods=1, multiples=1, windows=1)
+    steady_state(stepper, frequency, short)
+    if isinstance(stepper, FixedStepper) and stepper.system.contacts is not None:
+        with suppress(Diverged):
+            stepper.monodromy(stepper.start(), Speed(frequency, short), 1)
+
+
+def _room(system: LumpedSystem, h: Array, periods: int) -> tuple[Array, Array]:
+    """Times (t,) in the unit of the steps, and room to record (t, 6, m) or more."""
+    time = np.concatenate([[0.0], np.cumsum(np.tile(h, periods))])
+    return time, room_to_record(system, time.size)
+
+
+def room_to_record(system: LumpedSystem, instants: int) -> Array:
+    """Of the meshes at so many instants (t, 6, m), or more rows where contacts or teeth
+    with friction are recorded besides."""
+    more = 0
+    if system.contacts is not None:
+        more = CONTACT_ROWS * np.bincount(system.contacts.mesh_of).max()
+    elif system.rubs:
+        more = FRICTION_ROWS * np.bincount(system.excitation.mesh_of).max()
+    return np.full((instants, 6 + more, len(system.excitations)), np.nan)
+
+
+def history_of(time: Array, out: Array, system: LumpedSystem) -> History:
+    """Of rows (t, 6, m) or more at times (t,), as kernels record them.
+
+    The coupled model has contacts besides, and no rates of the hubs' deflections of its
+    own: hubs follow the mean rotations and the contact forces.
+    """
+    history = History(time, *out[:, :6].transpose(1, 0, 2))
+    if system.rubs:
+        mesh_of = system.excitation.mesh_of
+        return replace(history, friction=_of_each(out, mesh_of, FRICTION_ROWS))
+    if system.contacts is None:
+        return history
+    rate = slopes(history.deflection, history.time[1] - history.time[0])
+    contacts = _of_each(out, system.contacts.mesh_of, CONTACT_ROWS)
+    return replace(history, rate=rate, contacts=contacts)
+
+
+def slopes(values: Array, step: float) -> Array:
+    """Derivative (t, m) of values (t, m) at equal steps, to fourth order inside."""
+    if len(values) < 3:
+        return np.zeros_like(values)
+    found = np.gradient(values, step, axis=0, edge_order=2)
+    if len(values) > 4:
+        outer, inner = values[4:] - values[:-4], values[3:-1] - values[1:-3]
+        found[2:-2] = (8.0 * inner - outer) / (12.0 * step)
+    return found
+
+
+def _of_each(out: Array, mesh_of: NDArray[np.intp], rows: int) -> Array:
+    """What is recorded of every contact or pair (t, rows, c), from the sixth row on."""
+    place = np.arange(mesh_of.size) - np.searchsorted(mesh_of, mesh_of)
+    each = [out[:, 6 + rows * place + i, mesh_of] for i in range(rows)]
+    return np.stack(each, axis=1)
+
+
+def steps_per_period(system: LumpedSystem, frequency: float, settings: Settings) -> int:
+    """Fixed steps per period of the first mesh; doublings, so that few differ."""
+    fastest = float(max(system.train.mesh_rates))
+    highest = float(np.sqrt(system.arrays.rigidity.max()))
+    base = settings.least_steps(system.contacts is not None) * fastest
+    needed = max(base, highest / (frequency * settings.step_angle))
+    if system.loaded is not None and settings.steps is None:
+        angle = min(max(FLANK * math.sqrt(system.train.damping_ratio), LEAST), MOST)
+        needed = max(needed, system.strained_angular / (frequency * angle))
+    doublings = max(0, math.ceil(2.0 * math.log2(needed / base) - 1e-9))
+    return math.ceil(base * 2.0 ** (0.5 * doublings))

@@ -1,0 +1,1 @@
+"""What a train is: wheels, meshes, tables, excitations, contacts and friction."""

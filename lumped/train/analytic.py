@@ -1,0 +1,295 @@
+"""Mesh stiffness from a few key figures: rectangular, trapezoidal or by harmonics."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from lumped.common.checks import checked, require_fields
+from lumped.train.excitation import MODELS, MeshExcitation, PairExcitation, with_errors
+from lumped.train.waves import (
+    SAME,
+    Wave,
+    constant,
+    cut_into_pitches,
+    from_harmonics,
+    from_samples,
+    line_pieces,
+    total,
+)
+
+Array = NDArray[np.float64]
+Points = Sequence[tuple[float, float]]  # (base pitches from the pitch point, value)
+STE_POINTS = 512  # per base pitch, of a static transmission error
+PITCHES = 64  # solved at once where base pitches differ
+
+
+@dataclass(frozen=True, kw_only=True)
+class StiffnessFigures:
+    """Key figures of a mesh stiffness (multi-mesh source, eq. 2.28 and 5.3).
+
+    With n the whole pitches in the contact ratio c, n + 1 pairs have the stiffness
+    k [1 + eps (n + 1 - c)] and n pairs k [1 + eps (n - c)]: the mean is k and the
+    peak-to-peak value eps k.
+
+    mean : k [N/m]
+    variation : eps
+    contact_ratio : c
+    approach : base pitches from the start of contact to the pitch point, by default
+        half of the contact ratio
+    load_share : of the pair that leaves, where double contact starts (alpha); it
+        falls linearly to 1 - alpha where double contact ends
+    ramp : base pitches over which stiffness enters and leaves, 0 for a rectangle
+    """
+
+    mean: float
+    variation: float
+    contact_ratio: float
+    approach: float | None = None
+    load_share: float = 0.5
+    ramp: float = 0.0
+
+    def __post_init__(self) -> None:
+        require_fields(self)
+        room = min(self.part, 1.0 - self.part)
+        checks = {
+            "mean": (0.0 < self.mean < math.inf, "positive"),
+            "variation": (0.0 <= self.variation < 1.0, "from 0 to below 1"),
+            "contact_ratio": (1.0 <= self.contact_ratio < 20.0, "from 1 to below 20"),
+            "load_share": (0.0 < self.load_share < 1.0, "between 0 and 1"),
+            "ramp": (0.0 <= self.ramp <= room, f"from 0 to {room!r}"),
+        }
+        for name, (ok, allowed) in checks.items():
+            if not ok:
+                value = getattr(self, name)
+                raise ValueError(f"{name} must be {allowed}, got {value:g}")
+
+    @property
+    def pairs(self) -> int:
+        """Pairs that always touch."""
+        return math.floor(self.contact_ratio)
+
+    @property
+    def part(self) -> float:
+        """Part of the cycle with one pair more."""
+        return self.contact_ratio - self.pairs
+
+    @property
+    def low(self) -> float:
+        """Stiffness of the fewer pairs [N/m]."""
+        return self.mean * (1.0 - self.variation * self.part)
+
+    @property
+    def high(self) -> float:
+        """Stiffness with one pair more [N/m]."""
+        return self.mean * (1.0 + self.variation * (1.0 - self.part))
+
+    @property
+    def start(self) -> float:
+        """Position at which the reference pair comes into contact."""
+        half = 0.5 * self.contact_ratio
+        return -(half if self.approach is None else self.approach)
+
+
+@checked
+def analytic_excitation(
+    figures: StiffnessFigures,
+    model: int = 1,
+    gap: Points = (),
+    force: float = 0.0,
+    harmonics: int | None = None,
+    pitch_errors: ArrayLike = (),
+) -> MeshExcitation:
+    """The excitation of one mesh from key figures.
+
+    gap : of a pair over its path, corners of a polygon [m]; zero if empty
+    force : nominal mesh force [N], for the loaded transmission error of Model-2
+    harmonics : how many of the mesh frequency to keep, all by default; the mesh is
+        then one spring without a gap
+    pitch_errors : gaps of the tooth pairs, one after another; see `pair_errors`
+    """
+    if model not in MODELS:
+        raise ValueError(f"model must be 1, 2 or 3, got {model}")
+    errors = np.asarray(pitch_errors, float)
+    if harmonics is not None:
+        if errors.size:
+            raise ValueError(
+                "harmonics stand for the whole mesh; pitch_errors are of tooth pairs"
+            )
+        return _by_harmonics(figures, model, gap, force, harmonics)
+    springs = pair_springs(figures, gap, errors)
+    if model == 1:
+        return MeshExcitation(springs, figures.mean)
+    if model == 2:
+        error = static_error(springs, force)
+        spring = PairExcitation(constant(figures.mean), error.scaled(1.0, -error.mean))
+        return MeshExcitation((spring,), figures.mean)
+    stiffness = total([spring.stiffness for spring in springs])
+    if errors.size and force > 0.0:
+        stiffness = loaded_stiffness(springs, force)
+    spring = PairExcitation(stiffness, static_error(springs, 0.0))
+    return MeshExcitation((spring,), figures.mean)
+
+
+def pair_springs(
+    figures: StiffnessFigures, gap: Points = (), pitch_errors: ArrayLike = ()
+) -> tuple[PairExcitation, ...]:
+    """Stiffness and gap of every tooth pair that touches within a base pitch."""
+    stiffness = _cut(pair_profile(figures))
+    gaps = _cut([(x, y) for x, y in gap]) if gap else {}
+    none, errors = constant(0.0), np.asarray(pitch_errors, float)
+    return tuple(
+        PairExcitation(stiffness[k], with_errors(gaps.get(k, none), k, errors), k)
+        for k in stiffness
+    )
+
+
+def _cut(points: Points) -> dict[int, Wave]:
+    return cut_into_pitches(*line_pieces(points), {x for x, _ in points}, 0.0)
+
+
+def pair_profile(figures: StiffnessFigures) -> list[tuple[float, float]]:
+    """Corners (position, stiffness [N/m]) of one pair's way through the mesh."""
+    n, c, start = figures.pairs, figures.contact_ratio, figures.start
+    entering, leaving = 1.0 - figures.load_share, figures.load_share
+    corners = [(start, 0.0)]
+    for k in range(n + 1):  # n + 1 pairs touch from k to k + part, then n
+        shares = (entering, leaving) if k == 0 else (leaving, entering)
+        if n != 1:
+            shares = (1.0 / (n + 1), 1.0 / (n + 1))
+        ends = (start + k, start + k + figures.part)
+        corners += [
+            (x, figures.high * share) for x, share in zip(ends, shares, strict=True)
+        ]
+        if k < n:
+            ends = (start + k + figures.part, start + k + 1.0)
+            corners += [(x, figures.low / n) for x in ends]
+    corners.append((start + c, 0.0))
+    return _ramped(corners, figures.ramp) if figures.ramp else corners
+
+
+def _ramped(corners: Points, ramp: float) -> list[tuple[float, float]]:
+    """Jumps replaced by slopes of length `ramp` about them; the mean stays."""
+    out: list[tuple[float, float]] = []
+    groups = sorted({x for x, _ in corners})
+    for x in groups:
+        values = [y for at, y in corners if at == x]
+        before, after = values[0], values[-1]
+        out += [(x - 0.5 * ramp, before), (x + 0.5 * ramp, after)]
+    return out
+
+
+def static_error(springs: Sequence[PairExcitation], force: float) -> Wave:
+    """Transmission error [m] of pairs under a static force [N], eq. 2.8.
+
+    Exact at the corners of all waves and at STE_POINTS positions between them.
+    """
+    corners, x = _nodes(springs)
+    after, before = _at_nodes(springs, force, x)
+    return _polygon(x, after, before, corners)
+
+
+def loaded_stiffness(springs: Sequence[PairExcitation], force: float) -> Wave:
+    """Force over what it adds to the transmission error [N/m], where pairs differ."""
+    corners, x = _nodes(springs)
+    loaded, free = (_at_nodes(springs, f, x) for f in (force, 0.0))
+    after, before = (force / (one - two) for one, two in zip(loaded, free, strict=True))
+    return _polygon(x, after, before, corners)
+
+
+def _nodes(springs: Sequence[PairExcitation]) -> tuple[list[float], Array]:
+    """Corners of all waves; positions from 0 to 1, the corners among them."""
+    waves = [wave for spring in springs for wave in (spring.stiffness, spring.gap)]
+    corners = sorted({corner for wave in waves for corner in wave.corners})
+    grid = np.arange(STE_POINTS + 1) / STE_POINTS
+    x = np.unique(np.concatenate([grid, np.array(corners)]))
+    return corners, np.append(x[:-1][np.diff(x) > SAME], 1.0)
+
+
+def _at_nodes(
+    springs: Sequence[PairExcitation], force: float, x: Array
+) -> tuple[Array, Array]:
+    """Transmission errors (c, n) at the starts and ends of n pieces."""
+    period = math.lcm(*(spring.period for spring in springs))
+    blocks = np.array_split(np.arange(period), math.ceil(period / PITCHES))
+    after, before = (
+        np.concatenate([_static_errors(springs, x[s], force, side, b) for b in blocks])
+        for s, side in _ENDS
+    )
+    return after, before
+
+
+def _polygon(x: Array, after: Array, before: Array, corners: list[float]) -> Wave:
+    zero = np.zeros_like(after)
+    rows = np.stack([after, (before - after) / np.diff(x), zero, zero], axis=-1)
+    return Wave(x, rows if len(rows) > 1 else rows[0], tuple(corners))
+
+
+_ENDS = ((slice(None, -1), 1), (slice(1, None), -1))
+
+
+def _static_errors(
+    springs: Sequence[PairExcitation],
+    x: Array,
+    force: float,
+    side: int,
+    pitches: NDArray[np.int64],
+) -> Array:
+    """Smallest deflection at which the touching pairs carry the force.
+
+    (c, n) at positions x (n,) of each of the base pitches (c,)
+    """
+    stiffness, gap = np.empty((2, len(springs), pitches.size, x.size))
+    for p, spring in enumerate(springs):
+        stiffness[p] = spring.stiffness(x, side, pitches[:, None])
+        gap[p] = spring.gap(x, side, pitches[:, None])
+    return lowest_deflection(stiffness, gap, force)
+
+
+def lowest_deflection(stiffness: Array, gap: Array, force: float) -> Array:
+    """Deflection [m] at which the pairs that touch carry a force [N], eq. 2.8.
+
+    stiffness [N/m], gap [m] : of the pairs, along the first axis
+    """
+    gap = np.where(stiffness > 0.0, gap, np.inf)
+    order = np.argsort(gap, axis=0)
+    k, g = (np.take_along_axis(v, order, axis=0) for v in (stiffness, gap))
+    held = np.cumsum(k, axis=0)
+    moment = np.cumsum(np.where(k > 0.0, k * np.where(k > 0.0, g, 0.0), 0.0), axis=0)
+    return ((force + moment) / held).min(axis=0)
+
+
+def _by_harmonics(
+    figures: StiffnessFigures, model: int, gap: Points, force: float, harmonics: int
+) -> MeshExcitation:
+    if harmonics < 1:
+        raise ValueError(f"harmonics must be 1 or more, got {harmonics}")
+    if any(value != 0.0 for _, value in gap):
+        raise ValueError("harmonics stand for the whole mesh; gaps need tooth pairs")
+    wave = from_harmonics(figures.mean, stiffness_harmonics(figures, harmonics))
+    if model == 2:
+        x = np.arange(STE_POINTS) / STE_POINTS
+        error = force / wave(x)
+        spring = PairExcitation(
+            constant(figures.mean), from_samples(error - error.mean())
+        )
+    else:
+        spring = PairExcitation(wave, constant(0.0))
+    return MeshExcitation((spring,), figures.mean)
+
+
+def stiffness_harmonics(figures: StiffnessFigures, count: int) -> list[complex]:
+    """Complex amplitudes c_1 ... of the trapezoid, k = mean + sum (c_s e^.. + c.c.).
+
+    A rectangle of height eps k and width c - n, centred in its double contact (eq. 2.29
+    of the multi-mesh source); a ramp multiplies by its sinc.
+    """
+    s = np.arange(1, count + 1)
+    height = figures.mean * figures.variation
+    centre = figures.start + 0.5 * figures.part
+    size = height * figures.part * np.sinc(s * figures.part) * np.sinc(s * figures.ramp)
+    return list(size * np.exp(-2j * np.pi * s * centre))

@@ -1,0 +1,130 @@
+"""Degrees of freedom of a train: rotations, and translations where bearings yield.
+
+Gears on a rigid shaft share theirs; their masses, inertias and bearings add up.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lumped.train.train import Mesh, Train, TrainError
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Coordinates:
+    """Inertias, springs and loads in n physical coordinates (rad and m).
+
+    labels : ("pinion", "rotation"), ("pinion", "x"), ...
+    places : which coordinate is a gear's "rotation", "x" or "y", by its index
+    mass : (n,) [kg m2 or kg]
+    load : (n,) external [N m or N]
+    mesh_rows : (meshes, n); mesh deflection is row times displacement [m]
+    spring_rows : (springs, n) elongations of bearings, couplings and shafts
+    spring_stiffness : (springs,) [N/m or N m/rad]
+    """
+
+    labels: tuple[tuple[str, str], ...]
+    places: Mapping[tuple[int, str], int]
+    mass: Array
+    load: Array
+    mesh_rows: Array
+    spring_rows: Array
+    spring_stiffness: Array
+
+
+def coordinates(train: Train) -> Coordinates:
+    """The train's degrees of freedom; raises TrainError where none can move."""
+    groups = rigid_groups(train)
+    places: dict[tuple[int, str], int] = {}
+    labels: list[tuple[str, str]] = []
+    for members in groups:
+        kinds = ["rotation"]
+        if any(train.gears[g].bearing_stiffness for g in members):
+            _require_masses(train, members)
+            kinds += ["x", "y"]
+        name = "+".join(train.gears[g].name for g in members)
+        for kind in kinds:
+            places |= {(g, kind): len(labels) for g in members}
+            labels.append((name, kind))
+    n = len(labels)
+    mass, load = np.zeros(n), np.zeros(n)
+    for (gear, kind), i in places.items():
+        part = train.gears[gear]
+        mass[i] += part.inertia if kind == "rotation" else part.mass or 0.0
+        load[i] += part.torque if kind == "rotation" else 0.0
+    rows = np.array([_mesh_row(train, mesh, places, n) for mesh in train.meshes])
+    stiffness, elongations = _springs(train, places, n)
+    return Coordinates(tuple(labels), places, mass, load, rows, elongations, stiffness)
+
+
+def rigid_groups(train: Train) -> list[tuple[int, ...]]:
+    """Gears that move as one, each group in the order of the gears."""
+    group = list(range(len(train.gears)))
+    for shaft in train.shafts:
+        if shaft.stiffness is None:
+            one, two = (group[gear] for gear in shaft.gears)
+            group = [min(one, two) if g in (one, two) else g for g in group]
+    return [
+        tuple(i for i, g in enumerate(group) if g == leader)
+        for leader in sorted(set(group))
+    ]
+
+
+def _require_masses(train: Train, members: tuple[int, ...]) -> None:
+    for gear in members:
+        if train.gears[gear].mass is None:
+            raise TrainError(
+                f"gear {train.gears[gear].name!r}: mass is needed, a gear on its "
+                "shaft has a bearing_stiffness"
+            )
+
+
+def line_of_action(train: Train, mesh: Mesh) -> tuple[float, float]:
+    """Unit vector of the driver's push on the driven gear."""
+    sense = train.sense(mesh.driver)
+    angle = mesh.center_line + sense * (0.5 * math.pi - mesh.pressure_angle)
+    return math.cos(angle), math.sin(angle)
+
+
+def _mesh_row(
+    train: Train, mesh: Mesh, places: dict[tuple[int, str], int], n: int
+) -> Array:
+    """Deflection per displacement, positive where the teeth are pressed together."""
+    row = np.zeros(n)
+    sense = train.sense(mesh.driver)
+    direction = dict(zip("xy", line_of_action(train, mesh), strict=True))
+    for gear, side in ((mesh.driver, 1.0), (mesh.driven, -1.0)):
+        # both gears' rotations close the mesh in the driver's sense
+        row[places[gear, "rotation"]] += sense * train.gears[gear].base_radius
+        for axis, cosine in direction.items():
+            if (gear, axis) in places:
+                row[places[gear, axis]] += side * cosine
+    return row
+
+
+def _springs(
+    train: Train, places: dict[tuple[int, str], int], n: int
+) -> tuple[Array, Array]:
+    """(stiffness (springs,), elongation rows (springs, n))."""
+    found: list[tuple[float, list[tuple[int, float]]]] = []
+    for i, gear in enumerate(train.gears):
+        for axis, stiffness in zip("xy", gear.bearing_stiffness or (), strict=False):
+            found.append((stiffness, [(places[i, axis], 1.0)]))
+        found.append((gear.coupling_stiffness, [(places[i, "rotation"], 1.0)]))
+    for shaft in train.shafts:
+        if shaft.stiffness is not None:
+            one, two = (places[gear, "rotation"] for gear in shaft.gears)
+            found.append((shaft.stiffness, [(one, 1.0), (two, -1.0)]))
+    found = [(stiffness, ends) for stiffness, ends in found if stiffness > 0.0]
+    rows = np.zeros((len(found), n))
+    for row, (_, ends) in zip(rows, found, strict=True):
+        for place, sign in ends:
+            row[place] += sign
+    return np.array([stiffness for stiffness, _ in found]), rows

@@ -1,0 +1,629 @@
+"""A train whose contacts deflect each other: the coupled model.
+
+Every tooth pair has its own load over its penetration, stiffening as contact does.
+Pairs deflect each other through the bodies of their gears, those of a mesh and those of
+other meshes of the same gear. Coordinates are the mean rotations of the gears' masses:
+in such axes the inertia of an elastic body does not move its mean, and its compliance
+is that of a gear that is free to accelerate, `fegear.elasticity.inertia_relief`.
+
+With the hubs at z, elastic compliance C of the contacts with hubs held, R their
+penetration per coordinate, and U and W what the inertial loads of all bodies make of
+penetrations and of themselves, per acceleration:
+
+    q = z - P'F - W f,   f = load - K z,   q'' = f - R'F,   P = U - R W
+    x + (C - U R' - R U' + R W R') F(x) = R q - P f - gap.
+
+The torque f on the hubs of trains with shafts and couplings hangs on z. Solved for it,
+f = S load - K1 (q + P'F), with S = (1 + K W)^-1 and K1 = S K, and with B = R + P K1
+
+    q'' = S load - K1 q - B'F
+    x + (C - U R' - R U' + R W R' - P K1 P') F(x) = B q - P S load - gap.
+
+Where nothing accelerates this is statics: x + C F(x) = R z - gap.
+
+Damping, by a torque -D z' on the hubs, is -T'D T q' where T is what a coordinate
+turns the hubs by, about the loaded state and on the mean of a mesh cycle.
+
+The lowest modes of the bodies with their hubs held are coordinates e besides, of unit
+mass, carried along by the hubs with G:
+
+    z'' + G'e'' = f - R'F,    e'' + G z'' + c e' + w^2 e = -E'F.
+
+C, U and W are then those of all other modes, C - E w^-2 E' and so on, so that statics
+are the same whatever modes are kept. The coordinates z + G'e and e, scaled to unit
+mass, take the place of z above. Modes with nodal diameters come in pairs that are seen
+in a frame that does not turn with the gear, in which the contacts stay where they are:
+Z = E1 - i E2 is that of the gear's frame times exp(i v t), at the rate v at which its
+pattern turns past the gear.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lumped.kernels.arrays import (
+    ContactGrid,
+    ContactProblem,
+    Contacts,
+    CoupledSteps,
+    CoupledSystem,
+)
+from lumped.steady.propagator import LinearPart
+from lumped.train.left_out import BodyInertia
+
+Array = NDArray[np.float64]
+INGREDIENTS = "hardening", "pairs", "body", "meshes", "modes"
+FACING = 5e-3  # m, gaps beyond which flanks do not face each other
+MOST_ROUNDS = 60  # of Newton's method for static equilibrium
+ROUNDING = 1e-9  # of a mesh cycle
+EXACT = 1e-12  # of the reach of the contacts' tables
+
+
+OF_EACH = "angular", "damping", "coupling", "whirl", "gears", "nodal_diameters"
+
+
+@dataclass(frozen=True, eq=False)
+class BodyModes:
+    """Modes of b coordinates of the gears' bodies with their hubs held, of unit mass.
+
+    Standing modes come first, then E1 of the pairs that travel, then E2.
+
+    angular : (b,) natural frequency [rad/s]; damping : (b,) of the velocity [1/s]
+    coupling : (b, n) G, to the modal coordinates of the hubs
+    mass : (b, b) 1, less what hubs take away that are no coordinates
+    rows : (c, p + 1, b) penetration of the contacts per coordinate [1/sqrt(kg)]
+    whirl : (b,) v over the angular frequency of the first mesh, 0 of standing modes
+    gears, nodal_diameters : (b,)
+    """
+
+    angular: Array
+    damping: Array
+    coupling: Array
+    mass: Array
+    rows: Array
+    whirl: Array
+    gears: NDArray[np.int64]
+    nodal_diameters: NDArray[np.int64]
+
+    @property
+    def count(self) -> int:
+        return self.angular.size
+
+    def only(self, kept: NDArray[np.bool_]) -> BodyModes:
+        """Some of the modes (b,)."""
+        values = {name: vars(self)[name][kept] for name in OF_EACH}
+        rows = np.ascontiguousarray(self.rows[..., kept])
+        return BodyModes(**values, mass=self.mass[np.ix_(kept, kept)], rows=rows)
+
+    @property
+    def pairs(self) -> Array:
+        """The rates `whirl` (w,) of the pairs."""
+        travelling = self.whirl[self.nodal_diameters > 0]
+        return travelling[: travelling.size // 2]
+
+    @cached_property
+    def to_unit(self) -> Array:
+        """Displacement of hubs and modes per coordinate of unit mass, square."""
+        G = self.coupling
+        mass = np.block([[np.eye(G.shape[1]), G.T], [G, self.mass]])
+        return np.linalg.inv(np.linalg.cholesky(mass)).T
+
+
+def no_body_modes(contacts: int, positions: int, modes: int) -> BodyModes:
+    """Of so many contacts, positions p + 1 of a mesh cycle and hub coordinates."""
+    none, nowhere = np.empty(0), np.empty(0, np.int64)
+    return BodyModes(
+        angular=none,
+        damping=none,
+        coupling=np.empty((0, modes)),
+        mass=np.empty((0, 0)),
+        rows=np.empty((contacts, positions, 0)),
+        whirl=none,
+        gears=nowhere,
+        nodal_diameters=nowhere,
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class CoupledContacts:
+    """The contacts of a train: c contacts, p positions of a mesh cycle, n modes.
+
+    contacts : with the gears' hubs held, see `lumped.kernels.arrays.Contacts`
+    mesh_of : (c,) mesh of each
+    pairs : (c,) base pitches by which each one's tooth pair is ahead of the mesh's
+        reference pair
+    paths : (m, 2) start and end of the nominal path of contact, base pitches past the
+        pitch point
+    rows : (c, p + 1, n) R, penetration per modal coordinate [1/sqrt(kg)]
+    closing : (c, p + 1) penetration per turn of its driver times the base radius, the
+        driven gear held
+    inertial : (c, p + 1, n) U, penetration under the inertial loads of all bodies per
+        acceleration of each coordinate, reversed [s2/sqrt(kg)]
+    work : (n, n) W, work of these loads on themselves [s2]
+    modes : of the bodies, as coordinates of their own; C, U and W still hold them
+    inertia : of all body modes that were solved, and of the rest of the bodies
+    kept : (b,) which of those are coordinates
+    without : which of INGREDIENTS are left out
+    """
+
+    contacts: Contacts
+    mesh_of: NDArray[np.int64]
+    pairs: NDArray[np.int64]
+    paths: Array
+    rows: Array
+    closing: Array
+    inertial: Array
+    work: Array
+    modes: BodyModes | None = None
+    inertia: BodyInertia | None = None
+    kept: NDArray[np.bool_] | None = None
+    without: tuple[str, ...] = ()
+
+    @property
+    def bodies(self) -> BodyModes:
+        """Modes that the model has as coordinates."""
+        if self.modes is None or not {"body", "modes"}.isdisjoint(self.without):
+            return no_body_modes(*self.rows.shape)
+        return self.modes
+
+
+@dataclass(frozen=True, eq=False)
+class Springs:
+    """A train without its meshes, in n modal coordinates of unit mass.
+
+    stiffness : (n, n) K of shafts, couplings and bearings [1/s2]
+    damping, load : (n,); shapes : (m, n) mesh deflection of each mode
+    rate : (m,) cycles of each mesh per cycle of the first
+    start : (n,) displacement near to static equilibrium
+    """
+
+    stiffness: Array
+    damping: Array
+    load: Array
+    shapes: Array
+    rate: Array
+    start: Array
+
+
+@dataclass(frozen=True, eq=False)
+class LoadedState:
+    """Static equilibrium at p + 1 positions of a mesh cycle, and stiffness about it.
+
+    deflection : (p + 1, m) of the meshes [m]; load : (p + 1, c) of the contacts [N]
+    penetration : (p + 1, c) [m]; pressed : (p + 1, c, n) its load per coordinate
+    place : (p + 1, n) the coordinates
+    springs : (n, n) stiffness besides the meshes, in modal coordinates in mean axes
+    tangent : (p, m, n, n) stiffness of each mesh [1/s2]; a load that passes on to
+        another mesh counts half for each
+    """
+
+    deflection: Array
+    load: Array
+    penetration: Array
+    pressed: Array
+    place: Array
+    springs: Array
+    tangent: Array
+
+    @property
+    def meshes(self) -> Array:
+        """Mean tangent stiffness (m, n, n) of each mesh over the cycle [1/s2]."""
+        return np.asarray(self.tangent.mean(axis=0))
+
+    @property
+    def frequency_Hz(self) -> Array:
+        """Natural frequencies (n,) about the mean tangent stiffness [Hz]."""
+        return self._modes[0]
+
+    @property
+    def shapes(self) -> Array:
+        """Modes (n, n) in the modal coordinates, a column each."""
+        return self._modes[1]
+
+    @property
+    def mesh_energy(self) -> Array:
+        """Part (m, n) of each mode's strain energy that is in each mesh."""
+        strain = np.einsum("in,mij,jn->mn", self.shapes, self.meshes, self.shapes)
+        squares = (2.0 * np.pi * self.frequency_Hz) ** 2
+        return np.divide(strain, squares, np.zeros_like(strain), where=squares > 0.0)
+
+    @cached_property
+    def _modes(self) -> tuple[Array, Array]:
+        squares, shapes = np.linalg.eigh(self.springs + self.meshes.sum(axis=0))
+        return np.sqrt(np.maximum(squares, 0.0)) / (2.0 * np.pi), shapes
+
+
+def coupled_system(found: CoupledContacts, train: Springs) -> CoupledSystem:
+    """The system as the kernels take it, without what is to be left out."""
+    if "body" in found.without:
+        nothing = np.zeros_like(found.inertial), np.zeros_like(found.work)
+        found = replace(found, inertial=nothing[0], work=nothing[1])
+    system, hubs = _in_mean_axes(*_with_bodies(found, train), found.bodies.pairs)
+    start = _start(train, system)
+    for name, leave_out in LEAVE_OUT.items():
+        if name in found.without:
+            # about the state that the model has with what is not left out yet
+            loaded = loaded_state(system, start)
+            system = system._replace(contacts=leave_out(system, loaded))
+    return system._replace(damping=_damping(system, hubs, train, found.bodies))
+
+
+def _start(train: Springs, system: CoupledSystem) -> Array:
+    """Coordinates (n,) near to static equilibrium."""
+    start = np.zeros(system.load.size)
+    start[: train.start.size] = train.start
+    return start
+
+
+def _with_bodies(
+    found: CoupledContacts, train: Springs
+) -> tuple[CoupledContacts, Springs]:
+    """Contacts and springs over hubs and body modes together, of unit mass."""
+    bodies, hubs = found.bodies, train.load.size
+    E, G, squares = bodies.rows, bodies.coupling, bodies.angular**2
+    size, to_unit = hubs + bodies.count, bodies.to_unit
+
+    def joined(of_hubs: Array, of_bodies: Array) -> Array:
+        return np.concatenate([of_hubs, of_bodies], axis=-1) @ to_unit
+
+    compliance = found.contacts.normal_compliance - np.einsum(
+        "cpb,dpb->pcd", E / squares, E
+    )
+    inertial = found.inertial - np.einsum("cpb,bn->cpn", E / squares, G)
+    work = np.zeros((size, size))
+    work[:hubs, :hubs] = found.work - (G.T / squares) @ G
+    stiffness = np.zeros((size, size))
+    stiffness[:hubs, :hubs] = train.stiffness
+    stiffness[hubs:, hubs:] = np.diag(squares)
+    none = np.zeros(bodies.count)
+    contacts = replace(
+        found,
+        rows=joined(found.rows, E),
+        inertial=joined(inertial, np.zeros_like(E)),
+        work=to_unit.T @ work @ to_unit,
+        contacts=found.contacts._replace(normal_compliance=compliance),
+    )
+    springs = replace(
+        train,
+        stiffness=to_unit.T @ stiffness @ to_unit,
+        load=np.concatenate([train.load, none]) @ to_unit,
+        shapes=joined(train.shapes, np.zeros((len(train.shapes), bodies.count))),
+    )
+    return contacts, springs
+
+
+def contact_grid(system: CoupledSystem, steps: int, periods: Array) -> ContactGrid:
+    """The contacts at the steps of so many cycles of the meshes, `steps` in one of the
+    first.
+
+    periods : (m,) cycles of each mesh after which all repeat but for pitch errors
+    """
+    grid, mesh_of = system.contacts.gap.shape[1] - 1, system.mesh_of
+    cycles = system.rate * (np.arange(steps * periods[0]) / steps)[:, None]
+    turn = np.floor(cycles + ROUNDING).astype(np.int64)
+    at = np.maximum(cycles - turn, 0.0) * grid
+    place = np.minimum((at + ROUNDING * grid).astype(np.int64), grid - 1)
+    part = np.where(np.abs(at - place) < ROUNDING * grid, 0.0, at - place)
+
+    def between(table: Array) -> Array:
+        """Entries (s, c, ...) of a table (c, p + 1, ...) at the steps."""
+        every, here = np.arange(len(mesh_of)), place[:, mesh_of]
+        share = part[:, mesh_of].reshape(*here.shape, *[1] * (table.ndim - 2))
+        return (1.0 - share) * table[every, here] + share * table[every, here + 1]
+
+    gap = between(system.contacts.gap)
+    compliance = np.swapaxes(system.contacts.normal_compliance, 0, 1)
+    facing = gap < FACING
+    faces = np.where(facing, np.arange(len(mesh_of)), len(mesh_of))
+    faces = np.sort(faces)[:, : facing.sum(axis=1).max()]
+    return ContactGrid(
+        place=place,
+        part=part,
+        turn=turn,
+        periods=np.array(periods),
+        gap=gap,
+        rows=between(system.rows),
+        ahead=between(system.ahead),
+        compliance=between(compliance),
+        facing=facing,
+        faces=np.where(faces < len(mesh_of), faces, -1),
+    )
+
+
+def coupled_steps(
+    system: CoupledSystem,
+    linear: LinearPart,
+    grid: ContactGrid,
+    frequency: float,
+    rounds: int,
+) -> CoupledSteps:
+    """Steps of a common period at a frequency of the first mesh [Hz].
+
+    rounds : of the grid in a common period
+    """
+    from lumped.kernels.coupled import add_moving
+
+    steps = len(grid.gap) // int(grid.periods[0])
+    h = 1.0 / (frequency * steps)
+    propagator = linear.step(frequency, h)
+    a, push = linear.standing, propagator.waves[:, 2:4].sum(axis=0)
+    compliance = grid.compliance.copy()
+    newest = np.ascontiguousarray(propagator.push[:, :a])
+    add_moving(grid.rows, grid.facing, newest, push, compliance)
+    return CoupledSteps(
+        h=np.full(rounds * len(grid.gap), h),
+        grid=grid,
+        propagator=propagator,
+        compliance=compliance,
+        **_room(system),
+    )
+
+
+def _room(system: CoupledSystem) -> dict[str, Any]:
+    count = len(system.mesh_of)
+    problem = ContactProblem(
+        knots=system.contacts.knots,
+        law=system.contacts.law,
+        place=np.zeros(system.rate.size, np.int64),
+        part=np.zeros(system.rate.size),
+        mesh_of=system.mesh_of,
+        reversed=np.zeros(count, np.int64),
+        free=np.zeros(count),
+        start=np.zeros(count),
+        cell=np.zeros(count, np.int64),
+        chosen=np.empty(count, np.int64),
+        Q=np.empty((count, count)),
+        newton=np.empty((6, count)),
+        loaded=np.empty(count, np.int64),
+        matrix=np.empty((count, count + 1)),
+    )
+    return {
+        "penetration": np.zeros(count),
+        "ratio": np.zeros(count),
+        "load": np.zeros(count),
+        "goes_on": np.zeros(1, np.int64),
+        "force": np.zeros((4, system.load.size)),
+        "problem": problem,
+    }
+
+
+@dataclass(frozen=True, eq=False)
+class Hubs:
+    """Where the hubs (n,) stand: per coordinate (n, n), per load (c, p + 1, n)."""
+
+    turn: Array
+    ahead: Array
+
+
+def static_transmission_error(
+    found: CoupledContacts, mesh: int, force: float, cycle: int = 0
+) -> Array:
+    """Driver's turn times base radius (p + 1,) of a mesh that stands alone [m].
+
+    As in a mesh table, with the driven gear held and no load on other meshes.
+
+    force : along the line of action [N]; cycle : of the mesh, which with pitch errors
+        has teeth of its own
+    Raises ArithmeticError where no equilibrium is found.
+    """
+    own = np.flatnonzero(found.mesh_of == mesh)
+    contacts, none = found.contacts, np.zeros((own.size, len(found.rows[0]), 1))
+    gap, errors = contacts.gap[own], contacts.errors[own]
+    if errors.size:
+        gap = gap + errors[:, [cycle % errors.shape[1]]]
+    alone = replace(
+        found,
+        mesh_of=np.zeros(own.size, np.int64),
+        rows=found.closing[own][:, :, None],
+        inertial=none,
+        work=np.zeros((1, 1)),
+        modes=None,
+        contacts=contacts._replace(
+            first=np.array([0, own.size]),
+            gap=gap,
+            knots=contacts.knots[[mesh]],
+            law=contacts.law[own],
+            normal_compliance=contacts.normal_compliance[:, own][:, :, own],
+        ),
+    )
+    one = np.ones(1)
+    train = Springs(
+        stiffness=np.zeros((1, 1)),
+        damping=0.0 * one,
+        load=force * one,
+        shapes=np.ones((1, 1)),
+        rate=one,
+        start=contacts.knots[mesh, -1] * one,
+    )
+    return loaded_state(coupled_system(alone, train), train.start).deflection[:, 0]
+
+
+def _in_mean_axes(
+    found: CoupledContacts, train: Springs, whirl: Array
+) -> tuple[CoupledSystem, Hubs]:
+    R, U, W, K = found.rows, found.inertial, found.work, train.stiffness
+    S = np.linalg.inv(np.eye(len(W)) + K @ W)
+    P, load = U - R @ W, S @ train.load
+    turn = np.eye(len(W)) - W @ S @ K
+    hubs = Hubs(turn, P @ turn.T)
+    both = np.einsum("cpi,dpi->pcd", U, R)
+    compliance = found.contacts.normal_compliance - both - both.transpose(0, 2, 1)
+    compliance += np.einsum("cpi,ij,dpj->pcd", R, W, R)
+    compliance -= np.einsum("cpi,ij,dpj->pcd", P, S @ K, P)
+    contacts = found.contacts._replace(
+        normal_compliance=compliance, gap=found.contacts.gap + P @ load
+    )
+    system = CoupledSystem(
+        stiffness=S @ K,
+        damping=np.zeros_like(S),
+        load=load,
+        whirl=whirl,
+        shapes=train.shapes @ turn,
+        offset=train.shapes @ W @ load,
+        rate=train.rate,
+        mesh_of=found.mesh_of,
+        rows=R + P @ S @ K,
+        ahead=hubs.ahead @ train.shapes.T,
+        contacts=contacts,
+    )
+    return system, hubs
+
+
+def _damping(
+    system: CoupledSystem, hubs: Hubs, train: Springs, bodies: BodyModes
+) -> Array:
+    """(n, n), of the torques that damp the hubs, and of the body modes."""
+    loaded = loaded_state(system, _start(train, system))
+    turned = hubs.turn + np.einsum("cpi,pcj->pij", hubs.ahead, loaded.pressed)
+    turned = bodies.to_unit @ turned[:-1]
+    both = np.concatenate([train.damping, bodies.damping])
+    damped = np.einsum("pki,k,pkj->ij", turned, both, turned) / len(turned)
+    # what is left of pairs is their own: they must whirl unchanged
+    pairs = slice(damped.shape[0] - 2 * bodies.pairs.size, None)
+    damped[pairs], damped[:, pairs] = 0.0, 0.0
+    damped[pairs, pairs] = np.diag(both[pairs])
+    return np.asarray(damped)
+
+
+def _without_meshes(system: CoupledSystem, loaded: LoadedState) -> Contacts:
+    """Contacts of different meshes do not deflect each other."""
+    compliance = system.contacts.normal_compliance.copy()
+    compliance[:, system.mesh_of[:, None] != system.mesh_of] = 0.0
+    return system.contacts._replace(normal_compliance=compliance)
+
+
+def _without_pairs(system: CoupledSystem, loaded: LoadedState) -> Contacts:
+    """What pairs of a mesh deflect each other statically becomes their own compliance.
+
+    That is what springs in parallel stand for: right at rest under the load.
+    """
+    compliance = system.contacts.normal_compliance.copy()
+    others = system.mesh_of[:, None] == system.mesh_of
+    np.fill_diagonal(others, False)
+    shared = np.einsum("pcd,pd->pc", compliance * others, loaded.load)
+    carries = loaded.load > 0.0
+    own = np.divide(shared, loaded.load, np.zeros_like(shared), where=carries)
+    compliance[:, others] = 0.0
+    every = np.arange(system.mesh_of.size)
+    compliance[:, every, every] += own
+    # pairs that others keep apart at rest stay apart
+    gap = system.contacts.gap + np.where(carries, 0.0, shared).T
+    return system.contacts._replace(normal_compliance=compliance, gap=gap)
+
+
+def _without_hardening(system: CoupledSystem, loaded: LoadedState) -> Contacts:
+    """The secant of every contact at the largest load that it has at rest."""
+    contacts = system.contacts
+    top = np.maximum(loaded.penetration.max(axis=0), 1e-3 * contacts.knots[0, -1])
+    load, _ = contact_loads(system, np.tile(top, (len(loaded.load), 1)))
+    law = np.zeros_like(contacts.law)
+    secant = (load / top).T[:, :, None, None]
+    law[..., 1] = secant
+    law[..., 0] = secant * contacts.knots[system.mesh_of][:, None, None, :-1]
+    return contacts._replace(law=law)
+
+
+LEAVE_OUT = {  # in this order, besides the body
+    "meshes": _without_meshes,
+    "pairs": _without_pairs,
+    "hardening": _without_hardening,
+}
+
+
+def loaded_state(system: CoupledSystem, start: Array) -> LoadedState:
+    """Equilibrium under the constant loads, as if gears stood at each position.
+
+    start : (n,) coordinates near to it
+    Raises ArithmeticError where none is found.
+    """
+    K, B = system.stiffness, system.rows.transpose(1, 0, 2)
+    Q, gap = system.contacts.normal_compliance, system.contacts.gap.T
+    positions, count, n = B.shape
+    q, eye = start + _closing(system, start), np.eye(count)
+    x = _times(B, q) - gap
+    exact = EXACT * system.contacts.knots[:, -1].max()
+    for _ in range(MOST_ROUNDS):
+        F, D = contact_loads(system, x)
+        miss = [
+            x + _times(Q, F) - _times(B, q) + gap,
+            q @ K + _times(B.transpose(0, 2, 1), F) - system.load,
+        ]
+        matrix = np.zeros((positions, count + n, count + n))
+        matrix[:, :count, :count] = eye + Q * D[:, None, :]
+        matrix[:, :count, count:] = -B
+        matrix[:, count:, :count] = B.transpose(0, 2, 1) * D[:, None, :]
+        matrix[:, count:, count:] = K
+        step = _solve(matrix, np.concatenate(miss, axis=1))
+        x, q = x - step[:, :count], q - step[:, count:]
+        if not np.isfinite(step).all():
+            break
+        if (np.abs(step[:, :count]) < exact).all():
+            return _about(system, x, q, B)
+    raise ArithmeticError("no static equilibrium of the contacts was found")
+
+
+def _closing(system: CoupledSystem, start: Array) -> Array:
+    """Coordinates (p + 1, n) by which the flanks that are to carry first touch.
+
+    Newton's method finds no way out of a gap, where nothing yields.
+    """
+    contacts, first = system.contacts, system.contacts.first
+    gaps = np.empty((contacts.gap.shape[1], len(first) - 1))
+    for m, side in enumerate(np.where(system.shapes @ start < 0.0, -1.0, 1.0)):
+        own = slice(first[m], first[m + 1])
+        facing = contacts.gap[own][contacts.side[own] == side]
+        gaps[:, m] = side * facing.min(axis=0) if len(facing) else 0.0
+    # bodies need not yield for it: of those coordinates that loads move
+    moved = start != 0.0 if start.any() else np.ones(start.size, bool)
+    found = np.zeros((len(gaps), start.size))
+    found[:, moved] = gaps @ np.linalg.pinv(system.shapes[:, moved]).T
+    return found
+
+
+def _about(system: CoupledSystem, x: Array, q: Array, B: Array) -> LoadedState:
+    F, D = contact_loads(system, x)
+    by_loads = np.einsum("cpm,pc->pm", system.ahead, F)
+    Q, eye = system.contacts.normal_compliance, np.eye(len(system.mesh_of))
+    pressed = np.asarray(
+        np.linalg.solve(eye + D[:, :, None] * Q, D[:, :, None] * B), float
+    )
+    # the end of the cycle is the start of the next
+    of_mesh = np.eye(system.rate.size)[system.mesh_of]  # (c, m)
+    tangent = np.einsum("cm,pci,pcj->pmij", of_mesh, B[:-1], pressed[:-1])
+    return LoadedState(
+        deflection=system.offset + q @ system.shapes.T + by_loads,
+        load=F,
+        penetration=x,
+        pressed=pressed,
+        place=q,
+        springs=system.stiffness,
+        tangent=0.5 * (tangent + np.swapaxes(tangent, 2, 3)),
+    )
+
+
+def contact_loads(system: CoupledSystem, x: Array) -> tuple[Array, Array]:
+    """Loads [N] and slopes [N/m] of the contacts at penetrations, all (p + 1, c)."""
+    law, knots = system.contacts.law[:, :, 0], system.contacts.knots[system.mesh_of]
+    reach, cells = knots[:, -1], law.shape[2]
+    inside = np.clip(x, 0.0, reach)
+    cell = np.minimum((cells * np.sqrt(inside / reach)).astype(int), cells - 1)
+    contact, place = np.arange(x.shape[1])[None, :], np.arange(len(x))[:, None]
+    cell -= inside < knots[contact, cell]  # rounding of the root
+    t = inside - knots[contact, cell]
+    c0, c1, c2, c3 = np.moveaxis(law[contact, place, cell], -1, 0)
+    load = (c0 + t * (c1 + t * (c2 + t * c3))) * (x > 0.0)
+    slope = (c1 + t * (2.0 * c2 + t * 3.0 * c3)) * (x > 0.0)
+    return load + slope * np.maximum(x - reach, 0.0), slope
+
+
+def _times(matrices: Array, vectors: Array) -> Array:
+    return np.asarray((matrices @ vectors[..., None])[..., 0])
+
+
+def _solve(matrices: Array, vectors: Array) -> Array:
+    return np.asarray(np.linalg.solve(matrices, vectors[..., None])[..., 0])

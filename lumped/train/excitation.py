@@ -1,0 +1,305 @@
+"""What drives the vibration of one mesh: stiffness and gap of each tooth pair.
+
+The three models differ in nothing else. With mesh deflection s, positive where the
+teeth are pressed together, pair p carries k_p (s - g_p) on its drive side,
+k_p (s - g_p + b) on its back side, and nothing within the backlash b between.
+Model-1: a stiffness and a gap for every pair (eq. 2.2 of the multi-mesh source).
+Model-2: the mean stiffness of the mesh and the loaded static transmission error without
+its mean (eq. 2.10). Model-3: the total stiffness and the no-load transmission error
+(eq. 2.11). Eq. 2.4 as printed turns the back side's force round; it is derived here
+from the overlap of the back flanks. As there, the backlash is measured from the same
+gap: right for teeth that stand out of place, as pitch errors have them; a relief of the
+drive flank counts on the back as well.
+
+Teeth with pitch errors make tooth pairs that differ. In Model-1 an error is a constant
+that comes to the gap of its pair, exact on the nominal path and to about a per cent of
+the error in corner contact; stiffnesses are those of the teeth without errors, and a
+pair carries nothing outside of where those do. Models 2 and 3 take the transmission
+errors of the whole period, after which the pairs repeat.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from lumped.common.checks import checked, is_number, require_fields, shown
+from lumped.train.table import MeshTable, pair_names, pair_teeth
+from lumped.train.waves import (
+    Wave,
+    constant,
+    cut_into_pitches,
+    from_samples,
+    monotone_cubics,
+)
+
+Array = NDArray[np.float64]
+MODELS = (1, 2, 3)
+WHOLE = "on the path of contact it must be finite"
+
+
+@dataclass(frozen=True)
+class PairExcitation:
+    """Stiffness [N/m] and gap [m] of a tooth pair over the mesh cycle.
+
+    Of the pairs that take this place one after another, where they differ.
+
+    ahead : base pitches by which it is ahead of the reference pair, which passes the
+        pitch point at position 0; None of a spring that stands for the whole mesh
+    """
+
+    stiffness: Wave
+    gap: Wave
+    ahead: int | None = None
+
+    def __post_init__(self) -> None:
+        require_fields(self)
+
+    @property
+    def period(self) -> int:
+        """Base pitches after which the pair's excitation repeats."""
+        return math.lcm(self.stiffness.period, self.gap.period)
+
+
+@dataclass(frozen=True)
+class MeshExcitation:
+    """Springs that act in parallel; mean_stiffness [N/m] is that of the mesh."""
+
+    pairs: tuple[PairExcitation, ...]
+    mean_stiffness: float
+
+    def __post_init__(self) -> None:
+        if not self.pairs:
+            raise ValueError("pairs must not be empty")
+        if not is_number(self.mean_stiffness) or not 0 < self.mean_stiffness < math.inf:
+            value = shown(self.mean_stiffness)
+            raise ValueError(f"mean_stiffness must be positive, got {value}")
+        require_fields(self)
+
+    @property
+    def period(self) -> int:
+        """Base pitches after which the excitation repeats."""
+        return math.lcm(*(pair.period for pair in self.pairs))
+
+
+@checked
+def excitation_from_table(
+    table: MeshTable,
+    torque: float,
+    model: int = 1,
+    stiffness_table: MeshTable | None = None,
+    pitch_errors: ArrayLike = (),
+) -> MeshExcitation:
+    """The excitation of one mesh at a torque on its driver [N m].
+
+    stiffness_table : of the same teeth without profile modification. Stiffnesses
+        come from there if given: modified teeth that carry nothing at rest may
+        still meet in motion, and their own table has no stiffness for that.
+    pitch_errors : for Model-1, gaps of the tooth pairs [m] that a table of teeth
+        without errors lacks; see `pair_errors`. In models 2 and 3 the table covers
+        all base pitches until the pairs repeat
+
+    Columns are interpolated in torque, raising ValueError outside of the table; a
+    table of one torque serves for all. Stiffnesses must be positive.
+    Tables without columns for pairs count as one pair in any model. What is used must
+    be finite; the cells of a pair may be empty before and after its path of contact.
+    """
+    if model not in MODELS:
+        raise ValueError(f"model must be 1, 2 or 3, got {model}")
+    pitches = table_pitches(table)
+    plain = table if stiffness_table is None else stiffness_table
+    for each in (table, plain):
+        _require_stiff(each)
+    total = at_torque(plain, "stiffness_N_per_m", torque)
+    mean = float(total.mean())
+    errors = np.asarray(pitch_errors, float)
+    if model == 1 and table.pair_count:
+        return MeshExcitation(_pairs(table, plain, torque, errors), mean)
+    if errors.size:
+        raise ValueError(
+            "pitch_errors are gaps of tooth pairs: model 1 and a table with columns "
+            "for pairs are needed"
+        )
+    if model == 2:
+        _require_finite(table, "ste_m")
+        error = at_torque(table, "ste_m", torque)
+        gap = from_samples(error - error.mean(), pitches)
+        return MeshExcitation((PairExcitation(constant(mean), gap),), mean)
+    error = np.zeros(table.position.size)
+    if "nlte_m" in table.columns:
+        _require_finite(table, "nlte_m")
+        error = at_torque(table, "nlte_m", torque)
+    stiffness = from_samples(total, table_pitches(plain))
+    spring = PairExcitation(stiffness, from_samples(error, pitches))
+    return MeshExcitation((spring,), spring.stiffness.mean)
+
+
+def at_torque(table: MeshTable, column: str, torque: float) -> Array:
+    """A column (n,) at a torque [N m], linear between the torques of the table."""
+    torques, values = table.torque_Nm, table[column]
+    if torques.size == 1:
+        return values[0]
+    order = np.argsort(torques)
+    torques, values = torques[order], values[order]
+    low, high = torques[0], torques[-1]
+    slack = 1e-9 * abs(high)
+    if not low - slack <= torque <= high + slack:
+        raise ValueError(
+            f"torque {torque:g} N m is outside of the mesh table's "
+            f"{low:g} to {high:g} N m"
+        )
+    upper = int(np.clip(np.searchsorted(torques, torque), 1, max(torques.size - 1, 1)))
+    step = torques[upper] - torques[upper - 1]
+    part = min(max((torque - torques[upper - 1]) / step, 0.0), 1.0)
+    return (1.0 - part) * values[upper - 1] + part * values[upper]
+
+
+def _require_stiff(table: MeshTable) -> None:
+    values = table["stiffness_N_per_m"]
+    bad = ~(np.isfinite(values) & (values > 0.0))
+    _refuse(table, "stiffness_N_per_m", bad, "must be positive")
+
+
+def _require_finite(table: MeshTable, column: str) -> None:
+    _refuse(table, column, ~np.isfinite(table[column]), "must be a finite number")
+
+
+def _refuse(
+    table: MeshTable, column: str, bad: NDArray[np.bool_], allowed: str
+) -> None:
+    """Raise ValueError that names the first bad cell (t, n) of a column, if any."""
+    for t, n in np.argwhere(bad):
+        value = table[column][t, n]
+        raise ValueError(
+            f"{column} is {'empty' if np.isnan(value) else f'{value:g}'} at torque "
+            f"{table.torque_Nm[t]:g} N m, position {table.position[n]:g}; {allowed}"
+        )
+
+
+def _require_whole_path(table: MeshTable) -> None:
+    """On the path of contact all cells of a pair are numbers, and where it carries.
+
+    The path goes from pair to pair, from the first positive stiffness to the last.
+    """
+    teeth, pitches = pair_teeth(table), table_pitches(table)
+    order = sorted(range(len(teeth)), key=lambda i: teeth[i])
+    columns = {
+        quantity: [table[name] for name in pair_names(table, quantity)]
+        for quantity in ("stiffness_N_per_m", "load_share", "gap_m")
+    }
+    each = table.position.size // pitches
+    ways = []
+    for i in order:
+        carries = columns["stiffness_N_per_m"][i] > 0.0
+        # the pair that is k ahead in base pitch n is k + 1 ahead in the next
+        ways.append(np.roll(carries.reshape(-1, pitches, each), -teeth[i], axis=1))
+    positive = np.concatenate(ways, axis=2)
+    begun = np.maximum.accumulate(positive, axis=2)
+    path = begun & np.maximum.accumulate(positive[..., ::-1], axis=2)[..., ::-1]
+    for place, i in enumerate(order):
+        k, share, gap = (values[i] for values in columns.values())
+        own = np.roll(path[..., place * each : (place + 1) * each], teeth[i], axis=1)
+        needed = own.reshape(k.shape) | (share > 0.0)
+        missing = np.isnan(k) & needed | (share > 0.0) & ~(k > 0.0)
+        bad = missing | np.isinf(k) | (k < 0.0)
+        _refuse(table, f"pair{i + 1}_stiffness_N_per_m", bad, f"{WHOLE} and positive")
+        bad = np.isnan(gap) & needed | np.isinf(gap)
+        _refuse(table, f"pair{i + 1}_gap_m", bad, WHOLE)
+
+
+def table_pitches(table: MeshTable) -> int:
+    """Base pitches that a table covers in equal steps; ValueError where it does not."""
+    position, size = table.position, table.position.size
+    step = float(position[1] - position[0]) if size > 1 else 1.0
+    each = round(1.0 / step)  # positions of a base pitch
+    even = 4 <= each <= size and size % each == 0
+    if not even or np.abs(position - np.arange(size) / each).max() > 1e-6:
+        raise ValueError(
+            "a mesh table needs 4 or more equally spaced positions from 0 to below 1, "
+            "and as many in each further base pitch"
+        )
+    return size // each
+
+
+def _pairs(
+    table: MeshTable, plain: MeshTable, torque: float, errors: Array
+) -> tuple[PairExcitation, ...]:
+    """Springs of all pairs; a pair's waves join those of the pair before it."""
+    for each in (plain, table):
+        _require_whole_path(each)
+    stiffness = _along_the_path(plain, "stiffness_N_per_m", torque, 0.0)
+    gap = _along_the_path(table, "gap_m", torque, None)
+    none = constant(0.0)
+    return tuple(
+        PairExcitation(stiffness[k], with_errors(gap.get(k, none), k, errors), k)
+        for k in stiffness
+    )
+
+
+def bending_along_path(table: MeshTable, torque: float) -> dict[int, Wave]:
+    """Friction-bending ratio of every pair over its way, by whole base pitches ahead.
+
+    That of the nearest place with a load where it has none.
+    """
+    return _along_the_path(table, "friction_bending_ratio", torque, None)
+
+
+def with_errors(gap: Wave, ahead: int, errors: Array) -> Wave:
+    """Gap of the pairs that are `ahead` of the reference pair, by their pitch errors.
+
+    errors : of the tooth pairs (n,) [m], the reference pair at position 0 first, then
+        those that come into contact after it
+    """
+    # what is ahead came into contact earlier
+    return replace(gap, offsets=np.roll(errors, ahead)) if errors.size else gap
+
+
+def _along_the_path(
+    table: MeshTable, quantity: str, torque: float, outside: float | None
+) -> dict[int, Wave]:
+    """Waves by pair; cells without a value take `outside`, or the nearest value."""
+    teeth = pair_teeth(table)
+    values = [at_torque(table, name, torque) for name in pair_names(table, quantity)]
+    order = sorted(range(len(teeth)), key=lambda i: teeth[i])
+    pitches = table_pitches(table)
+    if pitches > 1:
+        columns = {teeth[i]: values[i].reshape(pitches, -1) for i in order}
+        return _along_all_paths(columns, outside)
+    path, end = _filled(np.concatenate([values[i] for i in order]), outside)
+    x = teeth[order[0]] + np.arange(path.size + 1) / table.position.size
+    coefficients = monotone_cubics(x, np.append(path, end))
+    return cut_into_pitches(x, coefficients, (), 0.0)
+
+
+def _along_all_paths(
+    columns: dict[int, Array], outside: float | None
+) -> dict[int, Wave]:
+    """The same where pairs differ: columns (c, n) over base pitches, by pair.
+
+    The pair that is k ahead in base pitch i is k + 1 ahead in the next.
+    """
+    (pitches, n), count = next(iter(columns.values())).shape, len(columns)
+    shapes = np.empty((count, pitches, n, 4))
+    for first in range(pitches):
+        turns = (first + np.arange(count)) % pitches
+        way = np.concatenate(
+            [v[t] for v, t in zip(columns.values(), turns, strict=True)]
+        )
+        path, end = _filled(way, outside)
+        pieces = monotone_cubics(np.arange(path.size + 1) / n, np.append(path, end))
+        shapes[np.arange(count), turns] = pieces.reshape(count, n, 4)
+    breaks = np.arange(n + 1) / n
+    return {k: Wave(breaks, shapes[i]) for i, k in enumerate(columns)}
+
+
+def _filled(path: Array, outside: float | None) -> tuple[Array, float]:
+    """Without holes, and the value at its end."""
+    missing = ~np.isfinite(path)
+    if outside is None and not missing.all():
+        path = np.interp(np.arange(path.size), np.flatnonzero(~missing), path[~missing])
+        missing[:] = False
+    path[missing] = outside or 0.0
+    return path, float(path[-1]) if outside is None else outside

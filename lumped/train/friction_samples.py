@@ -1,0 +1,63 @@
+"""Friction of all tooth pairs on the time steps of a train."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lumped.kernels.arrays import FrictionSamples, Samples
+from lumped.train.friction import (
+    FrictionRows,
+    ToothFriction,
+    base_pitch,
+    side_of,
+    sliding_rate,
+)
+from lumped.train.train_excitation import TrainExcitation
+from lumped.train.waves import Wave, constant, line
+
+Array = NDArray[np.float64]
+
+
+def with_friction(
+    samples: Samples,
+    times: Array,
+    excitation: TrainExcitation,
+    friction: Sequence[ToothFriction],
+    rows: FrictionRows,
+) -> FrictionSamples:
+    """Samples and what friction adds to them.
+
+    times : of the grid that they stand on, in periods of the first mesh
+    friction : of every mesh; rows : on the modes
+    """
+    train = excitation.train
+    slide: list[Wave] = []
+    arm: list[Wave] = []
+    bending: list[Wave] = []
+    for m, (mesh, rub) in enumerate(zip(excitation.meshes, friction, strict=True)):
+        mu, pitch = rub.coefficient, base_pitch(train, m)
+        for pair in mesh.pairs:
+            ahead = pair.ahead or 0
+            slide.append(constant(mu * side_of(ahead)))
+            arm.append(line(ahead * pitch, pitch))
+            bending.append(rub.bending_of(ahead).scaled(mu))
+    meshes = range(len(friction))
+    return FrictionSamples(
+        *samples,
+        excitation.on_steps(slide, times),
+        excitation.on_steps(arm, times),
+        excitation.on_steps(bending, times),
+        *rows,
+        np.array([sliding_rate(train, m) for m in meshes]),
+        np.array([each.sliding == "instantaneous" for each in friction]),
+        np.array([each.transition for each in friction]),
+    )
+
+
+def at_frequency(samples: FrictionSamples, frequency: float) -> FrictionSamples:
+    """Steps in seconds and sliding speeds at a frequency of the first mesh [Hz]."""
+    h, rate = samples.h / frequency, samples.sliding_rate * frequency
+    return samples._replace(h=h, sliding_rate=rate)

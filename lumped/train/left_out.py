@@ -1,0 +1,154 @@
+"""Body modes that the coupled model leaves out: a bound on what they would change.
+
+The bound is that of `lumped.train.elastic_inertia`: what the inertia of a mode changes
+of the mesh compliance, relative to the excitation's RMS, added up over all left out.
+Modes that were never solved count as one, at the lowest frequency that they can have,
+with the inertia that is left of all: the sum of w^2 / omega^4 is known from statics.
+
+A change of compliance also shifts resonances of the mesh. With little damping that
+matters where the compliance alone would not: by a part s of half the bandwidth it
+changes amplitudes on the flanks of a resonance by s / 2.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lumped.train.elastic_inertia import inertia_part, normalised
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+ALLOWED = 0.08  # of the excitation's RMS, and of amplitudes on a resonance's flanks
+STRAINED = 0.05  # of the strain energy of a resonance, in the meshes, that counts
+REACH = 0.05  # of the speed beyond the band, from which a resonance is excited
+SHARP = 1e-3  # least damping ratio of a resonance, below which none is resolved
+GRID = 25  # speeds at which the bound is looked at, besides resonances
+ORDERS = 12  # of the mesh frequency, whose resonances with a mode are looked at
+HARMONICS = 32  # of the excitation, at most
+CRITICAL = 1.0  # damping ratio of modes that were not solved
+
+
+@dataclass(frozen=True, eq=False)
+class BodyInertia:
+    """How the meshes of a train feel b solved body modes, and the rest of their bodies.
+
+    frequencies_Hz, damping_ratio, families : (b,); modes of one family are a pair
+    compliance : (m, b) share of each in the mesh's compliance at rest
+    rest_Hz : no mode that was not solved is lower; rest : (m,) their compliance, of
+        modes at this frequency with the inertia of all of them
+    amplitudes : (m, h) of harmonics of the static transmission error
+    rate : (m,) of the meshes over the first
+    resonances_Hz, energy : (r,) and (m, r) natural frequencies without body modes, and
+        the part of their strain energy in each mesh
+    resonance_damping : damping ratio of these
+    """
+
+    frequencies_Hz: Array
+    damping_ratio: Array
+    families: NDArray[np.int64]
+    compliance: Array
+    rest_Hz: float
+    rest: Array
+    amplitudes: NDArray[np.complex128]
+    rate: Array
+    resonances_Hz: Array
+    energy: Array
+    resonance_damping: float
+
+    def largest_error(self, kept: Mask, band: tuple[float, float]) -> float:
+        """Of the mesh compliance in a band of speeds of the first mesh [Hz], relative.
+
+        kept : (b,) modes that are not left out
+        """
+        return self._error(self._parts(band), ~kept)
+
+    def flank_error(self, kept: Mask, band: tuple[float, float]) -> float:
+        """Relative error of amplitudes on the flanks of resonances in a band of speeds.
+
+        kept : (b,) modes that are not left out
+        """
+        return self._flank_error(self._flanks(band), ~kept)
+
+    def choose(self, band: tuple[float, float], allowed: float = ALLOWED) -> Mask:
+        """The modes (b,) to keep, so that the others change no more than allowed.
+
+        Families whose error alone is largest are kept first.
+        """
+        parts, flanks = self._parts(band), self._flanks(band)
+
+        def error(left: Mask, rest: bool = True) -> float:
+            on_flanks = self._flank_error(flanks, left, rest)
+            return max(self._error(parts, left, rest), on_flanks)
+
+        numbers = np.unique(self.families)
+        alone = [error(self.families == n, rest=False) for n in numbers]
+        order = numbers[np.argsort(alone, kind="stable")[::-1]]
+        for count in range(order.size):
+            kept = np.isin(self.families, order[:count])
+            if error(~kept) <= allowed:
+                return kept
+        return np.ones(self.families.size, bool)
+
+    def _error(self, parts: list[Array], left: Mask, rest: bool = True) -> float:
+        """Without some of the modes (b,), and of the rest if that counts."""
+        out = np.append(left, rest)
+        return max(
+            float(np.sqrt(((part[..., out].sum(axis=2) * size) ** 2).sum(axis=1)).max())
+            for part, size in zip(parts, self._sizes, strict=True)
+        )
+
+    def _flank_error(self, flanks: Array, left: Mask, rest: bool = True) -> float:
+        """Without some of the modes (b,), and of the rest if that counts."""
+        out = np.append(left, rest)
+        return float(flanks[:, out].sum(axis=1).max(initial=0.0))
+
+    def _flanks(self, band: tuple[float, float]) -> Array:
+        """Change (r, b + 1) of amplitudes on each resonance's flank by each mode."""
+        frequencies = np.append(self.frequencies_Hz, self.rest_Hz)
+        ratios = np.append(self.damping_ratio, CRITICAL)
+        part = inertia_part(self.resonances_Hz[:, None] / frequencies, ratios)
+        share = np.column_stack([self.compliance, self.rest])
+        shift = 0.5 * (self.energy.T @ share) * part
+        damping = max(self.resonance_damping, SHARP)
+        return 0.5 * shift / damping * self._excited(band, damping)[:, None]
+
+    def _excited(self, band: tuple[float, float], damping: float) -> Array:
+        """Part (r,) of vibration that is resonance, where a speed excites it most."""
+        energy, found = self.energy.sum(axis=0), np.zeros(self.resonances_Hz.size)
+        for sizes, rate in zip(self._sizes, self.rate, strict=True):
+            for order, size in enumerate(sizes[:ORDERS], start=1):
+                speed = self.resonances_Hz / (order * rate)
+                low, high = band[0] * (1.0 - REACH), band[1] * (1.0 + REACH)
+                met = (speed > low) & (speed < high) & (energy >= STRAINED)
+                grown = size * energy / (2.0 * damping)
+                found = np.maximum(found, met * grown / np.hypot(1.0, grown))
+        return found
+
+    @property
+    def _sizes(self) -> list[Array]:
+        return [normalised(a[:HARMONICS]) for a in self.amplitudes]
+
+    def _parts(self, band: tuple[float, float]) -> list[Array]:
+        """Change of each mesh's compliance (s, h, b + 1) by each mode and the rest."""
+        frequencies = np.append(self.frequencies_Hz, self.rest_Hz)
+        ratios = np.append(self.damping_ratio, CRITICAL)
+        found = []
+        meshes = zip(
+            self.compliance, self.rest, self.amplitudes, self.rate, strict=True
+        )
+        for share, rest, amplitudes, rate in meshes:
+            orders = np.arange(1.0, min(len(amplitudes), HARMONICS) + 1.0)
+            driven = np.multiply.outer(self._speeds(band), rate * orders)
+            part = inertia_part(driven[..., None] / frequencies, ratios)
+            found.append(np.append(share, rest) * part)
+        return found
+
+    def _speeds(self, band: tuple[float, float]) -> Array:
+        """Speeds of a band, with those at which harmonics meet modes."""
+        orders = np.multiply.outer(self.rate, np.arange(1.0, ORDERS + 1.0)).ravel()
+        met = np.divide.outer(self.frequencies_Hz, orders).ravel()
+        inside = met[(met > band[0]) & (met < band[1])]
+        return np.concatenate([np.geomspace(*band, GRID), inside])

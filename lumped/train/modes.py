@@ -1,0 +1,82 @@
+"""Natural frequencies and mode shapes about the mean mesh stiffness."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lumped.train.coordinates import Coordinates, coordinates
+from lumped.train.train import Train, TrainError
+
+Array = NDArray[np.float64]
+RIGID = 1e-12  # frequency over the highest one below which nothing is strained
+
+
+@dataclass(frozen=True, eq=False)
+class Modes:
+    """Undamped modes of n coordinates, by rising frequency.
+
+    frequency_Hz : (n,), exactly 0 for motions that strain nothing
+    shapes : (n, n), a mode in each column, mass-normalised: V^T M V = 1
+    mesh_shapes : (meshes, n) mesh deflection of each mode
+    mesh_energy : (meshes, n) part of the strain energy that is in each mesh
+    """
+
+    coordinates: Coordinates
+    mean_stiffness: Array
+    frequency_Hz: Array
+    shapes: Array
+    mesh_shapes: Array
+    mesh_energy: Array
+
+    @property
+    def angular(self) -> Array:
+        """Natural angular frequencies (n,) [rad/s]."""
+        return 2.0 * np.pi * self.frequency_Hz
+
+    def damping_matrix(self, ratio: float) -> Array:
+        """C (n, n) with the same damping ratio in every mode."""
+        momentum = self.coordinates.mass[:, None] * self.shapes
+        return (momentum * (2.0 * ratio * self.angular)) @ momentum.T
+
+
+def natural_modes(train: Train, mean_stiffness: Sequence[float]) -> Modes:
+    """Modes with the meshes' mean stiffnesses (meshes,) [N/m].
+
+    The stiffness matrix is never formed: its factor, a row for each spring, keeps
+    the digits of soft modes beside stiff springs.
+    """
+    stiffness = np.array(mean_stiffness, float)
+    if stiffness.shape != (len(train.meshes),) or not (stiffness > 0.0).all():
+        raise TrainError(
+            f"mean_stiffness must hold {len(train.meshes)} positive numbers, "
+            f"got {mean_stiffness}"
+        )
+    space = coordinates(train)
+    rows = np.concatenate([space.mesh_rows, space.spring_rows])
+    roots = np.sqrt(np.concatenate([stiffness, space.spring_stiffness]))
+    scale = 1.0 / np.sqrt(space.mass)
+    _, singular, right = np.linalg.svd(roots[:, None] * rows * scale)
+    angular = np.zeros(space.mass.size)
+    angular[: singular.size] = singular
+    angular[angular < RIGID * angular.max()] = 0.0
+    order = np.argsort(angular, kind="stable")
+    angular = angular[order]
+    shapes = _with_sign(scale[:, None] * right[order].T)
+    mesh_shapes = space.mesh_rows @ shapes
+    strain = stiffness[:, None] * mesh_shapes**2
+    energy = np.divide(
+        strain, angular**2, out=np.zeros_like(strain), where=angular > 0.0
+    )
+    mesh_shapes[:, angular == 0.0] = 0.0
+    return Modes(space, stiffness, angular / (2.0 * np.pi), shapes, mesh_shapes, energy)
+
+
+def _with_sign(shapes: Array) -> Array:
+    """Columns turned so that their largest entry is positive."""
+    largest = np.abs(shapes).argmax(axis=0)
+    signs = np.sign(shapes[largest, np.arange(shapes.shape[1])])
+    return shapes * np.where(signs == 0.0, 1.0, signs)

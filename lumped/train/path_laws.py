@@ -1,0 +1,257 @@
+"""The load of every tooth pair over its penetration, from a mesh table.
+
+A tooth pair is deflected by its own load F and by those of the pairs beside it,
+
+    ste = gap_i + x_i + sum_j C_ij F_j,
+
+so that a table has, at every position, a point of the law F_i(x_i) for each torque.
+Equal pairs take the same way one after another: the laws stand along the path of
+contact. Contact stiffens with the logarithm of its load: F / x is nearly a straight
+line over log x. There laws are interpolated, and go on beyond the table's torques.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+from itertools import permutations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lumped.train.excitation import table_pitches
+from lumped.train.table import MeshTable, pair_compliance_name, pair_names, pair_teeth
+
+Array = NDArray[np.float64]
+FAR_GAP = 1e-2  # [m] beyond any deflection
+CELLS = 256  # penetrations of a law, denser toward zero
+BEYOND = 2.0  # times the table's largest penetration, up to which laws curve
+LEAST = 1e-4  # of that penetration: points below it are rounding
+SURE = 1e-1  # of it: points from which a law goes on to larger penetrations
+WRONG = 1e-2  # of it: by more a table contradicts itself
+MOST_HARDENING = 0.5  # largest relative slope of F / x over log x that is carried on
+FLOOR = 0.1  # of F / x at the first point, toward zero
+WHOLE = 1e-2  # by how much load shares may miss 1
+NEEDED = "the coupled model needs"
+CONTRADICTS = (
+    "ste_m, gap_m, load_share and compliance contradict each other: a pair must carry "
+    "where it is pressed in and nowhere else"
+)
+FALLS = "the load of a pair must grow with its penetration"
+
+
+@dataclass(frozen=True, eq=False)
+class PathLaws:
+    """Laws of equal tooth pairs along the path of contact, at s places.
+
+    place : (s,) base pitches past the pitch point
+    gap : (s,) transmission error that closes the pair, large off the path [m]
+    penetration : (j,) [m]; load : (s, j) [N]
+    compliance : (s,) penetration of the pair per load of another [m/N], by how many
+        base pitches that is ahead
+    """
+
+    place: Array
+    gap: Array
+    penetration: Array
+    load: Array
+    compliance: dict[int, Array]
+
+
+def path_laws(
+    table: MeshTable, base_radius: float, without: Collection[str] = ()
+) -> PathLaws:
+    """Laws from all torques of a table with the gears' hubs held.
+
+    base_radius : of the driver [m]
+    without : parts of the coupled model, `lumped.train.coupled.INGREDIENTS`, that are
+        left out and that the table need not know
+    Raises ValueError where the table lacks something or contradicts itself.
+    """
+    _require_equal_pairs(table)
+    _require_hardening(table, without)
+    rising = np.argsort(table.torque_Nm)
+    teeth = pair_teeth(table)
+    force = table.torque_Nm[rising] / base_radius
+    share, gaps = (
+        np.stack([table[name][rising] for name in pair_names(table, quantity)])
+        for quantity in ("load_share", "gap_m")
+    )  # (k, t, n)
+    load = np.nan_to_num(share) * force[:, None]
+    gap = np.nan_to_num(gaps, nan=FAR_GAP).min(axis=1)
+    if len(teeth) > 1 and not _knows_compliance(table):
+        # pairs beside it keep a pair open that would touch alone
+        idle = np.where(load > 0.0, 0.0, table["ste_m"][rising])
+        gap = np.maximum(gap, idle.max(axis=1))
+    penetration = table["ste_m"][rising] - gap[:, None]
+    apart: dict[int, Array] = {}
+    for i, j in permutations(range(len(teeth)), 2):
+        both = ((load[i] > 0.0) & (load[j] > 0.0))[np.argsort(rising)]
+        values = _compliance(table, i, j, both, "pairs" not in without)
+        penetration[i] -= values * load[j]
+        own = np.zeros((len(teeth), values.size))
+        own[i] = values
+        ahead = teeth[j] - teeth[i]
+        apart[ahead] = apart.get(ahead, 0.0) + _along(own, teeth, 0.0)
+    knots, loads = _laws(
+        _along(penetration, teeth, 0.0), _along(load, teeth, 0.0), table
+    )
+    return PathLaws(
+        place=min(teeth) + np.arange(loads.shape[0]) / table.position.size,
+        gap=_along(gap, teeth, FAR_GAP),
+        penetration=knots,
+        load=loads,
+        compliance=apart,
+    )
+
+
+def _require_equal_pairs(table: MeshTable) -> None:
+    """A table of one base pitch with columns for pairs, of gears held at their hubs."""
+    if table_pitches(table) > 1:
+        raise ValueError(
+            f"base pitches = {table_pitches(table)}; {NEEDED} a table of teeth without "
+            "pitch errors, of one base pitch"
+        )
+    if table.header.get("body", "").startswith("free"):
+        raise ValueError(
+            f"body = {table.header['body']}; {NEEDED} a table of gears held at their "
+            "hubs, the inertia of their bodies it takes from the gear set"
+        )
+    if not table.pair_count:
+        raise ValueError(f"column pair1_load_share is missing; {NEEDED} tooth pairs")
+    if not np.isfinite(table["ste_m"]).all():
+        raise ValueError(f"ste_m has empty cells; {NEEDED} a number in each")
+    least = float(table.torque_Nm.min())
+    if not least > 0.0:
+        raise ValueError(f"torque_Nm = {least:g}; {NEEDED} positive torques")
+    shares = np.nansum([table[n] for n in pair_names(table, "load_share")], axis=0)
+    worst = float(shares.flat[np.abs(shares - 1.0).argmax()])
+    if not abs(worst - 1.0) <= WHOLE:
+        raise ValueError(
+            f"load_share of all pairs = {worst:g} at some position; {NEEDED} shares "
+            "that make 1"
+        )
+
+
+def _require_hardening(table: MeshTable, without: Collection[str]) -> None:
+    if table.torque_Nm.size < 2 and "hardening" not in without:
+        raise ValueError(
+            f"torques = {table.torque_Nm.size}; {NEEDED} two or more to know how "
+            "contact stiffens with load, else it must be without hardening"
+        )
+
+
+def _knows_compliance(table: MeshTable) -> bool:
+    return any(
+        pair_compliance_name(i, j) in table.columns
+        for i, j in permutations(range(table.pair_count), 2)
+    )
+
+
+def _compliance(
+    table: MeshTable, i: int, j: int, both: NDArray[np.bool_], needed: bool
+) -> Array:
+    """How pairs i and j deflect each other (n,) [m/N], 0 where that is not known.
+
+    both : (t, n) where both carry; needed : whether it must be known there
+    The mean of all torques, for with the load only its place changes a little.
+    """
+    name = pair_compliance_name(i, j)
+    if name not in table.columns:
+        if both.any() and needed:
+            raise ValueError(
+                f"column {name} is missing; {NEEDED} it to know how pairs deflect each "
+                "other, else it must be without pairs"
+            )
+        return np.zeros(table.position.size)
+    values = table[name]
+    known = np.isfinite(values)
+    for t, n in np.argwhere(both & ~known):
+        raise ValueError(
+            f"{name} is {values[t, n]:g} at {table.torque_Nm[t]:g} N m, position "
+            f"{table.position[n]:g}; where both pairs carry it must be a number"
+        )
+    total = np.where(known, values, 0.0).sum(axis=0)
+    return np.asarray(total / np.maximum(known.sum(axis=0), 1))
+
+
+def _along(values: Array, teeth: list[int], outside: float) -> Array:
+    """Values (k, ..., n) of the pairs as one row (..., s) along the path."""
+    low, high = min(teeth), max(teeth)
+    path = np.full((high - low + 1, *values.shape[1:]), outside)
+    path[np.array(teeth) - low] = values
+    return np.moveaxis(path, 0, -2).reshape(*values.shape[1:-1], -1)
+
+
+def _laws(penetration: Array, load: Array, table: MeshTable) -> tuple[Array, Array]:
+    """Penetrations (j,) and loads (s, j) from points (t, s) at rising torques."""
+    scale = float(penetration.max(where=load > 0.0, initial=0.0))
+    _require_agreement(penetration, load, scale, table)
+    made = (load > 0.0) & (penetration > LEAST * scale)
+    points = [
+        (np.log(x[own]), f[own] / x[own])
+        for x, f, own in zip(penetration.T, load.T, made.T, strict=True)
+    ]
+    last = np.array([x.max(initial=-np.inf) for x, _ in points])
+    sure = np.flatnonzero(last > np.log(SURE * scale))
+    hardening = _hardening([points[s] for s in sure])
+    end = np.log([scale])
+    for s in sorted({*range(len(points))} - {*sure}):
+        # a pair that hardly carries here goes on as where it does
+        nearest = points[sure[np.abs(sure - s).argmin()]]
+        x, k = points[s]
+        onward = np.append(k, _stiffness(nearest, hardening, end))
+        points[s] = (np.append(x, end), onward) if x.size else nearest
+    knots = BEYOND * scale * np.linspace(0.0, 1.0, CELLS + 1) ** 2
+    loads = np.zeros((len(points), knots.size))
+    for s, each in enumerate(points):
+        loads[s, 1:] = knots[1:] * _stiffness(each, hardening, np.log(knots[1:]))
+    _refuse_where(np.diff(loads, axis=1).min(axis=1)[None] <= 0.0, table, FALLS)
+    return knots, loads
+
+
+def _hardening(points: Sequence[tuple[Array, Array]]) -> float:
+    """Typical relative slope of F / x over log x at the largest loads."""
+    slopes = [
+        (k[-1] - k[-2]) / (x[-1] - x[-2]) / k[-1] for x, k in points if x.size > 1
+    ]
+    return float(np.clip(np.median(slopes), 0.0, MOST_HARDENING)) if slopes else 0.0
+
+
+def _stiffness(points: tuple[Array, Array], hardening: float, at: Array) -> Array:
+    """F / x [N/m] at logarithms of penetrations (j,), from those at points.
+
+    hardening : usual relative slope, near to which the curve goes on beyond its ends
+    """
+    from scipy.interpolate import PchipInterpolator
+
+    x, k = points
+    if x.size == 1:
+        x, k = np.array([x[0] - 1.0, x[0]]), k * np.array([1.0 - hardening, 1.0])
+    curve = PchipInterpolator(x, k)
+    low, high = curve(x[[0, -1]], 1)
+    low = np.clip(low, 0.0, MOST_HARDENING * k[0])
+    high = np.clip(high, 0.0, 2.0 * hardening * k[-1])  # not of a trace of load alone
+    inside = np.clip(at, x[0], x[-1])
+    beyond = np.where(at < x[0], low, high) * (at - inside)
+    return np.asarray(np.maximum(curve(inside) + beyond, FLOOR * k[0]))
+
+
+def _require_agreement(
+    penetration: Array, load: Array, scale: float, table: MeshTable
+) -> None:
+    """Loads (t, s) grow with penetrations, from zero at zero."""
+    carries = load > 0.0
+    wrong = np.where(carries, penetration < -WRONG * scale, penetration > WRONG * scale)
+    _refuse_where(wrong | (load < 0.0), table, CONTRADICTS)
+    made = carries & (penetration > LEAST * scale)
+    grows = (np.diff(penetration, axis=0) > 0.0) & (np.diff(load, axis=0) > 0.0)
+    _refuse_where(made[:-1] & made[1:] & ~grows, table, FALLS)
+
+
+def _refuse_where(bad: NDArray[np.bool_], table: MeshTable, allowed: str) -> None:
+    """Raise ValueError at the first place along the path (t, s) that is bad."""
+    for _, s in np.argwhere(bad):
+        ahead, at = divmod(int(s), table.position.size)
+        number = pair_teeth(table).index(ahead + min(pair_teeth(table))) + 1
+        raise ValueError(f"pair{number} at position {table.position[at]:g}: {allowed}")

@@ -1,0 +1,363 @@
+"""A train with its excitation, in modal coordinates and ready to be integrated."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lumped.common.checks import require_between, require_fields
+from lumped.kernels.arrays import (
+    ContactGrid,
+    CoupledSteps,
+    CoupledSystem,
+    FrictionSamples,
+    ModalSystem,
+    Samples,
+)
+from lumped.steady.propagator import LinearPart
+from lumped.train.coupled import (
+    CoupledContacts,
+    LoadedState,
+    Springs,
+    contact_grid,
+    coupled_steps,
+    coupled_system,
+    loaded_state,
+)
+from lumped.train.excitation import MeshExcitation
+from lumped.train.friction import FrictionRows, ToothFriction, friction_rows
+from lumped.train.friction_samples import with_friction
+from lumped.train.modes import Modes, natural_modes
+from lumped.train.train import Train, TrainError
+from lumped.train.train_excitation import TrainExcitation, largest_gap
+
+Array = NDArray[np.float64]
+UNTOUCHED = 1e-20  # part of strain energy in the meshes below which a mode is left out
+IN_MESHES = 0.25  # part of strain energy in the meshes of a mode that is theirs
+FELT = 1e-3  # the same of a body mode, to be named among the resonances
+BALANCED = 1e-3  # of the torques on a motion that nothing holds; less is rounding
+MOST_BYTES = 1e9  # of the excitation on the steps of a common period
+MOTION_BYTES = 150  # of a step and mesh, while a motion is recorded and measured
+CONTACT_BYTES = 32  # of a step and contact of the coupled model, recorded twice over
+RUNAWAY = 1e6  # times the largest velocity that statics and gaps suggest
+
+
+@dataclass(frozen=True, eq=False)
+class LumpedSystem:
+    """A train and the excitation of each of its meshes.
+
+    Modes that strain no mesh, rigid rotation among them, take no part in the
+    motion, unless sliding by them turns friction; raises TrainError where torques do
+    not balance on one that is free.
+
+    contacts : of the coupled model, which then move the train; the excitations, of
+        Model-1, give its modes and by them its damping
+    friction : of the meshes' teeth, none if empty; the excitations are those that it
+        bends, by `lumped.train.friction.with_bending`
+    losses : part of the torques that friction takes, by which they need not balance
+    """
+
+    train: Train
+    excitations: tuple[MeshExcitation, ...]
+    contacts: CoupledContacts | None = None
+    friction: tuple[ToothFriction, ...] = ()
+    losses: float = 0.0
+
+    def __post_init__(self) -> None:
+        require_between("losses", self.losses, 0, 1, below=True)
+        require_fields(self)
+        if len(self.excitations) != len(self.train.meshes):
+            raise TrainError(
+                f"excitations: {len(self.excitations)} for "
+                f"{len(self.train.meshes)} meshes"
+            )
+        self._require_friction()
+        space = self.modes.coordinates
+        free = self.modes.shapes[:, self.modes.frequency_Hz == 0.0]
+        net = np.abs(free.T @ space.load)
+        size = np.abs(free.T) @ np.abs(space.load)
+        if (net > (BALANCED + self.losses) * size).any():
+            raise TrainError(
+                "torques do not balance: the train would accelerate; "
+                "hold a gear by a coupling_stiffness or change a torque"
+            )
+
+    def _require_friction(self) -> None:
+        if not self.friction:
+            return
+        if len(self.friction) != len(self.train.meshes):
+            raise TrainError(
+                f"friction: {len(self.friction)} for {len(self.train.meshes)} meshes"
+            )
+        if self.contacts is not None:
+            raise TrainError("friction: of models 1 to 3, not of the coupled model")
+        for excitation in self.excitations:
+            if any(pair.ahead is None for pair in excitation.pairs):
+                raise TrainError("friction: needs tooth pairs, the excitation has none")
+
+    @property
+    def rubs(self) -> bool:
+        """Whether teeth have friction."""
+        return any(each.coefficient for each in self.friction)
+
+    @cached_property
+    def modes(self) -> Modes:
+        return natural_modes(self.train, [e.mean_stiffness for e in self.excitations])
+
+    @cached_property
+    def moving(self) -> NDArray[np.intp]:
+        """Indices of the modes that take part in the motion.
+
+        They strain a mesh, or teeth slide by them and their sliding turns the friction.
+        """
+        taking_part = self._straining
+        if any(each.sliding == "instantaneous" for each in self.friction):
+            sliding = sum(np.abs(row).max(axis=0) for row in self._friction_rows)
+            by_sliding = sliding > UNTOUCHED * np.max(sliding)
+            taking_part = taking_part | (by_sliding & (self.modes.frequency_Hz > 0.0))
+        return np.flatnonzero(taking_part)
+
+    @property
+    def _straining(self) -> NDArray[np.bool_]:
+        """Whether each mode strains a mesh."""
+        return np.asarray(self.modes.mesh_energy.sum(axis=0) > UNTOUCHED)
+
+    @cached_property
+    def _friction_rows(self) -> FrictionRows:
+        """Of friction on all modes."""
+        rows = friction_rows(self.train, self.modes.coordinates)
+        return rows.of_shapes(self.modes.shapes)
+
+    @cached_property
+    def arrays(self) -> ModalSystem:
+        """As the kernels take it."""
+        modes, kept = self.modes, self.moving
+        angular = modes.angular[kept]
+        pairs = [len(excitation.pairs) for excitation in self.excitations]
+        return ModalSystem(
+            rigidity=angular**2,
+            damping=2.0 * self.train.damping_ratio * angular,
+            load=modes.shapes[:, kept].T @ modes.coordinates.load,
+            shapes=np.ascontiguousarray(modes.mesh_shapes[:, kept]),
+            mean_stiffness=modes.mean_stiffness,
+            backlash=np.array([mesh.backlash for mesh in self.train.meshes]),
+            first_pair=np.concatenate([[0], np.cumsum(pairs)]),
+        )
+
+    @cached_property
+    def coupled_arrays(self) -> CoupledSystem | None:
+        """The coupled model as the kernels take it, None for models 1 to 3."""
+        if self.contacts is None:
+            return None
+        known, shapes = self.arrays, self.arrays.shapes
+        meshes = np.einsum("m,mi,mj->ij", known.mean_stiffness, shapes, shapes)
+        train = Springs(
+            stiffness=np.diag(known.rigidity) - meshes,
+            damping=known.damping,
+            load=known.load,
+            shapes=shapes,
+            rate=np.array([float(rate) for rate in self.train.mesh_rates]),
+            start=known.load / known.rigidity,
+        )
+        return coupled_system(self.contacts, train)
+
+    @cached_property
+    def _linear(self) -> LinearPart:
+        assert self.coupled_arrays is not None
+        return LinearPart(self.coupled_arrays)
+
+    @cached_property
+    def loaded(self) -> LoadedState | None:
+        """Static equilibrium of the coupled model over a mesh cycle."""
+        if self.coupled_arrays is None:
+            return None
+        start = np.zeros(self.coupled_arrays.load.size)
+        start[: self.moving.size] = self.arrays.load / self.arrays.rigidity
+        return loaded_state(self.coupled_arrays, start)
+
+    @cached_property
+    def strained_angular(self) -> float:
+        """Highest mode about the loaded state whose strain is in the meshes [rad/s]."""
+        assert self.loaded is not None
+        strained = self.loaded.mesh_energy.sum(axis=0) >= IN_MESHES
+        return (
+            2.0 * math.pi * float(self.loaded.frequency_Hz[strained].max(initial=0.0))
+        )
+
+    @cached_property
+    def resonances_Hz(self) -> Array:
+        """Of the modes that strain a mesh; under load if coupled."""
+        if self.loaded is None:
+            return np.asarray(self.modes.frequency_Hz[self._straining])
+        strained = self.loaded.mesh_energy.sum(axis=0) > FELT
+        return np.asarray(self.loaded.frequency_Hz[strained])
+
+    @cached_property
+    def static_state(self) -> Array:
+        """Modal displacement at rest under the mean stiffness, zero velocity (2, n).
+
+        No gap counts: a train without load starts with its teeth just touching. The
+        coupled model is in equilibrium as if gears stood at the start of the cycle.
+        """
+        if self.loaded is not None:
+            return np.stack([self.loaded.place[0], np.zeros_like(self.loaded.place[0])])
+        load = self.arrays.load
+        return np.stack([load / self.arrays.rigidity, np.zeros_like(load)])
+
+    @cached_property
+    def angular(self) -> Array:
+        """By which velocities count (n,): natural angular frequencies of the train on
+        its mean mesh stiffness, then of the body modes [rad/s]."""
+        hubs = np.sqrt(self.arrays.rigidity)
+        if self.contacts is None:
+            return hubs
+        return np.concatenate([hubs, self.contacts.bodies.angular])
+
+    @cached_property
+    def deflection_rows(self) -> Array:
+        """Size of each mesh's deflection per coordinate (m, n): body modes bend the
+        teeth that touch."""
+        if self.contacts is None:
+            return self.arrays.shapes
+        bodies, w = self.contacts.bodies, self.contacts.bodies.pairs.size
+        squares = (bodies.rows**2).mean(axis=1)  # (c, b)
+        pairs = squares[:, bodies.count - 2 * w :].reshape(len(squares), 2, w)
+        # whatever tooth the pattern of a pair counts from
+        squares[:, bodies.count - 2 * w :] = np.tile(pairs.sum(axis=1), 2)
+        each = np.sqrt(squares)
+        mesh_of, meshes = self.contacts.mesh_of, range(len(self.excitations))
+        bent = np.array([each[mesh_of == m].max(axis=0) for m in meshes])
+        return np.concatenate([self.arrays.shapes, bent], axis=1)
+
+    def state_from(self, other: LumpedSystem, state: Array) -> Array:
+        """Modal displacements and velocities (2, n) of gears that move as another's.
+
+        state : of the other system, which has the same gears and freedoms; body modes
+            go on where both have the same number of them, else from rest
+        """
+        hubs = other.moving.size
+        moved = state[:, :hubs] @ other.modes.shapes[:, other.moving].T
+        momentum = moved * self.modes.coordinates.mass
+        found = np.array(self.static_state)
+        found[:, : self.moving.size] = momentum @ self.modes.shapes[:, self.moving]
+        if found.shape[1] - self.moving.size == state.shape[1] - hubs:
+            found[:, self.moving.size :] = state[:, hubs:]
+        return found
+
+    @cached_property
+    def static_deflection(self) -> Array:
+        """Mean mesh deflections (m,) under the external torques [m]."""
+        return self.arrays.shapes @ (self.arrays.load / self.arrays.rigidity)
+
+    @cached_property
+    def excitation(self) -> TrainExcitation:
+        """Of all meshes over the time after which they repeat."""
+        return TrainExcitation(self.train, self.excitations)
+
+    @property
+    def common_period(self) -> tuple[int, ...]:
+        """Shortest time after which all repeats, in periods of each mesh."""
+        return self.excitation.common_period
+
+    @property
+    def rounds(self) -> int:
+        """How many times all meshes repeat until their teeth do."""
+        return self.excitation.rounds
+
+    @cached_property
+    def energy_norm(self) -> float:
+        """A moderate sum of modal velocities, from the loads and the gaps."""
+        stiffness, backlash = self.arrays.mean_stiffness, self.arrays.backlash
+        reach = np.abs(self.static_deflection).sum() + sum(
+            largest_gap(pair) for e in self.excitations for pair in e.pairs
+        )
+        reach += backlash[np.isfinite(backlash)].sum()
+        return math.sqrt(stiffness.max()) * max(reach, 1e-9)
+
+    @property
+    def limit(self) -> float:
+        """Sum of modal velocities beyond which a run has diverged."""
+        return RUNAWAY * self.energy_norm
+
+    def samples(self, steps: int) -> Samples | FrictionSamples:
+        """Steps of one common period and the excitation on them.
+
+        steps : at least so many per period of the first mesh
+        Step sizes are in periods of the first mesh. Raises TrainError where that is
+        more than memory should hold.
+        """
+        # long ones are not kept: to make them takes a part of the time of a period
+        return self._samples(steps) if self.rounds > 1 else self._kept_samples(steps)
+
+    def coupled_steps(self, steps: int, frequency: float) -> CoupledSteps:
+        """Steps of the coupled model at a frequency of the first mesh [Hz]."""
+        assert self.coupled_arrays is not None
+        return coupled_steps(
+            *(self.coupled_arrays, self._linear, self.contact_grid(steps)),
+            *(frequency, self.rounds),
+        )
+
+    @lru_cache(maxsize=4)  # noqa: B019  the system is immutable and short-lived
+    def contact_grid(self, steps: int) -> ContactGrid:
+        """The contacts of the coupled model at the steps, at any speed."""
+        assert self.coupled_arrays is not None
+        self._require_memory(steps)
+        return contact_grid(
+            self.coupled_arrays, steps, np.array(self.train.common_period)
+        )
+
+    @lru_cache(maxsize=16)  # noqa: B019  the system is immutable and short-lived
+    def _kept_samples(self, steps: int) -> Samples | FrictionSamples:
+        return self._samples(steps)
+
+    def _samples(self, steps: int) -> Samples | FrictionSamples:
+        self._require_memory(steps)
+        times = self.excitation.grid(steps)
+        samples = self.excitation.samples(times)
+        if not self.rubs:
+            return samples
+        kept = (row[:, self.moving] for row in self._friction_rows)
+        rows = FrictionRows(*map(np.ascontiguousarray, kept))
+        return with_friction(samples, times, self.excitation, self.friction, rows)
+
+    def holds(self, steps: int) -> bool:
+        """Whether memory should hold a common period of so many steps a period."""
+        return self._bytes(steps) <= MOST_BYTES
+
+    def _bytes(self, steps: int) -> int:
+        """Of the excitation on steps, and of the motion where the period is long."""
+        meshes = len(self.excitations)
+        if self.contacts is None:
+            length, each = self.common_period[0], 48 * self.arrays.first_pair[-1]
+            each = 5 * each // 2 if self.rubs else each
+            contacts = 0
+        else:
+            contacts, _, n = self.contacts.rows.shape
+            n += self.contacts.bodies.count
+            # pitch errors come to steps that repeat with the meshes
+            length = self.train.common_period[0]
+            each = 8 * contacts * (2 * contacts + n + meshes + 1)
+        found = int(each) * length * steps
+        if self.rounds > 1:
+            motion = MOTION_BYTES * meshes + CONTACT_BYTES * contacts
+            found += motion * self.common_period[0] * steps
+        return found
+
+    def _require_memory(self, steps: int) -> None:
+        if self.holds(steps):
+            return
+        what, teeth, ways = "excitation", "", "higher speeds or simpler tooth ratios"
+        if self.rounds > 1:
+            what, teeth = "motion", " and tooth pairs with pitch errors"
+            ways = "pitch errors of fewer gears or that repeat sooner, higher speeds"
+            ways += " or fewer steps"
+        raise TrainError(
+            f"{self.common_period[0]} periods of the first mesh, after which all "
+            f"meshes{teeth} repeat, of {steps:.3g} steps each: "
+            f"{self._bytes(steps) / 1e9:.3g} GB of {what}, more than a run should hold "
+            f"in memory; allowed are {ways}"
+        )

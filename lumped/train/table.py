@@ -1,0 +1,184 @@
+"""Mesh tables: stiffness, transmission error and load sharing over a mesh cycle.
+
+The file is a CSV with a header of comment lines, `# key: value`, one line of
+column names with units, and a row per torque and position. Numbers are written in
+the shortest form that reads back to the same bits; an empty cell is NaN. Columns
+beyond the required ones may be missing or extra.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lumped.common.checks import require_fields
+from lumped.common.csv_text import TableError, format_csv, parse_csv
+
+Array = NDArray[np.float64]
+REQUIRED = ("torque_Nm", "position", "stiffness_N_per_m")
+COUNTS = ("n_pairs",)
+
+
+@dataclass(frozen=True, eq=False)
+class MeshTable:
+    """One mesh at torques (t,) on the driver [N m] and positions (n,).
+
+    position : base pitches from the pitch point of the reference pair, in [0, 1)
+    columns : name with unit -> (t, n)
+    header : free text by key, such as gear set, settings and version
+    """
+
+    torque_Nm: Array
+    position: Array
+    columns: Mapping[str, Array]
+    header: Mapping[str, str] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        require_fields(self)
+        shape = (self.torque_Nm.size, self.position.size)
+        for name, values in self.columns.items():
+            if values.shape != shape:
+                raise TableError(f"{name} must have shape {shape}, got {values.shape}")
+        if not (np.diff(self.position) > 0.0).all():
+            fall = int(np.argmin(np.diff(self.position) > 0.0))
+            before, after = self.position[fall : fall + 2]
+            raise TableError(f"position must increase, {after:g} follows {before:g}")
+        object.__setattr__(self, "columns", MappingProxyType(dict(self.columns)))
+        object.__setattr__(self, "header", MappingProxyType(dict(self.header)))
+
+    def __getitem__(self, name: str) -> Array:
+        try:
+            return self.columns[name]
+        except KeyError:
+            raise TableError(f"the mesh table has no column {name}") from None
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, MeshTable):
+            return NotImplemented
+        same = dict(self.header) == dict(other.header)
+        same &= list(self.columns) == list(other.columns)
+        pairs = [(self.torque_Nm, other.torque_Nm), (self.position, other.position)]
+        pairs += [(self[n], other[n]) for n in self.columns] if same else []
+        return same and all(np.array_equal(a, b, equal_nan=True) for a, b in pairs)
+
+    __hash__ = None  # type: ignore[assignment]
+
+    @property
+    def flat(self) -> dict[str, NDArray[Any]]:
+        """All columns (t n,) one torque after the other, with those of the places."""
+        torque, position = np.meshgrid(self.torque_Nm, self.position, indexing="ij")
+        columns = {"torque_Nm": torque, "position": position, **self.columns}
+        return {
+            name: values.ravel().astype(int if name in COUNTS else float)
+            for name, values in columns.items()
+        }
+
+    @property
+    def pair_count(self) -> int:
+        """Tooth pairs with columns of their own, pair1 to pairN."""
+        return sum(name.endswith("_load_share") for name in self.columns)
+
+
+def format_table(table: MeshTable) -> str:
+    """The table as CSV text."""
+    columns = table.flat
+    rows = zip(*(values.tolist() for values in columns.values()), strict=True)
+    return format_csv(columns, rows, table.header)
+
+
+def parse_table(text: str, source: str = "table") -> MeshTable:
+    """Read CSV text; raises TableError naming `source` and the line."""
+    found = parse_csv(text, source)
+    for name in REQUIRED:
+        if name not in found.names:
+            raise TableError(f"{source}: column {name} is missing")
+    data = np.array(
+        [
+            [
+                _number(cell, f"{place}, column {name}", name in REQUIRED[:2])
+                for cell, name in zip(row, found.names, strict=True)
+            ]
+            for place, row in found.rows.items()
+        ]
+    )
+    if not len(data):
+        raise TableError(f"{source}: no rows")
+    try:
+        return _table_from(found.names, data, found.header)
+    except TableError as error:
+        raise TableError(f"{source}: {error}") from None
+
+
+def _number(cell: str, place: str, needed: bool) -> float:
+    try:
+        value = float(cell) if cell.strip() else math.nan
+    except ValueError:
+        raise TableError(f"{place}: {cell!r} is no number") from None
+    if needed and not math.isfinite(value):
+        raise TableError(f"{place}: {cell!r}; must be a finite number")
+    return value
+
+
+def _table_from(
+    names: Sequence[str], data: Array, header: Mapping[str, str]
+) -> MeshTable:
+    torque, position = (data[:, names.index(name)] for name in REQUIRED[:2])
+    torques = np.array(list(dict.fromkeys(torque)))
+    positions = position[torque == torque[0]]
+    expected = [(t, p) for t in torques for p in positions]
+    if expected != list(zip(torque, position, strict=True)):
+        raise TableError("every torque must list the same positions")
+    shape = (torques.size, positions.size)
+    columns = {
+        name: data[:, i].reshape(shape)
+        for i, name in enumerate(names)
+        if name not in REQUIRED[:2]
+    }
+    return MeshTable(torques, positions, columns, header)
+
+
+def read_table(path: str) -> MeshTable:
+    """Read a mesh table; OSError or TableError where that is not possible."""
+    with open(path, encoding="utf-8", newline="") as file:
+        return parse_table(file.read(), str(path))
+
+
+def write_table(table: MeshTable, path: str) -> None:
+    """Write a mesh table as it stands; see `format_table`."""
+    with open(path, "w", encoding="utf-8", newline="") as file:
+        file.write(format_table(table))
+
+
+def pair_names(table: MeshTable, quantity: str) -> list[str]:
+    """Names of the columns pair1_quantity, pair2_quantity, ... in order."""
+    return [f"pair{pair}_{quantity}" for pair in range(1, table.pair_count + 1)]
+
+
+def pair_compliance_name(one: int, other: int) -> str:
+    """Column of how two pairs, from 0, deflect each other; the lower number first."""
+    first, second = sorted((one, other))
+    return f"pair{first + 1}_pair{second + 1}_compliance_m_per_N"
+
+
+def pair_teeth(table: MeshTable) -> list[int]:
+    """How many base pitches each pair is ahead of the reference pair.
+
+    From the header entry that begins with `pairs ahead`; without it the pairs are
+    taken in the order 0, -1, 1, -2, 2, ...
+    """
+    for key, text in table.header.items():
+        if key.startswith("pairs ahead"):
+            try:
+                entries = dict(item.split("=") for item in text.split())
+                return [int(entries[f"pair{i + 1}"]) for i in range(table.pair_count)]
+            except (KeyError, ValueError):
+                raise TableError(f"header {key}: {text}; cannot be read") from None
+    return sorted(
+        range(-table.pair_count, table.pair_count), key=lambda k: (abs(k), k)
+    )[: table.pair_count]

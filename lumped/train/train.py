@@ -1,0 +1,206 @@
+"""A parallel-axis gear train as lumped masses and springs: what it is made of.
+
+Rotations are counter-clockwise, torques too; the first mesh's driver turns
+counter-clockwise. Rigid translations belong to gears with bearings only.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
+
+from lumped.common.checks import is_number, require_fields
+
+
+class TrainError(ValueError):
+    """A train that cannot be; the message names the part and what is allowed."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Gear:
+    """A rigid disk with teeth.
+
+    teeth : only their ratio matters, for the mesh frequencies
+    base_radius : [m]
+    inertia : polar, about its axis [kg m2]
+    mass : [kg], needed with bearings only
+    bearing_stiffness : kx, ky [N/m], or None for a centre that does not move
+    coupling_stiffness : torsional, to ground [N m/rad]
+    torque : external, constant [N m]
+    """
+
+    name: str
+    teeth: int
+    base_radius: float
+    inertia: float
+    mass: float | None = None
+    bearing_stiffness: tuple[float, float] | None = None
+    coupling_stiffness: float = 0.0
+    torque: float = 0.0
+
+    def __post_init__(self) -> None:
+        where = f"gear {self.name!r}: "
+        teeth = is_number(self.teeth) and self.teeth >= 1
+        _require(teeth, f"{where}teeth", self.teeth, "at least 1")
+        _require_positive(f"{where}base_radius", self.base_radius)
+        _require_positive(f"{where}inertia", self.inertia)
+        _require_not_negative(f"{where}coupling_stiffness", self.coupling_stiffness)
+        _require_finite(f"{where}torque", self.torque)
+        require_fields(self)
+        if self.bearing_stiffness is not None:
+            for stiffness in self.bearing_stiffness:
+                _require_not_negative(f"{where}bearing_stiffness", stiffness)
+            if self.mass is None:
+                raise TrainError(f"{where}mass is needed with a bearing_stiffness")
+        if self.mass is not None:
+            _require_positive(f"{where}mass", self.mass)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Mesh:
+    """Two gears in mesh, by their indices in the train.
+
+    pressure_angle : operating [rad]
+    center_line : direction from driver to driven, counter-clockwise from x [rad]
+    backlash : along the line of action, from drive side to back side [m]
+    phase : position of this mesh's cycle when the first mesh is at its pitch
+        point, in base pitches
+    """
+
+    driver: int
+    driven: int
+    pressure_angle: float
+    center_line: float = 0.0
+    backlash: float = math.inf
+    phase: float = 0.0
+
+    def __post_init__(self) -> None:
+        angle, backlash = self.pressure_angle, self.backlash
+        allowed = is_number(angle) and abs(angle) < 0.5 * math.pi
+        _require(allowed, "pressure_angle", angle, "below a right angle")
+        allowed = is_number(backlash) and backlash >= 0.0
+        _require(allowed, "backlash", backlash, "0 or more")
+        for name in ("center_line", "phase"):
+            _require_finite(name, getattr(self, name))
+        require_fields(self, infinite=("backlash",))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Shaft:
+    """Two gears on one axis; stiffness None means that they move as one.
+
+    stiffness : torsional [N m/rad]
+    """
+
+    gears: tuple[int, int]
+    stiffness: float | None = None
+
+    def __post_init__(self) -> None:
+        if self.stiffness is not None:
+            _require_positive("shaft stiffness", self.stiffness)
+        require_fields(self)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Train:
+    """Gears, meshes and shafts; damping_ratio holds for every vibration mode."""
+
+    gears: tuple[Gear, ...]
+    meshes: tuple[Mesh, ...]
+    shafts: tuple[Shaft, ...] = ()
+    damping_ratio: float = 0.0
+
+    def __post_init__(self) -> None:
+        _require_not_negative("damping_ratio", self.damping_ratio)
+        require_fields(self)
+        if not self.meshes:
+            raise TrainError("meshes: at least one is needed")
+        used = [index for mesh in self.meshes for index in (mesh.driver, mesh.driven)]
+        used += [index for shaft in self.shafts for index in shaft.gears]
+        count = len(self.gears)
+        for index in used:
+            allowed = f"0 to {count - 1}"
+            _require(0 <= index < count, "gear index", index, allowed)
+        for mesh in self.meshes:
+            if mesh.driver == mesh.driven:
+                raise TrainError(f"mesh of gear {mesh.driver} with itself")
+        _ = self.speeds  # raises where the gears cannot turn
+
+    @cached_property
+    def speeds(self) -> tuple[Fraction, ...]:
+        """Nominal rotation of each gear per rotation of the first mesh's driver."""
+        speeds: dict[int, Fraction] = {}
+        for start in (self.meshes[0].driver, *range(len(self.gears))):
+            if start not in speeds:
+                speeds[start] = Fraction(1)
+                _spread(start, speeds, list(self._links()))
+        return tuple(speeds[index] for index in range(len(self.gears)))
+
+    def _links(self) -> Iterator[tuple[int, int, Fraction]]:
+        """(gear, other gear, speed of the other over that of the gear)."""
+        for mesh in self.meshes:
+            teeth = self.gears[mesh.driver].teeth, self.gears[mesh.driven].teeth
+            yield mesh.driver, mesh.driven, -Fraction(*teeth)
+        for shaft in self.shafts:
+            yield *shaft.gears, Fraction(1)
+
+    @cached_property
+    def mesh_rates(self) -> tuple[Fraction, ...]:
+        """Mesh frequency of each mesh over that of the first."""
+        passing = [
+            self.gears[m.driver].teeth * self.speeds[m.driver] for m in self.meshes
+        ]
+        return tuple(abs(rate / passing[0]) for rate in passing)
+
+    @cached_property
+    def common_period(self) -> tuple[int, ...]:
+        """Shortest time after which all meshes repeat, in periods of each mesh."""
+        denominators = [rate.denominator for rate in self.mesh_rates]
+        first = math.lcm(*denominators)
+        return tuple(int(first * rate) for rate in self.mesh_rates)
+
+    def sense(self, gear: int) -> int:
+        """1 where a gear turns counter-clockwise, -1 where clockwise."""
+        return 1 if self.speeds[gear] > 0 else -1
+
+
+def _spread(
+    start: int,
+    speeds: dict[int, Fraction],
+    links: list[tuple[int, int, Fraction]],
+) -> None:
+    """Fill in the speeds of all gears that are linked to `start`."""
+    both_ways = links + [(b, a, 1 / ratio) for a, b, ratio in links]
+    waiting = [start]
+    while waiting:
+        gear = waiting.pop()
+        for a, b, ratio in both_ways:
+            if a != gear:
+                continue
+            if b not in speeds:
+                speeds[b] = speeds[gear] * ratio
+                waiting.append(b)
+            elif speeds[b] != speeds[gear] * ratio:
+                raise TrainError(f"gears {a} and {b}: a closed train that cannot turn")
+
+
+def _require(ok: bool, name: str, value: object, allowed: str) -> None:
+    if not ok:
+        raise TrainError(f"{name} = {value}; must be {allowed}")
+
+
+def _require_finite(name: str, value: float) -> None:
+    _require(is_number(value) and math.isfinite(value), name, value, "finite")
+
+
+def _require_positive(name: str, value: float) -> None:
+    allowed = is_number(value) and 0.0 < value < math.inf
+    _require(allowed, name, value, "positive and finite")
+
+
+def _require_not_negative(name: str, value: float) -> None:
+    allowed = is_number(value) and 0.0 <= value < math.inf
+    _require(allowed, name, value, "0 or more and finite")

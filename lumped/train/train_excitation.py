@@ -1,0 +1,209 @@
+"""Excitations of all meshes of a train over the time after which they repeat."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lumped.kernels.arrays import PITCH, Pieces, Samples
+from lumped.train.excitation import MeshExcitation, PairExcitation
+from lumped.train.train import Train
+from lumped.train.waves import SAME, Wave
+
+Array = NDArray[np.float64]
+GAP_POINTS = 256  # per base pitch
+
+
+@dataclass(frozen=True, eq=False)
+class TrainExcitation:
+    """Stiffness and gap of all tooth pairs, p in all, mesh after mesh.
+
+    Times are in periods of the first mesh, which is at its phase at time 0.
+    """
+
+    train: Train
+    meshes: tuple[MeshExcitation, ...]
+
+    @cached_property
+    def common_period(self) -> tuple[int, ...]:
+        """Shortest time after which all repeats, in periods of each mesh.
+
+        That of the meshes, and where teeth differ of the pairs that they form.
+        """
+        rates = self.train.mesh_rates
+        each = (e.period / r for e, r in zip(self.meshes, rates, strict=True))
+        first = math.lcm(*(period.numerator for period in each))
+        return tuple(int(first * rate) for rate in rates)
+
+    @property
+    def rounds(self) -> int:
+        """How many times all meshes repeat until their teeth do."""
+        return self.common_period[0] // self.train.common_period[0]
+
+    @cached_property
+    def mesh_of(self) -> NDArray[np.intp]:
+        """Mesh of every pair (p,)."""
+        counts = [len(excitation.pairs) for excitation in self.meshes]
+        return np.repeat(np.arange(len(counts)), counts)
+
+    @cached_property
+    def pieces(self) -> Pieces:
+        """The excitation as adaptive steps take it."""
+        waves = [wave for own in self._waves for wave in own]
+        sizes = [wave.breaks.size - 1 for wave in waves]
+        shapes = [len(wave.shapes) for wave in waves]
+        rows = np.cumsum([0] + [n * c for n, c in zip(sizes, shapes, strict=True)])[:-1]
+        offsets = np.cumsum([0] + [wave.offsets.size for wave in waves])
+        whole = np.repeat([self._whole[m] for m in self.mesh_of], 2)
+        pitches = (rows, shapes, offsets[:-1], np.diff(offsets), whole, rows)
+        return Pieces(
+            place=np.array([(*self._places[m], 0.0) for m in self.mesh_of]),
+            first_piece=np.concatenate([[0], np.cumsum(sizes)]),
+            breaks=np.concatenate([wave.breaks for wave in waves]),
+            coefficients=np.concatenate(
+                [wave.coefficients.reshape(-1, 4) for wave in waves]
+            ),
+            stops=np.unique(np.concatenate([self.corners(), self._handovers()])),
+            mesh_of=self.mesh_of,
+            pitches=np.stack(pitches, axis=1),
+            offsets=np.concatenate([wave.offsets for wave in waves]),
+        )
+
+    @cached_property
+    def turns(self) -> NDArray[np.int64]:
+        """Base pitches by which each function (2 p,) is further on after a round."""
+        return np.repeat(np.array(self.train.common_period)[self.mesh_of], 2)
+
+    def pieces_in(self, number: int) -> Pieces:
+        """`pieces` of its own for a round of the common period, by its number."""
+        pitches = self.pieces.pitches.copy()
+        pitches[:, PITCH] += number * self.turns
+        return self.pieces._replace(place=self.pieces.place.copy(), pitches=pitches)
+
+    def _handovers(self) -> Array:
+        """Times at which a mesh starts a cycle and pairs pass their waves on."""
+        length = self.train.common_period[0]
+        return np.concatenate(
+            [
+                (np.arange(round(length * rate)) + (-phase) % 1.0) / rate
+                for phase, rate in self._places
+            ]
+        )
+
+    def at(self, times: Array, side: int = 1) -> tuple[Array, Array]:
+        """Stiffness [N/m] and gap [m] of all pairs (..., p) at times.
+
+        side : -1 takes the limit from below
+        """
+        stiffness, gap = (self._values(waves, times, side) for waves in self._functions)
+        return stiffness, gap
+
+    @property
+    def _functions(self) -> tuple[list[Wave], list[Wave]]:
+        """Stiffnesses and gaps of all pairs."""
+        pairs = [pair for mesh in self.meshes for pair in mesh.pairs]
+        return [pair.stiffness for pair in pairs], [pair.gap for pair in pairs]
+
+    def _values(
+        self,
+        waves: Sequence[Wave],
+        times: Array,
+        side: int = 1,
+        rounds: NDArray[np.intp] | int = 0,
+    ) -> Array:
+        """A wave of each pair at times (..., p).
+
+        rounds : whole common periods of the meshes that have passed, broadcast
+        """
+        # a wave that does not vary has no shape of its own
+        shape = np.broadcast_shapes(times.shape, np.shape(rounds))
+        found = np.empty((*shape, len(waves)))
+        for p, (wave, m) in enumerate(zip(waves, self.mesh_of, strict=True)):
+            phase, rate = self._places[m]
+            pitch = self._whole[m] + np.asarray(rounds) * self.train.common_period[m]
+            found[..., p] = wave(phase + rate * times, side, pitch)
+        return found
+
+    def grid(self, steps: int) -> Array:
+        """Times (s + 1,) until all meshes repeat, on all corners and even between.
+
+        steps : at least so many per period of the first mesh
+        """
+        length = self.train.common_period[0]
+        ends = np.concatenate([self.corners(), [float(length)]])
+        starts = np.concatenate([[0.0], self.corners()])
+        parts = [
+            np.linspace(a, b, max(1, math.ceil((b - a) * steps - SAME)), endpoint=False)
+            for a, b in zip(starts, ends, strict=True)
+        ]
+        return np.concatenate([*parts, [float(length)]])
+
+    def samples(self, times: Array) -> Samples:
+        """Steps of the common period between times of a grid, and all on them."""
+        stiffness, gap = (self.on_steps(waves, times) for waves in self._functions)
+        return Samples(np.tile(np.diff(times), self.rounds), stiffness, gap)
+
+    def on_steps(self, waves: Sequence[Wave], times: Array) -> Array:
+        """A wave of each pair at start, middle and end of all steps (s, 3, p).
+
+        times : of a grid, whose steps cross no corner
+        """
+        middle = 0.5 * (times[:-1] + times[1:])
+        points = ((times[:-1], 1), (middle, 1), (times[1:], -1))
+        rounds = np.arange(self.rounds)[:, None]
+        found = [self._values(waves, t, side, rounds) for t, side in points]
+        return np.stack(found, axis=2).reshape(-1, 3, len(waves))
+
+    @cached_property
+    def _places(self) -> list[tuple[float, float]]:
+        """(phase within a cycle, rate) of each mesh."""
+        meshes, rates = self.train.meshes, self.train.mesh_rates
+        return [
+            (math.fmod(mesh.phase, 1.0), float(rate))
+            for mesh, rate in zip(meshes, rates, strict=True)
+        ]
+
+    @cached_property
+    def _whole(self) -> list[int]:
+        """Base pitches by which each mesh is ahead of its place."""
+        return [int(mesh.phase) for mesh in self.train.meshes]
+
+    def corners(self) -> Array:
+        """Times until all meshes repeat at which some excitation has a corner."""
+        return self._times([{c for w in own for c in w.corners} for own in self._waves])
+
+    def breaks(self) -> Array:
+        """Times until all meshes repeat at which an excitation begins a new cubic."""
+        return self._times([{x for w in own for x in w.breaks} for own in self._waves])
+
+    @property
+    def _waves(self) -> list[list[Wave]]:
+        """Stiffnesses and gaps of the pairs of each mesh."""
+        return [
+            [wave for pair in e.pairs for wave in (pair.stiffness, pair.gap)]
+            for e in self.meshes
+        ]
+
+    def _times(self, positions: Sequence[Iterable[float]]) -> Array:
+        """Times, sorted, at which the meshes are at positions of their cycles."""
+        length = self.train.common_period[0]
+        found: set[float] = set()
+        for own, (phase, rate) in zip(positions, self._places, strict=True):
+            for position in own:
+                first = (position - phase) % 1.0
+                found |= {(first + i) / rate for i in range(round(length * rate))}
+        times = np.sort([t for t in found if SAME < t < length - SAME])
+        return times[np.diff(times, prepend=-1.0) > 1e3 * SAME]
+
+
+def largest_gap(pair: PairExcitation) -> float:
+    """Largest gap where the pair has a stiffness [m]."""
+    x = np.arange(GAP_POINTS) / GAP_POINTS
+    pitch = np.arange(pair.period)[:, None]
+    stiff = pair.stiffness(x, pitch=pitch) > 0.0
+    return float(np.abs(pair.gap(x, pitch=pitch) * stiff).max())

@@ -1,0 +1,1 @@
+"""Run time against error, a file for each benchmark."""

@@ -1,0 +1,395 @@
+"""Branches of periodic motions: run time against error, beside sweeps.
+
+Errors are those of the RMS of the dynamic transmission error beside shooting, which
+leaves no harmonics out.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fegear.gearset.model import GearSet
+from fegear.train.excitation import Source
+from fegear.train.lumped_models import LumpedModel, lumped_system, usual_speeds
+from lumped.branches.bifurcations import BranchPoint
+from lumped.branches.continuation import NoSolution
+from lumped.branches.motions import OverSpeed
+from lumped.branches.periodic import BranchFinder, BranchSettings, PeriodicBranch
+from lumped.branches.shooting import ADAPTIVE, shoot
+from lumped.common.progress import Progress
+from lumped.steady.jumps import find_jumps
+from lumped.steady.response import Response, Status
+from lumped.steady.settings import Settings
+from lumped.steady.steady_state import Speed
+from lumped.steady.steppers import stepper_of
+from lumped.steady.sweep import Branch, sweep_all
+from lumped.train.system import LumpedSystem
+from validation.bench import benchmark as bench
+
+Array = NDArray[np.float64]
+HARMONICS = 5, 10, 15, 20, 30, 40
+STEPS = 32, 64, 128, 256  # of the sweeps
+SPEED_STEPS = 170  # of a sweep's range
+SAMPLED = 60  # motions of the branches that are compared with shooting
+EXACT = Settings(steps=512, tolerance=1e-6)
+DRAWN = 50  # motions whose stability is told by integration
+MARGIN = 0.005  # of a multiplier from the unit circle, of those
+DISTURBED, FADED, GROWN = 1e-5, 1e-2, 1e2  # of the state, and of that
+MOST_PERIODS = 4000
+
+
+@dataclass(frozen=True)
+class Point:
+    """A study at one setting: branches of so many harmonics, sweeps of so many steps.
+
+    seconds : in all, for `motions` stable and unstable, or speeds of a sweep
+    """
+
+    study: str
+    setting: int
+    seconds: float
+    motions: int
+    ms_per_motion: float
+    error_median: float
+    error_largest: float
+
+
+@dataclass(frozen=True)
+class Beside:
+    """Branches beside sweeps up and down.
+
+    compared : motions of the sweeps that repeat soon enough; error of their RMS
+    jumps : between such motions; at_bifurcations : that have one within their step
+    """
+
+    direction: str
+    compared: int
+    error_median: float
+    error_largest: float
+    jumps: int
+    at_bifurcations: int
+
+
+@dataclass(frozen=True)
+class Stability:
+    """What small disturbances of random motions do, and what multipliers say.
+
+    drawn : motions, until of so many it was `told` whether a disturbance dies away
+    stable : of these, by their multipliers; agree : of both
+    """
+
+    drawn: int
+    told: int
+    stable: int
+    agree: int
+
+
+@dataclass(frozen=True)
+class Order:
+    """Convergence with harmonics: error over their number to the power -order."""
+
+    waves: str
+    contact: str
+    motions: int
+    error_at_10: float
+    error_at_40: float
+    order: float
+
+
+def measure(
+    gear_set: GearSet, torque: float, damping: float | None, report: Progress
+) -> bench.Benchmark:
+    """Model 1 of a gear set at a torque on the input gear [N m].
+
+    damping : ratio of every mode, None for the gear set's
+    """
+    report("stiffness", 0, 1)
+    system = lumped_system(gear_set, torque, LumpedModel(damping_ratio=damping))
+    smooth = Source(kind="fourier", harmonics=3)
+    waves = {
+        "finite elements": system,
+        "three harmonics": lumped_system(
+            gear_set, torque, LumpedModel(damping_ratio=damping, stiffness=smooth)
+        ),
+    }
+    speeds = usual_speeds(system)
+    limits = speeds[0], speeds[-1]
+    tables = "sweeps", "stability", "orders"
+    rows, interrupted = bench.collect(_studies(waves, limits, report), *tables)
+    return bench.Benchmark(
+        name="branches",
+        title=f"Periodic motions of {gear_set.name}, {torque:g} N m, "
+        f"{limits[0]:g} to {limits[1]:g} Hz",
+        about="Branches by harmonic balance beside sweeps by time integration, errors "
+        "beside shooting.",
+        tables=bench.plain(rows),
+        panels=[time_panel(rows[bench.POINTS])],
+        interrupted=interrupted,
+    )
+
+
+def _studies(
+    waves: dict[str, LumpedSystem], limits: tuple[float, float], report: Progress
+) -> Iterator[tuple[str, Any]]:
+    """Rows one by one, so that those finished are kept."""
+    system = waves["finite elements"]
+    finder = followed(system, limits, 20)  # compiles
+    for done, harmonics in enumerate(HARMONICS):
+        report(f"{harmonics} harmonics", done, len(HARMONICS))
+        yield bench.POINTS, branch_point(system, limits, harmonics)
+    for done, steps in enumerate(STEPS):
+        report(f"sweep, {steps} steps", done, len(STEPS))
+        yield bench.POINTS, sweep_point(system, limits, steps)
+    report("branches beside sweeps", 0, 1)
+    yield from (("sweeps", row) for row in beside_sweeps(finder))
+    report("stability", 0, 1)
+    yield "stability", stability(finder, np.random.default_rng(1))
+    for name, each in waves.items():
+        report(f"orders, {name}", 0, 1)
+        yield from (("orders", row) for row in orders(name, each, limits))
+
+
+def followed(
+    system: LumpedSystem, limits: tuple[float, float], harmonics: int
+) -> BranchFinder:
+    """All branches, followed."""
+    finder = BranchFinder(
+        OverSpeed(system), limits, BranchSettings(harmonics=harmonics)
+    )
+    finder.find(limits[0])
+    return finder
+
+
+def branch_point(
+    system: LumpedSystem, limits: tuple[float, float], harmonics: int
+) -> Point:
+    start = time.perf_counter()
+    finder = followed(system, limits, harmonics)
+    seconds = time.perf_counter() - start
+    every = [(branch, point) for branch in finder.found for point in branch.points]
+    errors = [
+        error
+        for branch, point in every[:: max(1, len(every) // SAMPLED)]
+        if (error := _error(finder, branch, point)) is not None
+    ]
+    return Point(
+        study="branches",
+        setting=harmonics,
+        seconds=seconds,
+        motions=len(every),
+        ms_per_motion=1e3 * seconds / len(every),
+        error_median=float(np.median(errors)),
+        error_largest=max(errors),
+    )
+
+
+def _error(
+    finder: BranchFinder, branch: PeriodicBranch, point: BranchPoint
+) -> float | None:
+    """Of the RMS of a motion, relative; None where shooting goes elsewhere."""
+    balance, frequency = finder.balance(branch.multiple, point.parameter)
+    try:
+        exact = shoot(balance, point.x, frequency)
+    except NoSolution:
+        return None
+    return exact.error_of(point.figures["dte_rms"])
+
+
+def sweep_point(system: LumpedSystem, limits: tuple[float, float], steps: int) -> Point:
+    speeds = np.linspace(*limits, SPEED_STEPS)
+    settings = Settings(steps=steps)
+    start = time.perf_counter()
+    branches = sweep_all([system], speeds, settings=settings)
+    seconds = time.perf_counter() - start
+    count = sum(len(branch.responses) for branch in branches)
+    finder = BranchFinder(OverSpeed(system), limits)
+    settled = [r for branch in branches for r in branch.responses if r.multiple == 1]
+    errors = []
+    for response in settled[:: max(1, len(settled) // SAMPLED)]:
+        balance, frequency = finder.balance(1, response.frequency)
+        x = balance.of_response(response, settings)
+        try:
+            exact = shoot(balance, x, frequency)
+        except NoSolution:
+            continue
+        errors.append(exact.error_of(response.dte_rms))
+    return Point(
+        study="sweep, rk4",
+        setting=steps,
+        seconds=seconds,
+        motions=count,
+        ms_per_motion=1e3 * seconds / count,
+        error_median=float(np.median(errors)),
+        error_largest=max(errors),
+    )
+
+
+def beside_sweeps(finder: BranchFinder) -> Iterator[Beside]:
+    """A row for each direction."""
+    (system, _) = finder.family.at(finder.limits[0])
+    speeds = np.linspace(*finder.limits, SPEED_STEPS)
+    up, down = sweep_all([system], speeds, settings=EXACT)
+    for branch, other in ((up, down), (down, up)):
+        yield _beside(finder, branch, other)
+
+
+def _beside(finder: BranchFinder, branch: Branch, other: Branch) -> Beside:
+    errors: list[float] = []
+    for response in branch.responses:
+        if _is_followed(finder, response):
+            errors += _from_stable(finder, response)
+    followed_at = {r.frequency: _is_followed(finder, r) for r in branch.responses}
+    places = [p.frequency for found in finder.found for p in found.bifurcations]
+    steps = {
+        tuple(sorted((jump.frequency_from, jump.frequency_to)))
+        for jump in find_jumps(branch, other)
+        if followed_at[jump.frequency_from] and followed_at[jump.frequency_to]
+    }
+    explained = [any(low <= at <= high for at in places) for low, high in steps]
+    return Beside(
+        direction=branch.direction,
+        compared=len(errors),
+        error_median=float(np.median(errors)),
+        error_largest=max(errors),
+        jumps=len(steps),
+        at_bifurcations=sum(explained),
+    )
+
+
+def _is_followed(finder: BranchFinder, response: Response) -> bool:
+    most = finder.settings.period_multiple
+    return response.status == Status.PERIODIC and response.multiple <= most
+
+
+def _from_stable(finder: BranchFinder, response: Response) -> list[float]:
+    """How far the nearest stable motion of the branches is; empty without one."""
+    apart = [
+        float(np.abs(point.figures["dte_rms"] / response.dte_rms - 1.0).max())
+        for branch in finder.found
+        if branch.multiple == response.multiple
+        for point in finder.motions_at(branch, response.frequency)
+        if point.stable
+    ]
+    return [min(apart)] if apart else []
+
+
+def stability(finder: BranchFinder, random: np.random.Generator) -> Stability:
+    """Random motions are disturbed a little and integrated."""
+    every = [
+        (branch, point)
+        for branch in finder.found
+        for point in branch.points
+        if abs(point.largest - 1.0) > MARGIN
+    ]
+    seen: list[tuple[bool, bool]] = []
+    drawn = 0
+    for i in random.permutation(len(every)):
+        if len(seen) == DRAWN:
+            break
+        branch, point = every[i]
+        fades, drawn = _fades(finder, branch, point, random), drawn + 1
+        if fades is not None:
+            seen.append((point.stable, fades))
+    return Stability(
+        drawn=drawn,
+        told=len(seen),
+        stable=sum(stable for stable, _ in seen),
+        agree=sum(stable == fades for stable, fades in seen),
+    )
+
+
+def _fades(
+    finder: BranchFinder,
+    branch: PeriodicBranch,
+    point: BranchPoint,
+    random: np.random.Generator,
+) -> bool | None:
+    """Whether a small disturbance dies away; None where that is not to be told."""
+    balance, frequency = finder.balance(branch.multiple, point.parameter)
+    stepper, at = stepper_of(balance.system, ADAPTIVE), Speed(frequency, ADAPTIVE)
+    try:
+        state = shoot(balance, point.x, frequency).state
+    except NoSolution:
+        return None
+    size = np.abs(state).max(axis=1, keepdims=True)
+    other = state + DISTURBED * size * random.standard_normal(state.shape)
+    first = largest = float(np.linalg.norm((other - state) / size))
+    for _ in range(MOST_PERIODS // branch.multiple):
+        # from the same motion each time, or its own errors would grow as well
+        other, _ = stepper.record(other, at, branch.multiple)
+        apart = float(np.linalg.norm((other - state) / size))
+        largest = max(largest, apart)
+        if apart > GROWN * first:
+            return False
+        if apart < FADED * largest:
+            return True
+    return None
+
+
+def orders(
+    waves: str, system: LumpedSystem, limits: tuple[float, float]
+) -> Iterator[Order]:
+    """With contact kept and lost, of motions at speeds that rest leads to."""
+    errors = {h: _errors_at_speeds(system, limits, h) for h in HARMONICS}
+    shared = set.intersection(*(set(each) for each in errors.values()))
+    for contact, lost in (("kept", False), ("lost", True)):
+        chosen = [speed for speed in shared if errors[10][speed][1] == lost]
+        if not chosen:
+            continue
+        medians = [
+            float(np.median([errors[h][speed][0] for speed in chosen]))
+            for h in HARMONICS
+        ]
+        yield Order(
+            waves=waves,
+            contact=contact,
+            motions=len(chosen),
+            error_at_10=medians[HARMONICS.index(10)],
+            error_at_40=medians[HARMONICS.index(40)],
+            order=-bench.slope(HARMONICS, medians),
+        )
+
+
+def _errors_at_speeds(
+    system: LumpedSystem, limits: tuple[float, float], harmonics: int
+) -> dict[float, tuple[float, bool]]:
+    """Relative error of the RMS, and whether contact is lost, by speed."""
+    found = {}
+    finder = BranchFinder(
+        OverSpeed(system), limits, BranchSettings(harmonics=harmonics)
+    )
+    for response in sweep_all([system], np.linspace(*limits, 25), ("up",))[0].responses:
+        if response.multiple != 1:
+            continue
+        balance, frequency = finder.balance(1, response.frequency)
+        x = balance.of_response(response, Settings())
+        try:
+            x = finder.solved(1, x, frequency)
+            exact = shoot(balance, x, frequency)
+        except NoSolution:
+            continue
+        rms = balance.figures(x, frequency)["dte_rms"]
+        lost = bool(response.contact_loss.max() > 0.0)
+        found[response.frequency] = exact.error_of(rms), lost
+    return found
+
+
+def time_panel(points: Sequence[Point]) -> bench.Panel:
+    """Time of a motion over its error."""
+    curves = bench.curves_of(
+        points,
+        lambda p: p.study,
+        lambda p: (max(p.error_median, 1e-12), p.ms_per_motion),
+        lambda p: p.setting,
+    )
+    return bench.Panel(
+        "relative error of the RMS of the DTE, median over motions",
+        "time per motion [ms]",
+        curves,
+    )

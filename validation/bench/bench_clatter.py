@@ -1,0 +1,99 @@
+"""Clattering wheels: impacts per second against the tolerance of event times."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from itertools import islice
+from typing import Any
+
+import numpy as np
+
+from fegear.clatter.gearboxes import load_gearbox
+from lumped.clatter.groups import Group
+from lumped.clatter.runs import Impacts, joined, middle, move
+from lumped.common.progress import Progress
+from validation.bench import benchmark as bench
+
+GEARBOX = "seed-five-speed"
+TOLERANCES = (1e-3, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12, 1e-14)  # periods
+EXACT = 1e-15
+COMPARED = 8  # first impacts: later ones are driven apart by chaos
+TIMED = 200_000
+
+
+@dataclass(frozen=True)
+class Point:
+    """error : largest of the times of the first impacts, in periods"""
+
+    study: str
+    tolerance: float
+    impacts_per_s: float
+    us_per_impact: float
+    error: float
+
+
+def measure(report: Progress) -> bench.Benchmark:
+    rows, interrupted = bench.collect(_measured(report), bench.POINTS)
+    return bench.Benchmark(
+        name="clatter",
+        title=f"Clattering wheel of {GEARBOX}: time of an impact",
+        about="Events of the teeth alone and of all three plays; errors of the times "
+        f"of the first {COMPARED} impacts beside those of round-off.",
+        tables=bench.plain(rows),
+        panels=[_panel(rows[bench.POINTS])],
+        interrupted=interrupted,
+    )
+
+
+def _measured(report: Progress) -> Iterator[tuple[str, Any]]:
+    gearbox = load_gearbox(GEARBOX).gearbox
+    (wheel,) = gearbox.wheels
+    studies = {
+        "teeth alone": replace(wheel, axial=None, radial=None),
+        "three plays": wheel,
+    }
+    done, total = 0, len(studies) * len(TOLERANCES)
+    for name, own in studies.items():
+        exact = _first(Group((own,), gearbox.excitation, EXACT))
+        for tolerance in TOLERANCES:
+            report(name, done, total)
+            group = Group((own,), gearbox.excitation, tolerance)
+            yield bench.POINTS, _point(name, group, exact)
+            done += 1
+
+
+def _first(group: Group) -> Impacts:
+    """Impacts one after another, until there are enough."""
+    alone = move(group, middle(group), math.inf, most=0)
+    return joined(list(islice(alone, COMPARED)))
+
+
+def _point(study: str, group: Group, exact: Impacts) -> Point:
+    found = _first(group)
+    few = min(len(found), len(exact))
+    apart = np.abs(found.time[:few] - exact.time[:few]).max()
+    begin = time.perf_counter()
+    count = 0
+    for part in move(group, middle(group), math.inf):
+        count += len(part)
+        if count >= TIMED:
+            break
+    seconds = time.perf_counter() - begin
+    error = float(apart) / group.excitation.period
+    speed = count / seconds
+    return Point(study, group.tolerance, speed, 1e6 / speed, error)
+
+
+def _panel(points: list[Point]) -> bench.Panel:
+    curves = bench.curves_of(
+        points,
+        lambda p: p.study,
+        lambda p: (max(p.error, 1e-17), p.us_per_impact),
+        lambda p: p.tolerance,
+    )
+    return bench.Panel(
+        "error of event times [periods]", "time of an impact [us]", curves
+    )

@@ -1,0 +1,267 @@
+"""Run time against error of the finite-element dynamics, and how it grows.
+
+Every run starts at rest and passes the same number of mesh periods, so that errors
+are those of one well-defined motion and no branch can be missed. An error is the RMS
+of the difference of the dynamic transmission error over the RMS of its vibration.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fegear.dynamics.build import FiniteElements, prepare
+from fegear.dynamics.stepper import DynamicSettings, ImplicitStepper, Steps
+from fegear.files.memory import memory_level
+from fegear.gearset.model import GearSet
+from fegear.train.excitation import Excitations
+from fegear.train.lumped_models import lumped_system
+from lumped.common.progress import Progress
+from lumped.train.system import LumpedSystem
+from validation.bench import benchmark as bench
+from validation.bench.bench_lumped import leading_frequency
+
+Array = NDArray[np.float64]
+PERIODS = 8  # of the first mesh, that every run passes
+SPEEDS = (0.5, 0.9, 1.5)  # over the leading natural frequency
+STEPS = (32, 64, 128, 256, 512)
+FINEST_STEPS = 2048
+CUTOFFS = (10e3, 15e3, 20e3, 30e3, 50e3, 100e3)
+MESHES = (0.25, 0.35, 0.5)
+FINEST_MESH = 0.7
+COMMON = 128  # steps of a period in all studies but that of the steps
+REPEATS = 3
+ROWS = (2, 4, 8)  # of gears
+OTHERS = (  # studies but that of the steps, their settings and finite elements
+    *(("mesh", m, FiniteElements(fidelity="full", mesh=m)) for m in MESHES),
+    ("modes", 0.0, FiniteElements(fidelity="quasistatic")),
+    *(("modes", c, FiniteElements(fidelity="reduced", cutoff_Hz=c)) for c in CUTOFFS),
+)
+STUDIES = {  # by name: what is drawn, a marker, and the unit of the setting
+    "steps": ("reduced: steps per period", "o", 1.0),
+    "modes": ("reduced: cut-off [kHz], 0 is quasistatic", "s", 1e3),
+    "mesh": ("full: refinement of the mesh", "D", 1.0),
+}
+
+
+@dataclass(frozen=True)
+class Point:
+    """A study at one setting.
+
+    setting : steps per period, cut-off of the elastic modes [Hz], or refinement of
+        the mesh; freedoms : elastic ones of all gears
+    us_per_step : largest over the speeds; prepare_s : from the gear set to the stepper
+    error_median, error_largest : over speeds and meshes
+    """
+
+    study: str
+    setting: float
+    freedoms: int
+    prepare_s: float
+    us_per_step: float
+    error_median: float
+    error_largest: float
+
+
+@dataclass(frozen=True, eq=False)
+class Subject:
+    """A gear set at a torque on its input gear [N m], and its Model-1."""
+
+    gear_set: GearSet
+    torque: float
+    reference: LumpedSystem
+    excitations: Excitations
+
+    @property
+    def speeds(self) -> list[float]:
+        """Frequencies of the first mesh [Hz]."""
+        return [part * leading_frequency(self.reference) for part in SPEEDS]
+
+    def stepper(self, elements: FiniteElements) -> tuple[ImplicitStepper, int, float]:
+        """A stepper, its elastic freedoms, and the seconds that it took."""
+        start = time.perf_counter()
+        given = (self.speeds, elements, DynamicSettings(), self.excitations)
+        prepared = prepare(self.gear_set, self.torque, self.reference, *given)
+        return prepared.stepper, sum(prepared.elastic), time.perf_counter() - start
+
+    def runs(self, stepper: ImplicitStepper, steps: int) -> list[tuple[Array, float]]:
+        """`run` at every speed."""
+        return [run(stepper, frequency, steps) for frequency in self.speeds]
+
+
+def subject(
+    gear_set: GearSet, torque: float, excitations: Excitations | None = None
+) -> Subject:
+    known = excitations or Excitations()
+    reference = lumped_system(gear_set, torque, excitations=known)
+    return Subject(gear_set, torque, reference, known)
+
+
+def measure(gear_set: GearSet, torque: float, report: Progress) -> bench.Benchmark:
+    """At a torque on the input gear [N m]."""
+    level = memory_level()
+    report("stiffness", 0, 1)
+    rows, interrupted = bench.collect(
+        _measured(subject(gear_set, torque), report), "growth"
+    )
+    points, findings = rows[bench.POINTS], []
+    if sum(p.study == "steps" for p in points) > 1:
+        findings.append(f"observed order over the steps: {observed_order(points):.2f}")
+    if math.isfinite(peak := level.peak_MB):
+        findings.append(f"largest memory: {peak:.0f} MB")
+    return bench.Benchmark(
+        name="dynamics",
+        title=f"Finite-element dynamics of {gear_set.name}, {torque:g} N m",
+        about="Finite-element dynamics from rest over steps, elastic modes and mesh, "
+        "against finer steps or all freedoms on a finer mesh.",
+        tables=bench.plain(rows),
+        panels=[figure_panel(points)],
+        facts={"peak_memory_MB": peak},
+        findings=findings,
+        interrupted=interrupted,
+    )
+
+
+def _measured(whole: Subject, report: Progress) -> Iterator[tuple[str, Any]]:
+    """Rows one by one, so that those finished are kept."""
+    yield from ((bench.POINTS, point) for point in measure_points(whole, report))
+    report("growth", 0, 1)
+    for gears in ROWS:
+        row = row_of_gears(whole.gear_set, gears)
+        yield "growth", growth(subject(row, whole.torque))
+
+
+def measure_points(whole: Subject, report: Progress) -> Iterator[Point]:
+    """Over the steps against finer ones; all else against whole gears."""
+    report("steps", 0, 1)
+    made = whole.stepper(FiniteElements(fidelity="reduced"))
+    others = others_with_modes(made[0])
+    total = len(STEPS) + len(others) + 2
+    fine = whole.runs(made[0], FINEST_STEPS)
+    for done, steps in enumerate(STEPS, start=1):
+        yield _point("steps", steps, made, whole.runs(made[0], steps), fine)
+        report("steps", done, total)
+    report("whole gears", len(STEPS), total)
+    made = whole.stepper(FiniteElements(fidelity="full", mesh=FINEST_MESH))
+    fine = whole.runs(made[0], COMMON)
+    yield _point("mesh", FINEST_MESH, made, fine)
+    for done, (study, setting, elements) in enumerate(others, start=len(STEPS) + 1):
+        report(f"{study} {setting:g}", done, total)
+        made = whole.stepper(elements)
+        yield _point(study, setting, made, whole.runs(made[0], COMMON), fine)
+
+
+def others_with_modes(
+    stepper: ImplicitStepper,
+) -> list[tuple[str, float, FiniteElements]]:
+    """OTHERS without cut-offs that no elastic mode lies below."""
+    lowest = math.sqrt(stepper.model.modal.rigidity.min()) / (2.0 * math.pi)
+    return [each for each in OTHERS if (each[2].cutoff_Hz or math.inf) > lowest]
+
+
+def run(stepper: ImplicitStepper, frequency: float, steps: int) -> tuple[Array, float]:
+    """(deflection (t, m) from rest on, microseconds per step of the fastest period)."""
+    state, parts = stepper.start(), []
+    size = 1.0 / (frequency * steps)
+    length = stepper.model.reference.train.common_period[0]
+    stepper.integrate(
+        state, Steps(frequency, size, 2, steps)
+    )  # compiles and factorises
+    best = math.inf
+    for _ in range(math.ceil(PERIODS / length)):
+        start = time.perf_counter()
+        state, motion = stepper.integrate(
+            state, Steps(frequency, size, steps * length, steps)
+        )
+        best = min(best, time.perf_counter() - start)
+        parts.append(motion.deflection[:-1])
+    return np.concatenate(parts), 1e6 * best / (steps * length)
+
+
+def _point(
+    study: str,
+    setting: float,
+    made: tuple[ImplicitStepper, int, float],
+    found: Sequence[tuple[Array, float]],
+    fine: Sequence[tuple[Array, float]] | None = None,
+) -> Point:
+    """made : by `Subject.stepper`; found, fine : by `Subject.runs`"""
+    pairs = zip(found, fine or (), strict=False)
+    errors = [waveform_error(own, wanted) for (own, _), (wanted, _) in pairs]
+    return Point(
+        study=study,
+        setting=setting,
+        freedoms=made[1],
+        prepare_s=made[2],
+        us_per_step=max(us for _, us in found),
+        error_median=float(np.median(errors)) if errors else math.nan,
+        error_largest=float(np.max(errors)) if errors else math.nan,
+    )
+
+
+def waveform_error(found: Array, reference: Array) -> Array:
+    """Of each mesh (m,), at the times that both (t, m) have."""
+    rows = math.gcd(len(found), len(reference))
+    one, two = (w[:: len(w) // rows] for w in (found, reference))
+    return np.sqrt(((one - two) ** 2).mean(axis=0)) / two.std(axis=0)
+
+
+@dataclass(frozen=True)
+class Growth:
+    """Microseconds per step over the gears in a row, and all coordinates."""
+
+    gears: int
+    coordinates: int
+    us_per_step: float
+
+
+def growth(row: Subject) -> Growth:
+    """Of the subject of a row of gears, in the reduced fidelity."""
+    stepper, _, _ = row.stepper(FiniteElements(fidelity="reduced", cutoff_Hz=30e3))
+    best = min(run(stepper, row.speeds[-1], COMMON)[1] for _ in range(REPEATS))
+    return Growth(len(row.gear_set.gears), stepper.model.size, best)
+
+
+def row_of_gears(gear_set: GearSet, count: int) -> GearSet:
+    """The first mesh's gears in turns, each driving the next."""
+    mesh = gear_set.meshes[0]
+    kinds = [gear_set.gears[g] for g in (mesh.driver, mesh.driven)]
+    gears = [replace(kinds[i % 2], name=f"gear {i + 1}") for i in range(count)]
+    turns = mesh, replace(mesh, pair=mesh.pair.swapped, torques=())
+    meshes = [
+        replace(turns[i % 2], driver=i, driven=i + 1, phase=0.0, center_line=0.0)
+        for i in range(count - 1)
+    ]
+    meshes[1:] = [replace(each, torques=()) for each in meshes[1:]]
+    return replace(gear_set, gears=tuple(gears), meshes=tuple(meshes), shafts=())
+
+
+def observed_order(points: Sequence[Point]) -> float:
+    """Of the median error over the steps."""
+    own = [p for p in points if p.study == "steps"]
+    return -bench.slope([p.setting for p in own], [p.error_median for p in own])
+
+
+def figure_panel(points: Sequence[Point]) -> bench.Panel:
+    """Time per mesh period over the median error, a line for each study."""
+    curves = []
+    for study, (label, marker, unit) in STUDIES.items():
+        own = [p for p in points if p.study == study and p.error_median > 0.0]
+        steps = [p.setting if study == "steps" else COMMON for p in own]
+        places = [
+            (p.error_median, 1e-3 * p.us_per_step * n)
+            for p, n in zip(own, steps, strict=True)
+        ]
+        names = [p.setting / unit for p in own]
+        curves.append(bench.Curve(label, marker, places, names))
+    return bench.Panel(
+        "relative error of the dynamic transmission error, median",
+        "time per mesh period [ms]",
+        curves,
+    )

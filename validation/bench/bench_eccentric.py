@@ -1,0 +1,161 @@
+"""Eccentric gearing: run time against error of the centre distance and of contact.
+
+Centre distances stand beside the rolling integral in closed form of round-off; contact
+stands beside that of the finest mesh.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import brentq
+
+from fegear.eccentric.contact import solve_turn
+from fegear.eccentric.elastic_wheel import ElasticWheel
+from fegear.eccentric.turn import STEEL
+from lumped.common.progress import Progress
+from meshes.eccentric import EccentricPair
+from meshes.eccentric.outline import WheelEdges
+from meshes.eccentric.teeth import ToothedPair
+from meshes.eccentric.wheel_mesh import usual_bore, wheel_mesh
+from validation.bench import benchmark as bench
+from validation.oracles.rolling import adaptive, runge_kutta, shoot
+
+Array = NDArray[np.float64]
+ECCENTRICITY = 0.627  # over the radius, figure 4 of the source
+SAMPLES = (8, 12, 16, 24, 32, 48, 64)
+STEPS = (8, 16, 32, 64, 128, 256)
+TOLERANCES = (1e-3, 1e-5, 1e-7, 1e-9, 1e-11)
+FINENESS = (0.5, 0.7, 1.0, 1.4, 2.0)
+RADIUS, TEETH, PART = 0.02, 24, 0.2  # of the wheels in contact, [m] and over the radius
+LOAD, POSITIONS = 2e3, 6  # torque per width [N]; positions of a tooth
+
+
+@dataclass(frozen=True)
+class Point:
+    """Centre distance. setting : samples, steps or the tolerance"""
+
+    study: str
+    setting: float
+    ms: float
+    error: float
+
+
+@dataclass(frozen=True)
+class Contact:
+    """Transmission errors of a mesh beside the finest. freedoms : of the driver"""
+
+    fineness: float
+    freedoms: int
+    seconds: float
+    ms_per_position: float
+    error: float
+
+
+def measure(report: Progress) -> bench.Benchmark:
+    """Of both, in this order."""
+    rows, interrupted = bench.collect(_measured(report), "contact")
+    return bench.Benchmark(
+        name="eccentric",
+        title=f"Eccentric gearing: centre distance at e/r = {ECCENTRICITY}",
+        about="Centre distance by the periodic integral of rolling and by shooting, "
+        "and transmission errors over the fineness of both wheels' meshes.",
+        tables=bench.plain(rows),
+        panels=[_distance_panel(rows[bench.POINTS]), *_contact_panels(rows["contact"])],
+        interrupted=interrupted,
+    )
+
+
+def _measured(report: Progress) -> Iterator[tuple[str, Any]]:
+    report("centre distance", 0, 1 + len(FINENESS))
+    yield from ((bench.POINTS, point) for point in distance_points())
+    yield from (("contact", row) for row in contact_rows(report))
+
+
+def distance_points() -> Iterator[Point]:
+    exact = EccentricPair(1.0, ECCENTRICITY).center_distance
+
+    def point(study: str, setting: float, work: Callable[[], float]) -> Point:
+        return Point(
+            study, setting, 1e3 * bench.fastest(work), abs(work() / exact - 1.0)
+        )
+
+    for samples in SAMPLES:
+        yield point("rolling integral", samples, _integral(samples))
+    for steps in STEPS:
+        end = runge_kutta(ECCENTRICITY, steps)
+        yield point("shooting, Runge-Kutta", steps, _shot(end))
+    for tolerance in TOLERANCES:
+        end = adaptive(ECCENTRICITY, tolerance)
+        yield point("shooting, DOP853", tolerance, _shot(end))
+    pair = EccentricPair(1.0, ECCENTRICITY)
+    yield point("Burmester", 0.0, lambda: pair.approximate_center_distance)
+
+
+def _shot(end: Callable[[float], float]) -> Callable[[], float]:
+    return lambda: shoot(end, ECCENTRICITY)
+
+
+def _integral(samples: int) -> Callable[[], float]:
+    """The trapezoidal rule over a turn, of which no higher one is better."""
+    e, angle = ECCENTRICITY, 2.0 * math.pi * np.arange(samples) / samples
+    rho = np.sqrt(1.0 + e * e - 2.0 * e * np.cos(angle))
+    ahead = (1.0 - e * np.cos(angle)) / rho
+
+    def excess(distance: float) -> float:
+        return float(np.mean(ahead / (distance - rho))) - 1.0
+
+    return lambda: float(brentq(excess, 1.8, 3.0, xtol=1e-15))
+
+
+def contact_rows(report: Progress) -> list[Contact]:
+    """Over the fineness, each beside the finest."""
+    toothed = ToothedPair(
+        EccentricPair(RADIUS, PART * RADIUS), math.radians(20.0), TEETH
+    )
+    arcs = toothed.rack.pitch * (np.arange(POSITIONS) + 0.5) / POSITIONS
+    found: list[tuple[int, float, float, Array]] = []
+    for done, fineness in enumerate(FINENESS, start=1):
+        report("contact", done, 1 + len(FINENESS))
+        start = time.perf_counter()
+        edges = WheelEdges().refined(fineness)
+        driver, driven = (
+            ElasticWheel(wheel_mesh(wheel, usual_bore(wheel), edges), STEEL)
+            for wheel in (toothed.driver, toothed.driven)
+        )
+        _ = driver.factor, driven.factor
+        made = time.perf_counter()
+        errors = solve_turn(toothed, driver, driven, LOAD, arcs).error
+        end = time.perf_counter()
+        each = 1e3 * (end - made) / POSITIONS
+        found.append((int(driver.basis.N), end - start, each, errors))
+    finest = found[-1][3]
+    return [
+        Contact(fineness, *row[:3], float(np.abs(row[3] / finest - 1.0).max()))
+        for fineness, row in zip(FINENESS, found, strict=True)
+    ]
+
+
+def _distance_panel(points: Sequence[Point]) -> bench.Panel:
+    curves = bench.curves_of(
+        points,
+        lambda p: p.study,
+        lambda p: (max(p.error, 1e-16), p.ms),
+        lambda p: p.setting,
+    )
+    return bench.Panel("relative error of the centre distance", "time [ms]", curves)
+
+
+def _contact_panels(rows: Sequence[Contact]) -> Iterator[bench.Panel]:
+    own = [row for row in rows if row.error > 0.0]
+    if own:
+        places = [(row.error, row.seconds) for row in own]
+        curve = bench.Curve("contact", "o", places, [row.fineness for row in own])
+        label = "relative error of the transmission error, beside the finest mesh"
+        yield bench.Panel(label, f"time of {POSITIONS} positions [s]", [curve])

@@ -1,0 +1,320 @@
+"""Floquet multipliers: run time against error, and what a chart of stability takes.
+
+Errors of state transitions are those beside the exact solution of Hill's equation with
+a sawtooth, figure 5.4 of the multi-mesh source; those of the multipliers of a gear set
+are beside integration. Edges by perturbation stand beside traced ones.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fegear.files.errors import InputError
+from fegear.gearset import load_gear_set
+from fegear.studies.running import run
+from fegear.studies.stability import Stability
+from fegear.studies.trains import NamedSet
+from fegear.studies.varied import FRICTION
+from fegear.train.excitation import Source
+from fegear.train.lumped_models import LumpedModel, lumped_system
+from lumped.common.progress import Progress
+from lumped.stability.combinations import Combination, combinations
+from lumped.stability.intervals import examined
+from lumped.stability.kernels.transition import set_transitions
+from lumped.stability.multipliers import REACH, integrated, largest_multiplier
+from lumped.stability.periodic import PeriodicSystem, periodic_system
+from lumped.steady.maps import Axis
+from validation.bench import benchmark as bench
+from validation.oracles.hill import (
+    exact_transition,
+    exponentials,
+    first_order_form,
+    recursion,
+)
+
+Array = NDArray[np.float64]
+SLOPE, START, STEP = -1.0, -1.0, 0.5  # a, b and h of figure 5.4
+BATCH = 500  # transitions that are timed at once, of compiled methods
+TERMS = (2, 4, 6, 8, 10, 12, 16, 20)
+DIVISIONS = (1, 2, 5, 10, 20, 50, 100, 200)
+LEFT_OUT = (1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12, 1e-14)  # of a series
+COEFFICIENT, DAMPING = 0.1, 0.001
+MODEL = LumpedModel(
+    stiffness=Source(kind="rectangular"),
+    translations=True,
+    damping_ratio=DAMPING,
+    bending=0.4,
+)
+SIZES = (0.2, 0.1, 0.05, 0.025)  # of the stiffness variation, damping and friction less
+WIDEST = 3  # combinations of modes whose edges are compared
+SPEEDS, VALUES = 400, 100  # of the chart
+RANGE = 0.2, 2.2  # of its speeds, over the highest natural frequency
+CHECKED = 24  # speeds of the gear set at which multipliers stand beside integration
+
+
+@dataclass(frozen=True)
+class Point:
+    """State transitions of the sawtooth over one step.
+
+    setting : terms, divisions, or what a series may leave out
+    """
+
+    study: str
+    setting: float
+    us_per_transition: float
+    error: float
+
+
+@dataclass(frozen=True)
+class Multipliers:
+    """Largest multipliers of the gear set at CHECKED speeds, beside integration."""
+
+    method: str
+    us_per_speed: float
+    error_median: float
+    error_largest: float
+
+
+@dataclass(frozen=True)
+class Edge:
+    """Ends of an interval by perturbation beside traced ones, over their middle.
+
+    order : of the error over the variation, from the row before
+    """
+
+    combination: str
+    variation: float
+    error: float
+    order: float
+
+
+@dataclass(frozen=True)
+class Chart:
+    """Largest multipliers over speed and friction, with edges traced."""
+
+    speeds: int
+    values: int
+    seconds: float
+    us_per_cell: float
+
+
+def measure(set_name: str, torque: float, report: Progress) -> bench.Benchmark:
+    """Of a gear set at a torque on its input gear [N m], rectangular stiffness."""
+    studies = _measured(set_name, torque, report)
+    tables = "multipliers", "edges", "chart"
+    rows, interrupted = bench.collect(studies, *tables)
+    panels = [_transition_panel(rows[bench.POINTS])]
+    panels += [_edge_panel(rows["edges"])] if rows["edges"] else []
+    findings = [
+        f"chart of {each.speeds} speeds and {each.values} coefficients of friction: "
+        f"{each.seconds:.1f} s"
+        for each in rows["chart"]
+    ]
+    return bench.Benchmark(
+        name="stability",
+        title=f"Stability: sawtooth Hill equation, and {set_name} at {torque:g} N m",
+        about="State transitions by series and by exponentials against the exact "
+        "solution, and edges of instability by perturbation against traced ones.",
+        tables=bench.plain(rows),
+        panels=panels,
+        findings=findings,
+        interrupted=interrupted,
+    )
+
+
+def _measured(
+    set_name: str, torque: float, report: Progress
+) -> Iterator[tuple[str, Any]]:
+    report("sawtooth", 0, 4)
+    yield from ((bench.POINTS, point) for point in sawtooth_points())
+    report("multipliers", 1, 4)
+    yield from (("multipliers", row) for row in multiplier_rows(set_name, torque))
+    report("perturbation", 2, 4)
+    yield from (("edges", row) for row in edge_rows(set_name, torque))
+    report("chart", 3, 4)
+    yield "chart", timed_chart(set_name, torque)
+
+
+def sawtooth_points() -> Iterator[Point]:
+    """Compiled methods, and those of the source as they are written, in NumPy."""
+    exact = exact_transition(SLOPE, START, STEP)
+    form = first_order_form(SLOPE, START)
+
+    def point(
+        study: str, setting: float, work: Callable[[], Array], count: int
+    ) -> Point:
+        seconds = bench.fastest(work)
+        error = float(np.abs(work() - exact).max() / np.abs(exact).max())
+        return Point(study, setting, 1e6 * seconds / count, error)
+
+    for left_out in LEFT_OUT:
+        work = _compiled(_sawtooth(), left_out)
+        yield point("series", left_out, work, BATCH)
+    for count in DIVISIONS:
+        work = _compiled(_sawtooth().averaged(count), LEFT_OUT[-1])
+        yield point("exponentials", count, work, BATCH)
+    for count in TERMS:
+        yield point("eq. 4.55, NumPy", count, _call(recursion, form, count), 1)
+    for count in DIVISIONS:
+        yield point("eq. 4.56, SciPy", count, _call(exponentials, form, count), 1)
+
+
+def _call(
+    way: Callable[[Sequence[Array], float, int], Array],
+    form: Sequence[Array],
+    count: int,
+) -> Callable[[], Array]:
+    return lambda: way(form, STEP, count)
+
+
+def _sawtooth() -> PeriodicSystem:
+    stiffness = np.array([[[[START]], [[SLOPE]]]])
+    edges = np.array([0.0, STEP])
+    return PeriodicSystem(np.ones(1), np.zeros(1), edges, stiffness)
+
+
+def _compiled(system: PeriodicSystem, left_out: float) -> Callable[[], Array]:
+    """One transition of a batch, by a series that may leave so much out."""
+    out = np.empty((BATCH, 2, 2))
+    given = np.diff(system.edges), system.stiffness, system.damping, np.ones(BATCH)
+
+    def work() -> Array:
+        set_transitions(*given, REACH, left_out, out, np.empty(BATCH))
+        return np.asarray(out[0])
+
+    return work
+
+
+def _system(
+    set_name: str, torque: float, variation: float | None = None
+) -> PeriodicSystem:
+    """The gear set with friction.
+
+    variation : of the stiffness of all meshes, with which friction and damping change
+        in proportion; None for the gear set's
+    """
+    scale, edits = 1.0, {}
+    if variation is not None:
+        scale = variation / max(SIZES)
+        meshes = range(1, len(load_gear_set(set_name).meshes) + 1)
+        edits = {f"mesh.{m}.stiffness_variation": variation for m in meshes}
+    model = replace(MODEL, damping_ratio=scale * DAMPING, friction=scale * COEFFICIENT)
+    gear_set = load_gear_set(set_name, edits)
+    try:
+        return periodic_system(lumped_system(gear_set, torque, model))
+    except ValueError as error:
+        raise InputError(f"{gear_set.name}: {error}") from None
+
+
+def _speeds(system: PeriodicSystem, count: int) -> Array:
+    low, high = (float(system.frequency_Hz.max()) * part for part in RANGE)
+    return np.linspace(low, high, count)
+
+
+def multiplier_rows(set_name: str, torque: float) -> Iterator[Multipliers]:
+    """Of the compiled methods, by their defaults."""
+    system = _system(set_name, torque)
+    speeds = _speeds(system, CHECKED)
+    exact = np.array(
+        [
+            np.abs(np.linalg.eigvals(integrated(system, speed, system.edges[-1:])))
+            for speed in speeds.tolist()
+        ]
+    ).max(axis=(1, 2))
+    for method in ("peano-baker", "exponential"):
+        work = _multipliers(system, speeds, method)
+        errors = np.abs(work() - exact)
+        yield Multipliers(
+            method=method,
+            us_per_speed=1e6 * bench.fastest(work) / speeds.size,
+            error_median=float(np.median(errors)),
+            error_largest=float(errors.max()),
+        )
+
+
+def _multipliers(
+    system: PeriodicSystem, speeds: Array, method: Any
+) -> Callable[[], Array]:
+    return lambda: largest_multiplier(system, speeds, method)
+
+
+def edge_rows(set_name: str, torque: float) -> Iterator[Edge]:
+    """Of the widest intervals of first order, as the variation falls."""
+    systems = [_system(set_name, torque, size) for size in SIZES]
+    widest = sorted(_of_first_order(systems[0]), key=lambda c: c.low - c.high)
+    for name in [each.name for each in widest[:WIDEST]]:
+        before = math.nan
+        for size, system in zip(SIZES, systems, strict=True):
+            error = edge_error(system, name)
+            order = math.log2(before / error) if before > 0.0 < error else math.nan
+            yield Edge(name, size, error, order)
+            before = error
+
+
+def _of_first_order(system: PeriodicSystem) -> list[Combination]:
+    known = combinations(system)
+    return [each for each in known if each.order == 1.0 and each.unstable]
+
+
+def edge_error(system: PeriodicSystem, name: str) -> float:
+    """Of the ends by perturbation, over the middle; NaN where nothing is unstable."""
+    near = next((c for c in _of_first_order(system) if c.name == name), None)
+    if near is None:
+        return math.nan
+    margin = 2.0 * (near.high - near.low)
+    speeds = np.linspace(near.low - margin, near.high + margin, 101)
+    found = [each for each in examined(system, speeds).intervals if each.kind == name]
+    if not found:
+        return math.nan
+    own = max(found, key=lambda each: each.high - each.low)
+    return max(abs(near.low - own.low), abs(near.high - own.high)) / near.at
+
+
+def timed_chart(set_name: str, torque: float) -> Chart:
+    """Largest multipliers and traced edges, compiled before."""
+    coefficients = tuple(np.linspace(0.0, 0.2, VALUES).tolist())
+    axis = Axis(FRICTION, coefficients)
+    asked = Stability(
+        gear_set=NamedSet(name=set_name),
+        over=axis,
+        torque=torque,
+        model=MODEL,
+        speeds=tuple(_speeds(_system(set_name, torque), SPEEDS).tolist()),
+    )
+    run(replace(asked, over=Axis(FRICTION, coefficients[:2])))
+    begin = time.perf_counter()
+    if not run(asked).complete:
+        raise KeyboardInterrupt
+    seconds = time.perf_counter() - begin
+    return Chart(SPEEDS, VALUES, seconds, 1e6 * seconds / (SPEEDS * VALUES))
+
+
+def _transition_panel(points: Sequence[Point]) -> bench.Panel:
+    curves = bench.curves_of(
+        points,
+        lambda p: p.study,
+        lambda p: (max(p.error, 1e-16), p.us_per_transition),
+        lambda p: p.setting,
+    )
+    return bench.Panel(
+        "relative error of a state transition", "time per transition [us]", curves
+    )
+
+
+def _edge_panel(rows: Sequence[Edge]) -> bench.Panel:
+    known = [row for row in rows if row.error > 0.0]
+    curves = bench.curves_of(
+        known, lambda r: r.combination, lambda r: (r.variation, r.error)
+    )
+    return bench.Panel(
+        "stiffness variation; friction and damping in proportion",
+        "error of edges by perturbation",
+        curves,
+    )

@@ -1,0 +1,1 @@
+"""Cases, their runs and metrics: models against finite elements."""

@@ -1,0 +1,174 @@
+"""What each part of the coupled model brings: an error budget of a gear set.
+
+From Model-1 over the coupled model without each of its parts to the coupled model, all
+against the finite elements, with the metrics of `validation.study.metrics`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from math import inf, nan
+from pathlib import Path
+
+from lumped.common.progress import Progress, silent
+from validation.study.cases import LADDER, Case, Model
+from validation.study.metrics import FE
+from validation.study.run_files import Run
+from validation.study.runs import CaseResult, measures, run_case, warnings_of
+
+FIRST, WHOLE = LADDER
+PART = f"{WHOLE}-without-"
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A metric as a budget shows it: what it is called, unit, and factor to the unit.
+
+    relative : whether a tolerance is asked of it
+    """
+
+    label: str
+    unit: str = "%"
+    factor: float = 100.0
+    relative: bool = True
+
+
+QUANTITIES: Mapping[str, Quantity] = {
+    "peak_frequency": Quantity("peak frequency"),
+    "peak_amplitude": Quantity("peak amplitude"),
+    "off_jump_distance": Quantity("curve off jumps"),
+    "peak_force": Quantity("peak force"),
+    "contact_loss": Quantity("contact loss", "% of time"),
+    "jump_frequency": Quantity("jump", "Hz", 1.0, relative=False),
+    "static_deflection": Quantity("static vibration", relative=False),
+}
+OF_FEATURES = "peak_frequency", "peak_amplitude", "jump_frequency"  # of each one
+
+
+@dataclass(frozen=True)
+class BudgetRow:
+    """A model against the finite elements, and its cost.
+
+    measured : by name of QUANTITIES and place, in the metric's unit
+    unmatched : peaks and jumps that only one of both has
+    per_speed_s : seconds for a speed
+    """
+
+    model: str
+    measured: Mapping[str, Mapping[str, float]]
+    unmatched: int
+    per_speed_s: float
+
+    @property
+    def label(self) -> str:
+        """Such as `model 1`, `without body` or `coupled`."""
+        if self.model.startswith(PART):
+            return f"without {self.model.removeprefix(PART)}"
+        return "coupled" if self.model == WHOLE else "model 1"
+
+    def largest(self, name: str) -> float:
+        """Largest size of a metric; NaN where there is none, inf where one is NaN."""
+        sizes = [abs(value) for value in self.measured[name].values()]
+        return max((s if s == s else inf for s in sizes), default=nan)
+
+    @property
+    def worst(self) -> float:
+        """Largest of what a tolerance is asked of, of those that are there."""
+        asked = [name for name, quantity in QUANTITIES.items() if quantity.relative]
+        found = [self.largest(name) for name in asked if self.measured[name]]
+        return max(found, default=nan)
+
+
+@dataclass(frozen=True)
+class Budget:
+    """Rows of the models from Model-1 to the coupled one.
+
+    warnings : where the coupled model leaves out too much, or values cannot be physical
+    """
+
+    rows: tuple[BudgetRow, ...]
+    fe_per_speed_s: float
+    warnings: tuple[str, ...] = ()
+
+    def recommended(self, tolerance: float) -> BudgetRow | None:
+        """The cheapest model inside a relative tolerance, if any.
+
+        Inside is a model without peaks or jumps that only one of both has.
+        """
+        inside = [r for r in self.rows if r.worst <= tolerance and not r.unmatched]
+        return min(inside, key=lambda row: row.per_speed_s, default=None)
+
+    def brought(self, row: BudgetRow) -> dict[str, float]:
+        """By how much the measured values change as what the row lacks comes in.
+
+        From the row to the coupled model, on the mean of the places that both have; NaN
+        where there is none. Distances that fall are negative.
+        """
+        whole = next(each for each in self.rows if each.model == WHOLE)
+        found = {}
+        for name, places in row.measured.items():
+            ends = whole.measured[name]
+            changes = [ends[at] - places[at] for at in places if at in ends]
+            found[name] = sum(changes) / len(changes) if changes else nan
+        return found
+
+
+def budget_of(result: CaseResult) -> Budget | None:
+    """That of a case, None where it lacks Model-1, the coupled model, or speeds."""
+    if not (set(LADDER) <= set(result.models) and result.case.speeds):
+        return None
+    parts = [run.source for run in result.runs if run.source.startswith(PART)]
+    models = (FIRST, *dict.fromkeys(parts), WHOLE)
+    return Budget(
+        rows=tuple(_row(result, model) for model in models),
+        fe_per_speed_s=result.per_speed_s(FE),
+        warnings=tuple(warnings_of(result)),
+    )
+
+
+def budget(case: Case, store: Path, report: Progress = silent) -> Budget:
+    """Run what the store does not hold yet, and compare; case : of `budget_case`."""
+    found = budget_of(run_case(case, store, report))
+    assert found is not None
+    return found
+
+
+def budget_case(
+    gear_set: str, torque: float, speeds: str, edits: Sequence[str] = ()
+) -> Case:
+    """The comparison of a gear set at a torque on the input gear [N m].
+
+    speeds : of the first mesh [Hz], `A:B:STEP` and numbers with commas
+    edits : of the gear set, KEY=VALUE
+    """
+    return Case(
+        name="budget",
+        title=f"Error budget of {gear_set}",
+        gear_set=gear_set,
+        torques_Nm=(torque,),
+        speeds_Hz=speeds,
+        edits=tuple(edits),
+        model=(Model(number=1), Model(number="coupled")),
+        metric=(),
+        budget=True,
+    )
+
+
+def _row(result: CaseResult, model: str) -> BudgetRow:
+    references = {run.torque: run for run in result.of(FE)}
+    measured: dict[str, dict[str, float]] = {name: {} for name in QUANTITIES}
+    unmatched = 0
+    for run in result.of(model):
+        for name, place, value in _placed(references[run.torque], run):
+            if name in measured:
+                measured[name][place] = value
+            elif name.endswith("_unmatched"):
+                unmatched += int(value)
+    return BudgetRow(model, measured, unmatched, result.per_speed_s(model))
+
+
+def _placed(reference: Run, found: Run) -> Iterator[tuple[str, str, float]]:
+    """Metrics with places that all models share: each peak and jump has its own."""
+    for where, (name, place, value) in measures(reference, found):
+        yield name, f"{where}, {place}" if name in OF_FEATURES else where, value

@@ -1,0 +1,281 @@
+"""Validation cases: what to run, what to measure, and what a user would accept.
+
+A case is a TOML file; the built-in ones stand in `validation/cases/`. Units are in
+the keys. Every tolerance says why it is what it is.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import AfterValidator, Field
+
+from fegear.files.errors import InputError
+from fegear.files.output import read_text
+from fegear.files.speeds import parsed_speeds
+from fegear.gearset.read import path_of
+from fegear.train.excitation import Kind
+from lumped.steady.motion import APPROACH_STEP
+from lumped.steady.sweep import Direction
+from validation.study.data_files import (
+    MOST_SPEEDS,
+    STRICT,
+    DataFile,
+    Edit,
+    Flag,
+    Number,
+    Positive,
+    Speeds,
+    Text,
+    edits_by_key,
+    require_name,
+    require_own_names,
+)
+from validation.study.metrics import EFFECT, METRICS
+from validation.study.printed_keys import require_key
+
+FOLDER = Path(__file__).parents[1] / "cases"
+LADDER = "model-1", "model-coupled"  # from where to where a budget leads
+Part = Literal["hardening", "pairs", "body", "meshes", "modes"]  # of the coupled model
+Fidelity = Literal["full", "reduced", "quasistatic"]
+
+
+def _require_metric(name: str) -> str:
+    if name not in METRICS:
+        raise ValueError(f"must be one of {', '.join(METRICS)}")
+    return name
+
+
+def require_model(number: Any) -> Any:
+    if number != "coupled" and (type(number) is not int or number not in (1, 2, 3)):
+        raise ValueError("must be 1, 2, 3 or coupled")
+    return number
+
+
+@dataclass(frozen=True, kw_only=True)
+class Model:
+    """A lumped model and what excites it.
+
+    number : 1 every tooth pair with its gap; 2 mean stiffness and loaded transmission
+        error; 3 total stiffness and no-load error; coupled, see `lumped.train.coupled`
+    without : parts of the coupled model that are left out
+    friction : whether the teeth of model 1 have the friction of the case; bending :
+        their friction-bending ratio, None for that of the finite elements
+    edits : of the gear set for this model only, on top of the case's
+    """
+
+    __pydantic_config__ = STRICT
+
+    number: Annotated[Any, AfterValidator(require_model)]
+    excitation: Kind = "fe"
+    without: tuple[Part, ...] = ()
+    friction: Flag = False
+    bending: Annotated[Number, Field(ge=0.0, lt=1.0)] | None = None
+    edits: tuple[Edit, ...] = ()
+
+    def __post_init__(self) -> None:
+        if self.friction and self.number != 1:
+            raise ValueError("friction needs model 1")
+        if self.bending is not None and not self.friction:
+            raise ValueError("bending needs friction = true")
+        if self.number == "coupled" and self.excitation != "fe":
+            raise ValueError("the coupled model takes excitation fe only")
+        if self.without and self.number != "coupled":
+            raise ValueError("without needs the coupled model")
+
+    @property
+    def name(self) -> str:
+        """Such as model-1, model-1-rectangular or model-coupled-without-body; with
+        friction model-1-friction or model-1-friction-bending-0."""
+        parts = [f"model-{self.number}"]
+        parts += [f"without-{name}" for name in self.without]
+        parts += ["friction"] if self.friction else []
+        parts += [] if self.bending is None else [f"bending-{self.bending:g}"]
+        parts += [] if self.excitation == "fe" else [self.excitation]
+        return "-".join(parts + (["edited"] if self.edits else []))
+
+    @property
+    def plain(self) -> Model:
+        """The same without friction."""
+        return replace(self, friction=False, bending=None)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Tolerance:
+    """What is allowed of a metric of `validation.study.metrics.METRICS`, and why."""
+
+    __pydantic_config__ = STRICT
+
+    name: Annotated[str, AfterValidator(_require_metric)]
+    allowed: Annotated[Number, Field(ge=0.0)]
+    reason: Text
+
+
+@dataclass(frozen=True, kw_only=True)
+class SingleSpeed:
+    """A motion at one speed [Hz], reached from another, at a torque [N m].
+
+    From rest if `from_speed_Hz` is left out, else through speeds of `step_Hz` at most.
+    """
+
+    __pydantic_config__ = STRICT
+
+    torque_Nm: Positive
+    speed_Hz: Positive
+    from_speed_Hz: Positive | None = None
+    step_Hz: Positive = APPROACH_STEP
+
+    @property
+    def label(self) -> str:
+        came = "rest" if self.from_speed_Hz is None else f"{self.from_speed_Hz:g} Hz"
+        return f"{self.speed_Hz:g} Hz from {came}"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Printed:
+    """A value that the source prints; whether it is met is a finding, no verdict.
+
+    figure : key of the figure that it stands beside, see `validation.study.printed`; of
+        jumps, peaks and natural frequencies the one nearest to the value
+    """
+
+    __pydantic_config__ = STRICT
+
+    quantity: Text
+    value: Number
+    unit: str
+    where: Text
+    figure: Annotated[str, AfterValidator(require_key)] | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Case:
+    """A comparison of lumped models with the finite elements.
+
+    torques_Nm : on the input gear; speeds_Hz : of the first mesh, `A:B:STEP`, numbers
+        and commas, or empty where nothing moves; directions : of the speed
+    friction : Coulomb coefficient of the finite elements, and of the models that ask
+        for it
+    damping_ratio : of every vibration mode, None for the gear set's
+    budget : whether the coupled model is run without each of its parts as well, for
+        the error budget; these are what it is made of and no claims, none is judged
+    """
+
+    __pydantic_config__ = STRICT
+
+    name: Annotated[str, AfterValidator(require_name)]
+    title: Text
+    gear_set: Text
+    torques_Nm: Annotated[tuple[Positive, ...], Field(min_length=1)]
+    model: Annotated[
+        tuple[Model, ...], Field(min_length=1), AfterValidator(require_own_names)
+    ]
+    metric: Annotated[
+        tuple[Tolerance, ...], Field(min_length=1), AfterValidator(require_own_names)
+    ]
+    speeds_Hz: Speeds = ""
+    directions: Annotated[tuple[Direction, ...], Field(min_length=1)] = ("up", "down")
+    edits: tuple[Edit, ...] = ()
+    translations: Flag = False
+    friction: Annotated[Number, Field(ge=0.0, lt=0.5)] = 0.0
+    damping_ratio: Annotated[Number, Field(ge=0.0, lt=1.0)] | None = None
+    fidelity: Fidelity = "reduced"
+    wave: tuple[SingleSpeed, ...] = ()
+    printed: tuple[Printed, ...] = ()
+    budget: Flag = False
+    notes: str = ""
+
+    @cached_property
+    def speeds(self) -> tuple[float, ...]:
+        """Frequencies of the first mesh [Hz]."""
+        return parsed_speeds(self.speeds_Hz, MOST_SPEEDS)
+
+    def edits_of(self, model: Model | None = None) -> dict[str, Any]:
+        """Edits of the gear set by key; with those of a model."""
+        return edits_by_key((*self.edits, *(() if model is None else model.edits)))
+
+
+def case_names() -> tuple[str, ...]:
+    """Names of the built-in cases, sorted."""
+    return tuple(sorted(path.stem for path in FOLDER.glob("*.toml")))
+
+
+def load_case(name_or_path: str) -> Case:
+    """A built-in case by its name, or the one in a file.
+
+    Raises InputError, in one line that names file, field, value and what is allowed.
+    """
+    known = case_names()
+    if name_or_path in known:
+        text = read_text(FOLDER / f"{name_or_path}.toml")
+        return read_case(text, f"case {name_or_path}")
+    path = path_of(name_or_path, "case", known)
+    return read_case(read_text(path), str(path))
+
+
+def read_case(text: str, source: str = "case") -> Case:
+    """The case in TOML text; `source` begins the message of an InputError."""
+    case = _FILE.read(text, source)
+    for metric in case.metric:
+        needed = METRICS[metric.name].needs
+        if needed and not getattr(case, needed):
+            raise InputError(
+                f"{source}: metric {metric.name} needs {needed}, which is missing"
+            )
+    _require_budget(case, source)
+    _require_friction(case, source)
+    if len(set(case.torques_Nm)) < len(case.torques_Nm):
+        raise InputError(
+            f"{source}: torques_Nm = {list(case.torques_Nm)}; each is allowed once"
+        )
+    for wave in case.wave:
+        if wave.torque_Nm not in case.torques_Nm:
+            known = ", ".join(f"{torque:g}" for torque in case.torques_Nm)
+            raise InputError(
+                f"{source}: wave.torque_Nm = {wave.torque_Nm:g}; must be one of "
+                f"torques_Nm, {known}"
+            )
+    return case
+
+
+def _require_budget(case: Case, source: str) -> None:
+    """Nothing to ask of a case without a budget."""
+    names = {model.name for model in case.model}
+    if case.budget and not names >= set(LADDER):
+        raise InputError(
+            f"{source}: budget = true; needs models 1 and coupled, excited by fe"
+        )
+    if case.budget and not case.speeds:
+        raise InputError(f"{source}: budget = true; needs speeds_Hz, which is missing")
+
+
+def _require_friction(case: Case, source: str) -> None:
+    """That of models is the case's; its effect needs the model without as well."""
+    rubbing = [model for model in case.model if model.friction]
+    if rubbing and not case.friction:
+        raise InputError(f"{source}: model {rubbing[0].name} needs friction above 0")
+    if EFFECT not in {entry.name for entry in case.metric}:
+        return
+    names = {model.name for model in case.model}
+    if not rubbing:
+        raise InputError(f"{source}: metric {EFFECT} needs a model with friction")
+    for model in rubbing:
+        if model.plain.name not in names:
+            raise InputError(
+                f"{source}: metric {EFFECT} needs {model.plain.name} beside "
+                f"{model.name}"
+            )
+
+
+_FILE = DataFile(
+    Case,
+    {
+        "model": Model,
+        "metric": Tolerance,
+        "wave": SingleSpeed,
+        "printed": Printed,
+    },
+)

@@ -1,0 +1,90 @@
+"""Finished runs kept in directories, and found again while nothing has changed.
+
+inputs.json   what a run was made of
+...           its own files
+result.json   its result, with digests of the other files and of itself; written last
+
+Files are read once, and what does not fit the digests is not looked into.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from fegear.files.errors import file_error
+from fegear.files.output import require_writable, write_text
+from fegear.files.store import digest
+
+INPUTS, RESULT = "inputs.json", "result.json"
+FILES, SEAL = "sha256 of the files", "sha256 of the rest"  # keys of the result
+
+
+def inputs_text(inputs: Mapping[str, str]) -> str:
+    return json.dumps(inputs, indent=2, sort_keys=True) + "\n"
+
+
+def sealed(
+    inputs: Mapping[str, str], texts: Mapping[str, str], result: Mapping[str, Any]
+) -> dict[str, str]:
+    """Texts by the name of their file, the result last."""
+    whole = {INPUTS: inputs_text(inputs)} | dict(texts)
+    values = dict(result)
+    values[FILES] = {name: _sha256(text.encode()) for name, text in whole.items()}
+    values[SEAL] = digest(values)
+    return whole | {RESULT: json.dumps(values, indent=2) + "\n"}
+
+
+def begin_run(directory: Path, inputs: Mapping[str, str], names: Sequence[str]) -> None:
+    """Write what a run is made of; InputError where a file could not be written.
+
+    names : of its own files
+    """
+    for name in (INPUTS, *names, RESULT):
+        require_writable(directory / name)
+    write_text(directory / INPUTS, inputs_text(inputs))
+
+
+def write_texts(directory: Path, texts: Mapping[str, str]) -> None:
+    for name, text in texts.items():
+        write_text(directory / name, text)
+
+
+def whole_texts(
+    directory: Path, inputs: Mapping[str, str], names: Sequence[str]
+) -> dict[str, str] | None:
+    """All files as they were written of these inputs, None where one is not.
+
+    Raises InputError where files are there and cannot be read.
+    """
+    names = (INPUTS, *names, RESULT)
+    found = {name: _read(directory / name) for name in names}
+    data = {name: read for name, read in found.items() if read is not None}
+    if len(data) < len(names) or data[INPUTS] != inputs_text(inputs).encode():
+        return None
+    try:
+        result = json.loads(data[RESULT])
+        seal, files = result.pop(SEAL), result[FILES]
+    except (ValueError, KeyError, TypeError, AttributeError):
+        return None
+    if seal != digest(result):
+        return None
+    if files != {name: _sha256(data[name]) for name in names if name != RESULT}:
+        return None
+    return {name: read.decode("utf-8") for name, read in data.items()}
+
+
+def _sha256(data: bytes) -> str:
+    return hashlib.sha256(data).hexdigest()
+
+
+def _read(path: Path) -> bytes | None:
+    try:
+        return path.read_bytes()
+    except FileNotFoundError:
+        return None
+    except OSError as error:
+        raise file_error(path, "read", error) from None

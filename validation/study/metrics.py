@@ -1,0 +1,395 @@
+"""How far a model is from the finite elements: curves and forces over a cycle.
+
+Relative figures are over the reference, NaN passes through to a verdict that is
+outside, and no figure is folded into a score.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from lumped.steady.jumps import Jump, Peak
+from lumped.steady.response import History
+from lumped.steady.sweep import Direction
+
+Array = NDArray[np.float64]
+FE = "fe"  # source of what the finite elements give, beside the names of models
+FE_PLAIN = "fe-without-friction"  # the same, beside those with friction
+EFFECT = "friction_effect"
+SAME_FEATURE = 0.15  # of the frequency: jumps or peaks further apart are two
+CYCLE_POINTS = 256  # of a cycle
+
+
+@dataclass(frozen=True)
+class Metric:
+    """A unit and what is measured.
+
+    least : whether the allowed value is the smallest
+    needs : what a case must ask for, `speeds_Hz`, `wave` or nothing
+    """
+
+    unit: str
+    meaning: str
+    least: bool = False
+    needs: str = "speeds_Hz"
+
+
+METRICS: Mapping[str, Metric] = {
+    "rms_distance": Metric("1", "RMS distance of the curves of DTE over speed"),
+    "off_jump_distance": Metric("1", "the same without speeds between jumps"),
+    "peak_amplitude": Metric("1", "RMS of DTE on a peak, less the reference's"),
+    "peak_frequency": Metric("1", "frequency of a peak, less the reference's"),
+    "peaks_unmatched": Metric("peaks", "peaks that only one of both has"),
+    "jump_frequency": Metric("Hz", "frequency of a jump, less the reference's"),
+    "jumps_unmatched": Metric("jumps", "jumps that only one of both has"),
+    "contact_loss": Metric("1", "largest contact-loss fraction, less the reference's"),
+    "peak_force": Metric("1", "largest mesh force over the reference's, less 1"),
+    EFFECT: Metric(
+        "1", "largest RMS of DTE with friction over that without, less the reference's"
+    ),
+    "wave_correlation": Metric(
+        "1", "correlation of mesh forces over a cycle", True, "wave"
+    ),
+    "wave_phase": Metric(
+        "cycles", "shift of mesh forces, positive where late", needs="wave"
+    ),
+    "wave_peak_force": Metric("1", "peak of mesh forces, ratio less 1", needs="wave"),
+    "wave_contact_loss": Metric(
+        "1", "contact-loss fraction, less the reference's", needs="wave"
+    ),
+    "mean_stiffness": Metric(
+        "1", "mean of load over static deflection, less 1", needs=""
+    ),
+    "stiffness_variation": Metric(
+        "1", "its peak-to-peak over mean, difference", needs=""
+    ),
+    "static_deflection": Metric(
+        "1", "RMS distance of its vibration, no mean", needs=""
+    ),
+}
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """A metric of a model at one place, such as `100 N m, up, mesh 1`.
+
+    measured : signed where it is a difference; NaN is never within
+    allowed : size of what is measured, or the least where the metric says so
+    """
+
+    metric: str
+    model: str
+    where: str
+    measured: float
+    allowed: float
+    unit: str
+    within: bool
+    reason: str
+
+
+def verdict(
+    metric: str, model: str, where: str, measured: float, allowed: float, reason: str
+) -> Verdict:
+    """The verdict on a measured value; written so that NaN cannot pass."""
+    spec = METRICS[metric]
+    within = measured >= allowed if spec.least else abs(measured) <= allowed
+    return Verdict(
+        metric, model, where, float(measured), allowed, spec.unit, bool(within), reason
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class Curve:
+    """One mesh over n rising speeds of one branch.
+
+    frequency : (n,) of the first mesh [Hz]; dte_rms [m], force_peak [N], contact_loss
+        part of the time, all (n,)
+    complete : whether all speeds were reached
+    """
+
+    direction: Direction
+    mesh: int
+    frequency: Array
+    dte_rms: Array
+    force_peak: Array
+    contact_loss: Array
+    jumps: tuple[Jump, ...] = ()
+    peaks: tuple[Peak, ...] = ()
+    complete: bool = True
+
+
+def matched(
+    reference: Sequence[float], model: Sequence[float]
+) -> list[tuple[int, int]]:
+    """Index pairs of the nearest frequencies [Hz], nearest pairs first, each once."""
+    distances = sorted(
+        (abs(a - b), i, j)
+        for i, a in enumerate(reference)
+        for j, b in enumerate(model)
+        if abs(a - b) <= SAME_FEATURE * max(a, b)
+    )
+    pairs: list[tuple[int, int]] = []
+    for _, i, j in distances:
+        if all(i != other and j != taken for other, taken in pairs):
+            pairs.append((i, j))
+    return pairs
+
+
+def unmatched(reference: Sequence[float], model: Sequence[float]) -> int:
+    """Missing and extra frequencies."""
+    return len(reference) + len(model) - 2 * len(matched(reference, model))
+
+
+def jump_frequencies(curve: Curve) -> list[float]:
+    """Middles of the steps that jump [Hz]."""
+    return [0.5 * (jump.frequency_from + jump.frequency_to) for jump in curve.jumps]
+
+
+def jump_zones(reference: Curve, model: Curve) -> list[tuple[float, float]]:
+    """Ranges [Hz] where the curves are on different sides of a jump.
+
+    From one jump to its match in the other curve; of a jump without a match the step
+    alone, so that what it leads to is seen in the distance.
+    """
+    pairs = matched(jump_frequencies(reference), jump_frequencies(model))
+    steps = [(reference.jumps[i], model.jumps[j]) for i, j in pairs]
+    alone = [(j,) for i, j in enumerate(reference.jumps) if i not in dict(pairs)]
+    taken = {j for _, j in pairs}
+    alone += [(jump,) for j, jump in enumerate(model.jumps) if j not in taken]
+    zones = []
+    for jumps in [*steps, *alone]:
+        ends = [f for jump in jumps for f in (jump.frequency_from, jump.frequency_to)]
+        zones.append((min(ends), max(ends)))
+    return sorted(zones)
+
+
+@dataclass(frozen=True)
+class Distance:
+    """RMS of a difference over the RMS of the reference, and what it counts."""
+
+    value: float
+    speeds: int
+    left_out: int
+
+
+def curve_distance(
+    reference: Curve, model: Curve, zones: Sequence[tuple[float, float]] = ()
+) -> Distance:
+    """Of the RMS of the DTE on common speeds outside the zones [Hz].
+
+    The value is NaN where no speed is left, a value is, or the reference is still.
+    """
+    common, here, there = np.intersect1d(
+        reference.frequency, model.frequency, return_indices=True
+    )
+    outside = np.ones(common.size, bool)
+    for low, high in zones:
+        outside &= (common < low) | (common > high)
+    here, there = here[outside], there[outside]
+    value = relative_distance(reference.dte_rms[here], model.dte_rms[there])
+    return Distance(value, int(outside.sum()), int((~outside).sum()))
+
+
+def relative_distance(reference: ArrayLike, model: ArrayLike) -> float:
+    """RMS of the difference of arrays of one shape over the RMS of the reference."""
+    a, b = np.asarray(reference, float), np.asarray(model, float)
+    size = float(np.sqrt((a**2).mean())) if a.size else math.nan
+    if not size > 0.0:
+        return math.nan
+    return float(np.sqrt(((a - b) ** 2).mean())) / size
+
+
+def ratio_less_1(reference: float, model: float) -> float:
+    """NaN where the reference is not positive."""
+    return model / reference - 1.0 if reference > 0.0 else math.nan
+
+
+def largest(values: Array) -> float:
+    """NaN if any value is, or there is none."""
+    return float(values.max()) if values.size else math.nan
+
+
+Measured = tuple[str, str, float]  # (metric, place within the curve, value)
+
+
+def curve_measures(reference: Curve, model: Curve) -> Iterator[Measured]:
+    """All metrics of a mesh and direction; peaks and jumps one by one."""
+    if reference.direction != model.direction or reference.mesh != model.mesh:
+        raise ValueError(
+            f"curves must be of one mesh and direction, got {reference.mesh} "
+            f"{reference.direction} and {model.mesh} {model.direction}"
+        )
+    whole = model.complete and reference.complete
+    for name, zones in (
+        ("rms_distance", []),
+        ("off_jump_distance", jump_zones(reference, model)),
+    ):
+        distance = curve_distance(reference, model, zones)
+        counted = f"{distance.speeds} speeds"
+        counted += f", {distance.left_out} left out" if distance.left_out else ""
+        yield name, counted, distance.value if whole else math.nan
+    yield from _peak_measures(reference.peaks, model.peaks)
+    yield from _jump_measures(reference, model)
+    lost = largest(model.contact_loss) - largest(reference.contact_loss)
+    yield "contact_loss", "", lost if whole else math.nan
+    force = ratio_less_1(largest(reference.force_peak), largest(model.force_peak))
+    yield "peak_force", "", force if whole else math.nan
+
+
+def friction_effect(with_friction: Curve, without: Curve) -> float:
+    """Largest RMS of a mesh with friction over the one without; NaN of branches that
+    ended early."""
+    if not (with_friction.complete and without.complete):
+        return math.nan
+    return 1.0 + ratio_less_1(largest(without.dte_rms), largest(with_friction.dte_rms))
+
+
+def _peak_measures(
+    reference: Sequence[Peak], model: Sequence[Peak]
+) -> Iterator[Measured]:
+    here, there = ([peak.frequency for peak in side] for side in (reference, model))
+    for i, j in sorted(matched(here, there)):
+        place = f"peak at {here[i]:g} Hz"
+        amplitude = ratio_less_1(reference[i].dte_rms, model[j].dte_rms)
+        yield "peak_amplitude", place, amplitude
+        yield "peak_frequency", place, ratio_less_1(here[i], there[j])
+    yield "peaks_unmatched", _listed(here, there), float(unmatched(here, there))
+
+
+def _jump_measures(reference: Curve, model: Curve) -> Iterator[Measured]:
+    here, there = jump_frequencies(reference), jump_frequencies(model)
+    for i, j in sorted(matched(here, there)):
+        yield "jump_frequency", f"jump at {here[i]:g} Hz", there[j] - here[i]
+    yield "jumps_unmatched", _listed(here, there), float(unmatched(here, there))
+
+
+def _listed(reference: Sequence[float], model: Sequence[float]) -> str:
+    """Which frequencies have no match."""
+    pairs = matched(reference, model)
+    missing = [f for i, f in enumerate(reference) if i not in {a for a, _ in pairs}]
+    extra = [f for j, f in enumerate(model) if j not in {b for _, b in pairs}]
+    parts = [("missing", missing), ("extra", extra)]
+    return "; ".join(
+        f"{n} {', '.join(f'{f:g}' for f in fs)} Hz" for n, fs in parts if fs
+    )
+
+
+@dataclass(frozen=True)
+class CycleMatch:
+    """Two mesh forces over a cycle.
+
+    correlation : as they stand; phase : shift of the model's in cycles, -0.5 to 0.5,
+        positive where it is late; peak : ratio of the largest values less 1
+    """
+
+    correlation: float
+    phase: float
+    peak: float
+
+
+def force_cycle(history: History, mesh: int, period: float) -> Array:
+    """Mesh force [N] of a mesh (from 0) at CYCLE_POINTS times over its first period."""
+    at = history.time[0] + period * np.arange(CYCLE_POINTS) / CYCLE_POINTS
+    return np.interp(at, history.time, history.force[:, mesh])
+
+
+def match_cycles(reference: ArrayLike, model: ArrayLike) -> CycleMatch:
+    """Of mesh forces (n,) over a cycle; NaN where one does not vary."""
+    a, b = np.asarray(reference, float), np.asarray(model, float)
+    if a.shape != b.shape or a.ndim != 1:
+        raise ValueError(f"must have one shape (n,), got {a.shape} and {b.shape}")
+    peak = ratio_less_1(largest(np.abs(a)), largest(np.abs(b)))
+    x, y = a - a.mean(), b - b.mean()
+    size = math.sqrt(float((x**2).sum() * (y**2).sum()))
+    still = 1e-12 * max(float((a**2).sum()), float((b**2).sum()))
+    if not size > still:
+        return CycleMatch(math.nan, math.nan, peak)
+    products = np.fft.irfft(np.fft.rfft(y) * np.conj(np.fft.rfft(x)), a.size) / size
+    return CycleMatch(float(products[0]), _top_lag(products), peak)
+
+
+def _top_lag(products: Array) -> float:
+    """Lag of the largest value of a periodic array, in parts of its length."""
+    i = int(products.argmax())
+    left, top, right = products[i - 1], products[i], products[(i + 1) % products.size]
+    bend = 2.0 * top - left - right
+    lag = (i + (0.5 * (right - left) / bend if bend > 0.0 else 0.0)) / products.size
+    return float(lag - round(lag))
+
+
+@dataclass(frozen=True, eq=False)
+class ForceCycle:
+    """Mesh force over a cycle of its mesh (n,) [N], at a speed reached in some way.
+
+    period_multiple : cycles after which it repeats, 0 if it did not within the cap
+    """
+
+    label: str
+    mesh: int
+    force: Array
+    contact_loss: float
+    period_multiple: int = 1
+
+
+def cycle_measures(reference: ForceCycle, model: ForceCycle) -> Iterator[Measured]:
+    match = match_cycles(reference.force, model.force)
+    yield "wave_correlation", "", match.correlation
+    yield "wave_phase", "", match.phase
+    yield "wave_peak_force", "", match.peak
+    yield "wave_contact_loss", "", model.contact_loss - reference.contact_loss
+
+
+@dataclass(frozen=True, eq=False)
+class Statics:
+    """Static deflection of a mesh under its force [N], n positions of its cycle.
+
+    position : (n,) in base pitches, 0 at the pitch point
+    deflection : (n,) [m]; friction : (n,) what friction adds to it [m]
+    single : (n,) where a single tooth pair carries
+    """
+
+    mesh: int
+    force: float
+    position: Array
+    deflection: Array
+    friction: Array
+    single: NDArray[np.bool_]
+
+    def friction_change(self, start: float, end: float) -> float:
+        """Mean of what friction adds [m] to a single pair between two positions.
+
+        NaN where no single pair carries there.
+        """
+        there = self.single & (self.position >= start) & (self.position < end)
+        return float(self.friction[there].mean()) if there.any() else math.nan
+
+    @property
+    def stiffness(self) -> Array:
+        """Load over deflection (n,) [N/m]; of a mesh without relief only."""
+        return self.force / self.deflection
+
+    @property
+    def mean_stiffness(self) -> float:
+        return float(self.stiffness.mean())
+
+    @property
+    def variation(self) -> float:
+        """Peak-to-peak over mean of the stiffness, eps."""
+        return float(np.ptp(self.stiffness)) / self.mean_stiffness
+
+
+def static_measures(reference: Statics, model: Statics) -> Iterator[Measured]:
+    mean = ratio_less_1(reference.mean_stiffness, model.mean_stiffness)
+    yield "mean_stiffness", "", mean
+    yield "stiffness_variation", "", model.variation - reference.variation
+    pitches = math.ceil(reference.position[-1])
+    known = np.interp(
+        model.position, reference.position, reference.deflection, period=pitches
+    )
+    vibrations = (each - each.mean() for each in (known, model.deflection))
+    yield "static_deflection", "", relative_distance(*vibrations)

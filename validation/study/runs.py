@@ -1,0 +1,263 @@
+"""Runs of a case: finite elements and lumped models, kept and found again by hash.
+
+A run is one source at one torque. Its directory below the store is named after a
+digest of all that determines it, the program's sources among it, and holds
+
+    inputs.json   what it was made of
+    sweep.csv     the sweep table
+    statics.csv   static deflections over the mesh cycle
+    waves.csv     mesh forces over a cycle at single speeds
+    result.json   jumps, peaks, cost and digests; written last
+    checkpoint    finished speeds of the finite elements, until the run is done
+
+A run without a result, or with files that do not fit its digests, is made again. Every
+run is handed on as read from these files, so that a reused one is the same.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from functools import partial
+from math import nan
+from pathlib import Path
+
+from fegear.files.errors import InputError
+from fegear.files.output import make_directory
+from fegear.files.store import Checkpoint, open_checkpoint
+from fegear.train.excitation import Excitations, Source
+from lumped.common.progress import Progress, silent
+from lumped.common.workers import Cluster, NoClusterError, run_tasks
+from validation.study.cases import Case
+from validation.study.kept import begin_run, write_texts
+from validation.study.metrics import (
+    EFFECT,
+    Measured,
+    Verdict,
+    curve_measures,
+    cycle_measures,
+    friction_effect,
+    static_measures,
+    verdict,
+)
+from validation.study.run_files import NAMES, Run, contents, read_run
+from validation.study.solving import solve_task
+from validation.study.tasks import FE, FE_PLAIN, Task, tasks_of
+
+CHECKPOINT = "checkpoint"  # file in the directory of a run
+
+
+@dataclass(frozen=True, eq=False)
+class CaseResult:
+    """Runs of a case, one of each source at each torque, and the verdicts on them.
+
+    Sources are the finite elements, the models that are judged, and where the case asks
+    for an error budget the coupled model without each of its parts.
+    """
+
+    case: Case
+    runs: tuple[Run, ...]
+    verdicts: tuple[Verdict, ...]
+
+    @property
+    def models(self) -> tuple[str, ...]:
+        return tuple(model.name for model in self.case.model)
+
+    @property
+    def judged(self) -> tuple[Run, ...]:
+        """Without the runs that only the error budget needs."""
+        known = FE, FE_PLAIN, *self.models
+        return tuple(run for run in self.runs if run.source in known)
+
+    def of(self, source: str) -> list[Run]:
+        return [run for run in self.runs if run.source == source]
+
+    def cost_ratio(self, model: str) -> float:
+        """Seconds per speed of the finite elements over those of a model.
+
+        NaN where nothing moved.
+        """
+        return self.per_speed_s(FE) / self.per_speed_s(model)
+
+    def per_speed_s(self, source: str) -> float:
+        """Seconds that a source takes for a speed, NaN where nothing moved."""
+        costs = [run.cost for run in self.of(source)]
+        speeds = sum(cost.timed_speeds for cost in costs)
+        return sum(cost.march_s for cost in costs) / speeds if speeds else nan
+
+
+def run_case(case: Case, store: Path, report: Progress = silent) -> CaseResult:
+    """Run what is not in the store yet, and judge.
+
+    Raises InputError for a gear set or a store that cannot be used, and where another
+    process is at the same finite elements; after KeyboardInterrupt the finished runs
+    and the finished speeds of the finite elements stay in the store.
+    """
+    tasks = list(tasks_of(case))
+    excitations: dict[str, Excitations] = {}
+    runs = []
+    for task in tasks:
+        kind = "fe" if task.model is None else task.model.excitation
+        own = excitations.setdefault(kind, Excitations(Source(kind=kind)))
+        runs.append(_found_or_made(task, store, own, report))
+    return CaseResult(case, tuple(runs), tuple(case_verdicts(case, runs)))
+
+
+def make_runs(
+    cases: Sequence[Case],
+    store: Path,
+    workers: int | Cluster | None,
+    report: Progress = silent,
+) -> None:
+    """Make the runs of cases that are not in the store yet by workers, several at once.
+
+    Each is kept as it is finished; `run_case` then finds them. Raises InputError where
+    the cluster cannot be used, or its workers have another program.
+    """
+    missing = {
+        store / task.directory_name: task
+        for case in cases
+        for task in tasks_of(case)
+        if read_run(task, store / task.directory_name, reused=True) is None
+    }
+    finished: list[Path] = []
+
+    def take(directory: Path, texts: Mapping[str, str]) -> None:
+        task = missing[directory]
+        begin_run(make_directory(directory), task.inputs, NAMES)
+        write_texts(directory, texts)
+        if read_run(task, directory, reused=False) is None:
+            raise InputError(
+                f"{directory}: made by workers whose program is not the one of here"
+            )
+        finished.append(directory)
+        report("runs of workers", len(finished), len(missing))
+
+    report("runs of workers", 0, len(missing))
+    tasks = [(place, partial(texts_of, task)) for place, task in missing.items()]
+    if not tasks:
+        return
+    try:
+        run_tasks(tasks, take, threading.Event(), workers)
+    except NoClusterError as error:
+        raise InputError(str(error)) from None
+
+
+def texts_of(task: Task) -> dict[str, str]:
+    """The files of a run by name, made without a checkpoint."""
+    kind = "fe" if task.model is None else task.model.excitation
+    excitations = Excitations(Source(kind=kind))
+    found = solve_task(task, None, excitations, silent)
+    return contents(task, found)
+
+
+def warnings_of(result: CaseResult) -> Iterator[str]:
+    """Each once, those that one source alone has with its name."""
+    sources: dict[str, dict[str, None]] = {}
+    for run in result.runs:
+        for warning in run.warnings:
+            sources.setdefault(warning, {})[run.source] = None
+    for warning, names in sources.items():
+        yield f"{next(iter(names))}: {warning}" if len(names) == 1 else warning
+
+
+def case_verdicts(case: Case, runs: Sequence[Run]) -> Iterator[Verdict]:
+    """Every metric that the case has a tolerance for, for each model and torque."""
+    tolerances = {entry.name: entry for entry in case.metric}
+    references = {run.torque: run for run in runs if run.source == FE}
+    judged = {model.name for model in case.model}
+    for run in (run for run in runs if run.source in judged):
+        found = list(measures(references[run.torque], run))
+        found += _friction_measures(case, runs, run) if EFFECT in tolerances else []
+        for where, (name, place, value) in found:
+            if name in tolerances:
+                entry = tolerances[name]
+                at = ", ".join(filter(None, (where, place)))
+                yield verdict(name, run.source, at, value, entry.allowed, entry.reason)
+
+
+def _friction_measures(
+    case: Case, runs: Sequence[Run], found: Run
+) -> Iterator[tuple[str, Measured]]:
+    """What friction does to a model less what it does to the finite elements."""
+    (model,) = (each for each in case.model if each.name == found.source)
+    if not model.friction:
+        return
+    names = FE, FE_PLAIN, model.plain.name
+    beside = {run.source: run for run in runs if run.torque == found.torque}
+    others = (beside[name].curves for name in names)
+    for fe, fe_plain, plain, own in zip(*others, found.curves, strict=True):
+        where = f"{found.torque:g} N m, {own.direction}, mesh {own.mesh}"
+        effect = friction_effect(own, plain) - friction_effect(fe, fe_plain)
+        yield where, (EFFECT, "", effect)
+
+
+def measures(reference: Run, found: Run) -> Iterator[tuple[str, Measured]]:
+    """All metrics of a run, each with where it was taken, `100 N m, up, mesh 1`."""
+    for where, each in _measures(reference, found):
+        yield f"{found.torque:g} N m, {where}", each
+
+
+def _measures(reference: Run, found: Run) -> Iterator[tuple[str, Measured]]:
+    for fe_curve, curve in zip(reference.curves, found.curves, strict=True):
+        where = f"{curve.direction}, mesh {curve.mesh}"
+        yield from ((where, each) for each in curve_measures(fe_curve, curve))
+    for fe_cycle, cycle in zip(reference.cycles, found.cycles, strict=True):
+        where = f"{cycle.label}, mesh {cycle.mesh}"
+        yield from ((where, each) for each in cycle_measures(fe_cycle, cycle))
+    for fe_statics, statics in zip(reference.statics, found.statics, strict=True):
+        where = f"mesh {statics.mesh}"
+        yield from ((where, each) for each in static_measures(fe_statics, statics))
+
+
+def _found_or_made(
+    task: Task, store: Path, excitations: Excitations, report: Progress
+) -> Run:
+    directory = make_directory(store / task.directory_name)
+    found = read_run(task, directory, reused=True)
+    if found is not None:
+        if (directory / CHECKPOINT).exists():
+            _remove_checkpoint(task, directory)
+        return found
+    if task.model is not None:  # soon made, at worst by two processes alike
+        return _made(task, directory, None, excitations, report)
+    with _checkpoint(task, directory) as checkpoint:
+        # the process that had the checkpoint until now may have made the run
+        found = read_run(task, directory, reused=True)
+        return found or _made(task, directory, checkpoint, excitations, report)
+
+
+def _made(
+    task: Task,
+    directory: Path,
+    checkpoint: Checkpoint | None,
+    excitations: Excitations,
+    report: Progress,
+) -> Run:
+    begin_run(directory, task.inputs, NAMES)
+    found = solve_task(task, checkpoint, excitations, report)
+    write_texts(directory, contents(task, found))
+    made = read_run(task, directory, reused=False)
+    if made is None:
+        raise InputError(f"{directory}: was changed while the run was made; run again")
+    return made
+
+
+@contextmanager
+def _checkpoint(task: Task, directory: Path) -> Iterator[Checkpoint]:
+    """The checkpoint of a task, which stays unless what it is for is written."""
+    checkpoint = open_checkpoint(directory / CHECKPOINT, task.inputs, resume=True)
+    complete = False
+    try:
+        yield checkpoint
+        complete = True
+    finally:
+        checkpoint.close(keep=not complete)
+
+
+def _remove_checkpoint(task: Task, directory: Path) -> None:
+    """What is left where a process was ended after its last file."""
+    with suppress(InputError, OSError), _checkpoint(task, directory):
+        pass

@@ -1,0 +1,406 @@
+"""A task's statics and motion, by finite elements or by a lumped model."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fegear.dynamics.build import prepare
+from fegear.dynamics.checkpoint import StoredBranch
+from fegear.dynamics.stepper import DynamicSettings, ImplicitStepper, steps_per_cycle
+from fegear.files.memory import MemoryLevel, memory_level
+from fegear.files.store import Checkpoint, Records
+from fegear.gearset.pitch_errors import error_periods
+from fegear.statics.solving import solve_mesh
+from fegear.studies.responses import doubts_of_sweep
+from fegear.train.excitation import Excitations
+from fegear.train.lumped_models import LumpedModel, lumped_system
+from fegear.train.train import mesh_torques_at
+from lumped.common.progress import Progress
+from lumped.steady.motion import speeds_between
+from lumped.steady.response import Response, Status
+from lumped.steady.settings import Settings
+from lumped.steady.steady_state import Stepper, steady_state
+from lumped.steady.steppers import stepper_of, steps_per_period, warm_up
+from lumped.steady.sweep import Branch, Direction, Observer, sweep_branch
+from lumped.train.analytic import lowest_deflection
+from lumped.train.coupled import static_transmission_error
+from lumped.train.excitation import MeshExcitation
+from lumped.train.friction import torque_shares
+from lumped.train.system import LumpedSystem
+from validation.study.cases import SingleSpeed
+from validation.study.metrics import CYCLE_POINTS, ForceCycle, Statics, force_cycle
+from validation.study.tasks import Task
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Cost:
+    """What a run took on one core.
+
+    prepare_s : from the gear set to the stepper, tables included where they are new
+    march_s : of timed_speeds, which count the way to single speeds, and leave out what
+        an earlier run had finished where one was taken up again
+    speeds, steps : of the sweeps; steps until the motion had settled
+    memory_MB : largest resident memory of the process, all that it had loaded before
+        included; NaN where the system does not tell
+    memory_above_start_MB : the same without what was resident when the run began. The
+        first run of a process loads and compiles what later ones find there; of runs
+        that share tables the first makes them
+    """
+
+    prepare_s: float
+    march_s: float = 0.0
+    timed_speeds: int = 0
+    speeds: int = 0
+    steps: int = 0
+    memory_MB: float = math.nan
+    memory_above_start_MB: float = math.nan
+
+    @property
+    def per_speed_s(self) -> float:
+        return self.march_s / self.timed_speeds if self.timed_speeds else math.nan
+
+
+@dataclass(frozen=True, eq=False)
+class RunResult:
+    """What a task gave, with the lumped system whose modes it is counted in."""
+
+    system: LumpedSystem
+    statics: Sequence[Statics]
+    branches: Sequence[Branch]
+    cycles: Sequence[ForceCycle]
+    cost: Cost
+    warnings: tuple[str, ...] = ()
+
+
+@dataclass
+class SpeedCount:
+    """Reports how many speeds are done, and at which one the motion settles.
+
+    found : speeds that a checkpoint holds, which are passed without integrating
+    """
+
+    report: Progress
+    what: str
+    total: int
+    found: int
+    done: int = 0
+    running: float = math.nan
+
+    @property
+    def integrated(self) -> int:
+        return self.done - self.found
+
+    def passed(self) -> None:
+        self.done += 1
+        self.report(self.what, self.done, self.total)
+
+    def watch(self, frequency: float, period: int) -> None:
+        if frequency != self.running:
+            self.running = frequency
+            self.report(f"{self.what}, {frequency:g} Hz", self.done, self.total)
+
+
+@dataclass(frozen=True, eq=False)
+class Integrator:
+    """What integrates a task's motion.
+
+    checkpoint : where finished speeds are found and kept, None if nowhere
+    """
+
+    stepper: Stepper
+    settings: Any
+    checkpoint: Checkpoint | None
+
+    def progress(
+        self, report: Progress, what: str, total: int, branches: Sequence[str]
+    ) -> SpeedCount:
+        """Of so many speeds in branches, by their names in the checkpoint."""
+        if self.checkpoint is None:
+            return SpeedCount(report, what, total, 0)
+        found = sum(len(self.checkpoint.finished(name)) for name in branches)
+        return SpeedCount(report, what, total, found)
+
+    def sweep(
+        self,
+        speeds: Sequence[float],
+        direction: Direction,
+        name: str,
+        progress: SpeedCount,
+    ) -> Branch:
+        """Through speeds [Hz]; name : of the branch in the checkpoint."""
+        kept = self.checkpoint is not None  # only those of finite elements are
+        known = StoredBranch(Records(self.checkpoint, name)) if kept else None
+        return sweep_branch(
+            *(self.stepper, speeds, direction, self.settings),
+            store=known,
+            observer=Observer(progress.passed, progress.watch),
+        )
+
+    def steps_to_settle(self, response: Response) -> int:
+        """Steps until the motion had settled, 0 where that is not known."""
+        frequency, stepper = response.frequency, self.stepper
+        periods = response.settling_time * frequency
+        if not math.isfinite(periods):
+            return 0
+        if isinstance(stepper, ImplicitStepper):
+            each = steps_per_cycle(stepper.model, frequency, self.settings)
+            return round(periods * each)
+        system = stepper.system
+        steps = steps_per_period(system, frequency, self.settings)
+        grid = system.samples(steps)[0]
+        return round(periods * (grid.size / system.common_period[0]))
+
+
+def solve_task(
+    task: Task,
+    checkpoint: Checkpoint | None,
+    excitations: Excitations,
+    report: Progress,
+) -> RunResult:
+    """All that a task asks for.
+
+    checkpoint : where finished speeds are found and kept; None for a lumped model,
+        which takes less than a second
+    """
+    level, begin = memory_level(), time.perf_counter()
+    report(f"{_name(task)}: statics", 0, 1)
+    system = lumped_system(
+        *(task.gear_set, task.torque, _model(task), excitations, task.speeds)
+    )
+    statics = [
+        mesh_statics(task, excitations, m, system)
+        for m in range(len(system.excitations))
+    ]
+    if not task.speeds:
+        cost = Cost(prepare_s=time.perf_counter() - begin)
+        return RunResult(system, statics, (), (), _with_memory(cost, level))
+    report(f"{_name(task)}: preparation", 0, 1)
+    integrator = Integrator(*_stepper(task, system, excitations), checkpoint)
+    ready = time.perf_counter()
+    branches, cycles, integrated = _integrate(task, integrator, report)
+    end = time.perf_counter()
+    responses = [each for branch in branches for each in branch.responses]
+    cost = Cost(
+        prepare_s=ready - begin,
+        march_s=end - ready,
+        timed_speeds=integrated,
+        speeds=len(responses),
+        steps=sum(map(integrator.steps_to_settle, responses)),
+    )
+    swept = [(task.torque, branch) for branch in branches]
+    doubts = doubts_of_sweep(task.gear_set, swept, task.speeds) if swept else ()
+    cost = _with_memory(cost, level)
+    return RunResult(system, statics, branches, cycles, cost, tuple(doubts))
+
+
+def mesh_statics(
+    task: Task, excitations: Excitations, mesh: int, system: LumpedSystem
+) -> Statics:
+    """Static deflection of a mesh (from 0) under the task's torque.
+
+    Over all base pitches until its tooth pairs repeat.
+    """
+    gear_set = task.gear_set
+    torque = mesh_torques_at(gear_set, task.torque)[mesh]
+    force = torque / gear_set.meshes[mesh].pair.driver.base_radius
+    if task.model is None:
+        return _element_statics(task, excitations, mesh, torque, force)
+    pitches, each = error_periods(gear_set)[mesh], CYCLE_POINTS
+    if pitches > 1:
+        each = excitations.source.statics_of(gear_set, mesh).positions
+    position = np.arange(pitches * each) / each
+    if system.rubs:
+        free = excitations.of(gear_set, mesh, torque, 1)
+        return _rubbed_statics(system, free, mesh, force, position)
+    if system.contacts is None:
+        deflection = static_deflection(system.excitations[mesh], force, position)
+    else:
+        position, deflection = _coupled_deflection(system, mesh, force, pitches)
+    still, none = np.zeros_like(position), np.zeros(position.size, bool)
+    return Statics(mesh + 1, force, position, deflection, still, none)
+
+
+def _element_statics(
+    task: Task, excitations: Excitations, mesh: int, torque: float, force: float
+) -> Statics:
+    table = free = excitations.table(task.gear_set, mesh, torque)
+    if task.friction > 0.0:
+        statics = excitations.source.statics_of(task.gear_set, mesh)
+        settings = replace(statics, friction=task.friction)
+        table = solve_mesh(task.gear_set, mesh, [torque], settings).table
+    return Statics(
+        mesh + 1,
+        force,
+        table.position,
+        table["ste_m"][0],
+        table["ste_m"][0] - free["ste_m"][0],
+        free["n_pairs"][0] == 1,
+    )
+
+
+def _rubbed_statics(
+    system: LumpedSystem,
+    free: MeshExcitation,
+    mesh: int,
+    force: float,
+    position: Array,
+) -> Statics:
+    """With friction of the tooth pairs, whose moments hold a part of the torque.
+
+    free : the excitation of the mesh without friction
+    """
+    ahead = [pair.ahead or 0 for pair in free.pairs]
+    mu = system.friction[mesh].coefficient
+    shares = torque_shares(system.train, mesh, mu, ahead, position)
+    deflection = static_deflection(system.excitations[mesh], force, position, shares)
+    change = deflection - static_deflection(free, force, position)
+    stiffness = np.array([pair.stiffness(position) for pair in free.pairs])
+    single = np.count_nonzero(stiffness > 0.0, axis=0) == 1
+    return Statics(mesh + 1, force, position, deflection, change, single)
+
+
+def _coupled_deflection(
+    system: LumpedSystem, mesh: int, force: float, pitches: int
+) -> tuple[Array, Array]:
+    """Positions (n,) over so many base pitches, and deflection of the coupled model.
+
+    At the positions of its own tables, see `static_transmission_error`.
+    """
+    assert system.contacts is not None
+    cycles = [
+        static_transmission_error(system.contacts, mesh, force, cycle)[:-1]
+        for cycle in range(pitches)
+    ]
+    grid = len(cycles[0])
+    place = np.arange(pitches * grid) / grid + system.train.meshes[mesh].phase
+    position = np.mod(place, float(pitches))
+    order = np.argsort(position)
+    return position[order], np.concatenate(cycles)[order]
+
+
+def static_deflection(
+    excitation: MeshExcitation,
+    force: float,
+    position: Array,
+    shares: Array | float = 1.0,
+) -> Array:
+    """Deflection [m] at mesh positions (n,) under a force [N].
+
+    shares : of the pairs' forces that hold it (p, n)
+    """
+    stiffness, gap = (
+        np.array([getattr(pair, name)(position) for pair in excitation.pairs])
+        for name in ("stiffness", "gap")
+    )
+    return lowest_deflection(shares * stiffness, gap, force)
+
+
+def _with_memory(cost: Cost, level: MemoryLevel) -> Cost:
+    peak = level.peak_MB
+    above = peak - level.resident_MB
+    return replace(cost, memory_MB=peak, memory_above_start_MB=above)
+
+
+def _model(task: Task) -> LumpedModel:
+    """That of the task, or the one whose modes the finite elements are counted in."""
+    return LumpedModel(
+        number=1 if task.model is None else task.model.number,
+        without=() if task.model is None else task.model.without,
+        translations=task.case.translations,
+        damping_ratio=task.case.damping_ratio,
+        friction=0.0 if task.model is None else task.friction,
+        bending=None if task.model is None else task.model.bending,
+    )
+
+
+def _name(task: Task) -> str:
+    return f"{task.source} {task.torque:g} N m"
+
+
+def _stepper(
+    task: Task, system: LumpedSystem, excitations: Excitations
+) -> tuple[Stepper, Any]:
+    """The stepper and its settings, with its kernels compiled, to be timed alone."""
+    stepper: Stepper
+    settings: Settings | DynamicSettings
+    if task.model is None:
+        settings = DynamicSettings()
+        model = (system, task.speeds, task.elements, settings, excitations)
+        stepper = prepare(task.gear_set, task.torque, *model).stepper
+    else:
+        settings = Settings()
+        stepper = stepper_of(system, settings)
+    warm_up(stepper, task.speeds[0], settings)
+    return stepper, settings
+
+
+def _integrate(
+    task: Task, integrator: Integrator, report: Progress
+) -> tuple[list[Branch], list[ForceCycle], int]:
+    """Sweeps, forces at single speeds, and speeds that no checkpoint held."""
+    case = task.case
+    total = len(case.directions) * len(case.speeds)
+    progress = integrator.progress(report, _name(task), total, case.directions)
+    branches = [
+        integrator.sweep(case.speeds, direction, direction, progress)
+        for direction in case.directions
+        if case.speeds
+    ]
+    cycles, integrated = [], progress.integrated
+    for number, single in enumerate(task.single_speeds, start=1):
+        name, what = f"wave-{number}", f"{_name(task)}, wave {number}"
+        progress = integrator.progress(report, what, len(approach(single)), [name])
+        cycles += _cycles_at(single, integrator, name, progress)
+        integrated += progress.integrated
+    return branches, cycles, integrated
+
+
+def _cycles_at(
+    single: SingleSpeed, integrator: Integrator, name: str, progress: SpeedCount
+) -> list[ForceCycle]:
+    """Force over a cycle of each mesh, after the way to its single speed.
+
+    The checkpoint keeps the speeds on the way, and not the last: its motion is needed
+    whole, and is integrated again from where the one before has settled. NaN for a
+    motion that diverged.
+    """
+    *way, last = approach(single)
+    direction: Direction = "up" if not way or way[0] <= last else "down"
+    branch = integrator.sweep(way, direction, name, progress)
+    system, label = branch.system, single.label
+    if branch.complete:
+        state = branch.responses[-1].state if way else None
+        before = way[-1] if way else None
+        response, motion = steady_state(
+            integrator.stepper, last, integrator.settings, state, before, progress.watch
+        )
+        progress.passed()
+        if response.status != Status.DIVERGED:
+            return [
+                ForceCycle(
+                    label=label,
+                    mesh=m + 1,
+                    force=force_cycle(motion, m, 1.0 / (last * float(rate))),
+                    contact_loss=float(response.contact_loss[m]),
+                    period_multiple=int(response.period_multiple[m]),
+                )
+                for m, rate in enumerate(system.train.mesh_rates)
+            ]
+    nothing = np.full(CYCLE_POINTS, np.nan)
+    meshes = range(1, len(system.excitations) + 1)
+    return [ForceCycle(label, mesh, nothing, math.nan, 0) for mesh in meshes]
+
+
+def approach(single: SingleSpeed) -> list[float]:
+    """Speeds on the way to a single one, which is the last [Hz]."""
+    start = single.from_speed_Hz or single.speed_Hz
+    return speeds_between(start, single.speed_Hz, single.step_Hz)

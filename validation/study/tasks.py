@@ -1,0 +1,119 @@
+"""Runs that a case asks for, and all that determines their results."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import chain
+from typing import get_args
+
+from fegear.dynamics.build import FiniteElements
+from fegear.dynamics.stepper import DynamicSettings
+from fegear.files.store import digest
+from fegear.files.version import package_version
+from fegear.gearset import load_gear_set
+from fegear.gearset.model import GearSet
+from fegear.train.excitation import Source
+from fegear.train.lumped_models import shares_a_gear
+from lumped.steady.settings import Settings
+from validation.study.cases import Case, Model, Part, SingleSpeed
+from validation.study.metrics import EFFECT, FE, FE_PLAIN
+from validation.study.sources import digest_of
+
+FORMAT = "fegear validation run 4"  # of the files and of what stands in them
+
+
+@dataclass(frozen=True, kw_only=True)
+class Task:
+    """A run to be made; model None for the finite elements.
+
+    plain : whether these are without the friction of the case
+    """
+
+    case: Case
+    model: Model | None
+    torque: float
+    gear_set: GearSet
+    plain: bool = False
+
+    @property
+    def source(self) -> str:
+        if self.model is None:
+            return FE_PLAIN if self.plain else FE
+        return self.model.name
+
+    @property
+    def friction(self) -> float:
+        """Coefficient of friction of the teeth."""
+        rubs = not self.plain if self.model is None else self.model.friction
+        return self.case.friction if rubs else 0.0
+
+    @property
+    def single_speeds(self) -> tuple[SingleSpeed, ...]:
+        return tuple(w for w in self.case.wave if w.torque_Nm == self.torque)
+
+    @property
+    def speeds(self) -> tuple[float, ...]:
+        """Of the sweeps, of single ones, and where the way to these begins [Hz]."""
+        ends = ((w.speed_Hz, w.from_speed_Hz or w.speed_Hz) for w in self.single_speeds)
+        return (*self.case.speeds, *chain.from_iterable(ends))
+
+    @property
+    def inputs(self) -> dict[str, str]:
+        """All that determines the results."""
+        case, model = self.case, self.model
+        common = {
+            "format": FORMAT,
+            "fegear version": package_version(),
+            "sources": digest_of("validation.study.solving"),
+            "gear set": repr(self.gear_set),
+            "torque_Nm": repr(self.torque),
+            "speeds_Hz": ", ".join(map(repr, case.speeds)),
+            "directions": ", ".join(case.directions),
+            "waves": repr(self.single_speeds),
+            "translations": repr(case.translations),
+            "damping ratio": repr(case.damping_ratio),
+        }
+        if model is None:
+            settings = repr((self.elements, DynamicSettings()))
+            return common | {"source": FE, "settings": settings}
+        source = Source(kind=model.excitation)
+        words = {"model": repr(model.number), "excitation": repr(source)}
+        words |= {"without": ", ".join(model.without)} if model.without else {}
+        words |= {"friction": repr((self.friction, model.bending))}
+        return common | {"source": "lumped", "settings": repr(Settings())} | words
+
+    @property
+    def elements(self) -> FiniteElements:
+        return FiniteElements(fidelity=self.case.fidelity, friction=self.friction)
+
+    @property
+    def directory_name(self) -> str:
+        return f"{self.source}-{self.torque:g}Nm-{digest(self.inputs)[:16]}"
+
+
+def tasks_of(case: Case) -> Iterator[Task]:
+    """The finite elements first: what they take without tables at hand is theirs."""
+    every = [(model, False) for model in (None, *case.model, *parts_of(case))]
+    if EFFECT in {entry.name for entry in case.metric}:
+        every.insert(1, (None, True))
+    for model, plain in every:
+        gear_set = load_gear_set(case.gear_set, case.edits_of(model))
+        for torque in case.torques_Nm:
+            yield Task(
+                case=case, model=model, torque=torque, gear_set=gear_set, plain=plain
+            )
+
+
+def parts_of(case: Case) -> tuple[Model, ...]:
+    """The coupled model without each of its parts, where an error budget needs it."""
+    if not case.budget:
+        return ()
+    shared = shares_a_gear(load_gear_set(case.gear_set, case.edits_of()))
+    parts = (
+        Model(number="coupled", without=(part,))
+        for part in get_args(Part)
+        if shared or part != "meshes"
+    )
+    judged = {model.name for model in case.model}
+    return tuple(model for model in parts if model.name not in judged)
