@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -155,3 +156,32 @@ def loaded_by(statement: str) -> set[str]:
 )
 def test_heavy_libraries_load_where_they_are_used(statement, heavy):
     assert not loaded_by(statement) & heavy
+
+
+@pytest.mark.parametrize("path", FILES, ids=label)
+def test_only_the_command_line_and_studies_name_options(path):
+    """A Python user reads names of settings."""
+    place = label(path)
+    if not place.startswith(("fegear/", "lumped/")) or "/studies/" in place:
+        return
+    if place.startswith("fegear/cli/"):
+        return
+    for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+        if isinstance(node, ast.Constant) and isinstance(node.value, str):
+            assert not re.search(r"(^|[\s`(])--[a-z]", node.value), node.value
+
+
+def test_no_summary_reads_a_header():
+    for path in FILES:
+        assert "float(header[" not in path.read_text("utf-8"), path
+        assert "float(self.header[" not in path.read_text("utf-8"), path
+
+
+def test_there_is_one_progress():
+    """An alias of one module, and no other of its kind."""
+    defined = [
+        label(path)
+        for path in FILES
+        if re.search(r"^Progress = |^class Progress\b", path.read_text("utf-8"), re.M)
+    ]
+    assert defined == ["lumped/common/progress.py"]

@@ -125,8 +125,8 @@ def prepare(
     if not any(each.frequencies_Hz.size for each in modes):
         if elements.cutoff_Hz is not None:
             raise InputError(
-                f"--cutoff = {elements.cutoff_Hz:g}; no elastic mode of the gears "
-                "lies below it, allowed are more or --fidelity quasistatic"
+                f"cutoff_Hz = {elements.cutoff_Hz:g}; no elastic mode of the gears "
+                "lies below it, allowed are more, or fidelity quasistatic"
             )
         reason = "quasistatic: no elastic mode of the gears is near these speeds"
         return _prepared(rigid, settings, "quasistatic", reason, [])

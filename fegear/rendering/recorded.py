@@ -1,4 +1,4 @@
-"""The motion of one mesh, read back from a file of `fegear dynamics --history`."""
+"""The motion of one mesh, read back from a file that `fegear dynamics` writes."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ Array = NDArray[np.float64]
 Pair = tuple[int, bool]  # base pitches ahead of the reference pair, back flanks
 REPEATS = 1e-2  # of a column's range within which a cycle is the same as another
 FILMED = 16  # mesh cycles, at most, of a film
-WHAT = "allowed are files of fegear dynamics --history"
+WHAT = "allowed are time histories that fegear dynamics writes"
 
 
 def mesh_force(loads: Mapping[Pair, Any]) -> Any:

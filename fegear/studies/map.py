@@ -15,6 +15,7 @@ from fegear.files.speeds import written_speeds
 from fegear.gearset.model import GearSet
 from fegear.statics.unphysical import doubts_of_meshes
 from fegear.studies.axes import axes_setting
+from fegear.studies.headings import edits_in_words
 from fegear.studies.page import Page, counted, number
 from fegear.studies.study import Draw, Job, Study, StudyResult, Task, called, setting
 from fegear.studies.table import Table
@@ -132,11 +133,12 @@ class Map(
         return header | {
             **self.gear_set.entries,
             "digest of the gear set": digest(self.gears),
-            "response": self._response,
+            "response": self.response,
         }
 
     @property
-    def _response(self) -> str:
+    def response(self) -> str:
+        """What each point is asked for, in words."""
         if self.at is not None:
             return f"at {exact(self.at)} Hz of the first mesh, from rest"
         speeds = written_speeds(self.band)
@@ -217,7 +219,23 @@ class MapResult(StudyResult):
 
     @property
     def figures(self) -> dict[str, Draw]:
-        return {"plot": lambda: draw_map(self.found)}
+        return {"plot": lambda: draw_map(self.found, self._title)}
+
+    @property
+    def _title(self) -> str:
+        study = self.study
+        facts = study.described("", study.at)
+        fixed = {"torque {:g} N m": "torque_Nm", "damping ratio {:g}": "damping_ratio"}
+        changes = [
+            form.format(facts[name])
+            for form, name in fixed.items()
+            if facts[name] is not None
+        ]
+        changes.append(edits_in_words(study.gear_set.entries))
+        return (
+            f"{facts['gear_set']}, model {facts['model']}, {facts['excitation']}, "
+            f"{study.response}\n{', '.join(filter(None, changes))}"
+        )
 
     def page(self) -> Page:
         values = self.summary

@@ -261,7 +261,7 @@ class Excitations:
         if not torque > 0.0:
             raise InputError(
                 f"torque = {torque:g} N m on mesh {mesh + 1}; finite-element tables "
-                "need a load; of the commands, sweep --excitation rectangular does not"
+                "need a load; rectangular stiffness of a sweep does not"
             )
         settings = self.source.statics_of(gear_set, mesh)
         return solve_mesh(gear_set, mesh, [torque], settings).table

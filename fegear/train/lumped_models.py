@@ -280,14 +280,14 @@ def doubts_of_bodies(system: LumpedSystem, speeds: Sequence[float]) -> Iterator[
             f"amplitudes on their flanks change by up to {100.0 * on_flanks:.2g} % "
             f"between mesh frequencies of {min(speeds):g} and {max(speeds):g} Hz, "
             f"allowed are {100.0 * ALLOWED:g} %; finite elements are as sensitive to "
-            "their --cutoff there"
+            "their cutoff frequency there"
         )
     if error is not None and error > ALLOWED:
         yield (
             "body modes that the coupled model leaves out change the mesh compliance "
             f"by up to {100.0 * error:.2g} % of the excitation's RMS between mesh "
             f"frequencies of {min(speeds):g} and {max(speeds):g} Hz, allowed are "
-            f"{100.0 * ALLOWED:g} %; dynamics --fidelity reduced has more of them"
+            f"{100.0 * ALLOWED:g} %; finite elements of fidelity reduced have more"
         )
 
 

@@ -17,7 +17,7 @@ LEVELS = 14
 LOST = 1e-3  # part of the cycle from which contact counts as lost
 
 
-def draw_map(found: ParameterMap) -> Figure:
+def draw_map(found: ParameterMap, title: str = "") -> Figure:
     """RMS of the DTE [um], a panel for each mesh; where contact is lost is hatched."""
     figure, (row,) = panels(1, found.meshes, size=(5.4 * found.meshes, 5.0))
     for mesh, axes in enumerate(row):
@@ -26,19 +26,6 @@ def draw_map(found: ParameterMap) -> Figure:
         else:
             _draw_curve(axes, found, mesh)
         axes.set_title(f"mesh {mesh + 1}", fontsize=10)
-    header = found.header
-    forms = {
-        "torque on the input gear [N m]": "torque {:g} N m",
-        "damping ratio": "damping ratio {:g}",
-    }
-    changes = [
-        form.format(float(header[key])) for key, form in forms.items() if key in header
-    ]
-    changes += [f"{k[4:]} = {v}" for k, v in header.items() if k.startswith("set ")]
-    title = (
-        f"{header['gear set']}, model {header['model']}, {header['excitation']}, "
-        f"{header['response']}\n{', '.join(changes)}"
-    )
     draw_title(figure, title)
     return figure
 

@@ -29,7 +29,7 @@ class DivergedError(ArithmeticError):
     def __init__(self, frequency: float, time: float) -> None:
         super().__init__(
             f"diverged at {frequency:g} Hz within {time:.6g} s after the start of "
-            "that speed; more --steps or damping may help"
+            "that speed; more steps or damping may help"
         )
 
 
