@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from functools import wraps
 from inspect import signature
 from typing import ParamSpec, TypeVar
 
 from fegear.files.errors import InputError
 from fegear.gearset.model import GearSet
-from lumped.common.checks import require_arguments, require_frequency
+from lumped.common.checks import require_arguments
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -46,9 +46,3 @@ def require_mesh(gear_set: GearSet, mesh: int) -> None:
             f"mesh must be 0 to {last}, counted from 0, got {mesh}; {gear_set.name} "
             f"has {last + 1}"
         )
-
-
-def require_frequencies(name: str, values: Iterable[float]) -> None:
-    """Mesh frequencies [Hz]."""
-    for value in values:
-        require_frequency(name, value)

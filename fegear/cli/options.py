@@ -6,12 +6,12 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import typer
 
 from fegear.cli.groups import option
-from fegear.cli.screen import complain
+from fegear.cli.screen import complain, print_json, warn
 from fegear.files.errors import InputError
 from fegear.studies.study import PICTURES, TABLES, Range
 
@@ -24,22 +24,7 @@ if TYPE_CHECKING:
 
 RATIO = Range(least=0.0, below=1.0)
 SET_HELP = "Name of a built-in gear set, or path of a gear-set file (TOML)."
-SetName = Annotated[str, typer.Argument(metavar="SET", help=SET_HELP)]
-PairName = SetName
-Mesh = Annotated[int, typer.Option(help="Number of the mesh, counted from 1.")]
-DriverTorque = Annotated[
-    float | None,
-    typer.Option(
-        help="Torque on the driving gear of the mesh [N\u00a0m]. [default: middle "
-        "load case of the gear set]"
-    ),
-]
-Plane = Annotated[
-    Literal["stress", "strain"] | None,
-    typer.Option(
-        help="Plane stress or plane strain of the finite elements. [default: stress]"
-    ),
-]
+PairName = Annotated[str, typer.Argument(metavar="SET", help=SET_HELP)]
 AsJson = Annotated[
     bool, typer.Option("--json", help="Print the results as JSON instead of tables.")
 ]
@@ -63,8 +48,9 @@ class Outputs:
     def show(
         self, values: dict[str, Any], print_values: Callable[[dict[str, Any]], None]
     ) -> None:
-        """On the screen, as JSON or by the function; warnings follow."""
-        show(values, self.as_json, print_values)
+        """On the screen, as JSON or by the function; a line for each warning."""
+        (print_json if self.as_json else print_values)(values)
+        warn(values.get("warnings", ()))
 
     def progress(self) -> AbstractContextManager[Progress]:
         """A bar, unless the screen is for JSON."""
@@ -140,31 +126,6 @@ class ResumedOutputs(Outputs):
         return None if path is None else Path(f"{path}.partial")
 
 
-def show(
-    values: dict[str, Any],
-    as_json: bool,
-    print_values: Callable[[dict[str, Any]], None],
-) -> None:
-    """Values as JSON or by the function, then a line for each warning among them."""
-    from fegear.cli.screen import print_json, warn
-
-    if as_json:
-        print_json(values)
-    else:
-        print_values(values)
-    warn(values.get("warnings", ()))
-
-
-def require(ok: bool, option: str, value: float, allowed: str) -> None:
-    if not ok:
-        raise InputError(f"{option} = {value:.12g}; {allowed}")
-
-
-def chosen(**values: Any) -> dict[str, Any]:
-    """Those that are given, for settings whose defaults stand in the library."""
-    return {name: value for name, value in values.items() if value is not None}
-
-
 @contextmanager
 def named_options(*arguments: str) -> Iterator[None]:
     """Errors that begin with the name of an argument begin with its option instead."""
@@ -175,13 +136,6 @@ def named_options(*arguments: str) -> Iterator[None]:
         if name not in arguments:
             raise
         raise InputError(f"--{name.replace('_', '-')} {rest}") from None
-
-
-def require_mesh(gear_set: GearSet, mesh: int) -> None:
-    from fegear.studies.trains import mesh_index
-
-    with named_options("mesh"):
-        mesh_index(gear_set, mesh)
 
 
 def refuse_idle(reason: str, **options: Any) -> None:
