@@ -17,13 +17,12 @@ from fegear.cli.options import (
     SET_HELP,
     AsJson,
     PairName,
-    driver_torque,
-    named_options,
     progress_bar,
     refuse_idle,
     require_outputs,
 )
 from fegear.cli.screen import print_json, ruled_table, say, screen
+from fegear.files.errors import InputError
 
 if TYPE_CHECKING:
     from fegear.gearset.model import GearSet
@@ -70,13 +69,17 @@ Damping = Annotated[
 ]
 
 
-def _middle_torque(gear_set: GearSet, asked: float | None) -> float:
-    """The torque asked for on the input gear [N m], or the middle load case."""
-    from fegear.studies.trains import chosen_torques
+def _torque(gear_set: GearSet, asked: float | None, mesh: int | None = None) -> float:
+    """The torque asked for [N m], or the middle load case.
 
-    with named_options("torque"):
-        found = chosen_torques(gear_set, () if asked is None else (asked,))
-    return found[len(found) // 2]
+    mesh : counted from 1, on whose driver it is; on the input gear without one
+    """
+    from fegear.studies.trains import chosen_torque
+
+    try:
+        return chosen_torque(gear_set, asked, mesh)
+    except InputError as error:
+        raise InputError(f"--{error}") from None  # it begins with the setting
 
 
 def stiffness_benchmark(
@@ -95,7 +98,7 @@ def stiffness_benchmark(
     from validation.bench import bench_stiffness
 
     gear_set = load_gear_set(set_name)
-    load = driver_torque(gear_set, 1, torque)
+    load = _torque(gear_set, torque, mesh=1)
     _run("stiffness", partial(bench_stiffness.measure, gear_set, load), output, as_json)
 
 
@@ -110,7 +113,7 @@ def dynamics_benchmark(
     from validation.bench import bench_dynamics
 
     gear_set = load_gear_set(set_name)
-    load = _middle_torque(gear_set, torque)
+    load = _torque(gear_set, torque)
     _run("dynamics", partial(bench_dynamics.measure, gear_set, load), output, as_json)
 
 
@@ -152,7 +155,7 @@ def lumped_benchmark(
     from validation.bench import bench_lumped
 
     gear_set = load_gear_set(set_name or TRAIN)
-    load = _middle_torque(gear_set, torque)
+    load = _torque(gear_set, torque)
     measure = partial(bench_lumped.measure, gear_set, load, damping)
     _run("lumped", measure, output or Path("bench-lumped"), as_json)
 
@@ -171,7 +174,7 @@ def branches_benchmark(
     from validation.bench import bench_branches
 
     gear_set = load_gear_set(set_name)
-    load = _middle_torque(gear_set, torque)
+    load = _torque(gear_set, torque)
     measure = partial(bench_branches.measure, gear_set, load, damping)
     _run("branches", measure, output, as_json)
 
@@ -188,7 +191,7 @@ def stability_benchmark(
     from fegear.gearset import load_gear_set
     from validation.bench import bench_stability
 
-    load = _middle_torque(load_gear_set(set_name), torque)
+    load = _torque(load_gear_set(set_name), torque)
     measure = partial(bench_stability.measure, set_name, load)
     _run("stability", measure, output, as_json)
 

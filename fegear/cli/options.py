@@ -17,7 +17,6 @@ from fegear.studies.study import PICTURES, TABLES, Range
 
 if TYPE_CHECKING:
     from fegear.files.store import Keeping
-    from fegear.gearset.model import GearSet
     from lumped.common.progress import Progress
     from lumped.common.workers import Cluster
 
@@ -126,18 +125,6 @@ class ResumedOutputs(Outputs):
         return None if path is None else Path(f"{path}.partial")
 
 
-@contextmanager
-def named_options(*arguments: str) -> Iterator[None]:
-    """Errors that begin with the name of an argument begin with its option instead."""
-    try:
-        yield
-    except ValueError as error:
-        name, _, rest = str(error).partition(" ")
-        if name not in arguments:
-            raise
-        raise InputError(f"--{name.replace('_', '-')} {rest}") from None
-
-
 def refuse_idle(reason: str, **options: Any) -> None:
     """Refuse options that would change nothing.
 
@@ -150,14 +137,6 @@ def refuse_idle(reason: str, **options: Any) -> None:
             words = (f"{v:.12g}" if isinstance(v, float) else str(v) for v in given)
             shown = "" if value is True else f" = {', '.join(words)}"
             raise InputError(f"--{name.replace('_', '-')}{shown}; {reason}")
-
-
-def driver_torque(gear_set: GearSet, mesh: int, asked: float | None) -> float:
-    """The torque asked for on the driver [N m], or the middle one of the load cases."""
-    from fegear.studies.trains import chosen_torque
-
-    with named_options("torque"):
-        return chosen_torque(gear_set, asked, mesh)
 
 
 def require_picture(path: Path) -> None:

@@ -22,6 +22,7 @@ from fegear.studies.study import (
     group,
     group_of,
     offered,
+    options_of,
     refusal,
     refuse_given,
     require_settings,
@@ -441,18 +442,20 @@ def refuse_edits(
     figures : whether key figures of the mesh stiffness are read
     tables : whether mesh tables are given
     """
+    known = options_of(group_of(study))
     for key in study.gear_set.changes:
         name, replaced = key.rpartition(".")[2], REPLACED.get(key, "")
         reason = ""
         if own.get(replaced) not in (None, ()):
             reason = f"{called(study, replaced)} replaces it"
         elif name in FIGURES and not figures:
-            reason = (
-                "finite elements or a table take its place, leave it out or choose "
-                f"another {called(study, 'kind')}"
-            )
+            reason = "finite elements or a table take its place, leave it out"
+            if "kind" in known:
+                reason += f" or choose another {called(study, 'kind')}"
         elif name in OF_TRANSLATIONS and not translations:
-            reason = f"changes nothing without {called(study, 'translations')}"
+            reason = "changes nothing here"
+            if "translations" in known:
+                reason = f"changes nothing without {called(study, 'translations')}"
         elif tables and "_relief" in key:
             reason = f"{called(study, 'table')} has the teeth with their relief"
         if reason:
