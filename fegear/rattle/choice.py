@@ -14,6 +14,7 @@ from fegear.studies.study import Range, argument, require_settings, setting
 if TYPE_CHECKING:
     from fegear.rattle.machines import NamedMachine
 
+LEAST_RETURNS, MOST_RETURNS = 100, 10_000_000  # until motions count as settled
 POSITIVE = Range(1e-9, 1e9)
 STIFFNESSES = Range(1e-9, 1e15)
 NAME = "Built-in machine or path of a TOML file."
@@ -145,3 +146,22 @@ class OfMachine:
             0.0,
             usual_speed(self.named.assembly.shafts_in_impacts),
         )
+
+
+def unsettled(study: Any, part: float, what: str, iterations: int, needed: int) -> str:
+    """What to do about departures of a study that have not settled."""
+    name = called(study, "iterations")
+    more = f"half the damping ends transients in {needed}: {name} {needed}"
+    if needed > MOST_RETURNS:
+        more = (
+            f"half the damping ends transients in {needed:.3g}, which {name} "
+            f"cannot be: {MOST_RETURNS} are the most"
+        )
+    elif iterations >= needed:
+        more = "irregular motion may last long before it ends"
+        if iterations < MOST_RETURNS:
+            more += f": more {name}"
+    return (
+        f"{100.0 * part:.3g} % of the {what} have not settled in {iterations} returns; "
+        f"{more}"
+    )

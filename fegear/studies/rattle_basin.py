@@ -15,7 +15,7 @@ import numpy as np
 
 from fegear.files.output import write_whole
 from fegear.rattle.choice import OfMachine
-from fegear.rattle.limits import LEAST_RETURNS, MOST_RETURNS, unsettled
+from fegear.rattle.choice import LEAST_RETURNS, MOST_RETURNS, unsettled
 from fegear.rattle.machines import figures_of
 from fegear.studies.page import Columns, Grid, Page, cell, heading
 from fegear.studies.study import Draw, Job, Range, Study, StudyResult, Task, setting
