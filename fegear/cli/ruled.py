@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from copy import copy
 from dataclasses import replace
 
@@ -10,8 +10,7 @@ from rich import box
 from rich.console import Console, ConsoleOptions, RenderResult
 from rich.table import Column, Table
 
-from fegear.cli.screen import parts, width
-
+GAP = 2  # letters between two columns
 NARROW = 12  # letters to which a column of words is folded before numbers move down
 
 
@@ -58,3 +57,19 @@ class Ruled(Table):
 def _width(column: Column) -> int:
     """Letters of a column, and a space after it."""
     return width([str(column.header), *map(str, column.cells)]) + 1
+
+
+def width(cells: Iterable[str]) -> int:
+    """Letters of the longest line."""
+    return max(len(line) for cell in cells for line in cell.splitlines() or [""])
+
+
+def parts(widths: Sequence[int], room: int) -> Iterator[slice]:
+    """Columns that fit into a width beside each other, at least one."""
+    start, used = 0, 0
+    for i, letters in enumerate(widths):
+        if i > start and used + letters + GAP > room:
+            yield slice(start, i)
+            start, used = i, 0
+        used += letters + GAP
+    yield slice(start, len(widths))

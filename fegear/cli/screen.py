@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import typer
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from rich.segment import Segment
     from rich.table import Table
 
-WIDEST, GAP = 24, 2  # letters of a column, and between two
+WIDEST = 24  # letters of a column
 
 
 def say(text: str) -> None:
@@ -74,6 +74,8 @@ def print_columns(
     title: str | None = None,
 ) -> None:
     """A row for each label; tables below each other where the screen is too narrow."""
+    from fegear.cli.ruled import parts, width
+
     labels = list(labels)
     widths = [min(WIDEST, width([name, *cells])) for name, cells in columns.items()]
     room, names = console.width - width([corner, *labels]), list(columns)
@@ -85,22 +87,6 @@ def print_columns(
         for row in zip(labels, *shown, strict=True):
             table.add_row(*row)
         console.print(table)
-
-
-def width(cells: Iterable[str]) -> int:
-    """Letters of the longest line."""
-    return max(len(line) for cell in cells for line in cell.splitlines() or [""])
-
-
-def parts(widths: Sequence[int], room: int) -> Iterator[slice]:
-    """Columns that fit into a width beside each other, at least one."""
-    start, used = 0, 0
-    for i, letters in enumerate(widths):
-        if i > start and used + letters + GAP > room:
-            yield slice(start, i)
-            start, used = i, 0
-        used += letters + GAP
-    yield slice(start, len(widths))
 
 
 def _harmless(segment: Segment) -> Segment:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,7 +16,6 @@ from lumped.figures.drawing import color_of, draw_legend, draw_title, panels
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from fegear.studies.theory import TheoryResult
 
 Array = NDArray[np.float64]
 AMPLITUDES = 400  # along a curve
@@ -25,11 +25,10 @@ MARKERS: dict[str, Any] = {"linestyle": "", "marker": "o", "markersize": 1.8}
 PALE = 0.3  # share of the colour that unstable vibrations keep
 
 
-def draw_theory(theory: TheoryResult) -> Figure:
+def draw_theory(found: Sequence[Prediction], meshes: int, title: str) -> Figure:
     """RMS of the DTE [um] over the mesh frequency, a panel for each mesh."""
-    meshes = theory.parametric.stiffness.size
     figure, rows = panels(meshes, size=(9.0, 1.2 + 3.4 * meshes), share=True)
-    points = [(each, *response_points(each)) for each in theory.found]
+    points = [(each, *response_points(each)) for each in found]
     points = [entry for entry in points if entry[1].size]
     names = list(dict.fromkeys(_kind(each) for each, *_ in points))
     for each, amplitude, frequency, stable in points:
@@ -43,13 +42,7 @@ def draw_theory(theory: TheoryResult) -> Figure:
         axes.set_ylim(bottom=0.0)
     rows[-1][0].set_xlabel("mesh frequency of the first mesh [Hz]")
     draw_legend(figure, _handles(names), columns=4)
-    values = theory.summary
-    draw_title(
-        figure,
-        f"{values['gear_set']} by closed forms, {values['torque_Nm']:g} N m, model "
-        f"{values['model']}, {values['excitation']}, damping ratio "
-        f"{values['damping_ratio']:g}",
-    )
+    draw_title(figure, title)
     return figure
 
 

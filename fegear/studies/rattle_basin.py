@@ -14,9 +14,8 @@ from typing import Any
 import numpy as np
 
 from fegear.files.output import write_whole
-from fegear.rattle.choice import OfMachine
-from fegear.rattle.choice import LEAST_RETURNS, MOST_RETURNS, unsettled
 from fegear.rattle.machines import figures_of
+from fegear.studies.machines import LEAST_RETURNS, MOST_RETURNS, OfMachine, unsettled
 from fegear.studies.page import Columns, Grid, Page, cell, heading
 from fegear.studies.study import Draw, Job, Range, Study, StudyResult, Task, setting
 from fegear.studies.table import Table, plain

@@ -10,9 +10,9 @@ from typing import Any
 from fegear.files.errors import InputError
 from fegear.files.speeds import limits_of
 from fegear.rattle.bifurcation import Found, Search, find_bifurcations
-from fegear.rattle.choice import OfMachine
 from fegear.rattle.existence import Plane, find_existence, plane_of
 from fegear.rattle.machines import figures_of, header_of, unit_name
+from fegear.studies.machines import OfMachine
 from fegear.studies.page import Page, counted, heading
 from fegear.studies.study import (
     Draw,

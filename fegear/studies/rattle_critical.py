@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from math import degrees, inf
 from typing import Any, ClassVar
 
-from fegear.rattle.choice import LoadedMachine
 from fegear.rattle.machines import NamedMachine
 from fegear.rattle.quiet import quiet_summary
+from fegear.studies.machines import LoadedMachine
 from fegear.studies.page import Page, heading
 from fegear.studies.study import Job, Study, StudyResult, Task
 from fegear.studies.table import Table

@@ -10,8 +10,8 @@ from operator import itemgetter
 from typing import Any
 
 from fegear.files.errors import InputError
-from fegear.rattle.choice import OfMachine
 from fegear.rattle.machines import figures_of, header_of
+from fegear.studies.machines import OfMachine
 from fegear.studies.page import Columns, Grid, Page, cell, heading
 from fegear.studies.study import Draw, Job, Range, Study, StudyResult, Task, setting
 from fegear.studies.table import Table

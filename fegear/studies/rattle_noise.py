@@ -13,9 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fegear.files.errors import InputError
-from fegear.rattle.choice import OfMachine
-from fegear.rattle.choice import LEAST_RETURNS, MOST_RETURNS, unsettled
 from fegear.rattle.machines import figures_of, header_of
+from fegear.studies.machines import LEAST_RETURNS, MOST_RETURNS, OfMachine, unsettled
 from fegear.studies.page import Columns, Grid, Page, cell, heading
 from fegear.studies.study import (
     Draw,

@@ -8,8 +8,8 @@ from functools import cached_property
 from operator import itemgetter
 from typing import Any, ClassVar
 
-from fegear.rattle.choice import OfMachine
 from fegear.rattle.machines import figures_of
+from fegear.studies.machines import OfMachine
 from fegear.studies.page import Columns, Grid, Page, cell, heading, number
 from fegear.studies.study import Job, Range, Study, StudyResult, Task, setting
 from fegear.studies.table import Table

@@ -155,7 +155,13 @@ class TheoryResult(StudyResult):
     @property
     def figures(self) -> dict[str, Draw]:
         """Frequency response by the closed forms, a panel for each mesh."""
-        return {"plot": lambda: draw_theory(self)}
+        values, meshes = self.summary, self.parametric.stiffness.size
+        title = (
+            f"{values['gear_set']} by closed forms, {values['torque_Nm']:g} N m, model "
+            f"{values['model']}, {values['excitation']}, damping ratio "
+            f"{values['damping_ratio']:g}"
+        )
+        return {"plot": lambda: draw_theory(self.found, meshes, title)}
 
     def _mesh(self, mesh: int) -> dict[str, Any]:
         known = self.parametric

@@ -9,7 +9,7 @@ and Moulton. The new forces follow from one contact problem at the end of the st
     x_c + sum_d (Q + B W B')_cd F_d(x_d) = B_c q_free - gap_c,
 
 with what the new forces move in the step, W. See `lumped.train.coupled` for B, Q and
-q, and `lumped.steady.propagator` for the step.
+q, and `lumped.train.propagator` for the step.
 """
 
 from __future__ import annotations

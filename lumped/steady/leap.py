@@ -13,7 +13,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,8 +22,9 @@ from lumped.kernels.arrays import MULTIPLE, PERIOD
 
 if TYPE_CHECKING:
     from lumped.kernels.arrays import Convergence
+    from lumped.steady.settings import Settings
     from lumped.steady.steady_state import Speed
-    from lumped.steady.steppers import FixedStepper
+    from lumped.train.system import LumpedSystem
 
 Array = NDArray[np.float64]
 ROUNDS = 8  # with one derivative
@@ -37,8 +38,25 @@ SQUARINGS = 14  # of a derivative: multipliers above 0.9995 count as 1
 BEYOND = 1e12  # size of a power of a matrix whose powers grow
 
 
+class Leaping(Protocol):
+    """A stepper whose motions leap, `lumped.steady.steppers.FixedStepper`."""
+
+    @property
+    def system(self) -> LumpedSystem: ...
+    def start(self) -> Array: ...
+    def begin(self, state: Array, settings: Settings) -> Convergence: ...
+    def section_of(self, state: Array) -> Array: ...
+    def state_of(self, section: Array) -> Array: ...
+    def settle(
+        self, state: Array, at: Speed, check: Convergence, most: int, on: bool = False
+    ) -> bool: ...
+    def monodromy(
+        self, state: Array, at: Speed, periods: int
+    ) -> tuple[Array, Array]: ...
+
+
 def settle_or_leap(
-    stepper: FixedStepper, state: Array, at: Speed, check: Convergence, most: int
+    stepper: Leaping, state: Array, at: Speed, check: Convergence, most: int
 ) -> tuple[Array, bool]:
     """As `Stepper.advance`, with a leap wherever that takes less time than to settle.
 
@@ -65,13 +83,13 @@ def settle_or_leap(
         leap, on = 2 * passed, False
 
 
-def leap_cost(stepper: FixedStepper) -> int:
+def leap_cost(stepper: Leaping) -> int:
     """Common periods that take about as long as the derivative of one."""
     return 8 + stepper.system.angular.size // 3
 
 
 def leapt(
-    stepper: FixedStepper, state: Array, at: Speed, check: Convergence, multiple: int
+    stepper: Leaping, state: Array, at: Speed, check: Convergence, multiple: int
 ) -> Array | None:
     """The stable motion that repeats after `multiple` common periods and is near to a
     state, None where there is none."""
@@ -96,7 +114,7 @@ class SectionMap:
     passed : common periods integrated so far
     """
 
-    stepper: FixedStepper
+    stepper: Leaping
     at: Speed
     multiple: int
     passed: int = 0

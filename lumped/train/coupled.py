@@ -53,8 +53,8 @@ from lumped.kernels.arrays import (
     CoupledSteps,
     CoupledSystem,
 )
-from lumped.steady.propagator import LinearPart
 from lumped.train.left_out import BodyInertia
+from lumped.train.propagator import LinearPart
 
 Array = NDArray[np.float64]
 INGREDIENTS = "hardening", "pairs", "body", "meshes", "modes"

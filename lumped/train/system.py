@@ -18,7 +18,6 @@ from lumped.kernels.arrays import (
     ModalSystem,
     Samples,
 )
-from lumped.steady.propagator import LinearPart
 from lumped.train.coupled import (
     CoupledContacts,
     LoadedState,
@@ -32,6 +31,7 @@ from lumped.train.excitation import MeshExcitation
 from lumped.train.friction import FrictionRows, ToothFriction, friction_rows
 from lumped.train.friction_samples import with_friction
 from lumped.train.modes import Modes, natural_modes
+from lumped.train.propagator import LinearPart
 from lumped.train.train import Train, TrainError
 from lumped.train.train_excitation import TrainExcitation, largest_gap
 

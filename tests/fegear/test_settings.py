@@ -15,7 +15,7 @@ import pytest
 
 import fegear
 import lumped
-from fegear.rattle.choice import LoadedMachine, MovingMachine
+from fegear.studies.machines import LoadedMachine, MovingMachine
 from fegear.studies.trains import NamedSet
 from fegear.train.excitation import GivenTables
 from lumped.branches.periodic import BranchSettings

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from lumped.steady.propagator import LinearPart
+from lumped.train.propagator import LinearPart
 
 FREQUENCY, H = 1000.0, 2e-5  # Hz, s
 SQUARES = np.array([0.0, 4e7, 9e8])  # 1/s2

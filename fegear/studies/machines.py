@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from fegear.files.errors import InputError
 from fegear.files.speeds import limits_of
-from fegear.studies.study import Range, argument, require_settings, setting
+from fegear.studies.study import Range, argument, called, require_settings, setting
 
 if TYPE_CHECKING:
     from fegear.rattle.machines import NamedMachine
