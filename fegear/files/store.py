@@ -124,6 +124,11 @@ class Checkpoint:
                 self._connection.execute("select 1 from speeds").fetchone() is not None
             )
 
+    @property
+    def found_any(self) -> bool:
+        """Whether an earlier run finished a speed, even if it is damaged by now."""
+        return self.begun or self.damaged > 0
+
     def parts(self, branch: str) -> dict[str, dict[str, Array]]:
         """States of branches `branch/NAME`, by their names."""
         query = "select branch, content from states where instr(branch, ?) = 1"
@@ -168,9 +173,10 @@ class Checkpoint:
             is not known
         """
         finished = sum(map(self.count, branches))
-        of = f" of {total}" if total else ""
         units = f"{unit}es" if unit.endswith("ch") else f"{unit}s"
-        tell(f"{self.path}: {finished}{of} {units} are finished")
+        found = f"1 {unit} is" if finished == 1 else f"{finished} {units} are"
+        found = f"{finished} of {total} {units} are" if total else found
+        tell(f"{self.path}: {found} finished")
         if self.damaged:
             damaged = f"{unit} is" if self.damaged == 1 else f"{unit}s are"
             tell(f"{self.path}: {self.damaged} {damaged} damaged and computed again")

@@ -68,8 +68,8 @@ class HistoryFile:
 
     def number(self, key: str) -> float:
         try:
-            return float(self.header[key])
-        except (KeyError, ValueError):
+            return float(self.header.get(key, ""))
+        except ValueError:
             raise InputError(f"{self.path}: no number for {key!r}; {WHAT}") from None
 
     def column(self, name: str) -> Array:

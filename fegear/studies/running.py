@@ -76,7 +76,7 @@ def run(
 def _opened(study: Study, tasks: Sequence[Task], keeping: Keeping) -> Checkpoint | None:
     """The checkpoint of a study; says what was finished where it is taken up."""
     checkpoint = keeping.open({**study.inputs, "version": package_version()})
-    if keeping.resume and checkpoint is not None and checkpoint.begun:
+    if checkpoint is not None and keeping.resume and checkpoint.found_any:
         checkpoint.tell_finished(
             [task.key for task in tasks],
             sum(task.size for task in tasks),

@@ -146,7 +146,7 @@ def test_resumed_branches_are_those_of_one_go(tmp_path, monkeypatch):
     )
     assert again.exit_code == 0
     assert len(calls) == branches - 1
-    assert "branches that are finished: 1" in again.stderr
+    assert "1 branch is finished" in again.stderr
     assert file.read_text("utf-8") == whole.read_text("utf-8")
     assert not kept.exists()
 
