@@ -6,9 +6,10 @@ import inspect
 import json
 import sys
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import MISSING, dataclass, replace
 from functools import partial
+from pathlib import Path
 from typing import Any, get_type_hints
 
 import numpy as np
@@ -21,7 +22,7 @@ from fegear.cli import app, run
 from fegear.cli import study_group as groups
 from fegear.files.errors import InputError
 from fegear.files.output import strict_json
-from fegear.files.store import Keeping
+from fegear.files.store import NOTHING, Keeping
 from fegear.studies import STUDIES, load_study
 from fegear.studies.page import Grid, Page, cell
 from fegear.studies.running import run as run_study
@@ -389,6 +390,61 @@ def test_the_command_and_the_call_find_the_same(command, tmp_path):
     if ".csv" in asked.endings:
         assert path.read_text("utf-8") == found.table.csv()
     assert {len(row) for row in found.table.rows()} == {len(found.table.names)}
+
+
+RESUMING = [command for command in STUDIES if load_study(command).resumes]
+
+
+class Interrupted:
+    """Progress that ends a run at a call by Ctrl-C; counts calls without one."""
+
+    def __init__(self, at: int = 0):
+        self.at, self.calls = at, 0
+
+    def __call__(self, what: str, done: int, total: int) -> None:
+        self.calls += 1
+        if self.calls == self.at:
+            raise KeyboardInterrupt
+
+
+def interrupted(asked: Study, at: int, keeping: Keeping = NOTHING) -> Any:
+    """The result after Ctrl-C at a call of the progress, None where there is none."""
+    with suppress(KeyboardInterrupt):
+        return run_study(asked, keeping, Interrupted(at), workers=1)
+
+
+def content(found: Any, path: Path) -> bytes:
+    found.write(path)
+    return path.read_bytes()
+
+
+@pytest.mark.parametrize("command", RESUMING)
+def test_an_interrupted_study_is_resumed_to_the_byte(command, tmp_path):
+    """Interrupted at a third and at two thirds of its way, then resumed."""
+    asked, count = made(command), Interrupted()
+    path = tmp_path / f"t{asked.endings[0]}"
+    whole = content(run_study(asked, progress=count, workers=1), path)
+    kept = tmp_path / "t.partial"
+    for part in (1, 2):
+        keeping = Keeping(checkpoint=kept, resume=kept.exists())
+        found = interrupted(asked, 1 + part * count.calls // 3, keeping)
+        assert kept.exists() or found is None or found.complete
+    assert kept.exists() or (found is not None and found.complete)
+    later = run_study(asked, Keeping(checkpoint=kept, resume=kept.exists()))
+    assert later.complete
+    assert not kept.exists()
+    assert content(later, path) == whole
+
+
+@pytest.mark.parametrize("command", STUDIES)
+def test_ctrl_c_leaves_no_result_or_one_that_is_not_complete(command, tmp_path):
+    asked = made(command)
+    path = tmp_path / f"t{asked.endings[0]}"
+    assert interrupted(asked, 1) is None
+    for at in (2, 3):
+        found = interrupted(asked, at)
+        if found is not None and found.complete:  # all was computed before
+            assert content(found, path) == content(run_study(asked), path)
 
 
 @pytest.mark.parametrize("command", STUDIES)
