@@ -8,7 +8,7 @@ import warnings
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import IO, TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,13 +28,16 @@ PAIR_COLORS = ("tab:orange", "tab:red", "tab:brown", "tab:pink", "tab:olive")
 DARKEST, LIGHTEST = 0.0, 0.85  # of the colours of torques
 
 
-def save_figure(figure: Figure, path: Path, dots_per_inch: int = 130) -> None:
-    """Write a picture of the kind that the ending says, a device takes PNG.
+def save_figure(
+    figure: Figure, path: Path | IO[bytes], dots_per_inch: int = 130
+) -> None:
+    """Write a picture of the kind that the ending says; devices and streams take PNG.
 
     Dates and versions are left out so that equal input gives equal files.
     """
     draw_words_as_they_are(figure)
-    kind = path.suffix.lower().removeprefix(".") or "png"
+    ending = path.suffix if isinstance(path, Path) else ""
+    kind = ending.lower().removeprefix(".") or "png"
     unused = {"png": "Software", "pdf": "CreationDate", "svg": "Date"}[kind]
     from matplotlib import rc_context
 

@@ -22,6 +22,7 @@ A result has what `StudyResult` says. `fegear.studies` lists all studies.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from contextvars import ContextVar
 from dataclasses import MISSING, Field, dataclass, field, fields, is_dataclass
 from math import inf
@@ -512,3 +513,18 @@ class StudyResult(Result):
         write_whole(
             Path(path), lambda place: save_figure(figure(), place, self.dots_per_inch)
         )
+
+    def _repr_html_(self) -> str:
+        """The page of the result in a notebook."""
+        from fegear.studies.notebook import page_html
+
+        return page_html(self.page())
+
+    def _repr_png_(self) -> bytes | None:
+        """The first figure that can be drawn, None where there is none."""
+        from fegear.studies.notebook import figure_png
+
+        for draw in self.figures.values():
+            with suppress(InputError):  # of a figure that these settings do not give
+                return figure_png(draw(), self.dots_per_inch)
+        return None

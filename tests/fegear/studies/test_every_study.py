@@ -379,6 +379,9 @@ def test_the_command_and_the_call_find_the_same(command, tmp_path):
     summary = json.loads(strict_json(found.summary))
     assert values.keys() == {*summary, "wall_time_s"}
     assert all(values[key] == summary[key] for key in summary.keys() - OF_RUNS)
+    shown, picture = found._repr_html_(), found._repr_png_()
+    assert shown.count("<table>") == shown.count("</table>")
+    assert picture.startswith(b"\x89PNG") if found.figures else picture is None
     written = path.with_stem("written")
     if files:
         found.write(written)

@@ -1,0 +1,57 @@
+"""What a result shows in a notebook: its page as HTML, its first figure as PNG."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from html import escape
+from io import BytesIO
+from typing import TYPE_CHECKING
+
+from fegear.files.printable import printable
+from fegear.studies.page import Grid, Page, Sheet
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+def page_html(page: Page) -> str:
+    """The page of a result: a paragraph for each line, and its tables."""
+    return "\n".join(_part(part) for part in page)
+
+
+def figure_png(figure: Figure, dots_per_inch: int) -> bytes:
+    """A figure as the content of a PNG file."""
+    from fegear.figures.statics import save_figure
+
+    content = BytesIO()
+    save_figure(figure, content, dots_per_inch)
+    return content.getvalue()
+
+
+def _part(part: str | Grid | Sheet) -> str:
+    if isinstance(part, Grid):
+        return _table(part.title, part.columns, part.cells())
+    if isinstance(part, Sheet):
+        names = [part.corner, *part.columns]
+        return _table(part.title, names, _rows(part.labels, part.columns))
+    return f"<p>{_text(part)}</p>"
+
+
+def _rows(labels: Iterable[str], columns: Mapping[str, Iterable[str]]) -> Iterator:
+    for label, *cells in zip(labels, *columns.values(), strict=True):
+        yield [label, *cells]
+
+
+def _table(title: str | None, names: Iterable[str], rows: Iterable[list[str]]) -> str:
+    caption = f"<caption>{_text(title)}</caption>" if title else ""
+    head = "".join(f"<th>{_text(name)}</th>" for name in names)
+    body = "".join(
+        f"<tr>{''.join(f'<td>{_text(cell)}</td>' for cell in row)}</tr>" for row in rows
+    )
+    return (
+        f"<table>{caption}<thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
+    )
+
+
+def _text(words: str) -> str:
+    return escape(printable(words)).replace("\n", "<br>")
