@@ -7,6 +7,7 @@ a region is that of r^n / n dtheta around it. Radial lines add nothing.
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 
 import numpy as np
 
@@ -16,11 +17,13 @@ from meshes.profile import fillet_points
 POINTS = 64  # of Gauss quadrature, exact on the involute
 
 
+@lru_cache(maxsize=256)
 def section_area(gear: SpurGear) -> float:
     """[m2]"""
     return _around(gear, 2)
 
 
+@lru_cache(maxsize=256)
 def section_polar_moment(gear: SpurGear) -> float:
     """About the centre [m4]."""
     return _around(gear, 4)

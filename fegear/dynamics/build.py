@@ -22,8 +22,8 @@ from fegear.elasticity.modes import GearModes, gear_modes, resolving_sector
 from fegear.files.errors import InputError
 from fegear.gearset.inertia import require_inertia_of_bodies
 from fegear.gearset.model import Gear, GearSet
+from fegear.statics.excitation import Excitations
 from fegear.statics.solving import StaticsSettings
-from fegear.train.excitation import Excitations
 from lumped.common.checks import require_between, require_fields
 from lumped.train.elastic_inertia import (
     Choice,

@@ -16,6 +16,7 @@ from fegear.dynamics.stepper import DynamicSettings, Motion, steps_per_cycle
 from fegear.files.errors import InputError
 from fegear.files.output import make_directory, write_text
 from fegear.gearset.model import GearSet
+from fegear.statics.excitation import Excitations, Source
 from fegear.studies.page import Page
 from fegear.studies.responses import ResponsesResult
 from fegear.studies.study import (
@@ -43,7 +44,6 @@ from fegear.studies.trains import (
     refuse_edits,
     torques_setting,
 )
-from fegear.train.excitation import Excitations, Source
 from fegear.train.lumped_models import (
     LumpedModel,
     TorqueOf,

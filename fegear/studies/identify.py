@@ -11,6 +11,7 @@ import numpy as np
 
 from fegear.files.errors import InputError
 from fegear.gearset.model import GearSet
+from fegear.gearset.power_path import mesh_torques_at
 from fegear.statics.identify import (
     WIDTH_FACTORS,
     Candidate,
@@ -43,7 +44,6 @@ from fegear.studies.trains import (
     refuse_edits,
     torque_setting,
 )
-from fegear.train.train import mesh_torques_at
 from lumped.figures.drawing import draw_title, panels
 
 if TYPE_CHECKING:

@@ -9,7 +9,10 @@ from typing import Any, Literal
 
 import numpy as np
 
+from fegear.gearset.lumped_train import train_of
 from fegear.gearset.model import GearSet
+from fegear.gearset.power_path import mesh_torques_at
+from fegear.statics.excitation import Excitations, Source, unmodified
 from fegear.studies.page import Page, Sheet
 from fegear.studies.study import (
     NO_PICTURES,
@@ -33,7 +36,6 @@ from fegear.studies.trains import (
     one_load,
     torque_setting,
 )
-from fegear.train.excitation import Excitations, Source, unmodified
 from fegear.train.lumped_models import (
     LumpedModel,
     body_entries,
@@ -41,7 +43,6 @@ from fegear.train.lumped_models import (
     lumped_system,
     usual_speeds,
 )
-from fegear.train.train import mesh_torques_at, train_of
 from lumped.train.modes import Modes, natural_modes
 from lumped.train.system import LumpedSystem
 

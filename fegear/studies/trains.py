@@ -12,6 +12,8 @@ from fegear.files.speeds import parsed_speeds, written_speeds
 from fegear.gearset import load_gear_set
 from fegear.gearset.edit import parsed_value
 from fegear.gearset.model import GearSet
+from fegear.gearset.power_path import input_torques
+from fegear.statics.excitation import Source, read_mesh_tables
 from fegear.studies.page import counted
 from fegear.studies.study import (
     Group,
@@ -28,9 +30,7 @@ from fegear.studies.study import (
     require_settings,
     setting,
 )
-from fegear.train.excitation import Source, read_mesh_tables
 from fegear.train.lumped_models import LumpedModel
-from fegear.train.train import input_torques
 from lumped.steady.settings import Settings
 
 LEAST_TORQUE = 1e-6  # N m, less is lost in round-off

@@ -14,11 +14,12 @@ from numpy.typing import NDArray
 from fegear.boundary import public
 from fegear.files.errors import InputError
 from fegear.files.version import package_version
+from fegear.gearset.lumped_train import train_of, with_efficiency
 from fegear.gearset.model import GearSet
 from fegear.gearset.pitch_errors import error_periods
+from fegear.gearset.power_path import mesh_torques_at, power_path
+from fegear.statics.excitation import Excitations, ExcitationSource, GivenTables, Source
 from fegear.statics.unphysical import doubts_of_meshes
-from fegear.train.excitation import Excitations, ExcitationSource, GivenTables, Source
-from fegear.train.train import mesh_torques_at, power_meshes, train_of, with_efficiency
 from lumped.common.checks import require_between, require_choice, require_fields
 from lumped.common.csv_text import exact
 from lumped.steady.losses import nominal_efficiency
@@ -158,7 +159,7 @@ def lumped_system(
         raise InputError(f"{gear_set.name}: {error}") from None
     if known is None:
         return system
-    from fegear.dynamics.coupled import coupled_contacts
+    from fegear.train.coupled import coupled_contacts
 
     require_physical(gear_set, torque, system)
     speeds = speeds if len(speeds) else usual_speeds(system)
@@ -173,7 +174,7 @@ def lumped_system(
 def with_losses(gear_set: GearSet, system: LumpedSystem) -> LumpedSystem:
     """The system with an output torque lowered by what friction takes."""
     efficiency = 1.0
-    for mesh in power_meshes(gear_set):
+    for mesh in power_path(gear_set).meshes:
         force = system.modes.mean_stiffness[mesh] * abs(system.static_deflection[mesh])
         given = system.excitations[mesh], system.friction[mesh], float(force)
         efficiency *= nominal_efficiency(system.train, mesh, *given)

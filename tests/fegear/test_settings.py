@@ -15,9 +15,9 @@ import pytest
 
 import fegear
 import lumped
+from fegear.statics.excitation import GivenTables
 from fegear.studies.machines import LoadedMachine, MovingMachine
 from fegear.studies.trains import NamedSet
-from fegear.train.excitation import GivenTables
 from lumped.branches.periodic import BranchSettings
 from lumped.steady.maps import Axis
 from lumped.train.coupled import CoupledContacts

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fegear.gearset.model import GearSet
-from fegear.train.excitation import Source
+from fegear.statics.excitation import Source
 from fegear.train.lumped_models import LumpedModel, lumped_system, usual_speeds
 from lumped.branches.bifurcations import BranchPoint
 from lumped.branches.continuation import NoSolution

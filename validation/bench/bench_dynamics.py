@@ -20,7 +20,7 @@ from fegear.dynamics.build import FiniteElements, prepare
 from fegear.dynamics.stepper import DynamicSettings, ImplicitStepper, Steps
 from fegear.files.memory import memory_level
 from fegear.gearset.model import GearSet
-from fegear.train.excitation import Excitations
+from fegear.statics.excitation import Excitations
 from fegear.train.lumped_models import lumped_system
 from lumped.common.progress import Progress
 from lumped.train.system import LumpedSystem

@@ -18,11 +18,11 @@ from numpy.typing import NDArray
 
 from fegear.files.errors import InputError
 from fegear.gearset import load_gear_set
+from fegear.statics.excitation import Source
 from fegear.studies.running import run
 from fegear.studies.stability import Stability
 from fegear.studies.trains import NamedSet
 from fegear.studies.varied import FRICTION
-from fegear.train.excitation import Source
 from fegear.train.lumped_models import LumpedModel, lumped_system
 from lumped.common.progress import Progress
 from lumped.stability.combinations import Combination, combinations

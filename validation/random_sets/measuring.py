@@ -20,7 +20,7 @@ from fegear.dynamics.elastic import ElasticGear
 from fegear.dynamics.model import DynamicModel
 from fegear.dynamics.stepper import DynamicSettings, ReducedStepper
 from fegear.gearset.model import GearSet
-from fegear.train.excitation import Excitations
+from fegear.statics.excitation import Excitations
 from fegear.train.lumped_models import (
     COUPLED,
     LumpedModel,

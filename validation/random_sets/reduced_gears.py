@@ -15,8 +15,8 @@ from fegear.dynamics.elastic import ElasticGear
 from fegear.dynamics.mesh_laws import all_mesh_laws, equal_tables
 from fegear.dynamics.model import DynamicModel, dynamic_model
 from fegear.gearset.model import GearSet
+from fegear.statics.excitation import Excitations
 from fegear.statics.solving import StaticsSettings
-from fegear.train.excitation import Excitations
 from lumped.train.system import LumpedSystem
 
 

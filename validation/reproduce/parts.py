@@ -14,7 +14,7 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import AfterValidator, Field
 
-from fegear.train.excitation import Kind
+from fegear.statics.excitation import Kind
 from lumped.common.progress import Progress
 from validation.study.cases import require_model
 from validation.study.data_files import STRICT, Edit, Flag, Number, Positive

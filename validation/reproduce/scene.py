@@ -12,11 +12,12 @@ import numpy as np
 
 from fegear.files.errors import InputError
 from fegear.gearset import load_gear_set
+from fegear.gearset.lumped_train import train_of
 from fegear.gearset.model import GearSet
+from fegear.gearset.power_path import mesh_torques_at
+from fegear.statics.excitation import STIFFNESS, Excitations, GivenTables, Kind, Source
 from fegear.studies.varied import BENDING, FRICTION, OF_TEETH
-from fegear.train.excitation import STIFFNESS, Excitations, GivenTables, Kind, Source
 from fegear.train.lumped_models import LumpedModel, Number, lumped_system
-from fegear.train.train import mesh_torques_at, train_of
 from lumped.closed_forms.predictions import STRAINED
 from lumped.train.system import LumpedSystem
 from lumped.train.table import MeshTable

@@ -15,8 +15,8 @@ from fegear.files.errors import InputError
 from fegear.gearset import load_gear_set
 from fegear.gearset.model import GearSet
 from fegear.gearset.read import make_gear_set
+from fegear.statics.excitation import Excitations, Source
 from fegear.statics.solving import solve_mesh
-from fegear.train.excitation import Excitations, Source
 from fegear.train.lumped_models import LumpedModel, lumped_system
 from lumped.steady.respond import respond
 from lumped.steady.settings import Settings

@@ -27,7 +27,7 @@ from pathlib import Path
 from fegear.files.errors import InputError
 from fegear.files.output import make_directory
 from fegear.files.store import Checkpoint, open_checkpoint
-from fegear.train.excitation import Excitations, Source
+from fegear.statics.excitation import Excitations, Source
 from lumped.common.progress import Progress, silent
 from lumped.common.workers import Cluster, NoClusterError, run_tasks
 from validation.study.cases import Case

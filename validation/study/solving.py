@@ -17,11 +17,11 @@ from fegear.dynamics.stepper import DynamicSettings, ImplicitStepper, steps_per_
 from fegear.files.memory import MemoryLevel, memory_level
 from fegear.files.store import Checkpoint, Records
 from fegear.gearset.pitch_errors import error_periods
+from fegear.gearset.power_path import mesh_torques_at
+from fegear.statics.excitation import Excitations
 from fegear.statics.solving import solve_mesh
 from fegear.studies.responses import doubts_of_sweep
-from fegear.train.excitation import Excitations
 from fegear.train.lumped_models import LumpedModel, lumped_system
-from fegear.train.train import mesh_torques_at
 from lumped.common.progress import Progress
 from lumped.steady.motion import speeds_between
 from lumped.steady.response import Response, Status

@@ -13,7 +13,7 @@ from fegear.files.store import digest
 from fegear.files.version import package_version
 from fegear.gearset import load_gear_set
 from fegear.gearset.model import GearSet
-from fegear.train.excitation import Source
+from fegear.statics.excitation import Source
 from fegear.train.lumped_models import shares_a_gear
 from lumped.steady.settings import Settings
 from validation.study.cases import Case, Model, Part, SingleSpeed

@@ -17,8 +17,8 @@ from fegear.dynamics.stepper import DynamicSettings, Steps
 from fegear.elasticity import sector
 from fegear.elasticity.material import PlaneMaterial
 from fegear.gearset import load_gear_set
+from fegear.statics.excitation import Excitations, Source
 from fegear.statics.solving import RESOLUTIONS
-from fegear.train.excitation import Excitations, Source
 from fegear.train.lumped_models import lumped_system
 from meshes import sector as meshing
 

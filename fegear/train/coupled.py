@@ -26,8 +26,8 @@ from fegear.elasticity.inertia_relief import InertiaRelief, inertia_relief
 from fegear.elasticity.sector import RIGHT
 from fegear.gearset.inertia import require_inertia_of_bodies
 from fegear.gearset.model import GearSet
+from fegear.statics.excitation import Excitations, GivenTables
 from fegear.statics.solving import StaticsSettings
-from fegear.train.excitation import Excitations, GivenTables
 from lumped.train.coupled import CoupledContacts
 from lumped.train.system import LumpedSystem
 
