@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from lumped.common.progress import Progress, silent
 from lumped.common.workers import Arrays, Compute, in_threads
-from lumped.rattle.branches import BranchFinder, OrbitBranch, machine_with
+from lumped.rattle.branches import OrbitFinder, OrbitBranch, machine_with
 from lumped.rattle.departures import Itinerary
 from lumped.rattle.long_runs import settled_departures
 from lumped.rattle.machine import Machine
@@ -164,9 +164,7 @@ def followed(
     watch: Callable[[int, float], None] = lambda number, value: None,
 ) -> tuple[OrbitBranch, ...]:
     """Branches over a figure from orbits at some values, rows of `orbit_rows`."""
-    finder = BranchFinder(
-        machine, search.figure, search.limits, search.doublings, watch
-    )
+    finder = OrbitFinder(machine, search.figure, search.limits, search.doublings, watch)
     for value, orbits in rows:
         for turns, upper, lower, time, speed in orbits.tolist():
             itinerary = Itinerary(int(turns), int(upper), int(lower))

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fegear.rattle.bifurcation import Search, followed, orbits_of
-from lumped.branches.continuation import NoSolution
 from lumped.common.progress import Progress, silent
 from lumped.common.workers import Compute, in_threads
+from lumped.continuation.arc_length import NoSolution
 from lumped.rattle.branches import machine_with
 from lumped.rattle.curves import Curve, curve_of, is_on
 from lumped.rattle.machine import Machine

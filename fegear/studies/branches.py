@@ -46,10 +46,10 @@ from fegear.studies.trains import (
 )
 from fegear.studies.varied import TORQUE, Varied
 from fegear.train.lumped_models import LumpedModel, doubts_of_bodies
-from lumped.branches.bifurcations import BranchPoint
 from lumped.branches.motions import Family, OverFigure, OverSpeed
 from lumped.branches.periodic import BranchFinder, BranchSettings, PeriodicBranch
 from lumped.branches.plain import plain_branch, read_branch
+from lumped.branches.points import BranchPoint
 from lumped.common.csv_text import exact
 from lumped.common.workers import Stopped
 from lumped.figures.branches import draw_branches

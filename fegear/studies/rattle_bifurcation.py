@@ -237,7 +237,7 @@ class BifurcationResult(OverFigures):
             for index, point in enumerate(branch.points, start=1):
                 for place, (time, speed) in enumerate(point.departures, start=1):
                     yield (
-                        *(number, name, index, point.value, place, time, speed),
+                        *(number, name, index, point.parameter, place, time, speed),
                         *(int(point.stable), point.largest, point.kind),
                     )
         settled = self.found.settled.tolist()
@@ -362,7 +362,7 @@ def _none_found(study: OrbitBifurcations) -> str:
 
 
 def _of_branch(branch: OrbitBranch) -> dict[str, Any]:
-    values = [point.value for point in branch.points]
+    values = [point.parameter for point in branch.points]
     return {
         "name": branch.itinerary.name,
         "points": len(values),
@@ -372,7 +372,11 @@ def _of_branch(branch: OrbitBranch) -> dict[str, Any]:
         "origin": branch.origin,
         "end": branch.reason,
         "bifurcations": [
-            {"kind": p.kind, "value": p.value, "departures": [*map(list, p.departures)]}
+            {
+                "kind": p.kind,
+                "value": p.parameter,
+                "departures": [*map(list, p.departures)],
+            }
             for p in branch.bifurcations
         ],
     }

@@ -15,11 +15,11 @@ from enum import StrEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.branches.bifurcations import branch_point
-from lumped.branches.continuation import Branch, NoSolution, Steps
 from lumped.branches.motions import Motions, OverSpeed
 from lumped.branches.periodic import repeats_sooner
+from lumped.branches.points import branch_point
 from lumped.common.checks import checked, require_between, require_fields
+from lumped.continuation.arc_length import Branch, NoSolution, Steps
 from lumped.steady.response import Response, Status
 from lumped.steady.settings import Settings
 from lumped.steady.steady_state import Diverged, Speed

@@ -12,9 +12,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.branches.continuation import NoSolution
 from lumped.branches.motions import PeriodicMotion
 from lumped.branches.period_map import PeriodMap
+from lumped.continuation.arc_length import NoSolution
 from lumped.steady.measures import measures
 from lumped.steady.settings import Settings
 from lumped.steady.steady_state import Diverged, Speed

@@ -17,12 +17,12 @@ from numpy.typing import NDArray
 from fegear.gearset.model import GearSet
 from fegear.statics.excitation import Source
 from fegear.train.lumped_models import LumpedModel, lumped_system, usual_speeds
-from lumped.branches.bifurcations import BranchPoint
-from lumped.branches.continuation import NoSolution
 from lumped.branches.motions import OverSpeed
 from lumped.branches.periodic import BranchFinder, BranchSettings, PeriodicBranch
+from lumped.branches.points import BranchPoint
 from lumped.branches.shooting import ADAPTIVE, shoot
 from lumped.common.progress import Progress
+from lumped.continuation.arc_length import NoSolution
 from lumped.steady.jumps import find_jumps
 from lumped.steady.response import Response, Status
 from lumped.steady.settings import Settings

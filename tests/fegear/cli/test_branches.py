@@ -118,8 +118,8 @@ def test_ctrl_c_keeps_the_finished_branches(tmp_path, monkeypatch):
 
 def test_resumed_branches_are_those_of_one_go(tmp_path, monkeypatch):
     """What was finished is not followed again, and nothing else is changed."""
-    from lumped.branches.continuation import Branch
     from lumped.branches.periodic import BranchFinder
+    from lumped.continuation.arc_length import Branch
 
     words = (*FAST, "--speeds", "2800:3600", "--harmonics", 4)
     whole, file = tmp_path / "whole.csv", tmp_path / "b.csv"
