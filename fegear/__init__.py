@@ -38,12 +38,12 @@ The same by the finite elements themselves:
 One speed by the lumped model that agrees with them, tooth pair by tooth pair:
 
 >>> coupled = fegear.LumpedModel(number="coupled")
->>> asked = fegear.Wave(gear_set=gears, torque=100.0, speed=2500.0, model=coupled)
+>>> asked = fegear.Motion(gear_set=gears, torque=100.0, speed=2500.0, model=coupled)
 >>> found = fegear.run(asked)
 >>> pairs = found.motion.pairs[0]
 >>> pairs.force.shape[1], list(pairs.conditions)
 (2, ['III'])
->>> found.to_csv("wave.csv")
+>>> found.to_csv("motion.csv")
 
 Stress in the teeth, and a picture of it:
 

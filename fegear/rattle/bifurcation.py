@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from lumped.common.progress import Progress, silent
 from lumped.common.workers import Arrays, Compute, in_threads
-from lumped.rattle.branches import OrbitFinder, OrbitBranch, machine_with
+from lumped.rattle.branches import OrbitBranch, OrbitFinder, machine_with
 from lumped.rattle.departures import Itinerary
 from lumped.rattle.long_runs import settled_departures
 from lumped.rattle.machine import Machine

@@ -81,7 +81,7 @@ STUDIES = {
         "Stability",
         "Parametric instability of a train with tooth friction.",
     ),
-    "wave": ("wave", "Wave", "Settled motion of a lumped train at one speed."),
+    "motion": ("motion", "Motion", "Settled motion of a lumped train at one speed."),
     "theory": (
         "theory",
         "Theory",
@@ -133,6 +133,8 @@ STUDIES = {
         "Motions P(m, n+, n-) that repeat, stable or not.",
     ),
 }
+
+ALIASES = {"wave": "motion"}  # earlier names of commands
 
 
 def load_study(command: str) -> type[Study]:

@@ -181,7 +181,7 @@ SETTLE = ["--direction", "up", "--tolerance", "0.1", "--max-periods", "1"]
             3 + 3,
         ),
         (["sweep", "liu-idler", "--torque", "100", "--speeds", "1500"], 3),
-        (["wave", "liu-pair", "--torque", "100", "--speed", "1500"], 2),
+        (["motion", "liu-pair", "--torque", "100", "--speed", "1500"], 2),
         (["map", "liu-pair", "--over", "torque_Nm=100", "--at", "1500"], 2),
         (["modes", "liu-idler", "--stiffness", "fe"], 3),
         (["render", "liu-pair"], 2),
