@@ -105,7 +105,9 @@ class ResumedOutputs(Outputs):
         if self.checkpoint is None:
             refuse_idle(f"needs --{self.beside}", overwrite=self.overwrite)
         if self.resume:
-            refuse_idle("--resume goes on with it", overwrite=self.overwrite)
+            refuse_idle(
+                "--resume keeps what --overwrite drops", overwrite=self.overwrite
+            )
 
     @property
     def keeping(self) -> Keeping:
