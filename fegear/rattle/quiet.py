@@ -1,4 +1,4 @@
-"""Whether a machine can run quietly, and what change helps."""
+"Determine whether a machine can run without rattling, and which change helps."
 
 from __future__ import annotations
 

@@ -91,8 +91,8 @@ SECTIONS = Group(
     kind=SectionSettings,
     offers={
         "sections": Setting(
-            text="Points of the Poincaré section, one in each common period of all "
-            "meshes, of a motion that does not repeat."
+            text="Points of the Poincaré section of an aperiodic motion, one in "
+            "each common period of all meshes."
         )
     },
 )
@@ -108,7 +108,8 @@ class Bifurcations(
     """Period doublings and chaos over speed or a parameter.
 
     Poincaré sections and the largest Lyapunov exponent. With --output each finished
-    value is kept in FILE.partial until the file is written; --resume goes on there.
+    value is stored in FILE.partial until the file is written; --resume continues from
+    there.
     """
 
     resumes = True
@@ -116,8 +117,9 @@ class Bifurcations(
     unit = "value"
 
     over: Axis = axis_setting(
-        "What varies: mesh_frequency_Hz of the first mesh, a key of the gear set, "
-        "torque_Nm or damping_ratio, and N values from A to B, or values with commas."
+        "Parameter: mesh_frequency_Hz of the first mesh, a key of the gear set, "
+        "torque_Nm or damping_ratio, with N values from A to B, or values with "
+        "commas."
     )
     at: float | None = setting(
         None,
@@ -127,14 +129,14 @@ class Bifurcations(
     )
     direction: Literal["up", "down", "both"] = setting(
         "both",
-        "Whether the values rise, fall, or one and the other side by side; each motion "
-        "starts from where the one before has settled.",
+        "Whether the values rise, fall, or both in parallel; each motion starts "
+        "from the steady state of the one before.",
     )
     sections: SectionSettings = group(SECTIONS)
     period_multiple: int = setting(
         32,
-        "Common periods of all meshes, at most, after which a motion counts as one "
-        "that repeats.",
+        "Largest number of common periods of all meshes after which a motion "
+        "counts as periodic.",
         Range(1, 64),
     )
     torque: float | None = torque_setting()

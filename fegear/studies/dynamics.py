@@ -73,10 +73,10 @@ ELEMENTS = Group(
     idle=_idle_elements,
     offers={
         "fidelity": Setting(
-            text="What moves. full: all degrees of freedom of the finite elements; "
-            "reduced: hubs and elastic modes of the gears; quasistatic: hubs alone, "
-            "without elastic inertia; auto: reduced where elastic inertia matters, "
-            "else quasistatic."
+            text="Degrees of freedom. full: all of the finite elements; reduced: "
+            "hubs and elastic modes of the gears; quasistatic: hubs only, "
+            "without elastic inertia; auto: reduced where elastic inertia "
+            "matters, otherwise quasistatic."
         ),
         "friction": FRICTION,
         "elastic_damping": Setting(
@@ -110,7 +110,7 @@ class Dynamics(
     """Vibration of finite-element gears over speed.
 
     The CSV columns are those of `fegear sweep`. With --output each finished speed is
-    kept in FILE.partial until the file is written; --resume goes on from there.
+    stored in FILE.partial until the file is written; --resume continues from there.
     """
 
     resumes = True
@@ -129,7 +129,7 @@ class Dynamics(
     )
     integration: DynamicSettings = group(INTEGRATION)
     model_1: bool = setting(
-        False, "Run lumped model 1 as well and show both results.", option="--model-1"
+        False, "Also run lumped model 1 and show both results.", option="--model-1"
     )
     history: str | None = setting(
         None,

@@ -64,7 +64,7 @@ class Identification(
     """Face width and hub radii that give measured stiffnesses.
 
     A weighted least-squares fit of one factor on all face widths and of every gear's
-    hub radius. Figures that leave several sets equally good are shown with them.
+    hub radius. Where several sets are equally good, they are listed as well.
     """
 
     gear_set: NamedSet
@@ -92,12 +92,12 @@ class Identification(
     )
     hold_width: bool = setting(
         False,
-        "Keep the face widths and identify hub radii alone.",
+        "Identify hub radii only; the face widths stay.",
         option="--hold-width",
     )
     along: str | None = setting(
         None,
-        "Gear whose hub radius runs through the valley of equally good sets. "
+        "Gear whose hub radius parametrises the valley of equally good sets. "
         "[default: the first gear]",
         metavar="GEAR",
     )

@@ -21,8 +21,8 @@ NAME = "Built-in machine or path of a TOML file."
 
 
 SPEEDS = (
-    "Speeds of departure that are looked at [rad per turn]. [default: 0 to 4 pi "
-    "damping + 4 half backlashes, or what forcing can give]"
+    "Range of departure speeds [rad per turn]. [default: 0 to 4 pi damping + 4 "
+    "half backlashes, or the largest that forcing allows]"
 )
 
 

@@ -52,7 +52,7 @@ ELEMENTS = Group(kind=Source, offers={"plane": PLANE, "resolution": RESOLUTION})
 
 @dataclass(frozen=True, kw_only=True)
 class NaturalModes(Study, command="modes", example="modes liu-idler --translations"):
-    """Natural frequencies of a train, and what they strain."""
+    """Natural frequencies of a train, and the meshes that they strain."""
 
     pictures = NO_PICTURES
 
@@ -61,9 +61,9 @@ class NaturalModes(Study, command="modes", example="modes liu-idler --translatio
     translations: bool = setting(False, TRANSLATIONS.text, option=TRANSLATIONS.option)
     stiffness: Literal["given", "fe", "coupled"] = setting(
         "given",
-        "Mean mesh stiffness. given: mean_stiffness_N_per_m of the gear set, by finite "
-        "elements where it is missing; fe: by finite elements, at the torque; coupled: "
-        "of the coupled model about its state under the torque.",
+        "Mean mesh stiffness. given: mean_stiffness_N_per_m of the gear set, or "
+        "finite elements where it is missing; fe: by finite elements at the "
+        "torque; coupled: of the coupled model about its loaded state.",
     )
     source: Source = group(ELEMENTS)
 

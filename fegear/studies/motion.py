@@ -73,7 +73,7 @@ class Motion(
     command="motion",
     example="motion liu-idler --speed 2100 --from-speed 3000 --plot m.png",
 ):
-    """Settled motion of a lumped train at one speed.
+    """Steady-state motion of a lumped train at one speed.
 
     Forces and contact of every tooth pair, phase plane and spectrum.
     """
@@ -81,9 +81,9 @@ class Motion(
     speed: float = setting(MISSING, "Mesh frequency of the first mesh [Hz].", FREQUENCY)
     from_speed: float | None = setting(
         None,
-        "Mesh frequency [Hz] at which the motion settles first; from there it is "
-        "followed to --speed in steps of 20 Hz at most. Where two motions are "
-        "possible, this chooses one. [default: start at rest]",
+        "Mesh frequency [Hz] of a first steady state, from which the motion is "
+        "followed to --speed in steps of at most 20 Hz. Where two motions are "
+        "possible, this selects one. [default: start at rest]",
         FREQUENCY,
     )
     torque: float | None = torque_setting()

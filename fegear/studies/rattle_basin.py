@@ -1,4 +1,4 @@
-"""Which motions a machine can settle to, and from where."""
+"""Basins of attraction of a machine that rattles."""
 
 from __future__ import annotations
 
@@ -34,11 +34,11 @@ class Basins(
     command="rattle basin",
     example="rattle basin roots-scaled -o basins.npz --plot basins.png",
 ):
-    """Which motions a machine can settle to, and from where.
+    """Attractors of a machine and their basins of attraction.
 
-    Every cell of a grid of departures from the upper flank is followed until it is
-    clear where it leads. With --output tiles of cells are kept in FILE.partial until
-    the file is written; --resume goes on from there.
+    Every cell of a grid of departures from the upper flank is followed until its
+    attractor is identified. With --output tiles of cells are stored in FILE.partial
+    until the file is written; --resume continues from there.
     """
 
     resumes = True
@@ -49,13 +49,13 @@ class Basins(
 
     grid: int = setting(
         400,
-        "Cells a side of the grid, over a turn and over the speeds.",
+        "Cells per side of the grid, over a turn and over the speeds.",
         Range(5, MOST_CELLS),
     )
     iterations: int = setting(
         1499,
-        "Returns to the upper flank after which a motion that still changes counts as "
-        "chaotic. Low damping needs more, which the result says.",
+        "Returns to the upper flank after which a motion that still changes "
+        "counts as chaotic. Low damping needs more; the result then says so.",
         Range(LEAST_RETURNS, MOST_RETURNS),
     )
 

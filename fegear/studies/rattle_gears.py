@@ -67,7 +67,7 @@ class MachineOfGears(
     """A machine of two gears in mesh, for the other commands of rattle.
 
     Its stiffness is the mean mesh stiffness of `fegear stiffness` at the load of the
-    drag, its backlash and inertias are those of the gear set.
+    drag; its backlash and inertias are those of the gear set.
     """
 
     pictures = NO_PICTURES
@@ -96,12 +96,12 @@ class MachineOfGears(
     )
     driving_inertia_kgm2: float | None = setting(
         None,
-        "Inertia of all on the driving shaft [kg m2]. [default: the gear's]",
+        "Total inertia of the driving shaft [kg m2]. [default: the gear's]",
         ABOVE,
     )
     driven_inertia_kgm2: float | None = setting(
         None,
-        "Inertia of all on the driven shaft [kg m2]. [default: the gear's]",
+        "Total inertia of the driven shaft [kg m2]. [default: the gear's]",
         ABOVE,
     )
     elements: StaticsSettings = group(ELEMENTS)

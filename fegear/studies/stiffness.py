@@ -49,8 +49,9 @@ ELEMENTS = Group(
         "plane": PLANE,
         "resolution": RESOLUTION,
         "body": Setting(
-            text="What the bodies of the gears are held by. held: their hubs; free: "
-            "nothing but their inertia, the compliance of gears that vibrate."
+            text="Support of the gear bodies. held: at their hubs; free: by their"
+            " inertia alone, which gives the compliance of gears that "
+            "vibrate."
         ),
         "corner_contact": Setting(
             text="Contact of tip corners before and after the nominal path of contact."
