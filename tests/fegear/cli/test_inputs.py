@@ -874,7 +874,7 @@ def quick_benchmarks(monkeypatch):
         "eccentric",
         "clatter",
     ):
-        module = import_module(f"validation.bench_{name}")
+        module = import_module(f"validation.bench.bench_{name}")
         monkeypatch.setattr(module, "measure", instead(name))
 
 

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-import typer
+from cli_commands import printed
 from conftest import SMALL_HUBS
-from fegear.cli.dynamics import dynamics_command
-from typer.testing import CliRunner
 
 from fegear.contact.loads import patch_loads
 from fegear.contact.problem import solve_cycle
@@ -122,14 +120,9 @@ def test_back_flanks_touch_where_the_backlash_is_used_up(name, position, request
 
 def test_loads_and_pressures_are_those_of_the_history(tmp_path, private_cache):
     """A motion that loses contact, as `fegear dynamics` writes it."""
-    command = "liu-idler --torque 100 --speeds 1600 --direction up --history"
+    command = "dynamics liu-idler --torque 100 --speeds 1600 --direction up --history"
     options = "--fidelity quasistatic --resolution coarse"
-    app = typer.Typer()
-    app.command()(dynamics_command)
-    result = CliRunner().invoke(
-        app, [*command.split(), str(tmp_path), *options.split()], catch_exceptions=False
-    )
-    assert result.exit_code == 0
+    printed(*command.split(), tmp_path, *options.split())
     gear_set = load_gear_set("liu-idler")
     file = read_history(next(tmp_path.iterdir()))
     settings = StaticsSettings(resolution="coarse")
