@@ -42,6 +42,7 @@ COMMANDS = (  # each in a file of its name, in the order of the help
     ),
     "reproduce",
     "budget",
+    "warmup",
 )
 RATTLES = (  # of the group `rattle`
     *("critical", "gears", "run-down", "periodic"),

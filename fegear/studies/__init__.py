@@ -96,6 +96,11 @@ STUDIES = {
         "Eccentric",
         "An eccentric circular wheel, and the wheel that it drives.",
     ),
+    "warmup": (
+        "warmup",
+        "Warmup",
+        "Compile all kernels, on all cores, and keep them for later runs.",
+    ),
     "rattle critical": (
         "rattle_critical",
         "Critical",

@@ -104,7 +104,8 @@ class SpeedSignal:
         mean = float(spline.integrate(0.0, 1.0))
         scale = self.base_radius * self.period
         shift = CubicSpline(turns, self.speeds - mean).antiderivative()
-        return np.column_stack([turns[:-1], scale * shift.c[::-1].T])
+        pieces = np.column_stack([turns[:-1], scale * shift.c[::-1].T])
+        return np.ascontiguousarray(pieces)  # as kernels are compiled for
 
     def at(self, time: Array) -> Array:
         """Displacement at times from its beginning [s]."""

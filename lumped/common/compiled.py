@@ -22,19 +22,21 @@ import pickle
 import re
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from typing import Any, TypeVar
 
 from numba import config, njit
 from numba.core import event
 from numba.core.caching import FunctionCache, IndexDataCacheFile
+from numba.core.types import unliteral
 from numba.extending import overload
 
 IMPORTED = re.compile(r"^from ((?:fegear|lumped)\.[\w.]+) import", re.MULTILINE)
 F = TypeVar("F", bound=Callable[..., Any])
 PART = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 DIGEST = 32  # bytes of SHA-256 before what a file of the cache holds
+ENDING = ".nbc"  # of its name
 INLINED = {**PART, "_nrt": False, "forceinline": True}
 LOG = logging.getLogger(__name__)
 
@@ -92,47 +94,43 @@ def _cache_in(directory: Path) -> Iterator[None]:
         settings.CACHE_DIR = before
 
 
-class _SealedFile(IndexDataCacheFile):
-    """Index and code of one function, each behind its digest."""
+class _SealedFiles(IndexDataCacheFile):
+    """Code of a function, each signature in a file of its own behind its digest.
 
-    def _load_index(self) -> dict[Any, str]:
-        version, stamp, found = self._read(self._index_path) or (None, None, {})
-        own = self._version, self._source_stamp
-        return found if (version, stamp) == own else {}
+    Processes that compile at once then cannot overwrite what others have added, as in
+    numba's index of all signatures. The directory's name says of which sources it is.
+    """
 
-    def _save_index(self, overloads: dict[Any, str]) -> None:
-        self._write(self._index_path, (self._version, self._source_stamp, overloads))
+    def save(self, key: Any, data: Any) -> None:
+        path, content = self._path(key), self._dump((key, data))
+        with suppress(OSError), self._open_for_write(path) as file:
+            file.write(hashlib.sha256(content).digest() + content)
 
-    def _load_data(self, name: str) -> Any:
-        return self._read(self._data_path(name))
-
-    def _save_data(self, name: str, data: Any) -> None:
-        self._write(self._data_path(name), data)
-
-    def _read(self, path: str) -> Any:
-        """The values in a file, None where there is none or it is damaged."""
+    def load(self, key: Any) -> Any:
+        """What was saved, None where there is nothing or it is damaged."""
+        path = Path(self._path(key))
         try:
-            content = Path(path).read_bytes()
+            content = path.read_bytes()
         except OSError:
             return None
-        seal, data = content[:DIGEST], content[DIGEST:]
-        if hashlib.sha256(data).digest() == seal:
-            return pickle.loads(data)
-        _say_damaged(Path(path).parent)
-        return None
+        seal, content = content[:DIGEST], content[DIGEST:]
+        if hashlib.sha256(content).digest() != seal:
+            _say_damaged(path.parent)
+            return None
+        saved, data = pickle.loads(content)
+        return data if saved == key else None
 
-    def _write(self, path: str, values: Any) -> None:
-        data = self._dump(values)
-        with suppress(OSError), self._open_for_write(path) as file:
-            file.write(hashlib.sha256(data).digest() + data)
+    def _path(self, key: Any) -> str:
+        name = hashlib.sha256(repr((self._version, key)).encode()).hexdigest()[:16]
+        base = self._index_name.removesuffix(".nbi")
+        return self._data_path(f"{base}.{name}{ENDING}")
 
 
 class _SealedCache(FunctionCache):
     def __init__(self, function: Callable[..., Any]) -> None:
         super().__init__(function)
-        file = self._cache_file
-        base = self._impl.filename_base
-        self._cache_file = _SealedFile(file._cache_path, base, file._source_stamp)
+        base, stamp = self._impl.filename_base, None
+        self._cache_file = _SealedFiles(self._cache_path, base, stamp)
 
 
 @cache
@@ -143,13 +141,44 @@ def _say_damaged(directory: Path) -> None:
 def _compile(function: F, **options: Any) -> F:
     options["error_model"] = "numpy"  # division by zero gives inf, caught as such
     options["nogil"] = True
+    dispatcher = njit(**options)(function)
+    dispatcher.get_call_template = partial(_template, dispatcher.get_call_template)
     directory = kernel_cache(Path(inspect.getfile(function)).parent)
     if directory is None:
-        return njit(**options)(function)
-    dispatcher = njit(**options)(function)
+        return dispatcher
     with _cache_in(directory):
         dispatcher._cache = _SealedCache(function)
     return dispatcher
+
+
+def _template(of_types: Callable[..., Any], args: Any, kws: Any) -> Any:
+    """How other compiled code calls a function: with constants as with variables.
+
+    numba would compile it again for every constant among the arguments.
+    """
+    variables = {name: unliteral(kind) for name, kind in kws.items()}
+    return of_types([unliteral(kind) for kind in args], variables)
+
+
+class CompileCount(event.Listener):
+    """Counts in a `with` block what this process compiles of ours."""
+
+    def __init__(self) -> None:
+        self.signatures = 0
+
+    def __enter__(self) -> CompileCount:
+        event.register("numba:compile", self)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        event.unregister("numba:compile", self)
+
+    def on_start(self, event: event.Event) -> None:
+        """Nothing is done."""
+
+    def on_end(self, event: event.Event) -> None:
+        cached = event.data["dispatcher"]._cache
+        self.signatures += isinstance(cached, _SealedCache)
 
 
 class _FirstUse(event.Listener):

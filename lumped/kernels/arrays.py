@@ -5,14 +5,25 @@ n modes, m meshes, p pairs in all, s steps.
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
+import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[Any]
+R = TypeVar("R", bound=tuple[Any, ...])
 PHASE, RATE, OFFSET = 0, 1, 2  # columns of Pieces.place
 FIRST_ROW, SHAPES, FIRST_OFFSET, OFFSETS, PITCH, ROW = range(6)  # of Pieces.pitches
 PERIOD, MULTIPLE, STREAK = range(3)  # of Convergence.counts
+
+
+def in_row_order(record: R) -> R:
+    """A record whose arrays have C order: kernels are compiled again for any other."""
+    kept: Any = record
+    return kept._make(
+        np.ascontiguousarray(value) if isinstance(value, np.ndarray) else value
+        for value in kept
+    )
 
 
 class ModalSystem(NamedTuple):

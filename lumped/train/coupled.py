@@ -52,6 +52,7 @@ from lumped.kernels.arrays import (
     Contacts,
     CoupledSteps,
     CoupledSystem,
+    in_row_order,
 )
 from lumped.train.left_out import BodyInertia
 from lumped.train.propagator import LinearPart
@@ -321,7 +322,7 @@ def contact_grid(system: CoupledSystem, steps: int, periods: Array) -> ContactGr
     facing = gap < FACING
     faces = np.where(facing, np.arange(len(mesh_of)), len(mesh_of))
     faces = np.sort(faces)[:, : facing.sum(axis=1).max()]
-    return ContactGrid(
+    found = ContactGrid(
         place=place,
         part=part,
         turn=turn,
@@ -333,6 +334,7 @@ def contact_grid(system: CoupledSystem, steps: int, periods: Array) -> ContactGr
         facing=facing,
         faces=np.where(faces < len(mesh_of), faces, -1),
     )
+    return in_row_order(found)
 
 
 def coupled_steps(

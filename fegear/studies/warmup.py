@@ -1,0 +1,260 @@
+"""Kernels compiled before they are needed, by small uses of the library."""
+
+from __future__ import annotations
+
+import logging
+import multiprocessing
+import os
+import re
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from functools import cache, cached_property, partial
+from operator import itemgetter
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, Any
+
+import fegear
+import lumped
+from fegear.files.errors import InputError
+from fegear.studies import load_study
+from fegear.studies.page import Grid, Page, cell
+from fegear.studies.study import NO_PICTURES, Job, Study, StudyResult, Task
+from fegear.studies.table import Table
+from lumped.common.compiled import ENDING, CompileCount, kernel_cache
+
+if TYPE_CHECKING:
+    from multiprocessing.connection import Connection
+
+    from fegear.train.lumped_models import LumpedModel
+
+PAIR, GEARBOX, MACHINE = "liu-pair", "seed-five-speed", "roots-scaled"
+SPEED = 1000.0  # Hz, of the first mesh
+DECORATED = re.compile(r"^@(compiled|compiled_part|inlined|allocating)$", re.M)
+SPUR = """
+name = "spur"
+[excitation]
+frequency_Hz = 25
+amplitude_mm = 0.15
+[[wheel]]
+name = "wheel"
+base_radius_mm = 40
+inertia_kg_m2 = 1e-3
+tooth_play_mm = 0.1
+tooth_restitution = 0.8
+"""
+PATIENCE = 0.2  # s between looks at whether the run is to end
+COLUMNS = "directory", "functions", "signatures"
+
+
+def _study(command: str, **given: Any) -> Study:
+    return load_study(command)(**given)
+
+
+def _swept(model: LumpedModel, **given: Any) -> Study:
+    swept = {"gear_set": PAIR, "torque": [100.0], "speeds": [SPEED]}
+    return _study("sweep", **swept, model=model, **given)
+
+
+def _damped(model: LumpedModel) -> Study:
+    over = {"over": "damping_ratio=0.04,0.05", "at": SPEED}
+    return _study("bifurcations", gear_set=PAIR, model=model, **over)
+
+
+def _statics() -> Iterator[Study]:
+    elements = fegear.StaticsSettings(resolution="coarse", positions=4)
+    yield _study("stiffness", gear_set=PAIR, torque=[100.0], elements=elements)
+
+
+def _springs() -> Iterator[Study]:
+    stiffness = fegear.Source(kind="rectangular")
+    model = fegear.LumpedModel(stiffness=stiffness)
+    yield _swept(model)
+    yield _swept(replace(model, friction=0.1, bending=0.0))
+    yield _study("branches", gear_set=PAIR, model=model, speeds=(SPEED, SPEED + 10.0))
+    yield _damped(model)
+    over = {"over": "friction=0:0.1:2", "speeds": "1400:1500:100"}
+    yield _study("stability", gear_set=PAIR, model=replace(model, bending=0.4), **over)
+
+
+def _adaptive() -> Iterator[Study]:
+    from lumped.steady.settings import Settings
+
+    model = fegear.LumpedModel(stiffness=fegear.Source(kind="rectangular"))
+    yield _swept(model, integration=Settings(method="dopri5"))
+
+
+def _coupled() -> Iterator[Study]:
+    coarse = fegear.Source(resolution="coarse")
+    model = fegear.LumpedModel(number="coupled", stiffness=coarse)
+    yield _swept(model)
+    yield _damped(model)
+
+
+def _elements() -> Iterator[Study]:
+    from fegear.dynamics.stepper import DynamicSettings
+
+    settings = {
+        "source": fegear.Source(resolution="coarse"),
+        "integration": DynamicSettings(max_periods=1, windows=1, multiples=1, steps=8),
+    }
+    for elements in (
+        fegear.FiniteElements(fidelity="quasistatic"),
+        fegear.FiniteElements(fidelity="full", mesh=0.1, friction=0.1),
+    ):
+        at = {"torque": [100.0], "speeds": [SPEED], "direction": "up"}
+        yield _study("dynamics", gear_set=PAIR, elements=elements, **at, **settings)
+
+
+def _rattle() -> Iterator[Study]:
+    one = {"departures": 1}
+    over = {"over": ("epsilon=0.09:0.1",), "starts": 1, "runs": 2}
+    yield _study("rattle noise", machine=MACHINE, starts=2, turns=2)
+    yield _study("rattle basin", machine=MACHINE, grid=5)
+    yield _study("rattle periodic", machine=MACHINE, **one)
+    yield _study("rattle bifurcation", machine=MACHINE, **one, **over)
+    yield _study("rattle manifold", machine=MACHINE, length=1.0, preimages=0)
+
+
+def _clatter() -> Iterator[Study]:
+    yield _study("clatter", gearbox=GEARBOX, seconds=0.4)
+    with TemporaryDirectory() as folder:
+        spur = Path(folder) / "spur.toml"
+        spur.write_text(SPUR, "utf-8")
+        for kind in ("implicit", "fermi"):
+            yield _study("clatter", gearbox=str(spur), seconds=1.0, kind=kind)
+
+
+# by name, the number of uses and what they are; those that take longest come first,
+# and what shares kernels is in one list
+USES: Mapping[str, tuple[int, Callable[[], Iterator[Study]]]] = {
+    "coupled": (2, _coupled),
+    "springs": (5, _springs),
+    "elements": (2, _elements),
+    "clatter": (3, _clatter),
+    "adaptive": (1, _adaptive),
+    "statics": (1, _statics),
+    "rattle": (5, _rattle),
+}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Warmup(Study, command="warmup", example="warmup"):
+    """Compile all kernels, on all cores, and keep them for later runs.
+
+    Without it each command compiles what it needs when it is first used. Ctrl-C keeps
+    what is compiled by then, and the next run goes on from there.
+    """
+
+    pictures = NO_PICTURES
+
+    def tasks(self) -> Iterator[Task]:
+        if None in map(kernel_cache, kernel_folders()):
+            raise InputError(
+                "compiled kernels cannot be kept, no cache directory can be written; "
+                "set NUMBA_CACHE_DIR to one that can"
+            )
+        for name, (count, _) in USES.items():
+            yield Task(name, partial(_compile, name), size=count)
+
+    def gather(self, found: Mapping[str, int]) -> WarmupResult:
+        return WarmupResult(self, sum(found.values()))
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class WarmupResult(StudyResult):
+    """What was compiled, and what the cache holds.
+
+    compiled : signatures that were not in the cache
+    """
+
+    study: Warmup
+    compiled: int
+
+    @cached_property
+    def rows(self) -> list[dict[str, Any]]:
+        """Functions and signatures that each directory of the cache holds."""
+        rows = []
+        for directory in filter(None, map(kernel_cache, kernel_folders())):
+            files = [path.name for path in directory.rglob(f"*{ENDING}")]
+            functions = {name.rsplit(".", 2)[0] for name in files}
+            values = str(directory), len(functions), len(files)
+            rows.append(dict(zip(COLUMNS, values, strict=True)))
+        return rows
+
+    @cached_property
+    def summary(self) -> dict[str, Any]:
+        return {
+            "compiled_signatures": self.compiled,
+            "functions": sum(row["functions"] for row in self.rows),
+            "signatures": sum(row["signatures"] for row in self.rows),
+            "cache": self.rows,
+        }
+
+    @property
+    def table(self) -> Table:
+        return Table(COLUMNS, lambda: [list(row.values()) for row in self.rows])
+
+    def page(self) -> Page:
+        values = self.summary
+        numbers = {name: cell(name) for name in COLUMNS[1:]}
+        yield Grid(self.rows, {COLUMNS[0]: itemgetter(COLUMNS[0]), **numbers})
+        yield (
+            f"compiled {self.compiled} signatures; the cache holds "
+            f"{values['signatures']} of {values['functions']} functions"
+        )
+
+
+@cache
+def kernel_folders() -> tuple[Path, ...]:
+    """Those of the sources that have compiled functions."""
+    roots = (Path(fegear.__file__).parent, Path(lumped.__file__).parent)
+    return tuple(
+        sorted(
+            {
+                path.parent
+                for root in roots
+                for path in root.rglob("*.py")
+                if DECORATED.search(path.read_text("utf-8"))
+            }
+        )
+    )
+
+
+def _compile(name: str, job: Job) -> int:
+    """Use kernels in a process of their own; how many signatures it compiled."""
+    context = multiprocessing.get_context("spawn")  # forks copy locks of threads
+    here, there = context.Pipe(duplex=False)
+    process = context.Process(target=_use, args=(name, there), daemon=True)
+    process.start()
+    there.close()
+    done, compiled = 0, 0
+    try:
+        while True:
+            job.report("kernels", done, USES[name][0])
+            if not here.poll(PATIENCE):
+                continue
+            said = here.recv()
+            if isinstance(said, BaseException):
+                raise said
+            done, compiled = done + 1, said
+    except EOFError:
+        return compiled
+    finally:
+        process.terminate()
+        process.join()
+
+
+def _use(name: str, said: Connection) -> None:
+    """What a process does: after each use it says how many signatures it compiled."""
+    from fegear.studies.running import run
+
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    logging.getLogger("lumped").setLevel(logging.ERROR)
+    try:
+        with CompileCount() as count:
+            for study in USES[name][1]():
+                run(study, workers=1)
+                said.send(count.signatures)
+    except BaseException as error:
+        said.send(error)
