@@ -20,7 +20,7 @@ STUDIES = {
     "clatter": (
         "clatter",
         "Clatter",
-        "Clattering gearboxes: impacts of loose wheels in their clearances.",
+        "Clattering gearboxes: impacts of loose wheels.",
     ),
     "sets": ("sets", "BuiltinSets", "List the built-in gear sets."),
     "show": (
@@ -53,7 +53,7 @@ STUDIES = {
     "modes": (
         "modes",
         "NaturalModes",
-        "Natural frequencies of a train, and the meshes that they strain.",
+        "Natural frequencies of a train, and the meshes they strain.",
     ),
     "compare": (
         "validation.studies.compare",
@@ -99,7 +99,7 @@ STUDIES = {
     "warmup": (
         "warmup",
         "Warmup",
-        "Compile all kernels, on all cores, and keep them for later runs.",
+        "Compile all kernels on all cores, for later runs.",
     ),
     "rattle critical": (
         "rattle_critical",

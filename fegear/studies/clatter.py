@@ -56,7 +56,7 @@ class Clatter(
     command="clatter",
     example="clatter seed-five-speed --seconds 20 -o i.csv --plot motion.png",
 ):
-    """Clattering gearboxes: impacts of loose wheels in their clearances.
+    """Clattering gearboxes: impacts of loose wheels.
 
     Between impacts wheels move freely. Impacts in several clearances may coincide, and
     impacts at ever shorter intervals end in contact. The noise level is the sum of

@@ -52,7 +52,7 @@ ELEMENTS = Group(kind=Source, offers={"plane": PLANE, "resolution": RESOLUTION})
 
 @dataclass(frozen=True, kw_only=True)
 class NaturalModes(Study, command="modes", example="modes liu-idler --translations"):
-    """Natural frequencies of a train, and the meshes that they strain."""
+    "Natural frequencies of a train, and the meshes they strain."
 
     pictures = NO_PICTURES
 

@@ -140,7 +140,7 @@ USES: Mapping[str, tuple[int, Callable[[], Iterator[Study]]]] = {
 
 @dataclass(frozen=True, kw_only=True)
 class Warmup(Study, command="warmup", example="warmup"):
-    """Compile all kernels, on all cores, and keep them for later runs.
+    """Compile all kernels on all cores, for later runs.
 
     Without it each command compiles what it needs when it is first used. Ctrl-C keeps
     what is compiled by then, and the next run goes on from there.
