@@ -101,7 +101,7 @@ class ResumedOutputs(Outputs):
     def __post_init__(self) -> None:
         if self.resume and self.checkpoint is None:
             name = f"--{self.beside}"
-            raise InputError(f"--resume needs the {name} of the run to go on with")
+            raise InputError(f"--resume needs the {name} of the run to resume")
         if self.checkpoint is None:
             refuse_idle(f"needs --{self.beside}", overwrite=self.overwrite)
         if self.resume:

@@ -40,7 +40,7 @@ LEGEND = {
     "back": "the same, in contact with the other flanks",
     "pressure_Pa": "largest of the pair; at a sharp tip corner it has no limit and is "
     "that of the contact nodes",
-    "rotation_rad": "counter-clockwise, besides the nominal turning",
+    "rotation_rad": "counter-clockwise, in addition to the nominal rotation",
 }
 TOOTH_LEGEND = {
     "tooth": "of the reference pair, counted from 1 as in pitch_errors_um",

@@ -306,7 +306,7 @@ class Excitations:
             if harmonics and len(there):
                 raise InputError(
                     f"mesh {mesh + 1} has {what}; excitation fourier "
-                    "stands for the whole mesh and knows none"
+                    "represents the complete mesh and has none"
                 )
         return analytic_excitation(figures, model, gap, force, harmonics, errors)
 

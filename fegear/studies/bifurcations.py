@@ -73,8 +73,8 @@ LEGEND = {
     "mesh, section": "counted from 1",
     "dte_m, dte_rate_m_per_s": "dynamic transmission error and its rate at the start "
     "of successive common periods of all meshes",
-    "motion": "periodic, quasi-periodic, chaotic, or unsettled: it still settles, or "
-    "repeats after more periods than were looked for",
+    "motion": "periodic, quasi-periodic, chaotic, or unsettled: a transient, or "
+    "periodic after more periods than were searched",
     "period_multiple": "common periods of all meshes after which the motion repeats, 0 "
     "where it does not",
     "lyapunov_per_period, lyapunov_spread_per_period": "largest Lyapunov exponent per "
@@ -275,7 +275,7 @@ class BifurcationsResult(StudyResult):
             header["speed_Hz"] = exact(study.at)
         if TORQUE not in study.names:
             header["torque_Nm"] = exact(study.load)
-        header["period multiples looked for"] = f"up to {study.period_multiple}"
+        header["largest period multiple searched"] = f"up to {study.period_multiple}"
         sections = f"{study.sections.sections} where a motion does not repeat"
         header["sections"] = sections
         if not self.complete:

@@ -71,7 +71,7 @@ LEGEND = {
     MESH_FREQUENCY: "of the first mesh, in all rows",
     "mesh": "counted from 1",
     "dte_rms_m": "dynamic transmission error without its mean",
-    "stable": "1 or 0; 0 in a fold and where the branch stands upright",
+    "stable": "1 or 0; 0 in a fold and where the branch is vertical",
     "floquet_max": "modulus of the largest Floquet multiplier",
     "kind": "fold, period doubling, branch point or torus, as shooting locates them "
     "where it can; else empty",

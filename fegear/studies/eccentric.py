@@ -311,7 +311,7 @@ class EccentricResult(StudyResult):
             f"{values['burmester_closing_error_deg']:.3g} degrees"
         )
         if values["feasible"]:
-            yield "involute teeth can stand on both pitch curves"
+            yield "involute teeth are possible on both pitch curves"
         else:
             yield f"not feasible: {values['reason']}"
         angle, most = values["largest_pressure_angle_deg"], ANGLES[1]

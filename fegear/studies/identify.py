@@ -193,8 +193,8 @@ class IdentificationResult(StudyResult):
         worst, factor = float(np.abs(misfits).max()), best.width_factor
         if worst > FAR_OFF:
             yield (
-                f"no set meets the figures: the best one is {worst:.3g} spreads off; "
-                "the figures, the material or the number of teeth may be others"
+                f"no set agrees with the measured values: the best one is {worst:.3g} "
+                "standard deviations off; check the values, material and tooth numbers"
             )
         for gear, hub in zip(self.study.gears.gears, best.hub_radius, strict=True):
             for limit in hub_limits(gear):
@@ -216,7 +216,7 @@ class IdentificationResult(StudyResult):
             rows.append({"set": kind} | row)
         header = {
             "gear set": values["gear_set"],
-            "misfit": "sum of squares of (figure - measured) over its spread",
+            "misfit": "sum of squares of value - measured over its standard deviation",
             **self.study.gear_set.entries,
         }
         return Table(list(rows[0]), lambda: [[*row.values()] for row in rows], header)
@@ -276,7 +276,7 @@ class IdentificationResult(StudyResult):
             ratio: _fixed("variation", 4),
             f"measured {ratio}": _fixed("measured_variation", 4),
         }
-        title = "the set chosen, meshed, beside what was measured"
+        title = "the chosen set, meshed, and the measured values"
         return Grid(rows, columns, title, words=())
 
 

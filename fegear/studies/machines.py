@@ -162,6 +162,6 @@ def unsettled(study: Any, part: float, what: str, iterations: int, needed: int) 
         if iterations < MOST_RETURNS:
             more += f": more {name}"
     return (
-        f"{100.0 * part:.3g} % of the {what} have not settled in {iterations} returns; "
-        f"{more}"
+        f"{100.0 * part:.3g} % of the {what} have reached no attractor in {iterations} "
+        f"returns; {more}"
     )

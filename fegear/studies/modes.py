@@ -81,7 +81,7 @@ class NaturalModes(Study, command="modes", example="modes liu-idler --translatio
         if self.torque is not None:
             reason = f"{self.gears.name} gives all mean stiffnesses, use "
             raise refusal(self, "torque", reason + "{stiffness} fe")
-        reason = "the gear set gives all stiffness figures, nothing is solved"
+        reason = "the gear set gives all stiffness parameters, nothing is solved"
         refuse_given(self.source, [*ELEMENTS.offers], reason, ELEMENTS)
         return None
 

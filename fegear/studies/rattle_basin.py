@@ -116,7 +116,7 @@ class BasinsResult(StudyResult):
 
     @property
     def table(self) -> Table:
-        """A row for each cell, its attractor from 0 on, -1 where it is not clear."""
+        """A row for each cell: its attractor, from 0, or -1 if it is not identified."""
         basins = self.basins
         time, speed = basins.grid.departures(0, basins.grid.cells).T
         columns = {
@@ -173,6 +173,7 @@ class BasinsResult(StudyResult):
         }
         yield Grid(rows, columns)
         if values["unclear_fraction"]:
-            yield f"not clear: {100.0 * values['unclear_fraction']:.2f} % of cells"
+            part = 100.0 * values["unclear_fraction"]
+            yield f"attractor not identified: {part:.2f} % of cells"
         if values["basin_entropy"] is not None:
             yield f"basin entropy {values['basin_entropy']:.3f}"

@@ -267,8 +267,8 @@ class BifurcationResult(OverFigures):
         unsettled = self.found.unsettled
         if unsettled.size:
             yield (
-                f"left out are long runs that have not settled: {unsettled.size}, at "
-                f"{self.columns[0]} from {unsettled.min():.6g} to {unsettled.max():.6g}"
+                "long runs that reached no attractor are left out: "
+                f"{unsettled.size}, at {self.columns[0]} from {unsettled.min():.6g} to {unsettled.max():.6g}"
             )
 
     @property

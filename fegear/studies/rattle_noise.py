@@ -177,7 +177,7 @@ class NoiseResult(StudyResult):
     def table(self) -> Table:
         """A row for each run."""
         noise, (low, high) = self.noise, self.study.speeds
-        words = np.array([*(each.name for each in noise.attractors), "not clear"])
+        words = np.array([*(each.name for each in noise.attractors), "not identified"])
         columns = {
             "start_time_turns": noise.starts[:, 0],
             "start_speed_rad_per_turn": noise.starts[:, 1],
@@ -222,7 +222,7 @@ class NoiseResult(StudyResult):
         yield Grid(values["motions"], columns)
         if values["unclear_fraction"]:
             yield (
-                "not clear what is settled to, and left out of the noise level: "
+                "attractor not identified, left out of the noise level: "
                 f"{100.0 * values['unclear_fraction']:.2f} % of runs"
             )
 

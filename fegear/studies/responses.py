@@ -164,7 +164,7 @@ class ResponsesResult(StudyResult):
             )
         yield from _page_of_branches(values["branches"], values["speeds"])
         if "model_1_branches" in values:
-            yield "Model-1 beside it"
+            yield "Model 1 for comparison"
             yield from _page_of_branches(values["model_1_branches"], values["speeds"])
 
 

@@ -426,7 +426,7 @@ class OfTrain:
             except InputError as error:
                 raise InputError(f"{called(self, 'table')}: {error}") from None
         if isinstance(source, Source) and not source.solves_elements(gears):
-            reason = "the gear set gives all stiffness figures, nothing is solved"
+            reason = "the gear set gives all stiffness parameters, nothing is solved"
             refuse_given(source, ("plane", "resolution"), reason, SOURCE)
         return self.model
 

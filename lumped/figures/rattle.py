@@ -128,7 +128,7 @@ def _show_basins(axes: Axes, basins: Basins) -> list[Any]:
         part = parts.sum() - parts[shown].sum()
         handles.append(Patch(color=OTHERS, label=f"{others} others {part:.3g} %"))
     if (basins.attractor < 0).any():
-        handles.append(Patch(color=GREY, label="not clear"))
+        handles.append(Patch(color=GREY, label="not identified"))
     return handles
 
 
@@ -186,7 +186,7 @@ def draw_noise(noise: Noise, title: str) -> Figure:
     for number in range(-1, len(noise.attractors)):
         own = noise.motion[order] == number
         color = GREY if number < 0 else color_of_motion(noise.attractors[number].name)
-        label = "not clear" if number < 0 else noise.attractors[number].name
+        label = "not identified" if number < 0 else noise.attractors[number].name
         if own.any():
             levels = noise.level[order][own]
             axes.plot(levels, part[own], ".", color=color, ms=4, label=label)
@@ -194,7 +194,7 @@ def draw_noise(noise: Noise, title: str) -> Figure:
     axes.set_ylabel("part of the runs that are less loud")
     axes.set_ylim(0.0, 1.02)
     if not order.size:
-        words = "not clear what any run settles to"
+        words = "no attractor identified"
         axes.text(0.5, 0.5, words, ha="center", transform=axes.transAxes)
     draw_legend(figure, axes.get_legend_handles_labels()[0][:MOST_NAMED], 4)
     draw_title(figure, title)

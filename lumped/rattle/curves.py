@@ -174,7 +174,7 @@ def _ends(
     condition: Condition, limits: tuple[float, float], before: Point, after: Point
 ) -> str:
     if not limits[0] <= condition.first(after.x) <= limits[1]:
-        return "the end of the first figure's range was reached"
+        return "the end of the first parameter's range was reached"
     if condition.kind != GRAZING and _margin(condition, after) <= 0.0:
         return GRAZING_FOLD if condition.kind == FOLD else GRAZING
     return ""

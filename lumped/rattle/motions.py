@@ -217,7 +217,7 @@ def _basis(mass: Array, damping: Array, stiffness: Array) -> tuple[Waves, Waves]
     matrix[size:, size:] = -np.linalg.solve(mass, damping)
     found, shapes = np.linalg.eig(matrix)
     if np.linalg.cond(shapes) > SINGULAR:
-        raise ValueError("modes of the parts are no basis; change a figure a little")
+        raise ValueError("modes of the parts are no basis; change a parameter slightly")
     # damping takes energy: growth is round-off
     rates = np.minimum(found.real, 0.0) + 1j * found.imag
     return rates, np.asarray(shapes, np.complex128)

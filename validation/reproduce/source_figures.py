@@ -165,7 +165,7 @@ def read_figure(text: str, source: str = "figure") -> SourceFigure:
     names = [part.own_name for part in figure.part]
     for name in names:
         if names.count(name) > 1:
-            raise InputError(f"{source}: part {name} stands there twice; name both")
+            raise InputError(f"{source}: part {name} is there twice; name both")
     for number, given in enumerate(figure.printed, start=1):
         place = f"{source}: printed {number}"
         _require_found(figure, given.part, given.found, place)

@@ -53,7 +53,7 @@ def require_own_names(values: tuple[Any, ...]) -> tuple[Any, ...]:
     names = [value.name for value in values]
     for name in names:
         if names.count(name) > 1:
-            raise ValueError(f"{name} stands there {names.count(name)} times")
+            raise ValueError(f"{name} is there {names.count(name)} times")
     return values
 
 

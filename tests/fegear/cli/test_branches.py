@@ -43,7 +43,7 @@ def test_rows_are_the_points_mesh_by_mesh(made):
         largest = float(row["floquet_max"])
         if row["kind"] == "fold":
             assert row["stable"] == "0"
-        elif abs(largest - 1.0) > 1e-9:  # where the branch stands upright it is 1
+        elif abs(largest - 1.0) > 1e-9:  # where the branch is vertical it is 1
             assert row["stable"] == str(int(largest < 1.0))
         assert float(row["dte_peak_m"]) > float(row["dte_rms_m"])
 
