@@ -267,8 +267,9 @@ class BifurcationResult(OverFigures):
         unsettled = self.found.unsettled
         if unsettled.size:
             yield (
-                "long runs that reached no attractor are left out: "
-                f"{unsettled.size}, at {self.columns[0]} from {unsettled.min():.6g} to {unsettled.max():.6g}"
+                f"{unsettled.size} long runs that reached no attractor are left out, "
+                f"at {self.columns[0]} from {unsettled.min():.6g} to "
+                f"{unsettled.max():.6g}"
             )
 
     @property
