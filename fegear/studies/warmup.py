@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import logging
 import multiprocessing
-import os
 import re
+import signal
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cache, cached_property, partial
@@ -19,7 +19,15 @@ import lumped
 from fegear.files.errors import InputError
 from fegear.studies import load_study
 from fegear.studies.page import Grid, Page, cell
-from fegear.studies.study import NO_PICTURES, Job, Study, StudyResult, Task
+from fegear.studies.study import (
+    NO_PICTURES,
+    Job,
+    Study,
+    StudyResult,
+    Task,
+    called,
+    setting,
+)
 from fegear.studies.table import Table
 from lumped.common.compiled import ENDING, CompileCount, kernel_cache
 
@@ -107,6 +115,11 @@ def _elements() -> Iterator[Study]:
 
 
 def _rattle() -> Iterator[Study]:
+    from fegear.rattle.machines import load_machine
+    from lumped.rattle.arcs import arcs_of, history_of
+    from lumped.rattle.departures import follow
+    from lumped.rattle.sticking import sticking_from, sticking_motions
+
     one = {"departures": 1}
     over = {"over": ("epsilon=0.09:0.1",), "starts": 1, "runs": 2}
     yield _study("rattle noise", machine=MACHINE, starts=2, turns=2)
@@ -114,6 +127,11 @@ def _rattle() -> Iterator[Study]:
     yield _study("rattle periodic", machine=MACHINE, **one)
     yield _study("rattle bifurcation", machine=MACHINE, **one, **over)
     yield _study("rattle manifold", machine=MACHINE, length=1.0, preimages=0)
+    machine = load_machine(MACHINE).machine
+    history_of(machine, arcs_of(machine, follow(machine, (0.0, 3.0), 2)))
+    sticking_from(machine, (0.3, 0.5))
+    sticking_motions(replace(machine, restitution=0.0))
+    yield _study("rattle noise", machine="roots-a-sprung", starts=2, turns=2)
 
 
 def _clatter() -> Iterator[Study]:
@@ -134,7 +152,7 @@ USES: Mapping[str, tuple[int, Callable[[], Iterator[Study]]]] = {
     "clatter": (3, _clatter),
     "adaptive": (1, _adaptive),
     "statics": (1, _statics),
-    "rattle": (5, _rattle),
+    "rattle": (6, _rattle),
 }
 
 
@@ -148,6 +166,20 @@ class Warmup(Study, command="warmup", example="warmup"):
 
     pictures = NO_PICTURES
 
+    only: tuple[str, ...] = setting(
+        (),
+        f"Compile these kernels alone: {', '.join(USES)}; may be repeated. "
+        "[default: all]",
+        metavar="NAME",
+    )
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        for name in self.only:
+            if name not in USES:
+                words = f"{called(self, 'only')} = {name}; allowed {', '.join(USES)}"
+                raise InputError(words)
+
     def tasks(self) -> Iterator[Task]:
         if None in map(kernel_cache, kernel_folders()):
             raise InputError(
@@ -155,7 +187,8 @@ class Warmup(Study, command="warmup", example="warmup"):
                 "set NUMBA_CACHE_DIR to one that can"
             )
         for name, (count, _) in USES.items():
-            yield Task(name, partial(_compile, name), size=count)
+            if name in self.only or not self.only:
+                yield Task(name, partial(_compile, name), size=count)
 
     def gather(self, found: Mapping[str, int]) -> WarmupResult:
         return WarmupResult(self, sum(found.values()))
@@ -185,6 +218,7 @@ class WarmupResult(StudyResult):
     @cached_property
     def summary(self) -> dict[str, Any]:
         return {
+            "kernels": list(self.study.only or USES),
             "compiled_signatures": self.compiled,
             "functions": sum(row["functions"] for row in self.rows),
             "signatures": sum(row["signatures"] for row in self.rows),
@@ -235,10 +269,14 @@ def _compile(name: str, job: Job) -> int:
             if not here.poll(PATIENCE):
                 continue
             said = here.recv()
-            if isinstance(said, BaseException):
+            if isinstance(said, Exception):
                 raise said
             done, compiled = done + 1, said
-    except EOFError:
+    except EOFError:  # at its end
+        process.join()
+        if process.exitcode:
+            words = f"kernels {name}: the process that compiles them ended with"
+            raise ChildProcessError(f"{words} {process.exitcode}") from None
         return compiled
     finally:
         process.terminate()
@@ -249,12 +287,12 @@ def _use(name: str, said: Connection) -> None:
     """What a process does: after each use it says how many signatures it compiled."""
     from fegear.studies.running import run
 
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # it is ended after Ctrl-C
     logging.getLogger("lumped").setLevel(logging.ERROR)
     try:
         with CompileCount() as count:
             for study in USES[name][1]():
                 run(study, workers=1)
                 said.send(count.signatures)
-    except BaseException as error:
+    except Exception as error:
         said.send(error)

@@ -362,6 +362,11 @@ def figures_of_machine(base: str) -> dict[str, Case]:
 
 
 OPTIONS: dict[str, dict[str, Case]] = {
+    "warmup": {
+        "--only": plus("warmup --only rattle --json", "--only statics"),
+        "--output": plus("warmup --only rattle --json", "-o k.csv"),
+        "--json": plus("warmup --only rattle", "--json"),
+    },
     "sets": {
         "--output": plus("sets --json", "-o s.csv"),
         "--json": plus("sets", "--json"),

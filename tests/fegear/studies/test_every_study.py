@@ -300,6 +300,7 @@ EXAMPLES = {
         "positions": 1,
         "resolution": "coarse",
     },
+    "warmup": {"only": ["rattle"]},
     "rattle critical": {},
     "rattle basin": {"grid": 7, "velocity": (0.5, 6.0 + 1.0 / 3.0)},
     "rattle run-down": {"file": "measured.csv", "speed_rpm": 3000.0 + 1.0 / 3.0},

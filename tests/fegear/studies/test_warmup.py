@@ -1,0 +1,140 @@
+"""Kernels compiled before they are needed."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from collections import Counter
+from pathlib import Path
+
+import pytest
+
+from fegear.cli import run
+from fegear.studies import warmup
+from fegear.studies.warmup import DECORATED, USES, kernel_folders
+from lumped.common.compiled import ENDING
+
+# compiled inside others alone, by the record that these are called with
+CHOSEN = {
+    "record_friction",
+    "set_friction_acceleration",
+    "record_springs",
+    "set_varied_acceleration",
+}
+# of the records of a step: springs, friction, and small changes of a motion
+BY_RECORD = {
+    "rk4.rk4_step": 3,
+    "rk4.settle_motion": 2,
+    "rk4.record_motion": 2,
+    "law.set_spring_acceleration": 2,
+}
+# of a motion, whose arrays are whole, and of a column of small changes
+BY_ORDER = {
+    "coupled_variables.add_columns": 2,
+    "coupled_variables.get_variables": 2,
+    "coupled_variables.set_variables": 2,
+    "coupled.extrapolate": 2,
+}
+FIRST_USES = """
+import sys
+from fegear.cli import run
+from lumped.common.compiled import CompileCount
+with CompileCount() as count:
+    for line in sys.stdin:
+        assert run(line.split()) == 0, line
+print(count.signatures)
+"""
+COMMANDS = """\
+stiffness --mesh 1 --friction 0.1
+sweep liu-idler --speeds 1000:1100:100
+sweep liu-pair --speeds 1000:1100:100 --excitation rectangular --friction 0.1
+sweep liu-pair --speeds 1000:1100:100 --model coupled --without body
+dynamics liu-pair --torque 100 --speeds 1000:1100:100 --friction 0.1
+branches liu-pair --torque 100 --speeds 1000:1010
+branches liu-pair --torque 100 --speeds 1000:1010 --model coupled
+rattle noise roots-scaled --starts 5
+rattle noise roots-a-sprung --starts 5
+rattle periodic roots-scaled --departures 2
+clatter seed-five-speed --seconds 1
+stability liu-pair --over friction=0:0.1:3 --speeds 1400:1800:100
+map liu-pair --over damping_ratio=0.03,0.04 --at 1000
+bifurcations liu-pair --over damping_ratio=0.03,0.04 --at 1000
+"""
+
+
+def functions() -> set[str]:
+    """Compiled functions of the sources, by module and name."""
+    names = re.compile(f"{DECORATED.pattern}\n+def (\\w+)", re.M)
+    paths = [path for folder in kernel_folders() for path in folder.glob("*.py")]
+    return {
+        f"{path.stem}.{found[2]}"
+        for path in paths
+        for found in names.finditer(path.read_text("utf-8"))
+        if found[2] not in CHOSEN
+    }
+
+
+def signatures(cache: Path) -> Counter[str]:
+    """How many each function has, which may be in several folders."""
+    found = Counter[tuple[Path, str]]()
+    for path in cache.rglob(f"*{ENDING}"):
+        found[path.parent, path.name.rpartition("-")[0]] += 1
+    most = Counter[str]()
+    for (_, name), count in found.items():
+        most[name] = max(most[name], count)
+    return most
+
+
+def called(*words: str, **given: str) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, *words]
+    cache = {**os.environ, "NUMBA_CACHE_DIR": given["cache"]}
+    stdin = given.get("stdin")
+    return subprocess.run(
+        command, capture_output=True, text=True, env=cache, input=stdin, check=True
+    )
+
+
+@pytest.mark.slow
+def test_after_it_the_first_uses_compile_nothing(tmp_path):
+    """And no kernel is compiled for more kinds of arguments than it needs."""
+    cache = str(tmp_path)
+    done = called("-m", "fegear", "warmup", "--json", cache=cache)
+    values = json.loads(done.stdout)
+    found = signatures(tmp_path)
+    assert values["compiled_signatures"] == values["signatures"] == found.total()
+    assert functions() <= found.keys()
+    several = {name: count for name, count in found.items() if count > 1}
+    assert several == BY_RECORD | BY_ORDER
+    used = called("-c", FIRST_USES, cache=cache, stdin=COMMANDS)
+    assert used.stdout.splitlines()[-1] == "0"
+
+
+def test_uses_are_as_many_as_their_list_says():
+    for count, uses in USES.values():
+        assert len(list(uses())) == count
+
+
+def test_without_a_cache_that_can_be_written_one_line_says_so(monkeypatch, capsys):
+    monkeypatch.setattr(warmup, "kernel_cache", lambda folder: None)
+    assert run(["warmup"]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "no cache directory can be written; set NUMBA_CACHE_DIR" in line
+
+
+def test_ctrl_c_keeps_what_was_compiled(tmp_path):
+    command = [sys.executable, "-m", "fegear", "warmup", "--only", "rattle"]
+    given = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
+    running = subprocess.Popen(command, env=given, stderr=subprocess.PIPE, text=True)
+    while not signatures(tmp_path):
+        assert running.poll() is None
+        time.sleep(0.05)
+    running.send_signal(signal.SIGINT)
+    _, said = running.communicate(timeout=60)
+    assert running.returncode == 130
+    assert said.splitlines()[-1] == "fegear: interrupted"
+    assert signatures(tmp_path)
