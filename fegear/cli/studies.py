@@ -80,7 +80,7 @@ def _outputs_of(study: type[Study]) -> type[Outputs]:
 
 
 def _files(study: Study, outputs: Any) -> dict[str, Path | None]:
-    """Those besides the first, by name."""
+    """Further output files of a study, by name."""
     names = *study.more_tables, *study.more_files, *study.pictures
     return {name: getattr(outputs, name) for name in names}
 

@@ -36,7 +36,7 @@ def group_class(names: Sequence[str], prefix: str = "") -> type[TyperGroup]:
                 formatter.write_dl(rows)
 
         def _summary(self, ctx: Any, name: str) -> str:
-            """Of a study without loading it."""
+            """The first line of the help, without loading the study."""
             if prefix + name in STUDIES:
                 return STUDIES[prefix + name][2]
             known: Any = super().get_command(ctx, name)

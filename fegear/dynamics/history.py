@@ -136,7 +136,9 @@ def _movements(
 def _root_stresses(
     gear: int, name: str, influence: RootInfluence, contacts: Sequence[ContactHistory]
 ) -> dict[str, Column]:
-    """Of the gear's tooth in every pair of its meshes, under all contacts."""
+    """Root stresses of the gear's tooth in every pair of its meshes, under all
+    contacts.
+    """
     columns = {}
     for own in contacts:
         if own.side.side != DRIVE:

@@ -45,7 +45,7 @@ class Search:
     doublings: int = 1
 
     def values(self, count: int) -> list[float]:
-        """Of the figure, in the middle of equal parts."""
+        """Values of the parameter, in the middle of equal intervals."""
         low, high = self.limits
         return [low + (i + 0.5) / count * (high - low) for i in range(count)]
 

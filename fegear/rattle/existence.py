@@ -34,7 +34,7 @@ class Plane:
 
 
 def plane_of(first: Search, second: str, limits: tuple[float, float]) -> Plane:
-    """With as many slices as there are values of the first figure."""
+    """The plane with as many slices as there are values of the first parameter."""
     slices = replace(first, limits=limits).values(first.starts)
     return Plane(first=first, second=second, limits=limits, slices=tuple(slices))
 
@@ -66,7 +66,7 @@ def find_existence(
 def _add_curves(
     curves: list[Curve], machine: Machine, plane: Plane, rows: list[tuple[float, Array]]
 ) -> None:
-    """Those through bifurcations at a value of the second figure."""
+    """Add the curves through bifurcations at a value of the second parameter."""
     limits = plane.first.limits, plane.limits
     branches = followed(machine, plane.first, rows)
     for branch in branches:

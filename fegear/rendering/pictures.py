@@ -109,7 +109,7 @@ def contact_at_rest(
     position: float,
     statics: StaticsSettings,
 ) -> Contact:
-    """Of a mesh (index from 0) under a torque on its driver [N m].
+    """Contact of a mesh (index from 0) under a torque on its driver [N m].
 
     position : base pitches from the pitch point
     """
@@ -137,7 +137,8 @@ def contact_at_rest(
 def contact_in_motion(
     gear_set: GearSet, mesh: int, motion: RecordedMotion, statics: StaticsSettings
 ) -> Contact:
-    """Of a recorded motion of a mesh (index from 0), whose friction and plane it has.
+    """Contact of a recorded motion of a mesh (index from 0), with the friction and
+    plane of the record.
 
     A single picture shows the largest mesh force.
     """

@@ -252,7 +252,7 @@ class BifurcationsResult(StudyResult):
 
     @property
     def failure(self) -> str:
-        """Where motions diverged."""
+        """Message with the values at which motions diverged."""
         name = self.study.over.name
         return "; ".join(
             f"the motion diverged at {name} = {b.values[-1]:.12g}, {b.direction}"
@@ -312,7 +312,7 @@ class BifurcationsResult(StudyResult):
         }
 
     def _doubts_of_size(self) -> Iterator[str]:
-        """Where the largest deflections cannot be physical."""
+        """Warnings where the largest deflections cannot be physical."""
         found = [each.deflection for b in self.branches for each in b.attractors]
         every = np.abs(np.concatenate(found)) if found else np.empty((0, 0))
         if every.size:

@@ -155,7 +155,7 @@ class Eccentric(
 
     @property
     def width(self) -> float:
-        """Of both wheels [mm]."""
+        """Width of both wheels [mm]."""
         return self.face_width or WIDTH
 
     @property
@@ -255,7 +255,7 @@ class EccentricResult(StudyResult):
         }
 
     def _sparse(self, teeth: int) -> Iterator[str]:
-        """Where positions are too few to tell the largest values."""
+        """Warnings where there are too few positions for the largest values."""
         asked = self.study.positions
         if asked is not None and asked < FEWEST * teeth:
             yield (

@@ -75,7 +75,7 @@ class LoadFigures:
 
     @property
     def given(self) -> dict[str, float | None]:
-        """By the names of the machine's figures."""
+        """Values by the names of the machine's parameters."""
         return {
             "damping": self.delta,
             "eccentricity": self.epsilon,

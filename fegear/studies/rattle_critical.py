@@ -125,7 +125,7 @@ def _percent(change: float | None) -> str:
 
 
 def _largest(slope: Slope) -> float:
-    """Where there is no limit any more it is beyond all."""
+    """The largest eccentricity; beyond all values where there is no limit."""
     return max(inf if each is None else abs(each) for each in _both(slope))
 
 

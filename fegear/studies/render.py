@@ -171,7 +171,9 @@ class ContactPictures(
         return contact_at_rest(*place, self.elements)
 
     def _in_motion(self) -> Contact:
-        """Of a recorded motion, in the gear set as it was changed for it."""
+        """Contact of a recorded motion, in the gear set with the changes of
+        that run.
+        """
         file = read_history(Path(self.time_history or ""))
         edits = {key: parsed_value(value) for key, value in file.edits.items()}
         gears = self.gear_set.changed(edits)

@@ -225,7 +225,7 @@ def evidence(solved: StaticsResult) -> dict[str, float | None]:
 
 
 def doubts_of_table(solved: StaticsResult) -> list[str]:
-    """Where a table cannot be physical, or its evidence speaks against it."""
+    """Warnings where a table cannot be physical or its self-checks fail."""
     unphysical = [
         line
         for t, torque in enumerate(solved.cycle.torque)

@@ -123,7 +123,7 @@ class TheoryResult(StudyResult):
         }
 
     def _doubts(self) -> Iterator[str]:
-        """Where mean deflections cannot be physical."""
+        """Warnings where mean deflections cannot be physical."""
         rest = np.abs(self.parametric.deflection)
         meshes = self.study.gears.meshes
         yield from doubts_of_meshes(meshes, ", at rest", rest, 0.0 * rest)

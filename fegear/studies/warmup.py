@@ -241,7 +241,7 @@ class WarmupResult(StudyResult):
 
 @cache
 def kernel_folders() -> tuple[Path, ...]:
-    """Those of the sources that have compiled functions."""
+    """Folders of the sources that contain compiled functions."""
     roots = (Path(fegear.__file__).parent, Path(lumped.__file__).parent)
     return tuple(
         sorted(

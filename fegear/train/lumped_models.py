@@ -96,7 +96,7 @@ class LumpedModel:
         self.tooth_friction(ratio)  # checks its fields
 
     def tooth_friction(self, bending: BendingRatio) -> ToothFriction:
-        """Of a mesh, with its friction-bending ratio."""
+        """Friction of a mesh, with its friction-bending ratio."""
         return ToothFriction(self.friction, bending, self.sliding, self.transition)
 
     @property
@@ -106,13 +106,15 @@ class LumpedModel:
 
     @property
     def name(self) -> str:
-        """As files and screens call it."""
+        """The name of the model in files and on screens."""
         left_out = "".join(f", without {name}" for name in self.without)
         return f"{self.number}{left_out}"
 
     @property
     def excitations(self) -> ExcitationSource:
-        """Of the stiffness, nothing solved yet; one serves for many torques."""
+        """Source of excitations, with nothing solved yet; one serves for many
+        torques.
+        """
         given = self.stiffness
         return given if isinstance(given, GivenTables) else Excitations(given)
 
@@ -375,7 +377,7 @@ def _round_up(value: float) -> float:
 
 
 def natural_frequencies(system: LumpedSystem) -> list[float]:
-    """Of the modes that strain a mesh [Hz]."""
+    """Natural frequencies of the modes that strain a mesh [Hz]."""
     return [float(f) for f in system.resonances_Hz]
 
 

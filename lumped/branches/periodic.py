@@ -299,7 +299,7 @@ class BranchFinder:
 
     @cached_property
     def _branch(self) -> Callable[[int], Branch[Motions]]:
-        """Of motions that repeat after so many common periods."""
+        """Branches of motions that repeat after so many common periods."""
         return cache(self._new_branch)
 
     def _new_branch(self, multiple: int) -> Branch[Motions]:
@@ -406,7 +406,7 @@ def located_point(motions: Motions, point: BranchPoint) -> BranchPoint:
 
 
 def _error(motions: Motions, points: tuple[BranchPoint, ...]) -> float:
-    """Of the RMS of the largest motion that shooting finds, relative; NaN if none.
+    """Relative error of the RMS of the largest motion that shooting finds; NaN if none.
 
     Next to a bifurcation there is a motion beside it, which shooting may find instead.
     """

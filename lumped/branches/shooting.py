@@ -35,7 +35,7 @@ class Shot:
     figures: dict[str, Array]
 
     def error_of(self, rms: Array) -> float:
-        """Of the RMS (m,) of another solution, relative to the largest."""
+        """Error of the RMS (m,) of another solution, relative to the largest."""
         exact = self.figures["dte_rms"]
         return float(np.abs(rms - exact).max() / exact.max())
 

@@ -189,8 +189,8 @@ class Branch(Generic[P]):
                 yield self.at(one.x + part * (two.x - one.x), parameter)
 
     def aside(self, x: Array, parameter: float, length: float) -> Point:
-        """Where a branch sets out that crosses this one: a solution so far from x along
-        what the equations nearly take to nothing, its tangent leading away.
+        """The first point of a branch that crosses this one, at a distance from x along
+        the null vector of the equations, its tangent leading away.
 
         Raises NoSolution.
         """
@@ -271,7 +271,7 @@ class Branch(Generic[P]):
         return float(np.linalg.slogdet(np.vstack([matrix, point.tangent]))[0])
 
     def _size(self, point: Point) -> float:
-        """Of a solution, in units of the static one."""
+        """Norm of a solution, in units of the static one."""
         return float(np.linalg.norm(point.x)) / self.steps.size
 
     def _on_limit(

@@ -336,8 +336,10 @@ def _with_bifurcations(orbits: Orbits, followed: Followed) -> Iterator[OrbitPoin
 
 
 def _named_once(points: Iterable[OrbitPoint]) -> Iterator[OrbitPoint]:
-    """Without folds that are grazes: where flanks stop parting, a flight of no length
-    turns into one of negative time, and the branch of the equations with it."""
+    """Points without folds that are grazes: where the flanks stop separating, a flight
+    of zero length turns into one of negative time, and the branch of the equations with
+    it.
+    """
     kept = list(points)
     grazes = [point.x for point in kept if point.kind == GRAZING]
     for point in kept:

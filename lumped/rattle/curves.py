@@ -211,7 +211,7 @@ def _beyond(condition: Condition, limit: float, point: Point) -> float:
 
 
 def _meeting(condition: Condition, point: Point) -> float:
-    """Of a graze how far it is from a fold, of others from a graze."""
+    """Distance of a graze from a fold, or of other bifurcations from a graze."""
     if condition.kind != GRAZING:
         return _margin(condition, point)
     orbits = condition.at(point.parameter)

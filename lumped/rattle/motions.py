@@ -103,7 +103,7 @@ class Motions:
     def run_all(
         self, states: Array, begin: float, end: float, times: Array | None = None
     ) -> list[Motion]:
-        """Those of states (s, 2 n), on all processors."""
+        """Motions from states (s, 2 n), on all processors."""
         tasks = [partial(self.run, state, begin, end, times) for state in states]
         return run_together(tasks, threading.Event())
 
@@ -176,7 +176,7 @@ class Motions:
         )
 
     def _waves(self, turn: Waves, ripple: Waves) -> dict[str, Any]:
-        """Of rotations and speeds, with what they go by."""
+        """Harmonics of rotations and speeds, with their labels."""
         machine = self.assembly.machine
         rate = TURN * machine.ripple_order
         return {

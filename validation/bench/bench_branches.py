@@ -192,7 +192,7 @@ def branch_point(
 def _error(
     finder: BranchFinder, branch: PeriodicBranch, point: BranchPoint
 ) -> float | None:
-    """Of the RMS of a motion, relative; None where shooting goes elsewhere."""
+    """Relative error of the RMS of a motion; None where shooting finds another."""
     balance, frequency = finder.balance(branch.multiple, point.parameter)
     try:
         exact = shoot(balance, point.x, frequency)
@@ -335,7 +335,7 @@ def _fades(
 def orders(
     waves: str, system: LumpedSystem, limits: tuple[float, float]
 ) -> Iterator[Order]:
-    """With contact kept and lost, of motions at speeds that rest leads to."""
+    """Orders with contact kept and lost, of motions at speeds that rest leads to."""
     errors = {h: _errors_at_speeds(system, limits, h) for h in HARMONICS}
     shared = set.intersection(*(set(each) for each in errors.values()))
     for contact, lost in (("kept", False), ("lost", True)):

@@ -42,7 +42,7 @@ def reduced_gears(
 def elastic_gears(
     gear_set: GearSet, speeds: Sequence[float], statics: StaticsSettings, more: float
 ) -> list[ElasticGear]:
-    """With modes below so many times each gear's usual cut-off.
+    """Elastic gears with modes below so many times each gear's usual cut-off.
 
     speeds : mesh frequencies of the first mesh [Hz]
     """

@@ -103,7 +103,7 @@ class Part(Train):
 
     @property
     def own_name(self) -> str:
-        """By which it is known in its figure."""
+        """Name of the part in its figure."""
         return self.name or str(vars(self)["kind"])
 
     def command(self, scene: Any) -> Sequence[str]:

@@ -99,7 +99,7 @@ class Model:
 
     @property
     def plain(self) -> Model:
-        """The same without friction."""
+        """This model without friction."""
         return replace(self, friction=False, bending=None)
 
 

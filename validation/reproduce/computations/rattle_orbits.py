@@ -280,7 +280,7 @@ def _quiet(machine: Machine, turns: int) -> Iterator[Curve]:
 
 
 def _flanks(machine: Machine, turns: int, name: str) -> Curve:
-    """Where the play ends."""
+    """Curve of the edges of the play."""
     play, end = machine.half_backlash, float(turns)
     points = (0.0, play), (end, play), APART, (0.0, -play), (end, -play)
     return Curve("dotted", points, panel=name)
