@@ -67,7 +67,7 @@ class CaseResult:
 
     @property
     def judged(self) -> tuple[Run, ...]:
-        """Without the runs that only the error budget needs."""
+        """Runs without those that only the error budget needs."""
         known = FE, FE_PLAIN, *self.models
         return tuple(run for run in self.runs if run.source in known)
 

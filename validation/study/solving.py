@@ -123,7 +123,9 @@ class Integrator:
     def progress(
         self, report: Progress, what: str, total: int, branches: Sequence[str]
     ) -> SpeedCount:
-        """Of so many speeds in branches, by their names in the checkpoint."""
+        """Progress over so many speeds in branches, by their names in the
+        checkpoint.
+        """
         if self.checkpoint is None:
             return SpeedCount(report, what, total, 0)
         found = sum(len(self.checkpoint.finished(name)) for name in branches)
@@ -254,7 +256,8 @@ def _rubbed_statics(
     force: float,
     position: Array,
 ) -> Statics:
-    """With friction of the tooth pairs, whose moments hold a part of the torque.
+    """Statics with friction of the tooth pairs, whose moments carry a part of the
+    torque.
 
     free : the excitation of the mesh without friction
     """

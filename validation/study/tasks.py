@@ -54,7 +54,9 @@ class Task:
 
     @property
     def speeds(self) -> tuple[float, ...]:
-        """Of the sweeps, of single ones, and where the way to these begins [Hz]."""
+        """Speeds of the sweeps, single speeds, and the starts of the way to
+        these [Hz].
+        """
         ends = ((w.speed_Hz, w.from_speed_Hz or w.speed_Hz) for w in self.single_speeds)
         return (*self.case.speeds, *chain.from_iterable(ends))
 
