@@ -5,14 +5,12 @@ from __future__ import annotations
 import logging
 import os
 import sys
-from collections.abc import Callable
 from importlib import import_module
 from io import TextIOWrapper
 from typing import Annotated
 
 import typer
 
-from fegear.cli import bench
 from fegear.cli.command import PLAIN, add_command
 from fegear.cli.screen import complain, say
 from fegear.cli.study_group import group_class
@@ -48,16 +46,10 @@ RATTLES = (  # of the group `rattle`
     *("critical", "gears", "run-down", "periodic"),
     *("bifurcation", "basin", "manifold", "noise"),
 )
-BENCHMARKS: dict[str, Callable[..., None]] = {
-    "stiffness": bench.stiffness_benchmark,
-    "dynamics": bench.dynamics_benchmark,
-    "lumped": bench.lumped_benchmark,
-    "branches": bench.branches_benchmark,
-    "stability": bench.stability_benchmark,
-    "eccentric": bench.eccentric_benchmark,
-    "clatter": bench.clatter_benchmark,
-    "all": bench.all_benchmarks,
-}
+BENCHMARKS = (  # of the group `bench`
+    *("stiffness", "dynamics", "lumped", "branches", "stability"),
+    *("eccentric", "clatter", "all"),
+)
 
 
 GROUPS = "rattle", "bench"
@@ -65,7 +57,7 @@ app = typer.Typer(
     name="fegear", help=ABOUT, cls=group_class((*COMMANDS, *GROUPS)), **PLAIN
 )
 benchmarks = typer.Typer(
-    help="Run time against error.", cls=group_class(tuple(BENCHMARKS)), **PLAIN
+    help="Run time against error.", cls=group_class(BENCHMARKS, "bench "), **PLAIN
 )
 rattles = typer.Typer(
     help="Rattle of eccentric gears: quiet or noisy.",
@@ -78,8 +70,6 @@ for name in COMMANDS:
         continue
     module = import_module(f"fegear.cli.{name}")
     add_command(app, name, getattr(module, f"{name}_command"), module.EXAMPLE)
-for name, command in BENCHMARKS.items():
-    add_command(benchmarks, name, command, bench.EXAMPLES[name])
 app.add_typer(rattles, name="rattle")
 app.add_typer(benchmarks, name="bench")
 

@@ -37,12 +37,14 @@ class Outputs:
     output: ClassVar[Path | None] = None
     plot: ClassVar[Path | None] = None
     endings: ClassVar[Sequence[str]] = TABLES
+    folder: ClassVar[bool] = False
 
     def require(self, *inputs: Path | str) -> None:
         """Files can be written, have names that say what they are, and replace no
         input."""
-        require_ending(self.output, self.endings)
-        require_outputs([self.output], inputs, self.plot)
+        if not self.folder:
+            require_ending(self.output, self.endings)
+        require_outputs([None if self.folder else self.output], inputs, self.plot)
 
     def show(
         self, values: dict[str, Any], print_values: Callable[[dict[str, Any]], None]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import MISSING, make_dataclass
+from dataclasses import MISSING, make_dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -21,8 +21,8 @@ from fegear.cli.options import (
     require_outputs,
 )
 from fegear.cli.screen import complain, print_columns, ruled_table, say, screen
-from fegear.files.output import write_text
-from fegear.studies.page import Grid, Page, Sheet
+from fegear.files.output import make_directory, write_text
+from fegear.studies.page import Grid, Sheet
 from fegear.studies.study import (
     TABLES,
     Group,
@@ -40,11 +40,12 @@ def command_of(study: type[Study]) -> Callable[..., None]:
     def command(*, asked: Any, workers: Any, outputs: Any) -> None:
         begin = time.perf_counter()
         _require(asked, outputs)
+        outputs = _placed(asked, outputs)
         found, summary = _found(asked, workers.chosen, outputs)
         seconds = time.perf_counter() - begin
         values = {**summary, "wall_time_s": round(seconds, 3)}
         with named_as_options(group_of(asked)):
-            outputs.show(values, lambda values: _show(found.page(), seconds))
+            outputs.show(values, lambda values: _show(found, outputs, seconds))
         _end(found, outputs)
 
     command.__doc__ = study.__doc__
@@ -61,7 +62,8 @@ def _outputs_of(study: type[Study]) -> type[Outputs]:
     texts = {**study.more_tables, **study.pictures}
     texts |= {name: text for name, (text, _) in study.more_files.items()}
     default = MISSING if study.must_write else None
-    shown = option(study.output, *study.output_names, default=default)
+    kind = "DIR" if study.folder else None
+    shown = option(study.output, *study.output_names, default=default, metavar=kind)
     files: list[Any] = [("output", Path | None, shown)] if study.output_names else []
     files += [(name, Path | None, option(text)) for name, text in texts.items()]
     if study.resumes:
@@ -73,7 +75,11 @@ def _outputs_of(study: type[Study]) -> type[Outputs]:
         "Written",
         files,
         bases=(ResumedOutputs if study.resumes else Outputs,),
-        namespace={"endings": study.endings, "beside": study.kept_beside},
+        namespace={
+            "endings": study.endings,
+            "beside": study.kept_beside,
+            "folder": study.folder,
+        },
         frozen=True,
         kw_only=True,
     )
@@ -105,6 +111,16 @@ def _require(asked: Study, outputs: Any) -> None:
             require_ending(path, asked.more_files.get(name, ("", TABLES))[1])
             require_outputs([path], taken)
         taken += [str(path)] if path is not None else []
+
+
+def _placed(asked: Study, outputs: Any) -> Any:
+    """The outputs, with a directory that is made before the run."""
+    place = outputs.output or asked.usual_output
+    if not asked.folder or place is None:
+        return outputs
+    folder = make_directory(place)
+    require_outputs([folder / name for name in asked.files])
+    return replace(outputs, output=folder)
 
 
 def _read_files(asked: Any, group: Group) -> Iterator[str]:
@@ -164,7 +180,7 @@ def _end(found: Any, outputs: Any) -> None:
         return
     place = getattr(outputs, found.study.kept_beside)
     written = place is not None and not found.empty
-    rows = f"finished rows are in {place}"
+    rows = f"finished {'parts' if found.study.folder else 'rows'} are in {place}"
     if found.failure:
         complain(f"{found.failure}; {rows}" if written else found.failure)
     elif written:
@@ -175,9 +191,9 @@ def _end(found: Any, outputs: Any) -> None:
     raise KeyboardInterrupt
 
 
-def _show(page: Page, seconds: float) -> None:
+def _show(found: Any, outputs: Any, seconds: float) -> None:
     console = screen()
-    for part in page:
+    for part in found.page():
         if isinstance(part, Grid):
             table = ruled_table(*part.columns, title=part.title, words=part.words)
             table.columns[0].no_wrap = part.whole or table.columns[0].no_wrap
@@ -190,4 +206,6 @@ def _show(page: Page, seconds: float) -> None:
             console.print(part)
         else:  # lines as long as they are
             say(part)
+    if found.study.folder and outputs.output is not None:
+        say(f"wrote {', '.join(str(outputs.output / n) for n in found.study.files)}")
     say(f"wall time {seconds:.2f} s")

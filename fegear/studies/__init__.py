@@ -141,6 +141,46 @@ STUDIES = {
         "Periodic",
         "Periodic motions P(m, n+, n-), stable or not.",
     ),
+    "bench stiffness": (
+        "validation.studies.benchmarks",
+        "StiffnessBenchmark",
+        "Statics over mesh size, element order and contact grid.",
+    ),
+    "bench dynamics": (
+        "validation.studies.benchmarks",
+        "DynamicsBenchmark",
+        "Finite-element dynamics over time steps and modes.",
+    ),
+    "bench lumped": (
+        "validation.studies.benchmarks",
+        "LumpedBenchmark",
+        "Time integrators of the lumped models compared with those of SciPy.",
+    ),
+    "bench branches": (
+        "validation.studies.benchmarks",
+        "BranchesBenchmark",
+        "Periodic motions by harmonic balance compared with sweeps.",
+    ),
+    "bench stability": (
+        "validation.studies.benchmarks",
+        "StabilityBenchmark",
+        "Floquet multipliers of trains with tooth friction, and closed forms.",
+    ),
+    "bench eccentric": (
+        "validation.studies.benchmarks",
+        "EccentricBenchmark",
+        "Eccentric wheels: centre distance, and contact over the mesh size.",
+    ),
+    "bench clatter": (
+        "validation.studies.benchmarks",
+        "ClatterBenchmark",
+        "Clattering wheels: impacts per second, and the tolerance of events.",
+    ),
+    "bench all": (
+        "validation.studies.benchmarks",
+        "AllBenchmarks",
+        "All benchmarks on one page, index.html.",
+    ),
 }
 
 ALIASES = {"wave": "motion"}  # earlier names of commands

@@ -379,6 +379,7 @@ class Study:
     output_names: ClassVar[Sequence[str]] = ("-o", "--output")
     must_write: ClassVar[bool] = False  # whether the output must be given
     endings: ClassVar[Sequence[str]] = TABLES  # of its name
+    folder: ClassVar[bool] = False  # whether it is a directory, with `files` in it
 
     def __init_subclass__(cls, *, command: str, example: str, **words: Any) -> None:
         super().__init_subclass__(**words)
@@ -416,6 +417,16 @@ class Study:
             value = (value,) if declared.several else value
         object.__setattr__(self, each.name, value)
         return value
+
+    @property
+    def usual_output(self) -> str | None:
+        """The directory that is written where none is given."""
+        return None
+
+    @property
+    def files(self) -> Sequence[str]:
+        """Names of the main files in the directory that is written."""
+        return ()
 
     def idle(self, given: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
         """Names of outputs and settings that would change nothing, with the reason.

@@ -12,7 +12,6 @@ import io
 import json
 import os
 from collections.abc import Iterator
-from importlib import import_module
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -20,13 +19,13 @@ import pytest
 from cli_commands import ROOF, commands
 from history_files import written
 from pydantic import BaseModel
+from quick_benchmarks import answer_at_once
 
 from fegear.cli import run
 from fegear.gearset import read_gear_set
 from fegear.gearset.edit import LISTS, edited
 from fegear.gearset.problems import model_of
 from fegear.gearset.schema import Document, GearDefaults
-from validation.bench import benchmark as bench
 
 Tables = dict[str, Any]
 PAIR: Tables = {
@@ -859,28 +858,7 @@ def answers(tmp_path_factory, files):
 
 @pytest.fixture
 def quick_benchmarks(monkeypatch):
-    """Benchmarks that answer with what reaches them."""
-
-    def instead(name: str) -> Any:
-        def measure(*given: Any) -> Any:
-            asked = {"asked": repr(given[:-1])}  # without the report of progress
-            panel = bench.Panel("x", "y", [bench.Curve(name, "o", [(1.0, 1.0)])])
-            tables = {"points": [asked]}
-            return bench.Benchmark(name, name, name, tables=tables, panels=[panel])
-
-        return measure
-
-    for name in (
-        "stiffness",
-        "dynamics",
-        "lumped",
-        "branches",
-        "stability",
-        "eccentric",
-        "clatter",
-    ):
-        module = import_module(f"validation.bench.bench_{name}")
-        monkeypatch.setattr(module, "measure", instead(name))
+    answer_at_once(monkeypatch)
 
 
 @pytest.mark.parametrize(

@@ -15,6 +15,7 @@ from typing import Any, get_type_hints
 import numpy as np
 import pytest
 from cli_commands import printed
+from quick_benchmarks import answer_at_once
 from typer.testing import CliRunner
 
 import fegear
@@ -321,12 +322,20 @@ EXAMPLES = {
     "rattle manifold": {"length": 1.0 + 1.0 / 3.0, "preimages": 0, "unstable": True},
     "rattle periodic": {"departures": 1, "velocity": (0.5, 6.0 + 1.0 / 3.0)},
     "rattle noise": {"starts": 5, "turns": 3, "velocity": (0.1, 0.2 + 1.0 / 3.0)},
+    "bench stiffness": {"name": "liu-idler", "torque": 50.0 + 1.0 / 3.0},
+    "bench dynamics": {"torque": 50.0 + 1.0 / 3.0},
+    "bench lumped": {"damping": 0.04 + 1e-3 / 3.0},
+    "bench branches": {"name": "liu-pair", "damping": 0.04 + 1e-3 / 3.0},
+    "bench stability": {"torque": 50.0 + 1.0 / 3.0},
+    "bench eccentric": {},
+    "bench clatter": {},
+    "bench all": {},
 }
 
 
 # of a run, or a difference of what agrees but for round-off
 OF_RUNS = {"seconds", "peak_memory_MB", "interpolation_error"}
-WITHOUT_TABLE = {"show", "mesh", "render", "rattle gears"}
+WITHOUT_TABLE = {"show", "mesh", "render", "rattle gears", "bench all"}
 MEASURED = "time_s,speed_rpm\n" + "\n".join(
     f"{10 * i},{3000.0 * 0.9**i + i % 2}" for i in range(8)
 )
@@ -334,6 +343,7 @@ MEASURED = "time_s,speed_rpm\n" + "\n".join(
 
 @pytest.fixture(autouse=True)
 def files(tmp_path, monkeypatch):
+    answer_at_once(monkeypatch)
     (tmp_path / "measured.csv").write_text(MEASURED)
     monkeypatch.chdir(tmp_path)
 
@@ -383,15 +393,14 @@ def test_the_command_and_the_call_find_the_same(command, tmp_path):
     shown, picture = found._repr_html_(), found._repr_png_()
     assert shown.count("<table>") == shown.count("</table>")
     assert picture.startswith(b"\x89PNG") if found.figures else picture is None
-    written = path.with_stem("written")
     if files:
-        found.write(written)
-        assert path.read_bytes() == written.read_bytes()
+        written = contents(path)
+        assert content(found, path) == written
     if command in WITHOUT_TABLE:
         with pytest.raises(InputError, match=f"^{command} has no table$"):
             found.to_csv(path)
         return
-    if ".csv" in asked.endings:
+    if ".csv" in asked.endings and not asked.folder:
         assert path.read_text("utf-8") == found.table.csv()
     assert {len(row) for row in found.table.rows()} == {len(found.table.names)}
 
@@ -417,9 +426,18 @@ def interrupted(asked: Study, at: int, keeping: Keeping = NOTHING) -> Any:
         return run_study(asked, keeping, Interrupted(at), workers=1)
 
 
-def content(found: Any, path: Path) -> bytes:
+def content(found: Any, path: Path) -> Mapping[str, bytes]:
+    """What a result writes: a file, or files in a directory."""
+    if found.study.folder:
+        path.mkdir(exist_ok=True)
     found.write(path)
-    return path.read_bytes()
+    return contents(path)
+
+
+def contents(path: Path) -> Mapping[str, bytes]:
+    """Contents of a file, or of the files in a directory, by name."""
+    files = path.iterdir() if path.is_dir() else [path]
+    return {each.name: each.read_bytes() for each in files if each.is_file()}
 
 
 @pytest.mark.parametrize("command", RESUMING)

@@ -1,0 +1,416 @@
+"""Benchmarks: run time against error, a study for each subject."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from functools import cached_property, partial
+from pathlib import Path
+from typing import Any
+
+from fegear.files.output import strict_json, write_text
+from fegear.gearset import load_gear_set
+from fegear.gearset.model import GearSet
+from fegear.studies.page import Columns, Grid, Page
+from fegear.studies.study import (
+    NO_PICTURES,
+    Job,
+    Range,
+    Study,
+    StudyResult,
+    Task,
+    argument,
+    group_of,
+    refuse_given,
+    setting,
+)
+from fegear.studies.table import Table
+from fegear.studies.trains import chosen_torque, torque_setting
+from lumped.common.progress import Progress
+from lumped.common.workers import Stopped
+from validation.bench import (
+    bench_branches,
+    bench_clatter,
+    bench_dynamics,
+    bench_eccentric,
+    bench_lumped,
+    bench_stability,
+    bench_stiffness,
+)
+from validation.bench.benchmark import (
+    POINTS,
+    Benchmark,
+    files_of,
+    write_benchmark,
+    write_page,
+)
+from validation.stress import stress_coupled, stress_lumped
+from validation.stress.trials import Trial, run_trials, trials_csv
+
+PAIR, TRAIN, RUBBING = "liu-pair", "liu-idler", "liu-friction"
+TORQUE = 100.0  # N m, of `bench all`
+SET = "Name of a built-in gear set, or path of a gear-set file (TOML)."
+FOLDER = "Directory for the table and the figure."
+STRESS_COLUMNS: Columns = {
+    "attempt": lambda row: row["name"],
+    "promise": lambda row: row["promise"],
+    "measured": lambda row: f"{row['measured']:.2g}",
+    "allowed": lambda row: f"{row['bound']:.2g}",
+    "kept": lambda row: "yes" if row["kept"] else "NO",
+}
+
+
+def damping_setting() -> Any:
+    return setting(
+        None,
+        "Damping ratio of every vibration mode. [default: that of the gear set, else "
+        "0.04]",
+        Range(least=0.0, below=1.0),
+    )
+
+
+class OneBenchmark:
+    """The part that all benchmarks share."""
+
+    pictures = NO_PICTURES
+    partial = True
+    folder = True
+
+    @property
+    def subject(self) -> str:
+        """The word after `bench`, by which its files are named."""
+        name: str = self.command.split()[1]  # type: ignore[attr-defined]
+        return name
+
+    @property
+    def usual_output(self) -> str | None:
+        return f"bench-{self.subject}"
+
+    @property
+    def files(self) -> Sequence[str]:
+        return [path.name for path in files_of(self.subject, Path())]
+
+    def measured(self, report: Progress) -> Benchmark:
+        raise NotImplementedError
+
+    def tasks(self) -> Iterator[Task]:
+        yield Task(self.subject, self._measured)
+
+    def _measured(self, job: Job) -> BenchmarkResult | None:
+        found = self.measured(interrupted_by(job))
+        return BenchmarkResult(self, found) if found.tables[POINTS] else None
+
+
+def interrupted_by(job: Job) -> Progress:
+    """Progress that ends a measurement by KeyboardInterrupt, as benchmarks expect."""
+
+    def report(what: str, done: int, total: int) -> None:
+        try:
+            job.report(what, done, total)
+        except Stopped:
+            raise KeyboardInterrupt from None
+
+    return report
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class BenchmarkResult(StudyResult):
+    """Run times and errors of one subject."""
+
+    study: Any
+    measured: Benchmark
+
+    @property
+    def complete(self) -> bool:
+        return not self.measured.interrupted
+
+    @property
+    def summary(self) -> dict[str, Any]:
+        return self.measured.values
+
+    @property
+    def table(self) -> Table:
+        """A row for every measured point."""
+        rows = self.measured.tables[POINTS]
+        return Table(tuple(rows[0]), lambda: [[*row.values()] for row in rows])
+
+    @property
+    def figures(self) -> dict[str, Any]:
+        return {"plot": self.measured.draw}
+
+    def write(self, path: str | Path) -> None:
+        """Write the table and the figure into a directory."""
+        write_benchmark(self.measured, Path(path))
+
+    def page(self) -> Page:
+        for rows in filter(None, self.measured.tables.values()):
+            names = [name for name in rows[0] if name not in self.measured.left_out]
+            columns: Columns = {
+                name.replace("_", "\n"): partial(_cell, name) for name in names
+            }
+            yield Grid(rows, columns)
+        yield from self.measured.findings
+
+
+def _cell(name: str, row: Mapping[str, Any]) -> str:
+    value = row[name]
+    return value if isinstance(value, str) else f"{value:.3g}"
+
+
+@dataclass(frozen=True, kw_only=True)
+class StiffnessBenchmark(
+    OneBenchmark,
+    Study,
+    command="bench stiffness",
+    example="bench stiffness liu-pair -o bench",
+):
+    """Statics over mesh size, element order and contact grid."""
+
+    output = f"{FOLDER} [default: bench-stiffness]"
+
+    name: str = argument("SET", SET, PAIR)
+    torque: float = setting(TORQUE, "Torque on the driving gear of mesh 1 [N\u00a0m].")
+
+    def measured(self, report: Progress) -> Benchmark:
+        gears = load_gear_set(self.name)
+        load = chosen_torque(gears, self.torque, mesh=1)
+        return bench_stiffness.measure(gears, load, report)
+
+
+@dataclass(frozen=True, kw_only=True)
+class DynamicsBenchmark(
+    OneBenchmark,
+    Study,
+    command="bench dynamics",
+    example="bench dynamics liu-pair -o bench",
+):
+    """Finite-element dynamics over time steps and modes."""
+
+    output = f"{FOLDER} [default: bench-dynamics]"
+
+    name: str = argument("SET", SET, PAIR)
+    torque: float | None = torque_setting()
+
+    def measured(self, report: Progress) -> Benchmark:
+        gears, load = loaded(self)
+        return bench_dynamics.measure(gears, load, report)
+
+
+def loaded(study: Any) -> tuple[GearSet, float]:
+    """The gear set of a benchmark, and the torque on its input gear [N m]."""
+    gears = load_gear_set(study.name)
+    return gears, chosen_torque(gears, study.torque)
+
+
+@dataclass(frozen=True, kw_only=True)
+class LumpedBenchmark(
+    OneBenchmark,
+    Study,
+    command="bench lumped",
+    example="bench lumped liu-idler -o bench",
+):
+    """Time integrators of the lumped models compared with those of SciPy."""
+
+    output = f"{FOLDER} [default: bench-lumped, none with --stress]"
+
+    name: str = argument("SET", SET, TRAIN)
+    stress: bool = setting(
+        False, "Try to break the models instead, on one train of its own."
+    )
+    torque: float | None = torque_setting()
+    damping: float | None = damping_setting()
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.stress:
+            names = "name", "torque", "damping"
+            reason = "{stress} runs on a train of its own"
+            refuse_given(self, names, reason, group_of(self))
+
+    @property
+    def usual_output(self) -> str | None:
+        return None if self.stress else super().usual_output
+
+    @property
+    def files(self) -> Sequence[str]:
+        return ["stress.csv"] if self.stress else super().files
+
+    def tasks(self) -> Iterator[Task]:
+        yield Task("lumped", self._tried if self.stress else self._measured)
+
+    def measured(self, report: Progress) -> Benchmark:
+        return bench_lumped.measure(*loaded(self), self.damping, report)
+
+    def _tried(self, job: Job) -> StressResult:
+        families = [*stress_lumped.TRIALS, *stress_coupled.TRIALS]
+        return StressResult(self, tuple(run_trials(families, job.report)))
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class StressResult(StudyResult):
+    """Attempts to break the lumped models, with what was promised and measured."""
+
+    study: LumpedBenchmark
+    trials: tuple[Trial, ...]
+
+    @property
+    def kept(self) -> int:
+        return sum(trial.kept for trial in self.trials)
+
+    @property
+    def complete(self) -> bool:
+        return self.kept == len(self.trials)
+
+    @property
+    def failure(self) -> str:
+        count = len(self.trials)
+        return f"{count - self.kept} of {count} promises are not kept"
+
+    @cached_property
+    def summary(self) -> dict[str, Any]:
+        rows = [asdict(trial) | {"kept": trial.kept} for trial in self.trials]
+        return {"trials": rows}
+
+    def write(self, path: str | Path) -> None:
+        """Write the table of trials into a directory."""
+        write_text(Path(path) / "stress.csv", trials_csv(self.trials))
+
+    def page(self) -> Page:
+        yield Grid(self.summary["trials"], STRESS_COLUMNS, words=("attempt", "promise"))
+        yield f"{self.kept} of {len(self.trials)} promises kept"
+
+
+@dataclass(frozen=True, kw_only=True)
+class BranchesBenchmark(
+    OneBenchmark,
+    Study,
+    command="bench branches",
+    example="bench branches liu-idler -o bench",
+):
+    """Periodic motions by harmonic balance compared with sweeps."""
+
+    output = f"{FOLDER} [default: bench-branches]"
+
+    name: str = argument("SET", SET, TRAIN)
+    torque: float | None = torque_setting()
+    damping: float | None = damping_setting()
+
+    def measured(self, report: Progress) -> Benchmark:
+        return bench_branches.measure(*loaded(self), self.damping, report)
+
+
+@dataclass(frozen=True, kw_only=True)
+class StabilityBenchmark(
+    OneBenchmark,
+    Study,
+    command="bench stability",
+    example="bench stability liu-friction -o bench",
+):
+    """Floquet multipliers of trains with tooth friction, and closed forms."""
+
+    output = f"{FOLDER} [default: bench-stability]"
+
+    name: str = argument("SET", SET, RUBBING)
+    torque: float | None = torque_setting()
+
+    def measured(self, report: Progress) -> Benchmark:
+        _, load = loaded(self)
+        return bench_stability.measure(self.name, load, report)
+
+
+@dataclass(frozen=True, kw_only=True)
+class EccentricBenchmark(
+    OneBenchmark, Study, command="bench eccentric", example="bench eccentric -o bench"
+):
+    """Eccentric wheels: centre distance, and contact over the mesh size."""
+
+    output = f"{FOLDER} [default: bench-eccentric]"
+
+    def measured(self, report: Progress) -> Benchmark:
+        return bench_eccentric.measure(report)
+
+
+@dataclass(frozen=True, kw_only=True)
+class ClatterBenchmark(
+    OneBenchmark, Study, command="bench clatter", example="bench clatter -o bench"
+):
+    """Clattering wheels: impacts per second, and the tolerance of events."""
+
+    output = f"{FOLDER} [default: bench-clatter]"
+
+    def measured(self, report: Progress) -> Benchmark:
+        return bench_clatter.measure(report)
+
+
+@dataclass(frozen=True, kw_only=True)
+class AllBenchmarks(
+    OneBenchmark, Study, command="bench all", example="bench all -o bench"
+):
+    """All benchmarks on one page, index.html."""
+
+    output = "Directory for index.html and more. [default: bench]"
+    usual_output = "bench"
+
+    @cached_property
+    def benchmarks(self) -> tuple[Any, ...]:
+        """The benchmarks, in the order of the page."""
+        return (
+            StiffnessBenchmark(),
+            LumpedBenchmark(torque=TORQUE),
+            BranchesBenchmark(torque=TORQUE),
+            StabilityBenchmark(torque=TORQUE),
+            EccentricBenchmark(),
+            ClatterBenchmark(),
+            DynamicsBenchmark(torque=TORQUE),
+        )
+
+    @property
+    def files(self) -> Sequence[str]:
+        own = [name for each in self.benchmarks for name in each.files]
+        return ["index.html", "bench.json", *own]
+
+    def tasks(self) -> Iterator[Task]:
+        yield Task("all", self._all)
+
+    def _all(self, job: Job) -> AllBenchmarksResult | None:
+        report, measured = interrupted_by(job), list[Benchmark]()
+        for each in self.benchmarks:
+            measured.append(each.measured(partial(_of, report, each.subject)))
+            if measured[-1].interrupted:
+                break
+        with_points = tuple(each for each in measured if each.tables[POINTS])
+        return AllBenchmarksResult(self, with_points) if with_points else None
+
+
+def _of(report: Progress, subject: str, what: str, done: int, total: int) -> None:
+    report(f"{subject}: {what}", done, total)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class AllBenchmarksResult(StudyResult):
+    """Run times and errors of all subjects."""
+
+    study: AllBenchmarks
+    measured: tuple[Benchmark, ...]
+
+    @property
+    def complete(self) -> bool:
+        every = len(self.measured) == len(self.study.benchmarks)
+        return every and not self.measured[-1].interrupted
+
+    @property
+    def summary(self) -> dict[str, Any]:
+        return {each.name: each.values for each in self.measured}
+
+    def write(self, path: str | Path) -> None:
+        """Write the page, its tables and figures into a directory."""
+        output = Path(path)
+        for each in self.measured:
+            write_benchmark(each, output)
+        write_text(output / "bench.json", strict_json(self.summary))
+        command = shlex.join(["fegear", "bench", "all", "-o", str(path)])
+        write_page(self.measured, output, command)
+
+    def page(self) -> Page:
+        yield f"measured: {', '.join(each.name for each in self.measured)}"
