@@ -23,6 +23,7 @@ def test_files_are_there(path):
     assert (ROOT / path).exists()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", FUNCTIONS)
 def test_names_are_there(name):
     pattern = rf"(def|class) {name}\b|^\s*{name}\b( =|:)"

@@ -286,9 +286,9 @@ def solve_pairs(
     if friction_reversed:
         mesh.friction = -mesh.friction
     constants = cycle.Constants(mesh, flanks, tables, contact_grid(size))
-    cycle.solve_cycle(
-        constants, teeth, gaps, position, kind, given, work, (rows, cells)
-    )
+    # positions may be every other one of an array: kernels are compiled for whole ones
+    at = np.ascontiguousarray(position)
+    cycle.solve_cycle(constants, teeth, gaps, at, kind, given, work, (rows, cells))
     return KernelResult(teeth, rows, cells, patches, nodes)
 
 

@@ -85,6 +85,7 @@ def test_twice_the_width_under_twice_the_torque_is_twice_as_stiff(model):
     np.testing.assert_allclose(double[1], variation, rtol=1e-8)
 
 
+@pytest.mark.slow
 def test_known_figures_come_back_and_leave_a_valley(model, measured):
     found = identify(model, measured)
     assert found.best.misfit < 0.01

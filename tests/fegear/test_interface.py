@@ -27,6 +27,7 @@ def elsewhere(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
 
 
+@pytest.mark.slow
 def test_examples_of_the_help(tmp_path):
     assert doctest.testmod(fegear).attempted > 15
     assert doctest.testmod(fegear).failed == 0
@@ -124,6 +125,7 @@ def test_torques_that_are_nowhere():
         fegear.run(fegear.Sweep(gear_set=gears, speeds=[2000.0]))
 
 
+@pytest.mark.slow
 def test_no_module_hides_what_is_offered():
     """A module of the package becomes its attribute once it is imported."""
     words = "import fegear; " + "; ".join(

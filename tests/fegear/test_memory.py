@@ -22,6 +22,7 @@ def rise(megabytes):
     return level.peak_MB - level.resident_MB
 
 
+@pytest.mark.slow
 @linux
 def test_a_peak_is_seen_and_does_not_last():
     assert rise(200.0) == pytest.approx(200.0, abs=20.0)

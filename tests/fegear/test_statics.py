@@ -48,6 +48,7 @@ def test_estimate_bounds_the_true_error(pair_set, result):
     assert abs(mean) < 1e-3
 
 
+@pytest.mark.slow
 def test_mean_error_falls_with_at_least_the_square_of_the_size(pair):
     def mean(factor):
         size = MeshSize().refined(factor)

@@ -380,6 +380,7 @@ def contents(place: Path) -> list[list[tuple]]:
     return [rows(place, table) for table in ("inputs", "speeds", "states")]
 
 
+@pytest.mark.slow
 def test_killed_at_any_time_and_resumed_nothing_differs(tmp_path):
     count, chance = 60, random.Random(2)
     with start_writer(tmp_path / "whole", count) as writer:

@@ -79,6 +79,7 @@ def test_loads_at_rest_carry_the_force(relief):
     np.testing.assert_allclose(loads.sum(axis=0), 2000.0, rtol=1e-12)
 
 
+@pytest.mark.slow
 @TRAINS
 def test_the_input_gear_of_finite_elements_has_the_torque(name):
     assert elements_input(name, "nominal") > 1.0005 * TORQUE

@@ -134,6 +134,7 @@ def neighbours(start, frequency, periods):
     return np.array(growth)
 
 
+@pytest.mark.slow
 def test_a_chaotic_motion_parts_from_its_neighbours_as_fast(train, chaotic):
     response, settings = chaotic
     assert response.multiple == 0

@@ -65,6 +65,7 @@ print(cube(3.0), sum(cube.stats.cache_hits.values()))
 """
 
 
+@pytest.mark.slow
 def test_damaged_kernels_are_compiled_again(tmp_path, monkeypatch):
     """Empty, cut, of random bytes, or with one bit turned."""
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "kept"))

@@ -339,6 +339,7 @@ def states_over_a_cycle(system, at, state):
     return np.array([state, *later])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("frequency", "damping", "lost"), [(1500.0, 0.04, False), (2000.0, 0.01, True)]
 )

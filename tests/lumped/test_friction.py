@@ -119,6 +119,7 @@ class Oracle:
         return math.sqrt(float((values - mean) ** 2 @ weight))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("speed", [2.75, 4.4])
 def test_vibration_is_that_of_equations_written_again(speed):
     pair = pair_system(EPS, RATIO, ToothFriction(MU, BENDING))

@@ -95,6 +95,7 @@ def system(request):
     return replace(SLACK, damping=request.param).coupled
 
 
+@pytest.mark.slow
 def test_leaps_end_where_the_motion_settles(system, monkeypatch):
     """At every speed of a sweep, and in much less time."""
     patient = Settings(max_periods=20_000)

@@ -88,6 +88,7 @@ def exact_motion(errors, frequency, backlash=BACKLASH):
     return march(train, frequency, start, 3.0 * 63.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("part", "backlash"), [(0.3, BACKLASH), (0.85, BACKLASH), (0.9, 4e-6)]
 )

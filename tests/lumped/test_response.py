@@ -149,6 +149,7 @@ def test_settled_rms_is_the_exact_one(system):
     assert end < 1e-4 * np.abs(start).max()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("case", "least"),
     [("in contact", 3.85), ("contact loss", 1.8), ("partial loss", 1.8)],

@@ -68,6 +68,7 @@ def latest(multiplier, tolerance):
     return math.log(small) / math.log(rho)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rho", [0.3, 0.9, 0.95, 0.99, 0.999])
 @pytest.mark.parametrize("sign", [1, -1])
 @pytest.mark.parametrize("tolerance", [1e-2, 1e-4, 1e-8])

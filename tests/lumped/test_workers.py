@@ -40,6 +40,7 @@ def test_a_cluster_that_is_not_there_is_told():
         run_tasks([], lambda *_: None, threading.Event(), Cluster("nowhere"))
 
 
+@pytest.mark.slow
 def test_a_worker_that_is_killed_changes_nothing(monkeypatch):
     """The other one computes its tiles, to the bit as threads do."""
     distributed = pytest.importorskip("distributed")
@@ -82,6 +83,7 @@ def test_points_of_maps_can_go_to_other_processes(system, evaluate):
     assert here.status == there.status
 
 
+@pytest.mark.slow
 def test_maps_in_processes_are_those_of_threads(system):
     pytest.importorskip("distributed")
     grid = ParameterMap((Axis("harmonics", (1.0, 2.0, 3.0)),), 2, {})

@@ -30,6 +30,7 @@ def finder(system):
     return followed(system, LIMITS, 12)
 
 
+@pytest.mark.slow
 def test_stable_motions_are_those_of_sweeps_and_jumps_are_bifurcations(
     finder, monkeypatch
 ):

@@ -36,6 +36,7 @@ def test_shooting_is_of_order_four_and_slower(points):
     assert own[-1].ms > 10.0 * points["rolling integral"][-1].ms
 
 
+@pytest.mark.slow
 def test_contact_converges(monkeypatch):
     monkeypatch.setattr(bench_eccentric, "FINENESS", (0.4, 0.8, 1.2))
     monkeypatch.setattr(bench_eccentric, "POSITIONS", 2)

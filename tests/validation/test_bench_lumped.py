@@ -14,6 +14,7 @@ from validation.stress.stress_lumped import TRIALS, Idler
 from validation.stress.trials import Trial
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["DOP853", "LSODA"])
 def test_scipy_finds_the_same_response(method):
     system = Idler(damping=0.1, backlash=2e-5).system()
@@ -26,6 +27,7 @@ def test_scipy_finds_the_same_response(method):
 NAMED = {f"{f.__module__}.{f.__name__}": f for f in (*TRIALS, *COUPLED)}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", NAMED)
 def test_every_promise_is_kept(name):
     found = list(NAMED[name]())
@@ -42,6 +44,7 @@ def test_disks_add_moving_modes():
     assert larger.moving.size == 20
 
 
+@pytest.mark.slow
 def test_growth_is_about_linear():
     points = [point for point in growth(Idler().system()) if point.study != "speeds"]
     few, many = points[0], points[-1]

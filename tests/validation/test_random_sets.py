@@ -202,6 +202,7 @@ def test_the_smallest_sets_have_the_fewest_teeth():
     assert smallest_sets(2) == [9, 15]
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("private_cache")
 def test_a_gentle_set_from_end_to_end():
     measured = measure(random_gear_set(GENTLE), GENTLE, count=3)

@@ -32,6 +32,7 @@ def results(figure):
     }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", ["rattle-2.12", "rattle-3.13"])
 def test_printed_values_are_found(number):
     figure = load_figure(number)
@@ -41,6 +42,7 @@ def test_printed_values_are_found(number):
         assert value == pytest.approx(printed.value, abs=1e-4)
 
 
+@pytest.mark.slow
 def test_branches_show_both_departures_and_stability():
     (result,) = results(load_figure("rattle-3.13")).values()
     for style in ("line", "dashed"):

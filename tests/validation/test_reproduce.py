@@ -86,6 +86,7 @@ resonances = [[1, "1/2"]]
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", figure_numbers())
 def test_figures_load_and_their_commands_can_be_typed(number):
     figure = load_figure(number)
@@ -616,6 +617,7 @@ def test_the_list_names_every_figure():
     assert [each["number"] for each in values["figures"]] == list(figure_numbers())
 
 
+@pytest.mark.slow
 def test_lowest_components_of_the_counter_shaft(
     tmp_path,
 ):

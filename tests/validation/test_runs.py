@@ -72,6 +72,7 @@ def require_same_files(run, other):
         assert one.read_bytes() == two.read_bytes(), name
 
 
+@pytest.mark.slow
 def test_runs_of_a_cluster_are_those_of_this_process(tmp_path, few):
     pytest.importorskip("distributed")
     runs.make_runs([FEW, FEW], tmp_path, Cluster())
@@ -175,6 +176,7 @@ def test_fidelity_and_friction_belong_to_the_finite_elements():
     assert before[1] == after[1]
 
 
+@pytest.mark.slow
 def test_an_interrupted_run_goes_on_where_it_was(few, tmp_path):
     asked = []
 
@@ -196,6 +198,7 @@ def test_an_interrupted_run_goes_on_where_it_was(few, tmp_path):
     assert not list(tmp_path.rglob("checkpoint"))
 
 
+@pytest.mark.slow
 def test_an_interruption_in_a_wave_keeps_the_sweep(tmp_path, monkeypatch):
     def interrupt(*_):
         raise KeyboardInterrupt
@@ -219,6 +222,7 @@ def test_a_wave_that_diverges_is_nan_and_outside(tmp_path, monkeypatch):
     assert not verdict.within
 
 
+@pytest.mark.slow
 def test_an_approach_goes_on_where_it_was(few, tmp_path):
     def interrupt(what, done, total):
         if what.endswith("wave 1") and done == 2:
@@ -242,6 +246,7 @@ def test_an_approach_goes_on_where_it_was(few, tmp_path):
     require_same_files(result.runs[0], few[1].runs[0])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["sweep.csv", "result.json"])
 def test_speeds_are_kept_until_the_result_is_written(few, tmp_path, monkeypatch, name):
     def interrupted(path, text):
@@ -309,6 +314,7 @@ DAMAGE = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", DAMAGE)
 @pytest.mark.parametrize("name", [kept.INPUTS, *NAMES, kept.RESULT])
 def test_a_damaged_run_is_made_again(few, tmp_path, name, kind):
@@ -402,6 +408,7 @@ def test_memory_that_is_not_known_is_nan(few, tmp_path, monkeypatch):
         assert cost.steps > 0
 
 
+@pytest.mark.slow
 def test_a_wrong_inertia_fails_where_the_right_one_passes(tmp_path):
     gears = load_gear_set("liu-pair").gears
     wrong = tuple(f"gear.{g.name}.inertia_kg_m2={1.3 * g.inertia!r}" for g in gears)
@@ -447,6 +454,7 @@ def test_printed_figures(few):
         assert math.isnan(value)
 
 
+@pytest.mark.slow
 def test_friction_changes_the_deflection_of_single_pairs(tmp_path):
     edits = tuple(f"{key}={value}" for key, value in SMALL_HUBS.items())
     result = runs.run_case(replace(load_case("friction-pair"), edits=edits), tmp_path)
@@ -462,6 +470,7 @@ def test_friction_changes_the_deflection_of_single_pairs(tmp_path):
     }
 
 
+@pytest.mark.slow
 def test_model_1_with_friction_deflects_as_the_finite_elements(tmp_path):
     """Within 25 nm where bending takes back what moments do, else 0.3 um off."""
     case = load_case("friction-pair")
@@ -483,6 +492,7 @@ def test_model_1_with_friction_deflects_as_the_finite_elements(tmp_path):
         np.testing.assert_allclose(changes[name], exact, atol=4e-8)
 
 
+@pytest.mark.slow
 def test_only_bending_makes_friction_do_what_it_does_in_finite_elements(tmp_path):
     """The resonance of the case falls; moments alone would raise it."""
     case = replace(load_case("friction-resonance"), speeds_Hz="1300:1420:20")
@@ -565,6 +575,7 @@ def test_statics_go_on_until_pitch_errors_repeat(number):
     assert measured["static_deflection"] < allowed
 
 
+@pytest.mark.slow
 def test_coupled_statics_are_those_of_a_mesh_alone():
     """As the tables of finite elements; a coupling would take a part of the load."""
     held = tuple(f"gear.{g}.coupling_stiffness_Nm_per_rad=1e5" for g in (1, 2))

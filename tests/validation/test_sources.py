@@ -36,6 +36,7 @@ def is_own(path: Path) -> bool:
     return own and not drawn and not ".".join(parts).startswith(SHOWN)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("module", COMPUTED)
 def test_all_that_is_loaded_is_among_the_sources(module):
     found = sources_of(module)

@@ -79,6 +79,7 @@ def test_another_figure_stands_in_the_table_by_its_key(tmp_path):
     assert "# speed_Hz: 1620" in path.read_text("utf-8")
 
 
+@pytest.mark.slow
 def test_ctrl_c_keeps_what_is_finished_and_resume_goes_on(tmp_path):
     over = ["--over", "mesh_frequency_Hz=1640:2640:201", "--direction", "down"]
     words = [*WORDS, *over, "-o"]

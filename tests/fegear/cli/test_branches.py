@@ -74,6 +74,7 @@ def test_branches_are_inside_the_range_and_say_why_they_end(made):
     assert parse_csv(text, "b.csv").header["harmonics"] == "8"
 
 
+@pytest.mark.slow
 def test_the_screen_names_every_bifurcation(made):
     values, _, _ = made
     shown = run(*SHORT)
@@ -83,6 +84,7 @@ def test_the_screen_names_every_bifurcation(made):
             assert f"{found['frequency_Hz']:.2f} Hz" in shown
 
 
+@pytest.mark.slow
 def test_harmonics_converge():
     """The fold at 1438 Hz moves less and less."""
     at = []
@@ -116,6 +118,7 @@ def test_ctrl_c_keeps_the_finished_branches(tmp_path, monkeypatch):
     assert len(text.splitlines()) > 20
 
 
+@pytest.mark.slow
 def test_resumed_branches_are_those_of_one_go(tmp_path, monkeypatch):
     """What was finished is not followed again, and nothing else is changed."""
     from lumped.branches.periodic import BranchFinder
@@ -163,6 +166,7 @@ def test_two_doublings_between_two_steps_are_found():
     assert doublings == pytest.approx([1186.27, 1202.62], abs=0.1)
 
 
+@pytest.mark.slow
 def test_an_isolated_branch_is_found_from_random_states_and_closes():
     """Of a third of the speed, which no sweep meets."""
     words = ("liu-pair", "--excitation", "rectangular", "--damping", 0.03, "--json")
@@ -181,6 +185,7 @@ EMPTY = "--excitation", "rectangular", "--torque", "0"
 OVER = (*FAST, "--over", "dynamics.damping_ratio=0.07:0.08", "--at", 1450)
 
 
+@pytest.mark.slow
 def test_another_figure_is_followed_at_one_speed(tmp_path, capsys):
     """Its column stands beside that of the speed, and the header says what is fixed."""
     file, words = tmp_path / "b.csv", (*OVER, "--harmonics", 6, "--period-multiple", 1)

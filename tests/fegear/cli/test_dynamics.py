@@ -100,6 +100,7 @@ def finished_in(partial):
         return 0
 
 
+@pytest.mark.slow
 def test_killed_and_resumed_gives_the_same_file(tmp_path):
     words = [*PAIR, "--speeds", "1000:1400:10", "-o"]
     whole, killed = tmp_path / "whole.csv", tmp_path / "killed.csv"
@@ -123,6 +124,7 @@ def test_killed_and_resumed_gives_the_same_file(tmp_path):
         assert not partial.exists()
 
 
+@pytest.mark.slow
 def test_resuming_tells_what_is_left_and_what_is_computed_again(tmp_path):
     path = tmp_path / "d.csv"
     partial = tmp_path / "d.csv.partial"
@@ -139,6 +141,7 @@ def test_resuming_tells_what_is_left_and_what_is_computed_again(tmp_path):
     assert f"there is no {partial}, {path} is finished and is computed" in again.stderr
 
 
+@pytest.mark.slow
 def test_finished_speeds_are_not_thrown_away(tmp_path):
     path = tmp_path / "d.csv"
     words = [*PAIR, "--speeds", "1000:1400:1", "--direction", "up", "-o", str(path)]
@@ -153,6 +156,7 @@ def test_finished_speeds_are_not_thrown_away(tmp_path):
     assert (tmp_path / "d.csv.partial").read_bytes() == kept
 
 
+@pytest.mark.slow
 def test_a_cut_off_below_all_modes_is_refused():
     words = ["--fidelity", "reduced", "--speeds", "2000", "--cutoff", "10"]
     done = subprocess.run([*MAIN, *PAIR[:2], *words], capture_output=True, text=True)
@@ -160,6 +164,7 @@ def test_a_cut_off_below_all_modes_is_refused():
     assert "--cutoff = 10; no elastic mode" in done.stderr
 
 
+@pytest.mark.slow
 def test_a_checkpoint_of_other_settings_is_refused(tmp_path):
     path = tmp_path / "d.csv"
     words = [*PAIR, "--speeds", "1000:1400:10", "--direction", "up", "-o", str(path)]
@@ -182,6 +187,7 @@ def started_and_killed(words, partial, speeds=1):
     process.wait()
 
 
+@pytest.mark.slow
 def test_a_checkpoint_of_other_gears_or_histories_is_refused(tmp_path):
     text = (resources.files("fegear.gearset") / "sets" / "liu-pair.toml").read_text()
     own, path = tmp_path / "own.toml", tmp_path / "d.csv"

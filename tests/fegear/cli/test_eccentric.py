@@ -104,6 +104,7 @@ def test_meshes_of_both_wheels(tmp_path):
     assert np.hypot(*points.T).min() == pytest.approx(3e-3, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_contact_over_a_turn(tmp_path):
     table, plot = tmp_path / "c.csv", tmp_path / "c.png"
     words = (*WHEELS, "--teeth", 24, "--torque", 10, "--positions", 12)
@@ -176,6 +177,7 @@ def test_wrong_input_ends_in_one_line(words, message, capsys, monkeypatch, tmp_p
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.slow
 def test_a_deflection_that_is_not_small_is_told():
     words = (*WHEELS, "--teeth", 24, "--torque", 1e6, "--positions", 1)
     result = CliRunner().invoke(app, list(map(str, words)))

@@ -122,6 +122,7 @@ def numbers(values: Any) -> Iterator[float]:
         yield float(values)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", CASES)
 def test_inputs_reach_json_and_file(name, tmp_path):
     *words, in_both, in_file = CASES[name]

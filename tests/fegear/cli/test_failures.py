@@ -106,6 +106,7 @@ def test_a_full_disk_under_dynamics(capsys, monkeypatch, tmp_path):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="/dev/full is of Linux")
 @pytest.mark.parametrize("words", [["sets"], ["show", "liu-pair", "--json"]])
 def test_a_full_screen(words):

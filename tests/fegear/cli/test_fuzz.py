@@ -6,6 +6,7 @@ import pytest
 from fuzz_gear_sets import BASE, WORDS, cases, option_lists, tried
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", [*cases(100, seed=0)], ids=lambda case: case.words[0])
 def test_a_random_case_ends_as_it_should(tmp_path, case):
     _, wrong, line = tried(case, tmp_path)

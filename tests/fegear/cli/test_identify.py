@@ -26,6 +26,7 @@ def best(*words: str) -> dict[str, float]:
     return json.loads(run(*FAST, *words, "--json"))["best"]
 
 
+@pytest.mark.slow
 def test_figures_of_the_gear_set_by_default(tmp_path):
     text = run(*FAST, "-o", str(tmp_path / "v.csv"), "--plot", str(tmp_path / "v.png"))
     for word in ("hub radius", "of idler", "face width", "* the set chosen", "2.9800"):
@@ -38,12 +39,14 @@ def test_figures_of_the_gear_set_by_default(tmp_path):
     assert (tmp_path / "v.png").read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.slow
 def test_the_set_chosen_meets_the_figures():
     found = best("--mean", "2.5e8", "--variation", "0.33")
     assert found["mesh1_mean_stiffness_N_per_m"] == pytest.approx(2.5e8, rel=5e-3)
     assert found["mesh1_stiffness_variation"] == pytest.approx(0.33, abs=5e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "option",
     [
@@ -63,6 +66,7 @@ def test_every_option_moves_the_answer(option):
     assert best(*option) != base
 
 
+@pytest.mark.slow
 def test_along_chooses_the_gear_of_the_valley():
     values = json.loads(run(*FAST, "--along", "idler", "--json"))
     assert values["equally_good_from"] == "idler"
@@ -76,6 +80,7 @@ def test_teeth_must_be_equal():
         run(*FAST, "--set", errors)
 
 
+@pytest.mark.slow
 def test_figures_that_no_set_meets_are_named():
     result = CliRunner().invoke(
         app,

@@ -861,10 +861,22 @@ def quick_benchmarks(monkeypatch):
     answer_at_once(monkeypatch)
 
 
+SLOW = {  # whose options are tried in the slow tier
+    *("bench all", "bifurcations", "branches", "budget", "dynamics", "eccentric"),
+    *("identify", "rattle bifurcation", "rattle manifold", "render", "validate"),
+}
+
+
+def cases_of(command: str) -> Iterator[Any]:
+    """An option each."""
+    marks = [pytest.mark.slow] * (command in SLOW)
+    for name in OPTIONS[command]:
+        case = f"{command} {name}".replace(" ", "-")
+        yield pytest.param(command, name, marks=marks, id=case)
+
+
 @pytest.mark.parametrize(
-    ("command", "name"),
-    [(command, name) for command, cases in OPTIONS.items() for name in cases],
-    ids=lambda word: word.replace(" ", "-"),
+    ("command", "name"), [case for command in OPTIONS for case in cases_of(command)]
 )
 def test_an_option_moves_the_answer_or_is_refused(
     answers, quick_benchmarks, command, name
@@ -1005,6 +1017,7 @@ def changed_tables(name: str, key: Key) -> Tables:
     return edited(key.tables, {f"{table}.{i}.{rest}": key.value for i in places})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", KEYS)
 def test_a_key_moves_the_answer_or_is_refused(answers, name):
     key = KEYS[name]

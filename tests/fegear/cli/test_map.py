@@ -106,6 +106,7 @@ def test_a_file_that_another_map_has_kept_is_refused(tmp_path):
     assert not kept.exists()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("end", [signal.SIGINT, signal.SIGKILL])
 def test_interrupted_map_goes_on(tmp_path, end):
     path = tmp_path / "m.csv"

@@ -50,6 +50,7 @@ def test_the_screen_names_conditions_and_lines():
         assert text in printed
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["liu-idler", "liu-countershaft"])
 def test_history_and_picture(tmp_path, name):
     table, plot = tmp_path / "w.csv", tmp_path / "w.png"

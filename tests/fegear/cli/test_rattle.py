@@ -125,6 +125,7 @@ def test_what_is_wrong_is_one_line(words, message, capsys):
     assert error.count("\n") == 1
 
 
+@pytest.mark.slow
 def test_a_killed_run_loses_the_tiles_under_way_only(tmp_path):
     """And gives the same file when it is taken up again."""
     words = [*BASIN, "--grid", "120", "-o"]
@@ -183,6 +184,7 @@ def test_speeds_are_those_of_the_machine():
     assert high == pytest.approx(4.0 * math.pi * 3e-4 + 4.0 * 6e-4)
 
 
+@pytest.mark.slow
 def test_what_has_not_settled_is_told_and_left_out():
     """Where damping is low 1499 returns are few; enough of them are the default of
     noise."""

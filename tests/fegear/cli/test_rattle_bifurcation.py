@@ -18,6 +18,7 @@ WORDS = (
 )
 
 
+@pytest.mark.slow
 def test_branches_on_screen_in_files_and_for_machines(tmp_path):
     """All say the same."""
     file, plot = tmp_path / "b.csv", tmp_path / "b.png"
@@ -60,6 +61,7 @@ def test_branches_on_screen_in_files_and_for_machines(tmp_path):
             assert f"{each['value']:.7g}  {each['kind']}" in shown
 
 
+@pytest.mark.slow
 def test_an_interrupted_run_goes_on_to_the_same_file(tmp_path, monkeypatch, capsys):
     from fegear.rattle import bifurcation
 
@@ -104,6 +106,7 @@ def test_long_runs_that_have_not_settled_are_counted(monkeypatch, tmp_path):
     assert [row["speed_rad_per_turn"] for row in runs] == 6 * ["4.0"]
 
 
+@pytest.mark.slow
 def test_branches_do_not_depend_on_how_wide_the_range_is():
     fixed = "roots-scaled --departures 1 --doublings 0 --runs 0 --starts 3 --json"
     found = []
@@ -121,6 +124,7 @@ def test_branches_do_not_depend_on_how_wide_the_range_is():
     assert ("P(1,1,1)", "fold", 0.903158) in found[0]
 
 
+@pytest.mark.slow
 def test_curves_over_two_figures(tmp_path):
     words = [
         *("rattle", "bifurcation", "roots-scaled", "--over", "delta=0.55:0.8"),

@@ -84,6 +84,7 @@ def next_departure(values, t: float, v: float) -> tuple[float, float]:
     return s * speed, -slip / radius / speed
 
 
+@pytest.mark.slow
 def test_machine_of_gears_moves_as_both_in_si_units(made):
     values, path = made
     machine = load_machine(path).machine

@@ -81,6 +81,7 @@ KEYS = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("table", "key"), KEYS)
 def test_every_key_moves_an_answer(tmp_path, table, key):
     command, tables = "critical", GEARS_APART if key in OF_GEARS else BASE
@@ -174,6 +175,7 @@ def test_motion_of_parts_of_their_own_is_refused_where_it_is_not_computed(
     assert error.count("\n") == 1
 
 
+@pytest.mark.slow
 def test_noise_of_a_sprung_gear_is_told_by_the_flanks_that_meet():
     """Some ten times that without springs, table 6.1."""
     words = "--velocity", "0:0.002", "--starts", "12", "--turns", "50"

@@ -68,6 +68,7 @@ def scene(private_cache):
     return mesh_scene(load_gear_set("liu-pair"), 0, StaticsSettings())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("shown", ["von-mises", "principal", "displacement"])
 def test_picture_is_drawn_from_a_cached_compliance_in_seconds(tmp_path, shown, scene):
     path = tmp_path / "contact.png"
@@ -83,6 +84,7 @@ def test_picture_is_drawn_from_a_cached_compliance_in_seconds(tmp_path, shown, s
     assert inside.reshape(-1, 3).std(axis=0).max() > 0.1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("zoom", ["contact", "tooth"])
 @pytest.mark.parametrize("position", [0.0, 0.5])
 def test_strongest_colour_of_the_ribbon_is_at_the_contact(scene, zoom, position):
@@ -138,6 +140,7 @@ def test_vtu_holds_all_fields_with_their_units(tmp_path):
     np.testing.assert_allclose(mesh.point_data["von_mises_Pa"], expected, rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_film_has_all_frames_and_ends_where_it_began(tmp_path):
     path = tmp_path / "cycle.gif"
     run("--resolution", "coarse", *SMALL, "-o", str(path))
@@ -162,6 +165,7 @@ def mp4_frames(path) -> tuple[dict, list[np.ndarray]]:
     ]
 
 
+@pytest.mark.slow
 def test_film_for_browsers_has_the_frames_of_the_gif(tmp_path, capfd):
     """Its first frame is the picture at position 0, up to compression."""
     film, picture = tmp_path / "cycle.mp4", tmp_path / "start.png"
@@ -223,6 +227,7 @@ def pixel_of(look, size, place) -> np.ndarray:
     return np.array([0.5 * right + x, top + 0.5 * (size[1] - top) - y])
 
 
+@pytest.mark.slow
 def test_strongest_colours_are_at_the_contact_and_in_the_loaded_fillets(scene):
     """Von Mises stress: the end of the colours."""
     view = scene.view("tooth", picture_aspect())
@@ -246,6 +251,7 @@ def test_strongest_colours_are_at_the_contact_and_in_the_loaded_fillets(scene):
     assert far.min(axis=0).max() < size  # and nowhere else
 
 
+@pytest.mark.slow
 def test_first_frame_of_a_film_has_the_pressure_at_the_contact(
     scene, tmp_path, monkeypatch
 ):

@@ -182,6 +182,7 @@ def test_a_divergence_keeps_the_rows_before_it(tmp_path, monkeypatch):
     assert not branch["complete"]
 
 
+@pytest.mark.slow
 def test_ctrl_c_keeps_finished_rows(tmp_path):
     code = "from fegear.cli import main; main()"
     words = (*FAST, "--speeds", "800:4200:0.1", "-o", "s.csv")

@@ -28,6 +28,7 @@ def own_case(folder, allowed=0.5):
     return path
 
 
+@pytest.mark.slow
 def test_within_ends_with_0_and_outside_with_1(tmp_path):
     out = tmp_path / "report"
     good = run(own_case(tmp_path), "-o", out)
@@ -43,6 +44,7 @@ def test_within_ends_with_0_and_outside_with_1(tmp_path):
     assert len(list((out / "runs").iterdir())) == 2
 
 
+@pytest.mark.slow
 def test_json_is_the_report_and_names_the_csv_files(tmp_path):
     out = tmp_path / "report"
     result = run(own_case(tmp_path), "-o", out, "--json")
@@ -59,6 +61,7 @@ def test_json_is_the_report_and_names_the_csv_files(tmp_path):
     assert again.stdout == text
 
 
+@pytest.mark.slow
 def test_fidelity_of_the_option_wins(tmp_path):
     out = tmp_path / "report"
     words = ("--fidelity", "reduced", "--json")
@@ -99,6 +102,7 @@ def test_random_sets_run_alone(complete, code, tmp_path, monkeypatch):
     assert "it diverged" in (tmp_path / "index.html").read_text()
 
 
+@pytest.mark.slow
 def test_after_ctrl_c_there_is_a_report_of_the_finished_cases(tmp_path, monkeypatch):
     out = tmp_path / "report"
     made = validation.study.runs.run_case

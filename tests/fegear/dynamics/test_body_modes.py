@@ -67,6 +67,7 @@ def without_relief_of_inertia(contacts):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("part", [0.31, 0.62, 0.9, 1.3])
 def test_both_frames_see_the_same_motion(case, modes, contacts, part):
     """Gyroscopic terms of one are the counting of teeth of the other; at some of these
@@ -122,6 +123,7 @@ def test_rows_pass_from_a_pair_to_the_next_at_the_end_of_a_cycle(contacts):
     assert compared >= len(contacts.paths)
 
 
+@pytest.mark.slow
 def test_inertia_of_all_modes_is_that_of_the_static_displacement(case):
     """Sum of w^2 / omega^4, of which the lowest modes are nearly all."""
     gear_set, settings = case.gear_set, case.settings

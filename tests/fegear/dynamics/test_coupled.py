@@ -85,6 +85,7 @@ def frequencies_of(system, place):
     return np.sqrt(np.linalg.eigvalsh(stiffness)) / (2.0 * math.pi)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("place", [0, 20, 50, 90])
 def test_natural_frequencies_are_those_of_the_elements(case, system, place):
     """What is left out are modes of the free gears: second order in the ratio."""
@@ -125,6 +126,7 @@ def test_compliance_in_mean_axes_is_symmetric(system):
     assert skew < 1e-4 * np.abs(compliance).max()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("speed", [1200.0, 2000.0, 2400.0])
 def test_vibration_is_that_of_the_reduced_elements(case, system, speed):
     elements = case.stepper(30e3, remaining=0.9)
@@ -140,6 +142,7 @@ def test_vibration_is_that_of_the_reduced_elements(case, system, speed):
     assert errors[1] < errors[0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", INGREDIENTS)
 def test_each_ingredient_changes_what_it_should(case_of, name):
     case = case_of("liu-idler")

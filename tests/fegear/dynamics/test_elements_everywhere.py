@@ -65,6 +65,7 @@ def largest_change(one, other):
     return np.abs(one - other).max(initial=0.0) / np.abs(other).max(initial=1e-300)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("fidelity", ["reduced", "full"])
 def test_plane_strain_is_plane_stress_of_another_material(idler, fidelity):
     """E / (1 - nu^2) and nu / (1 - nu); the density and all else stay."""
@@ -172,6 +173,7 @@ DYNAMICS = ["dynamics", "liu-idler", "--torque", "100", "--speeds", "1500"]
 SETTLE = ["--direction", "up", "--tolerance", "0.1", "--max-periods", "1"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("words", "meshed"),
     [

@@ -98,6 +98,7 @@ def test_a_motion_repeats_itself(settled, stepper, settings):
     np.testing.assert_allclose(first.dte_rms, response.dte_rms, rtol=1e-4)
 
 
+@pytest.mark.slow
 def test_finer_steps_agree_the_better(settled, stepper, settings):
     found = [settled[0].dte_rms] + [
         steady_state(stepper, SPEEDS[0], refined(settings, times))[0].dte_rms
@@ -137,6 +138,7 @@ class Memory:
         self.responses.append(response)
 
 
+@pytest.mark.slow
 def test_a_stopped_sweep_goes_on_as_if_it_had_not_stopped(
     kind, stepper, settings, tmp_path
 ):

@@ -50,6 +50,7 @@ def test_statics_of_an_idler_know_both_its_meshes(case_of, full_of):
     same_deflection(stepper.start(), rigid, stepper)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("friction", [0.0, 0.1])
 def test_modes_tend_to_all_freedoms(case_of, full_of, friction):
     """Over one period from rest, teeth counted anew at its end, and some beyond."""
@@ -64,6 +65,7 @@ def test_modes_tend_to_all_freedoms(case_of, full_of, friction):
     assert errors[2] < 4e-3
 
 
+@pytest.mark.slow
 def test_pitch_errors_move_all_freedoms_and_modes_alike(case_of, full_of):
     """From rest over three cycles, in which other pairs of teeth carry."""
     errors = ((3e-6, -2e-6) * 19, (1e-6, 0.0, -1e-6, 2e-6, -2e-6) * 11)
@@ -75,6 +77,7 @@ def test_pitch_errors_move_all_freedoms_and_modes_alike(case_of, full_of):
     assert apart(equal.deflection[:, 0], expected) > 0.5
 
 
+@pytest.mark.slow
 def test_marching_on_is_marching_at_once(full_of):
     stepper = full_of()
     whole, end = passed(stepper, periods=2)

@@ -174,6 +174,7 @@ def test_back_side_contacts_have_columns_of_their_own(case_of):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("friction", [0.0, 0.1])
 def test_slow_motion_has_the_root_stress_of_the_statics(case_of, friction):
     case = case_of(friction=friction)

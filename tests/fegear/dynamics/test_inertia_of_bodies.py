@@ -42,6 +42,7 @@ def prepared(example, private_cache):
     return make
 
 
+@pytest.mark.slow
 def test_modes_and_all_freedoms_agree_from_rest(prepared):
     """From the inertia of a ring up to the reference circle the hub's is negative."""
     speed, steps = SPEEDS[1], 128

@@ -33,6 +33,7 @@ def made(private_cache):
     return make
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["liu-pair", "liu-idler"])
 def test_estimate_is_above_what_is_used_and_near_it(made, monkeypatch, name):
     noted = []

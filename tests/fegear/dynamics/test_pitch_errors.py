@@ -81,6 +81,7 @@ def test_slow_motion_has_the_statics_of_every_pair(uneven):
     assert abs(off.mean()) < 0.02 * expected.ste[0].mean()
 
 
+@pytest.mark.slow
 def test_motion_is_that_of_rigid_gears_on_the_contact_of_every_instant(uneven):
     """Classical steps over all pairs, contact solved anew at each; no pair laws."""
     frequency, each, settle = 1500.0, 64, 20
@@ -117,6 +118,7 @@ def test_motion_is_that_of_rigid_gears_on_the_contact_of_every_instant(uneven):
     assert abs(off.mean()) < 0.01 * np.mean(expected)
 
 
+@pytest.mark.slow
 def test_steps_are_those_of_the_equations(uneven):
     """Against a general solver, over cycles with different pairs, contact lost."""
     stepper, frequency, cycles = uneven.stepper(20e3), 1600.0, 3

@@ -65,6 +65,7 @@ def test_the_same_with_relief(case_of, track):
     assert np.abs(error).max() < 3e-4
 
 
+@pytest.mark.slow
 def test_what_is_left_is_the_discretisation_of_the_patches(case_of, track, monkeypatch):
     for name, nodes in (("coarse", 49), ("fine", 97)):
         level = Resolution(MeshSize(), nodes)

@@ -67,6 +67,7 @@ def at_rest(case_of, system, torque, **words):
     return loaded.deflection[: -1 : (len(loaded.load) - 1) // POSITIONS, 0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("relief", [0.0, RELIEF])
 def test_at_rest_it_is_the_table(case_of, given_of, relief):
     """Exact at the torques, and close to it between them."""

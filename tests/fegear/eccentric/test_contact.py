@@ -41,6 +41,7 @@ def turn():
     return fegear.run(fegear.Eccentric(**wheels, torque=20.0, positions=45))
 
 
+@pytest.mark.slow
 def test_without_eccentricity_the_pair_of_a_gear_set():
     """The same wheels by one tooth sector and contact patches: within 1e-3."""
     teeth, m, load = 24, 2e-3, 1e4
@@ -83,6 +84,7 @@ def test_torque_follows_the_kinematics(turn):
     assert turn.summary["contact"]["largest_deviation_of_torque_ratio"] < 5e-4
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ends", [0, 1], ids=["begin", "end"])
 def test_torque_follows_the_kinematics_at_tip_corners(ends):
     """Where a pair of teeth comes into contact and leaves it, and just inside of its
@@ -122,6 +124,7 @@ def test_a_turn_is_a_mirror_image_of_itself(turn):
     assert np.ptp(arm) > 0.3 * arm.mean()
 
 
+@pytest.mark.slow
 def test_mesh_refinement():
     toothed = ToothedPair(EccentricPair(0.02, 0.004), ALPHA, 20)
     arcs = toothed.rack.pitch * np.array([3.0, 3.4, 17.7])
@@ -134,6 +137,7 @@ def test_mesh_refinement():
     assert near < far
 
 
+@pytest.mark.slow
 def test_transmission_error_is_continuous_at_tip_corners():
     """From a tip corner on, over a thousandth of a pitch: a load on the corner itself
     was half as soft."""
@@ -145,6 +149,7 @@ def test_transmission_error_is_continuous_at_tip_corners():
         np.testing.assert_allclose(error, error[-1], rtol=0.01)
 
 
+@pytest.mark.slow
 def test_compliance_is_reciprocal_and_positive():
     toothed = ToothedPair(EccentricPair(0.02, 0.008), ALPHA, 40)
     driver, _ = wheels_of(toothed, 4e-3)
@@ -196,6 +201,7 @@ def test_loads_that_cannot_be(given, reason):
         fegear.run(fegear.Eccentric(**wheels | given))
 
 
+@pytest.mark.slow
 def test_an_interrupted_turn_goes_on_where_it_ended(tmp_path):
     wheels = {"radius": 20.0, "eccentricity": 1.0, "teeth": 20, "positions": 80}
     asked = fegear.Eccentric(**wheels, torque=5.0)

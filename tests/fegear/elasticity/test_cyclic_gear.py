@@ -320,6 +320,7 @@ def test_wrong_arguments_are_named(gear, factors, explicit):
         cyclic_gear(CyclicSector(explicit.gear, STEEL, SIZE), -1.0)
 
 
+@pytest.mark.slow
 def test_free_gear_vibrates_as_the_cyclic_gear_does():
     """Hub free to turn, which only concerns waves that are equal in all sectors."""
     explicit, hub = Explicit(small_gear(12)), 2e-6  # inertia of the hub itself [kg m]

@@ -49,6 +49,7 @@ def free_gear_displacement(whole, load, inertia):
     return basis @ found[:-1], 1e9 * found[-1]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("extra", [0.0, 0.7])
 def test_compliance_in_mean_axes_is_that_of_a_free_whole_gear(sector, whole, extra):
     """C - (arm / J) (p_i + p_j) + arm^2 q / J^2, of all flank points, to 1e-8."""

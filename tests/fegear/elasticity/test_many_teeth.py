@@ -30,6 +30,7 @@ def largest_change(one, other):
     return max(np.abs(a - b).max() for a, b in pairs) / scale
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("teeth", "hub"), [(55, 0.25), (100, 0.1)])
 def test_layers_lose_nothing_against_triangles_down_to_the_hub(monkeypatch, teeth, hub):
     gear = gear_of(teeth, hub)
@@ -38,6 +39,7 @@ def test_layers_lose_nothing_against_triangles_down_to_the_hub(monkeypatch, teet
     assert largest_change(found, flank_compliance(CyclicSector(gear, STEEL))) < 1e-4
 
 
+@pytest.mark.slow
 def test_a_finer_mesh_changes_a_large_gear_no_more_than_a_usual_one():
     changes = []
     for gear in (gear_of(40, 0.3), gear_of(1000)):
@@ -56,6 +58,7 @@ def test_compliance_is_as_reciprocal_with_a_thousand_teeth():
     assert many.reciprocity_error < 1.5 * few.reciprocity_error < 3e-4
 
 
+@pytest.mark.slow
 def test_modes_are_resolved_however_thick_layers_may_be():
     """By layers that follow from the cut-off; without them errors are 2e-2."""
     gear, cutoff = gear_of(100, 0.3), 60e3
@@ -79,6 +82,7 @@ def peak_of(teeth):
         tracemalloc.stop()
 
 
+@pytest.mark.slow
 def test_memory_does_not_grow_with_the_teeth():
     few, many, most = (peak_of(teeth) for teeth in (100, 300, 1000))
     assert few < 60e6

@@ -129,6 +129,7 @@ def constrained_matrices(sector, n):
     return [(constraint.conj().T @ A @ constraint).toarray() for A in matrices]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("cutoff", [20e3, 60e3, 200e3, 700e3])
 def test_count_is_that_of_the_unskipped_problem(sector, cutoff):
     """At 700 kHz the inner freedoms alone have modes below the cut-off."""
@@ -177,6 +178,7 @@ def test_effective_mass_is_nearly_all_and_alike_in_all_directions(gear):
     assert 0.96 < share[0] < 1.0
 
 
+@pytest.mark.slow
 def test_frequencies_converge_from_above_at_third_order(gear):
     """The corners of the tips cost one of the four orders of a smooth body."""
     base = MeshSize(

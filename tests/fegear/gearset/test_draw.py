@@ -135,6 +135,7 @@ def test_first_driver_is_drawn_counter_clockwise():
     assert layout(SETS["listed backward"]).places[1].sense == 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("suffix", [".png", ".svg", ".pdf"])
 def test_picture_is_written_and_nothing_else(tmp_path, suffix):
     path = tmp_path / f"gears{suffix}"

@@ -334,7 +334,7 @@ EXAMPLES = {
 
 
 # of a run, or a difference of what agrees but for round-off
-OF_RUNS = {"seconds", "peak_memory_MB", "interpolation_error"}
+OF_RUNS = {"seconds", "peak_memory_MB", "interpolation_error", "compiled_signatures"}
 WITHOUT_TABLE = {"show", "mesh", "render", "rattle gears", "bench all"}
 MEASURED = "time_s,speed_rpm\n" + "\n".join(
     f"{10 * i},{3000.0 * 0.9**i + i % 2}" for i in range(8)
@@ -440,6 +440,7 @@ def contents(path: Path) -> Mapping[str, bytes]:
     return {each.name: each.read_bytes() for each in files if each.is_file()}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("command", RESUMING)
 def test_an_interrupted_study_is_resumed_to_the_byte(command, tmp_path):
     """Interrupted at a third and at two thirds of its way, then resumed."""
@@ -458,6 +459,7 @@ def test_an_interrupted_study_is_resumed_to_the_byte(command, tmp_path):
     assert content(later, path) == whole
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("command", STUDIES)
 def test_ctrl_c_leaves_no_result_or_one_that_is_not_complete(command, tmp_path):
     asked = made(command)

@@ -43,6 +43,7 @@ def few(train):
     return bifurcations(train, FEW)
 
 
+@pytest.mark.slow
 def test_places_are_those_of_many_harmonics(train, few):
     """Harmonic balance misses them by far more."""
     many = bifurcations(train, MANY)
@@ -116,6 +117,7 @@ def test_a_root_by_secants():
         root(lambda x: 1.0 + x)
 
 
+@pytest.mark.slow
 def test_over_a_figure(system):
     """Where no contact is lost harmonic balance is exact, whatever its harmonics."""
 

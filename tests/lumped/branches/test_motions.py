@@ -70,6 +70,7 @@ def test_branches_end_on_the_limits(found):
         assert branch.points[-1].parameter in LIMITS
 
 
+@pytest.mark.slow
 def test_nothing_is_asked_for_beyond_the_limits(damped):
     """Where there may be no system."""
     asked = []

@@ -47,6 +47,7 @@ def branches(train, low, high, **settings):
 
 
 # a long loss of contact leaves more to the harmonics that a doubling lacks
+@pytest.mark.slow
 @pytest.mark.parametrize(("harmonics", "doubling"), [(20, 2e-4), (40, 2e-5)])
 def test_bifurcations_of_the_fundamental_resonance(train, harmonics, doubling):
     main, doubled = branches(train, 1250.0, 1600.0, harmonics=harmonics)

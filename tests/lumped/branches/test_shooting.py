@@ -26,6 +26,7 @@ def branches(train, harmonics, limits=FUNDAMENTAL):
     return finder.found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("limits", "kinds"),
     [

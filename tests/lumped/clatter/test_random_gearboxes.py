@@ -68,6 +68,7 @@ def test_no_random_wheel_leaves_its_plays(seed):
         assert count > 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(12))
 def test_constant_drags_bring_every_wheel_to_rest(seed):
     """In a corner of its plays, without damping: impacts take the energy."""

@@ -58,6 +58,7 @@ def test_motions_that_are_printed_are_there(damping, eccentricity, names):
         assert (attractor.exponent > 0.0) == attractor.name.startswith("chaotic")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("figures", [(0.6, 0.1), (0.575, 0.1), (0.1, 0.02), (5.0, 1.0)])
 def test_early_ends_change_nothing(figures):
     """Cells that fade away never leave; those of an orbit stay on it."""
@@ -129,6 +130,7 @@ def parts_by_brute_force(count):
     return quiet, cells, math.sqrt(cells * (1.0 - cells) / count)
 
 
+@pytest.mark.slow
 def test_parts_are_those_of_random_runs():
     """By other means, within what so many can tell."""
     quiet, cells, error = parts_by_brute_force(600)
@@ -136,6 +138,7 @@ def test_parts_are_those_of_random_runs():
     assert abs(quiet - cells) < 3.0 * error
 
 
+@pytest.mark.slow
 def test_stiff_flanks_tend_to_impacts():
     """The part of cells that leave or join the quiet ones shrinks with stiffness."""
     impact = found(machine(0.62)).attractor == 0

@@ -111,6 +111,7 @@ def test_a_doubled_motion_settles_where_it_is_stable(over_damping):
     assert branch.origin.startswith("period doubling of branch ")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("figure", "limits", "changes"),
     [

@@ -48,6 +48,7 @@ def misses(name: str, count: int, seed: int = 1) -> tuple[int, float, float]:
     return total, deepest, farthest
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", KINDS)
 def test_arcs_keep_to_the_play_and_end_on_its_bounds(name):
     total, deepest, farthest = misses(name, 2000)

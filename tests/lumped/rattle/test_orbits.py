@@ -74,6 +74,7 @@ def test_stiff_flanks_have_the_orbits_of_impacts():
         assert near < 5e-3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("highest", [100.0, 1e4, 1e9])
 def test_wide_limits_of_speed_hide_no_orbit(highest):
     machine, known = orbits(0.6)

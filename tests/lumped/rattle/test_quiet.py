@@ -241,6 +241,7 @@ def two_shafts_return(assembly: Assembly, t: float, v: float) -> tuple[float, fl
     return float(times[at]), -float(speed)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("inertia", [0.5, 3.0])
 @pytest.mark.parametrize("start", [(0.1, 0.8), (0.7, 2.0)])
 def test_unequal_shafts_return_as_both_do(inertia, start):
@@ -441,6 +442,7 @@ def in_time_over_linear(eccentricity: float) -> tuple[float, float, float]:
     return swung, abs(swing / swung - 1.0), abs(load / linear - 1.0)
 
 
+@pytest.mark.slow
 def test_all_parts_in_time_are_the_linear_motion_at_small_swings():
     """At 0.03 rad of the absorber within 1e-3, at 0.65 rad 6 % away."""
     swung, swing, load = in_time_over_linear(1e-3)

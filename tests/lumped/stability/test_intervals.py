@@ -46,6 +46,7 @@ def test_intervals_do_not_depend_on_the_grid(pair, whole, steps):
     )
 
 
+@pytest.mark.slow
 def test_no_interval_holds_or_leaves_out_a_speed(pair, whole):
     """Beside multipliers at speeds that are much closer."""
     speeds = np.arange(LOW, HIGH, 5e-4)

@@ -38,6 +38,7 @@ def crossings(points):
     return int(apart.sum()) // 2
 
 
+@pytest.mark.slow
 @settings(max_examples=15, deadline=None)
 @given(PARTS, ANGLES, st.sampled_from([1, 2]))
 def test_the_base_curve_is_touched_by_the_line_of_action(part, alpha, ratio):
@@ -106,6 +107,7 @@ def test_the_base_curve_cuts_itself_beyond_the_largest_angle(part):
         assert (crossings(points) > 0) == expected
 
 
+@pytest.mark.slow
 @settings(max_examples=15, deadline=None)
 @given(st.floats(math.radians(8.0), math.radians(35.0)), st.sampled_from([1, 2, 3]))
 def test_both_limits_are_one_boundary(alpha, ratio):
