@@ -80,7 +80,7 @@ class Resonance:
         return float(self.frequency / self.order)
 
     def amplitudes(self, amplitude: float) -> Array:
-        """Amplitudes 2 |v_jr| alpha (m,) of the mesh deflections [m] for |u| = alpha."""
+        """Amplitudes 2 |v_jr| alpha (m,) of the mesh deflections [m], |u| = alpha."""
         return 2.0 * np.abs(self.shapes) * amplitude
 
 

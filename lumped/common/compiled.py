@@ -1,15 +1,15 @@
 """numba's compiler with an on-disk cache that may be unavailable.
 
-numba keeps a compiled function while its own file is unchanged, even where a
+numba reuses a compiled function as long as its own file is unchanged, even if a
 function that it calls in another file has changed. The cache directory is
 therefore named after a digest of all kernels of the folder and of the folders whose
 kernels they call. Compiled code releases the interpreter's lock.
 
-What the cache holds is used only if its digest is right, and is compiled again if not.
-A full disk only costs time.
+The contents of the cache are used only if their digest is correct, and are compiled
+again otherwise. A full disk only costs time.
 
 The first compilation of a process is logged, since it takes seconds: as information,
-or as a warning where its result cannot be kept.
+or as a warning if its result cannot be cached.
 """
 
 from __future__ import annotations
@@ -34,14 +34,14 @@ from numba.extending import overload
 IMPORTED = re.compile(r"^from ((?:fegear|lumped)\.[\w.]+) import", re.MULTILINE)
 F = TypeVar("F", bound=Callable[..., Any])
 PART = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
-DIGEST = 32  # bytes of SHA-256 before what a file of the cache holds
+DIGEST = 32  # bytes of SHA-256 before the contents of a cache file
 INLINED = {**PART, "_nrt": False, "forceinline": True}
 LOG = logging.getLogger(__name__)
 
 
 @cache
 def kernel_cache(folder: Path) -> Path | None:
-    """A writable directory for the kernels of a source folder as it is, or None."""
+    """Writable cache directory for the kernels of a source folder, or None."""
     digest = hashlib.sha256(Path(__file__).read_bytes())
     for path in sorted({p for f in (folder, *_called(folder)) for p in f.glob("*.py")}):
         digest.update(path.read_bytes())
@@ -83,7 +83,7 @@ def _package(folder: Path) -> list[str]:
 
 @contextmanager
 def _cache_in(directory: Path) -> Iterator[None]:
-    settings: Any = config  # its attributes are made when it is imported
+    settings: Any = config  # its attributes are created on import
     before = settings.CACHE_DIR
     settings.CACHE_DIR = str(directory)
     try:
@@ -93,7 +93,7 @@ def _cache_in(directory: Path) -> Iterator[None]:
 
 
 class _SealedFile(IndexDataCacheFile):
-    """Index and code of one function, each behind its digest."""
+    """Index and code of one function, each preceded by its digest."""
 
     def _load_index(self) -> dict[Any, str]:
         version, stamp, found = self._read(self._index_path) or (None, None, {})
@@ -110,7 +110,7 @@ class _SealedFile(IndexDataCacheFile):
         self._write(self._data_path(name), data)
 
     def _read(self, path: str) -> Any:
-        """The values in a file, None where there is none or it is damaged."""
+        """Values in a file, or None if it is missing or damaged."""
         try:
             content = Path(path).read_bytes()
         except OSError:
@@ -153,7 +153,7 @@ def _compile(function: F, **options: Any) -> F:
 
 
 class _FirstUse(event.Listener):
-    """Says once that something is compiled and not found in the cache."""
+    """Logs once that a function is compiled because it is not in the cache."""
 
     def __init__(self) -> None:
         self.silent = False
@@ -172,45 +172,45 @@ class _FirstUse(event.Listener):
             LOG.info("compiling numerical kernels for the first use, 5 s to a minute")
 
     def on_end(self, event: event.Event) -> None:
-        """Nothing is said."""
+        """Do nothing."""
 
 
 event.register("numba:compile", _FirstUse())
 
 
 def compiled(function: F) -> F:
-    """Compile on first call; cache on disk where some directory can be written."""
+    """Compile on first call, and cache on disk if a directory is writable."""
     return _compile(function)
 
 
 def compiled_part(function: F) -> F:
     """Compile for use in other compiled functions only, in half the time.
 
-    Parts make and return no arrays, so that numba need not count references to them:
-    an atomic operation wherever an array is taken out of a record, which is most of
-    the work of a small step. Python calls a part uncompiled as `function.py_func`.
+    Parts neither create nor return arrays, so that numba need not count references:
+    an atomic operation whenever an array is read from a record, which is most of the
+    work of a small step. Python calls a part uncompiled as `function.py_func`.
     """
     return _compile(function, _nrt=False, **PART)
 
 
 def inlined(function: F) -> F:
-    """A part that is small and runs often: no call remains, compiling takes longer.
+    """Compile a small, frequently called part inline, at the cost of compile time.
 
-    Arrays are handed over in many words each, so that calls cost more than the work.
+    Each array is passed in many words, so that a call costs more than the work.
     """
     return _compile(function, **INLINED)
 
 
 def allocating(function: F) -> F:
-    """A part that makes arrays, once in a run."""
+    """Compile a part that creates arrays, called once in a run."""
     return _compile(function, **PART)
 
 
 def chosen_by_record(function: F, choices: Mapping[type, F]) -> None:
-    """Let compiled code take others for `function`, by its second argument.
+    """Replace `function` in compiled code according to its second argument.
 
-    choices : by the record that this is. All have the same arguments; Python calls
-        `function` as it stands.
+    choices : replacements by the record type of that argument. All have the same
+        arguments; Python calls `function` itself.
     """
 
     def choose(system, steps, *others):  # type: ignore[no-untyped-def]
