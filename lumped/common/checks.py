@@ -47,7 +47,7 @@ def require_between(
     above: bool = False,
     below: bool = False,
 ) -> None:
-    """Require a number from low to high; `above` excludes low, `below` excludes high."""
+    """Require a number from low to high; `above` excludes low, `below` high."""
     inside = is_number(value) and low <= value <= high
     if inside and not (above and value == low) and not (below and value == high):
         return
