@@ -66,7 +66,7 @@ SILENT = Observer()
 
 
 def reporting(report: Progress, total: int) -> Observer:
-    """Observer that reports the speeds done, of `total`, and the progress of slow ones."""
+    """Observer that reports the speeds done, of `total`, and progress in slow ones."""
     lock, done, shown = threading.Lock(), 0, time.perf_counter()
 
     def passed() -> None:
