@@ -117,7 +117,7 @@ class _TwoSided:
 
     def conditions(self, lower: float) -> tuple[Array, Array, Array]:
         """Matrix (2, 2) and right side (2,) of the impacts' conditions, and speeds
-        (2, 3) after both: of the transmission error's cosine and sine, and at rest."""
+        (2, 3) after both: for the transmission error's cosine and sine, and for 0."""
         delta, r = self.machine.damping, self.machine.restitution
         drift, play = 2.0 * TURN * self.machine.drive, self.machine.half_backlash
         c, s = math.cos(TURN * lower), math.sin(TURN * lower)
