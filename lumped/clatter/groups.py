@@ -23,9 +23,7 @@ from lumped.rattle.kernels.flight import CLOSE
 
 Array = NDArray[np.float64]
 CLOSED = 64.0  # multiple of the round-off of a position below which gaps are closed
-RESTING = (
-    4.0  # multiple of the speed of a fall through such a gap below which contacts rest
-)
+RESTING = 4.0  # contacts rest below this multiple of the speed of a fall through it
 BEYOND = 1e3  # distance in plays of an edge that is never reached
 SERIES = 0.5  # largest rate times a step in sustained contact, see TERMS
 

@@ -574,9 +574,9 @@ def loaded_state(system: CoupledSystem, start: Array) -> LoadedState:
 
 
 def _closing(system: CoupledSystem, start: Array) -> Array:
-    """Coordinates (p + 1, n) by which the flanks that are to carry first touch.
+    """Coordinates (p + 1, n) at which the flanks that carry load begin to touch.
 
-    Newton's method finds no way out of a gap, where nothing yields.
+    Newton's method cannot leave a gap, where there is no stiffness.
     """
     contacts, first = system.contacts, system.contacts.first
     gaps = np.empty((contacts.gap.shape[1], len(first) - 1))
@@ -584,7 +584,7 @@ def _closing(system: CoupledSystem, start: Array) -> Array:
         own = slice(first[m], first[m + 1])
         facing = contacts.gap[own][contacts.side[own] == side]
         gaps[:, m] = side * facing.min(axis=0) if len(facing) else 0.0
-    # bodies need not yield for it: of those coordinates that loads move
+    # bodies need not deflect for it: use only coordinates that loads move
     moved = start != 0.0 if start.any() else np.ones(start.size, bool)
     found = np.zeros((len(gaps), start.size))
     found[:, moved] = gaps @ np.linalg.pinv(system.shapes[:, moved]).T

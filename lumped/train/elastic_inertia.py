@@ -30,7 +30,7 @@ Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 Fidelity = Literal["quasistatic", "reduced"]
 LARGEST = 1e3  # r_i assigned to an undamped mode at resonance, as for zeta = 0.0005
-ABOVE = 1e-6  # relative margin of a cut-off above the highest mode; pairs agree to round-off
+ABOVE = 1e-6  # relative margin of a cut-off above the highest mode, for pairs
 
 
 @dataclass(frozen=True, eq=False)
@@ -189,7 +189,7 @@ def choose(
 def _remaining_errors(
     modes: ElasticModes, amplitudes: ArrayLike, mesh_frequency: float
 ) -> Array:
-    """Error (n + 1,) with the 0, 1, ..., n lowest of n modes kept."""
+    """Error (n + 1,) with the 0, 1, ..., n lowest of n modes retained."""
     weights = normalised(amplitudes)
     if not 0.0 <= mesh_frequency < math.inf:
         raise ValueError(
@@ -199,7 +199,7 @@ def _remaining_errors(
     driven = mesh_frequency * np.arange(1.0, weights.size + 1.0)
     x = driven[:, None] / modes.frequencies_Hz[order]
     shares = modes.compliance[order] * inertia_part(x, modes.damping_ratio)
-    # summed from the highest mode down, the sum over those above each cut-off
+    # sums from the highest mode down: the modes above each cut-off
     above = np.cumsum(shares[:, ::-1], axis=1)[:, ::-1]
     errors = np.column_stack([above, np.zeros(weights.size)])
     return np.sqrt(((weights[:, None] * errors) ** 2).sum(axis=0))

@@ -21,10 +21,8 @@ from lumped.train.elastic_inertia import inertia_part, normalised
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
-ALLOWED = 0.08  # allowed error of the excitation's RMS, and of amplitudes on a resonance's flanks
-STRAINED = (
-    0.05  # least fraction of a resonance's strain energy in the meshes that counts
-)
+ALLOWED = 0.08  # largest error of excitation, and of amplitudes on flanks of resonances
+STRAINED = 0.05  # least part of a resonance's strain energy in the meshes that counts
 REACH = 0.05  # relative distance beyond the band at which a resonance is excited
 SHARP = 1e-3  # least damping ratio at which a resonance is resolved
 GRID = 25  # speeds at which the bound is evaluated, in addition to resonances
