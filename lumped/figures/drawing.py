@@ -15,10 +15,7 @@ COLORS = (
     *("tab:orange", "tab:cyan", "tab:olive", "tab:pink", "gold", "navy", "lime"),
 )
 LETTERS = 11  # letters of a title per inch
-LETTER, SIGN = (
-    0.072,
-    0.5,
-)  # width of a letter in a legend, and of a key with gaps [inch]
+LETTER, SIGN = 0.072, 0.5  # inches of a letter in a legend, and of a key with gaps
 
 
 def color_of(number: int) -> str:

@@ -66,7 +66,7 @@ def _draw_curve(axes: Axes, found: ParameterMap, mesh: int) -> None:
 
 
 def axis_label(name: str) -> str:
-    """Label such as `mesh 1, tip relief, magnitude [um]` of an axis."""
+    """Label of an axis from its name, such as `mesh 1, tip relief, magnitude [um]`."""
     *path, last = name.split(".")
     quantity, _, unit = last.rpartition("_")
     known = {"um", "mm", "deg", "Nm", "GPa", "kg", "pitches", "m"}
