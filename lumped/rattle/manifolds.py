@@ -88,7 +88,7 @@ def map_departures(machine: Machine, starts: Array, count: int) -> Array:
 
 
 def saddles(orbits: list[Orbit]) -> list[Orbit]:
-    """Orbits with one multiplier of modulus above 1."""
+    """Orbits with one multiplier of modulus above 1 and one below."""
     sizes = [sorted(map(abs, orbit.multipliers)) for orbit in orbits]
     return [
         orbit

@@ -177,7 +177,7 @@ def _peak(branch: Branch, i: int, m: int) -> Peak:
 
 
 def prominent(values: Array) -> list[int]:
-    """Indices of the local maxima that stand out on both sides.
+    """Indices of the local maxima that are prominent on both sides.
 
     A maximum's feet are the lowest values on the way to anything higher.
     """

@@ -533,7 +533,7 @@ def _without_hardening(system: CoupledSystem, loaded: LoadedState) -> Contacts:
     return contacts._replace(law=law)
 
 
-LEAVE_OUT = {  # in this order, besides the body
+LEAVE_OUT = {  # in this order, in addition to the body
     "meshes": _without_meshes,
     "pairs": _without_pairs,
     "hardening": _without_hardening,
