@@ -11,17 +11,17 @@ from numpy.typing import NDArray
 from meshes.profile import Points, turn
 from meshes.sector import SectorMesh
 
-# gmsh does not open version 4 of its own format as meshio writes it, without entities
+# gmsh cannot open version 4 of its own format as written by meshio, without entities
 FORMATS = {".msh": "gmsh22", ".vtu": "vtu"}
 
 
 def write_mesh(mesh: SectorMesh, path: Path, copies: int = 1, teeth: int = 1) -> None:
     """Write a sector, or `copies` of it side by side, with coordinates in metres.
 
-    Sectors keep nodes of their own on their cuts. Second-order triangles carry the
-    cell array `tooth`, counted clockwise from the one along y from 0, and are physical
-    groups `tooth 1` and on in .msh. Raises ValueError for a file name with another
-    ending.
+    Sectors do not share nodes on their cuts. Second-order triangles have the cell array
+    `tooth`, numbered clockwise from 0 for the tooth along y, and form physical groups
+    `tooth 1`, `tooth 2`, ... in .msh files. Raises ValueError for a file name with
+    another extension.
     """
     count = len(mesh.points)
     angles = 2.0 * np.pi * np.arange(copies) / teeth
@@ -42,9 +42,10 @@ def write_triangles(
 ) -> None:
     """Write second-order triangles (m, 6), coordinates in metres.
 
-    part (m,) : what each belongs to, from 0, the cell array `kind`
-    names : of the parts, physical groups in .msh
-    Raises ValueError for a file name with another ending.
+    part : (m,) part to which each triangle belongs, from 0, the cell array `kind`
+    names : names of the parts, physical groups in .msh files
+
+    Raises ValueError for a file name with another extension.
     """
     import meshio
 

@@ -1,4 +1,4 @@
-"""The only place that opens gmsh: its state is global, so it is fenced here."""
+"""Single access point to gmsh, whose state is global and is isolated here."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ SYSTEM_PACKAGES = (
 
 
 class MissingSystemLibrary(RuntimeError):
-    """A compiled wheel that does not load on this machine."""
+    """Raised if a compiled wheel cannot be loaded on this machine."""
 
 
 def import_gmsh() -> ModuleType:
@@ -28,7 +28,7 @@ def import_gmsh() -> ModuleType:
 
 @contextmanager
 def gmsh_model(name: str) -> Iterator[ModuleType]:
-    """A fresh, silent gmsh with one model, closed again whatever happens."""
+    """Open a fresh, silent gmsh session with one model, and close it in any case."""
     gmsh = import_gmsh()
     if gmsh.isInitialized():
         raise RuntimeError("gmsh is already open in this process; close it first")

@@ -1,8 +1,8 @@
 """Layers of elements from an arc of the half sector down to the hub.
 
-Under a load on the teeth displacements vary over lengths that grow with the depth, so
-layers grow with the depth too: their number rises with the logarithm of the teeth.
-Elements get long and narrow, with right angles at their nodes.
+Under a load on the teeth, displacements vary over lengths that grow with the depth, so
+layers grow with the depth too: their number increases with the logarithm of the number
+of teeth. Elements become long and narrow, with right angles at their nodes.
 """
 
 from __future__ import annotations
@@ -24,13 +24,13 @@ def layer_radii(gear: SpurGear, size: MeshSize, top: float) -> NDArray[np.float6
         r = radii[-1]
         growth = size.body_growth * (gear.root_radius - r)
         step = max(size.hub_size * gear.module, growth)
-        # twist of a body falls as 1 / r
+        # the twist of a body decreases as 1 / r
         step = min(step, size.body_growth * r, size.largest_layer * gear.module)
         radii.append(r - step)
     if len(radii) == 1:
         return np.array(radii)
     stops = np.array(radii)
-    # stretched evenly in the logarithm, so that the last layer is no sliver
+    # stretched uniformly in the logarithm, so that the last layer is not too thin
     scale = math.log(gear.hub_radius / top) / math.log(stops[-1] / top)
     return top * (stops / top) ** scale
 
@@ -40,8 +40,8 @@ def body_layers(
 ) -> tuple[Points, NDArray[np.int64], dict[str, NDArray[np.int64]]]:
     """Points, triangles and edges of layers over `columns` equal parts of an angle.
 
-    Points lie on a polar grid (2 layers + 1, 2 columns + 1), angles from the cut to
-    the axis; triangles run clockwise as those of gmsh along the outline do.
+    Points lie on a polar grid (2 layers + 1, 2 columns + 1), with angles from the cut
+    to the axis. Triangles are clockwise, like those of gmsh along the outline.
     """
     layers = len(radii) - 1
     between = 0.5 * (radii[1:] + radii[:-1])
@@ -67,5 +67,5 @@ def body_layers(
 
 
 def _chain(nodes: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Edges (k, 3): ends, then mid-side."""
+    """Edges (k, 3) along nodes: ends, then mid-side."""
     return np.stack([nodes[:-2:2], nodes[2::2], nodes[1::2]], axis=1)

@@ -29,12 +29,12 @@ Curve = Callable[[NDArray[np.float64]], Points]
 class MeshSize:
     """Edges along the tooth outline; the interior is graded from them.
 
-    flank_edges : from the tip corner to the form circle
+    flank_edges : number of edges from the tip corner to the form circle
     flank_grading : edges grow like cosh from the corner; 0 is uniform
-    fillet_edges : along the trochoid
+    fillet_edges : number of edges along the trochoid
     tooth_size, hub_size : edge lengths inside the tooth and below it, in modules
-    body_growth : of a layer's thickness deep in the body, over its depth
-    largest_layer : its thickness at most, in modules
+    body_growth : thickness of a layer deep in the body over its depth
+    largest_layer : largest thickness of a layer, in modules
     """
 
     flank_edges: int = 32
@@ -46,7 +46,7 @@ class MeshSize:
     largest_layer: float = math.inf
 
     def refined(self, factor: float) -> MeshSize:
-        """All edges shorter by `factor` (longer where it is below 1)."""
+        """Return a size with edges shorter by `factor` (longer if it is below 1)."""
         return MeshSize(
             flank_edges=max(6, round(self.flank_edges * factor)),
             flank_grading=self.flank_grading,
@@ -60,7 +60,7 @@ class MeshSize:
 
 @dataclass(frozen=True)
 class Edges:
-    """One named piece of the outline: nodes at curve parameters (n+1,)."""
+    """Named piece of the outline, with nodes at curve parameters (n + 1,)."""
 
     name: str
     curve: Curve
@@ -76,7 +76,7 @@ class Edges:
 
 
 def flank_arcs(gear: SpurGear, size: MeshSize) -> NDArray[np.float64]:
-    """Arc length of the flank vertices from the tip corner, shape (edges + 1,)."""
+    """Arc lengths (edges + 1,) of the flank vertices from the tip corner."""
     t = np.linspace(0.0, 1.0, size.flank_edges + 1)
     if size.flank_grading == 0.0:
         return gear.flank_length * t
@@ -137,7 +137,7 @@ def half_sector_outline(gear: SpurGear, size: MeshSize) -> list[Edges]:
 
 
 def floor_radius(gear: SpurGear, size: MeshSize) -> float:
-    """Radius down to which triangles of any shape reach; below are layers, if any."""
+    """Radius down to which triangles are unstructured; layers, if any, are below."""
     floor = gear.root_radius - FLOOR_DEPTH * gear.module
     layer = size.hub_size * gear.module
     return floor if floor > gear.hub_radius + layer else gear.hub_radius

@@ -1,4 +1,4 @@
-"""Two gears in mesh: the line of action and where pairs touch on it."""
+"""Two gears in mesh: the line of action and the contact of pairs on it."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from meshes.gear import (
 
 @dataclass(frozen=True)
 class GearPair:
-    """A driving and a driven gear at a centre distance [m].
+    """Driving and driven gear at a centre distance [m].
 
     Positions on the line of action are measured by the roll length of the
     driver, s1, from its base circle's point of tangency; s2 = length - s1.
 
-    Raises GeometryError where the two cannot run together.
+    Raises GeometryError if the two cannot run together.
     """
 
     driver: SpurGear
@@ -55,12 +55,12 @@ class GearPair:
 
     @property
     def path_start(self) -> float:
-        """Roll length s1 where the driven gear's tip enters."""
+        """Roll length s1 at which the driven gear's tip enters."""
         return self.line_of_action - self.driven.tip_roll_length
 
     @property
     def path_end(self) -> float:
-        """Roll length s1 where the driver's tip leaves."""
+        """Roll length s1 at which the driver's tip leaves."""
         return self.driver.tip_roll_length
 
     @property
@@ -88,7 +88,7 @@ class GearPair:
 
     @property
     def swapped(self) -> GearPair:
-        """This pair with driver and driven gear exchanged."""
+        """Return the pair with driver and driven gear exchanged."""
         return GearPair(self.driven, self.driver, self.center_distance)
 
 
@@ -119,7 +119,7 @@ def require_path(pair: GearPair) -> None:
 
 
 def _remedy(pair: GearPair) -> str:
-    """What brings the contact ratio to 1."""
+    """Changes that raise the contact ratio to 1."""
     one, two = pair.driver, pair.driven
     path = one.tip_roll_length + two.tip_roll_length - one.base_pitch
     if not path > 0.0:
@@ -152,7 +152,7 @@ def require_clearances(pair: GearPair) -> None:
                 f"{1e3 * clearance:.6g} mm; it must be positive",
                 other[name],
             )
-    if pair.backlash < -1e-9 * pair.base_pitch:  # rounding is no jam
+    if pair.backlash < -1e-9 * pair.base_pitch:  # round-off does not jam the gears
         raise GeometryError(
             "backlash",
             f"{1e6 * pair.backlash:.6g} um; teeth would jam, it must not be negative: "

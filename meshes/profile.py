@@ -1,8 +1,9 @@
-"""The generated tooth profile as plane curves.
+"""Generated tooth profile as plane curves.
 
-Tooth frame: origin on the gear axis, y along the tooth's axis of symmetry,
-x to the right; angles count clockwise from y. The right flank is described,
-the left one is its mirror image. All coordinates in metres, shape (n, 2).
+The tooth frame has its origin on the gear axis, y along the tooth's axis of
+symmetry and x to the right; angles are measured clockwise from y. The right
+flank is described; the left one is its mirror image. All coordinates are in
+metres, with shape (n, 2).
 """
 
 from __future__ import annotations
@@ -24,14 +25,14 @@ def polar(radius: ArrayLike, angle: ArrayLike) -> Points:
 
 
 def turn(points: Points, angle: ArrayLike) -> Points:
-    """Points (n, 2) turned clockwise by one angle or by one each."""
+    """Rotate points (n, 2) clockwise by one angle, or by one angle for each point."""
     x, y = points[..., 0], points[..., 1]
     c, s = np.cos(angle), np.sin(angle)
     return np.stack([c * x + s * y, c * y - s * x], axis=-1)
 
 
 def flank_points(gear: SpurGear, roll_length: ArrayLike) -> Points:
-    """Right involute flank at roll lengths s = sqrt(r^2 - rb^2), shape (n,)."""
+    """Points of the right involute flank at roll lengths s = sqrt(r^2 - rb^2) (n,)."""
     s, rb = np.asarray(roll_length, float), gear.base_radius
     angle = gear.base_half_angle - (s / rb - np.arctan(s / rb))
     return polar(np.hypot(rb, s), angle)
@@ -44,7 +45,7 @@ def flank_tangents(gear: SpurGear, roll_length: ArrayLike) -> Points:
 
 
 def fillet_points(gear: SpurGear, normal_angle: ArrayLike) -> Points:
-    """Right root fillet, the trochoid cut by the rounded rack tip.
+    """Points of the right root fillet, the trochoid cut by the rounded rack tip.
 
     normal_angle : (n,) angle between the profile normal and the radial
         direction of the space at the instant of cutting; 0 where the fillet
@@ -79,7 +80,7 @@ def roll_length_at_arc(gear: SpurGear, arc: ArrayLike) -> NDArray[np.float64]:
 
 
 def flank_frame(gear: SpurGear, arc: ArrayLike) -> tuple[Points, Points]:
-    """Points (n, 2) of the right flank at arcs (n,) from the tip, inward normals."""
+    """Points (n, 2) and inward normals of the right flank at arcs (n,) from the tip."""
     roll_length = roll_length_at_arc(gear, arc)
     tangent = flank_tangents(gear, roll_length)
     inward = np.stack([-tangent[..., 1], tangent[..., 0]], axis=-1)

@@ -1,8 +1,8 @@
-"""Second-order triangle mesh of one tooth sector, nodes on the true curves.
+"""Second-order triangle mesh of one tooth sector, with nodes on the true curves.
 
 The right half is meshed by gmsh and mirrored: the two cuts then match node by
-node when the sector is repeated around the gear, and the mesh has the tooth's
-own symmetry.
+node when the sector is repeated around the gear, and the mesh has the symmetry
+of the tooth.
 """
 
 from __future__ import annotations
@@ -32,14 +32,15 @@ __all__ = ["MeshSize", "SectorMesh", "sector_mesh"]
 
 @dataclass(frozen=True)
 class SectorMesh:
-    """One tooth with its share of the body, tooth axis along y.
+    """One tooth with its share of the body, with the tooth axis along y.
 
     points : (n, 2) [m]
     triangles : (m, 6) counterclockwise corners, then mid-sides of edges 01, 12, 20
-    edges : boundary name -> (k, 3) ends, then mid-side, on the right half;
-        `left_` names hold the mirror images
+    edges : (k, 3) ends, then mid-side, by boundary name on the right half; names
+        with `left_` are the mirror images
     flank_nodes : (flank_edges + 1,) vertices of the right flank, from the tip
-        corner to the form circle; flank_arcs their arc length from the corner [m]
+        corner to the form circle
+    flank_arcs : arc lengths of these vertices from the corner [m]
     """
 
     points: Points
@@ -66,7 +67,7 @@ def sector_mesh(gear: SpurGear, size: MeshSize | None = None) -> SectorMesh:
 def _half_mesh(
     gmsh: ModuleType, gear: SpurGear, size: MeshSize, outline: list[Edges]
 ) -> Triangles:
-    """A closed chain of straight lines, filled."""
+    """Triangles inside a closed chain of straight lines."""
     geo, module = gmsh.model.geo, gear.module
     *profile, floor = outline
     lines: dict[str, list[int]] = {}
@@ -85,10 +86,10 @@ def _half_mesh(
 
 
 def _down_to_hub(gear: SpurGear, size: MeshSize, half: Triangles) -> Triangles:
-    """The layers below the floor joined to it."""
+    """Join the layers below the floor to the half sector."""
     points, triangles, edges = half
     floor = edges.pop("floor")
-    radii = layer_radii(gear, size, floor_radius(gear, size))  # not by rounded points
+    radii = layer_radii(gear, size, floor_radius(gear, size))  # not from rounded points
     if len(radii) == 1:
         return points, triangles, edges | {"hub": floor}
     row = np.append(floor[:, [0, 2]].ravel(), floor[-1, 1])
@@ -103,14 +104,14 @@ def _down_to_hub(gear: SpurGear, size: MeshSize, half: Triangles) -> Triangles:
 
 
 def _mirrored(points: Points, triangles: Rows, edges: dict[str, Rows]) -> Triangles:
-    """The half sector joined to its mirror image along the tooth axis."""
+    """Join the half sector to its mirror image along the tooth axis."""
     on_axis = np.zeros(len(points), bool)
     on_axis[edges["axis"]] = True
     points[on_axis, 0] = 0.0
     twin = np.where(on_axis, np.arange(len(points)), -1)
     twin[~on_axis] = len(points) + np.arange(np.count_nonzero(~on_axis))
     left = points[~on_axis] * [-1.0, 1.0]
-    # gmsh follows the outline, clockwise; turned triangles are counterclockwise
+    # gmsh follows the outline, clockwise; reversed triangles are counterclockwise
     turned = triangles[:, [0, 2, 1, 5, 4, 3]]
     both = {name: nodes for name, nodes in edges.items() if name != "axis"}
     both |= {f"left_{name}": twin[nodes] for name, nodes in both.items()}

@@ -1,4 +1,4 @@
-"""Second-order triangles inside chains of short edges, their nodes on true curves."""
+"""Second-order triangles inside chains of short edges, with nodes on true curves."""
 
 from __future__ import annotations
 
@@ -16,16 +16,19 @@ Triangles = tuple[Points, Rows, dict[str, Rows]]  # points, triangles, named edg
 
 
 def draw_point(gmsh: ModuleType, xy: Points, edge: float) -> int:
-    """Its tag; edge : length of the edges around it [m]."""
+    """Draw a point and return its tag.
+
+    edge : length of the edges around it [m]
+    """
     return int(gmsh.model.geo.addPoint(float(xy[0]), float(xy[1]), 0.0, edge))
 
 
 def draw_chain(
     gmsh: ModuleType, piece: Edges, first: int | None = None, last: int | None = None
 ) -> tuple[list[int], int]:
-    """Straight lines along a piece of an outline, and the point at its end.
+    """Draw straight lines along a piece of an outline; also return its end point.
 
-    first, last : points at its ends that are there already
+    first, last : points at its ends that already exist
     """
     geo, vertices = gmsh.model.geo, piece.vertices
     lengths = np.hypot(*np.diff(vertices, axis=0).T)
@@ -46,13 +49,12 @@ def make_triangles(
     pieces: Iterable[Edges],
     growth: float = 0.0,
 ) -> Triangles:
-    """Triangles of the surface that was drawn; mid-side nodes of the pieces lie on
-    their curves.
+    """Mesh the surface drawn; mid-side nodes of the pieces lie on their curves.
 
-    lines : straight lines by name, of which edges (k, 3), ends and then mid-side, are
-        returned in their own direction
-    growth : of sizes with the distance from the lines; by default sizes lie between
-        those of the boundary and of points inside
+    lines : straight lines by name, whose edges (k, 3), ends and then mid-side, are
+        returned in the direction of the lines
+    growth : growth of sizes with the distance from the lines; by default sizes are
+        between those of the boundary and of points inside
     """
     gmsh.model.geo.synchronize()
     gmsh.option.setNumber("Mesh.MeshSizeExtendFromBoundary", 0 if growth else 1)
@@ -77,7 +79,7 @@ def make_triangles(
 
 
 def _grow_sizes(gmsh: ModuleType, lines: list[int], growth: float) -> None:
-    """Sizes grow from those of lines with the distance, as far as it gets."""
+    """Let sizes grow from those of lines with the distance, without limit."""
     low_x, low_y, _, high_x, high_y, _ = gmsh.model.getBoundingBox(-1, -1)
     far = max(high_x - low_x, high_y - low_y)
     field = gmsh.model.mesh.field
@@ -89,6 +91,6 @@ def _grow_sizes(gmsh: ModuleType, lines: list[int], growth: float) -> None:
 
 
 def _line_nodes(gmsh: ModuleType, line: int, row: Rows) -> Rows:
-    """Edges (k, 3) of one straight gmsh line, in its own direction."""
+    """Edges (k, 3) of one straight gmsh line, in the direction of the line."""
     _, _, nodes = gmsh.model.mesh.getElements(1, line)
     return row[nodes[0]].reshape(-1, 3)

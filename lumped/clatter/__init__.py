@@ -1,1 +1,1 @@
-"""Clattering gearboxes: loose wheels that fly between the edges of their plays."""
+"""Clattering gearboxes: loose wheels that move freely within their plays."""

@@ -11,20 +11,21 @@ from lumped.clatter.groups import Group
 from lumped.clatter.runs import State, move
 
 Array = NDArray[np.float64]
-NEIGHBOUR = 1e-7  # of the plays: distance that a neighbour is kept at
-MET = 1e-5  # of this distance, which is left of round-off
+NEIGHBOUR = 1e-7  # distance at which a neighbour is held, relative to the plays
+MET = 1e-5  # part of this distance that remains from round-off
 WINDOW = 10  # impacts next to each other in time that are no neighbours (Theiler 1986)
 MOST_POINTS = 4000
 LEAST_POINTS = 1000
-UNSURE = 0.5  # of a dimension: no scaling is found
+UNSURE = 0.5  # error of a dimension above which there is no scaling
 
 
 def lyapunov_exponent(group: Group, start: State, periods: int) -> float:
-    """Largest one [1/s] of the motion at every period, of a neighbour kept close.
+    """Largest Lyapunov exponent [1/s], from a neighbour that is held close.
 
-    The distance is of plays and of speeds in periods, over the plays. NaN for a signal
-    that does not repeat, minus infinity where both meet: in contact that holds all of
-    its plays a wheel forgets where it came from. Benettin, Galgani, Strelcyn (1976).
+    The distance is measured at every period in plays and in speeds per period, relative
+    to the plays. The exponent is NaN for a signal that does not repeat, and minus
+    infinity if both motions coincide: a wheel that is held in all of its plays loses
+    the memory of its initial state. See Benettin, Galgani, Strelcyn (1976).
     """
     if math.isfinite(group.excitation.lasts):
         return math.nan
@@ -52,19 +53,18 @@ def lyapunov_exponent(group: Group, start: State, periods: int) -> float:
 
 
 def _coordinates(group: Group, state: State) -> Array:
-    """Plays and their speeds, without the excitation's part."""
+    """Plays and their speeds, without the contribution of the excitation."""
     rows = group.rows
     return np.concatenate([rows @ state.q, rows @ state.v])
 
 
 def correlation_dimension(phase: Array, speed: Array) -> tuple[float, float]:
-    """Correlation dimension of impacts by the phase of the period, from 0 to 1, and the
-    speed; and its error.
+    """Correlation dimension and its error, of impacts by phase (0 to 1) and speed.
 
-    The slope of the correlation sum between distances of 0.1 and 10 per cent of the
-    pairs, Grassberger and Procaccia (1983), without neighbours in time; the error is
-    the largest by which a third of this range departs. NaN of few impacts, and where
-    slopes depart by more than `UNSURE`. The last impacts are taken.
+    It is the slope of the correlation sum between distances of 0.1 and 10 per cent of
+    the pairs, Grassberger and Procaccia (1983), without neighbours in time. The error
+    is the largest deviation of the slope in a third of this range. Both are NaN for few
+    impacts and if slopes deviate by more than `UNSURE`. The last impacts are used.
     """
     from scipy.spatial import cKDTree
 

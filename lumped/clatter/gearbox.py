@@ -1,11 +1,11 @@
-"""Loose wheels of a gearbox in their plays: what they are, as frozen values.
+"""Loose wheels of a gearbox in their plays, as frozen values.
 
 A wheel has a rotation phi and, in plays of its bearing, an axial shift x and a radial
 one r. The relative distance of its teeth is s = i e(t) - w q with q = (phi, x, r) and
 w = (R cos(beta), sin(beta), cos(beta)). The source has -cos(beta) in its s and
-+cos(beta) in its eq. (3) to (6). Impulses do work on s, so that both must be one
-vector; with + the radial shift counts along the line of action like the rotation, and
-the other sign is the same wheel with r counted the other way.
++cos(beta) in its eq. (3) to (6). Impulses do work on s, so that both must be the same
+vector. With + the radial shift is positive along the line of action, like the rotation;
+the other sign describes the same wheel with r reversed.
 """
 
 from __future__ import annotations
@@ -26,7 +26,8 @@ AXIAL, RADIAL, TEETH = "axial", "radial", "teeth"
 class Harmonics:
     """Displacement e(t) = sum a_k sin(k 2 pi t / period + phase_k) along the teeth.
 
-    period [s]; amplitudes [m], phases [rad], of orders 1, 2, ...
+    period : period [s]
+    amplitudes, phases : amplitudes [m] and phases [rad] of orders 1, 2, ...
     """
 
     period: float
@@ -42,12 +43,12 @@ class Harmonics:
 
     @property
     def lasts(self) -> float:
-        """Seconds for which it is known."""
+        """Time for which the displacement is known [s]."""
         return math.inf
 
     @property
     def shortest(self) -> float:
-        """Shortest time in which it changes [s]."""
+        """Shortest time scale of the displacement [s]."""
         return self.period / max(1, len(self.amplitudes))
 
     def at(self, time: Array) -> Array:
@@ -64,9 +65,11 @@ class Harmonics:
 class SpeedSignal:
     """Displacement from a recorded speed: its fluctuation integrated, by cubic splines.
 
-    The wheel turns at the mean speed; what is left moves the teeth.
-    times (k,) [s] : rising, from where the run begins
-    speeds (k,) [rad/s]; base_radius [m]
+    The wheel rotates at the mean speed; the fluctuation moves the teeth.
+
+    times : (k,) increasing times, from the beginning of the run [s]
+    speeds : (k,) [rad/s]
+    base_radius : [m]
     """
 
     times: Array
@@ -83,7 +86,7 @@ class SpeedSignal:
 
     @property
     def period(self) -> float:
-        """Its whole length [s]."""
+        """Length of the signal [s]."""
         return float(self.times[-1] - self.times[0])
 
     @property
@@ -96,7 +99,7 @@ class SpeedSignal:
 
     @cached_property
     def pieces(self) -> Array:
-        """Starts of the pieces and their polynomials of degree 4, in periods (k, 6)."""
+        """Starts of pieces and their polynomials of degree 4, in periods (k, 6)."""
         from scipy.interpolate import CubicSpline
 
         turns = (self.times - self.times[0]) / self.period
@@ -108,7 +111,7 @@ class SpeedSignal:
         return np.ascontiguousarray(pieces)  # as kernels are compiled for
 
     def at(self, time: Array) -> Array:
-        """Displacement at times from its beginning [s]."""
+        """Displacement at times from the beginning of the signal [s]."""
         turns = np.asarray(time) / self.period
         k = np.clip(np.searchsorted(self.pieces[:, 0], turns, "right") - 1, 0, None)
         h, c = turns - self.pieces[k, 0], self.pieces[k, 1:]
@@ -120,24 +123,23 @@ Excitation = Harmonics | SpeedSignal
 
 @dataclass(frozen=True)
 class Variation:
-    """Variation of a play [m] about its mean: amplitude sin(order 2 pi t / period +
-    phase).
-    """
+    """Variation amplitude sin(order 2 pi t / period + phase) of a play [m]."""
 
     amplitude: float
     order: int
     phase: float
 
     def at(self, turns: Array) -> Array:
-        """At angles 2 pi t / period."""
+        """Variation at angles 2 pi t / period."""
         return np.asarray(self.amplitude * np.sin(self.order * turns + self.phase))
 
 
 @dataclass(frozen=True, kw_only=True)
 class Freedom:
-    """A coordinate of a wheel: drag [N or N m], damping [N s/m or N m s/rad].
+    """Coordinate of a wheel: drag [N or N m], damping [N s/m or N m s/rad].
 
-    play [m], restitution : of the bearing, or of the teeth where it is the rotation
+    play, restitution : play [m] and coefficient of restitution of the bearing, or of
+        the teeth for the rotation
     """
 
     play: float
@@ -148,14 +150,14 @@ class Freedom:
 
 @dataclass(frozen=True, kw_only=True)
 class Wheel:
-    """A loose wheel; SI units, angles in radians.
+    """Loose wheel; SI units, angles in radians.
 
-    driver : the loose wheel that meshes with it, else it is the input
+    driver : loose wheel that drives it; if absent, the input does
     ratio : displacement of the driving teeth over that of the input, or over that by
         the driver's rotation at its base circle; shifts of a driver count in full
-    helix_angle : of the mesh that drives it
-    axial, radial : shifts in plays of the bearing, None where there are none
-    variation : of the play of the teeth, at its lower edge
+    helix_angle : helix angle of the mesh that drives it
+    axial, radial : shifts in plays of the bearing, None if there are none
+    variation : variation of the play of the teeth, at its lower edge
     """
 
     name: str
@@ -180,12 +182,12 @@ class Wheel:
 
     @property
     def freedoms(self) -> dict[str, Freedom]:
-        """Degrees of freedom by play, in the order of the coordinates."""
+        """Coordinates by play, in their order."""
         every = {TEETH: self.rotation, AXIAL: self.axial, RADIAL: self.radial}
         return {name: each for name, each in every.items() if each is not None}
 
     def direction(self, helix_angle: float, ratio: float = 1.0) -> Array:
-        """Displacement along the line of action of a mesh by coordinate, w."""
+        """Displacement w along the line of action of a mesh per coordinate."""
         cosine, sine = math.cos(helix_angle), math.sin(helix_angle)
         every = {TEETH: ratio * self.base_radius * cosine, AXIAL: sine, RADIAL: cosine}
         return np.array([every[name] for name in self.freedoms])
@@ -193,7 +195,7 @@ class Wheel:
 
 @dataclass(frozen=True, eq=False)
 class Gearbox:
-    """Loose wheels and what excites them."""
+    """Loose wheels and their excitation."""
 
     excitation: Excitation
     wheels: tuple[Wheel, ...]
@@ -214,7 +216,7 @@ class Gearbox:
 
     @property
     def groups(self) -> list[tuple[Wheel, ...]]:
-        """Wheels that mesh with each other, which others do not feel."""
+        """Groups of wheels that mesh with each other, independent of all others."""
         roots: dict[str, str] = {}
         for wheel in self.wheels:
             roots[wheel.name] = roots[wheel.driver] if wheel.driver else wheel.name

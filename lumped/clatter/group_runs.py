@@ -18,7 +18,7 @@ from lumped.clatter.runs import CHUNK, Impacts, State, joined, move
 
 Array = NDArray[np.float64]
 MapKind = Literal["event", "implicit", "fermi"]
-PERIODS = 1000  # or impacts of a map, over which an exponent is measured, at most
+PERIODS = 1000  # most periods, or impacts of a map, over which an exponent is measured
 LEAST_PERIODS = 100
 
 
@@ -26,8 +26,8 @@ LEAST_PERIODS = 100
 class GroupRun:
     """Impacts of wheels that depend on each other, over a time [s].
 
-    end, last_edge : the state from which chaos is measured, and the edge that a map
-        has just left there
+    end, last_edge : state from which chaos is measured, and the edge that a map has
+        just left there
     """
 
     group: Group
@@ -38,11 +38,11 @@ class GroupRun:
 
     @property
     def name(self) -> str:
-        """The first wheel's."""
+        """Name of the first wheel."""
         return self.group.wheels[0].name
 
     def exponent(self, kind: MapKind) -> tuple[str, float]:
-        """Unit and largest Lyapunov exponent: events by seconds, maps by impacts."""
+        """Unit and largest Lyapunov exponent, per second or per impact of a map."""
         if kind != "event":
             last = self.last_edge
             return "impact", map_exponent(self.group, kind, self.end, last, PERIODS)
@@ -66,10 +66,11 @@ def run_events(
     before: Sequence[Impacts] = (),
     passed: Callable[[Impacts, int], None] = lambda part, count: None,
 ) -> GroupRun:
-    """All impacts until a time [s], or as many.
+    """Compute all impacts until a time [s] or up to a number of impacts.
 
-    state : to go on from, moved on; before : impacts up to there
-    passed : called after each part with it and the impacts so far
+    state : initial state, which is advanced
+    before : number of impacts before it
+    passed : function called after each part with it and the number of impacts so far
     """
     parts, count = list(before), sum(map(len, before))
     parts_to_come = move(group, state, seconds, min(CHUNK, most))
@@ -88,7 +89,7 @@ def run_events(
 def run_map(
     group: Group, name: MapName, state: State, seconds: float, most: int
 ) -> GroupRun:
-    """Impacts of one wheel by a map, from the first by events on.
+    """Compute impacts of one wheel by a map, after a first impact by events.
 
     Raises ValueError for wheels that have no map, or whose teeth do not meet.
     """
@@ -112,9 +113,9 @@ def run_map(
 
 
 def _first_of_teeth(group: Group, state: State, seconds: float) -> Impacts:
-    """The first impact of teeth by events, which ends at the state."""
+    """First impact of teeth by events; the state is advanced to it."""
     for part in move(group, state, seconds, most=0):
-        if part.play[:1] == 0:  # of the group's order, teeth come first
+        if part.play[:1] == 0:  # in the order of the group, teeth come first
             return _first(part, 1)
     raise ValueError(f"has teeth that do not meet in {seconds:g} s")
 
@@ -124,5 +125,5 @@ def _first(impacts: Impacts, count: int) -> Impacts:
 
 
 def repeats(exponent: float) -> bool:
-    """Whether a wheel forgets where it came from, in contact."""
+    """Whether a wheel in contact loses the memory of its initial state."""
     return exponent == -math.inf

@@ -1,4 +1,4 @@
-"""Wheels that depend on each other, as the compiled kernels take them."""
+"""Wheels that depend on each other, in the form that the compiled kernels take."""
 
 from __future__ import annotations
 
@@ -22,17 +22,17 @@ from lumped.clatter.kernels.arrays import Box
 from lumped.rattle.kernels.flight import CLOSE
 
 Array = NDArray[np.float64]
-CLOSED = 64.0  # of the round-off of a place: gaps below are closed
-RESTING = 4.0  # of the speed of a fall through such a gap: slower contacts rest
-BEYOND = 1e3  # plays: an edge that is never reached
+CLOSED = 64.0  # multiple of the round-off of a position below which gaps are closed
+RESTING = 4.0  # contacts rest below this multiple of the speed of a fall through it
+BEYOND = 1e3  # distance in plays of an edge that is never reached
 SERIES = 0.5  # largest rate times a step in sustained contact, see TERMS
 
 
 @dataclass(frozen=True, eq=False)
 class Group:
-    """Wheels that depend on each other, as the kernels take them.
+    """Wheels that depend on each other, in the form that the kernels take.
 
-    plays : wheel and name of each, in the order of the coordinates
+    plays : wheel and name of each play, in the order of the coordinates
     """
 
     wheels: tuple[Wheel, ...]
@@ -54,7 +54,7 @@ class Group:
 
     @cached_property
     def rows(self) -> Array:
-        """Rows of the plays by coordinate (p, p), s = ratio e(t) + row q."""
+        """Rows (p, p) of the plays by coordinate, s = ratio e(t) + row q."""
         starts = np.cumsum([0, *(len(w.freedoms) for w in self.wheels)])
         spans = {
             w.name: slice(first, last)
@@ -73,7 +73,7 @@ class Group:
 
     @cached_property
     def ratios(self) -> Array:
-        """Ratios of the excitation, by play (p,)."""
+        """Ratios (p,) of the excitation, by play."""
         driven = [n == TEETH and w.driver is None for w, n in self.plays]
         return np.where(driven, [wheel.ratio for wheel, _ in self.plays], 0.0)
 
@@ -82,7 +82,7 @@ class Group:
         return [w.variation if n == TEETH else None for w, n in self.plays]
 
     def widths(self, times: Array) -> Array:
-        """Widths of the plays at times [s] (t, p)."""
+        """Widths (t, p) of the plays at times [s]."""
         turns = 2.0 * math.pi * np.asarray(times) / self.excitation.period
         width = np.tile([each.play for each in self.freedoms], (turns.size, 1))
         for number, each in enumerate(self.variations):
@@ -94,7 +94,7 @@ class Group:
     def box(self) -> Box:
         freedoms, period, masses = self.freedoms, self.excitation.period, self.masses
         varying = [each is not None for each in self.variations]
-        # a play whose width varies is two: its upper edge, and its lower one
+        # a play whose width varies counts as two: its upper edge and its lower one
         number = np.repeat(np.arange(len(freedoms)), np.where(varying, 2, 1))
         lower = np.append(False, number[1:] == number[:-1])
         upper = np.append(lower[1:], False)
@@ -142,7 +142,7 @@ class Group:
 def _own_waves(
     group: Group, number: NDArray[np.intp], lower: NDArray[np.bool_]
 ) -> tuple[Array, Array, Array]:
-    """Order, cosine and sine of the waves of lower edges, by play of the kernels."""
+    """Orders, cosines and sines of the waves of lower edges, by play."""
     waves, variations = np.zeros((3, number.size)), group.variations
     for k in np.flatnonzero(lower):
         own = variations[number[k]]
@@ -153,13 +153,13 @@ def _own_waves(
 
 
 def _reach(group: Group) -> float:
-    """How far teeth move, at most [m]: the play of a row of wheels adds up."""
+    """Largest displacement of teeth [m]; the plays of a row of wheels add up."""
     times = np.linspace(0.0, group.excitation.period, 1001)
     e = float(np.abs(group.excitation.at(times)).max())
     most: dict[str, float] = {}
     for wheel in group.wheels:
         moved = abs(wheel.ratio) * e
-        if wheel.driver is not None:  # whose shifts count in full
+        if wheel.driver is not None:  # its shifts count in full
             moved = max(abs(wheel.ratio), 1.0) * most[wheel.driver]
         own = wheel.variation.amplitude if wheel.variation is not None else 0.0
         plays = abs(own) + sum(each.play for each in wheel.freedoms.values())
@@ -168,11 +168,13 @@ def _reach(group: Group) -> float:
 
 
 def _resting(group: Group, own_bend: float, near: float) -> float:
-    """Speed below which contacts do not bounce any more [m in a period].
+    """Speed below which contacts no longer bounce [m per period].
 
-    A gap that counts as none holds an energy: contacts that rest must be slower than
-    a fall through it, or it would move them for ever.
-    own_bend : largest acceleration of an edge; near : that gap [m]
+    A gap that counts as closed contains energy: contacts at rest must be slower than a
+    fall through it, otherwise it would move them for ever.
+
+    own_bend : largest acceleration of an edge
+    near : largest gap that counts as closed [m]
     """
     period, rows = group.excitation.period, group.rows
     ratio = max(abs(wheel.ratio) for wheel in group.wheels)
@@ -182,18 +184,19 @@ def _resting(group: Group, own_bend: float, near: float) -> float:
 
 
 def _most_hits(restitution: Array) -> int:
-    """Impacts at an instant that leave 1e-7 of a speed, of sequences that do end.
+    """Number of simultaneous impacts after which 1e-7 of a speed remains.
 
-    Two contacts i, k that are hit in turn transform their speeds by a matrix with the
-    determinant eps_i eps_k, and end unless its eigenvalues are real.
+    The sequences considered are finite. Alternating impacts of two contacts i, k
+    transform their speeds by a matrix with the determinant eps_i eps_k; they end unless
+    its eigenvalues are real.
     """
     two = np.prod(np.sort(restitution)[-2:])
-    share = -math.log(max(float(two), 1e-30)) / 4.0  # that a hit loses, at least
+    share = -math.log(max(float(two), 1e-30)) / 4.0  # least loss of an impact
     return int(np.clip(math.log(1e7) / max(share, 1e-9), 10.0, 1e6))
 
 
 def _largest_bend(excitation: Excitation) -> float:
-    """Largest second derivative, by periods."""
+    """Largest second derivative, with time in periods."""
     orders, cosines, sines, pieces = _waves(excitation)
     if pieces.size:
         spans = np.diff([*pieces[:, 0], 1.0])
@@ -215,7 +218,7 @@ def _waves(excitation: Excitation) -> tuple[Array, Array, Array, Array]:
 def _largest(
     orders: Array, cosines: Array, sines: Array, pieces: Array
 ) -> tuple[float, float]:
-    """Largest third and fourth derivative of an excitation, by periods."""
+    """Largest third and fourth derivatives of an excitation, with time in periods."""
     if pieces.size:
         spans = np.diff([*pieces[:, 0], 1.0])
         first, fourth = 6.0 * pieces[:, 4], 24.0 * pieces[:, 5]

@@ -14,13 +14,13 @@ from lumped.clatter.kernels import maps as kernel
 from lumped.clatter.runs import Impacts, State
 
 Array = NDArray[np.float64]
-NEIGHBOUR = 1e-7  # distance at which a neighbour is kept, of periods and plays
+NEIGHBOUR = 1e-7  # distance at which a neighbour is held, in periods and plays
 SETTLE = 100  # impacts before an exponent is measured
 MapName = Literal["implicit", "fermi"]
 
 
 def require_mapped(group: Group) -> None:
-    """Raises ValueError for a wheel whose impacts are no map of its own."""
+    """Raise ValueError for a wheel whose impacts do not form a map of their own."""
     names = [name for _, name in group.plays]
     wheel = group.wheels[0]
     if len(group.wheels) > 1:
@@ -38,10 +38,10 @@ def require_mapped(group: Group) -> None:
 def follow_map(
     group: Group, name: MapName, state: State, edge: int, count: int
 ) -> Impacts:
-    """Impacts of teeth after one at an edge that a state has just left.
+    """Compute impacts of teeth after one at an edge that a state has just left.
 
-    The state moves on to the last, without the places of the wheels. The radial play
-    never ends here. Fewer are found where wheels come to rest.
+    The state is advanced to the last impact, without the positions of the wheels. The
+    radial play is unlimited here. There are fewer impacts if wheels come to rest.
     """
     require_mapped(group)
     rows = _advance(group, name, state, edge, count)
@@ -60,11 +60,12 @@ def follow_map(
 def map_exponent(
     group: Group, name: MapName, state: State, edge: int, count: int
 ) -> float:
-    """Largest Lyapunov exponent of a map, of an impact, over so many of them.
+    """Largest Lyapunov exponent of a map per impact, over a number of impacts.
 
-    Of a neighbour that is kept close in times and speeds after each impact, as
-    `lumped.clatter.chaos.lyapunov_exponent`; NaN where wheels come to rest. There is
-    none of time: flights of the Fermi accelerator have no mean.
+    A neighbour is held close in times and speeds after each impact, as in
+    `lumped.clatter.chaos.lyapunov_exponent`. The exponent is NaN if wheels come to
+    rest. No exponent per time exists, since flights of the Fermi accelerator have no
+    mean duration.
     """
     require_mapped(group)
     scale = np.abs(group.box.rows[0]) / (group.box.high[0] - group.box.low[0])
@@ -90,7 +91,7 @@ def map_exponent(
 
 
 def _advance(group: Group, name: MapName, state: State, edge: int, count: int) -> Array:
-    """Rows of the kernels, of as many impacts as there are; the state moves on."""
+    """Rows of the kernels for the impacts that exist; the state is advanced."""
     follow = kernel.follow_implicit if name == "implicit" else kernel.follow_fermi
     out = np.zeros((count, 4))
     rows: Array = out[: follow(group.box, state.clock[1], state.v, edge, out)]

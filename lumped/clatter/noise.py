@@ -1,4 +1,4 @@
-"""How loud the wheels of a gearbox are: squared approach speeds and energy per time."""
+"""Noise of the wheels of a gearbox: squared approach speeds and energy per time."""
 
 from __future__ import annotations
 
@@ -14,8 +14,9 @@ from lumped.clatter.runs import Impacts
 class PlayNoise:
     """Noise of a play of a wheel.
 
-    impacts : how many; level : sum of squared approach speeds per time [m2/s3]
-    power : energy that the impacts lose per time [W]
+    impacts : number of impacts
+    level : sum of squared approach speeds per time [m2/s3]
+    power : energy dissipated by the impacts per time [W]
     """
 
     wheel: str
@@ -27,7 +28,7 @@ class PlayNoise:
 
 
 def noise_of(group: Group, impacts: Impacts, seconds: float) -> list[PlayNoise]:
-    """Noise of each play of a group, over a time."""
+    """Noise of each play of a group, over a time [s]."""
     found = []
     for number, (wheel, name) in enumerate(group.plays):
         own = impacts.play == number

@@ -1,4 +1,4 @@
-"""Runs of a gearbox: impacts in the order of time, state to go on from, noise."""
+"""Runs of a gearbox: impacts in the order of time, and the state to continue from."""
 
 from __future__ import annotations
 
@@ -15,19 +15,20 @@ from lumped.clatter.kernels.arrays import RECORD, Box, work_for
 from lumped.clatter.kernels.contact import TERMS
 
 Array = NDArray[np.float64]
-CHUNK = 50_000  # impacts that are taken at a time
+CHUNK = 50_000  # impacts that are computed at a time
 
 
 class LostMotion(ArithmeticError):
-    """A motion whose next event was not found."""
+    """Raised if the next event of a motion is not found."""
 
 
 @dataclass(eq=False)
 class State:
-    """State of the wheels of a group; time in periods and lengths in metres.
+    """State of the wheels of a group, with times in periods and lengths in metres.
 
-    clock (2,) : whole periods and the part of one; q, v (n,)
-    held (p,) : the edge of each play that holds, else 0, as `Box` counts them
+    clock : (2,) whole periods and the fraction of one
+    q, v : (n,) coordinates and velocities
+    held : (p,) edge of each play in sustained contact, otherwise 0, as in `Box`
     """
 
     clock: Array
@@ -37,7 +38,7 @@ class State:
 
     @property
     def time(self) -> float:
-        """In periods."""
+        """Time in periods."""
         return float(self.clock.sum())
 
     def copy(self) -> State:
@@ -45,18 +46,18 @@ class State:
 
 
 def middle(group: Group) -> State:
-    """Every play half open, teeth moving with the excitation's start at rest."""
+    """State in the middle of every play, at rest."""
     return _placed(group, np.full(len(group.plays), 0.5))
 
 
 def scattered(group: Group, seed: int) -> State:
-    """A state anywhere in the plays, otherwise as `middle`."""
+    """State at rest at random positions in the plays."""
     random = np.random.default_rng(seed)
     return _placed(group, random.uniform(0.05, 0.95, len(group.plays)))
 
 
 def _placed(group: Group, parts: Array) -> State:
-    """At rest, at parts of the plays from their lower edges."""
+    """State at rest, at fractions of the plays from their lower edges."""
     n, start = len(group.plays), np.zeros(1)
     e = float(group.excitation.at(start)[0])
     shifts = (parts - 1.0) * group.widths(start)[0] - group.ratios * e
@@ -67,10 +68,14 @@ def _placed(group: Group, parts: Array) -> State:
 
 @dataclass(frozen=True, eq=False)
 class Impacts:
-    """Impacts of a group, a row of each contact that was struck.
+    """Impacts of a group, with one entry for each contact that is struck.
 
-    time [s], play : number among the group's plays, edge : 1 upper, -1 lower
-    speed : of approach [m/s], impulse [N s], lost : energy [J]
+    time : [s]
+    play : index among the group's plays
+    edge : 1 for the upper edge, -1 for the lower one
+    speed : approach speed [m/s]
+    impulse : [N s]
+    lost : dissipated energy [J]
     """
 
     time: Array
@@ -87,10 +92,11 @@ class Impacts:
 def move(
     group: Group, state: State, until: float, most: int = CHUNK
 ) -> Iterator[Impacts]:
-    """Impacts until a time [s], some at a time; the state moves on with them.
+    """Compute impacts until a time [s] in parts; the state is advanced with them.
 
-    most : impacts, about, of each part
-    Raises LostMotion where an event is not found.
+    most : approximate number of impacts of each part
+
+    Raises LostMotion if an event is not found.
     """
     box, period = group.box, group.excitation.period
     n = len(group.plays)

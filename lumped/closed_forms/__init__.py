@@ -1,26 +1,26 @@
 """Closed forms of resonances by multiple scales, chapters 2 to 4 of the source.
 
-known = parametric_system(system)     # of a LumpedSystem, or from plain numbers
+known = parametric_system(system)     # from a LumpedSystem, or from plain numbers
 near = resonance(known, mode=0)       # order 1/2 subharmonic, 2 second harmonic
 top = peak(near)
-limits(known, near)                   # what it leaves out
+limits(known, near)                   # assumptions that do not hold
 
-Equations of the multi-mesh source, and where they are computed:
+The equations of the multi-mesh source are computed in these functions:
 
-    2.24, 2.25, 2.26            linear_amplitude, of orders 1 and 2
+    2.24, 2.25, 2.26            linear_amplitude, for orders 1 and 2
     2.27, 3.44                  instability_interval, critical_damping
     2.28                        optimal_relief
     2.29 to 2.33                relief_contours
     3.28, 3.31, 3.35, 3.37      steady_vibrations; 4.21, 4.26, 4.28, stability 4.24
     3.30, 4.16                  separation_angle
-    3.32, 3.36, 4.20            resonance (what drives), lost_stiffness (lost contact)
+    3.32, 3.36, 4.20            resonance (drive), lost_stiffness (lost contact)
     3.33, 3.43, 4.22            contact_loss_amplitude, transition_frequencies
     3.34, 4.23                  peak
-    3.38, 4.25, 4.27            resonance, of any order and mesh
+    3.38, 4.25, 4.27            resonance, for any order and mesh
     3.39 to 3.42                superharmonic
     3.45 to 3.50, 4.32 to 4.37  rectangular_indicator, phase_extremes
 
-Where print and derivation differ, the docstrings say so.
+The docstrings note where the printed equation differs from the derivation.
 """
 
 from lumped.closed_forms.frequency_response import (

@@ -5,8 +5,9 @@ With d = 2 (1 - Omega / w_r) - B + 2i zeta the solvability condition of
 
     u = (p conj(f) - f conj(d)) / (|d|^2 - |p|^2).
 
-Valid to first order in the stiffness variation, in zeta and in the part of the time
-without contact; `lumped.closed_forms.limits` says where that is left.
+The result is valid to first order in the stiffness variation, in zeta and in the
+fraction of the time without contact; `lumped.closed_forms.limits` reports where these
+assumptions fail.
 """
 
 from __future__ import annotations
@@ -26,19 +27,19 @@ from lumped.closed_forms.separation import (
 )
 
 Array = NDArray[np.float64]
-REAL = 1e-7  # imaginary over absolute part below which a root is real
-SAME = 1e-9  # of the detuning, below which two roots are one
+REAL = 1e-7  # a root is real if its imaginary over absolute value is below this
+SAME = 1e-9  # two roots are one if they differ by less than this part of the detuning
 
 
 @dataclass(frozen=True, eq=False)
 class SteadyVibration:
     """y_j = C_j + 2 v_jr alpha cos(Omega t - gamma), eq. 3.25 and 4.15.
 
-    frequency : of the first mesh, in the unit of the system
-    amplitude : alpha, of the mode; mesh deflections have 2 |v_jr| alpha [m]
+    frequency : frequency of the first mesh, in the unit of the system
+    amplitude : modal amplitude alpha; mesh deflections have 2 |v_jr| alpha [m]
     phase : gamma [rad]
     separation : (m,) angles theta_j [rad]
-    stable : against small changes of amplitude and phase
+    stable : whether small changes of amplitude and phase decay
     """
 
     frequency: float
@@ -51,7 +52,7 @@ class SteadyVibration:
 def linear_amplitude(resonance: Resonance, frequency: float) -> float:
     """Modal amplitude alpha at a mesh frequency, while no contact is lost.
 
-    Eq. 2.24, and 2.25 where p = 0; 4 zeta^2 stands where both print zeta^2. Raises
+    This is eq. 2.24, and 2.25 if p = 0, with 4 zeta^2 where both print zeta^2. Raises
     ValueError where a second harmonic makes the linear motion grow without limit.
     """
     d = complex(_detuning(resonance, frequency), 2.0 * resonance.damping_ratio)
@@ -73,11 +74,12 @@ def steady_vibrations(
 ) -> tuple[SteadyVibration, ...]:
     """All steady vibrations with a modal amplitude alpha, by rising frequency.
 
-    With p = 0 two, below and above the backbone, eq. 3.31, 3.37 and 4.21, up to the
-    peak; with f = 0 two at all amplitudes, eq. 3.35 and 4.26, if damping lets them be.
-    With both up to four, from (|d|^2 - |p|^2) alpha = |p conj(f) - f conj(d)|, in place
-    of eq. 3.28, which has no lost contact, and of 4.28, which takes the modulus of
-    f / alpha + p without the phase between them, other than derived.
+    If p = 0, there are two up to the peak, below and above the backbone (eq. 3.31, 3.37
+    and 4.21). If f = 0, there are two at every amplitude (eq. 3.35 and 4.26), unless
+    the damping is too large. With both, there are up to four, the solutions of
+    (|d|^2 - |p|^2) alpha = |p conj(f) - f conj(d)|. This replaces eq. 3.28, which
+    ignores lost contact, and eq. 4.28, which differs from the derivation: it takes the
+    modulus of f / alpha + p without the phase between the two.
     """
     lost = lost_stiffness(resonance, amplitude)
     found = [
@@ -94,7 +96,7 @@ def _detunings(resonance: Resonance, amplitude: float) -> list[float]:
         square = (abs(p) ** 2 if f == 0.0 else abs(f / amplitude) ** 2) - 4.0 * zeta**2
         root = math.sqrt(square) if square >= 0.0 else math.nan
         return [] if square < 0.0 else [root, -root][: 1 + (root > 0.0)]
-    # x^2 + q is |d|^2 - |p|^2, and the right side squared a quadratic in x
+    # x^2 + q is |d|^2 - |p|^2, and the right side squared is a quadratic in x
     q, g = 4.0 * zeta**2 - abs(p) ** 2, _right_side(resonance)
     quartic = np.array([1.0, 0.0, 2.0 * q, 0.0, q**2])
     quartic[2:] -= g / amplitude**2
@@ -111,7 +113,7 @@ def _right_side(resonance: Resonance) -> Array:
 
 
 def _real_roots(polynomial: Array) -> list[float]:
-    """Each once, of a polynomial with the highest power first."""
+    """Distinct real roots of a polynomial given with the highest power first."""
     roots = np.roots(polynomial)
     scale = np.abs(roots).max(initial=1e-300)
     real = np.sort(roots[np.abs(roots.imag) <= REAL * scale].real)
@@ -121,7 +123,7 @@ def _real_roots(polynomial: Array) -> list[float]:
 def _vibration(
     resonance: Resonance, amplitude: float, lost: float, x: float
 ) -> SteadyVibration | None:
-    """The one of a detuning, None where p and d cancel and leave the phase open."""
+    """Vibration at a detuning, or None if p and d cancel and the phase is undefined."""
     f, p = resonance.drive, resonance.parametric
     d = complex(x, 2.0 * resonance.damping_ratio)
     if f == 0.0:
@@ -133,7 +135,7 @@ def _vibration(
             return None
         u = (p * f.conjugate() - f * d.conjugate()) / size
         turn = u / u.conjugate()
-    # eigenvalues of the linearised condition have the sum -2 zeta w_r
+    # the eigenvalues of the linearised condition have the sum -2 zeta w_r
     slope = 0.5 * lost_stiffness_slope(resonance, amplitude)
     stable = abs(d - slope) > abs(p - slope * turn) * (1.0 + SAME)
     return SteadyVibration(
@@ -148,8 +150,8 @@ def _vibration(
 def peak_amplitude(resonance: Resonance) -> float:
     """Largest modal amplitude alpha of a direct resonance; infinite if |p| >= 2 zeta.
 
-    With p = 0 it is |f| / (2 zeta), eq. 3.34; 4.23 prints c_s where c_s^2 is right.
-    Lost contact changes where the peak stands, not how high it is.
+    If p = 0, it is |f| / (2 zeta), eq. 3.34; 4.23 prints c_s where c_s^2 is right.
+    Lost contact changes the frequency of the peak, not its amplitude.
     """
     return _peak(resonance)[0]
 
@@ -161,7 +163,7 @@ def _peak(resonance: Resonance) -> tuple[float, float]:
         raise ValueError("drive must not be 0, got a resonance without a peak")
     if abs(p) >= 2.0 * zeta:
         return math.inf, math.nan
-    # square of the amplitude is g / s^2, which peaks where g' s = 2 g s'
+    # the square of the amplitude is g / s^2, which peaks where g' s = 2 g s'
     g, s = np.poly1d(_right_side(resonance)), np.poly1d([1.0, 0.0, 4.0 * zeta**2])
     s = s - abs(p) ** 2
     places = _real_roots((g.deriv() * s - 2.0 * g * s.deriv()).coeffs)
@@ -169,9 +171,9 @@ def _peak(resonance: Resonance) -> tuple[float, float]:
 
 
 def peak(resonance: Resonance) -> SteadyVibration:
-    """The vibration with the largest amplitude, eq. 3.34.
+    """Steady vibration with the largest amplitude, eq. 3.34.
 
-    Raises ValueError where there is none, or none that is finite.
+    Raises ValueError if there is no peak or the peak is not finite.
     """
     amplitude, x = _peak(resonance)
     found = None
@@ -188,9 +190,10 @@ def peak(resonance: Resonance) -> SteadyVibration:
 def transition_frequencies(resonance: Resonance, mesh: int) -> tuple[float, ...]:
     """Mesh frequencies at which a mesh begins to lose contact, rising; none if never.
 
-    Eq. 3.33 and 4.22 for the mesh that is first, and for the others with the contact
-    that is lost before; eq. 3.43 prints the first term without 1 / c_r^2. A subharmonic
-    has them where its vertical branches begin to bend, which is where it begins.
+    For the mesh that loses contact first these are eq. 3.33 and 4.22; for the others
+    they include the contact already lost at that amplitude. Eq. 3.43 prints the first
+    term without 1 / c_r^2. For a subharmonic they are the frequencies at which its
+    vertical branches begin to bend, which is where it begins.
     """
     amplitude = float(contact_loss_amplitude(resonance)[mesh])
     if math.isinf(amplitude):
@@ -199,11 +202,11 @@ def transition_frequencies(resonance: Resonance, mesh: int) -> tuple[float, ...]
 
 
 def instability_interval(resonance: Resonance) -> tuple[float, float] | None:
-    """Mesh frequencies between which rest, or a forced motion, grows; None if stable.
+    """Mesh frequencies between which rest or a forced motion is unstable, or None.
 
-    2 w_r (1 -+ sqrt(|p|^2 - 4 zeta^2) / 2) / (2 h): eq. 3.44, 4.26 and 2.27, where 2.27
-    prints half of it with a quarter of the damping term. None from the damping ratio on
-    that `critical_damping` gives.
+    The bounds are 2 w_r (1 -+ sqrt(|p|^2 - 4 zeta^2) / 2) / (2 h), eq. 3.44, 4.26 and
+    2.27; eq. 2.27 prints half of the width with a quarter of the damping term. Returns
+    None if the damping ratio exceeds `critical_damping`.
     """
     square = abs(resonance.parametric) ** 2 - 4.0 * resonance.damping_ratio**2
     if square < 0.0:
@@ -213,5 +216,5 @@ def instability_interval(resonance: Resonance) -> tuple[float, float] | None:
 
 
 def critical_damping(resonance: Resonance) -> float:
-    """Damping ratio |p| / 2 from which on a subharmonic is gone, below eq. 3.44."""
+    """Damping ratio |p| / 2 at which a subharmonic vanishes, below eq. 3.44."""
     return 0.5 * abs(resonance.parametric)

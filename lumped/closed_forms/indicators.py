@@ -1,7 +1,8 @@
-"""How mesh phase and contact ratio set the drive of a resonance: eq. 3.45 to 3.50.
+"""Effect of mesh phase and contact ratio on the drive of a resonance, eq. 3.45 to 3.50.
 
-Drives of the meshes are complex numbers that add; their sum |R3|, |R3 tilde| or |Q3|
-indicates how strong a resonance is. A delay of one mesh turns its own.
+The drives of the meshes are complex numbers that add up; the modulus of the sum, |R3|,
+|R3 tilde| or |Q3|, indicates how strong a resonance is. A delay of one mesh turns the
+drive of that mesh.
 """
 
 from __future__ import annotations
@@ -21,11 +22,14 @@ def rectangular_harmonic(
 ) -> complex:
     """Harmonic m of a rectangular mesh stiffness over its mean, eq. 3.13 and 4.5.
 
-    eps sin(m pi c) e^(i m (pi c - phi)) / (m pi), of e^(+i m w t). Both print the
-    conjugate with the other sign, which changes no magnitude of a sum.
+    The amplitude of e^(+i m w t) is eps sin(m pi c) e^(i m (pi c - phi)) / (m pi). Both
+    equations print the conjugate with the opposite sign, which leaves the magnitude of
+    every sum unchanged.
 
-    variation : eps, peak to peak over mean; contact_ratio : c
-    delay : phi, of the drop to fewer tooth pairs after w t = 0 [rad of the mesh cycle]
+    variation : eps, peak to peak over mean
+    contact_ratio : c
+    delay : phi, delay of the drop to fewer tooth pairs after w t = 0 [rad of the mesh
+        cycle]
     order : m, from 1
     """
     if order < 1:
@@ -42,14 +46,15 @@ def rectangular_indicator(
     delays: Sequence[float],
     orders: Sequence[int],
 ) -> float:
-    """|sum_j weight_j z_j| of rectangular waves, a number for each mesh.
+    """Resonance indicator |sum_j weight_j z_j| of rectangular stiffness waves.
 
-    With weights s_jr C_j k_j / k_1 it is |R3| of eq. 3.45 to 3.48 and 4.32 (3.49 and
-    3.50 print it over eps, with 1/2 for Lambda_1 / pi), with s_jr^2 k_j / k_1 it is
-    |Q3| of 3.47 and |R4| of 4.33. Eq. 4.35 has the first harmonic of a mesh of twice
-    the resonant frequency in |R3|; derived, it drives parametrically. 4.35 and 4.38
-    have other numbers than 4.32 gives them, such as 1 / pi for 1 / pi^2. 4.34 is left
-    out with 4.28, on which it stands.
+    Each argument has one number per mesh. With the weights s_jr C_j k_j / k_1 the
+    result is |R3| of eq. 3.45 to 3.48 and 4.32 (3.49 and 3.50 print it over eps, with
+    1/2 for Lambda_1 / pi); with s_jr^2 k_j / k_1 it is |Q3| of 3.47 and |R4| of 4.33.
+    Eq. 4.35 includes in |R3| the first harmonic of a mesh of twice the resonant
+    frequency; by derivation that harmonic drives parametrically. Eq. 4.35 and 4.38
+    contain numbers that differ from those of 4.32, such as 1 / pi instead of 1 / pi^2.
+    Eq. 4.34 is omitted, like 4.28, on which it is based.
 
     orders : harmonic of each mesh that falls on the resonance, 1 and z of eq. 4.32
     """
@@ -65,8 +70,9 @@ def rectangular_indicator(
 class PhaseExtremes:
     """Extremes of |f| or |p| over the delay of one mesh.
 
-    largest, least : magnitudes; at_largest, at_least : further delays of the mesh from
-        0 to below 1 [of its own cycle]; both repeat `times` times a cycle
+    largest, least : extreme magnitudes
+    at_largest, at_least : additional delays of the mesh at which they occur, from 0 to
+        below 1 [of its own cycle]; both repeat `times` times per cycle
     """
 
     largest: float
@@ -77,10 +83,10 @@ class PhaseExtremes:
 
 
 def phase_extremes(by_mesh: ArrayLike, mesh: int, harmonic: int) -> PhaseExtremes:
-    """The critical mesh phases below eq. 3.46 to 3.48, and eq. 4.36, of any waves.
+    """Critical mesh phases, below eq. 3.46 to 3.48 and eq. 4.36, for any waves.
 
     by_mesh : (m,) drives or parametric drives, complex
-    harmonic : of the mesh that gives its drive, 2 for a second harmonic
+    harmonic : harmonic of the mesh that produces its drive, 2 for a second harmonic
     """
     drives = np.asarray(by_mesh, complex)
     own, others = complex(drives[mesh]), complex(drives.sum() - drives[mesh])

@@ -1,4 +1,4 @@
-"""Where the closed forms stop being one: what they assume, checked for a resonance."""
+"""Limits of the closed forms: checks of their assumptions for a resonance."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from lumped.closed_forms.separation import contact_loss_amplitude, separation_an
 from lumped.closed_forms.superharmonic import forced_vibration
 
 VARIATION = 0.5  # first harmonic 2 |z_j1|, below eq. 3.12: "in practice less"
-# part of a cycle without contact from which the idler of chapter 3 peaks 5 % lower than
-# the closed forms say, by integration; 0.4, the largest of figure 3.8, makes it 20 %
+# At this fraction of a cycle without contact, integration puts the peak of the idler of
+# chapter 3 5 % below the closed forms; at 0.4, the largest of figure 3.8, 20 % below.
 SEPARATION = 0.3
-GAPS = 0.25  # of what the stiffness variation of a mesh drives, by gaps of tooth pairs
-OTHERS = 0.5  # of a mesh's mean deflection, vibration of other modes
+GAPS = 0.25  # largest drive by gaps of tooth pairs over that by stiffness variation
+OTHERS = 0.5  # largest vibration of other modes over the mean deflection of a mesh
 
 
 def limits(system: ParametricSystem, resonance: Resonance) -> tuple[str, ...]:
-    """Sentences on what a resonance assumes and the system leaves; none if it holds."""
+    """Sentences on the assumptions that the system violates, none if all hold."""
     return (
         *_variation(system),
         *_other_modes(system, resonance),
@@ -42,7 +42,7 @@ def _variation(system: ParametricSystem) -> Iterator[str]:
 
 
 def _other_modes(system: ParametricSystem, resonance: Resonance) -> Iterator[str]:
-    """Meshes that other modes or other harmonics move as much as their mean."""
+    """Warn of meshes that other modes or harmonics move too much."""
     for order in system.orders:
         if order == resonance.order:
             continue
@@ -58,9 +58,9 @@ def _other_modes(system: ParametricSystem, resonance: Resonance) -> Iterator[str
 
 
 def _combinations(system: ParametricSystem, resonance: Resonance) -> Iterator[str]:
-    """Combination instabilities of this mode with another, by the same averaging.
+    """Warn of combination instabilities of this mode with another.
 
-    Where s w is near w_r + w_l both grow for
+    By the same averaging, both modes grow if s w is near w_r + w_l, for
     |s w - w_r - w_l| < (w_r + w_l) sqrt(|p_rl|^2 - 4 zeta^2) / 2.
     """
     own = resonance.mode

@@ -1,6 +1,6 @@
-"""Modes of a train whose mesh stiffness varies weakly: what the closed forms take.
+"""Modes of a train whose mesh stiffness varies weakly, the input of the closed forms.
 
-With modal coordinates u_r scaled to unit modal stiffness, mesh deflections are
+With modal coordinates u_r scaled to unit modal stiffness, the mesh deflections are
 y_j = sum_r v_jr u_r and, until contact is lost,
 
     u_r'' / w_r^2 + 2 zeta u_r' / w_r + u_r
@@ -8,8 +8,8 @@ y_j = sum_r v_jr u_r and, until contact is lost,
 
 summed over s = +-1, +-2, ..., with k_j z_js the Fourier coefficients of the mesh
 stiffness (eq. 3.12, 4.4 and 2.13 of the multi-mesh source) and L_j the sum of pair
-stiffness times gap (eq. 2.12). Then k_j v_jr^2 is the part of the mode's strain energy
-that is in mesh j. The source's normalised modes are s_jr = c_r v_jr, c_r its
+stiffness times gap (eq. 2.12). Then k_j v_jr^2 is the fraction of the mode's strain
+energy in mesh j. The source's normalised modes are s_jr = c_r v_jr, where c_r are its
 frequencies.
 """
 
@@ -26,30 +26,32 @@ from lumped.train.system import LumpedSystem
 
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
-HARMONICS = 16  # of the mesh frequency that are kept
-LEAST_DAMPING = 1e-9  # ratio, below which peaks are beyond all numbers
-ROUND_OFF = 1e-12  # of the largest amplitude
+HARMONICS = 16  # number of harmonics of the mesh frequency that are included
+LEAST_DAMPING = 1e-9  # least damping ratio; below it peaks are not meaningful
+ROUND_OFF = 1e-12  # round-off of the harmonics over the largest amplitude
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class ParametricSystem:
-    """n modes and m meshes; amplitudes of harmonics s = 1 ... h are of e^(+i s w t).
+    """Modal system with n modes, m meshes and h harmonics of each mesh frequency.
 
-    frequency : (n,) natural frequencies at mean stiffness, rising [Hz, or any unit,
-        in which mesh frequencies then come out]
+    Harmonic amplitudes s = 1 ... h are the coefficients of e^(+i s w t).
+
+    frequency : (n,) natural frequencies at mean stiffness, rising [Hz, or any other
+        unit, in which mesh frequencies are then returned]
     shapes : (m, n) v_jr, mesh deflections of the modes at unit modal stiffness
         [m / sqrt(J), or any units whose square fits that of `stiffness`]
     stiffness : (m,) mean mesh stiffnesses k_j [N/m]
-    deflection : (m,) mean mesh deflections under the load C_j, gaps counted [m]
-    elastic : (m,) the part of them that presses the teeth together [m]
-    damping_ratio : of every mode
-    stiffness_harmonics : (m, h) of the stiffness over its mean z_js
-    gap_harmonics : (m, h) of stiffness times gap L_js [N]
-    rates : (m,) mesh frequencies over that of the first mesh rho_j
+    deflection : (m,) mean mesh deflections C_j under the load, including gaps [m]
+    elastic : (m,) the part of `deflection` that presses the teeth together [m]
+    damping_ratio : damping ratio of every mode
+    stiffness_harmonics : (m, h) z_js, harmonics of the stiffness over its mean
+    gap_harmonics : (m, h) L_js, harmonics of stiffness times gap [N]
+    rates : (m,) rho_j, mesh frequencies over that of the first mesh
     backlash : (m,) [m]
 
-    Raises ValueError where shapes do not fit, numbers are not finite, no torque loads
-    a mesh or a frequency, stiffness or rate is not positive.
+    Raises ValueError if shapes do not fit, numbers are not finite, a mesh carries no
+    load, or a frequency, stiffness or rate is not positive.
     """
 
     frequency: Array
@@ -92,21 +94,20 @@ class ParametricSystem:
 
     @property
     def energy(self) -> Array:
-        """(m, n) parts of the modes' strain energy in the meshes."""
+        """Fractions (m, n) of the modes' strain energy in the meshes."""
         return self.stiffness[:, None] * self.shapes**2
 
     @property
     def orders(self) -> list[Fraction]:
-        """Orders of all harmonics of the meshes relative to the first mesh's frequency,
-        rising.
-        """
+        """Orders of all mesh harmonics over the first mesh's frequency, rising."""
         count = self.stiffness_harmonics.shape[1]
         return sorted({s * rate for rate in self.rates for s in range(1, count + 1)})
 
     def harmonic(self, name: str, mesh: int, order: Fraction) -> complex:
         """Amplitude of a mesh at `order` times the first mesh's frequency, or 0.
 
-        name : stiffness_harmonics or gap_harmonics; order : not 0, may be negative
+        name : stiffness_harmonics or gap_harmonics
+        order : any number except 0, may be negative
         """
         s = order / self.rates[mesh]
         amplitudes = getattr(self, name)[mesh]
@@ -119,10 +120,10 @@ class ParametricSystem:
 def parametric_system(
     system: LumpedSystem, harmonics: int = HARMONICS
 ) -> ParametricSystem:
-    """The parametric system of a train, with so many harmonics of each mesh frequency.
+    """Parametric system of a train, with a number of harmonics of each mesh frequency.
 
-    Modes that strain no mesh are left out. Raises ValueError where a mesh is not
-    loaded or tooth pairs differ (pitch errors), and for the coupled model.
+    Modes that strain no mesh are left out. Raises ValueError if a mesh is not loaded,
+    if tooth pairs differ (pitch errors), and for the coupled model.
     """
     if system.contacts is not None:
         raise ValueError("contacts must be None, models 1 to 3, got the coupled model")
@@ -164,7 +165,8 @@ def excitation_harmonics(
 ) -> tuple[ComplexArray, ComplexArray]:
     """Harmonics 0 ... count of the stiffness [N/m] and of stiffness times gap [N].
 
-    Gauss quadrature on the pieces of the waves, so that no jump lies inside of one.
+    Gauss quadrature is applied between the breaks of the waves, so that no jump lies
+    inside an integration interval.
     """
     if excitation.period > 1:
         raise ValueError(
@@ -186,6 +188,6 @@ def excitation_harmonics(
 
 
 def _rounded(amplitudes: ComplexArray) -> ComplexArray:
-    """Round-off is no harmonic: with it a resonance had a drive that it has not."""
+    """Set round-off to zero, lest a resonance get a drive that does not exist."""
     least = ROUND_OFF * np.abs(amplitudes).max()
     return np.where(np.abs(amplitudes) > least, amplitudes, 0.0)

@@ -1,4 +1,4 @@
-"""Every resonance that the meshes of a train excite, with what is foretold of it."""
+"""All resonances that the meshes of a train excite, with their closed forms."""
 
 from __future__ import annotations
 
@@ -25,20 +25,20 @@ KINDS = {
     Fraction(1): "fundamental",
     Fraction(2): "second harmonic",
 }
-STRAINED = 0.05  # of a mode's energy in the meshes, from which on they excite it
+STRAINED = 0.05  # least fraction of a mode's energy in the meshes that excite it
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Prediction:
-    """A resonance and its closed forms, frequencies of the first mesh.
+    """Resonance and its closed forms; all frequencies are those of the first mesh.
 
-    kinds : what it is, for each mesh by its index that excites it
-    top : vibration at the peak, None where nothing drives directly or no peak is finite
-    transitions : for each mesh, between which it loses contact, None where it does not;
-        the upper one is where it begins
-    unstable : between which a motion of half the frequency grows, None where none does
-    critical_damping : ratio from which on none does
-    limits : sentences, where the forms are left
+    kinds : kind of resonance for each mesh that excites it, by mesh index
+    top : vibration at the peak, None if nothing drives directly or no peak is finite
+    transitions : for each mesh the frequencies between which it loses contact, None if
+        it does not; the loss begins at the upper one
+    unstable : frequencies between which a motion at half the frequency grows, or None
+    critical_damping : damping ratio from which on no such motion grows
+    limits : sentences on the assumptions that do not hold
     """
 
     resonance: Resonance
@@ -53,8 +53,8 @@ class Prediction:
 def predictions(system: ParametricSystem) -> tuple[Prediction, ...]:
     """Fundamental, second-harmonic and subharmonic resonances, by rising frequency.
 
-    Of all modes with a part of their strain energy in the meshes; second harmonics with
-    what the first ones drive together, see `superharmonic`.
+    All modes with part of their strain energy in the meshes are included. The drive of
+    second harmonics includes that of two first harmonics together, see `superharmonic`.
     """
     found = [_predict(system, mode, order) for mode, order in _resonances(system)]
     driven = [p for p in found if p.resonance.drive or p.resonance.parametric]

@@ -1,10 +1,10 @@
 """Tip relief that keeps a mesh from exciting vibration, eq. 2.28 to 2.33.
 
 Both tips of a mesh are relieved linearly from the highest point of single-tooth
-contact, by rho at the tip; one pair touches or two, which share the load equally. The
-pair that leaves gains the gap that the pair that enters loses: two pairs have
-k_two rho / 2 of stiffness times gap, a rectangle in step with that of the stiffness. At
-every harmonic relief takes from the drive of a mesh what is proportional to rho.
+contact, by rho at the tip; one pair is in contact, or two that share the load equally.
+The leaving pair gains the gap that the entering pair loses. Two pairs therefore have
+k_two rho / 2 of stiffness times gap, a rectangle in phase with that of the stiffness.
+At every harmonic, relief reduces the drive of a mesh in proportion to rho.
 """
 
 from __future__ import annotations
@@ -21,17 +21,17 @@ Array = NDArray[np.float64]
 
 
 def optimal_relief(force: float, lowest: float, highest: float) -> float:
-    """Relief [m] at the tips with which the static transmission error is constant.
+    """Tip relief [m] that makes the static transmission error constant.
 
-    2 F (1 / k_one - 1 / k_two), eq. 2.28: twice the peak-to-peak error without relief.
-    (The text above 2.28 gives the stiffness of two pairs to one, and that of one to
-    two.) For any stiffness between these values it is an estimate.
+    It is 2 F (1 / k_one - 1 / k_two), eq. 2.28: twice the peak-to-peak error without
+    relief. (The text above 2.28 interchanges the stiffnesses of one pair and of two.)
+    For any stiffness between these values it is an estimate.
 
-    force : on the mesh F [N]
+    force : force F on the mesh [N]
     lowest, highest : stiffness of one pair and of two [N/m]
 
     Raises ValueError unless the force is positive and the stiffness of two pairs is
-    from once to twice that of one, beyond which a relieved tip carries nothing.
+    one to two times that of one pair; above that a relieved tip carries no load.
     """
     if not 0.0 < force < math.inf:
         raise ValueError(f"force must be positive, got {force:g}")
@@ -46,11 +46,11 @@ def optimal_relief(force: float, lowest: float, highest: float) -> float:
 class ReliefContours:
     """|f|^2 = (rho - centre) . form . (rho - centre) over the reliefs rho (m,), 2.31.
 
-    Contours of equal amplitude are ellipses about the centre, or straight lines where
-    the meshes drive in step and one relief makes up for the other. The centre is the
+    Contours of equal amplitude are ellipses about the centre, or straight lines if the
+    meshes drive in phase and one relief compensates for the other. The centre is the
     relief of least transmission error of each mesh, for all modes and mesh phases; the
-    phase turns the axes. Eq. 2.33 prints for one mode that the relief of a mesh adds to
-    what its stiffness excites; derived, it takes away in all modes.
+    phase turns the axes. According to eq. 2.33, relief adds to the excitation by the
+    stiffness in one mode; by derivation it subtracts in all modes.
 
     centre : (m,) [m]; form : (m, m)
     """
@@ -60,7 +60,7 @@ class ReliefContours:
     form: Array
 
     def amplitude(self, relief: ArrayLike, frequency: float) -> float:
-        """Modal amplitude alpha at a mesh frequency, eq. 2.25, contact kept.
+        """Modal amplitude alpha at a mesh frequency without loss of contact, eq. 2.25.
 
         relief : (m,) [m]
         """
@@ -71,18 +71,18 @@ class ReliefContours:
         return drive / math.hypot(width, 2.0 * zeta)
 
     def axes(self) -> tuple[Array, Array]:
-        """Directions (m, m), in columns, and how much |f| grows along each per metre.
+        """Directions (m, m), in columns, and the growth of |f| along each per metre.
 
-        The last one is that to which the response is most sensitive.
+        The response is most sensitive to the last direction.
         """
         values, directions = np.linalg.eigh(self.form)
         return directions, np.sqrt(np.maximum(values, 0.0))
 
 
 def relief_contours(resonance: Resonance, optimal: ArrayLike) -> ReliefContours:
-    """How tip reliefs of all meshes change a resonance of teeth without relief.
+    """Effect of the tip reliefs of all meshes on a resonance of teeth without relief.
 
-    optimal : (m,) reliefs of `optimal_relief` [m]
+    optimal : (m,) reliefs from `optimal_relief` [m]
     """
     centre = np.asarray(optimal, float)
     if centre.shape != resonance.driven_by.shape or not (centre > 0.0).all():

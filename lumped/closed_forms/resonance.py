@@ -1,12 +1,13 @@
-"""What drives a mode at a mesh frequency near one of its resonances.
+"""Drive of a mode at a mesh frequency near one of its resonances.
 
-A mode that vibrates at Omega = h w, w the frequency of the first mesh, takes part in
-four kinds of resonance of the multi-mesh source, which differ in the order h only:
+A mode that vibrates at Omega = h w, where w is the frequency of the first mesh, takes
+part in four kinds of resonance of the multi-mesh source, which differ only in the
+order h:
 
     h = 1      fundamental           eq. 3.31 and 3.28, 2.24, case 1 of 4.21
     h = 2      second harmonic       eq. 3.37, 2.26
     h = 1/2    subharmonic           eq. 3.35, 2.27, case 1 of 4.26
-    h = rho_j  of a mesh j with another mesh frequency, 4.21 to 4.28
+    h = rho_j  a mesh j with another mesh frequency, 4.21 to 4.28
 
 All follow from one solvability condition. The resonant mode
 u_r = U_r + (A e^(i w_r t) + c.c.) with A = u e^(i (Omega - w_r) t) has no secular
@@ -15,13 +16,14 @@ terms if
     2i u' / w_r + (d - B(|u|)) u + p conj(u) + f = 0,
     d = 2 (1 - Omega / w_r) + 2i zeta,
 
-    f = sum_j [k_j v_jr C_j z_j(h) - v_jr L_j(h)]      what drives directly,
-    p = sum_j k_j v_jr^2 z_j(2h)                       what drives parametrically,
+    f = sum_j [k_j v_jr C_j z_j(h) - v_jr L_j(h)]      the direct drive,
+    p = sum_j k_j v_jr^2 z_j(2h)                       the parametric drive,
 
 where z_j(h), L_j(h) are the harmonics that fall on h w, zero if none does: eq. 2.21,
 3.24, 3.36, 4.25, 4.27 and 4.28. In the source's symbols f = R3 / c_r (or Lambda, or
-R3 tilde), p = Q3 / c_r^2 (Theta, R4), B = -(R1 + R2 / alpha) / c_r^2 of lost contact.
-Where eq. 3.27 prints mean deflections and mode shapes in R4, derivation gives p.
+R3 tilde), p = Q3 / c_r^2 (Theta, R4), and B = -(R1 + R2 / alpha) / c_r^2 accounts for
+lost contact. Eq. 3.27 prints mean deflections and mode shapes in R4, where the
+derivation gives p.
 """
 
 from __future__ import annotations
@@ -39,16 +41,17 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Resonance:
-    """A mode r of a train with m meshes, excited at Omega = order times w.
+    """Resonance of mode r of a train with m meshes, excited at Omega = order times w.
 
-    mode : its index
+    mode : index of the mode
     frequency : natural frequency w_r, in the unit of the system
-    order : h, frequency of the vibration over the first mesh's
-    shapes : (m,) v_jr; energy : (m,) parts k_j v_jr^2 of the strain energy
+    order : h, frequency of the vibration over that of the first mesh
+    shapes : (m,) v_jr
+    energy : (m,) fractions k_j v_jr^2 of the strain energy
     elastic : (m,) mean deflections that press the teeth together [m]
     damping_ratio : zeta
-    driven_by : (m,) f of each mesh, in the unit of amplitudes
-    parametric_by : (m,) p of each mesh
+    driven_by : (m,) contribution of each mesh to f, in the unit of amplitudes
+    parametric_by : (m,) contribution of each mesh to p
     """
 
     mode: int
@@ -63,12 +66,12 @@ class Resonance:
 
     @property
     def drive(self) -> complex:
-        """f"""
+        """Direct drive f."""
         return complex(self.driven_by.sum())
 
     @property
     def parametric(self) -> complex:
-        """p"""
+        """Parametric drive p."""
         return complex(self.parametric_by.sum())
 
     @property
@@ -77,14 +80,14 @@ class Resonance:
         return float(self.frequency / self.order)
 
     def amplitudes(self, amplitude: float) -> Array:
-        """(m,) of the mesh deflections [m], 2 |v_jr| alpha, with |u| = alpha."""
+        """Amplitudes 2 |v_jr| alpha (m,) of the mesh deflections [m], |u| = alpha."""
         return 2.0 * np.abs(self.shapes) * amplitude
 
 
 def resonance(
     system: ParametricSystem, mode: int, order: Fraction | int = 1
 ) -> Resonance:
-    """The resonance of a mode (from 0) at Omega = order times the mesh frequency.
+    """Resonance of a mode (from 0) at Omega = order times the mesh frequency.
 
     Raises ValueError unless there is such a mode and the order is positive.
     """
@@ -112,6 +115,6 @@ def resonance(
 def harmonics_at(
     system: ParametricSystem, order: Fraction, name: str = "stiffness_harmonics"
 ) -> ComplexArray:
-    """(m,) amplitudes of all meshes at `order` times the first mesh's frequency."""
+    """Amplitudes (m,) of all meshes at `order` times the first mesh's frequency."""
     meshes = range(system.stiffness.size)
     return np.array([system.harmonic(name, j, order) for j in meshes])

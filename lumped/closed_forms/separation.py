@@ -1,4 +1,4 @@
-"""How lost contact softens a mode: eq. 3.30 and the backbone of eq. 3.31."""
+"""Softening of a mode by lost contact: eq. 3.30 and the backbone of eq. 3.31."""
 
 from __future__ import annotations
 
@@ -13,20 +13,21 @@ Array = NDArray[np.float64]
 def contact_loss_amplitude(resonance: Resonance) -> Array:
     """Modal amplitudes alpha (m,) at which each mesh begins to lose contact.
 
-    |C_j / (2 v_jr)|, eq. 3.33 and 4.22, infinite where the mode leaves the mesh at
-    rest. C_j is the elastic part of the mean deflection.
+    They are |C_j / (2 v_jr)|, eq. 3.33 and 4.22, and infinite if the mode does not
+    deflect the mesh. C_j is the elastic part of the mean deflection.
     """
     with np.errstate(divide="ignore"):
         return 0.5 * resonance.elastic / np.abs(resonance.shapes)
 
 
 def separation_angle(resonance: Resonance, amplitude: float) -> Array:
-    """theta_j (m,) [rad], half of the angle of a cycle without contact.
+    """Angles theta_j (m,) [rad], half of the angle of a cycle without contact.
 
-    cos(theta_j) = C_j / (2 |v_jr| alpha), 0 below the amplitude of first loss; eq. 3.30
-    and 4.16, which print two cases for what is one. Contact is lost for the part
-    theta_j / pi of a cycle, about the lowest point of that mesh: all meshes whose v_jr
-    have the same sign at once, the others half a cycle later.
+    They satisfy cos(theta_j) = C_j / (2 |v_jr| alpha), and are 0 below the amplitude of
+    first loss. This is eq. 3.30 and 4.16, which print two cases where there is one.
+    Contact is lost for the fraction theta_j / pi of a cycle, about the lowest point of
+    that mesh: at once in all meshes whose v_jr have the same sign, and half a cycle
+    later in the others.
     """
     if not amplitude > 0.0:
         raise ValueError(f"amplitude must be positive, got {amplitude:g}")
@@ -34,12 +35,13 @@ def separation_angle(resonance: Resonance, amplitude: float) -> Array:
 
 
 def lost_stiffness(resonance: Resonance, amplitude: float) -> float:
-    """B, the part of the modal stiffness that lost contact takes away on average.
+    """Mean fraction B of the modal stiffness that is lost with contact.
 
-    sum_j k_j v_jr^2 (theta_j - sin(theta_j) cos(theta_j)) / pi, the first harmonic of
-    the force over the amplitude. It is -(R1 + R2 / alpha) / c_r^2 of eq. 3.32 and 4.20,
-    or of Q1 and Q2 in 3.36, with C_j = 2 |v_jr| alpha cos(theta_j) put in. Eq. 3.15
-    prints a series that counts h_0 and g_0 twice; 3.24 and 3.32 count them once.
+    B = sum_j k_j v_jr^2 (theta_j - sin(theta_j) cos(theta_j)) / pi is the first
+    harmonic of the force over the amplitude. It equals -(R1 + R2 / alpha) / c_r^2 of
+    eq. 3.32 and 4.20, or with Q1 and Q2 that of 3.36, if C_j is replaced by
+    2 |v_jr| alpha cos(theta_j). Eq. 3.15 prints a series that counts h_0 and g_0 twice;
+    3.24 and 3.32 count them once.
     """
     theta = separation_angle(resonance, amplitude)
     lost = (theta - np.sin(theta) * np.cos(theta)) / np.pi
@@ -47,14 +49,14 @@ def lost_stiffness(resonance: Resonance, amplitude: float) -> float:
 
 
 def lost_stiffness_slope(resonance: Resonance, amplitude: float) -> float:
-    """alpha dB / d alpha, from d theta_j / d alpha = cot(theta_j) / alpha."""
+    """Slope alpha dB / d alpha, from d theta_j / d alpha = cot(theta_j) / alpha."""
     theta = separation_angle(resonance, amplitude)
     return float(resonance.energy @ np.sin(2.0 * theta)) / np.pi
 
 
 def backbone(resonance: Resonance, amplitude: float) -> float:
-    """Mesh frequency of free vibration of an amplitude, below eq. 3.32.
+    """Mesh frequency of free vibration at an amplitude, below eq. 3.32.
 
-    w = w_r (1 - B / 2) / h: softening, as contact is lost.
+    It is w = w_r (1 - B / 2) / h and falls with the amplitude, as contact is lost.
     """
     return resonance.at * (1.0 - 0.5 * lost_stiffness(resonance, amplitude))

@@ -1,8 +1,8 @@
 """Resonances that two stiffness harmonics excite together, eq. 3.39 to 3.42.
 
 Off resonance, harmonic a of the stiffness moves the meshes at a w; harmonic b times
-this motion is a force at (a + b) w. Where h = a + b falls on a mode it resonates, with
-a drive of second order in the variation: the only one where harmonic h is missing.
+this motion is a force at (a + b) w. If h = a + b falls on a mode, the mode resonates
+with a drive of second order in the variation, the only drive if harmonic h is missing.
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ def forced_vibration(
 ) -> ComplexArray:
     """Amplitudes (m,) of e^(i order w t) in the mesh deflections [m], eq. 3.39.
 
-    To first order in the stiffness variation, with all modes; the sum of the modes'
-    B_l = -f_l / (1 - (order w / w_l)^2 + 2i zeta order w / w_l), in which eq. 3.39 has
-    no damping.
+    They are exact to first order in the stiffness variation and include all modes: the
+    sum of B_l = -f_l / (1 - (order w / w_l)^2 + 2i zeta order w / w_l), in which
+    eq. 3.39 has no damping.
 
-    frequency : w, of the first mesh, in the unit of the system
+    frequency : frequency w of the first mesh, in the unit of the system
     """
     v = system.shapes
     stiff = system.stiffness * system.deflection * harmonics_at(system, order)
@@ -37,12 +37,13 @@ def forced_vibration(
 def superharmonic(
     system: ParametricSystem, mode: int, order: Fraction | int = 2
 ) -> Resonance:
-    """The resonance of a mode at Omega = order times w, driven at second order only.
+    """Resonance of a mode at Omega = order times w, driven at second order only.
 
     Its drive is W of eq. 3.42 (over c_r), here with all pairs of harmonics of the
-    system whose sum is the order; with one harmonic kept, as printed. Use it as any
-    resonance: eq. 3.41 prints 1 / (2 alpha c_r), 1 / (4 alpha c_r) follows as in 3.37.
-    The shift of the natural frequency, of second order too, is left out.
+    system whose sum is the order; with a single harmonic it is W as printed. It can be
+    used like any resonance: eq. 3.41 prints 1 / (2 alpha c_r), whereas
+    1 / (4 alpha c_r) follows as in 3.37. The shift of the natural frequency, also of
+    second order, is neglected.
     """
     h = Fraction(order)
     known = resonance(system, mode, h)
@@ -57,6 +58,6 @@ def superharmonic(
 
 
 def with_superharmonic(system: ParametricSystem, known: Resonance) -> Resonance:
-    """A resonance with its drives of first and second order together."""
+    """Return the resonance with its drives of first and second order together."""
     second = superharmonic(system, known.mode, known.order)
     return replace(known, driven_by=known.driven_by + second.driven_by)

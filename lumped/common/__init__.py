@@ -1,1 +1,1 @@
-"""What all parts share: tables as text, compiled kernels, workers, checks."""
+"""Utilities shared by all parts: tables as text, compiled kernels, workers, checks."""

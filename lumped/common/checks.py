@@ -1,6 +1,7 @@
-"""Checks of settings, made once where they enter: what computes with them trusts.
+"""Checks of settings, made once at the interface; computations rely on them.
 
-Each raises ValueError with the name of the setting, what is allowed and what arrived.
+Each raises ValueError with the name of the setting, the allowed values and the value
+received.
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ import numpy as np
 
 P = ParamSpec("P")
 R = TypeVar("R")
-FREQUENCIES = 0.0, 1e9  # Hz, both out
+FREQUENCIES = 0.0, 1e9  # Hz, both excluded
 WORDS = {
     bool: "True or False",
     int: "a whole number",
@@ -46,7 +47,7 @@ def require_between(
     above: bool = False,
     below: bool = False,
 ) -> None:
-    """A number from low to high; low is out with `above`, high with `below`."""
+    """Require a number from low to high; `above` excludes low, `below` high."""
     inside = is_number(value) and low <= value <= high
     if inside and not (above and value == low) and not (below and value == high):
         return
@@ -60,17 +61,17 @@ def require_between(
 
 
 def require_choice(name: str, value: object, allowed: Collection[object]) -> None:
-    """One of several."""
+    """Require one of several values."""
     if not any(_is(value, choice) for choice in allowed):
         raise ValueError(f"{name} must be {_listed(allowed)}, got {shown(value)}")
 
 
 def require_fields(settings: Any, infinite: Collection[str] = ()) -> None:
-    """Every field of a dataclass is what its type says, and its numbers are finite.
+    """Require that the fields of a dataclass match their types and are finite.
 
-    What is in arrays and mappings is left to their own checks.
+    The contents of arrays and mappings are checked elsewhere.
 
-    infinite : fields whose number may be infinite as well
+    infinite : fields whose number may also be infinite
     """
     for name, kind in _kinds(settings.__class__).items():
         value = getattr(settings, name)
@@ -79,12 +80,12 @@ def require_fields(settings: Any, infinite: Collection[str] = ()) -> None:
 
 
 def require_frequency(name: str, value: float) -> None:
-    """A mesh frequency [Hz]."""
+    """Require a valid mesh frequency [Hz]."""
     require_between(name, value, *FREQUENCIES, above=True, below=True)
 
 
 def checked(function: Callable[P, R]) -> Callable[P, R]:
-    """A function of the interface, whose arguments must be what their types say."""
+    """Decorate an interface function so that it checks the types of its arguments."""
 
     @wraps(function)
     def run(*args: P.args, **kwargs: P.kwargs) -> R:
@@ -98,26 +99,26 @@ def checked(function: Callable[P, R]) -> Callable[P, R]:
 def require_arguments(
     function: Callable[..., Any], given: Mapping[str, object]
 ) -> None:
-    """Arguments, by name, are what the types of a function say."""
+    """Require that arguments, given by name, match the types of a function."""
     kinds = _arguments(function)
     for name, value in given.items():
         require_kind(name, value, kinds[name])
 
 
 def require_kind(name: str, value: object, kind: Any) -> None:
-    """What a type says; a float is a finite number, a Literal one of its words."""
+    """Require a value of a type: a float is finite, a Literal is one of its words."""
     if not _fits(value, kind):
         raise ValueError(f"{name} must be {_words(kind)}, got {shown(value)}")
 
 
 def is_number(value: object) -> bool:
-    """A real number, also NumPy's, and neither NaN nor a truth value."""
+    """Whether a value is a real number, also NumPy's, and neither NaN nor a Boolean."""
     number = isinstance(value, Real) and not isinstance(value, bool)
     return number and not math.isnan(value)  # type: ignore[arg-type]
 
 
 def shown(value: object) -> str:
-    """What arrived, in a message: numbers as they print, all else as Python has it."""
+    """Received value as text for a message: numbers as printed, all else by repr."""
     return str(value) if isinstance(value, Real) else repr(value)
 
 
@@ -171,7 +172,7 @@ def _is_protocol(kind: type) -> bool:
 
 
 def _is(value: object, choice: object) -> bool:
-    """Equal, also as a number of NumPy, and not 1 beside True or 1.0."""
+    """Whether a value equals a choice, also as a NumPy number; 1 is not True or 1.0."""
     plain = value.item() if isinstance(value, np.generic) else value
     return type(plain) is type(choice) and plain == choice
 

@@ -1,8 +1,8 @@
 """Commented CSV: header lines `# key: value`, column names with units, rows.
 
 Numbers are written in the shortest form that reads back to the same bits; an empty
-cell is NaN. Tables of spreadsheets with semicolons or tabs between cells are read as
-well, with a comma or a point before the decimals.
+cell is NaN. Spreadsheet tables with semicolons or tabs between cells can be read too,
+with a decimal comma or a decimal point.
 """
 
 from __future__ import annotations
@@ -18,12 +18,12 @@ DECIMAL_COMMA = re.compile(r"\s*[-+]?\d*,\d+([eE][-+]?\d+)?\s*")
 
 
 class TableError(ValueError):
-    """A table that is not one; the message names source, line or column."""
+    """Invalid table; the message names the source, line or column."""
 
 
 @dataclass(frozen=True)
 class CsvText:
-    """Header, column names, and rows of cells by their place for messages."""
+    """Header, column names, and rows of cells with their place for messages."""
 
     header: Mapping[str, str]
     names: Sequence[str]
@@ -31,7 +31,7 @@ class CsvText:
 
 
 def exact(value: float) -> str:
-    """A number as a header has it: reads back to the same bits, whole ones as `100`."""
+    """Number as text that reads back to the same bits, a whole number as `100`."""
     short = f"{value:g}"
     return short if float(short) == value else repr(float(value)).removesuffix(".0")
 
@@ -46,7 +46,7 @@ def format_csv(
 
 
 def format_rows(rows: Iterable[Iterable[object]]) -> str:
-    """Lines without names and header; NaN becomes an empty cell."""
+    """Format rows without names and header; NaN becomes an empty cell."""
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
     writer.writerows(["" if v != v else v for v in row] for row in rows)
@@ -54,16 +54,16 @@ def format_rows(rows: Iterable[Iterable[object]]) -> str:
 
 
 def format_records(records: Sequence[Mapping[str, Any]]) -> str:
-    """Rows with equal keys, which name the columns, NaN written as `nan`.
+    """Format records with equal keys, which name the columns; NaN is written as `nan`.
 
-    Nothing where there are none.
+    Returns an empty string if there are no records.
     """
     rows = ([str(v) for v in record.values()] for record in records)
     return format_csv(records[0], rows) if records else ""
 
 
 def parse_csv(text: str, source: str) -> CsvText:
-    """The table of a text; TableError without names or with rows of other lengths."""
+    """Parse a table; TableError if names are missing or rows have other lengths."""
     header: dict[str, str] = {}
     body: dict[str, list[str]] = {}
     between = ""
@@ -88,7 +88,7 @@ def parse_csv(text: str, source: str) -> CsvText:
 
 
 def _between(line: str) -> str:
-    """The character between the column names of a table."""
+    """Separator of the column names of a table."""
     return next((c for c in "\t;" if c in line and "," not in line), ",")
 
 

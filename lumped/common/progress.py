@@ -1,4 +1,4 @@
-"""Reports of how far long work has got."""
+"""Progress reports of long computations."""
 
 from __future__ import annotations
 
@@ -8,4 +8,4 @@ Progress = Callable[[str, int, int], None]  # (what, done, of how many)
 
 
 def silent(what: str, done: int, total: int) -> None:
-    """Progress that is not shown."""
+    """Ignore the progress."""

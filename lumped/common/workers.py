@@ -1,7 +1,7 @@
-"""Work on several cores, in threads: compiled kernels let go of the interpreter.
+"""Work on several cores, in threads: compiled kernels release the interpreter's lock.
 
-Tasks that are functions of modules with plain arguments may also go to the processes of
-dask.distributed, here or on other machines, with the same results.
+Tasks that are module-level functions with plain arguments may also be sent to processes
+of dask.distributed, on this or other machines, with the same results.
 """
 
 from __future__ import annotations
@@ -35,31 +35,32 @@ PATIENCE = 20  # seconds for a scheduler to answer
 class Cluster:
     """Worker processes of dask.distributed.
 
-    scheduler : address of one that runs; else one worker a core is started here
+    scheduler : address of a running scheduler; if absent, one worker per core is
+        started on this machine
     """
 
     scheduler: str = ""
 
 
 class Stop(Protocol):
-    """What tasks look at to end early."""
+    """Event that tasks check in order to end early."""
 
     def is_set(self) -> bool: ...
 
 
 class Never:
-    """An event that is never set: what tasks of other processes heed."""
+    """Event that is never set, for tasks of other processes."""
 
     def is_set(self) -> bool:
         return False
 
 
 class Stopped(Exception):
-    """A task that was asked to end."""
+    """Raised by a task that was asked to end."""
 
 
 class NoClusterError(Exception):
-    """A cluster that cannot be used, and why."""
+    """Raised with the reason if a cluster cannot be used."""
 
 
 def run_tasks(
@@ -68,15 +69,16 @@ def run_tasks(
     stop: threading.Event,
     workers: int | Cluster | None = None,
 ) -> None:
-    """Run tasks and hand over what each gives, in this thread, as it is finished.
+    """Run tasks and pass each result to `take`, in this thread, as it is finished.
 
-    tasks : with the name of each, prepared in this thread, a few at a time
-    stop : an event that tasks may heed; where it is set from elsewhere the work ends
-        as after Ctrl-C, by Stopped
-    workers : threads, one a core if None, or a cluster
+    tasks : names and tasks, prepared in this thread, a few at a time
+    take : function called with the name and the result of each task
+    stop : event that tasks may check; if it is set from elsewhere, the work ends as
+        after Ctrl-C, by Stopped
+    workers : number of threads, one per core if None, or a cluster
 
-    Ctrl-C ends the work after the tasks that are under way and is raised again.
-    Raises NoClusterError where a cluster cannot be used.
+    Ctrl-C ends the work after the tasks in progress and is raised again. Raises
+    NoClusterError if a cluster cannot be used.
     """
     running: dict[Future[R], K] = {}
 
@@ -106,7 +108,10 @@ def run_tasks(
 def in_threads(
     parts: Parts, report: Callable[[int, int], None] = lambda done, total: None
 ) -> Mapping[str, Arrays]:
-    """Compute arrays of parts by name, on all cores; report : parts done, of all."""
+    """Compute arrays of parts by name, on all cores.
+
+    report : function called with the number of parts done and their total number
+    """
     found = dict[str, Arrays]()
 
     def take(name: str, arrays: Arrays) -> None:
@@ -119,7 +124,7 @@ def in_threads(
 
 @contextmanager
 def _executor(workers: int | Cluster | None) -> Iterator[tuple[Executor, int]]:
-    """What runs tasks, and how many at a time."""
+    """Executor of the tasks, and how many tasks it runs at a time."""
     if not isinstance(workers, Cluster):
         count = workers or os.cpu_count() or 1
         with ThreadPoolExecutor(count) as threads:
@@ -150,9 +155,9 @@ def _executor(workers: int | Cluster | None) -> Iterator[tuple[Executor, int]]:
 def run_together(
     tasks: Sequence[Callable[[], R]], stop: threading.Event, workers: int | None = None
 ) -> list[R]:
-    """What tasks give, in their order; Ctrl-C and failures stop all.
+    """Results of tasks, in their order; Ctrl-C and failures stop all.
 
-    stop : an event that the tasks heed: after Ctrl-C each gives what it has
+    stop : event that the tasks check; after Ctrl-C each returns its partial result
     """
     with ThreadPoolExecutor(workers or os.cpu_count()) as pool:
         futures = [pool.submit(task) for task in tasks]

@@ -1,1 +1,1 @@
-"""Pictures of results; functions of a result, drawn without a screen."""
+"""Plots of results; functions of a result, drawn without a screen."""

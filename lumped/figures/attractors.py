@@ -14,18 +14,18 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-NUMBERS = {"up": 0, "down": 1}  # of the colours
-DOTS = ((1_000, 4.5), (20_000, 2.5))  # up to so many points of a panel, their size
-DENSE = 0.9  # of more
+NUMBERS = {"up": 0, "down": 1}  # numbers of the colours
+DOTS = ((1_000, 4.5), (20_000, 2.5))  # largest number of points of a panel, their size
+DENSE = 0.9  # size of more points
 
 
 def draw_attractors(
     branches: Sequence[AttractorBranch], label: str, title: str = ""
 ) -> Figure:
-    """Deflections at the start of common periods, a panel for each mesh, and below them
-    the largest Lyapunov exponent.
+    """Plot deflections at the start of common periods, with a panel for each mesh, and
+    below them the largest Lyapunov exponent.
 
-    label : of the parameter
+    label : label of the parameter
     """
     meshes = max(each.deflection.shape[1] for b in branches for each in b.attractors)
     heights = (*[2.2] * meshes, 1.3)

@@ -1,4 +1,4 @@
-"""Branches of periodic motions over a parameter, drawn."""
+"""Plots of branches of periodic motions over a parameter."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ MARKERS = dict(zip(KINDS, "odsx", strict=True))
 def draw_branches(
     branches: Sequence[PeriodicBranch], label: str, title: str = ""
 ) -> Figure:
-    """RMS of the dynamic transmission error, a panel for each mesh.
+    """Plot the RMS of the dynamic transmission error, with a panel for each mesh.
 
-    Stable motions are drawn in full, unstable ones dashed.
+    Stable motions are solid lines, unstable ones dashed.
 
-    label : of the parameter, with its unit
+    label : label of the parameter, with its unit
     """
     meshes = branches[0].points[0].figures["dte_rms"].size
     figure, rows = panels(meshes, size=(9.0, 1.4 + 3.4 * meshes), share=True)

@@ -1,4 +1,4 @@
-"""Motion of a loose wheel in its plays, and its impacts by phase and speed, drawn."""
+"""Plots of a loose wheel's motion in its plays, and of its impacts."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ LABELS = {
 
 
 def sample_plays(group: Group, start: State, times: Array) -> Array:
-    """Plays of a group at times [s] that rise, from a start (t, p) [m]."""
+    """Plays (t, p) of a group at increasing times [s] from a start [m]."""
     state, rows, ratios = start.copy(), group.rows, group.ratios
     found = np.empty((times.size, ratios.size))
     waves = group.excitation.at(times)
@@ -38,7 +38,7 @@ def sample_plays(group: Group, start: State, times: Array) -> Array:
 def draw_motion(
     group: Group, wheel: Wheel, start: State, times: Array, title: str
 ) -> Figure:
-    """Every play of a wheel over time, between its edges."""
+    """Plot every play of a wheel over time, between its edges."""
     own = [i for i, (each, _) in enumerate(group.plays) if each is wheel]
     plays, widths = 1e3 * sample_plays(group, start, times), 1e3 * group.widths(times)
     figure, axes = panels(len(own), size=(9.0, 1.0 + 2.2 * len(own)), share=True)
@@ -55,7 +55,7 @@ def draw_motion(
 
 
 def draw_attractor(phase: Array, speed: Array, edge: Array, title: str) -> Figure:
-    """Impacts of teeth: phase of the excitation [periods] and approach speed [m/s]."""
+    """Plot impacts of teeth: excitation phase [periods] and approach speed [m/s]."""
     figure, axes = panels(1, size=(8.0, 5.5))
     panel = axes[0][0]
     for number, (side, words) in enumerate(((1, "upper edge"), (-1, "lower edge"))):

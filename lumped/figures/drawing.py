@@ -1,4 +1,4 @@
-"""What figures share: panels, titles, legends; Matplotlib loads where it draws."""
+"""Common parts of plots: panels, titles, legends; Matplotlib is imported on use."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ COLORS = (
     *("tab:blue", "tab:red", "tab:green", "tab:purple", "tab:brown"),
     *("tab:orange", "tab:cyan", "tab:olive", "tab:pink", "gold", "navy", "lime"),
 )
-LETTERS = 11  # of a title in an inch
-LETTER, SIGN = 0.072, 0.5  # inches of a letter in a legend, and of a sign with its gaps
+LETTERS = 11  # letters of a title per inch
+LETTER, SIGN = 0.072, 0.5  # inches of a letter in a legend, and of a key with gaps
 
 
 def color_of(number: int) -> str:
-    """A colour for the first, second, ... of several curves, from 0."""
+    """Colour of one of several curves, numbered from 0."""
     return COLORS[number % len(COLORS)]
 
 
@@ -31,9 +31,9 @@ def panels(
     heights: Sequence[float] | None = None,
     share: bool = False,
 ) -> tuple[Figure, list[list[Axes]]]:
-    """A figure of a size [inch] and its panels by row and column, with grids.
+    """Create a plot of a size [inch] and its panels by row and column, with grids.
 
-    share : whether panels of a column have one abscissa
+    share : whether panels of a column share the abscissa
     """
     from matplotlib.figure import Figure
 
@@ -48,14 +48,14 @@ def panels(
 
 
 def draw_title(figure: Figure, title: str) -> None:
-    """Above a figure, broken so that it fits the width."""
+    """Draw a title above a plot, with line breaks to fit the width."""
     letters = int(LETTERS * figure.get_figwidth())
     lines = [each for line in title.splitlines() for each in wrap(line, letters)]
     figure.suptitle("\n".join(lines), fontsize=11)
 
 
 def draw_legend(figure: Figure, handles: Iterable[Any], columns: int) -> None:
-    """Below all panels, in so many columns or fewer if they would not fit."""
+    """Draw a legend below all panels, with fewer columns if they do not fit."""
     entries = list(handles)
     lengths = [len(str(each.get_label())) for each in entries]
     while columns > 1 and _legend_width(lengths, columns) > figure.get_figwidth():
@@ -66,7 +66,7 @@ def draw_legend(figure: Figure, handles: Iterable[Any], columns: int) -> None:
 
 
 def _legend_width(lengths: Sequence[int], columns: int) -> float:
-    """Inches of labels of so many letters, which fill one column after another."""
+    """Width [inch] of labels of given lengths, which fill one column after another."""
     rows, more = divmod(len(lengths), columns)
     longest, start = 0, 0
     for column in range(columns):

@@ -1,4 +1,4 @@
-"""Pictures of parameter maps: contours over two axes, a curve over one."""
+"""Plots of parameter maps: contours over two axes, a curve over one."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 LEVELS = 14
-LOST = 1e-3  # part of the cycle from which contact counts as lost
+LOST = 1e-3  # fraction of the cycle above which contact counts as lost
 
 
 def draw_map(found: ParameterMap, title: str = "") -> Figure:
-    """RMS of the DTE [um], a panel for each mesh; where contact is lost is hatched."""
+    """Plot the RMS of the DTE [um] for each mesh; loss of contact is hatched."""
     figure, (row,) = panels(1, found.meshes, size=(5.4 * found.meshes, 5.0))
     for mesh, axes in enumerate(row):
         if len(found.axes) == 2:
@@ -66,7 +66,7 @@ def _draw_curve(axes: Axes, found: ParameterMap, mesh: int) -> None:
 
 
 def axis_label(name: str) -> str:
-    """`mesh.1.tip_relief.magnitude_um` as `mesh 1, tip relief, magnitude [um]`."""
+    """Label of an axis from its name, such as `mesh 1, tip relief, magnitude [um]`."""
     *path, last = name.split(".")
     quantity, _, unit = last.rpartition("_")
     known = {"um", "mm", "deg", "Nm", "GPa", "kg", "pitches", "m"}

@@ -1,4 +1,4 @@
-"""Basins of attraction, drawn: one colour for one kind of motion in all pictures."""
+"""Plots of basins of attraction, with one colour per kind of motion in all plots."""
 
 from __future__ import annotations
 
@@ -22,25 +22,25 @@ if TYPE_CHECKING:
     from lumped.rattle.manifolds import Curve
     from lumped.rattle.noise import Noise
 
-NIGHT, RED, GREY = "#1b2a6b", "#8c1515", "#d0d0d0"  # quiet, chaotic, not clear
+NIGHT, RED, GREY = "#1b2a6b", "#8c1515", "#d0d0d0"  # quiet, chaotic, undecided
 OTHERS = "#707070"
 Color = tuple[float, float, float]
 ORBIT = re.compile(r"P\((\d+),(\d+),(\d+)\)(?: (\w))?")
 STICKING = re.compile(r"sticking\((\d+|irregular)\)(?: (\w))?")
-GOLDEN = 0.6180339887498949  # of a turn of the hue, from one itinerary to the next
+GOLDEN = 0.6180339887498949  # part of a turn of the hue from one itinerary to the next
 TONES = (0.45, 1.0), (1.0, 0.9), (0.55, 0.65), (0.95, 0.5)  # saturation and value
-AT_REST = 0.7, 0.42  # the same of motions that come to rest
+AT_REST = 0.7, 0.42  # saturation and value of motions that come to rest
 MOST_NAMED = 12
-APART, MOST_AWAY = 0.2, 50  # of colours: least distance, and steps to reach it
-# of curves alone, and over basins
+APART, MOST_AWAY = 0.2, 50  # least distance of colours, and most steps to reach it
+# colours of curves alone, and over basins
 CURVES = ("black", "tab:orange", "tab:red", "tab:blue", "tab:green", "tab:purple")
 CURVES_OVER = ("white", "black", "yellow", "magenta", "lime", "cyan", "orange")
 
 
 def color_of_motion(name: str, away: int = 0) -> Color:
-    """Color by the itinerary, so that it is the same in all pictures.
+    """Colour of a motion by its itinerary, so that it is the same in all plots.
 
-    away : steps from there, for motions that would look like others
+    away : steps from this colour, for motions that would look like others
     """
     from matplotlib.colors import hsv_to_rgb, to_rgb
 
@@ -62,15 +62,14 @@ def color_of_motion(name: str, away: int = 0) -> Color:
 
 
 def _number(turns: int, upper: int, lower: int) -> int:
-    """Number of an itinerary in a list of all of them, short ones first."""
+    """Index of an itinerary in a list of all of them, short ones first."""
     one, two = turns - 1 + upper - 1 + lower, upper - 1 + lower
     return one * (one + 1) * (one + 2) // 6 + two * (two + 1) // 2 + lower
 
 
 def colors_of(basins: Basins) -> list[Color]:
-    """Colors of the attractors, by the itinerary, or far enough from that to differ
-    from those of larger basins; the smallest of many share one.
-    """
+    """Colours of the attractors by itinerary, shifted as far as necessary to differ
+    from those of larger basins; the smallest of many share one."""
     from matplotlib.colors import to_rgb
 
     colors: list[Color] = len(basins.attractors) * [to_rgb(OTHERS)]
@@ -87,15 +86,13 @@ def colors_of(basins: Basins) -> list[Color]:
 
 
 def _largest(basins: Basins) -> list[int]:
-    """Numbers of the attractors that are named, those of large basins first."""
+    """Indices of the attractors that are named, those with large basins first."""
     order = np.argsort(-basins.fractions, kind="stable")
     return [int(number) for number in order[:MOST_NAMED]]
 
 
 def draw_basins(basins: Basins, name: str) -> Figure:
-    """Draw the attractors to which departures from the upper flank lead, over their
-    time and speed.
-    """
+    """Plot the attractors of departures from the upper flank over time and speed."""
     figure, ((axes,),) = panels(1, size=(8.0, 7.0))
     draw_legend(figure, _show_basins(axes, basins), 4)
     draw_title(figure, f"{name}: {words_of(basins.machine)}")
@@ -103,7 +100,7 @@ def draw_basins(basins: Basins, name: str) -> Figure:
 
 
 def _show_basins(axes: Axes, basins: Basins) -> list[Any]:
-    """Draw them; handles of a legend."""
+    """Draw basins and return the handles of a legend."""
     from matplotlib.colors import to_rgb
     from matplotlib.patches import Patch
 
@@ -149,7 +146,7 @@ def draw_curves(
     title: str,
     basins: Basins | None = None,
 ) -> Figure:
-    """Curves by their labels, over basins where they are given.
+    """Plot curves by their labels, over basins if given.
 
     marks : departures of saddles
     """
@@ -174,13 +171,14 @@ def draw_curves(
 
 
 def _open(curve: Curve) -> NDArray[np.float64]:
-    """Its points, parted where it leaves one side of the picture for the other."""
+    """Points of a curve, separated where it jumps from one side of the plot to the
+    other."""
     around = np.flatnonzero(np.abs(np.diff(curve.points[:, 0])) > 0.5) + 1
     return np.insert(curve.points, around, np.nan, axis=0)
 
 
 def draw_noise(noise: Noise, title: str) -> Figure:
-    """Part of the runs that are less loud than a level, and which motions they are."""
+    """Plot the fraction of the runs below a noise level, and their motions."""
     figure, ((axes,),) = panels(1, size=(8.0, 5.0))
     order = np.argsort(noise.level, kind="stable")
     order = order[np.isfinite(noise.level[order])]
@@ -205,7 +203,10 @@ def draw_noise(noise: Noise, title: str) -> Figure:
 
 
 def words_of(machine: Machine, *without: str) -> str:
-    """What a title says of a machine; without : figures of it that vary."""
+    """Description of a machine for a title.
+
+    without : parameters that vary
+    """
     law = "impacts" if machine.is_impact else f"stiffness {machine.stiffness:g}"
     if machine.is_impact and "restitution" not in without:
         law += f" with restitution {machine.restitution:g}"

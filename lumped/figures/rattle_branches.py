@@ -1,4 +1,4 @@
-"""Branches of orbits over a figure, and curves of bifurcations over two, drawn."""
+"""Plots of branches of orbits and of curves of bifurcations over parameters."""
 
 from __future__ import annotations
 
@@ -28,12 +28,13 @@ def draw_orbit_branches(
     label: str,
     title: str,
 ) -> Figure:
-    """Speeds of departure from the upper flank over a figure of the machine.
+    """Plot speeds of departure from the upper flank over a parameter of the machine.
 
-    Stable orbits are drawn in full, unstable ones dashed.
+    Stable orbits are solid lines, unstable ones dashed.
 
-    settled : values and speeds (d, 2) of what long runs settle to
-    limits : of the figure, label : with its unit
+    settled : (d, 2) values and speeds at the end of long runs
+    limits : limits of the parameter
+    label : label of the parameter, with its unit
     """
     figure, ((axes,),) = panels(1, size=(8.0, 5.5))
     axes.plot(*settled.T, ".", color="0.6", ms=1.5, zorder=0)
@@ -60,7 +61,10 @@ def draw_orbit_branches(
 
 
 def draw_curves(curves: Sequence[Curve], labels: Sequence[str], title: str) -> Figure:
-    """Bifurcations over two figures; labels : of both, with their units."""
+    """Plot bifurcations over two parameters.
+
+    labels : labels of both parameters, with their units
+    """
     figure, ((axes,),) = panels(1, size=(8.0, 5.5))
     for number, curve in enumerate(curves):
         values = [(point.first, point.second) for point in curve.points]

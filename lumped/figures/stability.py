@@ -1,4 +1,4 @@
-"""Charts of stability: where vibration grows, over speed and a parameter."""
+"""Stability charts: growth of vibration over speed and a parameter."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-OTHERS, GREY = "others", "0.6"  # of combinations beyond the widest ones
+OTHERS, GREY = "others", "0.6"  # label and colour of combinations other than the widest
 
 
 def draw_chart(
@@ -25,10 +25,11 @@ def draw_chart(
     label: str,
     title: str,
 ) -> Figure:
-    """Intervals of speed over a parameter, coloured by the modes that take part.
+    """Plot intervals of speed over a parameter, coloured by the modes that take part.
 
-    The widest have colours of their own. Edges by perturbation are dashed.
-    label : of the parameter
+    The widest have individual colours. Edges by perturbation are dashed.
+
+    label : label of the parameter
     """
     from matplotlib.patches import Patch
 
@@ -66,7 +67,7 @@ def _fill(
     kind: str,
     color: str,
 ) -> Any:
-    """Areas of one kind: intervals at successive values that overlap hang together."""
+    """Fill areas of one kind, joining intervals that overlap at successive values."""
     from matplotlib.collections import LineCollection, PolyCollection
     from matplotlib.patches import Patch
 

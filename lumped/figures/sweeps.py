@@ -1,4 +1,4 @@
-"""Figures of sweeps and motions; functions of a result, drawn without a screen."""
+"""Plots of sweeps and motions; functions of a result, drawn without a screen."""
 
 from __future__ import annotations
 
@@ -20,21 +20,21 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 Array = NDArray[np.float64]
-# wide under narrow, so that pairs with equal forces are both seen
+# wide lines under narrow ones, so that pairs with equal forces are both visible
 TOOTH_LINES = (("tab:orange", 3.4), ("tab:green", 2.4), ("tab:blue", 1.4))
 STATE_COLORS = {1: "tab:green", 0: "tab:red", -1: "tab:purple"}
 STATE_NAMES = {1: "drive side", 0: "contact lost", -1: "back side"}
-SHOWN_PERIODS = 8  # of a mesh, in the panels over time
-SHOWN_ORDERS = 10  # of a mesh, in its spectrum
-FINER = 4  # than the steps of the integration, in the phase plane
-NOISE = 1e-5  # of the largest line, below which a spectrum is not drawn
+SHOWN_PERIODS = 8  # periods of a mesh in the panels over time
+SHOWN_ORDERS = 10  # orders of a mesh in its spectrum
+FINER = 4  # refinement of the integration steps in the phase plane
+NOISE = 1e-5  # part of the largest line below which a spectrum is not drawn
 
 
 @dataclass(frozen=True)
 class Curve:
-    """A branch and the torque on the input gear [N m] that it belongs to.
+    """Branch and its torque on the input gear [N m].
 
-    model : named in the legend where curves of several are drawn together
+    model : model named in the legend if curves of several models are drawn together
     """
 
     torque_Nm: float
@@ -49,9 +49,9 @@ class Curve:
 def draw_sweep(
     curves: Sequence[Curve], title: str = "", natural: str = "natural frequency"
 ) -> Figure:
-    """RMS of the dynamic transmission error over speed, a panel for each mesh.
+    """Plot the RMS of the dynamic transmission error over speed for each mesh.
 
-    natural : what the lines at resonances are, in the legend
+    natural : label of the lines at resonances in the legend
     """
     system = curves[0].branch.system
     meshes = len(system.excitations)
@@ -76,9 +76,9 @@ def draw_sweep(
 
 
 def _opposite(curve: Curve, curves: Sequence[Curve]) -> Branch | None:
-    """The branch of the same model and torque that was passed the other way.
+    """Branch of the same model and torque that was passed in the other direction.
 
-    Finite elements and the lumped model beside them hang on one system.
+    Finite elements and the lumped model compared with them refer to the same system.
     """
     same = [each.branch for each in curves if each.name == curve.name]
     return opposites([curve.branch, *same])[0]
@@ -119,7 +119,7 @@ def _draw_jump(
 
 
 def _mark_resonances(axes: Axes, system: LumpedSystem, m: int) -> None:
-    """Thin lines at first-mesh frequencies at which a mesh excites a mode."""
+    """Draw thin lines at first-mesh frequencies at which a mesh excites a mode."""
     rates = sorted({float(rate) for rate in system.train.mesh_rates}, reverse=True)
     low, high = axes.get_xlim()
     for natural in system.resonances_Hz:
@@ -171,7 +171,7 @@ def _legend_of_sweep(
 
 
 def draw_time_history(motion: TimeHistory, title: str = "") -> Figure:
-    """Deflection, forces, contact, phase plane and spectrum, a column per mesh."""
+    """Plot deflection, forces, contact, phase plane and spectrum of each mesh."""
     meshes, heights = len(motion.pairs), (1.0, 1.3, 0.6, 1.5, 1.0)
     size = (1.5 + 5.5 * meshes, 13.5)
     figure, rows = panels(5, meshes, size=size, heights=heights)
@@ -212,7 +212,7 @@ def _draw_over_time(
 def _draw_teeth(
     axes: Axes, motion: TimeHistory, m: int, shown: NDArray[np.bool_]
 ) -> None:
-    """Force of every pair of teeth on its way through the mesh.
+    """Draw the force of every pair of teeth on its path through the mesh.
 
     After each cycle a pair takes the place of the one ahead of it.
     """
@@ -242,7 +242,7 @@ def _draw_states(
     state: NDArray[np.int64],
     in_mesh: NDArray[np.bool_],
 ) -> None:
-    """A lane for each pair, coloured while it is in mesh."""
+    """Draw a lane for each pair, coloured while it is in mesh."""
     pairs = state.shape[1]
     for p in range(pairs):
         for value, color in STATE_COLORS.items():
@@ -275,7 +275,7 @@ def _draw_phase_plane(axes: Axes, motion: TimeHistory, m: int) -> None:
 
 
 def _draw_spectrum(axes: Axes, motion: TimeHistory, m: int) -> None:
-    """Lines over the orders of this mesh; those at natural frequencies marked."""
+    """Draw lines over the orders of a mesh, with natural frequencies marked."""
     frequency = _mesh_frequency(motion, m)
     order = motion.spectrum_frequency / frequency
     shown = (order > 0.0) & (order <= SHOWN_ORDERS + 0.5)

@@ -23,11 +23,11 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 Array = NDArray[np.float64]
-SHOWN_HARMONICS = 6  # of a mesh, over speed
-FAINT = 1e-4  # of the largest amplitude of a mesh, below which lines are left out
-MOST_RAYS = 40  # multiples of the mesh frequency that are drawn
-REST = 1e-12  # m, scale of amplitudes where nothing vibrates
-ABOVE = 1.15  # of the highest natural frequency, up to which lines are drawn
+SHOWN_HARMONICS = 6  # harmonics of a mesh that are drawn over speed
+FAINT = 1e-4  # part of a mesh's largest amplitude below which lines are left out
+MOST_RAYS = 40  # largest multiple of the mesh frequency that is drawn
+REST = 1e-12  # m, scale of amplitudes without vibration
+ABOVE = 1.15  # multiple of the highest natural frequency up to which lines are drawn
 COLUMNS = (
     *("torque_Nm", "direction", "mesh_frequency_Hz", "mesh"),
     *("frequency_Hz", "order", "amplitude_m"),
@@ -42,11 +42,10 @@ LEGEND = {
 
 @dataclass(frozen=True, eq=False)
 class Lines:
-    """Spectral lines of a motion that was recorded over so many periods of the first
-    mesh.
+    """Spectral lines of a motion that was recorded over periods of the first mesh.
 
     speed : frequency of the first mesh [Hz]
-    amplitude : (n, m) [m] at 0, 1, 2, ... over the time of those periods
+    amplitude : (n, m) amplitudes [m] at 0, 1, 2, ... over the time of those periods
     """
 
     speed: float
@@ -56,9 +55,9 @@ class Lines:
 
 @dataclass(frozen=True, eq=False)
 class SpectraOverSpeed:
-    """Lines of the motions of a branch, in the order of its speeds.
+    """Spectral lines of the motions of a branch, in the order of its speeds.
 
-    torque_Nm : on the input gear
+    torque_Nm : torque on the input gear
     """
 
     torque_Nm: float
@@ -82,7 +81,7 @@ class SpectraOverSpeed:
         return np.array([lines.amplitude[place, mesh] for place, lines in found])
 
     def seen(self, mesh: int) -> Iterator[tuple[float, float, float]]:
-        """(speed [Hz], order, amplitude [m]) of a mesh's lines that are not faint."""
+        """Speed [Hz], order and amplitude [m] of a mesh's lines that are not faint."""
         least = FAINT * self.largest(mesh)
         for lines in self.lines:
             amplitude = lines.amplitude[:, mesh]
@@ -91,14 +90,14 @@ class SpectraOverSpeed:
                 yield lines.speed, float(order), float(amplitude[place])
 
     def largest(self, mesh: int) -> float:
-        """Amplitude of a mesh [m]."""
+        """Largest amplitude of a mesh [m]."""
         return max(float(each.amplitude[1:, mesh].max()) for each in self.lines)
 
 
 def spectra_over_speed(
     torque: float, branch: Branch, settings: Settings | None = None
 ) -> SpectraOverSpeed:
-    """Record once more what settled at each speed, at a torque [N m]."""
+    """Record again the steady motions of a branch, at a torque [N m]."""
     settings = settings or Settings()
     stepper = stepper_of(branch.system, settings)
     lines = []
@@ -123,7 +122,7 @@ def spectra_rows(found: Sequence[SpectraOverSpeed]) -> Iterator[tuple[Any, ...]]
 
 
 def draw_waterfall(found: Sequence[SpectraOverSpeed], title: str = "") -> Figure:
-    """A column for each branch, of each mesh its lines and its harmonics over speed."""
+    """Plot lines and harmonics of each mesh over speed, with a column per branch."""
     meshes = len(found[0].branch.system.excitations)
     size = 2.0 + 6.0 * len(found), 1.0 + 6.5 * meshes
     figure, rows = panels(2 * meshes, len(found), size=size, heights=(3, 2) * meshes)
@@ -147,9 +146,9 @@ def draw_waterfall(found: Sequence[SpectraOverSpeed], title: str = "") -> Figure
 
 
 def _draw_lines(axes: Axes, each: SpectraOverSpeed, mesh: int, largest: float) -> None:
-    """Lines at their speed and frequency, multiples of mesh frequencies as rays.
+    """Draw lines at their speed and frequency, with mesh-frequency multiples as rays.
 
-    largest : amplitude of the scale of colours [um]
+    largest : largest amplitude of the colour scale [um]
     """
     from matplotlib.colors import LogNorm
 
@@ -177,7 +176,7 @@ def _draw_lines(axes: Axes, each: SpectraOverSpeed, mesh: int, largest: float) -
 def _draw_rays(
     axes: Axes, rate: float, speeds: Sequence[float], highest: float
 ) -> None:
-    """Multiples of a mesh's frequency, as far as they are in the picture."""
+    """Draw multiples of a mesh's frequency, as far as they are in the plot."""
     low, high = min(speeds), max(speeds)
     for order in range(1, min(MOST_RAYS, int(highest / (rate * low))) + 1):
         end = min(high, highest / (order * rate))

@@ -16,7 +16,7 @@ Array = NDArray[np.float64]
 
 
 def arcs_of(machine: Machine, path: Array) -> Array:
-    """The arcs (a, 7) of a path, see `trace`; none where flanks stay together."""
+    """Arcs (a, 7) of a path, see `trace`; none if the flanks stay together."""
     if not np.isfinite(path).all():
         return np.empty((0, kernel.COLUMNS))
     count = len(path) - 1
@@ -26,24 +26,24 @@ def arcs_of(machine: Machine, path: Array) -> Array:
 
 
 def linearised(machine: Machine, arcs: Array) -> Array:
-    """What a change of time and speed of a departure becomes over arcs (2, 2)."""
+    """Matrix (2, 2) that maps a change of time and speed of a departure over arcs."""
     found = np.empty((2, 2))
     kernel.linearise(machine.arc_arrays, arcs, len(arcs), found)
     return found
 
 
 def history_of(machine: Machine, arcs: Array, instants: int = 40) -> Array:
-    """Times in turns and relative rotations [rad] (n, 2) at instants of every arc."""
+    """Times in turns and relative rotations [rad] (n, 2) at instants of each arc."""
     found = np.empty((len(arcs) * instants, 2))
     kernel.sample(machine.arc_arrays, arcs, instants, found)
     return found
 
 
 def margin_of(machine: Machine, arcs: Array) -> float:
-    """How far arcs (a, 7) are from another itinerary [rad]; negative if virtual.
+    """Distance of arcs (a, 7) from another itinerary [rad]; negative if virtual.
 
-    The least distance from bounds between their ends, or the speed at which they
-    leave and meet bounds, over 2 pi, where that is less: in a graze it is zero.
+    It is the least distance from bounds between the ends of arcs, or the speed at which
+    they leave and meet bounds, over 2 pi, if that is less. It is zero in a graze.
     """
     if (arcs[:, kernel.END] <= arcs[:, kernel.START]).any():
         return -math.inf
@@ -56,9 +56,10 @@ def margin_of(machine: Machine, arcs: Array) -> float:
 
 @dataclass(frozen=True, eq=False)
 class Layout:
-    """Which arcs make a motion that repeats after `turns`.
+    """Sequence of arcs that make up a motion that repeats after `turns`.
 
-    sides : where each arc starts (a,), 1 or -1; pressed : 1 of arcs on a flank (a,)
+    sides : (a,) side on which each arc starts, 1 or -1
+    pressed : (a,) 1 for arcs on a flank
     """
 
     turns: int
@@ -79,10 +80,10 @@ class Layout:
     def join(
         self, machine: Machine, starts: Array, closing: float = 1.0
     ) -> tuple[Array, Array]:
-        """How far arcs with starts (2, a), times and speeds, miss to join: errors of
-        places and speeds (2 a,), and by times and speeds (2 a, 2 a).
+        """Errors (2 a,) of places and speeds by which arcs with starts (2, a), times
+        and speeds, fail to join, and their derivatives (2 a, 2 a) by the starts.
 
-        closing : -1 turns changes round after a period
+        closing : -1 reverses changes after a period
         """
         count = 2 * self.sides.size
         errors, by_x = np.empty(count), np.empty((count, count))
@@ -93,7 +94,7 @@ class Layout:
         return errors, by_x
 
     def arcs(self, machine: Machine, starts: Array) -> Array:
-        """Arcs (a, 7) with starts (2, a), as of `trace`."""
+        """Arcs (a, 7) with starts (2, a), in the form of `trace`."""
         times, speeds = starts
         arcs = np.empty((times.size, kernel.COLUMNS))
         arcs[:, kernel.START], arcs[:, kernel.SPEED] = starts

@@ -1,7 +1,7 @@
-"""A machine in its parts: shafts, gears on springs, a pendulum absorber.
+"""Machine made of parts: shafts, gears on springs, a pendulum absorber.
 
-Figures of inertia, drag and stiffness are over the inertia I and the speed of an equal
-shaft, in turns per second, as those of `Machine`; lengths are over the pitch radius r.
+Inertia, drag and stiffness are scaled by the inertia I and the speed of an equal shaft,
+in turns per second, as in `Machine`; lengths are scaled by the pitch radius r.
 """
 
 from __future__ import annotations
@@ -45,8 +45,8 @@ def _from_zero(part: Any, *names: str) -> None:
 class Shafts:
     """Inertias over I and drags over those of equal shafts.
 
-    1 + eta and 1 - eta of eq. 4.3; mass added to one shaft, eq. 4.27, is 1 + 2 mu of
-    one, to both of them, eq. 4.49, 1 + nu of both.
+    They are 1 + eta and 1 - eta in eq. 4.3. Mass added to one shaft, eq. 4.27, makes
+    one of them 1 + 2 mu; mass added to both, eq. 4.49, makes both 1 + nu.
     """
 
     driving_inertia: float = 1.0
@@ -60,7 +60,7 @@ class Shafts:
 
 @dataclass(frozen=True, kw_only=True)
 class SprungGear:
-    """A gear on a torsional spring on its shaft, eqs. 4.105-4.111 and appendix A.
+    """Gear on a torsional spring on its shaft, eqs. 4.105-4.111 and appendix A.
 
     motor_on_gear : whether the torque acts on the gear, not on the shaft behind it
     """
@@ -77,13 +77,13 @@ class SprungGear:
 
 @dataclass(frozen=True, kw_only=True)
 class Absorber:
-    """A centrifugal pendulum on a gear, a point on a circular path; section 5.2.
+    """Centrifugal pendulum on a gear, a point on a circular path; section 5.2.
 
-    mass : over I / r^2; damping : of force along the path per angle, over I times
-        speed over r
+    mass : mass over I / r^2
+    damping : damping force along the path per angle, over I times speed over r
     pivot_radius, path_radius : r1 from the gear's centre to that of the path, and r2
-    gear_eccentricity, offset_angle : E of the gear over r [rad], and the angle from it
-        to the neutral position [rad]
+    gear_eccentricity, offset_angle : eccentricity E of the gear over r [rad], and the
+        angle from it to the neutral position [rad]
     """
 
     mass: float
@@ -103,10 +103,10 @@ class Absorber:
 
     @property
     def reach(self) -> float:
-        """From the axis of rotation to the centre of the path, over r.
+        """Distance from the axis of rotation to the centre of the path, over r.
 
-        Both turn with the gear, so that an eccentric gear acts as a concentric one of
-        this pivot radius, its pendulum at rest at another angle.
+        Both rotate with the gear, so that an eccentric gear acts like a concentric one
+        with this pivot radius, whose pendulum rests at another angle.
         """
         arm = cmath.rect(self.pivot_radius, self.offset_angle)
         return abs(arm + self.gear_eccentricity)
@@ -117,8 +117,8 @@ class Linear:
     """M q'' + C q' + K q = mean + ripple e^(i n w t) - row N, flanks pressed together.
 
     row q + e(t) = half backlash + compliance N, where N is the tooth load and e(t) the
-    transmission error; compliance : of the flanks, 0 in impacts. Mean loads are those
-    beside steady rotation. Arrays (n, n) and (n,).
+    transmission error; `compliance` is that of the flanks, 0 in impacts. Mean loads are
+    those in addition to steady rotation. The arrays have shapes (n, n) and (n,).
     """
 
     mass: Array
@@ -133,7 +133,7 @@ class Linear:
     def respond(
         self, rate: float, force: NDArray[Any], error: complex = 0.0
     ) -> NDArray[np.complex128]:
-        """Amplitudes of q and N (n + 1,) under e^(i rate t) of a force and an error."""
+        """Amplitudes (n + 1,) of q and N under a force and an error e^(i rate t)."""
         n = self.row.size
         matrix = np.zeros((n + 1, n + 1), complex)
         matrix[:n, :n] = self.stiffness - rate**2 * self.mass
@@ -142,14 +142,14 @@ class Linear:
         matrix[n, n] = -self.compliance
         load = np.append(force, -error).astype(complex)
         if rate == 0.0:
-            # all may turn together, which loads nothing: from the driving shaft on
+            # all parts may rotate together without load: fix the driving shaft
             matrix[0], load[0] = np.eye(n + 1)[0], 0.0
         return np.linalg.solve(matrix, load)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Assembly:
-    """A machine and what stands in place of two equal stiff shafts."""
+    """Machine and the parts that replace two equal stiff shafts."""
 
     machine: Machine
     shafts: Shafts = field(default_factory=Shafts)
@@ -165,7 +165,7 @@ class Assembly:
 
     @property
     def beside_shafts(self) -> Iterator[tuple[str, Any]]:
-        """Parts that are there beside the shafts, by name."""
+        """Parts other than the shafts, by name."""
         for each in fields(self)[2:]:
             part = getattr(self, each.name)
             if part is not None:
@@ -173,15 +173,15 @@ class Assembly:
 
     @property
     def mean_load(self) -> float:
-        """Mean load of the teeth: the drag of the driven shaft."""
+        """Mean load of the teeth, which balances the drag of the driven shaft."""
         return TURN * self.machine.damping * self.shafts.driven_drag
 
     @property
     def more_equations(self) -> str:
-        """Why relative motion has more than one equation; empty where it has one.
+        """Reason why relative motion has more than one equation, empty if it has one.
 
-        It has with stiff shafts whose drags are in the ratio of their inertias, as each
-        then slows down at the same rate in the play.
+        It has one for stiff shafts whose drags are in the ratio of their inertias,
+        since both then decelerate at the same rate in the play.
         """
         for name, _ in self.beside_shafts:
             return f"[{name}] adds a motion of its own"
@@ -196,7 +196,7 @@ class Assembly:
         )
 
     def as_machine(self) -> Machine:
-        """The one equation of relative motion; ValueError where it has more."""
+        """Single equation of relative motion; ValueError if there are more."""
         if self.more_equations:
             raise ValueError(self.more_equations)
         x, y = self.shafts.driving_inertia, self.shafts.driven_inertia
@@ -205,8 +205,8 @@ class Assembly:
 
     @property
     def shafts_in_impacts(self) -> Machine:
-        """The shafts without other parts in the impact limit, as if both slowed down at
-        the mean of their rates, under the mean load of the teeth."""
+        """Shafts without other parts in the impact limit, as if both decelerated at the
+        mean of their rates, under the mean load of the teeth."""
         shafts, machine = self.shafts, self.machine
         x, y = shafts.driving_inertia, shafts.driven_inertia
         rate = 0.5 * (shafts.driving_drag / x + shafts.driven_drag / y)
@@ -219,12 +219,12 @@ class Assembly:
         )
 
     def linear(self) -> Linear:
-        """The parts in permanent contact."""
+        """Linear equations of the parts in permanent contact."""
         return _Builder(self).linear()
 
 
 class _Builder:
-    """Rows and columns of an assembly's matrices."""
+    """Builder of the rows and columns of an assembly's matrices."""
 
     def __init__(self, assembly: Assembly) -> None:
         self.assembly = assembly
@@ -241,7 +241,7 @@ class _Builder:
         self.mass, self.damping, self.stiffness = np.zeros((3, size, size))
 
     def gear(self, side: str) -> int:
-        """Index of a gear, or of the shaft to which it is rigidly fixed."""
+        """Index of a gear, or of the shaft to which it is rigidly attached."""
         own = f"{side} gear"
         return self.names.index(own if own in self.names else f"{side} shaft")
 
@@ -281,9 +281,9 @@ class _Builder:
         self.stiffness += gear.stiffness * np.outer(ends, ends)
 
     def add_absorber(self, absorber: Absorber) -> None:
-        """Eqs. 5.45-5.49, with the gear's row before that of the absorber is taken off.
+        """Add eqs. 5.45-5.49, with the gear's row before the absorber's is subtracted.
 
-        Its second row is the source's times r2.
+        The second row is that of the source times r2.
         """
         both = [self.gear(absorber.gear), len(self.names) - 1]
         m, r1, r2 = absorber.mass, absorber.reach, absorber.path_radius

@@ -1,7 +1,7 @@
-"""Attractors that departures lead to: recognised, named and told from each other.
+"""Attractors that departures lead to: detection, names and distinction.
 
-Chaotic ones are known by their Lyapunov exponent, and shared by what departs where they
-do.
+A chaotic attractor is identified by its Lyapunov exponent; motions that depart from the
+same region as it does belong to it.
 """
 
 from __future__ import annotations
@@ -31,34 +31,36 @@ from lumped.rattle.sticking import sticking_from
 
 Array = NDArray[np.float64]
 Numbers = NDArray[np.int64]
-SHARE = 20  # of those that are given more returns
+SHARE = 20  # size of a share of the motions that are given more returns
 ALIKE = 1e-5  # distance of departures on one orbit
-LONG = 200_000  # returns for which one of the motions that change still is followed
-LAST, LASTING = 2000, 10  # returns to settle at last; of the iterations, if chaotic
-LATE = 15_000  # returns more of others that change still, at least
-# of cells in a footprint, times the iterations in which fewer than this part may settle
+LONG = 200_000  # returns over which one of the still changing motions is followed
+LAST, LASTING = 2000, 10  # final returns to settle; part of the iterations, if chaotic
+LATE = 15_000  # least number of additional returns of other still changing motions
+# number of cells in a footprint to check, multiple of the iterations, and the largest
+# part of them that may settle in that time
 CHECKED, AGAIN, LEAVE = 40, 4, 0.35
 SEEN = 256  # cells a side of a chaotic attractor's footprint
 EXPONENT = 20_000  # returns over which an exponent is a mean
 LEAST_CHAOTIC = 2e-3  # exponent per return; neighbours of others part by log(n) / n
-BESIDE = 1e-8  # distance of neighbours that tell a Lyapunov exponent
+BESIDE = 1e-8  # distance of neighbours that yield a Lyapunov exponent
 QUIET, CHAOTIC = "quiet", "chaotic"
-MOST_CHAOTIC = 50  # motions that are followed for long, at most
-MOST_LATE = 20_000  # of those others, with so many more
-HALF = 0.5  # of a chaotic motion's departures in another's footprint: it is the same
+MOST_CHAOTIC = 50  # largest number of motions that are followed for LONG returns
+MOST_LATE = 20_000  # largest number of motions that are followed for LATE returns
+HALF = 0.5  # chaotic motions are equal if this part of departures is in common
 GOLDEN = 0.6180339887498949
 
 
 @dataclass(frozen=True)
 class Attractor:
-    """A motion that others settle to.
+    """Motion that others converge to.
 
-    name : quiet, P(m, n+, n-) for a motion of m turns with so many departures from the
-        upper and impacts on the lower flank, sticking(m) where flanks come to rest on
-        each other in between (see `Sticking`), or chaotic
-    period : in turns, 0 where it has none; point : (time, speed) of a departure
+    name : quiet, P(m, n+, n-) for a motion of m turns with n+ departures from the upper
+        and n- impacts on the lower flank, sticking(m) if flanks come to rest on each
+        other in between (see `Sticking`), or chaotic
+    period : period in turns, 0 if there is none
+    point : (time, speed) of a departure
     exponent : largest Lyapunov exponent per turn
-    settles : returns after which a chaotic motion was seen to end; 0 if it was not
+    settles : returns after which a chaotic motion was found to end, 0 if it was not
     """
 
     name: str
@@ -71,11 +73,11 @@ class Attractor:
 def sort_departures(
     machine: Machine, iterations: int, settled: Settled, only_settled: bool = True
 ) -> tuple[tuple[Attractor, ...], Numbers, Settled]:
-    """Attractors, quiet first, which one each departure leads to (c,), -1 where it is
-    not clear, and where they lead once those that changed still are followed on.
+    """Attractors, quiet first, the index (c,) of the one each departure leads to, -1 if
+    undecided, and the settled departures after further returns of changing motions.
 
-    only_settled : what changes still is clear only if transients have had time to end;
-        else it may count as chaotic beforehand
+    only_settled : whether a motion that still changes is decided only after transients
+        have had time to end; otherwise it may count as chaotic before
     """
     if only_settled and iterations < settling_returns(machine):
         changing = settled.period == kernel.CHANGING
@@ -96,7 +98,7 @@ def _rank(attractor: Attractor) -> tuple[bool, bool, int, str, tuple[float, floa
 
 
 def _numbered(attractors: list[Attractor]) -> Iterator[Attractor]:
-    """Names of their own: chaotic ones count from 1, equal ones get letters."""
+    """Attractors with distinct names: chaotic ones numbered, equal names lettered."""
     seen: dict[str, int] = {}
     for each in attractors:
         seen[each.name] = number = seen.get(each.name, 0) + 1
@@ -110,16 +112,15 @@ def _numbered(attractors: list[Attractor]) -> Iterator[Attractor]:
 
 @dataclass(frozen=True, eq=False)
 class Footprint:
-    """Departures of a chaotic motion: cells of a grid over a turn and its speeds that
-    the motion visits, and their neighbours (SEEN, SEEN).
-    """
+    """Region in which a chaotic motion departs: the cells (SEEN, SEEN) of a grid over a
+    turn and its speeds that it visits, and their neighbours."""
 
     low: float
     high: float
     near: NDArray[np.bool_]
 
     def holds(self, points: Array) -> NDArray[np.bool_]:
-        """Whether departures (c, 2) or more columns are in it."""
+        """Mask of the departures (c, 2), or more columns, that are in the footprint."""
         row, column = _cells(points, self.low, self.high)
         inside = (points[:, 1] > self.low) & (points[:, 1] < self.high)
         return np.asarray(inside & self.near[row, column])
@@ -138,7 +139,7 @@ def footprint_of(path: Array) -> Footprint:
 
 
 def _cells(points: Array, low: float, high: float) -> tuple[Numbers, Numbers]:
-    """Rows and columns of a footprint."""
+    """Rows and columns of points in a footprint."""
     row = (points[:, 1] - low) / (high - low) * SEEN
     column = points[:, 0] % 1.0 * SEEN
     last = SEEN - 1
@@ -149,30 +150,30 @@ def _cells(points: Array, low: float, high: float) -> tuple[Numbers, Numbers]:
 
 
 def _put(settled: Settled, rows: Numbers, followed: Settled) -> None:
-    """Put where departures were followed to in the place of what was known of them."""
+    """Replace the results of departures by those of following them further."""
     for known, found in zip(settled, followed, strict=True):
         known[rows] = found
 
 
 def _spread(count: int, most: int) -> Numbers:
-    """Numbers up to a count, at most so many, spread over all."""
+    """Numbers below a count, at most `most`, spread evenly."""
     return np.linspace(0, count - 1, min(most, count)).astype(np.int64)
 
 
 @dataclass
 class Naming:
-    """Finds the attractors of cells one after another."""
+    """Finder of the attractors of cells, one after another."""
 
     machine: Machine
     iterations: int
     found: list[Attractor] = field(default_factory=list)
-    footprints: dict[int, Footprint] = field(default_factory=dict)  # of chaotic ones
-    lasting: bool | None = None  # whether what changes keeps changing, once it is known
+    footprints: dict[int, Footprint] = field(default_factory=dict)  # by attractor
+    lasting: bool | None = None  # whether changing motions keep changing, once known
 
     def sort(self, settled: Settled) -> tuple[Numbers, Settled]:
-        """Number of the attractor of each cell (c,), -1 where it is not clear, and
-        where they lead once those that change still are followed on; chaotic ones stay
-        where they are."""
+        """Index (c,) of the attractor of each cell, -1 if undecided, and the settled
+        departures after further returns of changing motions; chaotic ones keep theirs.
+        """
         number = self._clear(settled)
         period, returns, end = settled
         settled = Settled(period.copy(), returns.copy(), end.copy())
@@ -186,7 +187,7 @@ class Naming:
             _put(settled, changing[chosen : chosen + 1], alone)
             changing = changing[~inside]
         if changing.size:
-            # of more than can be followed those that are spread over all
+            # if there are more than can be followed, an evenly spread selection
             again = max(LATE, self.iterations)
             late = changing[_spread(changing.size, MOST_LATE * LATE // again)]
             later = self._settle(settled.end[late], again)
@@ -196,7 +197,7 @@ class Naming:
         return number, settled
 
     def _clear(self, settled: Settled) -> Numbers:
-        """Number of the attractor of each cell (c,) that does not change still."""
+        """Index (c,) of the attractor of each cell whose motion no longer changes."""
         number = np.full(settled.period.size, -1)
         if (quiet := settled.period == kernel.QUIET).any():
             number[quiet] = self._quiet()
@@ -209,13 +210,13 @@ class Naming:
             )
         if (sticking := settled.period == kernel.STICKING).any():
             ends = settled.end[sticking]
-            signs = np.sign(ends[:, 1])  # which flank is left
+            signs = np.sign(ends[:, 1])  # the flank of the departure
             cells = np.stack([np.round(ends[:, 0] / ALIKE), signs], axis=1)
             number[sticking] = self._alike(self._sticking, ends, cells)
         return number
 
     def _settle(self, ends: Array, iterations: int) -> Settled:
-        """Follow departures to their ends, on all processors."""
+        """Follow departures on all processors, see `Settled`."""
         shares = np.array_split(ends, max(1, len(ends) // SHARE))
         tasks = [
             partial(settle_departures, self.machine, share, iterations)
@@ -233,7 +234,7 @@ class Naming:
     def _alike(
         self, find: Callable[[Array], int], ends: Array, cells: Array
     ) -> Numbers:
-        """Numbers that departures lead to (c,), found once where cells are equal."""
+        """Attractor indices (c,) of departures, computed once for equal cells."""
         _, first, which = np.unique(
             cells, axis=0, return_index=True, return_inverse=True
         )
@@ -258,10 +259,10 @@ class Naming:
         return self._add(Attractor(motion.name, motion.turns, motion.point, -math.inf))
 
     def _orbit(self, period: int, point: Array) -> int:
-        """The number of the orbit through a departure, by its fastest one."""
+        """Index of the orbit through a departure, found by its fastest departure."""
         path = follow(self.machine, point, period + 1)
-        # departures may have come close a multiple of the period apart only, and within
-        # a turn before flanks come to rest on each other
+        # departures may coincide only after a multiple of the period, and within a
+        # turn before flanks come to rest on each other
         again = (
             n
             for n in range(1, period)
@@ -280,14 +281,14 @@ class Naming:
         return self._add(Attractor(way.name, way.turns, at, exponent))
 
     def _long(self, ends: Array, chosen: int) -> tuple[int, NDArray[np.bool_], Settled]:
-        """The attractor of one of departures (c, 2), which share it, and where the one
-        leads; -1 where it has not settled, for all that can be told, and is not
-        chaotic."""
+        """Index of the attractor of one of the departures (c, 2), a mask of those that
+        share it, and the settled departure; -1 if the motion has, as far as known,
+        neither settled nor become chaotic."""
         start = ends[chosen]
         settled = settle_departures(self.machine, start[None], LONG)
         alone = np.zeros(len(ends), bool)
         alone[chosen] = True
-        if settled.period[0] == kernel.CHANGING:  # unless it has settled at last
+        if settled.period[0] == kernel.CHANGING:  # unless it has settled in the end
             last = settle_departures(self.machine, settled.end, LAST)
             settled = settled._replace(period=last.period, end=last.end)
         lasts = int(settled.returns[0])
@@ -315,8 +316,8 @@ class Naming:
         return number, inside, here
 
     def _lasts(self, ends: Array) -> bool:
-        """Whether motions that change keep changing; others are on their way only, and
-        where they depart tells nothing of where they lead."""
+        """Whether changing motions keep changing. Others are transients, whose
+        departures do not show where they lead."""
         if self.lasting is None:
             some = ends[_spread(len(ends), CHECKED)]
             later = self._settle(some, AGAIN * self.iterations)
@@ -324,6 +325,6 @@ class Naming:
         return self.lasting
 
     def _exponent(self, point: Array, count: int) -> float:
-        """Per return."""
+        """Lyapunov exponent per return."""
         arrays = self.machine.arrays
         return float(kernel.stretch(arrays, point[0], point[1], count, BESIDE))

@@ -1,8 +1,8 @@
-"""Which motion a machine settles to, from a grid of departures from the upper flank.
+"""Basins of attraction of a machine, from a grid of departures from the upper flank.
 
-Cell-to-cell mapping with many uncorrected returns: the centre of each cell is followed
-until it is clear where it leads. C. S. Hsu and R. S. Guttalu, J. Appl. Mech. 47 (1980)
-940; section 3.3 of the source.
+The method is cell-to-cell mapping with many uncorrected returns: the centre of each
+cell is followed until its attractor is known. See C. S. Hsu and R. S. Guttalu,
+J. Appl. Mech. 47 (1980) 940, and section 3.3 of the source.
 """
 
 from __future__ import annotations
@@ -23,14 +23,14 @@ from lumped.rattle.machine import Machine
 Array = NDArray[np.float64]
 Numbers = NDArray[np.int64]
 TILE = 2_000  # cells that a worker takes at a time
-BOX = 5  # cells a side of the boxes of basin entropy
+BOX = 5  # cells per side of the boxes of basin entropy
 
 
 @dataclass(frozen=True, kw_only=True)
 class Grid:
     """Departures at the centres of cells, `side` of them in time and in speed.
 
-    velocity : lowest and highest [rad per turn]; times are those of a turn
+    velocity : lowest and highest speed [rad per turn]; times span one turn
     """
 
     side: int
@@ -48,7 +48,7 @@ class Grid:
         return self.side**2
 
     def departures(self, first: int, last: int) -> Array:
-        """Times and speeds of cells (c, 2) by number, row by row of equal speeds."""
+        """Times and speeds (c, 2) of cells by number, row by row of equal speeds."""
         low, high = self.velocity
         row, column = np.divmod(np.arange(first, last), self.side)
         speed = low + (row + 0.5) / self.side * (high - low)
@@ -57,9 +57,8 @@ class Grid:
 
 @dataclass(frozen=True, eq=False)
 class Basins:
-    """Number of the attractor of every cell (side, side), -1 where it is not
-    identified, and the returns (side, side) until it was; speeds rise with the rows.
-    """
+    """Attractor index (side, side) of every cell, -1 if undecided, and the number of
+    returns (side, side) until it was known; speeds increase with the rows."""
 
     machine: Machine
     grid: Grid
@@ -70,16 +69,16 @@ class Basins:
 
     @property
     def fractions(self) -> Array:
-        """Parts of the cells (attractors,)."""
+        """Fractions (attractors,) of the cells."""
         clear = self.attractor[self.attractor >= 0]
         return np.bincount(clear, minlength=len(self.attractors)) / self.grid.cells
 
     @property
     def entropy(self) -> float:
-        """Basin entropy of boxes of five cells a side, 0 for one basin; NaN where it is
-        not clear where any cell leads.
+        """Basin entropy of boxes of five cells per side, 0 for one basin; NaN if no
+        cell is decided.
 
-        A. Daza et al., Sci. Rep. 6 (2016) 31416, eq. 4.
+        See A. Daza et al., Sci. Rep. 6 (2016) 31416, eq. 4.
         """
         count = self.grid.side // BOX
         if not count or not self.attractors:
@@ -97,7 +96,7 @@ class Basins:
 def settle_tile(
     machine: Machine, grid: Grid, first: int, last: int, iterations: int
 ) -> Arrays:
-    """Follow cells from the first to before the last; see `Settled`."""
+    """Follow the cells from `first` to before `last`; see `Settled`."""
     cells = grid.departures(first, last)
     return settle_departures(machine, cells, iterations)._asdict()
 
@@ -105,9 +104,9 @@ def settle_tile(
 def settle_grid(
     machine: Machine, grid: Grid, iterations: int, compute: Compute = in_threads
 ) -> Settled:
-    """Follow all cells to their ends.
+    """Follow all cells.
 
-    compute : gives the arrays of tiles, on several cores or on a cluster
+    compute : function that computes the arrays of tiles, on several cores or a cluster
     """
     tiles = pairwise([*range(0, grid.cells, TILE), grid.cells])
     parts = {
@@ -122,7 +121,7 @@ def settle_grid(
 def basins_of(
     machine: Machine, grid: Grid, iterations: int, settled: Settled
 ) -> Basins:
-    """The attractors that cells settle to, quiet first, and which cell leads where."""
+    """Attractors that cells converge to, quiet first, with the basin of each."""
     attractors, attractor, _ = sort_departures(machine, iterations, settled)
     shape = grid.side, grid.side
     return Basins(

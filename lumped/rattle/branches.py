@@ -1,7 +1,7 @@
-"""Branches of orbits over a figure of the machine: where they are born, double, graze.
+"""Branches of orbits over a parameter of the machine: folds, doublings and grazes.
 
-An orbit is the root of what its arcs miss to join (see `Layout`), so that it can be
-followed through folds, and up to where it would pass through a flank.
+An orbit is a root of the errors by which its arcs fail to join (see `Layout`). It can
+therefore be followed through folds, until it would pass through a flank.
 """
 
 from __future__ import annotations
@@ -33,22 +33,24 @@ from lumped.rattle.machine import Machine
 Array = NDArray[np.float64]
 GRAZING = "grazing"
 KINDS = FOLD, DOUBLING, GRAZING
-BESIDE = 1e-6  # of the parameter's unit, that tells its derivatives
-FIRST, MOST = 2e-3, 0.02  # arc lengths, in turns and units
+BESIDE = 1e-6  # difference, in the parameter's unit, for its derivatives
+FIRST, MOST = 2e-3, 0.02  # first and largest arc length, in turns and units
 ASIDE = 2e-3  # arc length to the first point of a branch of twice the period
 ALIKE = 1e-6  # distance of departures on one orbit
-ON_LIMIT = 1e-9  # of the range, within which a point is on its limit
-AT_GRAZE = 1e-5  # of unknowns, within which a fold is a graze
-CLOSE = 1e-3  # of the range, from its end, where a branch has reached it
-TRUE = 1e-3  # distance from -1 of a multiplier that has passed it, at most
+ON_LIMIT = 1e-9  # part of the range within which a point is on its limit
+AT_GRAZE = 1e-5  # distance of unknowns within which a fold is a graze
+CLOSE = 1e-3  # part of the range from its end at which a branch has reached it
+TRUE = 1e-3  # largest distance from -1 of a multiplier that has passed it
 
 
 @dataclass(frozen=True, eq=False)
 class Orbits:
-    """Orbits of one layout over a figure of `Machine`; what a branch solves.
+    """Equations of orbits of one layout over a parameter of `Machine`.
 
-    speed : by which unknown speeds are scaled; unit : of the figure
     The unknowns x (2 a,) are times and scaled speeds at the start of arcs.
+
+    speed : scale of the unknown speeds
+    unit : unit of the parameter
     """
 
     machine: Machine
@@ -58,7 +60,7 @@ class Orbits:
     speed: float
 
     def at(self, value: float) -> Machine:
-        """The machine with a value of the figure; raises NoSolution for impossible."""
+        """Machine with a value of the parameter; raises NoSolution if impossible."""
         try:
             return machine_with(self.machine, self.figure, value)
         except ValueError as error:
@@ -79,7 +81,8 @@ class Orbits:
     def errors(
         self, x: Array, value: float, closing: float = 1.0
     ) -> tuple[Array, Array]:
-        """Errors (2 a,) and by x (2 a, 2 a), over the scale of speeds; see `join`."""
+        """Errors (2 a,) over the scale of speeds and their derivatives (2 a, 2 a) by x,
+        see `join`."""
         errors, by_x = self.layout.join(self.at(value), self.starts(x), closing)
         return errors / self.speed, by_x * self._scales / self.speed
 
@@ -90,7 +93,7 @@ class Orbits:
         return errors, by_x, change / (high - low)
 
     def _beside(self, value: float) -> tuple[float, float]:
-        """Values around one, of which one side may be impossible."""
+        """Values below and above a value, of which one may be impossible."""
         values = [value - BESIDE * self.unit, value + BESIDE * self.unit]
         for i in range(2):
             try:
@@ -118,10 +121,11 @@ class Orbits:
 
 @dataclass(frozen=True, eq=False)
 class OrbitPoint:
-    """An orbit of a branch.
+    """Orbit of a branch.
 
-    departures : (time in turns from 0 to 1, speed) of each
-    margin : see `margin_of`; kind : of KINDS where it is a bifurcation, else empty
+    departures : (time in turns from 0 to 1, speed) of each departure
+    margin : see `margin_of`
+    kind : one of KINDS if the orbit is a bifurcation, otherwise empty
     """
 
     parameter: float
@@ -145,7 +149,7 @@ class OrbitPoint:
 class OrbitBranch:
     """Orbits P(m, n+, n-) in the order in which they were followed.
 
-    origin, reason : where it begins and why it ends, in words
+    origin, reason : start of the branch and reason of its end, in words
     """
 
     orbits: Orbits
@@ -164,7 +168,7 @@ class OrbitBranch:
 
 @lru_cache(maxsize=64)
 def machine_with(machine: Machine, figure: str, value: float) -> Machine:
-    """A machine with another value of a figure; raises ValueError for impossible."""
+    """Machine with another value of a parameter; raises ValueError if impossible."""
     changes: dict[str, Any] = {figure: value}
     return replace(machine, **changes)
 
@@ -186,9 +190,9 @@ def orbit_point(orbits: Orbits, point: Point, kind: str = "") -> OrbitPoint:
 
 @dataclass(eq=False)
 class OrbitFinder:
-    """Follows the branches of a machine's orbits over a figure.
+    """Finder of the branches of a machine's orbits over a parameter.
 
-    doublings : how often the period may double on the way from a branch to others
+    doublings : number of period doublings over which further branches are followed
     """
 
     machine: Machine
@@ -207,9 +211,9 @@ class OrbitFinder:
     def from_departure(
         self, itinerary: Itinerary, departure: tuple[float, float], value: float
     ) -> None:
-        """The branch of an orbit at a value, unless it is one that is found.
+        """Follow the branch of an orbit at a value, unless it is already found.
 
-        departure : one of the orbit's
+        departure : one of the departures of the orbit
         """
         machine = machine_with(self.machine, self.figure, value)
         arcs = arcs_of(machine, follow(machine, departure, itinerary.upper + 1))
@@ -228,7 +232,7 @@ class OrbitFinder:
             self._follow(orbits, point, f"found at {value:g}", self.doublings)
 
     def _is_known(self, orbits: Orbits, point: Point) -> bool:
-        """Whether a branch that is found passes through an orbit."""
+        """Whether a branch already found passes through an orbit."""
         own = orbit_point(orbits, point).departures
         return any(
             apart(own[0], each) < ALIKE * (1.0 + own[0][1])
@@ -251,7 +255,7 @@ class OrbitFinder:
             lambda value: self.report(number, value),
         )
         last = followed.points[-1]
-        for limit in self.limits:  # steps beyond one that is the last possible fail
+        for limit in self.limits:  # steps beyond the last possible value fail
             if followed.reason in (GRAZING, HALVED):
                 break
             if ON_LIMIT < abs(limit - last.parameter) / self.unit < CLOSE:
@@ -266,7 +270,7 @@ class OrbitFinder:
     def _add(
         self, orbits: Orbits, followed: Followed, origin: str, doublings: int
     ) -> None:
-        """Keep a branch, and follow those that set out from where it doubles."""
+        """Store a branch, and follow those that start at its period doublings."""
         points = tuple(_named_once(_with_bifurcations(orbits, followed)))
         if not points:
             return
@@ -281,7 +285,7 @@ class OrbitFinder:
     def _double(
         self, parent: Orbits, point: OrbitPoint, number: int, doublings: int
     ) -> None:
-        """Follow the branch of twice the period that sets out from a doubling."""
+        """Follow the branch of twice the period that starts at a doubling."""
         layout, times = parent.layout.doubled, parent.starts(point.x)
         later = times + np.array([[parent.layout.turns], [0.0]])
         orbits = replace(parent, layout=layout)
@@ -308,7 +312,7 @@ def _ends(orbits: Orbits, before: Point, after: Point) -> str:
 
 
 def halves_apart(orbits: Orbits, x: Array) -> Array:
-    """What the second half of an orbit's arcs has over the first, flat."""
+    """Difference of the second half of an orbit's arcs and the first, flattened."""
     turns, starts = orbits.layout.turns, x.reshape(2, -1)
     if starts.shape[1] % 2:
         return np.ones(1)
@@ -317,7 +321,7 @@ def halves_apart(orbits: Orbits, x: Array) -> Array:
 
 
 def _with_bifurcations(orbits: Orbits, followed: Followed) -> Iterator[OrbitPoint]:
-    """The physical points of a branch, and those where something changes."""
+    """Physical points of a branch, and its bifurcations."""
     branch = orbits.branch()
     for one, two in pairwise(followed.points):
         here, there = orbit_point(orbits, one), orbit_point(orbits, two)
@@ -336,10 +340,8 @@ def _with_bifurcations(orbits: Orbits, followed: Followed) -> Iterator[OrbitPoin
 
 
 def _named_once(points: Iterable[OrbitPoint]) -> Iterator[OrbitPoint]:
-    """Points without folds that are grazes: where the flanks stop separating, a flight
-    of zero length turns into one of negative time, and the branch of the equations with
-    it.
-    """
+    """Points without folds that are grazes. Where flanks stop parting, the duration of
+    a flight passes through zero, and the branch of the equations turns back."""
     kept = list(points)
     grazes = [point.x for point in kept if point.kind == GRAZING]
     for point in kept:
@@ -349,7 +351,7 @@ def _named_once(points: Iterable[OrbitPoint]) -> Iterator[OrbitPoint]:
 
 
 def _is_true(point: OrbitPoint) -> bool:
-    """Not the pole of a multiplier beside a graze, nor beyond one."""
+    """Whether a point is neither a pole of a multiplier near a graze nor beyond it."""
     if point.kind == GRAZING:
         return True
     missed = min(abs(each + 1.0) for each in point.multipliers)
@@ -359,7 +361,7 @@ def _is_true(point: OrbitPoint) -> bool:
 def _tests(
     orbits: Orbits, before: tuple[Point, OrbitPoint], after: tuple[Point, OrbitPoint]
 ) -> Iterator[tuple[str, Callable[[Point], float]]]:
-    """What changes between two points, and the function whose sign tells."""
+    """Bifurcations between two points, with the functions whose signs show them."""
     (one, here), (two, there) = before, after
     if one.along * two.along < 0.0:
         yield FOLD, lambda point: point.along
@@ -374,7 +376,7 @@ def _tests(
 
 
 def orbits_at(found: OrbitBranch, value: float) -> Iterator[OrbitPoint]:
-    """The orbits of a branch at a value of the figure."""
+    """Orbits of a branch at a value of the parameter."""
     for near in found.orbits.branch().crossings(found.points, value):
-        with suppress(NoSolution):  # of a machine that is not possible
+        with suppress(NoSolution):  # the machine is impossible
             yield orbit_point(found.orbits, near)

@@ -1,7 +1,7 @@
-"""Curves of bifurcations over two figures of the machine: where orbits exist.
+"""Curves of bifurcations over two parameters of the machine, which bound its orbits.
 
 A fold, a doubling or a graze of an orbit is followed as the root of the equations of
-its orbit and of one condition, with a figure of the machine as one more unknown.
+its orbit and of one condition, with a parameter of the machine as additional unknown.
 """
 
 from __future__ import annotations
@@ -35,19 +35,19 @@ from lumped.rattle.machine import TURN
 
 Array = NDArray[np.float64]
 GRAZING_FOLD = "grazing fold"
-ON_LIMIT = 1e-6  # of the range, within which a point is on its limit
-HUGE = 1e6  # multiplier of an impact that fades away
-HALVED = 0.02  # between halves of a period that become one
-NEAR = 3e-3, 0.03  # of the first figure's unit and of a speed, from points of a curve
-BESIDE = 1e-7  # of an unknown, that tells derivatives
-FIRST, MOST = 2e-3, 0.02  # arc lengths, in turns and units of the figures
+ON_LIMIT = 1e-6  # part of the range within which a point is on its limit
+HUGE = 1e6  # multiplier of an impact that vanishes
+HALVED = 0.02  # distance between halves of a period that become equal
+NEAR = 3e-3, 0.03  # distance from a curve: first parameter in its unit, and speed
+BESIDE = 1e-7  # difference of an unknown for derivatives
+FIRST, MOST = 2e-3, 0.02  # arc lengths, in turns and units of the parameters
 
 
 @dataclass(frozen=True, eq=False)
 class Condition:
-    """Orbits at a bifurcation of one kind, over a second figure.
+    """Equations of orbits at a bifurcation of one kind, over a second parameter.
 
-    The unknowns z are those of the orbits and, last, the first figure over its unit.
+    The unknowns z are those of the orbits and, last, the first parameter over its unit.
     """
 
     orbits: Orbits
@@ -56,7 +56,7 @@ class Condition:
     unit: float
 
     def at(self, value: float) -> Orbits:
-        """The orbits with a value of the second figure."""
+        """Equations of the orbits at a value of the second parameter."""
         try:
             machine = machine_with(self.orbits.machine, self.second, value)
         except ValueError as error:
@@ -64,15 +64,15 @@ class Condition:
         return replace(self.orbits, machine=machine)
 
     def first(self, z: Array) -> float:
-        """Value of the first figure."""
+        """Value of the first parameter."""
         return float(z[-1] * self.orbits.unit)
 
     def distance(self, z: Array, value: float) -> float:
-        """Zero at the bifurcation."""
+        """Function that is zero at the bifurcation."""
         orbits, x, first = self.at(value), z[:-1], self.first(z)
         if self.kind == GRAZING:
             return orbits.margin(x, first) * TURN / orbits.speed
-        # multipliers themselves grow beyond all bounds where an impact fades away
+        # the multipliers themselves are unbounded where an impact vanishes
         closing = 1.0 if self.kind == FOLD else -1.0
         return float(np.linalg.det(orbits.errors(x, first, closing)[1]))
 
@@ -104,9 +104,10 @@ class Condition:
 
 @dataclass(frozen=True)
 class CurvePoint:
-    """A bifurcation at values of the first and the second figure.
+    """Bifurcation at values of the first and the second parameter.
 
-    departure : (time, speed) of the first; kind : grazing fold, or empty
+    departure : (time, speed) of the first departure
+    kind : grazing fold, or empty
     """
 
     first: float
@@ -117,7 +118,7 @@ class CurvePoint:
 
 @dataclass(frozen=True, eq=False)
 class Curve:
-    """Bifurcations of one kind in their order, and why no more came."""
+    """Bifurcations of one kind in order, and the reason why the curve ends."""
 
     itinerary: Itinerary
     kind: str
@@ -131,10 +132,12 @@ def curve_of(
     second: str,
     limits: tuple[tuple[float, float], tuple[float, float]],
 ) -> Curve:
-    """The curve through a bifurcation of a branch.
+    """Follow the curve through a bifurcation of a branch.
 
-    second : the figure beside that of the branch; limits : of both
-    Raises NoSolution where none can be followed.
+    second : name of the parameter in addition to that of the branch
+    limits : limits of both parameters
+
+    Raises NoSolution if no curve can be followed.
     """
     orbits = branch.orbits
     unit = limits[1][1] - limits[1][0]
@@ -187,7 +190,7 @@ def _margin(condition: Condition, point: Point) -> float:
 def _points(
     condition: Condition, points: tuple[Point, ...], limits: tuple[float, float]
 ) -> Iterator[CurvePoint]:
-    """The points within limits, those on them, and where the curve meets another."""
+    """Points within limits, points on them, and intersections with another curve."""
     tests: list[tuple[str, Callable[[Point], float]]] = [
         ("", partial(_beyond, condition, limit)) for limit in limits
     ]
@@ -206,12 +209,12 @@ def _points(
 
 
 def _beyond(condition: Condition, limit: float, point: Point) -> float:
-    """How far the first figure is beyond a limit, over its unit."""
+    """Excess of the first parameter over a limit, over its unit."""
     return (condition.first(point.x) - limit) / condition.orbits.unit
 
 
 def _meeting(condition: Condition, point: Point) -> float:
-    """Distance of a graze from a fold, or of other bifurcations from a graze."""
+    """Distance of a graze from a fold, or of another bifurcation from a graze."""
     if condition.kind != GRAZING:
         return _margin(condition, point)
     orbits = condition.at(point.parameter)
@@ -219,7 +222,7 @@ def _meeting(condition: Condition, point: Point) -> float:
         multipliers = orbits.multipliers(point.x[:-1], condition.first(point.x))
     except NoSolution:
         return 1.0
-    # an impact that fades has no fold beside it, half of a period is where it doubles
+    # a vanishing impact has no fold near it; halves become equal at a doubling
     halves = halves_apart(orbits, point.x[:-1])
     if np.abs(multipliers).max() > HUGE or np.abs(halves).max() < HALVED:
         return 1.0
@@ -229,7 +232,7 @@ def _meeting(condition: Condition, point: Point) -> float:
 def _if_inside(
     condition: Condition, point: Point, limits: tuple[float, float], kind: str = ""
 ) -> Iterator[CurvePoint]:
-    """The point, unless it is out of the range or passes through a flank."""
+    """Point, or None if it is out of the range or its orbit passes through a flank."""
     first, orbits = condition.first(point.x), condition.at(point.parameter)
     wide = ON_LIMIT * (limits[1] - limits[0])
     virtual = not kind and condition.kind != GRAZING and _margin(condition, point) <= 0

@@ -1,7 +1,7 @@
-"""Departures from the upper flank: where they lead, and what their motions are called.
+"""Departures from the upper flank, the motions that follow them, and their names.
 
-A departure is the time [turns] and the speed [rad per turn] at which the upper flank
-is left.
+A departure is the time [turns] and the speed [rad per turn] at which the teeth leave
+the upper flank.
 """
 
 from __future__ import annotations
@@ -18,13 +18,12 @@ from lumped.rattle.machine import Machine
 
 Array = NDArray[np.float64]
 Numbers = NDArray[np.int64]
-RETURNS = 1499  # of section 3.3 of the source
+RETURNS = 1499  # returns in section 3.3 of the source
 
 
 class Settled(NamedTuple):
-    """Ends of c departures: period in returns (c,), returns until it was known (c,),
-    and the last departure (c, 2); see `settle`.
-    """
+    """Result of following c departures: period in returns (c,), returns until it was
+    known (c,), and the last departure (c, 2); see `settle`."""
 
     period: Numbers
     returns: Numbers
@@ -34,7 +33,7 @@ class Settled(NamedTuple):
 def settle_departures(
     machine: Machine, departures: Array, iterations: int, early: bool = True
 ) -> Settled:
-    """Follow departures (c, 2), times and speeds, to their ends."""
+    """Follow departures (c, 2), times and speeds, until they settle."""
     time, speed = np.ascontiguousarray(departures.T)
     found = np.empty((time.size, 2), np.int64)
     end = np.empty((time.size, 2))
@@ -43,32 +42,32 @@ def settle_departures(
 
 
 def settling_returns(machine: Machine) -> int:
-    """Returns in which a transient fades to what counts as the same, RETURNS at least.
+    """Returns in which a transient decays below the tolerance, at least RETURNS.
 
-    Of motions in the play and on flanks it fades at half the damping a turn or faster,
-    and a return of those that last takes a turn or so.
+    In the play and on flanks a transient decays per turn at half the damping or faster,
+    and a return of a lasting motion takes about a turn.
     """
     turns = 2.0 * math.log(1.0 / kernel.SAME) / machine.damping
     return max(RETURNS, 100 * math.ceil(turns / 100.0))
 
 
 def follow(machine: Machine, departure: Sequence[float] | Array, count: int) -> Array:
-    """Path (count, 3) from a departure on: time, speed, and how often the lower flank
-    is met before the next; NaN from where the flanks stay together."""
+    """Path (count, 3) from a departure on: time, speed, and the number of impacts on
+    the lower flank before the next departure; NaN once the flanks stay together."""
     path = np.full((count, 3), math.nan)
     kernel.follow(machine.arrays, departure[0], departure[1], count, path)
     return path
 
 
 def apart(one: Sequence[float] | Array, two: Sequence[float] | Array) -> float:
-    """Distance of two departures, whole turns aside."""
+    """Distance of two departures, modulo whole turns."""
     turn = one[0] - two[0]
     return float(abs(turn - round(turn)) + abs(one[1] - two[1]))
 
 
 class Itinerary(NamedTuple):
-    """What a motion P(m, n+, n-) is called after: turns of a period, departures from
-    the upper flank and impacts on the lower one in it."""
+    """Numbers that name a motion P(m, n+, n-): turns of a period, departures from the
+    upper flank and impacts on the lower one in it."""
 
     turns: int
     upper: int

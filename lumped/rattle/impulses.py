@@ -1,9 +1,10 @@
-"""P(m, 1, 0) of machines in parts: the response to one impulse in some turns.
+"""P(m, 1, 0) of machines in parts: the response to one impulse in m turns.
 
-What flanks give each other at an impact is what the drag of the driven shaft takes in m
-turns. The response to it repeats, is linear, and knows no eccentricity; that of the
-transmission error comes on top, and sets the time of the impact. For unequal shafts it
-is the construction of section 4.3.2 of the source, eq. 4.84.
+The impulse that the flanks exchange at an impact balances that of the drag of the
+driven shaft in m turns. The response to it is periodic, linear and independent of the
+eccentricity; the response to the transmission error is added to it and determines the
+time of the impact. For unequal shafts this is the construction of section 4.3.2 of the
+source, eq. 4.84.
 """
 
 from __future__ import annotations
@@ -22,14 +23,14 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class ImpulseRattle:
-    """One impact on the upper flank in `turns`, in the impact limit.
+    """Motion with one impact on the upper flank in `turns`, in the impact limit.
 
-    least_eccentricity : below which it does not exist [rad]
-    velocity : of departures [rad per turn]
+    least_eccentricity : eccentricity below which the motion does not exist [rad]
+    velocity : speed of departures [rad per turn]
     balance : eccentricity times the sine of a departure's time [rad]
     departure : state (2 n,) after an impact, before sides are turned to their flanks
 
-    Whether it meets a flank on the way is not looked at.
+    It is not checked whether the motion meets a flank between impacts.
     """
 
     motions: Motions
@@ -44,9 +45,7 @@ class ImpulseRattle:
 
     @property
     def times(self) -> tuple[float, ...]:
-        """Times of the departures of both motions in turns; empty where they do not
-        exist.
-        """
+        """Departure times of both motions in turns, none if they do not exist."""
         eccentricity = self.motions.assembly.machine.eccentricity
         if not eccentricity > self.least_eccentricity:
             return ()
@@ -54,7 +53,7 @@ class ImpulseRattle:
         return first % 1.0, (0.5 - first) % 1.0
 
     def state(self, time: float) -> Array:
-        """State of all parts (2 n,) at a departure from the upper flank."""
+        """State (2 n,) of all parts at a departure from the upper flank."""
         machine, n = self.motions.assembly.machine, self.departure.size // 2
         error = machine.eccentricity * math.cos(TURN * time)
         off = self.motions.linear.row @ self.departure[:n] + error
@@ -66,7 +65,7 @@ class ImpulseRattle:
 
 
 def impulse_rattle(motions: Motions, turns: int = 1) -> ImpulseRattle:
-    """The motion of an assembly; ValueError for a stiffness of flanks, or ripple."""
+    """Motion of an assembly; ValueError if flanks have a stiffness, or for ripple."""
     machine = motions.assembly.machine
     if not machine.is_impact or machine.ripple:
         raise ValueError("impacts without torque ripple are needed")
@@ -76,7 +75,7 @@ def impulse_rattle(motions: Motions, turns: int = 1) -> ImpulseRattle:
     n, r = len(linear.names), machine.restitution
     fade = (play.vectors * np.exp(play.rates * turns)) @ play.inverse
     jump = np.concatenate([np.zeros(n), np.linalg.solve(linear.mass, linear.row)])
-    # departure beside the offset, and the impulse: both sides may turn as they like
+    # departure relative to the offset, and the impulse: both sides may rotate freely
     matrix = np.column_stack([fade.real - np.eye(2 * n), -jump])
     found, *_ = np.linalg.lstsq(matrix, -turns * play.drift, rcond=1e-13)
     departure = play.offset + found[:-1]

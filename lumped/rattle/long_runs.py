@@ -1,4 +1,4 @@
-"""What long runs settle to, by brute force: departures of the motions that last."""
+"""Departures of the motions that remain after long runs, by brute force."""
 
 from __future__ import annotations
 
@@ -14,20 +14,22 @@ from lumped.rattle.machine import Machine
 
 Array = NDArray[np.float64]
 Numbers = NDArray[np.int64]
-STARTS = 6  # a side of the grid of departures from which runs start
-MOST = 200_000  # returns before motions are told apart; a damping of 2e-4 takes so many
-KEPT = 60  # departures of a motion that changes for ever
+STARTS = 6  # departures per side of the grid from which runs start
+MOST = 200_000  # returns before motions are classified; a damping of 2e-4 needs them
+KEPT = 60  # departures that are stored of a motion that never repeats
 ALIKE = 1e-6  # distance of departures that are one
 
 
 def settled_departures(machine: Machine, velocity: tuple[float, float]) -> Array:
-    """Times and speeds (d, 2) of departures of all motions that a grid of starts
-    settles to; none of quiet ones, of those that come to rest the first ones after it,
-    of chaotic ones KEPT of each run. Last a row of NaN for each run that has not
-    settled.
+    """Times and speeds (d, 2) of departures of all motions that a grid of starts leads
+    to.
 
-    velocity : lowest and highest speed of the starts [rad per turn]; from faster ones
-        than forcing can give, runs would only be on their way
+    Quiet motions have none; motions that come to rest have the first ones after that;
+    chaotic motions have KEPT departures of each run. The last rows are NaN, one for
+    each run that has not settled.
+
+    velocity : lowest and highest speed of the starts [rad per turn]; runs that start
+        faster than forcing permits would remain transient
     """
     place = (np.arange(STARTS) + 0.5) / STARTS
     low, high = np.minimum(velocity, machine.fastest)
@@ -50,12 +52,12 @@ def settled_departures(machine: Machine, velocity: tuple[float, float]) -> Array
 
 
 def _settled(machine: Machine, iterations: int, starts: Array) -> tuple[Numbers, Array]:
-    """Period and end of runs, see `Settled`; CHANGING are chaotic ones alone."""
+    """Period and end of runs, see `Settled`; only chaotic ones are CHANGING."""
     settled = settle_departures(machine, starts, iterations)
     _, motion, settled = sort_departures(machine, iterations, settled)
     period, _, end = settled
     period[motion < 0] = UNKNOWN
-    # beside chaotic ones others depart alike that are on their way
+    # transients may depart from the same region as chaotic motions
     changing = np.flatnonzero(period == CHANGING)
     later = settle_departures(machine, end[changing], LATE)
     ended = later.period != CHANGING

@@ -1,4 +1,4 @@
-"""A machine that may rattle, in dimensionless figures (table 2.1)."""
+"""Machine that may rattle, in dimensionless parameters (table 2.1)."""
 
 from __future__ import annotations
 
@@ -11,14 +11,13 @@ import numpy as np
 from lumped.rattle.kernels.arrays import SHORT, STEADY, Rattle, Waves
 
 TURN = 2.0 * math.pi
-INSTANTS = 4096  # of a turn at which it is looked at
+INSTANTS = 4096  # instants of a turn at which the forcing is evaluated
 
 
 def effective_eccentricity(driving: float, driven: float, phase: float) -> float:
-    """Effective eccentricity of two eccentric gears, their long sides `phase` apart
-    [rad]; eq. 2.9.
+    """Effective eccentricity of two gears with long sides `phase` apart [rad], eq. 2.9.
 
-    Nothing is left of equal eccentricities in phase.
+    It is zero for equal eccentricities in phase.
     """
     square = driving**2 + driven**2 - 2.0 * driving * driven * math.cos(phase)
     return math.sqrt(max(square, 0.0))
@@ -26,20 +25,20 @@ def effective_eccentricity(driving: float, driven: float, phase: float) -> float
 
 @dataclass(frozen=True, kw_only=True)
 class Machine:
-    """Two equal shafts, geared one to one; x is their relative rotation [rad].
+    """Two equal shafts, geared one to one, with relative rotation x [rad].
 
     x'' + delta x' + 2 kappa B(x) = 4 pi delta d - 4 pi^2 eps cos 2 pi t
         - 2 pi delta eps sin 2 pi t + gamma cos(2 pi n t + xi),    eqs. 2.23, 2.26
 
     with time t in turns and B(x) = x - beta, 0, x + beta above, in and below the play.
 
-    damping : delta, of a shaft over its inertia and speed
+    damping : delta, damping of a shaft over its inertia and speed
     eccentricity : eps, amplitude of the transmission error [rad]
     half_backlash : beta [rad]
-    stiffness : kappa of the flanks; infinite in the impact limit
-    restitution : of impacts, in the impact limit
+    stiffness : kappa, stiffness of the flanks; infinite in the impact limit
+    restitution : coefficient of restitution of impacts, in the impact limit
     ripple, ripple_order, ripple_phase : gamma [rad], n and xi [rad] of the torque
-    drive : d, of shafts that are not equal but slow down at one rate
+    drive : d, for shafts that are unequal but decelerate at the same rate
     """
 
     damping: float
@@ -82,19 +81,19 @@ class Machine:
 
     @property
     def fastest(self) -> float:
-        """Speed from which on damping takes more than all forcing gives [rad per turn].
+        """Speed above which damping exceeds all forcing [rad per turn].
 
-        No motion that repeats with impacts is faster.
+        No periodic motion with impacts is faster.
         """
         steady = 2.0 * TURN * self.drive
         return steady + sum(map(abs, self.loads)) / self.damping
 
     @property
     def loads(self) -> tuple[complex, complex]:
-        """Amplitudes of the forcing at one turn and at `ripple_order`, of e^(i w t).
+        """Amplitudes of e^(i w t) in the forcing, once per turn and at `ripple_order`.
 
-        -4 pi^2 eps cos - 2 pi delta eps sin is the real part of
-        eps (-4 pi^2 + 2 pi i delta) e^(2 pi i t).
+        The first follows from -4 pi^2 eps cos - 2 pi delta eps sin, which is the real
+        part of eps (-4 pi^2 + 2 pi i delta) e^(2 pi i t).
         """
         turn = self.eccentricity * (-(TURN**2) + 1j * TURN * self.damping)
         return turn, self.ripple * np.exp(1j * self.ripple_phase)
@@ -110,14 +109,12 @@ class Machine:
 
     @cached_property
     def arrays(self) -> Rattle:
-        """The machine as the kernels take it."""
+        """Parameters in the form that the kernels take."""
         return self.arc_arrays._replace(short=self._short())
 
     @cached_property
     def arc_arrays(self) -> Rattle:
-        """The machine as kernels of single arcs take it, which compute no flights that
-        decay.
-        """
+        """Parameters for kernels of single arcs, which need no decaying flights."""
         stiffness = 2.0 * self.stiffness
         drift = 2.0 * TURN * self.drive
         free = self.forced(0.0)
@@ -144,9 +141,8 @@ class Machine:
 
     @cached_property
     def backward(self) -> Rattle:
-        """The machine as the kernels take it with reversed time: damping drives,
-        impacts gain speed, and sines change their sign.
-        """
+        """Parameters for reversed time: damping drives, impacts gain speed, and sines
+        change their sign."""
         m = self.arrays
         loss = m.restitution
         return m._replace(
@@ -161,11 +157,11 @@ class Machine:
         )
 
     def _short(self) -> float:
-        """Turns of a flight after which flights fade away, 0 if they never do.
+        """Duration in turns below which flights decay to rest, 0 if they never do.
 
-        Under a load g that changes little in a flight, its time is in proportion to
-        g^(-2/3) and shrinks with the damping (adiabatic invariance): one that is short
-        enough stays so over a turn. Flanks that g opens do not come to rest.
+        Under a load g that changes little in a flight, its duration is proportional to
+        g^(-2/3) and decreases with the damping (adiabatic invariance): a flight that is
+        short enough stays so over a turn. Flanks that g opens do not come to rest.
         """
         t = np.arange(INSTANTS) / INSTANTS
         drive = 2.0 * TURN * self.damping * self.drive
@@ -185,12 +181,12 @@ class Machine:
         return most * float(load.min() / load.max()) ** (2.0 / 3.0)
 
     def _largest(self, waves: tuple[complex, complex], order: int) -> float:
-        """Derivative of a forced part by time, at most."""
+        """Upper bound of a time derivative of the forced motion."""
         first, second = map(abs, waves)
         return float(TURN**order * (first + self.ripple_order**order * second))
 
 
 def _parts(waves: tuple[complex, complex]) -> Waves:
-    """Cosine and sine of both."""
+    """Cosine and sine amplitudes of both waves."""
     first, second = map(complex, waves)
     return first.real, -first.imag, second.real, -second.imag

@@ -1,9 +1,9 @@
 """Curves of the return map: grazing curves and the manifolds of saddles.
 
-A curve is that of a parameter, which is refined until its points are close and turn
-little. Stable manifolds are boundaries of basins; section 3.5 of the source. Manifolds
-grow as images of a piece beside the saddle that leads from one image to the next;
-compare B. Krauskopf and H. Osinga, J. Comput. Phys. 146 (1998) 404.
+A curve is parametrised, and its parameter is refined until its points are close and its
+direction changes little. Stable manifolds are boundaries of basins, see section 3.5 of
+the source. Manifolds grow as images of a piece near the saddle that leads from one
+image to the next; compare B. Krauskopf and H. Osinga, J. Comput. Phys. 146 (1998) 404.
 """
 
 from __future__ import annotations
@@ -24,23 +24,24 @@ from lumped.rattle.orbits import Orbit
 
 Array = NDArray[np.float64]
 Evaluate = Callable[[Array], Array]
-BEGIN = 1e-6  # of the first piece of a manifold from its saddle
+BEGIN = 1e-6  # distance of the first piece of a manifold from its saddle
 FINEST = 1e-11  # change of a parameter at a jump of the curve
-END = 1e-6  # the same where it ends
-FEWEST = 5  # parameters at the start
-PIECES = 8  # of a generation
-MOST_POINTS = 400_000  # of a curve
+END = 1e-6  # change of a parameter at the end of the curve
+FEWEST = 5  # number of parameters at the start
+PIECES = 8  # pieces of a generation
+MOST_POINTS = 400_000  # largest number of points of a curve
 MOST_GENERATIONS = 200
-AT_REST = 1e-6  # of its length that a generation adds to a branch that ends
-SMALL = 0.02  # of the spacing: pieces so short may turn as they like
+AT_REST = 1e-6  # relative growth of a branch per generation below which it ends
+SMALL = 0.02  # part of the spacing below which pieces may turn by any angle
 
 
 @dataclass(frozen=True, kw_only=True)
 class Fineness:
-    """How close the points of a curve are.
+    """Limits of the distance between the points of a curve.
 
-    spacing : largest distance; turn : largest change of direction [rad]
-    Distances are in turns, speeds over those of a simple rattle, 2 pi delta.
+    spacing : largest distance
+    turn : largest change of direction [rad]
+    Distances are in turns; speeds are divided by that of a simple rattle, 2 pi delta.
     """
 
     spacing: float = 0.01
@@ -49,9 +50,9 @@ class Fineness:
 
 @dataclass(frozen=True, eq=False)
 class Curve:
-    """Departures (n, 2), times from 0 to 1; NaN rows part pieces between jumps.
+    """Departures (n, 2), times from 0 to 1; NaN rows separate pieces between jumps.
 
-    lengths : of the curve up to each (n,), in the distances of `Fineness`
+    lengths : (n,) length of the curve up to each point, in the units of `Fineness`
     """
 
     points: Array
@@ -64,10 +65,10 @@ class Curve:
 
 @dataclass(frozen=True, eq=False)
 class Manifold:
-    """A branch of a stable or an unstable manifold.
+    """Branch of a stable or an unstable manifold.
 
-    departure : (time, speed) of the saddle's from which it starts; side : 1 or -1, on
-        which of its sides
+    departure : (time, speed) of the departure of the saddle from which it starts
+    side : side of the saddle, 1 or -1
     """
 
     orbit: Orbit
@@ -78,7 +79,7 @@ class Manifold:
 
 
 def map_departures(machine: Machine, starts: Array, count: int) -> Array:
-    """Departures (n, 2) so many returns later, or earlier if negative."""
+    """Departures (n, 2) `count` returns later, or earlier if negative."""
     ends = np.empty_like(starts)
     arrays = machine.arrays if count >= 0 else machine.backward
     starts = np.ascontiguousarray(starts)
@@ -87,7 +88,7 @@ def map_departures(machine: Machine, starts: Array, count: int) -> Array:
 
 
 def saddles(orbits: list[Orbit]) -> list[Orbit]:
-    """Orbits with one multiplier above 1."""
+    """Orbits with one multiplier of modulus above 1 and one below."""
     sizes = [sorted(map(abs, orbit.multipliers)) for orbit in orbits]
     return [
         orbit
@@ -97,7 +98,8 @@ def saddles(orbits: list[Orbit]) -> list[Orbit]:
 
 
 def grazing_curve(machine: Machine, before: int, fineness: Fineness) -> Curve:
-    """Departures whose next contact grazes the lower flank, so many returns before."""
+    """Departures `before` returns ahead of those whose next contact grazes the lower
+    flank."""
 
     def evaluate(times: Array) -> Array:
         departures = np.empty((times.size, 2))
@@ -111,9 +113,9 @@ def grazing_curve(machine: Machine, before: int, fineness: Fineness) -> Curve:
 def grow_manifolds(
     machine: Machine, orbit: Orbit, is_stable: bool, length: float, fineness: Fineness
 ) -> list[Manifold]:
-    """Both branches at every departure of a saddle, each up to a length.
+    """Grow both branches at every departure of a saddle, each up to a length.
 
-    length : in the distances of `Fineness`; less where the branch ends
+    length : length in the units of `Fineness`; a branch that ends is shorter
     """
     found = []
     for departure in orbit.departures:
@@ -126,8 +128,8 @@ def grow_manifolds(
 
 @dataclass(frozen=True, eq=False)
 class _Seed:
-    """Beside a saddle: at + along leads to at + factor along in so many returns, which
-    are negative on a stable manifold."""
+    """First piece of a manifold near a saddle: at + along leads to at + factor along in
+    a number of returns, which is negative on a stable manifold."""
 
     at: Array
     along: Array
@@ -135,7 +137,7 @@ class _Seed:
     returns: int
 
     def piece(self, fractions: Array) -> Array:
-        """Departures (n, 2) from one of its ends to the other."""
+        """Departures (n, 2) from one end of the piece to the other."""
         return self.at + self.factor ** fractions[:, None] * self.along
 
 
@@ -186,12 +188,12 @@ def _grown(machine: Machine, seed: _Seed, length: float, fineness: Fineness) -> 
 
 
 def _scale(machine: Machine) -> Array:
-    """Scales of time and speed at which their changes count equally."""
+    """Scales of time and speed whose changes count equally."""
     return np.array([1.0, TURN * machine.damping * machine.drive])
 
 
 def _steps(points: Array, scale: Array) -> Array:
-    """From each point to the next (n - 1, 2), whole turns aside."""
+    """Steps (n - 1, 2) from each point to the next, modulo whole turns."""
     steps = np.diff(points, axis=0) / scale
     steps[:, 0] -= np.round(steps[:, 0])
     return steps
@@ -223,7 +225,7 @@ def _refined(
 
 
 def _is_coarse(points: Array, scale: Array, fineness: Fineness) -> NDArray[np.bool_]:
-    """Whether a piece (n - 1,) is too long, or turns too much from its neighbours."""
+    """Mask (n - 1,) of the pieces that are too long or turn too much."""
     steps = _steps(points, scale)
     sizes = np.hypot(*steps.T)
     coarse = sizes > fineness.spacing
@@ -237,7 +239,7 @@ def _is_coarse(points: Array, scale: Array, fineness: Fineness) -> NDArray[np.bo
 
 
 def _curve(points: Array, scale: Array) -> Curve:
-    """Curve without points that repeat earlier ones, where pieces join."""
+    """Curve without the points that are repeated where pieces join."""
     again = np.concatenate([[False], _distances(points, scale) == 0.0])
     points = points[~again]
     steps = np.nan_to_num(_distances(points, scale))

@@ -1,4 +1,4 @@
-"""Motions of an assembly between the flanks: noise of an ensemble of starts."""
+"""Motions of an assembly between the flanks, and noise of an ensemble of starts."""
 
 from __future__ import annotations
 
@@ -19,17 +19,17 @@ from lumped.rattle.machine import TURN
 
 Array = NDArray[np.float64]
 Waves = NDArray[np.complex128]
-SINGULAR = 1e12  # condition of modes that are no basis
+SINGULAR = 1e12  # condition number of modes that do not form a basis
 
 
 @dataclass(frozen=True)
 class Motion:
-    """What flanks did over some turns.
+    """Motion of the flanks over some turns.
 
-    noise : sum of squared speeds at which they met over the turns [rad^2 per turn^3];
-        NaN where a meeting was not found, or they meet far too often in a turn
-    upper, lower : how often they met
-    rotation : relative one at the instants asked for [rad]
+    noise : sum of squared impact speeds over the turns [rad^2 per turn^3]; NaN if an
+        impact was not found, or if there are far too many in a turn
+    upper, lower : number of impacts on each flank
+    rotation : relative rotation at the requested instants [rad]
     """
 
     noise: float
@@ -43,7 +43,7 @@ class Motion:
 
 
 class Motions:
-    """An assembly ready to move.
+    """Assembly prepared for time integration.
 
     Raises ValueError for a gear on a spring without inertia, which no impact can stop.
     """
@@ -59,7 +59,7 @@ class Motions:
             soft = np.asarray(np.linalg.solve(linear.mass, linear.row), np.float64)
             kick = 1.0 / float(linear.row @ soft) * soft
             regimes = self._at_rest(-1), play, self._at_rest(1)
-            # by drag on gears that turn against each other, or in impacts
+            # by drag on gears in relative rotation, or in impacts
             slowed = float(soft @ linear.damping @ soft) > 0.0
             inertia = 1.0 / float(linear.row @ soft)
             losses = slowed or machine.restitution < 1.0
@@ -71,9 +71,10 @@ class Motions:
         self.system = kernel.System(regimes, bound, *last)
 
     def settled(self, rotation: float, speed: float, time: float = 0.0) -> Array:
-        """State (2 n,) of all parts in steady rotation but for the driving side.
+        """State (2 n,) of all parts in steady rotation except for the driving side.
 
-        rotation, speed : relative ones of the flanks [rad], [rad per turn] at a time
+        rotation, speed : relative rotation and speed of the flanks at a time [rad],
+            [rad per turn]
         """
         n = len(self.linear.names)
         error = self.assembly.machine.eccentricity
@@ -91,7 +92,7 @@ class Motions:
         times: Array | None = None,
         start: float = 0.0,
     ) -> Motion:
-        """The motion from a state (2 n,) at `start`; its noise is from `begin` on."""
+        """Motion from a state (2 n,) at `start`; its noise counts from `begin` on."""
         instants = np.empty(0) if times is None else times
         rotation = np.full(instants.size, math.nan)
         noise, upper, lower, found = kernel.run(
@@ -108,7 +109,10 @@ class Motions:
         return run_together(tasks, threading.Event())
 
     def _regime(self, stiffness: float, side: int) -> kernel.Regime:
-        """stiffness : of flanks that are pressed together on a side, 1 or -1."""
+        """Regime of motion on a side, or in the play.
+
+        stiffness : stiffness of the flanks in contact on a side, 1 or -1
+        """
         linear, machine = self.linear, self.assembly.machine
         n = len(linear.names)
         row = linear.row
@@ -134,9 +138,9 @@ class Motions:
         )
 
     def _at_rest(self, side: int) -> kernel.Regime:
-        """Rigid flanks at rest on each other, which the load's change of sign ends.
+        """Regime of rigid flanks at rest on each other, until the load changes sign.
 
-        Rotations that keep them so are shapes (n, n - 1) times coordinates.
+        Rotations that preserve contact are shapes (n, n - 1) times coordinates.
         """
         linear, machine = self.linear, self.assembly.machine
         n, row = len(linear.names), linear.row
@@ -176,7 +180,7 @@ class Motions:
         )
 
     def _waves(self, turn: Waves, ripple: Waves) -> dict[str, Any]:
-        """Harmonics of rotations and speeds, with their labels."""
+        """Waves of rotations and speeds, with their rates."""
         machine = self.assembly.machine
         rate = TURN * machine.ripple_order
         return {
@@ -188,9 +192,9 @@ class Motions:
 
 
 def _modes(linear: Linear, stiffness: Array) -> tuple[Waves, Waves]:
-    """Rates (2 n,) and vectors (2 n, 2 n), those of parts that are apart by themselves.
+    """Rates (2 n,) and vectors (2 n, 2 n), computed separately for uncoupled parts.
 
-    Two sides that are alike would share rates, whose vectors no solver tells apart.
+    Two equal sides would share rates, whose vectors a solver cannot separate.
     """
     n = len(linear.names)
     rates, vectors = np.zeros(2 * n, complex), np.zeros((2 * n, 2 * n), complex)
@@ -218,18 +222,18 @@ def _basis(mass: Array, damping: Array, stiffness: Array) -> tuple[Waves, Waves]
     found, shapes = np.linalg.eig(matrix)
     if np.linalg.cond(shapes) > SINGULAR:
         raise ValueError("modes of the parts are no basis; change a parameter slightly")
-    # damping takes energy: growth is round-off
+    # damping dissipates energy: growth is round-off
     rates = np.minimum(found.real, 0.0) + 1j * found.imag
     return rates, np.asarray(shapes, np.complex128)
 
 
 def _coupling(linear: Linear, stiffness: Array) -> Array:
-    """What moves one part by another (n, n), 0 where nothing does."""
+    """Coupling (n, n) between parts, 0 if there is none."""
     return np.abs(linear.mass) + np.abs(linear.damping) + np.abs(stiffness)
 
 
 def _groups(coupling: Array) -> list[NDArray[np.int64]]:
-    """Parts that move one another."""
+    """Groups of coupled parts."""
     linked = coupling != 0.0
     for _ in range(len(linked)):
         linked = linked @ linked
@@ -242,7 +246,7 @@ def _steady(linear: Linear, stiffness: Array, load: Array) -> tuple[Array, Array
     drift, offset = np.zeros(n), np.zeros(n)
     for group in _groups(_coupling(linear, stiffness)):
         own = np.ix_(group, group)
-        # parts that nothing holds turn as one, whatever the absorber does
+        # parts without restraint rotate as one, whatever the absorber does
         held = stiffness[own]
         free = np.abs(held.sum(axis=1)) <= 1e-9 * max(np.abs(held).max(), 1e-300)
         turning = free.astype(float)

@@ -1,6 +1,6 @@
-"""How loud a machine is, over random departures: squared speeds of impacts per time.
+"""Noise of a machine over random departures: squared speeds of impacts per time.
 
-Section 6.3 of the source, table 6.1.
+See section 6.3 of the source, table 6.1.
 """
 
 from __future__ import annotations
@@ -31,19 +31,19 @@ Numbers = NDArray[np.int64]
 Result = TypeVar("Result")
 KINDS = QUIET_NAME, "single-sided rattle", "double-sided rattle"
 NOWHERE = math.nan, math.nan
-FADED = 1e-3  # of a transient: what is left of it is not heard
-STILL = 1e-12  # of the fastest rate: rotation of all parts together
+FADED = 1e-3  # part of a transient that is inaudible
+STILL = 1e-12  # part of the fastest rate below which all parts rotate together
 SHARE = 250  # runs that a worker takes at a time
 
 
 @dataclass(frozen=True, eq=False)
 class Noise:
-    """Noise of n runs on their attractors.
+    """Noise of n runs in steady state.
 
-    starts : their departures (n, 2)
-    motion : by number among `attractors` (n,), -1 where it is not clear, or not settled
-    level : squared speeds at which flanks meet, per turn (n,) [rad^2 per turn^3]
-    impacts : meetings of flanks per turn (n,)
+    starts : (n, 2) departures of the runs
+    motion : (n,) index among `attractors`, -1 if undecided or not settled
+    level : (n,) squared impact speeds per turn [rad^2 per turn^3]
+    impacts : (n,) number of impacts per turn
     """
 
     machine: Machine
@@ -55,7 +55,7 @@ class Noise:
 
 
 def random_departures(count: int, velocity: tuple[float, float], seed: int) -> Array:
-    """Times of a turn and speeds (n, 2), uniformly distributed."""
+    """Times in a turn and speeds (n, 2), uniformly distributed."""
     random = np.random.default_rng(seed)
     return random.uniform((0.0, velocity[0]), (1.0, velocity[1]), (count, 2))
 
@@ -67,12 +67,12 @@ def measure_noise(
     turns: int,
     report: Callable[[int, int], None] = lambda done, total: None,
 ) -> Noise:
-    """Noise of runs from departures (n, 2) once they have settled.
+    """Noise of runs from departures (n, 2) in steady state.
 
-    iterations : returns to the upper flank before it is measured; runs that change
-        still and are not chaotic are followed on until they repeat
-    turns : over which it is measured, at least, whole periods of runs that repeat;
-        quiet runs have none
+    iterations : returns to the upper flank before the measurement; runs that still
+        change and are not chaotic are followed until they repeat
+    turns : least number of turns of the measurement, rounded up to whole periods of
+        periodic runs; quiet runs have no noise
     """
     limits = list(pairwise([*range(0, len(starts), SHARE), len(starts)]))
 
@@ -108,10 +108,11 @@ def measure_noise_of_parts(
 ) -> Noise:
     """Noise of a machine whose relative motion has more than one equation.
 
-    At the departures (n, 2) all but the driving side is in steady rotation. Runs are
-    told apart by the flanks that meet.
+    At the departures (n, 2) all parts except the driving side are in steady rotation.
+    Runs are distinguished by the flanks that meet.
 
     settling : turns before noise is measured
+
     Raises ValueError for parts without inertia.
     """
     ready = Motions(assembly)
@@ -147,7 +148,7 @@ def measure_noise_of_parts(
 
 
 def settling_turns(assembly: Assembly) -> float:
-    """In which transients of all parts fade to `FADED`; inf where one never does.
+    """Turns in which transients of all parts decay to `FADED`; inf if one never does.
 
     Losses in impacts may end them sooner.
     """
@@ -159,8 +160,8 @@ def settling_turns(assembly: Assembly) -> float:
 
 
 def _meetings(machine: Machine, periods: Numbers, ends: Array, turns: int) -> Array:
-    """Noise level and impacts per turn (n, 2) of runs that have settled, see `Settled`;
-    NaN of those that are UNKNOWN."""
+    """Noise level and impacts per turn (n, 2) of runs in steady state, see `Settled`;
+    NaN for runs that are UNKNOWN."""
     found = np.where((periods == QUIET)[:, None], np.zeros(2), math.nan)
     loud = np.flatnonzero((periods != QUIET) & (periods != UNKNOWN))
     meetings = np.empty((loud.size, 2))

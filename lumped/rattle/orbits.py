@@ -1,4 +1,4 @@
-"""Motions that repeat, stable or not: fixed points of the return map by Newton."""
+"""Periodic motions, stable or not: fixed points of the return map, by Newton."""
 
 from __future__ import annotations
 
@@ -16,20 +16,20 @@ from lumped.rattle.machine import Machine
 from lumped.rattle.periodic import has_closed_form, simple_rattle, two_sided_rattle
 
 Array = NDArray[np.float64]
-ARCS = 32  # of a return, at most, while an orbit is looked for
-STARTS = 24  # a side of the grid of departures from which orbits are looked for
-FAST_STARTS = 6  # rows of it for speeds that are higher than usual
-MOST_TURNS = 4  # of constructed motions
-ALIKE = 1e-6  # distance of departures that are one
-SLOWEST = 3e-4  # speed of a departure that counts, over that of P(1,1,0)
+ARCS = 32  # largest number of arcs of a return in the search for an orbit
+STARTS = 24  # departures per side of the grid from which the search starts
+FAST_STARTS = 6  # rows of the grid for speeds that are higher than usual
+MOST_TURNS = 4  # largest number of turns of constructed motions
+ALIKE = 1e-6  # distance of departures that count as equal
+SLOWEST = 3e-4  # least speed of a departure, over that of P(1,1,0)
 
 
 @dataclass(frozen=True)
 class Orbit:
-    """A motion P(m, n+, n-) in the words of its departures.
+    """Motion P(m, n+, n-), described by its departures.
 
     departures : (time in turns from 0 to 1, speed) of each, the fastest first
-    multipliers : of a small change over the whole orbit
+    multipliers : Floquet multipliers of the whole orbit
     """
 
     itinerary: Itinerary
@@ -46,18 +46,20 @@ class Orbit:
 
 
 def usual_speed(machine: Machine) -> float:
-    """Twice that of P(1,1,0), and with what takes gears through the play and back in a
-    turn on top, if forcing can give as much."""
+    """Usual speed: twice that of P(1,1,0), plus the speed that takes gears through the
+    play and back in a turn, if the forcing suffices."""
     return min(2.0 * machine.speed + 4.0 * machine.half_backlash, machine.fastest)
 
 
 def find_orbits(
     machine: Machine, most_departures: int, velocity: tuple[float, float]
 ) -> list[Orbit]:
-    """Orbits of up to so many departures, sorted by name, the stable ones first.
+    """Orbits with a limited number of departures, sorted by name, stable ones first.
 
-    velocity : lowest and highest speed of a departure from which they are looked for
-    All that a grid of starts and the constructed P(m, 1, n-) lead to: more may exist.
+    These are all orbits that a grid of starts and the constructed P(m, 1, n-) lead to;
+    more may exist.
+
+    velocity : lowest and highest speed of the departures on the grid
     """
     machine = _with_play_in_reach(machine)
     found: list[Orbit] = []
@@ -69,8 +71,8 @@ def find_orbits(
 
 
 def _with_play_in_reach(machine: Machine) -> Machine:
-    """A machine with the same orbits: a lower flank that no departure reaches may be
-    anywhere, and places are told from each other to 16 digits of the backlash."""
+    """Machine with the same orbits but less backlash: a lower flank that no departure
+    reaches may be anywhere, and positions are resolved to 16 digits of the backlash."""
     reach = machine.fastest / machine.damping + sum(map(abs, machine.forced(0.0)))
     return replace(machine, half_backlash=min(machine.half_backlash, 2.0 * reach))
 
@@ -100,7 +102,7 @@ def _starts(
     machine: Machine, count: int, low: float, high: float
 ) -> Iterator[tuple[float, float]]:
     limit = replace(machine, stiffness=math.inf)
-    if count == 1 and has_closed_form(limit):  # some repel what is a hair beside
+    if count == 1 and has_closed_form(limit):  # some repel the closest neighbours
         for turns in range(1, MOST_TURNS + 1):
             both = simple_rattle(limit, turns) + two_sided_rattle(limit, turns)
             yield from ((each.time, each.velocity) for each in both if each.physical)
@@ -109,7 +111,7 @@ def _starts(
 
 
 def _speeds(machine: Machine, low: float, high: float) -> list[float]:
-    """Speeds of starts: as densely where speeds are usual, however wide the limits."""
+    """Speeds of starts, equally dense at usual speeds however wide the limits are."""
     usual = max(min(usual_speed(machine), high), low)
     parts = (np.arange(STARTS) + 0.5) / STARTS
     found = low + parts * (usual - low) if usual > low else np.empty(0)
@@ -121,7 +123,7 @@ def _speeds(machine: Machine, low: float, high: float) -> list[float]:
 
 
 def _orbit(machine: Machine, at: tuple[float, float], count: int) -> Orbit | None:
-    """None where it repeats sooner or does not go on from one departure to the next."""
+    """Orbit at a departure, or None if it repeats sooner or its departures end."""
     path = follow(machine, at, count + 1)
     if not np.isfinite(path).all():
         return None

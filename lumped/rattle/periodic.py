@@ -1,4 +1,4 @@
-"""Rattle of one departure in some turns, constructed; section 2.4 of the source."""
+"""Closed-form rattle with one departure in some turns, section 2.4 of the source."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from lumped.rattle.machine import TURN, Machine
 Array = NDArray[np.float64]
 
 
-INSTANTS = 1000  # of a turn at which the lower impact is looked for
+INSTANTS = 1000  # instants of a turn in the search for the lower impact
 ONE_FLANK, BOTH_FLANKS = np.array([1.0]), np.array([1.0, -1.0])  # where arcs start
 
 
@@ -23,10 +23,13 @@ ONE_FLANK, BOTH_FLANKS = np.array([1.0]), np.array([1.0, -1.0])  # where arcs st
 class SimpleRattle:
     """P(m, 1, 0) or P(m, 1, 1): one departure from the upper flank in `turns`.
 
-    time : of the departure in turns; velocity : of it [rad per turn]
-    in_phase : whether that is nearer to the largest transmission error than the least
-    lower : time from there to the impact on the lower flank, None where there is none
-    margin : see `margin_of`; where negative, the motion passes through a flank
+    time : time of the departure in turns
+    velocity : speed of the departure [rad per turn]
+    in_phase : whether the departure is closer to the largest transmission error than to
+        the least
+    lower : time from the departure to the impact on the lower flank, None if there is
+        none
+    margin : see `margin_of`; if negative, the motion passes through a flank
     """
 
     turns: int
@@ -51,7 +54,7 @@ def has_closed_form(machine: Machine) -> bool:
 
 
 def least_eccentricity(machine: Machine, turns: int = 1) -> float:
-    """Below which P(m, 1, 0) does not exist [rad]; eqs. 2.54 and 2.57 without series.
+    """Least eccentricity of P(m, 1, 0) [rad], eqs. 2.54 and 2.57 without series.
 
     With restitution r it is |2 - 2 delta m (1 + r e) / ((1 + r) (1 - e))|, e =
     e^(-delta m), where eq. 2.56 prints r + e; delta m coth(delta m / 2) - 2 if r = 1.
@@ -60,9 +63,9 @@ def least_eccentricity(machine: Machine, turns: int = 1) -> float:
 
 
 def simple_rattle(machine: Machine, turns: int = 1) -> tuple[SimpleRattle, ...]:
-    """Both motions P(m, 1, 0) in the impact limit, none where they do not exist.
+    """Both motions P(m, 1, 0) in the impact limit, eq. 2.56, none if they do not exist.
 
-    Eq. 2.56. Raises ValueError for flanks with a stiffness or torque ripple.
+    Raises ValueError for flanks with a stiffness or torque ripple.
     """
     _require_closed_form(machine, turns)
     sine = (
@@ -71,7 +74,7 @@ def simple_rattle(machine: Machine, turns: int = 1) -> tuple[SimpleRattle, ...]:
     if abs(sine) > 1.0:
         return ()
     r = machine.restitution
-    # it leaves at r times the speed at which it came; drag takes 4 pi m delta a cycle
+    # the departure has r times the impact speed; drag removes 4 pi m delta per cycle
     drift = 2.0 * TURN * machine.drive
     velocity = drift * turns * machine.damping * r / (1.0 + r)
     first = math.asin(sine) / TURN
@@ -88,10 +91,10 @@ def simple_rattle(machine: Machine, turns: int = 1) -> tuple[SimpleRattle, ...]:
 def two_sided_rattle(machine: Machine, turns: int = 1) -> tuple[SimpleRattle, ...]:
     """All motions P(m, 1, 1) in the impact limit, by the time of the lower impact.
 
-    Eqs. 2.48 to 2.53 with any restitution. For a given time between both impacts the
-    arcs and with them the conditions are linear in cosine and sine of the departure;
-    those of the eccentricity's amplitude are roots of one function of that time.
-    Raises ValueError for flanks with a stiffness or torque ripple.
+    They solve eqs. 2.48 to 2.53 with any restitution. For a given time between both
+    impacts, the arcs and hence the conditions are linear in cosine and sine of the
+    departure. The times that yield the amplitude of the eccentricity are roots of one
+    function. Raises ValueError for flanks with a stiffness or torque ripple.
     """
     _require_closed_form(machine, turns)
     construction = _TwoSided(machine, turns)
@@ -107,20 +110,20 @@ def _require_closed_form(machine: Machine, turns: int) -> None:
 
 @dataclass(frozen=True)
 class _TwoSided:
-    """P(m, 1, 1) by the time from its departure to the lower impact."""
+    """P(m, 1, 1) as a function of the time from its departure to the lower impact."""
 
     machine: Machine
     turns: int
 
     def conditions(self, lower: float) -> tuple[Array, Array, Array]:
         """Matrix (2, 2) and right side (2,) of the impacts' conditions, and speeds
-        (2, 3) after both: of the transmission error's cosine and sine, and at rest."""
+        (2, 3) after both: for the transmission error's cosine and sine, and for 0."""
         delta, r = self.machine.damping, self.machine.restitution
         drift, play = 2.0 * TURN * self.machine.drive, self.machine.half_backlash
         c, s = math.cos(TURN * lower), math.sin(TURN * lower)
         times = lower, self.turns - lower
         fades = [math.exp(-delta * time) for time in times]
-        # speeds beside drift and forced part, at the start of the arcs, by their ends
+        # speeds minus drift and forced part at the start of the arcs, from their ends
         rise = np.array([c - 1.0, -s, 0.0])
         lengths = [
             np.array([0.0, 0.0, side * 2.0 * play - drift * time]) + side * rise
@@ -140,7 +143,7 @@ class _TwoSided:
         return rows[:, :2], -rows[:, 2], rates + np.array(excess)
 
     def excess(self, lower: float) -> float:
-        """Zero where the transmission error has the machine's amplitude."""
+        """Excess of the transmission error's amplitude over that of the machine."""
         matrix, right, _ = self.conditions(lower)
         (a, b), (c, d) = matrix
         wave = d * right[0] - b * right[1], a * right[1] - c * right[0]
@@ -159,7 +162,7 @@ class _TwoSided:
 
 
 def _roots(construction: _TwoSided) -> Iterator[float]:
-    """Roots of the excess, including two that are close to each other."""
+    """Roots of the excess, including pairs that are close to each other."""
     from scipy.optimize import brentq, minimize_scalar
 
     count = INSTANTS * construction.turns

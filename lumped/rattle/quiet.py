@@ -1,4 +1,4 @@
-"""Quiet motion: flanks that never part, and the eccentricity that ends it."""
+"""Quiet motion: flanks that never separate, and the eccentricity that ends it."""
 
 from __future__ import annotations
 
@@ -14,15 +14,16 @@ from scipy.optimize import minimize_scalar
 from lumped.rattle.assembly import Assembly
 from lumped.rattle.machine import TURN
 
-INSTANTS = 256  # of each cycle of the fastest forcing at which flanks are looked at
+INSTANTS = 256  # instants in each cycle of the fastest forcing to check flanks at
 
 
 @dataclass(frozen=True)
 class QuietMotion:
     """Permanent contact of an assembly, whatever the sign of its tooth load.
 
-    Amplitudes (n + 1,) of the parts' rotations and of the tooth load, of e^(i w t) at a
-    turn per unit eccentricity and at `ripple_order`, and their means.
+    The fields are amplitudes (n + 1,) of e^(i w t) in the parts' rotations and the
+    tooth load, once per turn per unit eccentricity and at `ripple_order`, and their
+    means.
     """
 
     assembly: Assembly
@@ -33,7 +34,7 @@ class QuietMotion:
 
     @property
     def contact_margin(self) -> float:
-        """Least tooth load over a turn, over its mean; negative where flanks part."""
+        """Least tooth load over a turn, over its mean; negative if flanks separate."""
         eccentricity = self.assembly.machine.eccentricity
 
         def load(t: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -43,17 +44,17 @@ class QuietMotion:
 
     @property
     def critical_eccentricity(self) -> float:
-        """Above which flanks part [rad]; 0 if they part at every eccentricity."""
+        """Eccentricity above which flanks separate [rad]; 0 if they always do."""
         return 0.0 if self.window is None else self.window[1]
 
     @cached_property
     def window(self) -> tuple[float, float] | None:
-        """Eccentricities between which flanks stay together [rad], None if nowhere.
+        """Eccentricities between which flanks stay together [rad], or None.
 
-        The lower one is above 0 where a ripple of one cycle a turn parts them alone,
-        and the eccentricity takes from it. A faster ripple parts them at instants that
-        are spread evenly over the turn: what the eccentricity loads at one of them it
-        unloads at another.
+        The lower one is positive if a ripple of one cycle per turn alone separates the
+        flanks and the eccentricity counteracts it. A faster ripple separates them at
+        instants that are spread evenly over the turn: the eccentricity adds load at one
+        of them and removes it at another.
         """
         if self.assembly.machine.ripple_order == 1:
             return self._window_at_a_turn()
@@ -65,7 +66,7 @@ class QuietMotion:
         def taken(t: NDArray[np.float64]) -> NDArray[np.float64]:
             return self._wave(t, self.turn[-1], 0.0) / there(t)
 
-        # per unit eccentricity over what there is: at most 1 over the eccentricity
+        # load per unit eccentricity over the load present: at most 1 / eccentricity
         return (0.0, -1.0 / self._least(taken)) if self._least(there) > 0.0 else None
 
     def _window_at_a_turn(self) -> tuple[float, float] | None:
@@ -84,10 +85,9 @@ class QuietMotion:
     def largest_rotation(
         self, one: str, other: str | None = None, with_error: bool = False
     ) -> float:
-        """Largest rotation of a part, or difference of two, under load and forcing
-        [rad].
+        """Largest rotation of a part, or difference of two, under all loads [rad].
 
-        with_error : the transmission error on top
+        with_error : whether to add the transmission error
         """
         row = np.zeros(len(self.names))
         row[self.names.index(one)] += 1.0
@@ -123,7 +123,7 @@ class QuietMotion:
 
 
 def quiet_motion(assembly: Assembly) -> QuietMotion:
-    """The motion in permanent contact that all others there tend to."""
+    """Motion in permanent contact to which all others in contact converge."""
     linear, machine = assembly.linear(), assembly.machine
     still = np.zeros(linear.row.size)
     return QuietMotion(

@@ -1,9 +1,10 @@
 """Critical eccentricity of every assembly in closed form, without torque ripple.
 
-A gear turns by its side's receptance times the tooth load. Pressed together, flanks of
-a compliance share an error e between themselves and both gears, so that the tooth load
-swings by e over the sum of the three; it must stay below its mean. Eqs. 2.36, 4.24 and
-4.132 are this sum for equal shafts, unequal ones and a sprung gear.
+The rotation of a gear is its side's receptance times the tooth load. While flanks are
+in contact, an error e is shared between their compliance and both gears, so that the
+amplitude of the tooth load is e over the sum of the three; it must stay below the mean
+load. Eqs. 2.36, 4.24 and 4.132 are this sum for equal shafts, unequal shafts and a
+sprung gear.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from lumped.rattle.machine import TURN
 
 
 def critical_by_receptances(assembly: Assembly) -> float:
-    """Above which flanks part, without torque ripple [rad]."""
+    """Eccentricity above which flanks separate without torque ripple [rad]."""
     machine, shafts = assembly.machine, assembly.shafts
     drive = shafts.driving_inertia, shafts.driving_drag * machine.damping
     driven = shafts.driven_inertia, shafts.driven_drag * machine.damping
@@ -33,7 +34,7 @@ def critical_by_receptances(assembly: Assembly) -> float:
 def _at_gear(
     inertia: float, damping: float, gear: SprungGear | None, absorber: Absorber | None
 ) -> complex:
-    """Torque per rotation of a side where its gear is, at a cycle per turn."""
+    """Torque per rotation of a side at its gear, at one cycle per turn."""
     total = shaft = -inertia * TURN**2 + 1j * damping * TURN
     if gear is not None:
         spring = gear.stiffness + 1j * gear.damping * TURN
@@ -44,7 +45,7 @@ def _at_gear(
 
 
 def _absorbed(absorber: Absorber) -> complex:
-    """What a pendulum on a gear adds, infinite where it is tuned to the turn, r1 = r2.
+    """Contribution of a pendulum on a gear, infinite if it is tuned to r1 = r2.
 
     Without damping it is an inertia of m (r1 + r2)^2 r1 / (r1 - r2).
     """

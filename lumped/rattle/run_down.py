@@ -1,4 +1,4 @@
-"""Damping from a run-down: an exponential fitted to the speed, eq. 2.17."""
+"""Damping from a run-down by an exponential fitted to the speed, eq. 2.17."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class RunDown:
-    """speed(t) = start e^(-rate (t - first t)), by least squares.
+    """Fit speed(t) = start e^(-rate (t - first t)) by least squares.
 
-    rate, rate_error : [1/s] and its standard error, for residuals that are independent
-    start, residual : speed and root mean square of what is left, in the data's unit
+    rate, rate_error : decay rate and its standard error for independent residuals [1/s]
+    start, residual : initial speed and RMS of the residuals, in the unit of the data
     """
 
     rate: float
@@ -28,9 +28,9 @@ class RunDown:
 
 
 def fit_run_down(time: Array, speed: Array) -> RunDown:
-    """The exponential nearest to speeds (n,) at times (n,) [s], n at least 3.
+    """Fit an exponential to speeds (n,) at times (n,) [s], with n at least 3.
 
-    Raises ValueError where there are fewer or not all are finite and above 0.
+    Raises ValueError if there are fewer speeds, or if not all are finite and positive.
     """
     if time.size < 3:
         raise ValueError(f"3 rows at least are needed, got {time.size}")

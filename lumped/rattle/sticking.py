@@ -1,8 +1,9 @@
-"""Motions whose flanks chatter to rest on each other, until the load lets them part.
+"""Motions whose flanks chatter to rest on each other, until the load separates them.
 
-What follows a release from rest depends on its time and its flank alone, so that the
-motion is known by its releases, however many impacts of the chatter are counted. What
-comes to rest meets it exactly: it is stable, with multipliers 0.
+The motion after a release from rest depends only on its time and its flank. The motion
+is therefore identified by its releases, however many impacts of the chatter are
+counted. Neighbouring motions that come to rest coincide with it exactly: it is stable,
+with multipliers 0.
 """
 
 from __future__ import annotations
@@ -18,22 +19,22 @@ from lumped.rattle.kernels import settle as kernel
 from lumped.rattle.machine import Machine
 
 Release = tuple[float, float]  # time [turns] and speed, negative from the lower flank
-ALIKE = 1e-8  # turns: releases that are one
-LONGEST = 100_000  # meetings of flanks from one release to the next
-MOST_RELEASES = 100  # of a period
-FASTER = 10.0  # a release so much faster is followed beside each
-VARIED = np.geomspace(1.0, FASTER, 2 * MOST_RELEASES)  # speeds that stand for round-off
-INSTANTS = 256  # of each cycle of the fastest forcing at which flanks are put to rest
+ALIKE = 1e-8  # distance in turns of releases that are equal
+LONGEST = 100_000  # largest number of impacts from one release to the next
+MOST_RELEASES = 100  # largest number of releases in a period
+FASTER = 10.0  # factor of the speed of a second release that is followed with each
+VARIED = np.geomspace(1.0, FASTER, 2 * MOST_RELEASES)  # speeds that model round-off
+INSTANTS = 256  # instants at rest in each cycle of the fastest forcing
 
 
 @dataclass(frozen=True)
 class Sticking:
-    """A motion that comes to rest, by its releases in the order of their times.
+    """Motion that comes to rest, described by its releases in the order of their times.
 
-    turns : after which it repeats; 0 where a motion between two releases is so
-        sensitive that numbers do not tell how long it takes
+    turns : period in turns; 0 if a motion between two releases is so sensitive that
+        its duration is lost in round-off
     point : time from 0 to 1 and speed of a departure from the upper flank: a release,
-        at a speed of 0, or the first departure after one from the lower flank
+        with speed 0, or the first departure after a release from the lower flank
     """
 
     turns: int
@@ -46,7 +47,7 @@ class Sticking:
 
 
 def sticking_from(machine: Machine, release: Release) -> Sticking | None:
-    """The motion that a release belongs or leads to; None where it rests no more."""
+    """Motion that a release belongs or leads to; None if it comes to rest no more."""
     path, turns = _cycle(machine, release)
     if path and not turns:
         wandered = _wander(machine, release)
@@ -56,7 +57,7 @@ def sticking_from(machine: Machine, release: Release) -> Sticking | None:
 
 
 def sticking_motions(machine: Machine) -> list[Sticking]:
-    """All of a machine: there is a release where the load of a flank ends, no other."""
+    """All sticking motions of a machine; releases occur where a flank's load ends."""
     found: list[Sticking] = []
     for release in _possible_releases(machine):
         motion = sticking_from(machine, release)
@@ -66,8 +67,8 @@ def sticking_motions(machine: Machine) -> list[Sticking]:
 
 
 def _cycle(machine: Machine, release: Release) -> tuple[list[Release], int]:
-    """Releases that come again from one on, none where it rests no more, and after how
-    many turns; 0 where that is not certain."""
+    """Periodic releases that follow a release, none if it comes to rest no more, and
+    their period in turns, 0 if uncertain."""
     path, certain = [release], list[bool]()
     while len(path) <= MOST_RELEASES:
         after, clear = _next(machine, path[-1])
@@ -83,7 +84,7 @@ def _cycle(machine: Machine, release: Release) -> tuple[list[Release], int]:
 
 
 def _wander(machine: Machine, release: Release) -> list[Release]:
-    """Releases one after another where speeds vary; none where it rests no more."""
+    """Successive releases with varied speeds; none if it comes to rest no more."""
     path = [release]
     for factor in VARIED:
         time, speed = path[-1]
@@ -94,7 +95,7 @@ def _wander(machine: Machine, release: Release) -> list[Release]:
 
 
 def _next(machine: Machine, release: Release) -> tuple[Release, bool]:
-    """The next release, and whether one that is a little faster leads there as well."""
+    """Next release, and whether a slightly faster release leads to it as well."""
     time, speed = release
     arrays = machine.arrays
     one, other = (

@@ -1,7 +1,7 @@
-"""Stability of trains whose stiffness varies in time, friction of teeth included.
+"""Stability of trains whose stiffness varies in time, including friction of teeth.
 
-varying = periodic_system(system)           # of a LumpedSystem, with its friction
-largest_multiplier(varying, frequencies)    # Floquet's
+varying = periodic_system(system)           # from a LumpedSystem, with its friction
+largest_multiplier(varying, frequencies)    # Floquet multipliers
 examined(varying, frequencies).intervals    # traced to their edges
 combinations(varying)                       # by perturbation
 """

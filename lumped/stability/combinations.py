@@ -1,15 +1,16 @@
 """Combinations of modes that a varying stiffness makes unstable, by multiple scales.
 
-Near s W = w_p +- w_q + sigma, W the frequency of the common period, amplitudes follow
+Near s W = w_p +- w_q + sigma, where W is the frequency of the common period, the
+amplitudes satisfy
 
     (lambda + g_p) (lambda - i sigma + g_q) = +- Psi / 4,
     Psi = (K_s)_pq conj (K_s)_qp / (w_p w_q),
 
-K_s the Fourier coefficient of the stiffness in the modes of its mean, g = zeta w the
-decay of a mode; eq. 4.72 to 4.76 of the multi-mesh source. Its Lambda, Theta, D and E
-are what K_s is made of. On the edges lambda is imaginary, which gives sigma by a
-quadratic equation, eq. 4.82 to 4.84. The mean of friction, which the source leaves out,
-is in the modes.
+where K_s is the Fourier coefficient of the stiffness in the modes of its mean, and
+g = zeta w the decay rate of a mode; see eq. 4.72 to 4.76 of the multi-mesh source. Its
+Lambda, Theta, D and E are the terms of K_s. On the edges lambda is imaginary, so that
+sigma is the root of a quadratic equation, eq. 4.82 to 4.84. The modes include the mean
+of friction, which the source neglects.
 """
 
 from __future__ import annotations
@@ -27,17 +28,18 @@ from lumped.stability.periodic import PeriodicSystem
 Array = NDArray[np.float64]
 Kind = Literal["single", "sum", "difference"]
 KINDS: Mapping[int, Kind] = {1: "sum", -1: "difference"}
-ORDERS = 12  # harmonics of the fastest mesh's frequency that are looked at
-NONE = 1e-14  # of the squares of frequencies, an excitation that is round-off
+ORDERS = 12  # harmonics of the fastest mesh's frequency that are considered
+NONE = 1e-14  # excitation over squared frequencies that is round-off
 
 
 @dataclass(frozen=True, eq=False)
 class Combination:
-    """Modes that take part, counted from 0, and mesh frequencies [Hz].
+    """Modes that take part, numbered from 0, and mesh frequencies [Hz].
 
-    order : of the first mesh's frequency that meets the frequencies of the modes
-    harmonic, mesh : the same as a multiple of the frequency of a mesh, counted from 0
-    at : where it does; low, high : the ends of instability, NaN where it is stable
+    order : multiple of the first mesh's frequency that equals the sum or difference
+    harmonic, mesh : the same as a multiple of the frequency of a mesh, numbered from 0
+    at : mesh frequency at which it does
+    low, high : ends of the interval of instability, NaN if it is stable
     """
 
     kind: Kind
@@ -56,23 +58,19 @@ class Combination:
 
     @property
     def name(self) -> str:
-        """Name in the notation of the source, such as `f1 + f3` or `(2 f3) / 2 of mesh
-        2`.
-        """
+        """Name as in the source, such as `f1 + f3` or `(2 f3) / 2 of mesh 2`."""
         words = name_of(self.kind, self.first, self.second, self.harmonic)
         return f"{words} of mesh {self.mesh + 1}" if self.mesh else words
 
     def comes_near(self, limits: tuple[float, float]) -> bool:
-        """Whether it is met, or expected to grow, between mesh frequencies [Hz]."""
+        """Whether it occurs, or is expected to grow, between mesh frequencies [Hz]."""
         low = min(self.low, self.at) if math.isfinite(self.low) else self.at
         high = max(self.high, self.at) if math.isfinite(self.high) else self.at
         return low <= limits[1] and high >= limits[0]
 
 
 def name_of(kind: Kind, first: int, second: int, harmonic: int) -> str:
-    """Name of modes counted from 0 that meet a multiple of the first mesh's
-    frequency.
-    """
+    """Name of two modes, from 0, at a multiple of the first mesh's frequency."""
     one, two = first + 1, second + 1
     words = f"2 f{one}" if kind == "single" else f"f{two} - f{one}"
     words = f"f{one} + f{two}" if kind == "sum" else words
@@ -84,7 +82,7 @@ def combinations(
     limits: tuple[float, float] = (0.0, math.inf),
     orders: int = ORDERS,
 ) -> list[Combination]:
-    """All near mesh frequencies [Hz], by frequency, also what nothing excites."""
+    """All combinations near mesh frequencies [Hz], by frequency, excited or not."""
     found = [c for c in _combinations(system, orders) if c.comes_near(limits)]
     return sorted(found, key=lambda each: (each.at, each.order))
 
@@ -93,7 +91,7 @@ def _combinations(system: PeriodicSystem, orders: int) -> Iterator[Combination]:
     angular, right = mean_modes(system)
     decay = 0.5 * np.einsum("ij,j,ji->i", np.linalg.inv(right), system.damping, right)
     for s in system.orders(orders):
-        # of the first mesh's frequency that meets one of modes
+        # factor from a frequency of modes to the first mesh's frequency
         per = system.length / (2.0 * math.pi * s)
         own = np.linalg.solve(right, system.harmonic(s) @ right)
         harmonic, mesh = system.harmonic_of(s)
@@ -117,7 +115,7 @@ def _combinations(system: PeriodicSystem, orders: int) -> Iterator[Combination]:
 
 
 def _pairs(modes: int) -> Iterator[tuple[int, int, int]]:
-    """Two modes, the higher one first, and the sign of the lower one's frequency."""
+    """Pairs of modes, the higher one first, and the sign of the lower frequency."""
     for p in range(modes):
         yield p, p, 1
         for q in range(p):
@@ -128,7 +126,7 @@ def _pairs(modes: int) -> Iterator[tuple[int, int, int]]:
 def mean_modes(system: PeriodicSystem) -> tuple[Array, Array]:
     """Angular frequencies (n,) and modes, columns (n, n), of the mean stiffness.
 
-    Raises ArithmeticError where friction makes that unstable.
+    Raises ArithmeticError if friction makes the mean system unstable.
     """
     squares, right = np.linalg.eig(system.mean)
     if np.iscomplexobj(squares) or not (squares > 0.0).all():
@@ -138,10 +136,12 @@ def mean_modes(system: PeriodicSystem) -> tuple[Array, Array]:
 
 
 def detunings(power: complex, first: float, second: float) -> tuple[float, float]:
-    """Ends of sigma [rad/s] between which vibration grows, NaN where it does not.
+    """Limits of sigma [rad/s] between which vibration grows, NaN if it does not.
 
-    power : +-Psi / 4; first, second : decays of the modes. Infinite where two modes
-    without damping are unstable at any detuning.
+    The limits are infinite if two modes without damping are unstable at any detuning.
+
+    power : +-Psi / 4
+    first, second : decay rates of the modes
     """
     both, product, real, imag = first + second, first * second, power.real, power.imag
     if product == 0.0:

@@ -17,13 +17,13 @@ from lumped.stability.periodic import PeriodicSystem
 
 Array = NDArray[np.float64]
 Places = NDArray[np.intp]
-EDGE = 2e-8  # of a speed, to which an edge is traced
-BISECTIONS = 40  # of an edge at most
-HALVINGS = 6  # of the distance of speeds beside an extreme of the multiplier
-MOST_ORDERS = 60  # harmonics that are looked at where speeds are low
-ROUND_OFF = 1e-9  # of a multiplier
-APART = 0.004  # logarithm of speeds that are looked at in any case
-INSIDE, BESIDE = 11, 0.5  # speeds of an expected interval, and its widths beside it
+EDGE = 2e-8  # relative error of the speed at an edge
+BISECTIONS = 40  # largest number of bisections for an edge
+HALVINGS = 6  # halvings of the distance of speeds near an extremum of the multiplier
+MOST_ORDERS = 60  # harmonics that are considered at low speeds
+ROUND_OFF = 1e-9  # round-off of a multiplier
+APART = 0.004  # logarithmic distance of speeds that are always examined
+INSIDE, BESIDE = 11, 0.5  # speeds in an expected interval, and margin in widths
 
 
 @dataclass(frozen=True)
@@ -31,7 +31,7 @@ class Interval:
     """Mesh frequencies [Hz] in which vibration grows.
 
     largest : Floquet multiplier inside, at `worst` [Hz]
-    kind : the combination of modes that grows there
+    kind : combination of modes that grows there
     """
 
     low: float
@@ -43,8 +43,7 @@ class Interval:
 
 @dataclass(frozen=True, eq=False)
 class Column:
-    """Stability of one system: the largest multiplier at speeds (f,), and the intervals
-    in which vibration grows.
+    """Largest multiplier of one system at speeds (f,), and intervals of growth.
 
     expected : combinations of modes by perturbation
     """
@@ -54,7 +53,7 @@ class Column:
     expected: tuple[Combination, ...]
 
     def kinds(self, speeds: ArrayLike) -> list[str]:
-        """What grows at speeds [Hz], empty where nothing does."""
+        """Combinations that grow at speeds [Hz], empty where none does."""
         return [
             next((i.kind for i in self.intervals if i.low <= speed <= i.high), "")
             for speed in np.asarray(speeds, float).tolist()
@@ -63,7 +62,7 @@ class Column:
 
 @dataclass(frozen=True, eq=False)
 class Samples:
-    """Speeds (f,) [Hz], rising, their largest multipliers, and what grows there."""
+    """Speeds (f,) [Hz], rising, with largest multipliers and growing combinations."""
 
     at: Array
     largest: Array
@@ -72,7 +71,7 @@ class Samples:
     def inserted(
         self, places: Places, at: Array, largest: Array, kinds: Names
     ) -> Samples:
-        """Samples with more speeds, inserted before some places."""
+        """Return samples with more speeds before those at given indices."""
         return Samples(
             np.insert(self.at, places, at),
             np.insert(self.largest, places, largest),
@@ -85,8 +84,8 @@ def examined(
 ) -> Column:
     """Stability at speeds [Hz], rising, and between them.
 
-    Edges do not depend on the grid: speeds of their own are looked at, close together
-    where perturbation expects an interval. Ends of the grid end an interval.
+    Edges do not depend on the grid, since additional speeds are examined, close
+    together where perturbation predicts an interval. Ends of the grid end an interval.
     """
     grid = np.asarray(speeds, float)
     if grid.size < 2 or not (np.diff(grid) > 0.0).all():
@@ -116,7 +115,7 @@ def examined(
 def _own_speeds(
     system: PeriodicSystem, known: Sequence[Combination], limits: tuple[float, float]
 ) -> Array:
-    """Between limits [Hz], the same in every window but for its ends.
+    """Speeds between limits [Hz], equal in every window except for its ends.
 
     They are close together where an interval is expected to be narrow.
     """
@@ -134,20 +133,20 @@ def _own_speeds(
 
 
 def _changes(found: Samples) -> Places:
-    """Speeds before a change of what grows, if the next is not near enough."""
+    """Indices before a change of the growing modes, if the next speed is too far."""
     at = found.at
     changes = np.flatnonzero(found.kinds[1:] != found.kinds[:-1])
     return changes[at[changes + 1] - at[changes] > EDGE * at[changes]]
 
 
 def _extremes(found: Samples) -> Places:
-    """Speeds beside which growth may begin or end between its neighbours: where the
-    largest multiplier is a maximum of stable ones or a minimum of others."""
+    """Indices near which growth may begin or end between samples: maxima of stable
+    multipliers and minima of unstable ones."""
     stable = found.kinds == ""
     sign = np.where(stable, 1.0, -1.0)
     before, own, after = found.largest[:-2], found.largest[1:-1], found.largest[2:]
     inner = sign[1:-1]
-    with np.errstate(invalid="ignore"):  # of infinite ones, none of which is extreme
+    with np.errstate(invalid="ignore"):  # infinite values are no extrema
         rises, falls = inner * (own - before), inner * (own - after)
     top = (rises > ROUND_OFF) & (falls > ROUND_OFF)
     top &= (stable[:-2] == stable[1:-1]) & (stable[2:] == stable[1:-1])
@@ -156,9 +155,7 @@ def _extremes(found: Samples) -> Places:
 
 
 def _intervals(found: Samples) -> Iterator[Interval]:
-    """Intervals of consecutive speeds at which the same modes grow, to half way to the
-    next speeds.
-    """
+    """Intervals of successive speeds at which the same modes grow, up to midpoints."""
     at, largest, kinds = found.at, found.largest, found.kinds
     ends = np.flatnonzero(kinds[1:] != kinds[:-1])
     cuts = np.concatenate([[0], ends + 1, [at.size]]).tolist()

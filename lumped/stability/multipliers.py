@@ -1,4 +1,4 @@
-"""Floquet multipliers of a periodic system: by series, by exponentials, integrated."""
+"""Floquet multipliers of a periodic system, by series, exponentials or integration."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 Method = Literal["peano-baker", "exponential", "integration"]
 METHODS: tuple[Method, ...] = ("peano-baker", "exponential", "integration")
-REACH, ERROR = 1.5, 1e-14  # of a step: its angle, and what a series leaves out
-DIVISIONS = 64  # of a piece, by exponentials
-ACCURACY = 1e-10  # of integration
+REACH, ERROR = 1.5, 1e-14  # angle of a step, and truncation error of its series
+DIVISIONS = 64  # parts of a piece for exponentials
+ACCURACY = 1e-10  # relative error of the integration
 
 
 def transition(
@@ -24,7 +24,7 @@ def transition(
 ) -> Array:
     """State transition (f, 2 n, 2 n) over the common period, see `scaled_transition`.
 
-    Entries beyond all numbers are infinite.
+    Entries that overflow are infinite.
     """
     scaled, growth = scaled_transition(system, frequency, method)
     return grown(scaled, growth[:, None, None])
@@ -37,11 +37,11 @@ def scaled_transition(
 
     Returns A (f, 2 n, 2 n) and g (f,).
 
-    frequency : (f,) of the first mesh [Hz]
-    method : the series of Peano and Baker, summed by powers of time (eq. 4.53-4.55);
-        exponentials of mean stiffness on parts of the pieces (eq. 4.56); or
-        integration by steps of SciPy
-    Raises ValueError where a frequency is not positive.
+    frequency : (f,) frequency of the first mesh [Hz]
+    method : Peano-Baker series, summed by powers of time (eq. 4.53-4.55); exponentials
+        of mean stiffness on parts of the pieces (eq. 4.56); or integration by SciPy
+
+    Raises ValueError if a frequency is not positive.
     """
     speeds = np.atleast_1d(np.asarray(frequency, float))
     if not ((speeds > 0.0) & np.isfinite(speeds)).all():
@@ -67,7 +67,8 @@ def _integrated(system: PeriodicSystem, speed: float) -> Array:
 def integrated(system: PeriodicSystem, speed: float, times: Array) -> Array:
     """State transitions (t, 2 n, 2 n) from 0 to times, by adaptive steps of SciPy.
 
-    speed : [Hz]; times : (t,) in a common period, rising, in periods of the first mesh
+    speed : frequency of the first mesh [Hz]
+    times : (t,) increasing, in a common period, in periods of the first mesh
     """
     from scipy.integrate import solve_ivp
 
@@ -109,12 +110,12 @@ def multipliers(
 def largest_multiplier(
     system: PeriodicSystem, frequency: ArrayLike, method: Method = "peano-baker"
 ) -> Array:
-    """Modulus of the largest (f,); beyond 1 vibration grows."""
+    """Modulus (f,) of the largest multiplier; vibration grows if it exceeds 1."""
     scaled, growth = scaled_transition(system, frequency, method)
     return grown(np.abs(np.linalg.eigvals(scaled)).max(axis=1), growth)
 
 
 def grown(values: Array, growth: Array) -> Array:
-    """Values times exp(growth), infinite beyond all numbers."""
+    """Values times exp(growth), infinite if they overflow."""
     with np.errstate(over="ignore", invalid="ignore"):
         return np.asarray(values * np.exp(growth))

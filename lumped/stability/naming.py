@@ -1,4 +1,4 @@
-"""Which combination of modes grows, from the motion that grows."""
+"""Names of the combinations of modes that grow, from the growing motion."""
 
 from __future__ import annotations
 
@@ -19,18 +19,19 @@ from lumped.stability.periodic import PeriodicSystem
 Array = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 Names = NDArray[np.str_]
-# of a multiplier beyond 1: two that meet are known to half of the digits, and with
-# damping they meet inside of the unit circle
+# excess of a multiplier over 1: two that coincide are known to half of the digits only,
+# and with damping they coincide inside the unit circle
 GROWS, GROWS_DAMPED = 1e-6, 1e-9
-REACH = 0.5  # of a mesh frequency, from where modes meet a harmonic of it
+REACH = 0.5  # part of a mesh frequency within which modes match a harmonic of it
 
 
 @dataclass(frozen=True, eq=False)
 class Candidates:
     """Combinations (c,) that may grow, and the modes (n,) of the mean stiffness.
 
-    low, high : where one is expected, both `at` if it is stable or without end [Hz]
-    into : (n, n) from modal coordinates of the system to those of the mean stiffness
+    low, high : expected interval, both `at` if it is stable or unlimited [Hz]
+    into : (n, n) matrix from modal coordinates of the system to those of the mean
+        stiffness
     """
 
     names: Names
@@ -45,7 +46,10 @@ class Candidates:
 
 
 def candidates(system: PeriodicSystem, known: Sequence[Combination]) -> Candidates:
-    """To be named where a system is unstable; known : its combinations."""
+    """Candidates for the names of unstable combinations of a system.
+
+    known : combinations of the system
+    """
     angular, right = mean_modes(system)
     at = np.array([c.at for c in known])
     low, high = np.array([(c.low, c.high) for c in known]).reshape(-1, 2).T
@@ -66,7 +70,7 @@ def candidates(system: PeriodicSystem, known: Sequence[Combination]) -> Candidat
 def growth(
     system: PeriodicSystem, speeds: Array, known: Candidates, method: Method
 ) -> tuple[Array, Names]:
-    """Largest multipliers (f,) at speeds (f,) [Hz] and what grows, empty if nothing."""
+    """Largest multipliers (f,) at speeds (f,) [Hz], and names of growing modes."""
     scaled, exponent = scaled_transition(system, speeds, method)
     values, vectors = np.linalg.eig(scaled)
     worst = np.abs(values).argmax(axis=1)[:, None]
@@ -101,11 +105,11 @@ def _named(
     multiplier: NDArray[np.complex128],
     speeds: Array,
 ) -> Names:
-    """The nearest combination, within REACH, of the modes that move most.
+    """Nearest combination, within REACH, of the modes that move most.
 
-    One mode grows with a multiplier that is real, since half a harmonic of the mesh
-    frequency is locked to it. Two modes keep frequencies of their own, with energies as
-    those frequencies.
+    One mode grows with a real multiplier, since half a harmonic of the mesh frequency
+    is locked to it. Two modes keep different frequencies, with energies in the ratio of
+    these frequencies.
     """
     real = multiplier.imag == 0.0
     order = np.argsort(-energy, axis=1, kind="stable")
@@ -116,7 +120,7 @@ def _named(
     fits &= np.abs(speeds[:, None] - known.at) * known.order <= REACH * speeds[:, None]
     away = np.abs(speeds[:, None] - 0.5 * (known.low + known.high))
     half = np.maximum(0.5 * (known.high - known.low), 1e-12 * speeds[:, None])
-    # inside of several, the one whose middle is nearest by its half
+    # inside several intervals, the one with the nearest middle, per half width
     far = np.where(away <= half, away / half, 1.0 + (away - half) / speeds[:, None])
     found = fits.any(axis=1)
     names = np.full(speeds.size, "", "U64")
@@ -131,9 +135,9 @@ def _named(
 
 
 def _name_by_order(one: int, other: int, over_speed: Array) -> str:
-    """Name of two modes, or of one twice, by the nearest multiple that they meet.
+    """Name of two modes, or of one twice, by the multiple nearest to their sum.
 
-    over_speed : (n,) their frequencies over that of the first mesh
+    over_speed : (n,) frequencies of the modes over that of the first mesh
     """
     first, second = sorted((one, other))
     gap, both = (

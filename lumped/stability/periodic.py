@@ -1,12 +1,13 @@
-"""A linear train whose stiffness is a polynomial of time, piece by piece.
+"""Linear train whose stiffness is a piecewise polynomial of time.
 
 With modal coordinates q of unit mass,
 
     q'' + D q' + K(t) q = 0,
 
-K the mean stiffness and what pairs add to it, k_i (v - mu sgn (b_0 + x b_1)) v', v the
-deflections of a mesh in the modes. K is not symmetric with friction. Modes that strain
-no mesh move with the others and do nothing to them: they are left out.
+where K is the mean stiffness plus the terms k_i (v - mu sgn (b_0 + x b_1)) v' of the
+pairs, and v are the deflections of a mesh in the modes. With friction K is not
+symmetric. Modes that strain no mesh move with the others but do not affect them, and
+are therefore left out.
 """
 
 from __future__ import annotations
@@ -26,8 +27,8 @@ from lumped.train.waves import Wave
 
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
-DEGREE = 4  # of cubic stiffness times an arm that grows evenly
-NODES = 12  # of Gauss's rule on a piece
+DEGREE = 4  # degree of a cubic stiffness times a linear arm
+NODES = 12  # nodes of Gauss quadrature on a piece
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,10 +37,10 @@ class PeriodicSystem:
 
     angular : (n,) natural angular frequencies at mean stiffness [rad/s]
     damping : (n,) 2 zeta omega [1/s]
-    edges : (p + 1,) of the pieces, in periods of the first mesh
+    edges : (p + 1,) edges of the pieces, in periods of the first mesh
     stiffness : (p, d + 1, n, n) coefficients of K over time from the start of a piece,
         in periods of the first mesh [1/s2]
-    rates : mesh frequencies over that of the first, of which K has harmonics
+    rates : mesh frequencies over that of the first, at whose harmonics K varies
     """
 
     angular: Array
@@ -76,9 +77,8 @@ class PeriodicSystem:
         return float(self.edges[-1])
 
     def orders(self, count: int) -> list[int]:
-        """Orders of harmonics of K relative to the frequency of the common period,
-        rising, up to some of the fastest mesh's frequency.
-        """
+        """Orders of harmonics of K over the frequency of the common period, rising, up
+        to `count` times the fastest mesh's frequency."""
         highest = count * max(self.rates)
         found = {
             s * rate
@@ -88,9 +88,8 @@ class PeriodicSystem:
         return sorted(round(float(order) * self.length) for order in found)
 
     def harmonic_of(self, order: int) -> tuple[int, int]:
-        """Number of a harmonic of the common period's frequency among those of a mesh,
-        and the first such mesh, counted from 0.
-        """
+        """Harmonic of a mesh that equals a harmonic of the common period's frequency,
+        and the index of the first such mesh."""
         for mesh, rate in enumerate(self.rates):
             multiple = Fraction(order) / (Fraction(self.length) * rate)
             if multiple.denominator == 1:
@@ -98,12 +97,12 @@ class PeriodicSystem:
         raise ValueError(f"order must be a harmonic of a mesh, got {order}")
 
     def at(self, time: Array, piece: NDArray[np.int64]) -> Array:
-        """K (t, n, n) at times from the starts of pieces."""
+        """Stiffness K (t, n, n) at times from the starts of pieces."""
         powers = time[:, None] ** np.arange(self.stiffness.shape[1])
         return np.einsum("tj,tjab->tab", powers, self.stiffness[piece])
 
     def harmonic(self, order: int) -> ComplexArray:
-        """Fourier coefficient (n, n) of K, of e^(2 pi i order t / length)."""
+        """Fourier coefficient (n, n) of e^(2 pi i order t / length) in K."""
         start, step = self.edges[:-1, None], np.diff(self.edges)[:, None]
         nodes, weights = np.polynomial.legendre.leggauss(NODES)
         cuts = max(1, math.ceil(abs(order) * float(step.max()) / self.length))
@@ -119,11 +118,11 @@ class PeriodicSystem:
 
     @cached_property
     def mean(self) -> Array:
-        """K (n, n) without what varies."""
+        """Mean (n, n) of K."""
         return np.asarray(self.harmonic(0).real)
 
     def averaged(self, divisions: int) -> PeriodicSystem:
-        """Constant stiffness, its mean, on so many parts of every piece (eq. 4.56)."""
+        """Return the system with mean stiffness on parts of every piece (eq. 4.56)."""
         edges, rows = [], []
         for start, step, own in zip(
             self.edges[:-1], np.diff(self.edges), self.stiffness, strict=True
@@ -138,14 +137,14 @@ class PeriodicSystem:
 
 
 def periodic_system(system: LumpedSystem) -> PeriodicSystem:
-    """A train in contact, with the friction of its teeth by nominal sliding.
+    """Periodic system of a train in contact, with friction by nominal sliding.
 
     Raises ValueError for the coupled model and for tooth pairs that differ.
     """
     _require(system)
     kept = system.moving
     modes, arrays = system.modes, system.arrays
-    # stiffness repeats with the meshes, whatever their teeth's pitch errors
+    # the stiffness repeats with the meshes, regardless of pitch errors
     length = float(system.train.common_period[0])
     times = np.concatenate([[0.0], system.excitation.breaks(), [length]])
     v, n = arrays.shapes, arrays.rigidity.size

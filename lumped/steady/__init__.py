@@ -1,1 +1,1 @@
-"""Settled motions: the driver, its steppers, sweeps, responses and maps."""
+"""Steady-state motions: the driver, its steppers, sweeps, responses and maps."""

@@ -1,8 +1,8 @@
-"""What stands out in a frequency response: jumps between branches, and peaks.
+"""Jumps between branches and peaks in a frequency response.
 
-At a jump the curve left of a step and the curve right of it, both drawn on straight
-into the step, miss each other by far more than they change beside it. At a peak, as
-sharp as it may be, the changes beside a step are of the step's own size.
+At a jump, the straight continuations of the curves left and right of a step miss each
+other by far more than the curves change next to it. At a peak, however sharp, the
+changes next to a step are of the size of the step.
 """
 
 from __future__ import annotations
@@ -16,22 +16,22 @@ from numpy.typing import NDArray
 from lumped.steady.sweep import Branch, Direction
 
 Array = NDArray[np.float64]
-STRONG = 3.0  # miss over the changes beside a step: here the motion jumps
+STRONG = 3.0  # least miss of a jump over the changes next to the step
 WEAK = 1.5  # the same, for the other meshes at a speed where one jumps
-SEEN = 0.1  # miss over the larger value, below which nothing jumps
-SMALLEST = 1e-3  # the same over the largest value of the curve
-SAME = 0.02  # difference, relative, of two branches that are one
-PROMINENT = 0.1  # height of a peak over its feet, of the largest value of the curve
-ROUND_OFF = 1e-12  # m: curves below are flat
+SEEN = 0.1  # least miss of a jump over the larger value
+SMALLEST = 1e-3  # least miss of a jump over the largest value of the curve
+SAME = 0.02  # relative difference below which two branches are equal
+PROMINENT = 0.1  # least height of a peak over its feet, per largest value of the curve
+ROUND_OFF = 1e-12  # m, curves below are flat
 
 
 @dataclass(frozen=True)
 class Jump:
-    """A step between neighbouring speeds, in the order in which they were passed.
+    """Step between neighbouring speeds, in the order in which they were passed.
 
-    mesh : counted from 1
-    frequency_from, frequency_to : of the first mesh [Hz]
-    dte_rms_from, dte_rms_to : [m]
+    mesh : number of the mesh, from 1
+    frequency_from, frequency_to : frequencies of the first mesh [Hz]
+    dte_rms_from, dte_rms_to : RMS of the dynamic transmission error [m]
     """
 
     direction: Direction
@@ -44,11 +44,13 @@ class Jump:
 
 @dataclass(frozen=True)
 class Peak:
-    """A local or the largest maximum of the RMS of the dynamic transmission error.
+    """Local or global maximum of the RMS of the dynamic transmission error.
 
-    mesh : counted from 1
-    frequency : of the first mesh [Hz]; dte_rms [m], force_peak [N]
-    contact_loss, back_side : parts of the time
+    mesh : number of the mesh, from 1
+    frequency : frequency of the first mesh [Hz]
+    dte_rms : RMS of the dynamic transmission error [m]
+    force_peak : largest mesh force [N]
+    contact_loss, back_side : fractions of the time
     """
 
     direction: Direction
@@ -61,10 +63,10 @@ class Peak:
 
 
 def find_jumps(branch: Branch, opposite: Branch | None = None) -> list[Jump]:
-    """Jumps in the order of the branch; a mesh is listed where its curve steps.
+    """Jumps in the order of the branch, one for each mesh whose curve has a step.
 
-    opposite : the same train passed the other way; a step that it takes as well,
-        between the same values, is a steep resonance and no jump
+    opposite : branch of the same train passed in the other direction; a step that it
+        also has, between the same values, is a steep resonance and no jump
     """
     frequency, rms = branch.frequency_Hz, branch.column("dte_rms")
     if len(frequency) < 4:
@@ -102,7 +104,7 @@ def _shared(branch: Branch, opposite: Branch) -> NDArray[np.bool_]:
 
 
 def opposites(branches: Sequence[Branch]) -> list[Branch | None]:
-    """For each branch the one of the same system that was passed the other way."""
+    """Branches of the same systems that were passed in the other direction, or None."""
     return [
         next(
             (
@@ -119,10 +121,10 @@ def opposites(branches: Sequence[Branch]) -> list[Branch | None]:
 
 
 def relative_miss(frequency: Array, values: Array) -> Array:
-    """Miss of the straight continuations in each step over the changes beside it.
+    """Miss of the straight continuations in each step over the changes next to it.
 
-    Shape (n - 1,); 0 where the miss is too small to be seen, and where a value is
-    NaN or a neighbour is missing.
+    The shape is (n - 1,). The miss is 0 where it is negligible, where a value is NaN
+    and where a neighbour is missing.
     """
     out = np.zeros(max(frequency.size - 1, 0))
     if frequency.size < 4:
@@ -133,7 +135,7 @@ def relative_miss(frequency: Array, values: Array) -> Array:
     size = np.abs(values)
     missed = np.abs(step - 0.5 * (before + after))
     beside = np.maximum(np.abs(before), np.abs(after))
-    with np.errstate(invalid="ignore"):  # NaN compares as not seen
+    with np.errstate(invalid="ignore"):  # comparisons with NaN are false
         floor = np.maximum(SEEN * np.maximum(size[1:-2], size[2:-1]), ROUND_OFF)
         seen = missed > np.fmax(floor, SMALLEST * np.nanmax(size, initial=0.0))
     tiny = np.finfo(float).tiny
@@ -145,7 +147,7 @@ _NEIGHBOURS = (slice(None, -2), slice(1, -1), slice(2, None))
 
 
 def find_peaks(branch: Branch) -> list[Peak]:
-    """Peaks by mesh and rising frequency; a curve's ends count as feet, not as tops."""
+    """Peaks by mesh and rising frequency; the ends of a curve are feet, not peaks."""
     order = np.argsort(branch.frequency_Hz, kind="stable")
     rms = branch.column("dte_rms")
     return [
@@ -157,9 +159,7 @@ def find_peaks(branch: Branch) -> list[Peak]:
 
 
 def largest_responses(branch: Branch) -> list[Peak]:
-    """Speeds at which each mesh's RMS is largest, whether a peak or not; empty without
-    a motion.
-    """
+    """Largest RMS of each mesh, whether a peak or not; none without a motion."""
     rms = branch.column("dte_rms")
     if not np.isfinite(rms).any():
         return []
@@ -177,7 +177,7 @@ def _peak(branch: Branch, i: int, m: int) -> Peak:
 
 
 def prominent(values: Array) -> list[int]:
-    """Indices of the local maxima that stand out on both sides.
+    """Indices of the local maxima that are prominent on both sides.
 
     A maximum's feet are the lowest values on the way to anything higher.
     """

@@ -1,10 +1,11 @@
-"""From a motion that settles slowly to the periodic motion that it approaches.
+"""Leap from a motion that settles slowly to the periodic motion that it approaches.
 
-The map over a period has the periodic motion as its fixed point. Newton's method finds
-it from any section near to it, at the cost of the map's derivative: as many changes of
-the motion as it has variables. The derivative also tells whether the fixed point is
-stable. A motion that would leave it again, or is far from it, has to settle by itself,
-as has one between which and the fixed point the map is far from linear.
+The periodic motion is the fixed point of the map over a period. Newton's method finds
+it from any section close to it, at the cost of the derivative of the map: as many
+perturbed motions as there are variables. The derivative also shows whether the fixed
+point is stable. A motion that would leave the fixed point again, or is far from it,
+must settle by integration, and so must one for which the map is far from linear on the
+way to the fixed point.
 """
 
 from __future__ import annotations
@@ -27,19 +28,19 @@ if TYPE_CHECKING:
     from lumped.train.system import LumpedSystem
 
 Array = NDArray[np.float64]
-ROUNDS = 8  # with one derivative
-LARGEST = 0.2  # of the range of deflection, of the first step: others lie beyond
-NEAR = 0.5  # of the range, of the last change of a motion that may be within that
-HARDLY = 20.0  # times the periods that passed, of a motion that hardly changes less
-CONTRACTS = 0.2  # least contraction of these rounds: the map is nearly linear
-EXACT = 0.1  # tolerances, that may be left after the last round
-CERTAIN = 0.01  # second step over the first up to which the first derivative will do
-SQUARINGS = 14  # of a derivative: multipliers above 0.9995 count as 1
-BEYOND = 1e12  # size of a power of a matrix whose powers grow
+ROUNDS = 8  # Newton steps with one derivative
+LARGEST = 0.2  # largest first step per range of deflection: farther motions may differ
+NEAR = 0.5  # largest last change, per range, of a motion that may be within LARGEST
+HARDLY = 20.0  # periods still to settle, per period passed, of a very slow decay
+CONTRACTS = 0.2  # largest ratio of successive steps: the map is nearly linear
+EXACT = 0.1  # largest error after the last round, in tolerances
+CERTAIN = 0.01  # second step over the first up to which the first derivative suffices
+SQUARINGS = 14  # squarings of a derivative: multipliers above 0.9995 count as 1
+BEYOND = 1e12  # size of a power of a matrix above which its powers grow
 
 
 class Leaping(Protocol):
-    """A stepper whose motions leap, `lumped.steady.steppers.FixedStepper`."""
+    """Stepper whose motions can leap, see `lumped.steady.steppers.FixedStepper`."""
 
     @property
     def system(self) -> LumpedSystem: ...
@@ -58,11 +59,10 @@ class Leaping(Protocol):
 def settle_or_leap(
     stepper: Leaping, state: Array, at: Speed, check: Convergence, most: int
 ) -> tuple[Array, bool]:
-    """Advance as `Stepper.advance` does, with a Newton step wherever that takes less
-    time than the transient.
+    """Advance as `Stepper.advance` does, and leap where that is faster than settling.
 
-    A motion settles by itself for half as long as a leap takes, while its changes show
-    that it is far away, and after a leap that failed for as long as it went before.
+    A motion is integrated for half as long as a leap takes, as long as its changes show
+    that it is far away, and after a failed leap for as long as it ran before.
     """
     before, leap, on = check.period, leap_cost(stepper) // 2, False
     while True:
@@ -85,15 +85,15 @@ def settle_or_leap(
 
 
 def leap_cost(stepper: Leaping) -> int:
-    """Common periods that take about as long as the derivative of one."""
+    """Number of common periods whose integration takes as long as one derivative."""
     return 8 + stepper.system.angular.size // 3
 
 
 def leapt(
     stepper: Leaping, state: Array, at: Speed, check: Convergence, multiple: int
 ) -> Array | None:
-    """The stable motion that repeats after `multiple` common periods and is near to a
-    state, None where there is none."""
+    """Stable motion near a state that repeats after `multiple` common periods, or
+    None."""
     mapping, size = SectionMap(stepper, at, multiple), partial(distance, check)
     try:
         found = stable_fixed_point(
@@ -110,7 +110,7 @@ def leapt(
 
 @dataclass
 class SectionMap:
-    """Sections of a motion, mapped over so many common periods.
+    """Map of the sections of a motion over a number of common periods.
 
     passed : common periods integrated so far
     """
@@ -122,15 +122,15 @@ class SectionMap:
 
     @cached_property
     def _check(self) -> Convergence:
-        """Keeps sections, and finds none that repeat but to the last digit."""
+        """Convergence that stores sections; only equality to the last digit repeats."""
         check = self.stepper.begin(self.stepper.start(), self.at.settings)
         return check._replace(tolerance=0.0, at_once=False)
 
     def after(self, x: Array, on: bool = True) -> tuple[Array, Array]:
-        """The next two sections of a motion that starts from x.
+        """Next two sections of a motion that starts from x.
 
-        on : whether forces before x are those of the motion that was integrated last,
-            better than those that are extrapolated where it was near
+        on : whether to use for the forces before x those of the motion integrated
+            last, which are more accurate than extrapolated ones if it was close to x
         """
         check, state = self._check, self.stepper.state_of(x)
         check.counts[:] = 0
@@ -143,7 +143,7 @@ class SectionMap:
         return first.copy(), second.copy()
 
     def derivative(self, x: Array) -> Array:
-        """What small changes of a section become."""
+        """Derivative of the map: the images of small changes of a section."""
         self.passed += self.multiple
         state = self.stepper.state_of(x)
         return self.stepper.monodromy(state, self.at, self.multiple)[1]
@@ -151,7 +151,7 @@ class SectionMap:
     def shortest(
         self, x: Array, size: Callable[[Array], float], tolerance: float
     ) -> int:
-        """Common periods after which a motion that repeats first does so."""
+        """Least number of common periods after which a periodic motion repeats."""
         for multiple in range(1, self.multiple):
             if self.multiple % multiple == 0:
                 one, two = replace(self, multiple=multiple).after(x)
@@ -166,16 +166,16 @@ def distance(check: Convergence, difference: Array) -> float:
 
 
 def distances(check: Convergence, differences: Array) -> Array:
-    """Sizes (k,) of differences (k, 2, n) of sections, in ranges of deflection of the
-    worst mesh."""
+    """Sizes (k,) of differences (k, 2, n) of sections, relative to the range of
+    deflection, of the worst mesh."""
     squares = (differences**2).sum(axis=1) @ (check.shapes**2).T
     return np.asarray(np.sqrt(squares / check.scale**2).max(axis=1))
 
 
 def approached(check: Convergence) -> tuple[int, float, float]:
-    """Over how many common periods a motion changes ever less, how many it still takes
-    to settle at that rate, and its last change in ranges of deflection; one and twice
-    infinity where that is not seen."""
+    """Common periods over which the change of a motion decreases, the number left to
+    settle at that rate, and the last change in ranges of deflection; one and twice
+    infinity if the change does not decrease."""
     slots, now = check.sections.shape[0], check.period
     back = (now - np.arange(1 + min(slots - 1, now))) % slots
     sections, found = check.sections[back], (1, math.inf, math.inf)
@@ -200,10 +200,12 @@ def stable_fixed_point(
     size: Callable[[Array], float],
     tolerance: float,
 ) -> Array | None:
-    """The stable fixed point (u,) that a section is near to.
+    """Stable fixed point (u,) near a section.
 
-    size : of a difference of sections, in ranges of deflection
-    Returns None where it is far, unstable, or the map far from linear on the way.
+    size : function that returns the size of a difference of sections, in ranges of
+        deflection
+    Returns None if the fixed point is far or unstable, or if the map is far from
+    linear on the way to it.
     """
     x, mapped = mapping.after(section)
     derivative = mapping.derivative(x)
@@ -217,20 +219,20 @@ def stable_fixed_point(
         if not (steps[0] <= LARGEST and ratio <= CONTRACTS):
             return None
         x += step
-        # the second step may miss forces before the start, the others what is left
+        # the second step may lack forces before the start, the others the remainder
         left = steps[-1] * (ratio if len(steps) > 2 else 1.0)
         if left < EXACT * tolerance:
             break
         x, mapped = mapping.after(x, on=len(steps) > 1)
     else:
         return None
-    # Newton's second step is what the derivative changed over what it is short of 1
+    # Newton's second step is the change of the derivative over its distance from 1
     changed = steps[1] / steps[0] if len(steps) > 1 else 0.0
     return x if changed < CERTAIN or contracts(mapping.derivative(x)) else None
 
 
 def contracts(matrix: Array) -> bool:
-    """Whether powers of a matrix vanish; one that takes too many for it does not."""
+    """Whether powers of a matrix vanish after no more than SQUARINGS squarings."""
     for _ in range(SQUARINGS):
         size = np.linalg.norm(matrix)
         if size < 1.0:

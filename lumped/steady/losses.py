@@ -1,4 +1,4 @@
-"""Power that sliding friction of teeth takes away: along a motion, and in statics."""
+"""Power dissipated by sliding friction of teeth, along a motion and in statics."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from lumped.train.system import LumpedSystem
 from lumped.train.train import Train
 
 Array = NDArray[np.float64]
-POSITIONS = 1024  # of a base pitch, for means over it
+POSITIONS = 1024  # positions in a base pitch, for means over it
 
 
 def friction_power(system: LumpedSystem, history: History) -> Array:
-    """That friction takes from each mesh (t, m) [W], 0 without friction.
+    """Power (t, m) that friction dissipates in each mesh [W], 0 without friction.
 
-    Of the friction forces times the sliding speeds, vibration included.
+    It is the product of friction force and sliding speed, including vibration.
     """
     if history.friction is None:
         return np.zeros_like(history.deflection)
@@ -29,7 +29,7 @@ def friction_power(system: LumpedSystem, history: History) -> Array:
 
 
 def driven_power(system: LumpedSystem, mesh: int, frequency: float) -> float:
-    """That the mesh carries without friction [W], by its mean force."""
+    """Power that the mesh transmits without friction [W], from its mean force."""
     along = frequency * float(system.train.mesh_rates[mesh])
     force = system.arrays.mean_stiffness[mesh] * system.static_deflection[mesh]
     return float(abs(force) * along * base_pitch(system.train, mesh))
@@ -44,11 +44,13 @@ def nominal_efficiency(
 ) -> float:
     """Mean torque on the driven gear over that on the driver and the ratio of teeth.
 
-    Of gears that turn evenly, whose pairs share the load as at rest. The load is such
-    that the mean of both torques, each over its gear's base radius, is constant: which
-    mean it is hardly counts, for friction changes both nearly alike.
+    The gears rotate uniformly and their pairs share the load as at rest. The load is
+    such that the mean of both torques, each divided by its gear's base radius, is
+    constant. The choice of this mean hardly matters, since friction changes both
+    torques almost equally.
 
-    teeth : pairs as friction bends them; force : of the mesh at rest [N]
+    teeth : pairs with their deflection by friction
+    force : mesh force at rest [N]
     """
     x = (np.arange(POSITIONS) + 0.5) / POSITIONS
     ahead = [pair.ahead or 0 for pair in teeth.pairs]
@@ -71,7 +73,7 @@ def shared_loads(teeth: MeshExcitation, force: float, x: Array, pitch: int) -> A
     stiffness = np.array([pair.stiffness(x, pitch=pitch) for pair in teeth.pairs])
     gap = np.array([pair.gap(x, pitch=pitch) for pair in teeth.pairs])
     touching = stiffness > 0.0
-    for _ in teeth.pairs:  # each time those that stand apart come off
+    for _ in teeth.pairs:  # pairs that are apart are removed each time
         held = np.where(touching, stiffness, 0.0)
         deflection = (force + (held * gap).sum(axis=0)) / held.sum(axis=0)
         touching = touching & (deflection > gap)

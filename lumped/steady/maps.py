@@ -24,12 +24,12 @@ QUANTITIES = ("mesh_frequency_Hz", *COLUMNS[COLUMNS.index("dte_rms_m") : -1])
 
 
 class MapError(ValueError):
-    """A map or its file that cannot be used; the message names what is wrong."""
+    """Invalid map or map file; the message names the fault."""
 
 
 @dataclass(frozen=True)
 class Axis:
-    """A parameter by its name, and the values that it takes."""
+    """Name of a parameter and the values that it takes."""
 
     name: str
     values: tuple[float, ...]
@@ -44,9 +44,9 @@ class Axis:
 
 @dataclass(frozen=True)
 class Cell:
-    """What was found at a point: for each mesh its figures, or why there are none.
+    """Result at a point: quantities of each mesh, or the reason why there are none.
 
-    values : (m, 8), columns as in QUANTITIES; NaN where the run diverged
+    values : (m, 8), columns as in QUANTITIES; NaN if the run diverged
     multiples : (m,) response period in mesh periods, 0 if aperiodic
     status : periodic, aperiodic, diverged, or impossible and the reason
     """
@@ -58,7 +58,7 @@ class Cell:
 
 @dataclass(frozen=True)
 class ParameterMap:
-    """Axes, what is held fixed (free text by key), and the points found so far."""
+    """Axes, fixed parameters (free text by key), and the points computed so far."""
 
     axes: tuple[Axis, ...]
     meshes: int
@@ -75,7 +75,7 @@ class ParameterMap:
         return len(self.cells) == len(self.points)
 
     def on_grid(self, name: str, mesh: int) -> Array:
-        """A quantity of one mesh (from 0) on the grid; NaN where there is none."""
+        """Quantity of one mesh (from 0) on the grid; NaN where it is missing."""
         column = QUANTITIES.index(name)
         values = [
             cell.values[mesh][column] if (cell := self.cells.get(point)) else np.nan
@@ -85,9 +85,9 @@ class ParameterMap:
 
 
 def cell_of(responses: Sequence[Response]) -> Cell:
-    """For each mesh the figures where its vibration is largest."""
+    """Quantities of each mesh at the response with its largest vibration."""
     sizes = np.array([response.dte_rms for response in responses])
-    sizes = np.where(np.isnan(sizes), np.inf, sizes)  # a divergence is to be seen
+    sizes = np.where(np.isnan(sizes), np.inf, sizes)  # a divergence must remain visible
     best = [responses[i] for i in sizes.argmax(axis=0)]
     figures = tuple(
         (
@@ -106,18 +106,19 @@ def _severity(status: str) -> int:
 
 
 def impossible(meshes: int, reason: str) -> Cell:
-    """A point at which there is no such train."""
+    """Cell of a point at which no such train exists."""
     empty = (np.nan,) * len(QUANTITIES)
     return Cell((empty,) * meshes, (0,) * meshes, f"impossible: {reason}")
 
 
 @dataclass(frozen=True, eq=False)
 class Points(Mapping[str, Callable[[], Arrays]]):
-    """Work of each point by its name, prepared when it is asked for.
+    """Computation of each point by its name, prepared on access.
 
-    build : the system at a point; a ValueError makes the point impossible
-    evaluate : the cell of a system; for a cluster a function of a module, or a
-        `partial` of one
+    build : function that returns the system at a point; a ValueError makes the point
+        impossible
+    evaluate : function that returns the cell of a system; for a cluster a module-level
+        function, or a `partial` of one
     """
 
     found: ParameterMap
@@ -148,7 +149,7 @@ def run_map(
     evaluate: Callable[[LumpedSystem], Cell],
     compute: Compute = in_threads,
 ) -> ParameterMap:
-    """The map with all points; see `Points`."""
+    """Compute a map with all points; see `Points`."""
     parts = Points(parameter_map, build, evaluate)
     found = compute(parts)
     cells = {point: _read(found[name]) for name, point in parts.points.items()}
@@ -185,7 +186,7 @@ def map_columns(found: ParameterMap) -> tuple[str, ...]:
 
 
 def map_rows(found: ParameterMap) -> Iterator[tuple[Any, ...]]:
-    """A row for each point and mesh, points in the order of the grid."""
+    """Rows, one for each point and mesh, with the points in the order of the grid."""
     for point in found.points:
         cell = found.cells[point]
         each = zip(cell.values, cell.multiples, strict=True)

@@ -1,4 +1,4 @@
-"""Figures of a motion over whole periods."""
+"""Quantities of a motion over whole periods."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 from lumped.steady.response import History
 
 Array = NDArray[np.float64]
-ROWS = 65_536  # of a motion whose largest values are looked for at once
-CROSSING_PARTS = 16  # of a step in which a contact changes
+ROWS = 65_536  # rows of a motion whose largest values are determined at once
+CROSSING_PARTS = 16  # parts of a step in which a contact changes
 
 
 def measures(history: History) -> dict[str, Array]:
-    """Figures of a motion over whole periods, each of shape (m,)."""
+    """Quantities of a motion over whole periods, each of shape (m,)."""
     h = np.diff(history.time)[:, None]
     span = history.time[-1] - history.time[0]
     s, rate = history.deflection, history.rate
@@ -35,7 +35,7 @@ def measures(history: History) -> dict[str, Array]:
 
 
 def pooled(parts: Sequence[Mapping[str, Array]]) -> dict[str, Array]:
-    """Figures of windows of equal length as those of all of them together.
+    """Combine the quantities of windows of equal length into those of all windows.
 
     The spread is the standard error of the mean of the windows' RMS.
     """
@@ -58,18 +58,18 @@ def pooled(parts: Sequence[Mapping[str, Array]]) -> dict[str, Array]:
 
 
 def _clean(part: Array) -> Array:
-    """Parts of the time without their round-off."""
+    """Remove round-off from fractions of the time."""
     return np.where(part < 1e-12, 0.0, np.minimum(part, 1.0))
 
 
 def _integral(value: Array, slope: Array, h: Array) -> Array:
-    """Integral of cubic pieces through values and slopes (t, m)."""
+    """Integral of the piecewise cubic through values and slopes (t, m)."""
     ends = 0.5 * h * (value[:-1] + value[1:])
     return (ends + h**2 / 12.0 * (slope[:-1] - slope[1:])).sum(axis=0)
 
 
 def _largest(value: Array, slope: Array, h: Array) -> Array:
-    """Largest value of the cubic pieces through values and slopes (t, m)."""
+    """Largest value of the piecewise cubic through values and slopes (t, m)."""
     x = np.linspace(0.0, 1.0, 9)[1:-1, None, None]
     largest = value.max(axis=0)
     for start in range(0, len(h), ROWS):
@@ -97,11 +97,11 @@ def _top(force: Array, before: Array) -> Array:
 
 
 def _contact_times(history: History, h: Array) -> tuple[Array, Array]:
-    """Times (m,) in which a drive or a back flank touches, and a back flank [s].
+    """Contact times (m,) of either flank, and of the back flank alone [s].
 
-    Overlaps bend with the deflection, whose rates are known; the gaps beside it are
-    straight between samples. Where the two sides' pairs change places within a step
-    both may touch: contact is either.
+    Within a step, overlaps are curved like the deflection, whose rates are known, while
+    the gaps are linear between samples. If the pairs of the two sides interchange
+    within a step, both may touch: either counts as contact.
     """
     drive, back = (_both_ends(v) for v in (history.drive_overlap, history.back_overlap))
     h = np.broadcast_to(h, drive[0].shape)
@@ -126,8 +126,8 @@ def _contact_times(history: History, h: Array) -> tuple[Array, Array]:
 
 
 def _both_ends(overlap: Array) -> tuple[Array, Array]:
-    """Overlap at the start and end of every step (t - 1, m), one for the other where
-    no pair is engaged; below zero where none is at both."""
+    """Overlaps (t - 1, m) at the start and end of every step. One replaces the other
+    if no pair is engaged there; they are negative if none is engaged at both."""
     start, end = overlap[:-1], overlap[1:]
     first = np.where(np.isfinite(start), start, end)
     last = np.where(np.isfinite(end), end, start)
@@ -135,7 +135,7 @@ def _both_ends(overlap: Array) -> tuple[Array, Array]:
 
 
 def _bend(history: History, h: Array, steps: NDArray[np.bool_], x: Array) -> Array:
-    """Deflection at parts x (p,) of some steps beside its chord (steps, p)."""
+    """Deflection minus its chord (steps, p) at parts x (p,) of some steps."""
     s, rate = history.deflection, history.rate
     chord = (s[1:] - s[:-1])[steps]
     v0, v1 = ((h * v)[steps] - chord for v in (rate[:-1], rate[1:]))
@@ -143,7 +143,7 @@ def _bend(history: History, h: Array, steps: NDArray[np.bool_], x: Array) -> Arr
 
 
 def _part_positive(values: Array) -> Array:
-    """Part of each row (n, p) that is positive, straight between its entries."""
+    """Fraction of each row (n, p) that is positive, linear between its entries."""
     a, b = values[:, :-1], values[:, 1:]
     crossing = (a > 0.0) != (b > 0.0)
     change = np.where(crossing, np.abs(a - b), 1.0)

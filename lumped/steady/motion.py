@@ -1,4 +1,4 @@
-"""The motion at one speed in full: time history, tooth pairs, section and spectrum."""
+"""Motion at one speed in detail: time history, tooth pairs, section and spectrum."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ from lumped.steady.sweep import SILENT, Direction, Observer, sweep
 from lumped.train.system import LumpedSystem
 
 Array = NDArray[np.float64]
-SECTION_PERIODS = 64  # common periods of a section where the motion does not repeat
-APPROACH_STEP = 20.0  # Hz between the speeds that lead to the one that is asked for
+SECTION_PERIODS = 64  # common periods of a section if the motion does not repeat
+APPROACH_STEP = 20.0  # Hz between the speeds that lead to the requested one
 
 
 class DivergedError(ArithmeticError):
-    """A run that left every bound; the message names speed and time."""
+    """Raised if a motion diverges; the message names the speed and the time."""
 
     def __init__(self, frequency: float, time: float) -> None:
         super().__init__(
@@ -35,16 +35,16 @@ class DivergedError(ArithmeticError):
 
 @dataclass(frozen=True, eq=False)
 class TimeHistory:
-    """Motion over the period that was measured, m meshes and t points.
+    """Motion over the measured period, with m meshes and t points.
 
-    spans : common periods in it
-    section_deflection, section_rate : (k, m) at the start of every period of the
-        first mesh [m], [m/s]
+    spans : number of common periods in it
+    section_deflection, section_rate : (k, m) deflections and rates at the start of
+        every period of the first mesh [m], [m/s]
     spectrum_frequency : (n,) [Hz]
     spectrum : (n, m) amplitudes of the deflection [m], the mean at 0 Hz; a discrete
         Fourier transform over the whole span, resampled evenly by the cubics through
         deflections and rates, so that no window is needed and no line leaks
-    friction_power : (t, m) that the teeth lose [W], 0 without friction
+    friction_power : (t, m) power that the teeth dissipate [W], 0 without friction
     """
 
     system: LumpedSystem
@@ -67,11 +67,11 @@ def time_history(
     section_periods: int = SECTION_PERIODS,
     watch: Watch = lambda frequency, period: None,
 ) -> TimeHistory:
-    """Settle at a frequency of the first mesh [Hz] and take the motion apart.
+    """Settle at a frequency of the first mesh [Hz] and analyse the motion.
 
     section_periods : common periods of the section of a motion that does not repeat;
-        one that repeats has the same points in every period of its own
-    watch : called while the motion settles, see `lumped.steady.steady_state`
+        a periodic motion has the same points in each of its periods
+    watch : function called while the motion settles, see `lumped.steady.steady_state`
     Raises DivergedError, which names the speed and the time.
     """
     response, history, settings = respond_confirmed(
@@ -101,7 +101,7 @@ def time_history(
 def speeds_between(
     start: float, end: float, step: float = APPROACH_STEP
 ) -> list[float]:
-    """Both frequencies [Hz] and even steps of `step` [Hz] at most, or one."""
+    """Frequencies [Hz] from one to the other in even steps of at most `step` [Hz]."""
     count = math.ceil(abs(end - start) / step - 1e-9)
     return [float(f) for f in np.linspace(start, end, count + 1)]
 
@@ -113,9 +113,9 @@ def arrive(
     settings: Settings | None = None,
     observer: Observer = SILENT,
 ) -> Array | None:
-    """State (2, n) after passing from one frequency to near another [Hz].
+    """State (2, n) after a passage from one frequency to near another [Hz].
 
-    The branch on which a motion ends depends on where it comes from.
+    The branch on which a motion ends depends on the speed from which it comes.
     """
     *speeds, _ = speeds_between(start, end)
     if not speeds:
@@ -141,7 +141,7 @@ def _section(
 
 
 def resampled(history: History, time: Array) -> tuple[Array, Array]:
-    """Deflections and rates (k, m) at times (k,), by the cubics through both."""
+    """Deflections and rates (k, m) at times (k,), from the cubics through both."""
     t = history.time
     step = np.clip(np.searchsorted(t, time, "right") - 1, 0, t.size - 2)
     h = (t[step + 1] - t[step])[:, None]
@@ -174,7 +174,7 @@ WAVE_LEGEND = {
 
 
 def wave_columns(motion: TimeHistory) -> dict[str, list[Any]]:
-    """Cells of every time by column name, meshes and pairs counted from 1.
+    """Cells of each time by column name, with meshes and pairs numbered from 1.
 
     A pair that is not in mesh has no state: its cell is empty.
     """

@@ -1,7 +1,7 @@
-"""What the tooth pairs of a recorded motion did: forces and contact.
+"""Forces and contact of the tooth pairs of a recorded motion.
 
-Pairs count from the one that enters the mesh. They count anew where a pair passes the
-pitch point, and each takes the place of the one ahead of it.
+Pairs are numbered from the one that enters the mesh. The numbers shift when a pair
+passes the pitch point: each pair then takes the place of the one ahead of it.
 """
 
 from __future__ import annotations
@@ -22,9 +22,9 @@ Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 Ends = tuple[Array, Array]  # at the starts and ends of steps
 FAR = -1.0  # m, penetration of a pair that has no contact on a side
-PARTS = 16  # of a step, for the time that contact conditions last
+PARTS = 16  # parts of a step that resolve the duration of contact conditions
 MIDDLES = (np.arange(PARTS)[:, None] + 0.5) / PARTS
-ROWS = 8192  # steps whose parts are looked at together
+ROWS = 8192  # steps whose parts are evaluated together
 CONDITIONS = {
     "I": "no pair touches",
     "II": "the entering pair is lost",
@@ -37,15 +37,15 @@ CONDITIONS = {
 
 @dataclass(frozen=True, eq=False)
 class PairMotion:
-    """Tooth pairs of one mesh, t points and p pairs from the entering one on.
+    """Tooth pairs of one mesh, with t points and p pairs from the entering one on.
 
     force : (t, p) [N], negative on the back side
     state : (t, p) 1 drive side, 0 no contact, -1 back side
-    engaged : (t, p) whether the pair has a stiffness; of the coupled model, whether
+    engaged : (t, p) whether the pair has a stiffness; in the coupled model, whether
         its drive flanks are on the nominal path of contact, beyond which tip corners
-        may touch and carry as well
-    conditions : part of the time by key of CONDITIONS, while two pairs or more
-        are engaged; empty where this never is so
+        may also touch and carry load
+    conditions : fraction of the time by key of CONDITIONS, while two pairs or more
+        are engaged; empty if that is never the case
     """
 
     force: Array
@@ -55,7 +55,7 @@ class PairMotion:
 
     @property
     def count(self) -> Indices:
-        """Engaged pairs (t,)."""
+        """Number of engaged pairs (t,)."""
         return self.engaged.sum(axis=1)
 
     @property
@@ -67,10 +67,10 @@ class PairMotion:
 def pair_motions(
     system: LumpedSystem, frequency: float, settings: Settings, history: History
 ) -> tuple[PairMotion, ...]:
-    """Every pair's force and contact.
+    """Force and contact of every pair.
 
-    Of springs k_p (s - g_p) and so on of `excitation`, where the history stands on the
-    grid of the samples, repeated; of the coupled model as recorded.
+    They follow from springs k_p (s - g_p) of `excitation` if the history is on the
+    repeated grid of the samples; in the coupled model they are recorded.
     """
     if system.contacts is not None:
         meshes = range(len(system.train.meshes))
@@ -100,7 +100,10 @@ def pair_motions(
 def _spring_motion(
     stiffness: Array, gap: Array, s: Array, h: Array, backlash: float
 ) -> PairMotion:
-    """stiffness, gap : (t, 3, p) at start, middle and end of the step from there."""
+    """Motion of pairs that are springs.
+
+    stiffness, gap : (t, 3, p) at start, middle and end of the step from each point
+    """
     elastic = s[:, None] - gap[:, 0]
     k = stiffness[:, 0]
     state = np.where(elastic > 0.0, 1, np.where(elastic < -backlash, -1, 0))
@@ -108,7 +111,7 @@ def _spring_motion(
     overlap = np.where(state == -1, elastic + backlash, elastic)
     force = np.where(state == 0, 0.0, k * overlap)
     before = s[1:, None] - gap[:-1, 2]
-    # not where a pair fades in or out within a step: its gap is out of bounds there
+    # a pair that enters or leaves within a step is excluded: its gap is out of bounds
     inside = np.where(stiffness[:-1].min(axis=1) > 0.0, 1.0, -1.0)
     conditions = contact_conditions(
         (elastic[:-1], before), (inside, inside), h, backlash
@@ -119,10 +122,9 @@ def _spring_motion(
 def _contact_motion(
     system: LumpedSystem, m: int, frequency: float, history: History
 ) -> PairMotion:
-    """Motion of a pair of the coupled model: its contacts on the drive side and the
-    back side.
+    """Motion of pairs of the coupled model, each with drive-side and back contacts.
 
-    Pairs on the nominal path count, and what carries outside of it.
+    Pairs on the nominal path count, and pairs that carry load outside of it.
     """
     assert system.contacts is not None
     (low, high), mesh = system.contacts.paths[m], system.train.meshes[m]
@@ -135,7 +137,7 @@ def _contact_motion(
     position = (mesh.phase + cycles - pitch)[:, None] + ahead
     inside = np.minimum(position - low, high - position)
     engaged = inside > 0.0
-    # flanks that do not face each other are out of bounds
+    # gaps of flanks that do not face each other are out of bounds
     apart = np.maximum(drive, -mesh.backlash)
     elastic = np.where(back > 0.0, -mesh.backlash - back, apart)
     # a pair that passes the pitch point in a step takes the next place
@@ -154,7 +156,7 @@ def _contact_motion(
 def _mesh_cycles(
     system: LumpedSystem, m: int, frequency: float, history: History
 ) -> Array:
-    """Cycles (t,) of a mesh that have passed at even steps."""
+    """Cycles (t,) of a mesh that have passed, at even steps."""
     last = history.time.size - 1
     periods = round(history.time[-1] * frequency)
     rate = float(system.train.mesh_rates[m])
@@ -166,9 +168,10 @@ def _by_pairs(
 ) -> tuple[Indices, Array, Array]:
     """Base pitches (p,) by which pairs of a mesh are ahead, and their contacts.
 
-    Loads [N] and penetrations [m], of the drive and of the back side (2, t, p).
+    The contacts are loads [N] and penetrations [m] on the drive and the back side, each
+    of shape (2, t, p).
 
-    shift : (t,) base pitches by which the contacts count a pair further ahead
+    shift : (t,) base pitches by which the contacts number a pair further ahead
     """
     found, recorded = system.contacts, history.contacts
     assert found is not None
@@ -189,14 +192,14 @@ def _by_pairs(
 def contact_conditions(
     elastic: Ends, inside: Ends, h: Array, backlash: float
 ) -> dict[str, float]:
-    """Part of the time that each of CONDITIONS lasts, but those that never occur.
+    """Fraction of the time that each of CONDITIONS lasts, without those of zero time.
 
-    Counted while two pairs or more are engaged, over the whole time; the first
-    engaged pair is the entering one, the last the leaving one.
+    Time counts while two pairs or more are engaged, as a fraction of the whole time;
+    the first engaged pair is the entering one, the last the leaving one.
 
     elastic : (n, p) deflection minus gap at the starts and ends of n steps [m]
-    inside : (n, p) the same of a figure that is positive while a pair is engaged
-    h : (n,) [s]; within steps all is taken as straight
+    inside : (n, p) a quantity that is positive while a pair is engaged, likewise
+    h : (n,) [s]; all quantities are linear within steps
     """
     time = np.zeros(len(CONDITIONS))
     for first in range(0, h.size, ROWS):
@@ -215,7 +218,7 @@ def contact_conditions(
 def _conditions_of(
     elastic: Array, engaged: NDArray[np.bool_], backlash: float
 ) -> Indices:
-    """Places in CONDITIONS of pairs (..., p); -1 where fewer than two are engaged."""
+    """Indices in CONDITIONS of pairs (..., p); -1 where fewer than two are engaged."""
     touch, back = (elastic > 0.0) & engaged, (elastic < -backlash) & engaged
     count, touching = engaged.sum(axis=-1), touch.sum(axis=-1)
     first = engaged.argmax(axis=-1)[..., None]

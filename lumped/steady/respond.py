@@ -1,4 +1,4 @@
-"""The response of a lumped system at one mesh frequency."""
+"""Response of a lumped system at one mesh frequency."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def respond(
 ) -> Response:
     """Settle at a frequency of the first mesh [Hz] and measure one period.
 
-    state : (2, n) to start from, by default at rest under the external torques
+    state : (2, n) initial state, by default at rest under the external torques
     """
     return respond_with_history(system, frequency, settings, state)[0]
 
@@ -36,9 +36,7 @@ def respond_with_history(
     settings: Settings | None = None,
     state: Array | None = None,
 ) -> tuple[Response, History]:
-    """Response, as `respond` gives it, with the motion that was measured, see
-    `steady_state`.
-    """
+    """Settle and measure as `respond`, and also return the motion."""
     settings = settings or Settings()
     start = _checked(system, state)
     return steady_state(stepper_of(system, settings), frequency, settings, start)
@@ -52,9 +50,8 @@ def respond_confirmed(
     before: Response | None = None,
     watch: Watch = lambda frequency, period: None,
 ) -> tuple[Response, History, Settings]:
-    """Response and motion, as `respond_with_history` gives them, confirmed by finer
-    steps, see `confirmed`.
-    """
+    """Return the result of `respond_with_history` after a check by finer steps, see
+    `confirmed`."""
     settings = settings or Settings()
     start = _checked(system, state)
     stepper = stepper_of(system, settings)

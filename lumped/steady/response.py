@@ -1,4 +1,4 @@
-"""What a mesh frequency leads to: figures, and the motion over time."""
+"""Response at a mesh frequency: quantities, and the motion over time."""
 
 from __future__ import annotations
 
@@ -29,17 +29,19 @@ class Status(StrEnum):
 
 @dataclass(frozen=True, eq=False)
 class History:
-    """Motion over whole common periods, t points and m meshes.
+    """Motion over whole common periods, with t points and m meshes.
 
     time : (t,) [s], from the start of a common period
     deflection : (t, m) dynamic transmission error, positive in compression [m]
     rate : (t, m) [m/s]
     force : (t, m) [N], negative on the back side
-    drive_overlap, back_overlap : (t, m) of the nearest flanks, negative apart [m]
-    force_before : (t, m) [N], other than the force where a stiffness jumps
+    drive_overlap, back_overlap : (t, m) overlap of the nearest flanks, negative if
+        they are apart [m]
+    force_before : (t, m) left limit of the force, which differs from it where a
+        stiffness jumps [N]
     contacts : (t, 2, c) loads [N] and penetrations [m] of the coupled model's contacts
-    friction : (t, 3, p) of tooth pairs with friction, normal force [N], sliding speed
-        [m/s] and power that friction takes [W], 0 where teeth are apart
+    friction : (t, 3, p) normal force [N], sliding speed [m/s] and dissipated power [W]
+        of tooth pairs with friction, 0 where teeth are apart
     """
 
     time: Array
@@ -55,20 +57,21 @@ class History:
 
 @dataclass(frozen=True, eq=False)
 class Response:
-    """What a mesh frequency leads to; figures for each of m meshes, NaN if diverged.
+    """Response at a mesh frequency, with quantities (m,) of m meshes, NaN if diverged.
 
-    frequency : of the first mesh [Hz]
+    frequency : frequency of the first mesh [Hz]
     multiple : common periods after which the motion repeats, 0 if it does not
     period_multiple : (m,) the same in periods of each mesh
-    settling_time : integrated before the figures were taken [s]
-    dte_rms : without the mean [m]; dte_mean, dte_peak (largest value) [m]
+    settling_time : time integrated before the quantities were measured [s]
+    dte_rms : RMS of the dynamic transmission error without its mean [m]
+    dte_mean, dte_peak : mean and largest value of the dynamic transmission error [m]
     dte_rms_spread : standard error of dte_rms of a motion that does not repeat,
         from the windows over which it was measured; 0 for one that repeats [m]
-    force_peak : [N]
-    contact_loss, back_side : parts of the time without contact on either side, and
+    force_peak : largest mesh force [N]
+    contact_loss, back_side : fractions of the time without contact on either side, and
         with back contact
-    state : of the stepper, to go on from; of lumped models (2, n) modal displacement
-        and velocity
+    state : state of the stepper from which to continue; in lumped models the modal
+        displacement and velocity (2, n)
     """
 
     frequency: float

@@ -1,4 +1,4 @@
-"""Numerical choices: how to integrate and when a motion counts as periodic."""
+"""Numerical settings of the integration and of the test for periodic motion."""
 
 from __future__ import annotations
 
@@ -7,21 +7,21 @@ from typing import ClassVar, Literal
 
 from lumped.common.checks import require_between, require_fields
 
-SPRING_STEPS, CONTACT_STEPS = 64, 80  # per period of the fastest mesh
-FINEST, USUAL = 1e-13, 1e-8  # error of a step: just above round-off, and by default
+SPRING_STEPS, CONTACT_STEPS = 64, 80  # steps per period of the fastest mesh
+FINEST, USUAL = 1e-13, 1e-8  # error of a step: just above round-off, and the default
 
 
 @dataclass(frozen=True, kw_only=True)
 class SteadySettings:
-    """When a motion counts as periodic, whatever integrates it.
+    """Criteria for a periodic motion, independent of the integrator.
 
-    tolerance : distance to the periodic motion at which it has settled, relative to
-        each mesh's range of deflection
-    max_periods : of the first mesh, after which a motion counts as aperiodic; None
-        for what the damping needs, at least `least_periods`
-    multiples : largest period multiple that is looked for
-    windows : of so many common periods each, at most, over which a motion that does
-        not repeat is measured; a long common period takes fewer
+    tolerance : distance to the periodic motion at which a motion is steady, relative
+        to each mesh's range of deflection
+    max_periods : periods of the first mesh after which a motion counts as aperiodic;
+        None for the number that follows from the damping, at least `least_periods`
+    multiples : largest period multiple to look for
+    windows : largest number of windows, of `multiples` common periods each, over which
+        a motion that does not repeat is measured; fewer for a long common period
     """
 
     least_periods: ClassVar[int]
@@ -41,15 +41,16 @@ class SteadySettings:
 
 @dataclass(frozen=True, kw_only=True)
 class Settings(SteadySettings):
-    """Numerical choices of a lumped model's response.
+    """Numerical settings of the response of a lumped model.
 
     method : rk4, fixed steps, or dopri5, adaptive with located contact changes
-    steps : of rk4 per period of the fastest mesh, at least; None for SPRING_STEPS, or
-        CONTACT_STEPS of the coupled model, which has one contact solution in each
-    step_angle : of rk4, largest phase [rad] that the highest mode turns in a step
-    accuracy : of dopri5, error of a step relative to the deflection; None for 1e-8,
-        or a thousandth of the tolerance where that is less, so that errors do not
-        hide the last decay
+    steps : least number of steps of rk4 per period of the fastest mesh; None for
+        SPRING_STEPS, or for CONTACT_STEPS in the coupled model, which solves the
+        contact once in each step
+    step_angle : largest phase [rad] that the highest mode turns in a step of rk4
+    accuracy : error of a step of dopri5 relative to the deflection; None for 1e-8, or
+        for a thousandth of the tolerance if that is less, so that errors do not mask
+        the last decay
     """
 
     least_periods: ClassVar[int] = 2_000
@@ -59,8 +60,9 @@ class Settings(SteadySettings):
     accuracy: float | None = None
 
     def least_steps(self, contacts: bool) -> int:
-        """Least number of rk4 steps per period of the fastest mesh; contacts : of the
-        coupled model.
+        """Least number of steps of rk4 per period of the fastest mesh.
+
+        contacts : whether the model is the coupled one
         """
         usual = CONTACT_STEPS if contacts else SPRING_STEPS
         return self.steps or usual

@@ -1,8 +1,9 @@
-"""To a steady state, whatever integrates the motion.
+"""Steady-state motion, independent of the integrator.
 
-A stepper advances a state of its own by common periods of all meshes and records
-them. This driver settles, finds the period multiple, measures, looks again with finer
-steps where the motion is in doubt, and carries states from speed to speed.
+A stepper advances its state by common periods of all meshes and records them. This
+driver integrates until the motion is steady, finds the period multiple, measures the
+motion, repeats with finer steps if the motion is in doubt, and carries states from
+speed to speed.
 """
 
 from __future__ import annotations
@@ -26,21 +27,21 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 Watch = Callable[[float, int], None]  # (frequency [Hz], common periods passed there)
-MOST_PERIODS = 200_000  # that a motion may take to settle
-LEAP_PERIODS = 400  # at least, of the coupled model, whose slow motions leap
-MATTERS = 1e-3  # part of a mode's strain energy in the meshes
-FEWEST_WINDOWS = 4  # that a long common period leaves of those asked for
-WINDOW_PERIODS = 2_000  # of the first mesh that more of them together may take
+MOST_PERIODS = 200_000  # largest number of periods that a motion may take to settle
+LEAP_PERIODS = 400  # least periods of the coupled model, whose slow motions leap
+MATTERS = 1e-3  # least part of a relevant mode's strain energy in the meshes
+FEWEST_WINDOWS = 4  # least number of windows for a long common period
+WINDOW_PERIODS = 2_000  # most periods of the first mesh in more than FEWEST_WINDOWS
 LONG = 100  # cycles of the first mesh after which nothing repeats by chance
 JUMP = 0.25  # relative change of an RMS from speed to speed that may be a jump
-NEXT = 0.02  # relative change of the speed over which a period multiple goes on
-ALIKE = 0.05  # relative difference of two responses that are one
+NEXT = 0.02  # relative change of the speed over which a period multiple persists
+ALIKE = 0.05  # relative difference below which two responses are equal
 
 
 class Diverged(FloatingPointError):
-    """A motion that left every bound.
+    """Raised if a motion diverges.
 
-    part : of common periods, how far it came since the last that was whole
+    part : common periods passed since the last whole one
     """
 
     def __init__(self, part: float) -> None:
@@ -50,11 +51,11 @@ class Diverged(FloatingPointError):
 
 @dataclass(frozen=True)
 class Speed:
-    """What a stepper goes on at.
+    """Speed and settings at which a stepper continues.
 
-    frequency : of the first mesh [Hz]
-    settings : the stepper's own
-    watch : may be called on the way with the common periods that are done
+    frequency : frequency of the first mesh [Hz]
+    settings : settings of the stepper
+    watch : function that may be called meanwhile with the common periods done
     """
 
     frequency: float
@@ -62,37 +63,36 @@ class Speed:
     watch: Callable[[int], None] = lambda done: None
 
     def after(self, passed: int) -> Speed:
-        """This speed, with time counted after so many periods."""
+        """Return the same speed, with periods counted after `passed` ones."""
         return replace(self, watch=lambda done: self.watch(passed + done))
 
 
 class Stepper(Protocol):
-    """Integrates a gear train's motion; a state is whatever it needs to go on.
+    """Integrator of a gear train's motion; a state holds all it needs to continue.
 
     Settings hold step sizes. Methods return new states and raise Diverged.
     """
 
     @property
     def system(self) -> LumpedSystem:
-        """The train whose meshes, common period and modes count."""
+        """Train that defines the meshes, the common period and the modes."""
 
     def start(self) -> Any:
         """Static equilibrium under the external torques."""
 
     def begin(self, state: Any, settings: Any) -> Convergence:
-        """What tells when the motion from there has become periodic."""
+        """Return the convergence check of a motion that starts from a state."""
 
     def advance(
         self, state: Any, at: Speed, check: Convergence, most: int
     ) -> tuple[Any, bool]:
-        """Advance by one common period or more, at most `most`, each of which closes
-        `check`.
+        """Integrate one common period or more, at most `most`, and update `check`.
 
         Also returns whether the motion has become periodic.
         """
 
     def record(self, state: Any, at: Speed, periods: int) -> tuple[Any, History]:
-        """The motion over common periods."""
+        """Record the motion over common periods."""
 
     def change_speed(
         self, state: Any, before: float, after: float, settings: Any
@@ -100,7 +100,7 @@ class Stepper(Protocol):
         """State at the start of a common period after a change of speed [Hz]."""
 
     def refined(self, frequency: float, settings: Any, repeats: bool) -> Any | None:
-        """Settings of finer steps for a motion in doubt, None where there are none.
+        """Settings of finer steps for a motion in doubt, None if there are none.
 
         repeats : whether the motion with those settings repeats itself
         """
@@ -114,15 +114,15 @@ def steady_state(
     before: float | None = None,
     watch: Watch = lambda frequency, period: None,
 ) -> tuple[Response, Any]:
-    """Settle at a frequency of the first mesh [Hz] and record what repeats.
+    """Settle at a frequency of the first mesh [Hz] and record the motion.
 
-    A motion that does not repeat is measured over several windows of as many common
-    periods as multiples were looked for, and of one at least; the History that is
-    returned is that of the last, without points for a motion that diverged.
+    A motion that does not repeat is measured over several windows, each of as many
+    common periods as the largest multiple looked for and of one at least. The returned
+    History is that of the last window, without points if the motion diverged.
 
-    state : to start from, by default at rest under the external torques
-    before : frequency at which that state stood [Hz]
-    watch : called while the motion goes on; what it raises ends the run
+    state : initial state, by default at rest under the external torques
+    before : frequency at which that state was reached [Hz]
+    watch : function called during the motion; an exception that it raises ends the run
     """
     if not 0.0 < frequency < math.inf:
         raise ValueError(f"frequency must be positive and finite, got {frequency:g}")
@@ -164,7 +164,7 @@ def _settle(
     at: Speed,
     check: Convergence,
 ) -> tuple[Any, int]:
-    """(state, common periods after which the motion repeats or 0)."""
+    """State, and the common periods after which the motion repeats or 0."""
     most = most_periods(stepper.system, at.frequency, at.settings)
     while check.period < most:
         left, onward = most - check.period, at.after(check.period)
@@ -183,27 +183,27 @@ def confirmed(
     before: Response | None = None,
     watch: Watch = lambda frequency, period: None,
 ) -> tuple[Response, Any, Any]:
-    """Steady state, as `steady_state` gives it, confirmed by finer steps where the
-    motion is in doubt.
+    """Return the result of `steady_state`, confirmed by finer steps if in doubt.
 
     Fixed steps move a fold by a tenth of a per cent and may turn a motion that repeats
-    into one that does not. Where the motion does not repeat, where its period multiple
-    is not 1 and another than at the speed before, or where the response is far from
-    that one, the same start is integrated with finer steps, as long as the stepper has
-    some, until two agree. Of speeds further apart than NEXT only the multiple counts:
-    resonances change responses as much as jumps do, and of 190 such cases on the
-    built-in gear sets finer steps changed one, by 2 %. A multiple that goes on from
-    one speed to the next, no further than NEXT, needs none: all but 2 of some 200 such
-    motions stayed as they were.
+    into one that does not. The same initial state is therefore integrated with finer
+    steps, as long as the stepper has some, until two results agree, if the motion does
+    not repeat, if its period multiple is not 1 and differs from that at the previous
+    speed, or if the response is far from the previous one. For speeds further apart
+    than NEXT only the multiple counts: resonances change responses as much as jumps do,
+    and in 190 such cases on the built-in gear sets finer steps changed one, by 2 %. A
+    multiple that persists between speeds no further apart than NEXT needs no finer
+    steps: all but 2 of some 200 such motions were unchanged.
 
-    Without a jump, a finer run of the coupled model goes on from where the coarse one
-    ended: a motion that leaves an unstable one slowly would take as long once more. On
-    the built-in and 30 random gear sets all of some 60 motions that repeat came out the
-    same either way. A jump takes the same start: of several motions it reaches one or
-    another with the steps, as the idler at 2900 Hz with a damping ratio of 0.01.
+    Without a jump, a finer run of the coupled model continues from the end of the
+    coarse one: a motion that leaves an unstable one slowly would take as long once
+    more. On the built-in and 30 random gear sets all of some 60 periodic motions were
+    the same either way. After a jump the run has the same initial state: which of
+    several motions it reaches depends on the steps, as for the idler at 2900 Hz with a
+    damping ratio of 0.01.
 
-    before : the response at the speed before, from which the state came
-    Returns the settings as well whose steps the response and its history have.
+    before : response at the previous speed, from which the state came
+    Returns also the settings that the response and its history were computed with.
     """
     at = None if before is None else before.frequency
     found = steady_state(stepper, frequency, settings, state, at, watch)
@@ -246,7 +246,7 @@ def alike(one: Response, two: Response) -> bool:
 
 
 def _apart(one: Response, two: Response) -> float:
-    """Largest relative difference of the RMS of a mesh; inf where one diverged."""
+    """Largest relative difference of the RMS of a mesh; inf if one diverged."""
     size = np.maximum(one.dte_rms, two.dte_rms)
     difference = np.abs(one.dte_rms - two.dte_rms)
     part = np.divide(difference, size, np.zeros_like(size), where=size != 0.0)
@@ -254,12 +254,12 @@ def _apart(one: Response, two: Response) -> float:
 
 
 def windows(most: int, periods: int) -> int:
-    """How many windows of so many periods measure a motion that does not repeat."""
+    """Number of windows of `periods` periods for a motion that does not repeat."""
     return min(most, max(FEWEST_WINDOWS, WINDOW_PERIODS // periods))
 
 
 def straining(system: LumpedSystem) -> NDArray[np.bool_]:
-    """Which modes strain the meshes enough to matter (n,)."""
+    """Mask (n,) of the modes that strain the meshes enough to matter."""
     return np.asarray(system.modes.mesh_energy.sum(axis=0) > MATTERS)
 
 
@@ -276,7 +276,7 @@ def periods_to_settle(
 ) -> int:
     """Twice the periods in which modes that matter to the meshes decay, within limits.
 
-    Decay is from the range of deflection down to the tolerance.
+    The decay is from the range of deflection down to the tolerance.
     """
     least = settings.least_periods
     if system.contacts is not None:
@@ -286,7 +286,7 @@ def periods_to_settle(
     if not slowest > 0.0:
         return least
     needed = 2.0 * math.log(1.0 / settings.tolerance) * frequency / slowest
-    if needed > 10.0 * MOST_PERIODS:  # decay too slow to wait for is none
+    if needed > 10.0 * MOST_PERIODS:  # decay this slow is ignored
         return least
     return int(min(max(needed, least), MOST_PERIODS))
 
@@ -294,7 +294,7 @@ def periods_to_settle(
 def diverged(
     system: LumpedSystem, frequency: float, time: float, state: Any
 ) -> Response:
-    """The response of a motion that diverged after a time [s] from a state."""
+    """Response of a motion that diverged after a time [s] from a state."""
     meshes = len(system.excitations)
     return Response(
         frequency=frequency,
@@ -315,9 +315,9 @@ def no_motion(system: LumpedSystem) -> History:
 def new_convergence(
     shapes: Array, angular: Array, settings: SteadySettings, cycles: int = 1
 ) -> Convergence:
-    """Nothing remembered yet, of coordinates (n,) with mesh deflections (m, n).
+    """Empty convergence check for coordinates (n,) with mesh deflections (m, n).
 
-    cycles : of the first mesh in a common period
+    cycles : cycles of the first mesh in a common period
     """
     from lumped.kernels.arrays import Convergence
 

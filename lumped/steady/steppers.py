@@ -29,20 +29,20 @@ if TYPE_CHECKING:
     from lumped.kernels.arrays import AdaptiveRules, Convergence, CoupledSteps
 
 Array = NDArray[np.float64]
-WATCHED = 100_000  # fixed steps or a common period, whichever is more, between looks
-CONTACT_ROWS, FRICTION_ROWS = 2, 3  # recorded of each contact, or pair
-FINEST = 512  # fixed steps per period, beyond which nothing hangs on them
-# Steps of the coupled model shift a resonance of contacts by some 1e-3 of itself times
-# the square of the angle that it turns in one: by a tenth of half its bandwidth, the
-# damping ratio, at FLANK times the root of that. Least and most angle [rad].
+WATCHED = 100_000  # fixed steps between calls of watch, or a common period if more
+CONTACT_ROWS, FRICTION_ROWS = 2, 3  # rows recorded for each contact, or pair
+FINEST = 512  # fixed steps per period, beyond which results do not depend on them
+# Steps of the coupled model shift a contact resonance by a relative amount of some 1e-3
+# times the square of its phase angle per step. At an angle of FLANK times the root of
+# the damping ratio, this is a tenth of half the bandwidth. Least and most angle [rad].
 FLANK, LEAST, MOST = 4.0, 0.25, 1.0
 
 
 @dataclass(frozen=True, eq=False)
 class LumpedStepper:
-    """What fixed and adaptive steps have in common; a state (2, n) is modal.
+    """Common base of steppers with fixed and adaptive steps; a state (2, n) is modal.
 
-    Both settle in compiled loops over the periods, see `lumped.kernels`.
+    Both integrate in compiled loops over the periods, see `lumped.kernels`.
     """
 
     system: LumpedSystem
@@ -59,28 +59,28 @@ class LumpedStepper:
         return check
 
     def section_of(self, state: Array) -> Array:
-        """Displacements, and velocities over `angular`, of a state (2, n) in one row
+        """Displacements, and velocities over `angular`, of a state (2, n) as one row
         (2 n,)."""
         return np.concatenate([state[0], state[1] / self.system.angular])
 
     def state_of(self, section: Array) -> Array:
-        """State (2, n) of displacements, and velocities over `angular` (2 n,)."""
+        """State (2, n) from displacements, and velocities over `angular` (2 n,)."""
         q, v = section.reshape(2, -1)
         return np.stack([q, v * self.system.angular])
 
     def change_speed(
         self, state: Array, before: float, after: float, settings: Settings
     ) -> Array:
-        """At once."""
+        """Change the speed instantaneously."""
         return state
 
 
 class FixedStepper(LumpedStepper):
-    """Steps of equal size, of fourth order: classical Runge-Kutta for springs, exact
-    but for the contact forces for the coupled model."""
+    """Stepper with equal steps of fourth order: classical Runge-Kutta for springs;
+    for the coupled model, steps that are exact except for the contact forces."""
 
     def driven(self, at: Speed) -> tuple[Any, Any]:
-        """The system and the steps of a common period, as the kernels take them."""
+        """System and steps of a common period, in the form that the kernels take."""
         system, frequency = self.system, at.frequency
         steps = steps_per_period(system, frequency, at.settings)
         if system.coupled_arrays is not None:
@@ -92,14 +92,14 @@ class FixedStepper(LumpedStepper):
 
     @lru_cache(maxsize=4)  # noqa: B019  a stepper lives as long as its run
     def _coupled_steps(self, steps: int, frequency: float) -> CoupledSteps:
-        """Once for settling and recording; their working arrays are of one thread."""
+        """Steps for settling and recording; their working arrays serve one thread."""
         return self.system.coupled_steps(steps, frequency)
 
     def advance(
         self, state: Array, at: Speed, check: Convergence, most: int
     ) -> tuple[Array, bool]:
         now = np.array(state)
-        # without damping nothing is approached but by errors of the steps
+        # without damping only the errors of the steps would approach anything
         if self.system.contacts is None or self.system.train.damping_ratio == 0.0:
             return now, self.settle(now, at, check, most)
         return settle_or_leap(self, now, at, check, most)
@@ -107,9 +107,9 @@ class FixedStepper(LumpedStepper):
     def settle(
         self, state: Array, at: Speed, check: Convergence, most: int, on: bool = False
     ) -> bool:
-        """Integrate a state in place, see `Stepper.advance`; whether it has settled.
+        """Integrate a state in place, see `Stepper.advance`; return whether it settled.
 
-        on : whether a motion of the coupled model goes on from where it was left
+        on : whether a motion of the coupled model continues from where it ended
         """
         (arrays, steps), before = self.driven(at), check.period
         few = max(1, WATCHED // steps.h.size)
@@ -138,9 +138,9 @@ class FixedStepper(LumpedStepper):
         return now, history_of(time, out, system)
 
     def carry(self, state: Array, at: Speed, sections: Array, growth: Array) -> None:
-        """A motion with small changes of it over common periods, in place.
+        """Integrate a motion and small changes of it over common periods, in place.
 
-        state : (2, n (1 + k)) the motion, then k changes one after the other
+        state : (2, n (1 + k)) the motion, followed by k changes
         sections, growth : see `lumped.kernels.rk4.carry_motion`
         """
         arrays, steps = self.driven(at)
@@ -155,9 +155,9 @@ class FixedStepper(LumpedStepper):
             raise Diverged(0.0)
 
     def monodromy(self, state: Array, at: Speed, periods: int) -> tuple[Array, Array]:
-        """State (2, n) after common periods, and what a small change becomes in them.
+        """State (2, n) after common periods, and the matrix that maps small changes.
 
-        The matrix (2 n, 2 n) is of displacements, and velocities over `angular`.
+        The matrix (2 n, 2 n) refers to displacements, and velocities over `angular`.
         """
         after, matrix, growth = self.scaled_monodromy(state, at, periods)
         return after, math.exp(growth) * matrix
@@ -165,9 +165,10 @@ class FixedStepper(LumpedStepper):
     def scaled_monodromy(
         self, state: Array, at: Speed, periods: int
     ) -> tuple[Array, Array, float]:
-        """Scaled `monodromy`, which is exp(growth) times the matrix, and the growth.
+        """Return the state, a scaled matrix and its growth; see `monodromy`.
 
-        Changes that decay over a long period are smaller than any number.
+        The monodromy matrix is exp(growth) times the scaled one, since changes that
+        decay over a long period would underflow.
         """
         n, angular = state.shape[1], self.system.angular
         unit = np.stack([np.eye(2 * n)[:, :n], np.eye(2 * n)[:, n:] * angular])
@@ -175,7 +176,7 @@ class FixedStepper(LumpedStepper):
         growth = np.empty(periods)
         self.carry(moved, at, room_to_record(self.system, periods), growth)
         changes = moved.reshape(2, -1, n)[:, 1:]
-        # a row for each change: columns of the matrix
+        # the row of each change is a column of the matrix
         matrix = np.concatenate([changes[0], changes[1] / angular], axis=1).T
         return moved[:, :n].copy(), matrix, float(growth.sum())
 
@@ -192,13 +193,13 @@ class FixedStepper(LumpedStepper):
     def refined(
         self, frequency: float, settings: Settings, repeats: bool
     ) -> Settings | None:
-        """Twice the steps, as far as memory holds them."""
+        """Settings with twice the steps, as far as memory permits."""
         fastest = float(max(self.system.train.mesh_rates))
         known = steps_per_period(self.system, frequency, settings)
         known = math.ceil(known / fastest - 1e-9)
         if known >= FINEST:
             return None
-        # springs open within a step: what does not repeat may do so on the finest alone
+        # springs open within a step: a motion may repeat with the finest steps only
         far = not repeats and self.system.contacts is None
         steps = FINEST if far else min(2 * known, FINEST)
         finer = replace(settings, steps=steps)
@@ -207,7 +208,7 @@ class FixedStepper(LumpedStepper):
 
 
 class AdaptiveStepper(LumpedStepper):
-    """Dormand and Prince's steps of order 5(4), which end on contact changes."""
+    """Stepper of Dormand and Prince, order 5(4); steps end on contact changes."""
 
     def _rules(self, at: Speed) -> AdaptiveRules:
         from lumped.kernels.arrays import AdaptiveRules
@@ -241,7 +242,7 @@ class AdaptiveStepper(LumpedStepper):
         return now, settled
 
     def record(self, state: Array, at: Speed, periods: int) -> tuple[Array, History]:
-        """On the grid of fixed steps."""
+        """Record the motion on the grid of fixed steps."""
         from lumped.kernels import dopri5
 
         system, now = self.system, np.array(state)
@@ -268,14 +269,14 @@ class AdaptiveStepper(LumpedStepper):
     def refined(
         self, frequency: float, settings: Settings, repeats: bool
     ) -> Settings | None:
-        """Steps keep to their accuracy."""
+        """Return None: adaptive steps already meet their accuracy."""
         return None
 
 
 def stepper_of(
     system: LumpedSystem, settings: Settings
 ) -> FixedStepper | AdaptiveStepper:
-    """The stepper of the settings' method."""
+    """Stepper for the method of the settings."""
     if settings.method == "rk4":
         return FixedStepper(system)
     if system.contacts is not None:
@@ -286,9 +287,9 @@ def stepper_of(
 
 
 def warm_up(stepper: Stepper, frequency: float, settings: Any) -> None:
-    """Compile all that integrates a motion, so that the time of the rest can be taken.
+    """Compile all kernels that integrate a motion, so that later runs can be timed.
 
-    frequency : of the first mesh [Hz]
+    frequency : frequency of the first mesh [Hz]
     """
     short = replace(settings, max_periods=1, multiples=1, windows=1)
     steady_state(stepper, frequency, short)
@@ -304,9 +305,8 @@ def _room(system: LumpedSystem, h: Array, periods: int) -> tuple[Array, Array]:
 
 
 def room_to_record(system: LumpedSystem, instants: int) -> Array:
-    """Array for the meshes at so many instants (t, 6, m), with more rows where contacts
-    or teeth with friction are recorded.
-    """
+    """Array (t, 6, m) to record the meshes at t instants, with more rows if contacts
+    or teeth with friction are recorded too."""
     more = 0
     if system.contacts is not None:
         more = CONTACT_ROWS * np.bincount(system.contacts.mesh_of).max()
@@ -316,10 +316,10 @@ def room_to_record(system: LumpedSystem, instants: int) -> Array:
 
 
 def history_of(time: Array, out: Array, system: LumpedSystem) -> History:
-    """History of rows (t, 6, m) or more at times (t,), as kernels record them.
+    """History from rows (t, 6, m) or more at times (t,), as recorded by the kernels.
 
-    The coupled model has contacts besides, and no rates of the hubs' deflections of its
-    own: hubs follow the mean rotations and the contact forces.
+    The coupled model also has contacts. It has no independent rates of the hubs'
+    deflections, since hubs follow the mean rotations and the contact forces.
     """
     history = History(time, *out[:, :6].transpose(1, 0, 2))
     if system.rubs:
@@ -333,7 +333,7 @@ def history_of(time: Array, out: Array, system: LumpedSystem) -> History:
 
 
 def slopes(values: Array, step: float) -> Array:
-    """Derivative (t, m) of values (t, m) at equal steps, to fourth order inside."""
+    """Derivative (t, m) of values (t, m) at equal steps, of fourth order inside."""
     if len(values) < 3:
         return np.zeros_like(values)
     found = np.gradient(values, step, axis=0, edge_order=2)
@@ -344,14 +344,14 @@ def slopes(values: Array, step: float) -> Array:
 
 
 def _of_each(out: Array, mesh_of: NDArray[np.intp], rows: int) -> Array:
-    """What is recorded of every contact or pair (t, rows, c), from the sixth row on."""
+    """Recorded rows (t, rows, c) of every contact or pair, from the sixth row on."""
     place = np.arange(mesh_of.size) - np.searchsorted(mesh_of, mesh_of)
     each = [out[:, 6 + rows * place + i, mesh_of] for i in range(rows)]
     return np.stack(each, axis=1)
 
 
 def steps_per_period(system: LumpedSystem, frequency: float, settings: Settings) -> int:
-    """Fixed steps per period of the first mesh; doublings, so that few differ."""
+    """Fixed steps per period of the first mesh, rounded up to few different values."""
     fastest = float(max(system.train.mesh_rates))
     highest = float(np.sqrt(system.arrays.rigidity.max()))
     base = settings.least_steps(system.contacts is not None) * fastest

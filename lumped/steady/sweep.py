@@ -1,4 +1,4 @@
-"""Frequency responses: settling from speed to speed, up and down, in parallel."""
+"""Frequency responses: steady motions from speed to speed, up and down, in parallel."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ from lumped.train.system import LumpedSystem
 Array = NDArray[np.float64]
 Direction = Literal["up", "down"]
 BOTH: tuple[Direction, ...] = ("up", "down")
-Keep = Callable[[float, Any], None]  # (frequency [Hz], what was recorded there)
-Station = tuple[Stepper, float]  # and the frequency of the first mesh [Hz]
-Settle = Callable[..., tuple[Response, Any, Any]]  # as `confirmed`
+Keep = Callable[[float, Any], None]  # (frequency [Hz], record at that frequency)
+Station = tuple[Stepper, float]  # (stepper, frequency of the first mesh [Hz])
+Settle = Callable[..., tuple[Response, Any, Any]]  # same signature as `confirmed`
 REFRESH = 0.2  # s between reports from within a speed
 
 
@@ -47,15 +47,15 @@ class Branch:
         return np.array([response.frequency for response in self.responses])
 
     def column(self, name: str) -> Array:
-        """A figure of all responses (speeds, m), such as dte_rms."""
+        """Quantity (speeds, m) of all responses, such as dte_rms."""
         return np.array([getattr(response, name) for response in self.responses])
 
 
 @dataclass(frozen=True)
 class Observer:
-    """Is told how a sweep goes on: `passed` after each speed, `watch` within it.
+    """Observer of a sweep: `passed` is called after each speed, `watch` within it.
 
-    watch : with frequency [Hz] and period, see `steady_state`
+    watch : function of frequency [Hz] and period, see `steady_state`
     """
 
     passed: Callable[[], None] = lambda: None
@@ -66,7 +66,7 @@ SILENT = Observer()
 
 
 def reporting(report: Progress, total: int) -> Observer:
-    """Reports the speeds that are done, of `total`, and how one goes on that lasts."""
+    """Observer that reports the speeds done, of `total`, and progress in slow ones."""
     lock, done, shown = threading.Lock(), 0, time.perf_counter()
 
     def passed() -> None:
@@ -89,10 +89,10 @@ class BranchStore(Protocol):
     """Storage of the finished speeds of a branch."""
 
     def finished(self) -> list[Response]:
-        """In the order in which they were passed; the last with its state."""
+        """Responses in the order in which they were passed, the last with its state."""
 
     def add(self, response: Response) -> None:
-        """Keep a response with its state."""
+        """Store a response with its state."""
 
 
 def sweep_branch(
@@ -106,9 +106,10 @@ def sweep_branch(
     observer: Observer = SILENT,
     stop: Stop | None = None,
 ) -> Branch:
-    """Pass through mesh frequencies [Hz], each from where the one before settled.
+    """Pass through mesh frequencies [Hz], each from the steady state of the previous.
 
-    The frequencies are sorted by the direction. For the rest see `settle_in_turn`.
+    The frequencies are sorted by the direction. For the other arguments see
+    `settle_in_turn`.
     """
     ordered = in_order(frequencies, direction)
     responses, complete = settle_in_turn(
@@ -122,7 +123,7 @@ def sweep_branch(
 
 
 def in_order(values: Sequence[float] | Array, direction: Direction) -> list[float]:
-    """Values as they are passed."""
+    """Values in the order in which they are passed."""
     if direction not in ("up", "down"):
         raise ValueError(f"direction must be up or down, got {direction}")
     return sorted(values, reverse=direction == "down")
@@ -139,12 +140,13 @@ def settle_in_turn(
     observer: Observer = SILENT,
     stop: Stop | None = None,
 ) -> tuple[tuple[Response, ...], bool]:
-    """Settle at stations, each from where the one before did; a divergence ends it.
+    """Settle at stations, each from the state of the previous, until one diverges.
 
-    station : of a value, called in turn; that of the last value in the store once more
-    settle : from one to the next, as `confirmed` where it is None
-    keep : called with the motion of a value before it counts as finished
-    stop : ends the sweep as soon as the motion is watched
+    station : function that returns the station of a value, called in turn, and again
+        for the last value in the store
+    settle : function that settles from one station to the next; None for `confirmed`
+    keep : function called with the motion of a value before it counts as finished
+    stop : event that ends the sweep at the next call of watch
     Also returns whether all values were reached.
     """
 
@@ -182,7 +184,7 @@ def settle_in_turn(
 
 
 def _passed_on(state: Any, before: LumpedSystem, after: LumpedSystem) -> Any:
-    """A state to go on from, that of a stepper's own system as it is."""
+    """State to continue from, unchanged if the system is the same."""
     return state if before is after else after.state_from(before, state)
 
 
@@ -200,7 +202,7 @@ def sweep(
     observer: Observer = SILENT,
     stop: Stop | None = None,
 ) -> Branch:
-    """Sweep a lumped system as `sweep_branch` does."""
+    """Pass through mesh frequencies [Hz] with a lumped system, see `sweep_branch`."""
     settings = settings or Settings()
     stepper = stepper_of(system, settings)
     return sweep_branch(
@@ -217,10 +219,10 @@ def sweep_all(
     report: Progress = silent,
     workers: int | None = None,
 ) -> list[Branch]:
-    """A branch for every system and direction, in this order, on all cores.
+    """Branches of every system and direction, in this order, computed on all cores.
 
-    No result depends on the number of workers. After Ctrl-C the branches hold the
-    speeds that were finished and are not complete.
+    No result depends on the number of workers. After Ctrl-C the branches contain the
+    finished speeds and are not complete.
     """
     tasks = [(system, direction) for system in systems for direction in directions]
     observer = reporting(report, len(tasks) * len(frequencies))

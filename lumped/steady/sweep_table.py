@@ -1,7 +1,7 @@
 """Sweep tables: one row per speed and mesh of a frequency response, as CSV.
 
-The rows stand in the order in which the speeds were passed, mesh by mesh; for the file
-see `lumped.common.csv_text`.
+The rows are in the order in which the speeds were passed, mesh by mesh; for the file
+format see `lumped.common.csv_text`.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ LEGEND = {
 
 @dataclass(frozen=True)
 class SweepRow:
-    """One mesh at one speed; the fields are the columns of the file."""
+    """Row of one mesh at one speed; the fields are the columns of the file."""
 
     model: str
     direction: Direction
@@ -65,9 +65,9 @@ class SweepTable:
 
 
 def branch_rows(branch: Branch, model: str, torque: float) -> Iterator[SweepRow]:
-    """Rows of all speeds that a branch finished; one that diverged has none.
+    """Rows of all finished speeds of a branch; a speed that diverged has none.
 
-    torque : on the input gear [N m]
+    torque : torque on the input gear [N m]
     """
     for response in branch.responses:
         if response.status == Status.DIVERGED:
@@ -95,7 +95,7 @@ def sweep_table(
     model: str,
     header: Mapping[str, str] | None = None,
 ) -> SweepTable:
-    """The table of (torque [N m], branch), its header followed by the legend."""
+    """Table of pairs (torque [N m], branch), with the legend after the header."""
     rows = [
         row for torque, branch in branches for row in branch_rows(branch, model, torque)
     ]
@@ -103,7 +103,7 @@ def sweep_table(
 
 
 def format_sweep(table: SweepTable) -> str:
-    """The table as CSV text."""
+    """Format the table as CSV text."""
     rows = ([getattr(row, name) for name in COLUMNS] for row in table.rows)
     return format_csv(COLUMNS, rows, table.header)
 
@@ -146,6 +146,6 @@ def _value(name: str, cell: str) -> str | int | float:
 
 
 def read_sweep(path: str) -> SweepTable:
-    """Read a sweep table; OSError or TableError where that is not possible."""
+    """Read a sweep table; raises OSError or TableError if that fails."""
     with open(path, encoding="utf-8", newline="") as file:
         return parse_sweep(file.read(), str(path))

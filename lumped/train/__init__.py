@@ -1,1 +1,1 @@
-"""What a train is: wheels, meshes, tables, excitations, contacts and friction."""
+"""Model of a train: wheels, meshes, tables, excitations, contacts and friction."""

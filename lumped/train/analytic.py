@@ -1,4 +1,4 @@
-"""Mesh stiffness from a few key figures: rectangular, trapezoidal or by harmonics."""
+"""Mesh stiffness from a few parameters: rectangular, trapezoidal or by harmonics."""
 
 from __future__ import annotations
 
@@ -24,16 +24,16 @@ from lumped.train.waves import (
 
 Array = NDArray[np.float64]
 Points = Sequence[tuple[float, float]]  # (base pitches from the pitch point, value)
-STE_POINTS = 512  # per base pitch, of a static transmission error
-PITCHES = 64  # solved at once where base pitches differ
+STE_POINTS = 512  # points per base pitch of a static transmission error
+PITCHES = 64  # base pitches that are solved at once if they differ
 
 
 @dataclass(frozen=True, kw_only=True)
 class StiffnessFigures:
-    """Key figures of a mesh stiffness (multi-mesh source, eq. 2.28 and 5.3).
+    """Parameters of a mesh stiffness (multi-mesh source, eq. 2.28 and 5.3).
 
-    With n the whole pitches in the contact ratio c, n + 1 pairs have the stiffness
-    k [1 + eps (n + 1 - c)] and n pairs k [1 + eps (n - c)]: the mean is k and the
+    If n is the integer part of the contact ratio c, n + 1 pairs have the stiffness
+    k [1 + eps (n + 1 - c)] and n pairs k [1 + eps (n - c)]. The mean is k and the
     peak-to-peak value eps k.
 
     mean : k [N/m]
@@ -41,7 +41,7 @@ class StiffnessFigures:
     contact_ratio : c
     approach : base pitches from the start of contact to the pitch point, by default
         half of the contact ratio
-    load_share : of the pair that leaves, where double contact starts (alpha); it
+    load_share : load share alpha of the leaving pair where double contact starts; it
         falls linearly to 1 - alpha where double contact ends
     ramp : base pitches over which stiffness enters and leaves, 0 for a rectangle
     """
@@ -70,22 +70,22 @@ class StiffnessFigures:
 
     @property
     def pairs(self) -> int:
-        """Pairs that always touch."""
+        """Number of pairs that are always in contact."""
         return math.floor(self.contact_ratio)
 
     @property
     def part(self) -> float:
-        """Part of the cycle with one pair more."""
+        """Fraction of the cycle with one additional pair."""
         return self.contact_ratio - self.pairs
 
     @property
     def low(self) -> float:
-        """Stiffness of the fewer pairs [N/m]."""
+        """Stiffness without the additional pair [N/m]."""
         return self.mean * (1.0 - self.variation * self.part)
 
     @property
     def high(self) -> float:
-        """Stiffness with one pair more [N/m]."""
+        """Stiffness with the additional pair [N/m]."""
         return self.mean * (1.0 + self.variation * (1.0 - self.part))
 
     @property
@@ -104,12 +104,12 @@ def analytic_excitation(
     harmonics: int | None = None,
     pitch_errors: ArrayLike = (),
 ) -> MeshExcitation:
-    """The excitation of one mesh from key figures.
+    """Excitation of one mesh from the parameters of its stiffness.
 
-    gap : of a pair over its path, corners of a polygon [m]; zero if empty
+    gap : gap of a pair over its path, corners of a polygon [m]; zero if empty
     force : nominal mesh force [N], for the loaded transmission error of Model-2
-    harmonics : how many of the mesh frequency to keep, all by default; the mesh is
-        then one spring without a gap
+    harmonics : number of harmonics of the mesh frequency to include, all by default;
+        the mesh is then one spring without a gap
     pitch_errors : gaps of the tooth pairs, one after another; see `pair_errors`
     """
     if model not in MODELS:
@@ -138,7 +138,7 @@ def analytic_excitation(
 def pair_springs(
     figures: StiffnessFigures, gap: Points = (), pitch_errors: ArrayLike = ()
 ) -> tuple[PairExcitation, ...]:
-    """Stiffness and gap of every tooth pair that touches within a base pitch."""
+    """Stiffness and gap of every tooth pair in contact within a base pitch."""
     stiffness = _cut(pair_profile(figures))
     gaps = _cut([(x, y) for x, y in gap]) if gap else {}
     none, errors = constant(0.0), np.asarray(pitch_errors, float)
@@ -153,7 +153,7 @@ def _cut(points: Points) -> dict[int, Wave]:
 
 
 def pair_profile(figures: StiffnessFigures) -> list[tuple[float, float]]:
-    """Corners (position, stiffness [N/m]) of one pair's way through the mesh."""
+    """Corners (position, stiffness [N/m]) of a pair's path through the mesh."""
     n, c, start = figures.pairs, figures.contact_ratio, figures.start
     entering, leaving = 1.0 - figures.load_share, figures.load_share
     corners = [(start, 0.0)]
@@ -173,7 +173,7 @@ def pair_profile(figures: StiffnessFigures) -> list[tuple[float, float]]:
 
 
 def _ramped(corners: Points, ramp: float) -> list[tuple[float, float]]:
-    """Jumps replaced by slopes of length `ramp` about them; the mean stays."""
+    """Replace jumps by slopes of length `ramp` about them; the mean is unchanged."""
     out: list[tuple[float, float]] = []
     groups = sorted({x for x, _ in corners})
     for x in groups:
@@ -186,7 +186,7 @@ def _ramped(corners: Points, ramp: float) -> list[tuple[float, float]]:
 def static_error(springs: Sequence[PairExcitation], force: float) -> Wave:
     """Transmission error [m] of pairs under a static force [N], eq. 2.8.
 
-    Exact at the corners of all waves and at STE_POINTS positions between them.
+    It is exact at the corners of all waves and at STE_POINTS positions between them.
     """
     corners, x = _nodes(springs)
     after, before = _at_nodes(springs, force, x)
@@ -194,7 +194,7 @@ def static_error(springs: Sequence[PairExcitation], force: float) -> Wave:
 
 
 def loaded_stiffness(springs: Sequence[PairExcitation], force: float) -> Wave:
-    """Force over what it adds to the transmission error [N/m], where pairs differ."""
+    """Force over its share of the transmission error [N/m], if pairs differ."""
     corners, x = _nodes(springs)
     loaded, free = (_at_nodes(springs, f, x) for f in (force, 0.0))
     after, before = (force / (one - two) for one, two in zip(loaded, free, strict=True))
@@ -239,10 +239,8 @@ def _static_errors(
     side: int,
     pitches: NDArray[np.int64],
 ) -> Array:
-    """Smallest deflection at which the touching pairs carry the force.
-
-    (c, n) at positions x (n,) of each of the base pitches (c,)
-    """
+    """Smallest deflection (c, n) at which the pairs in contact carry the force, at
+    positions x (n,) of each of the base pitches (c,)."""
     stiffness, gap = np.empty((2, len(springs), pitches.size, x.size))
     for p, spring in enumerate(springs):
         stiffness[p] = spring.stiffness(x, side, pitches[:, None])
@@ -251,9 +249,9 @@ def _static_errors(
 
 
 def lowest_deflection(stiffness: Array, gap: Array, force: float) -> Array:
-    """Deflection [m] at which the pairs that touch carry a force [N], eq. 2.8.
+    """Deflection [m] at which the pairs in contact carry a force [N], eq. 2.8.
 
-    stiffness [N/m], gap [m] : of the pairs, along the first axis
+    stiffness, gap : stiffness [N/m] and gap [m] of the pairs, along the first axis
     """
     gap = np.where(stiffness > 0.0, gap, np.inf)
     order = np.argsort(gap, axis=0)
@@ -285,8 +283,8 @@ def _by_harmonics(
 def stiffness_harmonics(figures: StiffnessFigures, count: int) -> list[complex]:
     """Complex amplitudes c_1 ... of the trapezoid, k = mean + sum (c_s e^.. + c.c.).
 
-    A rectangle of height eps k and width c - n, centred in its double contact (eq. 2.29
-    of the multi-mesh source); a ramp multiplies by its sinc.
+    The trapezoid is a rectangle of height eps k and width c - n, centred in its double
+    contact (eq. 2.29 of the multi-mesh source); a ramp multiplies by its sinc.
     """
     s = np.arange(1, count + 1)
     height = figures.mean * figures.variation

@@ -1,6 +1,7 @@
-"""Degrees of freedom of a train: rotations, and translations where bearings yield.
+"""Degrees of freedom of a train: rotations, and translations on elastic bearings.
 
-Gears on a rigid shaft share theirs; their masses, inertias and bearings add up.
+Gears on a rigid shaft share degrees of freedom; their masses, inertias and bearings add
+up.
 """
 
 from __future__ import annotations
@@ -22,10 +23,10 @@ class Coordinates:
     """Inertias, springs and loads in n physical coordinates (rad and m).
 
     labels : ("pinion", "rotation"), ("pinion", "x"), ...
-    places : which coordinate is a gear's "rotation", "x" or "y", by its index
+    places : index of the coordinate by gear index and "rotation", "x" or "y"
     mass : (n,) [kg m2 or kg]
-    load : (n,) external [N m or N]
-    mesh_rows : (meshes, n); mesh deflection is row times displacement [m]
+    load : (n,) external loads [N m or N]
+    mesh_rows : (meshes, n) rows; mesh deflection is row times displacement [m]
     spring_rows : (springs, n) elongations of bearings, couplings and shafts
     spring_stiffness : (springs,) [N/m or N m/rad]
     """
@@ -40,7 +41,7 @@ class Coordinates:
 
 
 def coordinates(train: Train) -> Coordinates:
-    """The train's degrees of freedom; raises TrainError where none can move."""
+    """Degrees of freedom of a train; raises TrainError if nothing can move."""
     groups = rigid_groups(train)
     places: dict[tuple[int, str], int] = {}
     labels: list[tuple[str, str]] = []
@@ -65,7 +66,7 @@ def coordinates(train: Train) -> Coordinates:
 
 
 def rigid_groups(train: Train) -> list[tuple[int, ...]]:
-    """Gears that move as one, each group in the order of the gears."""
+    """Groups of gears that move as one, each in the order of the gears."""
     group = list(range(len(train.gears)))
     for shaft in train.shafts:
         if shaft.stiffness is None:
@@ -112,7 +113,7 @@ def _mesh_row(
 def _springs(
     train: Train, places: dict[tuple[int, str], int], n: int
 ) -> tuple[Array, Array]:
-    """(stiffness (springs,), elongation rows (springs, n))."""
+    """Stiffness (springs,) and elongation rows (springs, n)."""
     found: list[tuple[float, list[tuple[int, float]]]] = []
     for i, gear in enumerate(train.gears):
         for axis, stiffness in zip("xy", gear.bearing_stiffness or (), strict=False):

@@ -1,40 +1,40 @@
 """A train whose contacts deflect each other: the coupled model.
 
-Every tooth pair has its own load over its penetration, stiffening as contact does.
-Pairs deflect each other through the bodies of their gears, those of a mesh and those of
-other meshes of the same gear. Coordinates are the mean rotations of the gears' masses:
-in such axes the inertia of an elastic body does not move its mean, and its compliance
-is that of a gear that is free to accelerate, `fegear.elasticity.inertia_relief`.
+Every tooth pair has its own law of load over penetration, which stiffens like Hertzian
+contact. Pairs of a mesh, and of all meshes of a gear, deflect each other through the
+bodies of their gears. Coordinates are the mean rotations of the gears' masses: in these
+axes the inertia of an elastic body does not move its mean, and its compliance is that
+of a gear that is free to accelerate, `fegear.elasticity.inertia_relief`.
 
-With the hubs at z, elastic compliance C of the contacts with hubs held, R their
-penetration per coordinate, and U and W what the inertial loads of all bodies make of
-penetrations and of themselves, per acceleration:
+Let z be the displacement of the hubs, C the elastic compliance of the contacts with
+hubs held, R their penetration per coordinate, and U and W the penetration and the work
+of the inertial loads of all bodies per acceleration. Then
 
     q = z - P'F - W f,   f = load - K z,   q'' = f - R'F,   P = U - R W
     x + (C - U R' - R U' + R W R') F(x) = R q - P f - gap.
 
-The torque f on the hubs of trains with shafts and couplings hangs on z. Solved for it,
-f = S load - K1 (q + P'F), with S = (1 + K W)^-1 and K1 = S K, and with B = R + P K1
+The torque f on the hubs of trains with shafts and couplings depends on z. Its solution
+is f = S load - K1 (q + P'F), with S = (1 + K W)^-1 and K1 = S K. With B = R + P K1,
 
     q'' = S load - K1 q - B'F
     x + (C - U R' - R U' + R W R' - P K1 P') F(x) = B q - P S load - gap.
 
-Where nothing accelerates this is statics: x + C F(x) = R z - gap.
+Without acceleration this reduces to statics: x + C F(x) = R z - gap.
 
-Damping, by a torque -D z' on the hubs, is -T'D T q' where T is what a coordinate
-turns the hubs by, about the loaded state and on the mean of a mesh cycle.
+Damping by a torque -D z' on the hubs is -T'D T q', where T is the rotation of the hubs
+per coordinate, about the loaded state and averaged over a mesh cycle.
 
-The lowest modes of the bodies with their hubs held are coordinates e besides, of unit
-mass, carried along by the hubs with G:
+The lowest modes of the bodies with their hubs held are additional coordinates e of unit
+mass, which are coupled to the hubs by G:
 
     z'' + G'e'' = f - R'F,    e'' + G z'' + c e' + w^2 e = -E'F.
 
-C, U and W are then those of all other modes, C - E w^-2 E' and so on, so that statics
-are the same whatever modes are kept. The coordinates z + G'e and e, scaled to unit
-mass, take the place of z above. Modes with nodal diameters come in pairs that are seen
-in a frame that does not turn with the gear, in which the contacts stay where they are:
-Z = E1 - i E2 is that of the gear's frame times exp(i v t), at the rate v at which its
-pattern turns past the gear.
+Then C, U and W belong to all other modes, C - E w^-2 E' and so on, so that statics do
+not depend on the modes retained. The coordinates z + G'e and e, scaled to unit mass,
+replace z above. Modes with nodal diameters occur in pairs, which are described in a
+frame that does not rotate with the gear, in which the contacts are at rest:
+Z = E1 - i E2 is that of the gear's frame times exp(i v t), where v is the rate at which
+the pattern rotates relative to the gear.
 """
 
 from __future__ import annotations
@@ -60,9 +60,9 @@ from lumped.train.propagator import LinearPart
 Array = NDArray[np.float64]
 INGREDIENTS = "hardening", "pairs", "body", "meshes", "modes"
 FACING = 5e-3  # m, gaps beyond which flanks do not face each other
-MOST_ROUNDS = 60  # of Newton's method for static equilibrium
-ROUNDING = 1e-9  # of a mesh cycle
-EXACT = 1e-12  # of the reach of the contacts' tables
+MOST_ROUNDS = 60  # iterations of Newton's method for static equilibrium
+ROUNDING = 1e-9  # round-off of a position in a mesh cycle
+EXACT = 1e-12  # error relative to the range of the contacts' tables
 
 
 OF_EACH = "angular", "damping", "coupling", "whirl", "gears", "nodal_diameters"
@@ -70,15 +70,16 @@ OF_EACH = "angular", "damping", "coupling", "whirl", "gears", "nodal_diameters"
 
 @dataclass(frozen=True, eq=False)
 class BodyModes:
-    """Modes of b coordinates of the gears' bodies with their hubs held, of unit mass.
+    """Modes of unit mass of the gears' bodies with their hubs held, b coordinates.
 
-    Standing modes come first, then E1 of the pairs that travel, then E2.
+    Standing modes come first, then E1 of the travelling pairs, then E2.
 
-    angular : (b,) natural frequency [rad/s]; damping : (b,) of the velocity [1/s]
-    coupling : (b, n) G, to the modal coordinates of the hubs
-    mass : (b, b) 1, less what hubs take away that are no coordinates
+    angular : (b,) natural frequency [rad/s]
+    damping : (b,) damping of the velocity [1/s]
+    coupling : (b, n) coupling G to the modal coordinates of the hubs
+    mass : (b, b) identity, minus the share of hubs that are not coordinates
     rows : (c, p + 1, b) penetration of the contacts per coordinate [1/sqrt(kg)]
-    whirl : (b,) v over the angular frequency of the first mesh, 0 of standing modes
+    whirl : (b,) v over the angular frequency of the first mesh, 0 for standing modes
     gears, nodal_diameters : (b,)
     """
 
@@ -96,14 +97,14 @@ class BodyModes:
         return self.angular.size
 
     def only(self, kept: NDArray[np.bool_]) -> BodyModes:
-        """Some of the modes (b,)."""
+        """Return a subset of the modes by a mask (b,)."""
         values = {name: vars(self)[name][kept] for name in OF_EACH}
         rows = np.ascontiguousarray(self.rows[..., kept])
         return BodyModes(**values, mass=self.mass[np.ix_(kept, kept)], rows=rows)
 
     @property
     def pairs(self) -> Array:
-        """The rates `whirl` (w,) of the pairs."""
+        """Rates `whirl` (w,) of the pairs."""
         travelling = self.whirl[self.nodal_diameters > 0]
         return travelling[: travelling.size // 2]
 
@@ -116,9 +117,7 @@ class BodyModes:
 
 
 def no_body_modes(contacts: int, positions: int, modes: int) -> BodyModes:
-    """Empty body modes for so many contacts, positions p + 1 of a mesh cycle and hub
-    coordinates.
-    """
+    """Empty modes for numbers of contacts, positions p + 1 and hub coordinates."""
     none, nowhere = np.empty(0), np.empty(0, np.int64)
     return BodyModes(
         angular=none,
@@ -134,24 +133,24 @@ def no_body_modes(contacts: int, positions: int, modes: int) -> BodyModes:
 
 @dataclass(frozen=True, eq=False)
 class CoupledContacts:
-    """The contacts of a train: c contacts, p positions of a mesh cycle, n modes.
+    """Contacts of a train: c contacts, p positions of a mesh cycle, n modes.
 
-    contacts : with the gears' hubs held, see `lumped.kernels.arrays.Contacts`
-    mesh_of : (c,) mesh of each
-    pairs : (c,) base pitches by which each one's tooth pair is ahead of the mesh's
-        reference pair
+    contacts : contacts with the gears' hubs held, see `lumped.kernels.arrays.Contacts`
+    mesh_of : (c,) mesh of each contact
+    pairs : (c,) base pitches by which the tooth pair of each contact is ahead of the
+        mesh's reference pair
     paths : (m, 2) start and end of the nominal path of contact, base pitches past the
         pitch point
     rows : (c, p + 1, n) R, penetration per modal coordinate [1/sqrt(kg)]
-    closing : (c, p + 1) penetration per turn of its driver times the base radius, the
-        driven gear held
+    closing : (c, p + 1) penetration per rotation of the driver times its base radius,
+        with the driven gear held
     inertial : (c, p + 1, n) U, penetration under the inertial loads of all bodies per
         acceleration of each coordinate, reversed [s2/sqrt(kg)]
     work : (n, n) W, work of these loads on themselves [s2]
-    modes : of the bodies, as coordinates of their own; C, U and W still hold them
-    inertia : of all body modes that were solved, and of the rest of the bodies
-    kept : (b,) which of those are coordinates
-    without : which of INGREDIENTS are left out
+    modes : modes of the bodies as separate coordinates; C, U and W still include them
+    inertia : inertia of all solved body modes, and of the rest of the bodies
+    kept : (b,) mask of the solved modes that are coordinates
+    without : those of INGREDIENTS that are left out
     """
 
     contacts: Contacts
@@ -169,7 +168,7 @@ class CoupledContacts:
 
     @property
     def bodies(self) -> BodyModes:
-        """Modes that the model has as coordinates."""
+        """Body modes that are coordinates of the model."""
         if self.modes is None or not {"body", "modes"}.isdisjoint(self.without):
             return no_body_modes(*self.rows.shape)
         return self.modes
@@ -177,12 +176,13 @@ class CoupledContacts:
 
 @dataclass(frozen=True, eq=False)
 class Springs:
-    """A train without its meshes, in n modal coordinates of unit mass.
+    """Train without its meshes, in n modal coordinates of unit mass.
 
-    stiffness : (n, n) K of shafts, couplings and bearings [1/s2]
-    damping, load : (n,); shapes : (m, n) mesh deflection of each mode
+    stiffness : (n, n) stiffness K of shafts, couplings and bearings [1/s2]
+    damping, load : (n,)
+    shapes : (m, n) mesh deflection of each mode
     rate : (m,) cycles of each mesh per cycle of the first
-    start : (n,) displacement near to static equilibrium
+    start : (n,) displacement near static equilibrium
     """
 
     stiffness: Array
@@ -197,12 +197,14 @@ class Springs:
 class LoadedState:
     """Static equilibrium at p + 1 positions of a mesh cycle, and stiffness about it.
 
-    deflection : (p + 1, m) of the meshes [m]; load : (p + 1, c) of the contacts [N]
-    penetration : (p + 1, c) [m]; pressed : (p + 1, c, n) its load per coordinate
-    place : (p + 1, n) the coordinates
-    springs : (n, n) stiffness besides the meshes, in modal coordinates in mean axes
-    tangent : (p, m, n, n) stiffness of each mesh [1/s2]; a load that passes on to
-        another mesh counts half for each
+    deflection : (p + 1, m) deflection of the meshes [m]
+    load : (p + 1, c) load of the contacts [N]
+    penetration : (p + 1, c) penetration of the contacts [m]
+    pressed : (p + 1, c, n) load of the contacts per coordinate
+    place : (p + 1, n) coordinates
+    springs : (n, n) stiffness without the meshes, in modal coordinates in mean axes
+    tangent : (p, m, n, n) tangent stiffness of each mesh [1/s2]; a load that is
+        transmitted to another mesh counts half for each
     """
 
     deflection: Array
@@ -225,12 +227,12 @@ class LoadedState:
 
     @property
     def shapes(self) -> Array:
-        """Modes (n, n) in the modal coordinates, a column each."""
+        """Modes (n, n) in the modal coordinates, one per column."""
         return self._modes[1]
 
     @property
     def mesh_energy(self) -> Array:
-        """Part (m, n) of each mode's strain energy that is in each mesh."""
+        """Fraction (m, n) of each mode's strain energy in each mesh."""
         strain = np.einsum("in,mij,jn->mn", self.shapes, self.meshes, self.shapes)
         squares = (2.0 * np.pi * self.frequency_Hz) ** 2
         return np.divide(strain, squares, np.zeros_like(strain), where=squares > 0.0)
@@ -242,7 +244,7 @@ class LoadedState:
 
 
 def coupled_system(found: CoupledContacts, train: Springs) -> CoupledSystem:
-    """The system as the kernels take it, without what is to be left out."""
+    """System in the form that the kernels take, without the ingredients left out."""
     if "body" in found.without:
         nothing = np.zeros_like(found.inertial), np.zeros_like(found.work)
         found = replace(found, inertial=nothing[0], work=nothing[1])
@@ -250,14 +252,14 @@ def coupled_system(found: CoupledContacts, train: Springs) -> CoupledSystem:
     start = _start(train, system)
     for name, leave_out in LEAVE_OUT.items():
         if name in found.without:
-            # about the state that the model has with what is not left out yet
+            # about the state of the model with the ingredients not yet left out
             loaded = loaded_state(system, start)
             system = system._replace(contacts=leave_out(system, loaded))
     return system._replace(damping=_damping(system, hubs, train, found.bodies))
 
 
 def _start(train: Springs, system: CoupledSystem) -> Array:
-    """Coordinates (n,) near to static equilibrium."""
+    """Coordinates (n,) near static equilibrium."""
     start = np.zeros(system.load.size)
     start[: train.start.size] = train.start
     return start
@@ -266,7 +268,7 @@ def _start(train: Springs, system: CoupledSystem) -> Array:
 def _with_bodies(
     found: CoupledContacts, train: Springs
 ) -> tuple[CoupledContacts, Springs]:
-    """Contacts and springs over hubs and body modes together, of unit mass."""
+    """Contacts and springs in the coordinates of hubs and body modes, of unit mass."""
     bodies, hubs = found.bodies, train.load.size
     E, G, squares = bodies.rows, bodies.coupling, bodies.angular**2
     size, to_unit = hubs + bodies.count, bodies.to_unit
@@ -301,10 +303,10 @@ def _with_bodies(
 
 
 def contact_grid(system: CoupledSystem, steps: int, periods: Array) -> ContactGrid:
-    """The contacts at the steps of so many cycles of the meshes, `steps` in one of the
+    """Contacts at the steps of some cycles of the meshes, `steps` per cycle of the
     first.
 
-    periods : (m,) cycles of each mesh after which all repeat but for pitch errors
+    periods : (m,) cycles of each mesh after which all repeat, except for pitch errors
     """
     grid, mesh_of = system.contacts.gap.shape[1] - 1, system.mesh_of
     cycles = system.rate * (np.arange(steps * periods[0]) / steps)[:, None]
@@ -348,7 +350,7 @@ def coupled_steps(
 ) -> CoupledSteps:
     """Steps of a common period at a frequency of the first mesh [Hz].
 
-    rounds : of the grid in a common period
+    rounds : number of repetitions of the grid in a common period
     """
     from lumped.kernels.coupled import add_moving
 
@@ -398,7 +400,7 @@ def _room(system: CoupledSystem) -> dict[str, Any]:
 
 @dataclass(frozen=True, eq=False)
 class Hubs:
-    """Positions of the hubs (n,): per coordinate (n, n), per load (c, p + 1, n)."""
+    """Displacement of the hubs (n,), per coordinate (n, n) and load (c, p + 1, n)."""
 
     turn: Array
     ahead: Array
@@ -407,13 +409,14 @@ class Hubs:
 def static_transmission_error(
     found: CoupledContacts, mesh: int, force: float, cycle: int = 0
 ) -> Array:
-    """Driver's turn times base radius (p + 1,) of a mesh that stands alone [m].
+    """Driver's rotation times base radius (p + 1,) for a single mesh [m].
 
-    As in a mesh table, with the driven gear held and no load on other meshes.
+    As in a mesh table, the driven gear is held and other meshes carry no load.
 
-    force : along the line of action [N]; cycle : of the mesh, which with pitch errors
-        has teeth of its own
-    Raises ArithmeticError where no equilibrium is found.
+    force : force along the line of action [N]
+    cycle : number of the mesh cycle, which determines the teeth with pitch errors
+
+    Raises ArithmeticError if no equilibrium is found.
     """
     own = np.flatnonzero(found.mesh_of == mesh)
     contacts, none = found.contacts, np.zeros((own.size, len(found.rows[0]), 1))
@@ -481,13 +484,13 @@ def _in_mean_axes(
 def _damping(
     system: CoupledSystem, hubs: Hubs, train: Springs, bodies: BodyModes
 ) -> Array:
-    """(n, n), of the torques that damp the hubs, and of the body modes."""
+    """Damping matrix (n, n) of the hubs and of the body modes."""
     loaded = loaded_state(system, _start(train, system))
     turned = hubs.turn + np.einsum("cpi,pcj->pij", hubs.ahead, loaded.pressed)
     turned = bodies.to_unit @ turned[:-1]
     both = np.concatenate([train.damping, bodies.damping])
     damped = np.einsum("pki,k,pkj->ij", turned, both, turned) / len(turned)
-    # what is left of pairs is their own: they must whirl unchanged
+    # pairs retain only their own damping: they must whirl unchanged
     pairs = slice(damped.shape[0] - 2 * bodies.pairs.size, None)
     damped[pairs], damped[:, pairs] = 0.0, 0.0
     damped[pairs, pairs] = np.diag(both[pairs])
@@ -495,16 +498,16 @@ def _damping(
 
 
 def _without_meshes(system: CoupledSystem, loaded: LoadedState) -> Contacts:
-    """Contacts of different meshes do not deflect each other."""
+    """Contacts without deflections by contacts of other meshes."""
     compliance = system.contacts.normal_compliance.copy()
     compliance[:, system.mesh_of[:, None] != system.mesh_of] = 0.0
     return system.contacts._replace(normal_compliance=compliance)
 
 
 def _without_pairs(system: CoupledSystem, loaded: LoadedState) -> Contacts:
-    """What pairs of a mesh deflect each other statically becomes their own compliance.
+    """Contacts whose static mutual deflections are part of their own compliance.
 
-    That is what springs in parallel stand for: right at rest under the load.
+    They act like springs in parallel, which is exact at rest under the load.
     """
     compliance = system.contacts.normal_compliance.copy()
     others = system.mesh_of[:, None] == system.mesh_of
@@ -515,13 +518,13 @@ def _without_pairs(system: CoupledSystem, loaded: LoadedState) -> Contacts:
     compliance[:, others] = 0.0
     every = np.arange(system.mesh_of.size)
     compliance[:, every, every] += own
-    # pairs that others keep apart at rest stay apart
+    # pairs that are kept apart by others at rest stay apart
     gap = system.contacts.gap + np.where(carries, 0.0, shared).T
     return system.contacts._replace(normal_compliance=compliance, gap=gap)
 
 
 def _without_hardening(system: CoupledSystem, loaded: LoadedState) -> Contacts:
-    """The secant of every contact at the largest load that it has at rest."""
+    """Contacts with the secant stiffness at the largest load that each has at rest."""
     contacts = system.contacts
     top = np.maximum(loaded.penetration.max(axis=0), 1e-3 * contacts.knots[0, -1])
     load, _ = contact_loads(system, np.tile(top, (len(loaded.load), 1)))
@@ -532,7 +535,7 @@ def _without_hardening(system: CoupledSystem, loaded: LoadedState) -> Contacts:
     return contacts._replace(law=law)
 
 
-LEAVE_OUT = {  # in this order, besides the body
+LEAVE_OUT = {  # in this order, in addition to the body
     "meshes": _without_meshes,
     "pairs": _without_pairs,
     "hardening": _without_hardening,
@@ -540,10 +543,11 @@ LEAVE_OUT = {  # in this order, besides the body
 
 
 def loaded_state(system: CoupledSystem, start: Array) -> LoadedState:
-    """Equilibrium under the constant loads, as if gears stood at each position.
+    """Equilibrium under the constant loads, with gears at rest at each position.
 
-    start : (n,) coordinates near to it
-    Raises ArithmeticError where none is found.
+    start : (n,) coordinates near the equilibrium
+
+    Raises ArithmeticError if no equilibrium is found.
     """
     K, B = system.stiffness, system.rows.transpose(1, 0, 2)
     Q, gap = system.contacts.normal_compliance, system.contacts.gap.T
@@ -572,9 +576,9 @@ def loaded_state(system: CoupledSystem, start: Array) -> LoadedState:
 
 
 def _closing(system: CoupledSystem, start: Array) -> Array:
-    """Coordinates (p + 1, n) by which the flanks that are to carry first touch.
+    """Coordinates (p + 1, n) at which the flanks that carry load begin to touch.
 
-    Newton's method finds no way out of a gap, where nothing yields.
+    Newton's method cannot leave a gap, where there is no stiffness.
     """
     contacts, first = system.contacts, system.contacts.first
     gaps = np.empty((contacts.gap.shape[1], len(first) - 1))
@@ -582,7 +586,7 @@ def _closing(system: CoupledSystem, start: Array) -> Array:
         own = slice(first[m], first[m + 1])
         facing = contacts.gap[own][contacts.side[own] == side]
         gaps[:, m] = side * facing.min(axis=0) if len(facing) else 0.0
-    # bodies need not yield for it: of those coordinates that loads move
+    # bodies need not deflect for it: use only coordinates that loads move
     moved = start != 0.0 if start.any() else np.ones(start.size, bool)
     found = np.zeros((len(gaps), start.size))
     found[:, moved] = gaps @ np.linalg.pinv(system.shapes[:, moved]).T
@@ -617,7 +621,7 @@ def contact_loads(system: CoupledSystem, x: Array) -> tuple[Array, Array]:
     inside = np.clip(x, 0.0, reach)
     cell = np.minimum((cells * np.sqrt(inside / reach)).astype(int), cells - 1)
     contact, place = np.arange(x.shape[1])[None, :], np.arange(len(x))[:, None]
-    cell -= inside < knots[contact, cell]  # rounding of the root
+    cell -= inside < knots[contact, cell]  # round-off of the root
     t = inside - knots[contact, cell]
     c0, c1, c2, c3 = np.moveaxis(law[contact, place, cell], -1, 0)
     load = (c0 + t * (c1 + t * (c2 + t * c3))) * (x > 0.0)

@@ -1,19 +1,19 @@
-"""Whether the elastic inertia of the gears matters, and which modes to keep for it.
+"""Relevance of the elastic inertia of the gears, and the modes to retain for it.
 
 A clamped-hub mode of frequency f_i and amplitude phi_i at the contact contributes
-c_i = phi_i^2 / (2 pi f_i)^2 to the compliance c there. Driven at frequency f its share
-is c_i / (1 - x^2 + 2 j zeta x) with x = f / f_i, against c_i where it is taken to
-follow at once. The inertia's part of the difference, without that of damping, is
+c_i = phi_i^2 / (2 pi f_i)^2 to the compliance c there. Driven at frequency f, its share
+is c_i / (1 - x^2 + 2 j zeta x) with x = f / f_i, compared with c_i if it is treated as
+quasi-static. The part of the difference due to inertia, without that of damping, is
 
     c_i r_i,  r_i = x^2 / |1 - x^2 + 2 j zeta x|
 
-and the errors of several modes are at most the sum of their sizes. A model that keeps
-the modes below a cut-off errs by the sum over those above it. The mesh is driven at
-the harmonics of its frequency, each as strongly as the loaded static transmission
-error has it, so errors are weighed by its spectrum.
+and the error of several modes is at most the sum of their magnitudes. The error of a
+model that retains the modes below a cut-off is the sum over the modes above it. The
+mesh is driven at the harmonics of its frequency with the amplitudes of the loaded
+static transmission error, so errors are weighted by its spectrum.
 
-Modes that are not passed are not seen: they should reach far above the highest
-harmonic of any size.
+Modes that are not passed are ignored: the modes should extend far above the highest
+significant harmonic.
 """
 
 from __future__ import annotations
@@ -29,18 +29,18 @@ from numpy.typing import ArrayLike, NDArray
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 Fidelity = Literal["quasistatic", "reduced"]
-LARGEST = 1e3  # r_i of an undamped mode at resonance, that of zeta = 0.0005
-ABOVE = 1e-6  # of a cut-off over the highest mode kept; pairs agree to round-off
+LARGEST = 1e3  # r_i assigned to an undamped mode at resonance, as for zeta = 0.0005
+ABOVE = 1e-6  # relative margin of a cut-off above the highest mode, for pairs
 
 
 @dataclass(frozen=True, eq=False)
 class ElasticModes:
-    """Clamped-hub modes of both gears as a mesh feels them, in any order.
+    """Clamped-hub modes of both gears and their effect on a mesh, in any order.
 
-    frequencies_Hz : (n,) positive
-    compliance : (n,) share c_i / c of each in the mesh's compliance at rest, which is
-        1 / mean mesh stiffness; 0 or more
-    damping_ratio : of every mode, 0 or more
+    frequencies_Hz : (n,) positive frequencies
+    compliance : (n,) share c_i / c of each mode in the mesh's compliance at rest, which
+        is 1 / mean mesh stiffness; 0 or more
+    damping_ratio : damping ratio of every mode, 0 or more
     """
 
     frequencies_Hz: Array
@@ -74,14 +74,16 @@ ExcitedMesh = tuple[ElasticModes, ArrayLike, float]  # modes, amplitudes, rate o
 
 @dataclass(frozen=True)
 class Choice:
-    """How the elastic inertia of the gears is to be treated.
+    """Recommended treatment of the elastic inertia of the gears.
 
     bound : largest error of the quasi-static treatment over speeds and meshes
-    speed_Hz : of the first mesh, where it is reached; mesh : in which, from 0
-    tolerance : what was allowed
-    cutoff_Hz : modes below it are kept, 0 if none; the lowest that is accurate enough
+    speed_Hz : frequency of the first mesh at which it is reached
+    mesh : mesh in which it is reached, from 0
+    tolerance : allowed error
+    cutoff_Hz : lowest cut-off that is accurate enough, below which modes are retained;
+        0 if there are none
     kept : number of modes below the cut-off in each mesh
-    remaining : largest error with these modes kept
+    remaining : largest error with these modes retained
     """
 
     fidelity: Fidelity
@@ -95,7 +97,7 @@ class Choice:
 
     @property
     def sentence(self) -> str:
-        """The choice and its reason in plain words."""
+        """Sentence that states the choice and its reason."""
         extent = "at most" if self.fidelity == "quasistatic" else "up to"
         where = f"at {_digits(self.speed_Hz, 4)} Hz"
         where += f" in mesh {self.mesh + 1}" if len(self.kept) > 1 else ""
@@ -119,8 +121,8 @@ def harmonic_amplitudes(ste: ArrayLike) -> Complex:
     ste : (n,) one cycle of the static transmission error, equally spaced, its first
         value not repeated; n of 2 or more
 
-    A_h is that of Re(A_h exp(2 pi j h t)), t in cycles, so that a cosine of
-    amplitude a has |A_h| = a. Of harmonic n / 2 only the cosine is seen.
+    A_h is the amplitude in Re(A_h exp(2 pi j h t)), with t in cycles, so that a cosine
+    of amplitude a has |A_h| = a. Harmonic n / 2 includes only the cosine.
     """
     values = np.asarray(ste, float)
     _require_finite("ste", values)
@@ -137,10 +139,10 @@ def inertia_error(
 ) -> float:
     """Relative error of the compliance without inertia, RMS over the excitation.
 
-    sqrt(sum |A_h e_h|^2 / sum |A_h|^2), e_h = sum_i c_i r_i / c at h mesh_frequency;
-    large but finite at a resonance, 0 without excitation.
+    It is sqrt(sum |A_h e_h|^2 / sum |A_h|^2) with e_h = sum_i c_i r_i / c at
+    h mesh_frequency; large but finite at a resonance, 0 without excitation.
 
-    amplitudes : (H,) of harmonics 1, 2, ... in any unit
+    amplitudes : (H,) amplitudes of harmonics 1, 2, ... in any unit
     mesh_frequency : 0 or more [Hz]
     """
     return float(_remaining_errors(modes, amplitudes, mesh_frequency)[0])
@@ -149,12 +151,12 @@ def inertia_error(
 def choose(
     meshes: Sequence[ExcitedMesh], speeds: ArrayLike, tolerance: float = 0.02
 ) -> Choice:
-    """Quasi-static if that errs by no more than the tolerance, else the fewest modes.
+    """Choose quasi-static treatment if its error is tolerable, else the fewest modes.
 
-    meshes : of each its modes, the amplitudes of its harmonics (H,) and its rate,
-        mesh frequency per that of the first mesh; the worst of them decides
-    speeds : (s,) mesh frequencies of the first mesh [Hz]; between them a sharp
-        resonance is not seen
+    meshes : modes, amplitudes of harmonics (H,) and rate of each mesh, i.e. its
+        frequency over that of the first mesh; the worst mesh is decisive
+    speeds : (s,) frequencies of the first mesh [Hz]; a sharp resonance between them is
+        not detected
     """
     if not meshes:
         raise ValueError("meshes must have one or more, got none")
@@ -187,7 +189,7 @@ def choose(
 def _remaining_errors(
     modes: ElasticModes, amplitudes: ArrayLike, mesh_frequency: float
 ) -> Array:
-    """Error (n + 1,) with the 0, 1, ..., n lowest of n modes kept."""
+    """Error (n + 1,) with the 0, 1, ..., n lowest of n modes retained."""
     weights = normalised(amplitudes)
     if not 0.0 <= mesh_frequency < math.inf:
         raise ValueError(
@@ -197,41 +199,42 @@ def _remaining_errors(
     driven = mesh_frequency * np.arange(1.0, weights.size + 1.0)
     x = driven[:, None] / modes.frequencies_Hz[order]
     shares = modes.compliance[order] * inertia_part(x, modes.damping_ratio)
-    # summed from the highest mode down, the sum over those above each cut-off
+    # sums from the highest mode down: the modes above each cut-off
     above = np.cumsum(shares[:, ::-1], axis=1)[:, ::-1]
     errors = np.column_stack([above, np.zeros(weights.size)])
     return np.sqrt(((weights[:, None] * errors) ** 2).sum(axis=0))
 
 
 def inertia_part(x: Array, damping_ratio: float | Array) -> Array:
-    """r_i at frequency ratios x of any shape, LARGEST at most."""
+    """Factor r_i at frequency ratios x of any shape, at most LARGEST."""
     size = np.hypot(1.0 - x**2, 2.0 * damping_ratio * x)
     return x**2 / np.maximum(size, x**2 / LARGEST)
 
 
 def normalised(amplitudes: ArrayLike) -> Array:
-    """|A_h| (H,) with a sum of squares of 1, or all 0."""
+    """Magnitudes |A_h| (H,) with a sum of squares of 1, or all 0."""
     sizes = np.abs(np.asarray(amplitudes))
     _require_finite("amplitudes", sizes)
     largest = sizes.max(initial=0.0)
     if largest == 0.0:
         return np.zeros(sizes.size)
-    sizes = sizes / largest  # squares of very small numbers would vanish
+    sizes = sizes / largest  # squares of very small numbers would underflow
     return sizes / np.sqrt((sizes**2).sum())
 
 
 def _lowest_cutoff(
     frequencies: list[Array], errors: list[Array], tolerance: float
 ) -> tuple[float, tuple[int, ...], float]:
-    """(cut-off [Hz], modes below it in each mesh, largest error of the rest).
+    """Cut-off [Hz], modes below it in each mesh, and largest error of the rest.
 
-    frequencies : for each mesh rising (n,); errors : with the lowest kept (n + 1,)
+    frequencies : (n,) for each mesh, rising
+    errors : (n + 1,) for each mesh, with the lowest modes retained
     """
     candidates = np.unique(np.concatenate(frequencies)) * (1.0 + ABOVE)
     cutoffs = np.concatenate([[0.0], candidates])
     counts = [np.searchsorted(f, cutoffs) for f in frequencies]
     worst = np.max([e[n] for e, n in zip(errors, counts, strict=True)], axis=0)
-    first = int(np.argmax(worst <= tolerance))  # with all kept the error is 0
+    first = int(np.argmax(worst <= tolerance))  # with all modes the error is 0
     kept = tuple(int(n[first]) for n in counts)
     return float(cutoffs[first]), kept, float(worst[first])
 
@@ -256,7 +259,7 @@ def _percent(part: float) -> str:
 
 
 def _digits(value: float, count: int) -> str:
-    """To so many significant digits, never with an exponent."""
+    """Format with `count` significant digits, never with an exponent."""
     return np.format_float_positional(
         value, precision=count, fractional=False, trim="-"
     )

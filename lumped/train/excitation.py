@@ -1,21 +1,21 @@
-"""What drives the vibration of one mesh: stiffness and gap of each tooth pair.
+"""Excitation of one mesh: stiffness and gap of each tooth pair.
 
-The three models differ in nothing else. With mesh deflection s, positive where the
-teeth are pressed together, pair p carries k_p (s - g_p) on its drive side,
+The three models differ only in these. With mesh deflection s, positive if the teeth
+are pressed together, pair p carries k_p (s - g_p) on its drive side,
 k_p (s - g_p + b) on its back side, and nothing within the backlash b between.
 Model-1: a stiffness and a gap for every pair (eq. 2.2 of the multi-mesh source).
 Model-2: the mean stiffness of the mesh and the loaded static transmission error without
 its mean (eq. 2.10). Model-3: the total stiffness and the no-load transmission error
-(eq. 2.11). Eq. 2.4 as printed turns the back side's force round; it is derived here
-from the overlap of the back flanks. As there, the backlash is measured from the same
-gap: right for teeth that stand out of place, as pitch errors have them; a relief of the
-drive flank counts on the back as well.
+(eq. 2.11). Eq. 2.4 as printed reverses the back side's force; it is derived here from
+the overlap of the back flanks. As there, the backlash is measured from the same gap.
+This is correct for displaced teeth, as with pitch errors, whereas a relief of the drive
+flank also affects the back.
 
-Teeth with pitch errors make tooth pairs that differ. In Model-1 an error is a constant
-that comes to the gap of its pair, exact on the nominal path and to about a per cent of
-the error in corner contact; stiffnesses are those of the teeth without errors, and a
-pair carries nothing outside of where those do. Models 2 and 3 take the transmission
-errors of the whole period, after which the pairs repeat.
+With pitch errors the tooth pairs differ. In Model-1 an error is a constant added to the
+gap of its pair, which is exact on the nominal path and accurate to about a per cent of
+the error in corner contact. Stiffnesses are those of the teeth without errors, and a
+pair carries no load where these are zero. Models 2 and 3 use the transmission errors of
+the whole period, after which the pairs repeat.
 """
 
 from __future__ import annotations
@@ -45,10 +45,10 @@ WHOLE = "on the path of contact it must be finite"
 class PairExcitation:
     """Stiffness [N/m] and gap [m] of a tooth pair over the mesh cycle.
 
-    Of the pairs that take this place one after another, where they differ.
+    If the pairs that occupy this place one after another differ, it describes them all.
 
     ahead : base pitches by which it is ahead of the reference pair, which passes the
-        pitch point at position 0; None of a spring that stands for the whole mesh
+        pitch point at position 0; None for a spring that represents the whole mesh
     """
 
     stiffness: Wave
@@ -66,7 +66,7 @@ class PairExcitation:
 
 @dataclass(frozen=True)
 class MeshExcitation:
-    """Springs that act in parallel; mean_stiffness [N/m] is that of the mesh."""
+    """Springs in parallel, with the mean stiffness of the mesh [N/m]."""
 
     pairs: tuple[PairExcitation, ...]
     mean_stiffness: float
@@ -93,19 +93,19 @@ def excitation_from_table(
     stiffness_table: MeshTable | None = None,
     pitch_errors: ArrayLike = (),
 ) -> MeshExcitation:
-    """The excitation of one mesh at a torque on its driver [N m].
+    """Excitation of one mesh at a torque on its driver [N m].
 
-    stiffness_table : of the same teeth without profile modification. Stiffnesses
-        come from there if given: modified teeth that carry nothing at rest may
-        still meet in motion, and their own table has no stiffness for that.
+    stiffness_table : table of the same teeth without profile modification, from which
+        stiffnesses are taken if given: modified teeth that carry no load at rest may
+        touch in motion, and their own table has no stiffness for that
     pitch_errors : for Model-1, gaps of the tooth pairs [m] that a table of teeth
         without errors lacks; see `pair_errors`. In models 2 and 3 the table covers
         all base pitches until the pairs repeat
 
-    Columns are interpolated in torque, raising ValueError outside of the table; a
-    table of one torque serves for all. Stiffnesses must be positive.
-    Tables without columns for pairs count as one pair in any model. What is used must
-    be finite; the cells of a pair may be empty before and after its path of contact.
+    Columns are interpolated in torque; torques outside the table raise ValueError, but
+    a table of one torque serves for all. Stiffnesses must be positive. Tables without
+    columns for pairs count as one pair in any model. All values used must be finite;
+    the cells of a pair may be empty before and after its path of contact.
     """
     if model not in MODELS:
         raise ValueError(f"model must be 1, 2 or 3, got {model}")
@@ -138,7 +138,7 @@ def excitation_from_table(
 
 
 def at_torque(table: MeshTable, column: str, torque: float) -> Array:
-    """A column (n,) at a torque [N m], linear between the torques of the table."""
+    """Column (n,) at a torque [N m], linear between the torques of the table."""
     torques, values = table.torque_Nm, table[column]
     if torques.size == 1:
         return values[0]
@@ -170,7 +170,7 @@ def _require_finite(table: MeshTable, column: str) -> None:
 def _refuse(
     table: MeshTable, column: str, bad: NDArray[np.bool_], allowed: str
 ) -> None:
-    """Raise ValueError that names the first bad cell (t, n) of a column, if any."""
+    """Raise ValueError with the first bad cell (t, n) of a column, if any."""
     for t, n in np.argwhere(bad):
         value = table[column][t, n]
         raise ValueError(
@@ -180,9 +180,9 @@ def _refuse(
 
 
 def _require_whole_path(table: MeshTable) -> None:
-    """On the path of contact all cells of a pair are numbers, and where it carries.
+    """Require numbers in all cells of a pair on the path of contact.
 
-    The path goes from pair to pair, from the first positive stiffness to the last.
+    The path runs from pair to pair, from the first positive stiffness to the last.
     """
     teeth, pitches = pair_teeth(table), table_pitches(table)
     order = sorted(range(len(teeth)), key=lambda i: teeth[i])
@@ -211,7 +211,7 @@ def _require_whole_path(table: MeshTable) -> None:
 
 
 def table_pitches(table: MeshTable) -> int:
-    """Base pitches that a table covers in equal steps; ValueError where it does not."""
+    """Base pitches that a table covers in equal steps; ValueError if it does not."""
     position, size = table.position, table.position.size
     step = float(position[1] - position[0]) if size > 1 else 1.0
     each = round(1.0 / step)  # positions of a base pitch
@@ -227,7 +227,7 @@ def table_pitches(table: MeshTable) -> int:
 def _pairs(
     table: MeshTable, plain: MeshTable, torque: float, errors: Array
 ) -> tuple[PairExcitation, ...]:
-    """Springs of all pairs; a pair's waves join those of the pair before it."""
+    """Springs of all pairs; a pair's waves continue those of the pair before it."""
     for each in (plain, table):
         _require_whole_path(each)
     stiffness = _along_the_path(plain, "stiffness_N_per_m", torque, 0.0)
@@ -240,9 +240,9 @@ def _pairs(
 
 
 def bending_along_path(table: MeshTable, torque: float) -> dict[int, Wave]:
-    """Friction-bending ratio of every pair over its way, by whole base pitches ahead.
+    """Friction-bending ratio of every pair along its path, by base pitches ahead.
 
-    That of the nearest place with a load where it has none.
+    Where a pair carries no load, the ratio is that at the nearest loaded position.
     """
     return _along_the_path(table, "friction_bending_ratio", torque, None)
 
@@ -253,7 +253,7 @@ def with_errors(gap: Wave, ahead: int, errors: Array) -> Wave:
     errors : of the tooth pairs (n,) [m], the reference pair at position 0 first, then
         those that come into contact after it
     """
-    # what is ahead came into contact earlier
+    # pairs ahead came into contact earlier
     return replace(gap, offsets=np.roll(errors, ahead)) if errors.size else gap
 
 
@@ -277,7 +277,7 @@ def _along_the_path(
 def _along_all_paths(
     columns: dict[int, Array], outside: float | None
 ) -> dict[int, Wave]:
-    """Waves where pairs differ: columns (c, n) over base pitches, by pair.
+    """Waves by pair if pairs differ, from columns (c, n) over base pitches.
 
     The pair that is k ahead in base pitch i is k + 1 ahead in the next.
     """
@@ -296,7 +296,7 @@ def _along_all_paths(
 
 
 def _filled(path: Array, outside: float | None) -> tuple[Array, float]:
-    """Column without holes, and the value at its end."""
+    """Path with gaps filled, and the value at its end."""
     missing = ~np.isfinite(path)
     if outside is None and not missing.all():
         path = np.interp(np.arange(path.size), np.flatnonzero(~missing), path[~missing])

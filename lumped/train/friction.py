@@ -1,29 +1,29 @@
-"""Sliding friction of teeth: what it adds to the force of a tooth pair.
+"""Sliding friction of teeth and its contribution to the force of a tooth pair.
 
 A pair that is x ahead of the pitch point along the line of action carries a normal
 force N and a friction force mu N across it. Before the pitch point, in approach, the
-driven flank slides faster and draws the driver's on; beyond it, in recess, the other
-way round. Loads on the coordinates are -N (a - mu sgn b), with a the mesh's row of
-`Coordinates`, sgn = 1 in approach and -1 in recess, and b = b_0 + x b_1 the row of
-friction: moments about both gears' axes with arms l_1 = r_1 tan(phi) + x and
-l_2 = r_2 tan(phi) - x, and forces off the line of action.
+driven flank slides faster and pulls the driver's flank along; beyond it, in recess, the
+driver's flank is faster. The loads on the coordinates are -N (a - mu sgn b), with a the
+mesh's row of `Coordinates`, sgn = 1 in approach and -1 in recess, and b = b_0 + x b_1
+the row of friction: moments about both gears' axes with arms l_1 = r_1 tan(phi) + x and
+l_2 = r_2 tan(phi) - x, and forces perpendicular to the line of action.
 
-Along the row, b v is the sliding speed, that of the driver's flank less that of the
-driven's. Nominally it is x times both gears' speeds; with v the whole motion sgn is
--sgn(b v), and friction takes the power mu N |b v|. Eq. 6.3 has it with another sign of
-one gear's vibration: as printed it takes u_2' off, which closes the mesh as u_1' does.
+The sliding speed is b v, the speed of the driver's flank minus that of the driven
+flank. Nominally it is x times the sum of both gears' speeds. If v is the whole motion,
+sgn is -sgn(b v), and friction dissipates the power mu N |b v|. Eq. 6.3 has another sign
+of one gear's vibration: as printed it subtracts u_2', which closes the mesh as u_1'
+does.
 
-Where back flanks touch, the contact runs along the other line of action, on which the
-driver is the gear that is pushed. That mirrors the pair about the line of centres and
-turns the sliding round: the row is b_0' - x b_1, with the same moments at the pitch
-point and forces across the other line, and the friction -mu N sgn(b v). As the
-stiffness of the back side is that of the drive side at the same position, so is x:
-teeth count as thin. Their normal force stays on the line of the drive side, as in
-`lumped.train.excitation`.
+If back flanks touch, the contact moves along the other line of action, on which the
+driver is the gear that is pushed. This mirrors the pair about the line of centres and
+reverses the sliding: the row is b_0' - x b_1, with the same moments at the pitch point
+and forces across the other line, and the friction is -mu N sgn(b v). Like the stiffness
+of the back side, x is that of the drive side at the same position: teeth count as thin.
+Their normal force stays on the line of the drive side, as in `lumped.train.excitation`.
 
-This is eq. 4.40 and 4.44 of the multi-mesh source but for a sign: with eq. 4.40 the
-normal force grows in approach, with the matrix L of eq. 4.44 as printed it falls.
-Only the first lets friction take energy away.
+This is eq. 4.40 and 4.44 of the multi-mesh source except for a sign: with eq. 4.40 the
+normal force increases in approach, with the matrix L of eq. 4.44 as printed it
+decreases. Only with the former does friction dissipate energy.
 """
 
 from __future__ import annotations
@@ -52,13 +52,13 @@ class ToothFriction:
 
     coefficient : mu
     bending : friction-bending ratio, deflection by a friction force over that by a
-        normal force of the same size; pairs are stiffer by `bending` mu in approach
-        and softer in recess, eq. 4.42. Over the way through the mesh one wave for each
-        pair, by whole base pitches ahead
-    sliding : whose direction friction opposes, that of the gears' nominal speeds, or
-        with their vibration
-    transition : sliding speed V [m/s] about which instantaneous friction turns, as
-        mu tanh(v / V); 0 to turn at once
+        normal force of the same magnitude; pairs are stiffer by `bending` mu in
+        approach and softer in recess, eq. 4.42. It has one wave for each pair along its
+        path through the mesh, by whole base pitches ahead
+    sliding : sliding whose direction friction opposes, from the gears' nominal speeds
+        or including their vibration
+    transition : sliding speed V [m/s] over which instantaneous friction reverses, as
+        mu tanh(v / V); 0 for a jump
     """
 
     coefficient: float
@@ -75,7 +75,7 @@ class ToothFriction:
             raise ValueError("transition is of instantaneous sliding, got nominal")
 
     def _ratios(self) -> Iterator[tuple[str, float]]:
-        """All friction-bending ratios, of waves at their breaks, by their name."""
+        """Names and values of all friction-bending ratios, at the breaks of waves."""
         if not isinstance(self.bending, Mapping):
             yield "bending", self.bending
             return
@@ -88,15 +88,15 @@ class ToothFriction:
         """Friction-bending ratio of a pair by whole base pitches ahead."""
         if not isinstance(self.bending, Mapping):
             return constant(self.bending)
-        # a pair that carries nothing where the ratio was found has that of its nearest
+        # a pair that carried no load when the ratio was found has that of the nearest
         nearest = min(self.bending, key=lambda pair: abs(pair - ahead))
         return self.bending[nearest]
 
 
 def with_bending(excitation: MeshExcitation, friction: ToothFriction) -> MeshExcitation:
-    """Tooth pairs as friction bends them, with a corner at the pitch point.
+    """Tooth pairs with deflection by friction, with a corner at the pitch point.
 
-    Raises ValueError where the excitation is not made of tooth pairs.
+    Raises ValueError if the excitation does not consist of tooth pairs.
     """
     if not friction.coefficient:
         return excitation
@@ -110,28 +110,29 @@ def with_bending(excitation: MeshExcitation, friction: ToothFriction) -> MeshExc
         change = side_of(pair.ahead) * friction.coefficient
         factor = friction.bending_of(pair.ahead).scaled(change, 1.0)
         wave = product(pair.stiffness, factor)
-        if pair.ahead == 0:  # it has come from approach to recess
+        if pair.ahead == 0:  # the pair passes from approach to recess
             wave = replace(wave, corners=tuple(sorted({0.0, *wave.corners})))
         pairs.append(replace(pair, stiffness=wave))
     return replace(excitation, pairs=tuple(pairs))
 
 
 def side_of(ahead: int) -> int:
-    """1 in approach, -1 in recess, of a pair by whole base pitches ahead."""
+    """Sign of a pair by whole base pitches ahead: 1 in approach, -1 in recess."""
     return 1 if ahead < 0 else -1
 
 
 def base_pitch(train: Train, mesh: int) -> float:
-    """Base pitch of a mesh, by its driver [m]."""
+    """Base pitch of a mesh, from its driver [m]."""
     driver = train.gears[train.meshes[mesh].driver]
     return 2.0 * math.pi * driver.base_radius / driver.teeth
 
 
 class FrictionRows(NamedTuple):
-    """What a friction force does to coordinates, or modes, of every mesh (m, n).
+    """Load (m, n) on coordinates, or modes, per friction force in every mesh.
 
-    at_pitch : b_0, at the pitch point on the drive side; at_pitch_back : the same on
-        the back side; per_metre : b_1, per metre ahead of it
+    at_pitch : b_0, at the pitch point on the drive side
+    at_pitch_back : b_0', at the pitch point on the back side
+    per_metre : b_1, per metre ahead of the pitch point
     """
 
     at_pitch: Array
@@ -139,17 +140,17 @@ class FrictionRows(NamedTuple):
     per_metre: Array
 
     def of_shapes(self, shapes: Array) -> FrictionRows:
-        """On modes of shapes (n, k)."""
+        """Rows on modes of shapes (n, k)."""
         return FrictionRows(*(row @ shapes for row in self))
 
 
 def friction_rows(train: Train, space: Coordinates) -> FrictionRows:
-    """On the coordinates."""
+    """Friction rows on the coordinates."""
     shape = len(train.meshes), space.mass.size
     drive, back, per_metre = np.zeros(shape), np.zeros(shape), np.zeros(shape)
     for m, mesh in enumerate(train.meshes):
         sense = train.sense(mesh.driver)
-        # from the line of centres to the way of the driver's flank at the contact
+        # from the line of centres to the direction of the driver's flank at the contact
         ways = (drive, math.pi - mesh.pressure_angle), (back, mesh.pressure_angle)
         for row, angle in ways:
             row[m] = _row_at_pitch(train, mesh, space, sense * angle)
@@ -159,9 +160,8 @@ def friction_rows(train: Train, space: Coordinates) -> FrictionRows:
 
 
 def _row_at_pitch(train: Train, mesh: Mesh, space: Coordinates, angle: float) -> Array:
-    """Row of a force on the driver at an angle to the line of centres (n,), and of the
-    opposite force on the driven gear.
-    """
+    """Row (n,) of a force on the driver at an angle to the line of centres, and of the
+    opposite force on the driven gear."""
     row, slope = np.zeros(space.mass.size), math.tan(mesh.pressure_angle)
     way = mesh.center_line + angle
     for gear, side in ((mesh.driver, 1.0), (mesh.driven, -1.0)):
@@ -175,7 +175,7 @@ def _row_at_pitch(train: Train, mesh: Mesh, space: Coordinates, angle: float) ->
 
 def sliding_rate(train: Train, mesh: int) -> float:
     """Nominal sliding speed per metre from the pitch point, over the frequency of the
-    first mesh: both gears' speeds by their base radii."""
+    first mesh, from both gears' speeds and base radii."""
     along = float(train.mesh_rates[mesh]) * base_pitch(train, mesh)
     spec = train.meshes[mesh]
     radii = (train.gears[g].base_radius for g in (spec.driver, spec.driven))
@@ -190,11 +190,12 @@ def torque_shares(
     position: Array,
     gear: Literal["driver", "driven"] = "driver",
 ) -> Array:
-    """Share of the normal forces of pairs that turns a gear: 1 - mu sgn l / r, eq.
-    4.40.
+    """Shares (p, n) of normal forces in the torque on a gear, on the drive side.
 
-    ahead : base pitches by which each is ahead; position : (n,) of the mesh's cycle
-    Of shape (p, n); on the drive side.
+    They are 1 - mu sgn l / r, eq. 4.40.
+
+    ahead : (p,) base pitches by which each pair is ahead
+    position : (n,) positions in the mesh's cycle
     """
     spec, pitch = train.meshes[mesh], base_pitch(train, mesh)
     way = pitch if gear == "driver" else -pitch

@@ -28,10 +28,11 @@ def with_friction(
     friction: Sequence[ToothFriction],
     rows: FrictionRows,
 ) -> FrictionSamples:
-    """Samples and what friction adds to them.
+    """Samples with the contributions of friction.
 
-    times : of the grid that they stand on, in periods of the first mesh
-    friction : of every mesh; rows : on the modes
+    times : times of the grid of the samples, in periods of the first mesh
+    friction : friction of every mesh
+    rows : friction rows on the modes
     """
     train = excitation.train
     slide: list[Wave] = []

@@ -1,13 +1,13 @@
-"""Body modes that the coupled model leaves out: a bound on what they would change.
+"""Bound on the effect of the body modes that the coupled model leaves out.
 
-The bound is that of `lumped.train.elastic_inertia`: what the inertia of a mode changes
-of the mesh compliance, relative to the excitation's RMS, added up over all left out.
-Modes that were never solved count as one, at the lowest frequency that they can have,
-with the inertia that is left of all: the sum of w^2 / omega^4 is known from statics.
+The bound is that of `lumped.train.elastic_inertia`: the change of the mesh compliance
+by the inertia of a mode, relative to the excitation's RMS, summed over all modes left
+out. Modes that were never solved count as one mode at the lowest frequency that they
+can have, with the remaining inertia: the sum of w^2 / omega^4 is known from statics.
 
-A change of compliance also shifts resonances of the mesh. With little damping that
-matters where the compliance alone would not: by a part s of half the bandwidth it
-changes amplitudes on the flanks of a resonance by s / 2.
+A change of compliance also shifts resonances of the mesh. With little damping this can
+matter even if the compliance itself does not: a shift by a fraction s of half the
+bandwidth changes amplitudes on the flanks of a resonance by s / 2.
 """
 
 from __future__ import annotations
@@ -21,29 +21,29 @@ from lumped.train.elastic_inertia import inertia_part, normalised
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
-ALLOWED = 0.08  # of the excitation's RMS, and of amplitudes on a resonance's flanks
-STRAINED = 0.05  # of the strain energy of a resonance, in the meshes, that counts
-REACH = 0.05  # of the speed beyond the band, from which a resonance is excited
-SHARP = 1e-3  # least damping ratio of a resonance, below which none is resolved
-GRID = 25  # speeds at which the bound is looked at, besides resonances
-ORDERS = 12  # of the mesh frequency, whose resonances with a mode are looked at
-HARMONICS = 32  # of the excitation, at most
+ALLOWED = 0.08  # largest error of excitation, and of amplitudes on flanks of resonances
+STRAINED = 0.05  # least part of a resonance's strain energy in the meshes that counts
+REACH = 0.05  # relative distance beyond the band at which a resonance is excited
+SHARP = 1e-3  # least damping ratio at which a resonance is resolved
+GRID = 25  # speeds at which the bound is evaluated, in addition to resonances
+ORDERS = 12  # orders of the mesh frequency whose resonances with a mode are considered
+HARMONICS = 32  # largest number of harmonics of the excitation
 CRITICAL = 1.0  # damping ratio of modes that were not solved
 
 
 @dataclass(frozen=True, eq=False)
 class BodyInertia:
-    """How the meshes of a train feel b solved body modes, and the rest of their bodies.
+    """Effect of b solved body modes, and of the remaining modes, on the meshes.
 
     frequencies_Hz, damping_ratio, families : (b,); modes of one family are a pair
-    compliance : (m, b) share of each in the mesh's compliance at rest
-    rest_Hz : no mode that was not solved is lower; rest : (m,) their compliance, of
-        modes at this frequency with the inertia of all of them
-    amplitudes : (m, h) of harmonics of the static transmission error
-    rate : (m,) of the meshes over the first
+    compliance : (m, b) share of each mode in the mesh's compliance at rest
+    rest_Hz : lower bound of the frequencies of modes that were not solved
+    rest : (m,) compliance of modes at this frequency with the inertia of all of these
+    amplitudes : (m, h) amplitudes of harmonics of the static transmission error
+    rate : (m,) frequencies of the meshes over that of the first
     resonances_Hz, energy : (r,) and (m, r) natural frequencies without body modes, and
-        the part of their strain energy in each mesh
-    resonance_damping : damping ratio of these
+        the fraction of their strain energy in each mesh
+    resonance_damping : damping ratio of these resonances
     """
 
     frequencies_Hz: Array
@@ -59,8 +59,7 @@ class BodyInertia:
     resonance_damping: float
 
     def largest_error(self, kept: Mask, band: tuple[float, float]) -> float:
-        """Largest relative error of the mesh compliance in a band of speeds of the
-        first mesh [Hz].
+        """Largest relative error of the mesh compliance in a band of speeds [Hz].
 
         kept : (b,) modes that are not left out
         """
@@ -74,9 +73,10 @@ class BodyInertia:
         return self._flank_error(self._flanks(band), ~kept)
 
     def choose(self, band: tuple[float, float], allowed: float = ALLOWED) -> Mask:
-        """The modes (b,) to keep, so that the others change no more than allowed.
+        """Mask (b,) of the modes to retain, so that the others change no more than
+        allowed.
 
-        Families whose error alone is largest are kept first.
+        Families with the largest individual errors are retained first.
         """
         parts, flanks = self._parts(band), self._flanks(band)
 
@@ -94,9 +94,7 @@ class BodyInertia:
         return np.ones(self.families.size, bool)
 
     def _error(self, parts: list[Array], left: Mask, rest: bool = True) -> float:
-        """Error without some of the modes (b,), and without the remainder if that
-        counts.
-        """
+        """Compliance error without some of the modes (b,), and the rest if included."""
         out = np.append(left, rest)
         return max(
             float(np.sqrt(((part[..., out].sum(axis=2) * size) ** 2).sum(axis=1)).max())
@@ -104,9 +102,7 @@ class BodyInertia:
         )
 
     def _flank_error(self, flanks: Array, left: Mask, rest: bool = True) -> float:
-        """Error on flanks without some of the modes (b,), and without the remainder if
-        that counts.
-        """
+        """Flank error without some of the modes (b,), and the rest if included."""
         out = np.append(left, rest)
         return float(flanks[:, out].sum(axis=1).max(initial=0.0))
 
@@ -121,7 +117,7 @@ class BodyInertia:
         return 0.5 * shift / damping * self._excited(band, damping)[:, None]
 
     def _excited(self, band: tuple[float, float], damping: float) -> Array:
-        """Part (r,) of vibration that is resonance, where a speed excites it most."""
+        """Fraction (r,) of vibration due to resonance, at the most exciting speed."""
         energy, found = self.energy.sum(axis=0), np.zeros(self.resonances_Hz.size)
         for sizes, rate in zip(self._sizes, self.rate, strict=True):
             for order, size in enumerate(sizes[:ORDERS], start=1):
@@ -152,7 +148,7 @@ class BodyInertia:
         return found
 
     def _speeds(self, band: tuple[float, float]) -> Array:
-        """Speeds of a band, with those at which harmonics meet modes."""
+        """Speeds of a band, including those at which harmonics excite modes."""
         orders = np.multiply.outer(self.rate, np.arange(1.0, ORDERS + 1.0)).ravel()
         met = np.divide.outer(self.frequencies_Hz, orders).ravel()
         inside = met[(met > band[0]) & (met < band[1])]

@@ -12,7 +12,7 @@ from lumped.train.coordinates import Coordinates, coordinates
 from lumped.train.train import Train, TrainError
 
 Array = NDArray[np.float64]
-RIGID = 1e-12  # frequency over the highest one below which nothing is strained
+RIGID = 1e-12  # frequency over the highest one below which a motion is rigid
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,9 +20,9 @@ class Modes:
     """Undamped modes of n coordinates, by rising frequency.
 
     frequency_Hz : (n,), exactly 0 for motions that strain nothing
-    shapes : (n, n), a mode in each column, mass-normalised: V^T M V = 1
+    shapes : (n, n) one mode per column, mass-normalised: V^T M V = 1
     mesh_shapes : (meshes, n) mesh deflection of each mode
-    mesh_energy : (meshes, n) part of the strain energy that is in each mesh
+    mesh_energy : (meshes, n) fraction of the strain energy in each mesh
     """
 
     coordinates: Coordinates
@@ -38,7 +38,7 @@ class Modes:
         return 2.0 * np.pi * self.frequency_Hz
 
     def damping_matrix(self, ratio: float) -> Array:
-        """C (n, n) with the same damping ratio in every mode."""
+        """Damping matrix C (n, n) with the same damping ratio in every mode."""
         momentum = self.coordinates.mass[:, None] * self.shapes
         return (momentum * (2.0 * ratio * self.angular)) @ momentum.T
 
@@ -46,8 +46,8 @@ class Modes:
 def natural_modes(train: Train, mean_stiffness: Sequence[float]) -> Modes:
     """Modes with the meshes' mean stiffnesses (meshes,) [N/m].
 
-    The stiffness matrix is never formed: its factor, a row for each spring, keeps
-    the digits of soft modes beside stiff springs.
+    The stiffness matrix is never formed: its factor, with a row for each spring,
+    preserves the digits of soft modes in the presence of stiff springs.
     """
     stiffness = np.array(mean_stiffness, float)
     if stiffness.shape != (len(train.meshes),) or not (stiffness > 0.0).all():
@@ -76,7 +76,7 @@ def natural_modes(train: Train, mean_stiffness: Sequence[float]) -> Modes:
 
 
 def _with_sign(shapes: Array) -> Array:
-    """Columns turned so that their largest entry is positive."""
+    """Columns with signs such that the largest entry is positive."""
     largest = np.abs(shapes).argmax(axis=0)
     signs = np.sign(shapes[largest, np.arange(shapes.shape[1])])
     return shapes * np.where(signs == 0.0, 1.0, signs)

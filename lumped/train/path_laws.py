@@ -1,13 +1,14 @@
-"""The load of every tooth pair over its penetration, from a mesh table.
+"""Load of every tooth pair over its penetration, from a mesh table.
 
-A tooth pair is deflected by its own load F and by those of the pairs beside it,
+A tooth pair is deflected by its own load F and by the loads of neighbouring pairs,
 
     ste = gap_i + x_i + sum_j C_ij F_j,
 
-so that a table has, at every position, a point of the law F_i(x_i) for each torque.
-Equal pairs take the same way one after another: the laws stand along the path of
-contact. Contact stiffens with the logarithm of its load: F / x is nearly a straight
-line over log x. There laws are interpolated, and go on beyond the table's torques.
+so that a table contains, at every position, a point of the law F_i(x_i) for each
+torque. Equal pairs follow the same path one after another: the laws are functions of
+the position on the path of contact. Contact stiffens with the logarithm of its load:
+F / x is nearly linear over log x. In these variables laws are interpolated, and
+extrapolated beyond the table's torques.
 """
 
 from __future__ import annotations
@@ -25,13 +26,13 @@ from lumped.train.table import MeshTable, pair_compliance_name, pair_names, pair
 Array = NDArray[np.float64]
 FAR_GAP = 1e-2  # [m] beyond any deflection
 CELLS = 256  # penetrations of a law, denser toward zero
-BEYOND = 2.0  # times the table's largest penetration, up to which laws curve
-LEAST = 1e-4  # of that penetration: points below it are rounding
-SURE = 1e-1  # of it: points from which a law goes on to larger penetrations
-WRONG = 1e-2  # of it: by more a table contradicts itself
-MOST_HARDENING = 0.5  # largest relative slope of F / x over log x that is carried on
-FLOOR = 0.1  # of F / x at the first point, toward zero
-WHOLE = 1e-2  # by how much load shares may miss 1
+BEYOND = 2.0  # multiple of the table's largest penetration up to which laws curve
+LEAST = 1e-4  # part of that penetration below which points are round-off
+SURE = 1e-1  # part of it from which a law is extrapolated to larger penetrations
+WRONG = 1e-2  # part of it by which a table may contradict itself
+MOST_HARDENING = 0.5  # largest extrapolated relative slope of F / x over log x
+FLOOR = 0.1  # least F / x toward zero, relative to the first point
+WHOLE = 1e-2  # largest deviation of the sum of load shares from 1
 NEEDED = "the coupled model needs"
 CONTRADICTS = (
     "ste_m, gap_m, load_share and compliance contradict each other: a pair must carry "
@@ -46,9 +47,10 @@ class PathLaws:
 
     place : (s,) base pitches past the pitch point
     gap : (s,) transmission error that closes the pair, large off the path [m]
-    penetration : (j,) [m]; load : (s, j) [N]
-    compliance : (s,) penetration of the pair per load of another [m/N], by how many
-        base pitches that is ahead
+    penetration : (j,) [m]
+    load : (s, j) [N]
+    compliance : (s,) penetration of the pair per load of another [m/N], by the number
+        of base pitches by which the other is ahead
     """
 
     place: Array
@@ -63,10 +65,11 @@ def path_laws(
 ) -> PathLaws:
     """Laws from all torques of a table with the gears' hubs held.
 
-    base_radius : of the driver [m]
+    base_radius : base radius of the driver [m]
     without : parts of the coupled model, `lumped.train.coupled.INGREDIENTS`, that are
-        left out and that the table need not know
-    Raises ValueError where the table lacks something or contradicts itself.
+        left out and that the table need not contain
+
+    Raises ValueError if the table is incomplete or contradicts itself.
     """
     _require_equal_pairs(table)
     _require_hardening(table, without)
@@ -80,7 +83,7 @@ def path_laws(
     load = np.nan_to_num(share) * force[:, None]
     gap = np.nan_to_num(gaps, nan=FAR_GAP).min(axis=1)
     if len(teeth) > 1 and not _knows_compliance(table):
-        # pairs beside it keep a pair open that would touch alone
+        # neighbouring pairs keep a pair open that would touch alone
         idle = np.where(load > 0.0, 0.0, table["ste_m"][rising])
         gap = np.maximum(gap, idle.max(axis=1))
     penetration = table["ste_m"][rising] - gap[:, None]
@@ -106,7 +109,7 @@ def path_laws(
 
 
 def _require_equal_pairs(table: MeshTable) -> None:
-    """A table of one base pitch with columns for pairs, of gears held at their hubs."""
+    """Require a table of one base pitch with columns for pairs and hubs held."""
     if table_pitches(table) > 1:
         raise ValueError(
             f"base pitches = {table_pitches(table)}; {NEEDED} a table of teeth without "
@@ -151,10 +154,12 @@ def _knows_compliance(table: MeshTable) -> bool:
 def _compliance(
     table: MeshTable, i: int, j: int, both: NDArray[np.bool_], needed: bool
 ) -> Array:
-    """How pairs i and j deflect each other (n,) [m/N], 0 where that is not known.
+    """Mutual compliance (n,) of pairs i and j [m/N], 0 where it is unknown.
 
-    both : (t, n) where both carry; needed : whether it must be known there
-    The mean of all torques, for with the load only its place changes a little.
+    It is the mean over all torques, since the load only shifts its position slightly.
+
+    both : (t, n) mask of the positions where both carry load
+    needed : whether it must be known there
     """
     name = pair_compliance_name(i, j)
     if name not in table.columns:
@@ -176,7 +181,7 @@ def _compliance(
 
 
 def _along(values: Array, teeth: list[int], outside: float) -> Array:
-    """Values (k, ..., n) of the pairs as one row (..., s) along the path."""
+    """Reshape values (k, ..., n) of the pairs to one row (..., s) along the path."""
     low, high = min(teeth), max(teeth)
     path = np.full((high - low + 1, *values.shape[1:]), outside)
     path[np.array(teeth) - low] = values
@@ -197,7 +202,7 @@ def _laws(penetration: Array, load: Array, table: MeshTable) -> tuple[Array, Arr
     hardening = _hardening([points[s] for s in sure])
     end = np.log([scale])
     for s in sorted({*range(len(points))} - {*sure}):
-        # a pair that hardly carries here goes on as where it does
+        # a pair that hardly carries load here is extrapolated as where it does
         nearest = points[sure[np.abs(sure - s).argmin()]]
         x, k = points[s]
         onward = np.append(k, _stiffness(nearest, hardening, end))
@@ -219,9 +224,9 @@ def _hardening(points: Sequence[tuple[Array, Array]]) -> float:
 
 
 def _stiffness(points: tuple[Array, Array], hardening: float, at: Array) -> Array:
-    """F / x [N/m] at logarithms of penetrations (j,), from those at points.
+    """Stiffness F / x [N/m] at logarithms of penetrations (j,), from that at points.
 
-    hardening : usual relative slope, near to which the curve goes on beyond its ends
+    hardening : typical relative slope, for extrapolation beyond the ends
     """
     from scipy.interpolate import PchipInterpolator
 
@@ -231,7 +236,7 @@ def _stiffness(points: tuple[Array, Array], hardening: float, at: Array) -> Arra
     curve = PchipInterpolator(x, k)
     low, high = curve(x[[0, -1]], 1)
     low = np.clip(low, 0.0, MOST_HARDENING * k[0])
-    high = np.clip(high, 0.0, 2.0 * hardening * k[-1])  # not of a trace of load alone
+    high = np.clip(high, 0.0, 2.0 * hardening * k[-1])  # not from a trace of load alone
     inside = np.clip(at, x[0], x[-1])
     beyond = np.where(at < x[0], low, high) * (at - inside)
     return np.asarray(np.maximum(curve(inside) + beyond, FLOOR * k[0]))
@@ -240,7 +245,7 @@ def _stiffness(points: tuple[Array, Array], hardening: float, at: Array) -> Arra
 def _require_agreement(
     penetration: Array, load: Array, scale: float, table: MeshTable
 ) -> None:
-    """Loads (t, s) grow with penetrations, from zero at zero."""
+    """Require that loads (t, s) increase with penetrations, from zero at zero."""
     carries = load > 0.0
     wrong = np.where(carries, penetration < -WRONG * scale, penetration > WRONG * scale)
     _refuse_where(wrong | (load < 0.0), table, CONTRADICTS)
@@ -250,7 +255,7 @@ def _require_agreement(
 
 
 def _refuse_where(bad: NDArray[np.bool_], table: MeshTable, allowed: str) -> None:
-    """Raise ValueError at the first place along the path (t, s) that is bad."""
+    """Raise ValueError at the first bad position along the path (t, s)."""
     for _, s in np.argwhere(bad):
         ahead, at = divmod(int(s), table.position.size)
         number = pair_teeth(table).index(ahead + min(pair_teeth(table))) + 1

@@ -1,10 +1,10 @@
 """Pitch errors of two gears as gaps of the tooth pairs that they form.
 
-Teeth are counted in the order in which they come into contact. Tooth n of the driver
-then meets tooth n of the driven gear, both counted on after a whole turn: the pairs
-repeat after the common multiple of the teeth (hunting tooth), or of what the errors
-repeat after. On the back flanks tooth n of the driven gear meets tooth n - 1 of the
-driver, the one before it.
+Teeth are numbered in the order in which they come into contact, beyond a whole turn.
+Tooth n of the driver then meets tooth n of the driven gear. The pairs repeat after the
+common multiple of the numbers of teeth (hunting tooth), or of the periods of the
+errors. On the back flanks tooth n of the driven gear meets the preceding tooth n - 1 of
+the driver.
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ Array = NDArray[np.float64]
 def pair_errors(driver: Sequence[float], driven: Sequence[float]) -> Array:
     """Gap of every tooth pair (n,) [m] until the pairs repeat; empty without errors.
 
-    driver, driven : material missing on each tooth, positive opens a gap [m]; empty
-        for a gear without errors
+    driver, driven : missing material on each tooth, positive if it opens a gap [m];
+        empty for a gear without errors
     """
     if not (any(driver) or any(driven)):
         return np.zeros(0)
@@ -36,10 +36,12 @@ def pair_gaps(
     pair: ArrayLike,
     back: bool = False,
 ) -> Array:
-    """Gaps of tooth pairs of any shape, by the number of their driven tooth [m].
+    """Gaps of tooth pairs [m].
 
     driver, driven : errors of the drive flanks, or empty
-    back : of the back flanks, which stand as far ahead as the others stand back
+    pair : numbers of the pairs' driven teeth, of any shape
+    back : whether to return gaps of the back flanks, which are displaced in the
+        opposite direction
     """
     pair = np.asarray(pair, np.int64)
     gaps = np.zeros(pair.shape)
@@ -50,7 +52,7 @@ def pair_gaps(
 
 
 def shortest_period(errors: Sequence[float] | Array) -> int:
-    """Teeth after which errors repeat, a divisor of their number."""
+    """Number of teeth after which errors repeat, a divisor of the number of errors."""
     values = np.asarray(errors, float)
     for period in range(1, values.size // 2 + 1):
         if (

@@ -1,9 +1,10 @@
 """Exact steps of the linear part of a train, see `lumped.kernels.arrays.Propagator`.
 
 With y' = A y + b g the step is y(t + h) = e^{Ah} y + h int_0^1 e^{Ah(1 - s)} b g ds,
-and g a polynomial in s through values at its nodes. Functions of A are taken of its
-eigenvalues. For a motion that the step does not resolve forces vary linearly within it,
-and it decays: a cubic through nodes that far apart would make it grow.
+where g is a polynomial in s through values at its nodes. Functions of A are evaluated
+at its eigenvalues. For a motion that the step does not resolve, forces vary linearly
+within the step and decay is added: a cubic through nodes that far apart would make it
+grow.
 """
 
 from __future__ import annotations
@@ -19,11 +20,11 @@ from lumped.kernels.arrays import CoupledSystem, Propagator
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
-NODES = np.array([1.0, 0.0, -1.0, -2.0])  # of a force, in steps
-RESOLVED = 1.0  # rad a step, up to which a motion is
+NODES = np.array([1.0, 0.0, -1.0, -2.0])  # nodes of a force, in steps
+RESOLVED = 1.0  # rad per step up to which a motion is resolved
 FADING = 0.25  # logarithm of the decay in a step per rad beyond it
-SOFT = 1e-10  # of the largest squared frequency: no eigenvalue is defective
-SMALL = 2.0  # |z| below which moments are integrated, else by recurrence
+SOFT = 1e-10  # least part of the largest squared frequency: no defective eigenvalues
+SMALL = 2.0  # |z| below which moments are integrated, otherwise by recurrence
 POINTS, WEIGHTS = np.polynomial.legendre.leggauss(12)
 PLACES = 0.5 * (POINTS + 1.0)
 POWERS = 0.5 * WEIGHTS * PLACES ** np.arange(4)[:, None]
@@ -34,7 +35,7 @@ LINEAR[:2, :2] = np.linalg.inv(np.vander(NODES[:2], increasing=True)).T
 
 @dataclass(frozen=True, eq=False)
 class LinearPart:
-    """The train without its contacts, and its eigenvalues."""
+    """Train without its contacts, and its eigenvalues."""
 
     system: CoupledSystem
 
@@ -50,7 +51,7 @@ class LinearPart:
 
     @cached_property
     def _modes(self) -> tuple[Complex, Complex, Complex]:
-        """Eigenvalues (2 a,), a row (2 a, 2 a) of each eigenvector, and inverse."""
+        """Eigenvalues (2 a,), eigenvectors as rows (2 a, 2 a), and their inverse."""
         a = self.standing
         own, eye = slice(0, a), np.eye(a)
         stiffness = self.system.stiffness[own, own]
@@ -63,7 +64,7 @@ class LinearPart:
 
     @property
     def _largest(self) -> float:
-        """A squared frequency of the contacts [1/s2]."""
+        """Squared frequency of the contacts [1/s2]."""
         contacts, rows = self.system.contacts, self.system.rows[..., : self.standing]
         reach = contacts.knots[:, -1].max()
         slope = contacts.law[:, 0, 0, -1, 0].max() / reach
@@ -80,7 +81,7 @@ class LinearPart:
         return 0.5 * damping, np.sqrt(squares - 0.25 * damping**2)
 
     def step(self, frequency: float, h: float) -> Propagator:
-        """At a frequency of the first mesh [Hz], of size h [s]."""
+        """Step of size h [s] at a frequency of the first mesh [Hz]."""
         values, rows, inverse = self._modes
         decay, angular = self._wave_rates
         turn = 2.0 * math.pi * frequency * self.system.whirl
@@ -88,7 +89,7 @@ class LinearPart:
         turned = np.concatenate([np.abs(values), angular, angular]) * h
         found = _factors(np.concatenate([values, *rates]), h, turned)
         factors = found[:, : values.size]
-        # what each variable, at the end a force, becomes in the step
+        # the map of each variable, and finally of a force, over the step
         matrices = ((inverse.T[None] * factors[:, None]) @ rows).real
         waves = found[:, values.size :].reshape(5, 2, self.waves)
         waves[1:] /= 2j * np.stack([angular, -angular])
@@ -101,9 +102,9 @@ class LinearPart:
 
 
 def _factors(rates: Complex, h: float, angle: Array) -> Complex:
-    """e^{rate h}, and what forces at NODES push by [s], (5, ...).
+    """Factors (5, ...): e^{rate h}, and weights of forces at NODES [s].
 
-    angle : that a motion turns in a step [rad]
+    angle : phase angle of a motion in a step [rad]
     """
     fades = FADING * np.maximum(angle - RESOLVED, 0.0)
     z = rates * h - fades
@@ -112,13 +113,13 @@ def _factors(rates: Complex, h: float, angle: Array) -> Complex:
     coarse = angle > RESOLVED
     if coarse.any():
         weights[:, coarse] = LINEAR @ moments[:, coarse]
-        # constant forces lead to the same displacement however fast a motion fades
+        # constant forces give the same displacement however fast a motion decays
         weights[:, coarse] *= z[coarse] / (rates[coarse] * h)
     return np.concatenate([np.exp(z)[None], h * weights])
 
 
 def _moments(z: Complex) -> Complex:
-    """int_0^1 e^{z (1 - s)} s^j ds for j = 0 to 3 (4, ...)."""
+    """Moments int_0^1 e^{z (1 - s)} s^j ds (4, ...) for j = 0 to 3."""
     near = np.where(np.abs(z) < SMALL, z, 0.0)
     found = np.tensordot(POWERS, np.exp(np.multiply.outer(1.0 - PLACES, near)), axes=1)
     far = np.abs(z) >= SMALL

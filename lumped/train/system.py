@@ -1,4 +1,4 @@
-"""A train with its excitation, in modal coordinates and ready to be integrated."""
+"""Train with its excitation, in modal coordinates and prepared for integration."""
 
 from __future__ import annotations
 
@@ -36,29 +36,29 @@ from lumped.train.train import Train, TrainError
 from lumped.train.train_excitation import TrainExcitation, largest_gap
 
 Array = NDArray[np.float64]
-UNTOUCHED = 1e-20  # part of strain energy in the meshes below which a mode is left out
-IN_MESHES = 0.25  # part of strain energy in the meshes of a mode that is theirs
-FELT = 1e-3  # the same of a body mode, to be named among the resonances
-BALANCED = 1e-3  # of the torques on a motion that nothing holds; less is rounding
-MOST_BYTES = 1e9  # of the excitation on the steps of a common period
-MOTION_BYTES = 150  # of a step and mesh, while a motion is recorded and measured
-CONTACT_BYTES = 32  # of a step and contact of the coupled model, recorded twice over
-RUNAWAY = 1e6  # times the largest velocity that statics and gaps suggest
+UNTOUCHED = 1e-20  # part of strain energy in the meshes below which a mode is omitted
+IN_MESHES = 0.25  # least part of strain energy in the meshes of a mesh mode
+FELT = 1e-3  # the same for a body mode that is listed among the resonances
+BALANCED = 1e-3  # relative imbalance of torques on a free motion that is round-off
+MOST_BYTES = 1e9  # largest memory of the excitation on the steps of a common period
+MOTION_BYTES = 150  # memory per step and mesh while a motion is recorded and measured
+CONTACT_BYTES = 32  # memory per step and contact of the coupled model, recorded twice
+RUNAWAY = 1e6  # multiple of the largest velocity expected from statics and gaps
 
 
 @dataclass(frozen=True, eq=False)
 class LumpedSystem:
-    """A train and the excitation of each of its meshes.
+    """Train and the excitation of each of its meshes.
 
-    Modes that strain no mesh, rigid rotation among them, take no part in the
-    motion, unless sliding by them turns friction; raises TrainError where torques do
-    not balance on one that is free.
+    Modes that strain no mesh, including rigid rotation, take no part in the motion,
+    unless sliding in them reverses friction. Raises TrainError if torques do not
+    balance on a mode that is free.
 
-    contacts : of the coupled model, which then move the train; the excitations, of
-        Model-1, give its modes and by them its damping
-    friction : of the meshes' teeth, none if empty; the excitations are those that it
-        bends, by `lumped.train.friction.with_bending`
-    losses : part of the torques that friction takes, by which they need not balance
+    contacts : contacts of the coupled model, which then drive the train; the
+        excitations, of Model-1, define its modes and thereby its damping
+    friction : friction of the meshes' teeth, none if empty; the excitations then
+        include deflection by friction, from `lumped.train.friction.with_bending`
+    losses : fraction of the torques lost to friction, by which they need not balance
     """
 
     train: Train
@@ -112,7 +112,7 @@ class LumpedSystem:
     def moving(self) -> NDArray[np.intp]:
         """Indices of the modes that take part in the motion.
 
-        They strain a mesh, or teeth slide by them and their sliding turns the friction.
+        They strain a mesh, or teeth slide in them and the sliding reverses friction.
         """
         taking_part = self._straining
         if any(each.sliding == "instantaneous" for each in self.friction):
@@ -123,7 +123,7 @@ class LumpedSystem:
 
     @property
     def _straining(self) -> NDArray[np.bool_]:
-        """Whether each mode strains a mesh."""
+        """Mask of the modes that strain a mesh."""
         return np.asarray(self.modes.mesh_energy.sum(axis=0) > UNTOUCHED)
 
     @cached_property
@@ -134,7 +134,7 @@ class LumpedSystem:
 
     @cached_property
     def arrays(self) -> ModalSystem:
-        """The system as the kernels take it."""
+        """System in the form that the kernels take."""
         modes, kept = self.modes, self.moving
         angular = modes.angular[kept]
         pairs = [len(excitation.pairs) for excitation in self.excitations]
@@ -150,7 +150,7 @@ class LumpedSystem:
 
     @cached_property
     def coupled_arrays(self) -> CoupledSystem | None:
-        """The coupled model as the kernels take it, None for models 1 to 3."""
+        """Coupled model in the form that the kernels take, None for models 1 to 3."""
         if self.contacts is None:
             return None
         known, shapes = self.arrays, self.arrays.shapes
@@ -181,7 +181,7 @@ class LumpedSystem:
 
     @cached_property
     def strained_angular(self) -> float:
-        """Highest mode about the loaded state whose strain is in the meshes [rad/s]."""
+        """Highest mode about the loaded state with strain in the meshes [rad/s]."""
         assert self.loaded is not None
         strained = self.loaded.mesh_energy.sum(axis=0) >= IN_MESHES
         return (
@@ -190,9 +190,7 @@ class LumpedSystem:
 
     @cached_property
     def resonances_Hz(self) -> Array:
-        """Natural frequencies of the modes that strain a mesh; under load if
-        coupled.
-        """
+        """Natural frequencies of modes that strain a mesh, under load if coupled."""
         if self.loaded is None:
             return np.asarray(self.modes.frequency_Hz[self._straining])
         strained = self.loaded.mesh_energy.sum(axis=0) > FELT
@@ -202,8 +200,8 @@ class LumpedSystem:
     def static_state(self) -> Array:
         """Modal displacement at rest under the mean stiffness, zero velocity (2, n).
 
-        No gap counts: a train without load starts with its teeth just touching. The
-        coupled model is in equilibrium as if gears stood at the start of the cycle.
+        Gaps are ignored: a train without load starts with its teeth just touching. The
+        coupled model is in equilibrium with gears at rest at the start of the cycle.
         """
         if self.loaded is not None:
             return np.stack([self.loaded.place[0], np.zeros_like(self.loaded.place[0])])
@@ -212,9 +210,8 @@ class LumpedSystem:
 
     @cached_property
     def angular(self) -> Array:
-        """Angular frequencies by which velocities are scaled (n,): those of the train
-        on its mean mesh stiffness, then of the body modes [rad/s].
-        """
+        """Scales (n,) of velocities: natural angular frequencies of the train with
+        mean mesh stiffness, then of the body modes [rad/s]."""
         hubs = np.sqrt(self.arrays.rigidity)
         if self.contacts is None:
             return hubs
@@ -222,14 +219,14 @@ class LumpedSystem:
 
     @cached_property
     def deflection_rows(self) -> Array:
-        """Size of each mesh's deflection per coordinate (m, n): body modes bend the
-        teeth that touch."""
+        """Magnitude (m, n) of each mesh's deflection per coordinate; body modes deflect
+        the teeth in contact."""
         if self.contacts is None:
             return self.arrays.shapes
         bodies, w = self.contacts.bodies, self.contacts.bodies.pairs.size
         squares = (bodies.rows**2).mean(axis=1)  # (c, b)
         pairs = squares[:, bodies.count - 2 * w :].reshape(len(squares), 2, w)
-        # whatever tooth the pattern of a pair counts from
+        # whichever tooth the pattern of a pair refers to
         squares[:, bodies.count - 2 * w :] = np.tile(pairs.sum(axis=1), 2)
         each = np.sqrt(squares)
         mesh_of, meshes = self.contacts.mesh_of, range(len(self.excitations))
@@ -237,10 +234,10 @@ class LumpedSystem:
         return np.concatenate([self.arrays.shapes, bent], axis=1)
 
     def state_from(self, other: LumpedSystem, state: Array) -> Array:
-        """Modal displacements and velocities (2, n) of gears that move as another's.
+        """Modal displacements and velocities (2, n) for the motion of another system.
 
-        state : of the other system, which has the same gears and freedoms; body modes
-            go on where both have the same number of them, else from rest
+        state : state of the other system, which has the same gears and freedoms; body
+            modes continue if both have the same number of them, else start from rest
         """
         hubs = other.moving.size
         moved = state[:, :hubs] @ other.modes.shapes[:, other.moving].T
@@ -263,17 +260,17 @@ class LumpedSystem:
 
     @property
     def common_period(self) -> tuple[int, ...]:
-        """Shortest time after which all repeats, in periods of each mesh."""
+        """Shortest time after which everything repeats, in periods of each mesh."""
         return self.excitation.common_period
 
     @property
     def rounds(self) -> int:
-        """How many times all meshes repeat until their teeth do."""
+        """Number of periods of all meshes until their teeth repeat."""
         return self.excitation.rounds
 
     @cached_property
     def energy_norm(self) -> float:
-        """A moderate sum of modal velocities, from the loads and the gaps."""
+        """Typical sum of modal velocities, from the loads and the gaps."""
         stiffness, backlash = self.arrays.mean_stiffness, self.arrays.backlash
         reach = np.abs(self.static_deflection).sum() + sum(
             largest_gap(pair) for e in self.excitations for pair in e.pairs
@@ -289,11 +286,12 @@ class LumpedSystem:
     def samples(self, steps: int) -> Samples | FrictionSamples:
         """Steps of one common period and the excitation on them.
 
-        steps : at least so many per period of the first mesh
-        Step sizes are in periods of the first mesh. Raises TrainError where that is
-        more than memory should hold.
+        Step sizes are in periods of the first mesh. Raises TrainError if that exceeds
+        the memory allowed.
+
+        steps : least number of steps per period of the first mesh
         """
-        # long ones are not kept: to make them takes a part of the time of a period
+        # long ones are not cached: computing them is fast compared with a period
         return self._samples(steps) if self.rounds > 1 else self._kept_samples(steps)
 
     def coupled_steps(self, steps: int, frequency: float) -> CoupledSteps:
@@ -306,7 +304,7 @@ class LumpedSystem:
 
     @lru_cache(maxsize=4)  # noqa: B019  the system is immutable and short-lived
     def contact_grid(self, steps: int) -> ContactGrid:
-        """The contacts of the coupled model at the steps, at any speed."""
+        """Contacts of the coupled model at the steps, for any speed."""
         assert self.coupled_arrays is not None
         self._require_memory(steps)
         return contact_grid(
@@ -328,13 +326,11 @@ class LumpedSystem:
         return with_friction(samples, times, self.excitation, self.friction, rows)
 
     def holds(self, steps: int) -> bool:
-        """Whether memory should hold a common period of so many steps a period."""
+        """Whether a common period with `steps` steps per period fits in memory."""
         return self._bytes(steps) <= MOST_BYTES
 
     def _bytes(self, steps: int) -> int:
-        """Memory of the excitation on steps, and of the motion where the period is
-        long.
-        """
+        """Memory of the excitation on steps, and of the motion over a long period."""
         meshes = len(self.excitations)
         if self.contacts is None:
             length, each = self.common_period[0], 48 * self.arrays.first_pair[-1]
@@ -343,7 +339,7 @@ class LumpedSystem:
         else:
             contacts, _, n = self.contacts.rows.shape
             n += self.contacts.bodies.count
-            # pitch errors come to steps that repeat with the meshes
+            # pitch errors are added to steps that repeat with the meshes
             length = self.train.common_period[0]
             each = 8 * contacts * (2 * contacts + n + meshes + 1)
         found = int(each) * length * steps

@@ -27,10 +27,10 @@ COUNTS = ("n_pairs",)
 
 @dataclass(frozen=True, eq=False)
 class MeshTable:
-    """One mesh at torques (t,) on the driver [N m] and positions (n,).
+    """Table of one mesh at torques (t,) on the driver [N m] and positions (n,).
 
     position : base pitches from the pitch point of the reference pair, in [0, 1)
-    columns : name with unit -> (t, n)
+    columns : arrays (t, n) by name with unit
     header : free text by key, such as gear set, settings and version
     """
 
@@ -71,7 +71,7 @@ class MeshTable:
 
     @property
     def flat(self) -> dict[str, NDArray[Any]]:
-        """All columns (t n,) one torque after the other, with those of the places."""
+        """All columns (t n,), torque by torque, including torques and positions."""
         torque, position = np.meshgrid(self.torque_Nm, self.position, indexing="ij")
         columns = {"torque_Nm": torque, "position": position, **self.columns}
         return {
@@ -81,12 +81,12 @@ class MeshTable:
 
     @property
     def pair_count(self) -> int:
-        """Tooth pairs with columns of their own, pair1 to pairN."""
+        """Number of tooth pairs with separate columns, pair1 to pairN."""
         return sum(name.endswith("_load_share") for name in self.columns)
 
 
 def format_table(table: MeshTable) -> str:
-    """The table as CSV text."""
+    """Format the table as CSV text."""
     columns = table.flat
     rows = zip(*(values.tolist() for values in columns.values()), strict=True)
     return format_csv(columns, rows, table.header)
@@ -144,13 +144,13 @@ def _table_from(
 
 
 def read_table(path: str) -> MeshTable:
-    """Read a mesh table; OSError or TableError where that is not possible."""
+    """Read a mesh table; raises OSError or TableError if that fails."""
     with open(path, encoding="utf-8", newline="") as file:
         return parse_table(file.read(), str(path))
 
 
 def write_table(table: MeshTable, path: str) -> None:
-    """Write a mesh table as it stands; see `format_table`."""
+    """Write a mesh table unchanged; see `format_table`."""
     with open(path, "w", encoding="utf-8", newline="") as file:
         file.write(format_table(table))
 
@@ -161,16 +161,16 @@ def pair_names(table: MeshTable, quantity: str) -> list[str]:
 
 
 def pair_compliance_name(one: int, other: int) -> str:
-    """Column of how two pairs, from 0, deflect each other; the lower number first."""
+    """Name of the column of the mutual compliance of two pairs, numbered from 0."""
     first, second = sorted((one, other))
     return f"pair{first + 1}_pair{second + 1}_compliance_m_per_N"
 
 
 def pair_teeth(table: MeshTable) -> list[int]:
-    """How many base pitches each pair is ahead of the reference pair.
+    """Number of base pitches by which each pair is ahead of the reference pair.
 
-    From the header entry that begins with `pairs ahead`; without it the pairs are
-    taken in the order 0, -1, 1, -2, 2, ...
+    It is read from the header entry that begins with `pairs ahead`; without it the
+    order of the pairs is 0, -1, 1, -2, 2, ...
     """
     for key, text in table.header.items():
         if key.startswith("pairs ahead"):

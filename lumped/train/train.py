@@ -1,7 +1,7 @@
-"""A parallel-axis gear train as lumped masses and springs: what it is made of.
+"""Components of a parallel-axis gear train made of lumped masses and springs.
 
-Rotations are counter-clockwise, torques too; the first mesh's driver turns
-counter-clockwise. Rigid translations belong to gears with bearings only.
+Rotations and torques are positive counter-clockwise; the first mesh's driver rotates
+counter-clockwise. Only gears with bearings have rigid translations.
 """
 
 from __future__ import annotations
@@ -16,20 +16,20 @@ from lumped.common.checks import is_number, require_fields
 
 
 class TrainError(ValueError):
-    """A train that cannot be; the message names the part and what is allowed."""
+    """Raised for an impossible train; the message names the part and allowed values."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Gear:
-    """A rigid disk with teeth.
+    """Rigid disk with teeth.
 
-    teeth : only their ratio matters, for the mesh frequencies
+    teeth : number of teeth; only ratios matter, for the mesh frequencies
     base_radius : [m]
-    inertia : polar, about its axis [kg m2]
-    mass : [kg], needed with bearings only
-    bearing_stiffness : kx, ky [N/m], or None for a centre that does not move
-    coupling_stiffness : torsional, to ground [N m/rad]
-    torque : external, constant [N m]
+    inertia : polar moment of inertia about the axis [kg m2]
+    mass : [kg], required only with bearings
+    bearing_stiffness : kx, ky [N/m], or None for a fixed centre
+    coupling_stiffness : torsional stiffness to ground [N m/rad]
+    torque : constant external torque [N m]
     """
 
     name: str
@@ -63,7 +63,7 @@ class Gear:
 class Mesh:
     """Two gears in mesh, by their indices in the train.
 
-    pressure_angle : operating [rad]
+    pressure_angle : operating pressure angle [rad]
     center_line : direction from driver to driven, counter-clockwise from x [rad]
     backlash : along the line of action, from drive side to back side [m]
     phase : position of this mesh's cycle when the first mesh is at its pitch
@@ -90,9 +90,9 @@ class Mesh:
 
 @dataclass(frozen=True, kw_only=True)
 class Shaft:
-    """Two gears on one axis; stiffness None means that they move as one.
+    """Shaft between two gears on one axis.
 
-    stiffness : torsional [N m/rad]
+    stiffness : torsional stiffness [N m/rad]; None if the gears move as one
     """
 
     gears: tuple[int, int]
@@ -127,7 +127,7 @@ class Train:
         for mesh in self.meshes:
             if mesh.driver == mesh.driven:
                 raise TrainError(f"mesh of gear {mesh.driver} with itself")
-        _ = self.speeds  # raises where the gears cannot turn
+        _ = self.speeds  # raises if the gears cannot rotate
 
     @cached_property
     def speeds(self) -> tuple[Fraction, ...]:
@@ -140,7 +140,7 @@ class Train:
         return tuple(speeds[index] for index in range(len(self.gears)))
 
     def _links(self) -> Iterator[tuple[int, int, Fraction]]:
-        """(gear, other gear, speed of the other over that of the gear)."""
+        """Links (gear, other gear, speed of the other over that of the gear)."""
         for mesh in self.meshes:
             teeth = self.gears[mesh.driver].teeth, self.gears[mesh.driven].teeth
             yield mesh.driver, mesh.driven, -Fraction(*teeth)
@@ -163,7 +163,7 @@ class Train:
         return tuple(int(first * rate) for rate in self.mesh_rates)
 
     def sense(self, gear: int) -> int:
-        """1 where a gear turns counter-clockwise, -1 where clockwise."""
+        """Sense of rotation of a gear: 1 if counter-clockwise, -1 if clockwise."""
         return 1 if self.speeds[gear] > 0 else -1
 
 

@@ -16,12 +16,12 @@ from lumped.train.train import Train
 from lumped.train.waves import SAME, Wave
 
 Array = NDArray[np.float64]
-GAP_POINTS = 256  # per base pitch
+GAP_POINTS = 256  # points of a gap per base pitch
 
 
 @dataclass(frozen=True, eq=False)
 class TrainExcitation:
-    """Stiffness and gap of all tooth pairs, p in all, mesh after mesh.
+    """Stiffness and gap of all p tooth pairs, mesh by mesh.
 
     Times are in periods of the first mesh, which is at its phase at time 0.
     """
@@ -31,9 +31,9 @@ class TrainExcitation:
 
     @cached_property
     def common_period(self) -> tuple[int, ...]:
-        """Shortest time after which all repeats, in periods of each mesh.
+        """Shortest time after which everything repeats, in periods of each mesh.
 
-        That of the meshes, and where teeth differ of the pairs that they form.
+        It is that of the meshes or, if teeth differ, that of the pairs they form.
         """
         rates = self.train.mesh_rates
         each = (e.period / r for e, r in zip(self.meshes, rates, strict=True))
@@ -42,7 +42,7 @@ class TrainExcitation:
 
     @property
     def rounds(self) -> int:
-        """How many times all meshes repeat until their teeth do."""
+        """Number of periods of all meshes until their teeth repeat."""
         return self.common_period[0] // self.train.common_period[0]
 
     @cached_property
@@ -53,7 +53,7 @@ class TrainExcitation:
 
     @cached_property
     def pieces(self) -> Pieces:
-        """The excitation as adaptive steps take it."""
+        """Excitation in the form that adaptive steps take."""
         waves = [wave for own in self._waves for wave in own]
         sizes = [wave.breaks.size - 1 for wave in waves]
         shapes = [len(wave.shapes) for wave in waves]
@@ -76,11 +76,11 @@ class TrainExcitation:
 
     @cached_property
     def turns(self) -> NDArray[np.int64]:
-        """Base pitches by which each function (2 p,) is further on after a round."""
+        """Base pitches (2 p,) by which each function advances in a round."""
         return np.repeat(np.array(self.train.common_period)[self.mesh_of], 2)
 
     def pieces_in(self, number: int) -> Pieces:
-        """`pieces` of its own for a round of the common period, by its number."""
+        """Separate `pieces` for a round of the common period, by its number."""
         pitches = self.pieces.pitches.copy()
         pitches[:, PITCH] += number * self.turns
         return self.pieces._replace(place=self.pieces.place.copy(), pitches=pitches)
@@ -98,7 +98,7 @@ class TrainExcitation:
     def at(self, times: Array, side: int = 1) -> tuple[Array, Array]:
         """Stiffness [N/m] and gap [m] of all pairs (..., p) at times.
 
-        side : -1 takes the limit from below
+        side : -1 for the limit from below
         """
         stiffness, gap = (self._values(waves, times, side) for waves in self._functions)
         return stiffness, gap
@@ -116,11 +116,11 @@ class TrainExcitation:
         side: int = 1,
         rounds: NDArray[np.intp] | int = 0,
     ) -> Array:
-        """A wave of each pair at times (..., p).
+        """Values (..., p) of a wave of each pair at times.
 
-        rounds : whole common periods of the meshes that have passed, broadcast
+        rounds : number of common periods of the meshes that have passed, broadcast
         """
-        # a wave that does not vary has no shape of its own
+        # a constant wave does not broadcast by itself
         shape = np.broadcast_shapes(times.shape, np.shape(rounds))
         found = np.empty((*shape, len(waves)))
         for p, (wave, m) in enumerate(zip(waves, self.mesh_of, strict=True)):
@@ -130,9 +130,9 @@ class TrainExcitation:
         return found
 
     def grid(self, steps: int) -> Array:
-        """Times (s + 1,) until all meshes repeat, on all corners and even between.
+        """Times (s + 1,) until all meshes repeat, at all corners and even between.
 
-        steps : at least so many per period of the first mesh
+        steps : least number of steps per period of the first mesh
         """
         length = self.train.common_period[0]
         ends = np.concatenate([self.corners(), [float(length)]])
@@ -144,14 +144,14 @@ class TrainExcitation:
         return np.concatenate([*parts, [float(length)]])
 
     def samples(self, times: Array) -> Samples:
-        """Steps of the common period between times of a grid, and all on them."""
+        """Steps of the common period between times of a grid, with the excitation."""
         stiffness, gap = (self.on_steps(waves, times) for waves in self._functions)
         return Samples(np.tile(np.diff(times), self.rounds), stiffness, gap)
 
     def on_steps(self, waves: Sequence[Wave], times: Array) -> Array:
-        """A wave of each pair at start, middle and end of all steps (s, 3, p).
+        """Values (s, 3, p) of a wave per pair at start, middle and end of all steps.
 
-        times : of a grid, whose steps cross no corner
+        times : times of a grid, whose steps cross no corner
         """
         middle = 0.5 * (times[:-1] + times[1:])
         points = ((times[:-1], 1), (middle, 1), (times[1:], -1))
@@ -161,7 +161,7 @@ class TrainExcitation:
 
     @cached_property
     def _places(self) -> list[tuple[float, float]]:
-        """(phase within a cycle, rate) of each mesh."""
+        """Phase within a cycle and rate of each mesh."""
         meshes, rates = self.train.meshes, self.train.mesh_rates
         return [
             (math.fmod(mesh.phase, 1.0), float(rate))
@@ -170,15 +170,15 @@ class TrainExcitation:
 
     @cached_property
     def _whole(self) -> list[int]:
-        """Base pitches by which each mesh is ahead of its place."""
+        """Whole base pitches in the phase of each mesh."""
         return [int(mesh.phase) for mesh in self.train.meshes]
 
     def corners(self) -> Array:
-        """Times until all meshes repeat at which some excitation has a corner."""
+        """Times, until all meshes repeat, at which any excitation has a corner."""
         return self._times([{c for w in own for c in w.corners} for own in self._waves])
 
     def breaks(self) -> Array:
-        """Times until all meshes repeat at which an excitation begins a new cubic."""
+        """Times, until all meshes repeat, at which an excitation begins a new cubic."""
         return self._times([{x for w in own for x in w.breaks} for own in self._waves])
 
     @property

@@ -1,6 +1,6 @@
 """Periodic functions of the mesh position, piecewise cubic.
 
-Position counts base pitches; the period is 1 where all teeth are equal, else a whole
+Positions are in base pitches; the period is 1 if all teeth are equal, otherwise a whole
 number. A wave may jump between its pieces and is exact there: no sample straddles a
 jump.
 """
@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from lumped.common.checks import require_fields
 
 Array = NDArray[np.float64]
-SAME = 1e-12  # base pitches within which two positions are one
+SAME = 1e-12  # base pitches within which two positions are equal
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,10 +26,10 @@ class Wave:
     """Cubic pieces over a base pitch.
 
     breaks : (n + 1,) from 0 to 1, increasing
-    coefficients : (n, 4); c0 + c1 x + c2 x^2 + c3 x^3 with x from the piece's start;
-        (c, n, 4) where c base pitches differ, one after another
+    coefficients : (n, 4) in c0 + c1 x + c2 x^2 + c3 x^3 with x from the piece's start;
+        (c, n, 4) for c different base pitches, one after another
     corners : positions where value or slope jumps; integrators step onto them
-    offsets : constants (o,) that come to the base pitches, one after another
+    offsets : (o,) constants added to the base pitches, one after another
     """
 
     breaks: Array
@@ -58,7 +58,7 @@ class Wave:
 
     @property
     def shapes(self) -> Array:
-        """Coefficients (c, n, 4) of the base pitches that differ."""
+        """Coefficients (c, n, 4) of the different base pitches."""
         return self.coefficients.reshape(-1, self.breaks.size - 1, 4)
 
     @property
@@ -69,9 +69,10 @@ class Wave:
     def __call__(
         self, position: ArrayLike, side: int = 1, pitch: ArrayLike = 0
     ) -> Array:
-        """Values at positions of any shape; side -1 takes the limit from below.
+        """Values at positions of any shape.
 
-        pitch : whole base pitches that come to the positions
+        side : -1 for the limit from below
+        pitch : whole base pitches to add to the positions
         """
         x = np.asarray(position, float)
         x = np.where(np.abs(x - np.round(x)) < SAME, np.round(x), x)
@@ -101,7 +102,7 @@ class Wave:
         return mean + float(self.offsets.mean()) if self.offsets.size else mean
 
     def scaled(self, factor: float, offset: float = 0.0) -> Wave:
-        """factor times the wave, plus offset."""
+        """Return factor times the wave, plus offset."""
         c = factor * self.coefficients
         c[..., 0] += offset
         return Wave(self.breaks, c, self.corners, factor * self.offsets)
@@ -112,12 +113,12 @@ def constant(value: float) -> Wave:
 
 
 def line(start: float, slope: float) -> Wave:
-    """That grows evenly over every base pitch."""
+    """Wave that grows linearly over every base pitch."""
     return Wave(np.array([0.0, 1.0]), np.array([[start, slope, 0.0, 0.0]]))
 
 
 def total(waves: Sequence[Wave]) -> Wave:
-    """The sum of waves; corners of all of them, but for joints that cancel."""
+    """Sum of waves, with the corners of all of them except joints that cancel."""
     breaks = np.unique(np.concatenate([wave.breaks for wave in waves]))
     breaks = np.append(breaks[:-1][np.diff(breaks) > SAME], 1.0)
     middle = 0.5 * (breaks[:-1] + breaks[1:])
@@ -131,10 +132,10 @@ def total(waves: Sequence[Wave]) -> Wave:
 
 
 def product(one: Wave, other: Wave) -> Wave:
-    """The product of waves without offsets, corners of both.
+    """Product of waves without offsets, with the corners of both.
 
-    Values and slopes are exact at all breaks, between them it is of third degree: exact
-    where the degrees add to no more, else of fourth order.
+    Values and slopes are exact at all breaks. Between them the product is a cubic:
+    exact if the sum of the degrees is at most 3, otherwise accurate to fourth order.
     """
     if one.offsets.size or other.offsets.size:
         raise ValueError("a product is of waves without offsets")
@@ -161,8 +162,8 @@ def product(one: Wave, other: Wave) -> Wave:
 def from_samples(samples: ArrayLike, pitches: int = 1) -> Wave:
     """Monotone cubic interpolation (PCHIP) of equally spaced samples.
 
-    The first sample is at position 0; as many stand in each of the base pitches, 4 or
-    more. Raises ValueError where one is not finite.
+    The first sample is at position 0; each base pitch has the same number of samples, 4
+    or more. Raises ValueError if a sample is not finite.
     """
     values = np.asarray(samples, float)
     n, margin = values.size // pitches, 3
@@ -187,11 +188,11 @@ def monotone_cubics(x: Array, y: Array) -> Array:
 def cut_into_pitches(
     breaks: Array, coefficients: Array, corners: Iterable[float], outside: float
 ) -> dict[int, Wave]:
-    """A function of a tooth pair's position, as one wave for each pair k.
+    """Cut a function of a tooth pair's position into one wave for each pair k.
 
-    The function stands on breaks[0] to breaks[-1] and is `outside` elsewhere; pair
-    k is at cycle position + k. Joints between waves are no corners: where one pair
-    leaves them, its successor enters.
+    The function is defined from breaks[0] to breaks[-1] and is `outside` elsewhere;
+    pair k is at cycle position + k. Joints between waves are not corners: where one
+    pair leaves a wave, its successor enters.
     """
     starts, ends = breaks[:-1], breaks[1:]
     marks = [float(corner) for corner in corners]
@@ -218,7 +219,7 @@ def _from_zero_to_one(breaks: Array) -> Array:
 
 
 def shifted_cubics(coefficients: Array, shift: Array) -> Array:
-    """Cubics (n, 4) with their origins moved by shift (n,)."""
+    """Coefficients (n, 4) of the same cubics with origins moved by shift (n,)."""
     c0, c1, c2, c3 = coefficients.T
     h = shift
     return np.stack(
@@ -235,7 +236,7 @@ def shifted_cubics(coefficients: Array, shift: Array) -> Array:
 def line_pieces(points: Sequence[tuple[float, float]]) -> tuple[Array, Array]:
     """Breaks and coefficients of straight lines between points (position, value).
 
-    Two points at one position are a jump.
+    Two points at the same position form a jump.
     """
     x = np.array([point[0] for point in points], float)
     y = np.array([point[1] for point in points], float)
@@ -248,7 +249,7 @@ def line_pieces(points: Sequence[tuple[float, float]]) -> tuple[Array, Array]:
 
 
 def from_harmonics(mean: float, coefficients: Iterable[complex]) -> Wave:
-    """mean + sum_s (c_s exp(2 pi i s x) + c.c.), as cubics (error below 1e-9)."""
+    """Wave mean + sum_s (c_s exp(2 pi i s x) + c.c.) as cubics (error below 1e-9)."""
     harmonics = np.array(list(coefficients), complex)
     count = harmonics.size
     n = 128 * max(count, 1)

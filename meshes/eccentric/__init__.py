@@ -1,4 +1,4 @@
-"""A circular wheel with an eccentric bearing and the wheel that it drives."""
+"""Circular wheel with an eccentric bearing and the wheel that it drives."""
 
 from meshes.eccentric.pitch import EccentricPair, PitchCurve
 

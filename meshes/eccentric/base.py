@@ -1,16 +1,18 @@
-"""Base curves: what the flanks are involutes of, and where there is none.
+"""Base curves, whose involutes are the flanks, and the limits of their existence.
 
 The line of action leaves the pitch point along d = cos(alpha) t +- sin(alpha) n. The
-base curve is the envelope of these lines, a distance sin(alpha) / kappa from the pitch
-curve, where kappa is its curvature. Along it an arc ds of the pitch curve measures
+base curve is the envelope of these lines, at a distance sin(alpha) / kappa from the
+pitch curve, where kappa is its curvature. The arc of the base curve that corresponds to
+an arc ds of the pitch curve is
 
     (cos(alpha) -+ sin(alpha) d(1/kappa)/ds) ds.
 
-While that is positive and kappa as well, the base curve turns one way without a cusp:
-it is convex and does not cut itself. Flanks that are involutes exist then, which for
-every pressure angle below a largest one holds, and above it for none.
+While this and kappa are positive, the base curve bends in one direction without a cusp:
+it is convex and does not intersect itself. Involute flanks then exist. This holds for
+every pressure angle below a largest one, and for none above it.
 
-W. G. Eschmann, Mathematical problems in gear transmissions, ICTP 1987, part I (iii).
+See W. G. Eschmann, Mathematical problems in gear transmissions, ICTP 1987, part I
+(iii).
 """
 
 from __future__ import annotations
@@ -29,22 +31,23 @@ from meshes.eccentric.pitch import LEAST_GAP, EccentricPair, Frames, PitchCurve
 
 Array = NDArray[np.float64]
 Side = Literal[1, -1]
-LEADING: Side = 1  # flanks that look the way the pitch point goes
+LEADING: Side = 1  # flanks that face the direction of the pitch point's motion
 TRAILING: Side = -1
-SAMPLES = 1024  # of a lobe, from which extremes are refined
+SAMPLES = 1024  # samples of a lobe, from which extremes are refined
 EXACT = 1e-13
 
 
 @dataclass(frozen=True)
 class Feasibility:
-    """Whether involute flanks can stand on both pitch curves.
+    """Existence of involute flanks on both pitch curves.
 
-    least_curvature : of the pitch curves times the radius; none at 0 and below
-    least_speed : of the base curves along the pitch curves over cos(alpha); cusps and
-        crossings at 0 and below
-    inside : whether the base curve stays inside of the pitch curve
-    largest_pressure_angle : for this eccentricity [rad], 0 where there is none
-    largest_eccentricity : for this pressure angle [m]
+    least_curvature : least curvature of the pitch curves times the radius; no flanks
+        exist if it is 0 or less
+    least_speed : least speed of the base curves along the pitch curves over cos(alpha);
+        cusps and crossings exist if it is 0 or less
+    inside : whether the base curve stays inside the pitch curve
+    largest_pressure_angle : limit for this eccentricity [rad], 0 if there is none
+    largest_eccentricity : limit for this pressure angle [m]
     """
 
     least_curvature: float
@@ -59,7 +62,7 @@ class Feasibility:
 
     @property
     def reason(self) -> str:
-        """Why not, empty where it is feasible."""
+        """Reason why flanks do not exist, empty if they do."""
         if not self.least_curvature > 0.0:
             return "the driven pitch curve is not convex"
         if not self.least_speed > 0.0:
@@ -68,7 +71,7 @@ class Feasibility:
 
 
 def base_points(frames: Frames, pressure_angle: float, side: Side) -> Array:
-    """Base curve of leading or trailing flanks (n, 2) [m]."""
+    """Points (n, 2) of the base curve of leading or trailing flanks [m]."""
     along, out = math.cos(pressure_angle), side * math.sin(pressure_angle)
     action = along * frames.tangent + out * frames.normal
     return frames.point - (out / frames.curvature)[..., None] * action
@@ -76,9 +79,7 @@ def base_points(frames: Frames, pressure_angle: float, side: Side) -> Array:
 
 @lru_cache(maxsize=8)
 def feasibility(pair: EccentricPair, pressure_angle: float) -> Feasibility:
-    """Feasibility of both wheels; the driver's base curve is a circle and always
-    exists.
-    """
+    """Feasibility of both wheels; the driver's base curve is a circle and exists."""
     curvature, steepest = least_curvature(pair), steepest_radius(pair)
     return Feasibility(
         curvature,
@@ -99,8 +100,8 @@ def least_curvature(pair: EccentricPair) -> float:
 
 
 def steepest_radius(pair: EccentricPair) -> float:
-    """Largest change of the driven curve's radius of curvature along it; infinite
-    where the curve is not convex."""
+    """Largest change of the driven curve's radius of curvature along it; infinite if
+    the curve is not convex."""
     if not least_curvature(pair) > 0.0:
         return math.inf
 
@@ -112,12 +113,12 @@ def steepest_radius(pair: EccentricPair) -> float:
 
 
 def largest_pressure_angle(pair: EccentricPair) -> float:
-    """Below which involute flanks exist [rad]."""
+    """Pressure angle below which involute flanks exist [rad]."""
     return math.atan2(1.0, steepest_radius(pair))
 
 
 def largest_eccentricity(radius: float, ratio: float, pressure_angle: float) -> float:
-    """Below which involute flanks exist with a pressure angle [m]."""
+    """Eccentricity below which involute flanks exist for a pressure angle [m]."""
 
     def room(part: float) -> float:
         pair = EccentricPair(radius, part * radius, ratio)
@@ -140,7 +141,7 @@ def _least(function: Callable[[ArrayLike], Array]) -> float:
 
 
 def _inside(curve: PitchCurve, pressure_angle: float) -> bool:
-    """Whether the base curve is nearer to the bearing than the pitch curve, as seen
+    """Whether the base curve is closer to the bearing than the pitch curve, as seen
     from the bearing."""
     angle = np.linspace(0.0, 2.0 * math.pi * curve.turns, SAMPLES * curve.turns)
     frames = curve.frames(angle)

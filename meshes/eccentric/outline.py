@@ -1,4 +1,4 @@
-"""Boundary of a wheel with its teeth, tooth by tooth the way the pitch point goes."""
+"""Boundary of a wheel with its teeth, in the direction of the pitch point's motion."""
 
 from __future__ import annotations
 
@@ -16,15 +16,16 @@ from meshes.profile import Points
 
 Array = NDArray[np.float64]
 DENSE = 40  # points of an edge by which its length is measured
-BELOW_ROOT = 0.5  # modules of body at least around the bore
+BELOW_ROOT = 0.5  # least body around the bore, in modules
 
 
 @dataclass(frozen=True, kw_only=True)
 class WheelEdges:
     """Edges along the outline of a wheel; the interior is graded from them.
 
-    flank, fillet, tip : of each tooth's flanks, fillets and tip land; bore : around it
-    growth : of edges inside with the distance from the boundary
+    flank, fillet, tip : number of edges of each flank, fillet and tip land
+    bore : number of edges around the bore
+    growth : growth of edges inside with the distance from the boundary
     """
 
     flank: int = 16
@@ -34,7 +35,7 @@ class WheelEdges:
     growth: float = 0.3
 
     def refined(self, factor: float) -> WheelEdges:
-        """All edges shorter by `factor`."""
+        """Return sizes with all edges shorter by `factor`."""
         flank, fillet, tip, bore = (
             max(2, round(count * factor))
             for count in (self.flank, self.fillet, self.tip, self.bore)
@@ -44,19 +45,19 @@ class WheelEdges:
 
 
 def wheel_outline(wheel: Wheel, edges: WheelEdges) -> list[Edges]:
-    """Pieces in order round the wheel; names end with the number of the tooth."""
+    """Pieces in order around the wheel; names end with the number of the tooth."""
     teeth = range(wheel.teeth)
     return [piece for tooth in teeth for piece in _tooth(wheel, tooth, edges)]
 
 
 def outline_points(wheel: Wheel, edges: WheelEdges) -> Points:
-    """The closed outline (n, 2), its first point once more at the end [m]."""
+    """Points (n, 2) of the closed outline, with the first repeated at the end [m]."""
     pieces = [piece.vertices[:-1] for piece in wheel_outline(wheel, edges)]
     return np.vstack([*pieces, pieces[0][:1]])
 
 
 def flank_edges(outline: list[Edges]) -> dict[Side, NDArray[np.int64]]:
-    """Numbers (teeth, edges) of the edges on the flank of every tooth, by side."""
+    """Indices (teeth, edges) of the edges on the flank of every tooth, by side."""
     counts = [piece.parameters.size - 1 for piece in outline]
     numbers = np.split(np.arange(sum(counts)), np.cumsum(counts)[:-1])
 
@@ -109,8 +110,8 @@ def _tooth(wheel: Wheel, tooth: int, edges: WheelEdges) -> Iterator[Edges]:
 
 
 def _even(name: str, curve: Curve, start: float, end: float, count: int) -> Edges:
-    """Edges of a curve that are equally long, and so are both of their halves: where a
-    flank begins at its base curve, it hardly moves with its own parameter."""
+    """Edges of a curve with equal lengths and equal halves. Where a flank begins at its
+    base curve, its points hardly move with the parameter."""
     dense = np.linspace(start, end, DENSE * count + 1)
     steps = np.hypot(*np.diff(curve(dense), axis=0).T)
     length = np.concatenate([[0.0], np.cumsum(steps)])

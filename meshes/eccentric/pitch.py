@@ -1,19 +1,21 @@
 """Pitch curves of a circle with an eccentric bearing and of the wheel that it drives.
 
-The circle of radius r turns about a point at a distance e from its centre. At its
-centre angle theta the arc s = r theta has rolled, the pitch point is at a distance
+The circle of radius r rotates about a point at a distance e from its centre. At the
+centre angle theta the arc s = r theta has rolled, and the pitch point is at a distance
 rho = sqrt(r^2 + e^2 - 2 r e cos theta) from the driver's bearing and c - rho from the
-driven wheel's. Rolling without slip, the driven wheel turns by
+driven wheel's. Rolling without slip, the driven wheel rotates by
 
     d psi / ds = sqrt(1 - rho'^2) / (c - rho) = (r - e cos theta) / (rho (c - rho)),
 
-the source's first-order system in polar coordinates, where no sign is to be chosen.
+which is the source's first-order system in polar coordinates, where no sign needs to be
+chosen.
 
-Frames: each wheel has its own, the origin in its bearing. When theta = 0 the pitch
+Each wheel has its own frame with the origin in its bearing. At theta = 0 the pitch
 point is on the line of the bearings, at (r - e, 0) of the driver and (r - e - c, 0) of
-the driven wheel. Then the driver turns clockwise and the driven wheel the other way.
+the driven wheel. The driver then rotates clockwise and the driven wheel
+counter-clockwise.
 
-W. G. Eschmann, Mathematical problems in gear transmissions, ICTP 1987, part I.
+See W. G. Eschmann, Mathematical problems in gear transmissions, ICTP 1987, part I.
 """
 
 from __future__ import annotations
@@ -31,19 +33,20 @@ from scipy.optimize import brentq
 from meshes.gear import GeometryError, floored
 
 Array = NDArray[np.float64]
-LEAST_GAP = 1e-3  # of the radius, from the bearing to the circle
+LEAST_GAP = 1e-3  # least distance from the bearing to the circle, over the radius
 MOST_LOBES = 100
 FEWEST, MOST = 64, 1 << 17  # terms of a periodic function of the angle
 ROUND_OFF = 4e-16
-MARGIN = 1e-6  # of a radius, from which centre distances are looked for
+MARGIN = 1e-6  # margin over the radius in the search for the centre distance
 
 
 class Frames(NamedTuple):
-    """Frames of points of a pitch curve: (n, 2) each and (n,), in the wheel's own
-    frame.
+    """Frames at n points of a pitch curve, in the frame of the wheel.
 
-    tangent : the way the pitch point goes; normal : out of the wheel
-    curvature : positive where the curve is convex [1/m]; slope : its rate [1/m2]
+    tangent : (n, 2) direction of the pitch point's motion
+    normal : (n, 2) outward normal of the wheel
+    curvature : (n,) curvature, positive where the curve is convex [1/m]
+    slope : (n,) derivative of the curvature along the curve [1/m2]
     """
 
     point: Array
@@ -55,11 +58,11 @@ class Frames(NamedTuple):
 
 @dataclass(frozen=True)
 class PitchCurve:
-    """A closed pitch curve by the driver's centre angle.
+    """Closed pitch curve as a function of the driver's centre angle.
 
-    radius : of the driver, arcs are as long as radius times angle [m]
-    turns : of the driver until the curve closes
-    frames : of centre angles (n,) [rad]
+    radius : radius of the driver; arc lengths are radius times angle [m]
+    turns : turns of the driver until the curve closes
+    frames : function of centre angles (n,) [rad] that returns frames
     """
 
     radius: float
@@ -73,13 +76,14 @@ class PitchCurve:
 
 @dataclass(frozen=True)
 class EccentricPair:
-    """A circular driver with an eccentric bearing and the wheel that it drives.
+    """Circular driver with an eccentric bearing and the wheel that it drives.
 
-    radius, eccentricity : of the driver's pitch circle and of its bearing [m]
-    ratio : turns of the driver for a turn of the driven wheel, a whole number: the
-        driven pitch curve has so many equal lobes
+    radius, eccentricity : radius of the driver's pitch circle, and eccentricity of its
+        bearing [m]
+    ratio : turns of the driver per turn of the driven wheel, a whole number, which is
+        the number of equal lobes of the driven pitch curve
 
-    Raises GeometryError where there is no such pair.
+    Raises GeometryError if no such pair exists.
     """
 
     radius: float
@@ -110,9 +114,7 @@ class EccentricPair:
 
     @cached_property
     def center_distance(self) -> float:
-        """Distance of the bearings [m] at which the driven curve closes, to
-        round-off.
-        """
+        """Bearing distance at which the driven curve closes, to round-off [m]."""
         largest = self.radius + self.eccentricity
 
         def excess(distance: float) -> float:
@@ -124,19 +126,19 @@ class EccentricPair:
 
     @property
     def approximate_center_distance(self) -> float:
-        """Burmester's, for small eccentricities [m]."""
+        """Burmester's approximation for small eccentricities [m]."""
         n, ratio = self.ratio, self.eccentricity / self.radius
         return self.radius * (n + 1) * (1.0 - (n - 2) / (4.0 * n) * ratio**2)
 
     def closing_error(self, distance: float) -> float:
         """Angle by which the driven curve fails to close after a turn of the driven
-        wheel with a centre distance [m]; positive where it overlaps [rad]."""
+        wheel with a centre distance [m]; positive if it overlaps [rad]."""
         terms = _terms(lambda angle: self._turning(angle, distance))
         return 2.0 * math.pi * (self.ratio * float(terms[0]) - 1.0)
 
     def rolled(self, angle: ArrayLike, distance: float) -> Array:
         """Points (n, 2) that roll on the driver if the bearings are a distance apart,
-        in the driven wheel's frame [m]; closed at the centre distance alone."""
+        in the driven wheel's frame [m]; closed only at the centre distance."""
         angle = np.asarray(angle, float)
         terms = _terms(lambda own: self._turning(own, distance))
         turn = terms[0] * angle + _sine_sum(_integrated(terms), angle)
@@ -158,11 +160,11 @@ class EccentricPair:
         return np.sqrt((r - e) ** 2 + 4.0 * r * e * half**2)
 
     def driver_turn(self, angle: ArrayLike) -> Array:
-        """Clockwise angle by which the driver has turned [rad]."""
+        """Clockwise rotation of the driver [rad]."""
         return np.asarray(angle, float) + self._lean(angle)
 
     def driven_turn(self, angle: ArrayLike) -> Array:
-        """Counter-clockwise angle by which the driven wheel has turned [rad]."""
+        """Counter-clockwise rotation of the driven wheel [rad]."""
         angle = np.asarray(angle, float)
         return angle / self.ratio + _sine_sum(self._waves, angle)
 
@@ -172,9 +174,7 @@ class EccentricPair:
         return (self.center_distance - rho) / rho
 
     def driven_curvature(self, angle: ArrayLike) -> tuple[Array, Array]:
-        """Curvature of the driven pitch curve, by Euler and Savary, and its
-        rate (n,).
-        """
+        """Curvature (n,) of the driven pitch curve, by Euler-Savary, and its slope."""
         r, e, theta = self.radius, self.eccentricity, np.asarray(angle, float)
         rho, c = self.driver_radius(theta), self.center_distance
         rest = c - rho
@@ -189,16 +189,14 @@ class EccentricPair:
         return np.arctan2(e * np.sin(theta), r - e * np.cos(theta))
 
     def _turning(self, angle: Array, distance: float) -> Array:
-        """d psi / d theta."""
+        """Derivative d psi / d theta."""
         rho = self.driver_radius(angle)
         ahead = self.radius - self.eccentricity * np.cos(angle)
         return self.radius * ahead / (rho * (distance - rho))
 
     @cached_property
     def _waves(self) -> Array:
-        """Harmonics of the driven wheel's rotation: factors of sin(k theta), k = 1, 2,
-        ...
-        """
+        """Factors of sin(k theta), k = 1, 2, ..., in the driven wheel's rotation."""
         distance = self.center_distance
         return _integrated(_terms(lambda angle: self._turning(angle, distance)))
 
@@ -222,8 +220,8 @@ class EccentricPair:
 
 
 def _terms(function: Callable[[Array], Array]) -> Array:
-    """Factors of cos(k theta) of an even periodic function, halved but for the first,
-    as many as round-off leaves."""
+    """Factors of cos(k theta) of an even periodic function, halved except the first,
+    as many as exceed round-off."""
     count = FEWEST
     while True:
         angle = 2.0 * math.pi * np.arange(count) / count

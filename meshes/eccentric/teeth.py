@@ -1,14 +1,14 @@
-"""Teeth of both wheels, as one rack with rounded tips cuts them while it rolls.
+"""Teeth of both wheels, as cut by one rolling rack with rounded tips.
 
-On every pitch curve the same rack rolls, so flanks that are cut by its two sides touch
-in one point, with the normal through the pitch point. Where the pitch point has
-passed a flank's own place s0 by s - s0, the flank is cut at the distance
+The same rack rolls on both pitch curves, so flanks that are cut by its two sides touch
+in one point, with the normal through the pitch point. When the pitch point has passed
+the place s0 of a flank by s - s0, the flank is cut at the distance
 
     l = (s0 - s) cos(alpha)
 
-along the line of action from the pitch point: an involute of the base curve. The
-rounded rack tip cuts the fillet. Litvin & Fuentes, Gear Geometry and Applied Theory,
-2004, sections 6 and 12.
+along the line of action from the pitch point; it is an involute of the base curve. The
+rounded rack tip cuts the fillet. See Litvin & Fuentes, Gear Geometry and Applied
+Theory, 2004, sections 6 and 12.
 """
 
 from __future__ import annotations
@@ -26,22 +26,24 @@ from meshes.gear import GeometryError, floored
 
 Array = NDArray[np.float64]
 FEWEST_TEETH, MOST_TEETH = 5, 2_000
-ROUNDING = 0.3  # of the rack's tips, in modules, as usual of gear sets
-LEAST_TIP = 0.05  # tip thickness in modules
-LEAST_ANGLE = 1.0  # degrees: no pressure angle so small helps
-STEPS = 50  # of Newton's method, at most
-EXACT, ROUND_OFF = 1e-12, 2e-15  # of a module, of the whole way round
-LOOKED_AT = 33  # points of a flank
+ROUNDING = 0.3  # rounding of the rack's tips, in modules, as usual in gear sets
+LEAST_TIP = 0.05  # least tip thickness in modules
+LEAST_ANGLE = 1.0  # degrees, smaller pressure angles do not help
+STEPS = 50  # largest number of Newton steps
+EXACT, ROUND_OFF = 1e-12, 2e-15  # error over a module, and over the circumference
+LOOKED_AT = 33  # points of a flank that are checked
 
 
 @dataclass(frozen=True, kw_only=True)
 class Rack:
-    """The generating rack; its teeth are as wide as its spaces.
+    """Generating rack, whose teeth are as wide as its spaces.
 
-    module : pitch of the teeth over pi [m]; pressure_angle [rad]
-    tip_height, root_depth : of the teeth that it cuts, in modules (ISO 53: A)
+    module : pitch of the teeth over pi [m]
+    pressure_angle : [rad]
+    tip_height, root_depth : height and depth of the teeth that it cuts, in modules
+        (ISO 53: A)
 
-    Raises GeometryError where there is no such rack.
+    Raises GeometryError if no such rack exists.
     """
 
     module: float
@@ -67,17 +69,17 @@ class Rack:
 
     @property
     def addendum(self) -> float:
-        """[m]"""
+        """Addendum of the teeth that the rack cuts [m]."""
         return self.tip_height * self.module
 
     @property
     def dedendum(self) -> float:
-        """[m]"""
+        """Dedendum of the teeth that the rack cuts [m]."""
         return self.root_depth * self.module
 
     @cached_property
     def rounding(self) -> float:
-        """Radius of the rack's tips, at most what fits between its flanks."""
+        """Rounding of the tips, at most the one that fits between the rack's flanks."""
         slope = math.tan(0.25 * math.pi - 0.5 * self.pressure_angle)
         room = 0.25 * self.pitch - self.dedendum * math.tan(self.pressure_angle)
         return min(ROUNDING * self.module, room / slope)
@@ -89,21 +91,23 @@ class Rack:
 
     @property
     def offset(self) -> float:
-        """Offset of the centre of the rounding from its flank, along the pitch line."""
+        """Offset of the centre of the rounding from the place of its flank, along the
+        pitch line."""
         alpha = self.pressure_angle
         return self.depth * math.tan(alpha) + self.rounding / math.cos(alpha)
 
     @property
     def form(self) -> float:
-        """Arc from a flank's place to where its involute ends at the fillet."""
+        """Arc from a flank's place to the end of its involute at the fillet."""
         return self.offset + self.depth / math.tan(self.pressure_angle)
 
 
 @dataclass(frozen=True, eq=False)
 class Wheel:
-    """One wheel: its pitch curve and where its teeth are.
+    """One wheel: its pitch curve and the positions of its teeth.
 
-    teeth : their number; first : arc at the middle of tooth 0 [m]
+    teeth : number of teeth
+    first : arc at the middle of tooth 0 [m]
     """
 
     curve: PitchCurve
@@ -112,12 +116,12 @@ class Wheel:
     first: float
 
     def place(self, side: Side) -> Array:
-        """Arcs of the teeth's flanks on the pitch curve (teeth,) [m]."""
+        """Arcs (teeth,) of the flanks on the pitch curve [m]."""
         number = np.arange(self.teeth, dtype=float)
         return self.first + self.rack.pitch * (number + 0.25 * side)
 
     def flank(self, place: ArrayLike, arc: ArrayLike, side: Side) -> Array:
-        """Points (n, 2) of flanks by their place and the arc that has rolled [m]."""
+        """Points (n, 2) of flanks from their place and the arc that has rolled [m]."""
         frames = self.curve.frames(np.asarray(arc) / self.curve.radius)
         action = self.action(arc, side)
         alpha = self.rack.pressure_angle
@@ -125,15 +129,18 @@ class Wheel:
         return frames.point + np.asarray(along)[..., None] * action
 
     def action(self, arc: ArrayLike, side: Side) -> Array:
-        """Line of action (n, 2), the way the pitch point goes."""
+        """Direction (n, 2) of the line of action, along the pitch point's motion."""
         frames = self.curve.frames(np.asarray(arc) / self.curve.radius)
         alpha = self.rack.pressure_angle
         out = side * math.sin(alpha) * frames.normal
         return math.cos(alpha) * frames.tangent + out
 
     def fillet(self, place: float, angle: ArrayLike, side: Side) -> Array:
-        """Points (n, 2) of a fillet; angle : of its normal from that of the pitch
-        curve, 0 at the bottom and pi/2 - pressure angle at the flank [rad]."""
+        """Points (n, 2) of a fillet [m].
+
+        angle : angle of its normal from that of the pitch curve, 0 at the bottom and
+            pi/2 - pressure angle at the flank [rad]
+        """
         rack, beta = self.rack, np.asarray(angle, float)
         arc = place + side * (rack.offset + rack.depth * np.tan(beta))
         frames = self.curve.frames(arc / self.curve.radius)
@@ -148,13 +155,12 @@ class Wheel:
 
     @cached_property
     def tips(self) -> dict[Side, tuple[Array, Array]]:
-        """Arcs (teeth,) at which tip corners are cut, and the arcs of the pitch curve
-        below them [m], by side.
-        """
+        """Arcs (teeth,) at which tip corners are cut, and arcs of the pitch curve below
+        them, by side [m]."""
         return {side: self._tips(side) for side in (TRAILING, LEADING)}
 
     def _tips(self, side: Side) -> tuple[Array, Array]:
-        """Places where the flank is an addendum above the curve, by Newton's method."""
+        """Tips by Newton's method: points of the flank an addendum above the curve."""
         rack, radius, place = self.rack, self.curve.radius, self.place(side)
         sin, cos = math.sin(rack.pressure_angle), math.cos(rack.pressure_angle)
         arc = place - side * 0.5 * rack.addendum / (sin * cos)
@@ -171,7 +177,7 @@ class Wheel:
             a = rate * np.einsum("ij,ij->i", across, foot.tangent)
             b = rate * np.einsum("ij,ij->i", across, foot.normal)
             d = 1.0 + height * foot.curvature
-            # the height does not depend on the foot where it is perpendicular
+            # the height is stationary in the foot point of the perpendicular
             e = ahead * foot.curvature
             wrong = height - rack.addendum
             whole = b * d - a * e
@@ -190,11 +196,11 @@ class ToothedPair:
     """Both wheels with their teeth.
 
     pressure_angle : [rad]
-    teeth : of the driver; the driven wheel has `ratio` times as many
-    tip_height, root_depth : of the teeth, in modules
+    teeth : number of teeth of the driver; the driven wheel has `ratio` times as many
+    tip_height, root_depth : height and depth of the teeth, in modules
 
-    Raises GeometryError where involute teeth cannot stand on the pitch curves, where
-    they are undercut or pointed.
+    Raises GeometryError if involute teeth cannot exist on the pitch curves, or if they
+    are undercut or pointed.
     """
 
     pair: EccentricPair
@@ -215,7 +221,7 @@ class ToothedPair:
         self._require_contact()
 
     def _require_contact(self) -> None:
-        """Raises GeometryError where a pair of teeth parts before the next meets."""
+        """Raise GeometryError if a pair of teeth separates before the next meets."""
         start, end = self.contact.T
         least = float(
             (end - np.append(start[1:], start[0] + self.driven.curve.length)).min()
@@ -229,8 +235,8 @@ class ToothedPair:
             )
 
     def _require_clear_roots(self) -> None:
-        """Raises GeometryError where tips of one wheel reach below the other's flanks:
-        contact would be asked of a fillet."""
+        """Raise GeometryError if tips of one wheel reach below the other's flanks, so
+        that a fillet would be in contact."""
         form, reach = self.rack.form, self.contact
         place = self.rack.pitch * (np.arange(len(reach)) - 0.25)
         if not max((place - reach[:, 0]).max(), (reach[:, 1] - place).max()) < form:
@@ -252,15 +258,15 @@ class ToothedPair:
 
     @cached_property
     def driven(self) -> Wheel:
-        """Its teeth stand in the driver's spaces."""
+        """Driven wheel, with its teeth in the driver's spaces."""
         count = self.teeth * self.pair.lobes
         return Wheel(self.pair.driven, self.rack, count, 0.5 * self.rack.pitch)
 
     @cached_property
     def contact(self) -> Array:
-        """Arcs at which the driver's teeth come into contact and leave it (n, 2) [m],
-        over a turn of the driven wheel."""
-        # a driver's tooth meets the driven one before: its place is the same arc
+        """Arcs (n, 2) at which the driver's teeth enter and leave contact [m], over a
+        turn of the driven wheel."""
+        # a driver's tooth meets the preceding driven tooth, whose place is the same arc
         start = np.roll(self.driven.tips[LEADING][0], 1)
         start[0] -= self.driven.curve.length
         laps = self.driver.curve.length * np.arange(self.pair.lobes)
@@ -269,12 +275,12 @@ class ToothedPair:
 
     @property
     def contact_ratio(self) -> Array:
-        """Contact ratio of every tooth (n,)."""
+        """Contact ratio (n,) of every tooth."""
         return (self.contact[:, 1] - self.contact[:, 0]) / self.rack.pitch
 
 
 def require_feasible(pair: EccentricPair, pressure_angle: float) -> None:
-    """Raises GeometryError where involutes cannot stand on the pitch curves."""
+    """Raise GeometryError if involutes cannot exist on the pitch curves."""
     found = feasibility(pair, pressure_angle)
     limit = floored(1e3 * found.largest_eccentricity)
     degrees = math.degrees(found.largest_pressure_angle)
@@ -294,9 +300,9 @@ def require_feasible(pair: EccentricPair, pressure_angle: float) -> None:
 
 
 def require_teeth(wheel: Wheel, name: str, given: int) -> None:
-    """Raises GeometryError where teeth are undercut or pointed.
+    """Raise GeometryError if teeth are undercut or pointed.
 
-    given : how many the driver has
+    given : number of teeth of the driver
     """
     rack = wheel.rack
     sin, cos = math.sin(rack.pressure_angle), math.cos(rack.pressure_angle)

@@ -1,4 +1,4 @@
-"""Second-order triangle mesh of a whole wheel, nodes on the true curves."""
+"""Second-order triangle mesh of a whole wheel, with nodes on the true curves."""
 
 from __future__ import annotations
 
@@ -23,20 +23,20 @@ from meshes.outline import Edges
 from meshes.profile import Points
 from meshes.triangles import Rows, draw_chain, draw_point, make_triangles
 
-SAMPLES = 720  # of the root curve
-BORE = 0.4  # of the least distance from the bearing to the root, by default
+SAMPLES = 720  # samples of the root curve
+BORE = 0.4  # default bore over the least distance from the bearing to the root
 BORE_NAME = "bore"
 
 
 @dataclass(frozen=True, eq=False)
 class WheelMesh:
-    """A wheel in its own frame, the origin in its bearing.
+    """Mesh of a wheel in its own frame, with the origin in its bearing.
 
     points : (n, 2) [m]
     triangles : (m, 6) corners, then mid-sides of edges 01, 12, 20, counterclockwise
-    outline : (k, 3) ends, then mid-side, clockwise round the teeth, edge after edge
-    bore : the same of the bore, in any order
-    flanks : by side, rows of the outline (teeth, edges) on the flank of every tooth
+    outline : (k, 3) ends, then mid-side, of successive edges clockwise around the teeth
+    bore : (k, 3) ends, then mid-side, of edges around the bore, in any order
+    flanks : (teeth, edges) rows of the outline on the flank of every tooth, by side
     """
 
     points: Points
@@ -47,7 +47,7 @@ class WheelMesh:
 
 
 def largest_bore(wheel: Wheel) -> float:
-    """Radius that leaves some body below the teeth [m]; negative where none does."""
+    """Largest bore radius with some body below the teeth [m]; negative if none has."""
     arcs = wheel.curve.length * np.arange(SAMPLES) / SAMPLES
     root = wheel.land(arcs, -wheel.rack.dedendum)
     return float(np.hypot(*root.T).min()) - BELOW_ROOT * wheel.rack.module
@@ -60,7 +60,7 @@ def usual_bore(wheel: Wheel) -> float:
 def wheel_mesh(wheel: Wheel, bore: float, edges: WheelEdges | None = None) -> WheelMesh:
     """Mesh a wheel with a bore of a radius [m].
 
-    Raises GeometryError where the bore does not fit.
+    Raises GeometryError if the bore does not fit.
     """
     edges, module = edges or WheelEdges(), wheel.rack.module
     largest = largest_bore(wheel)
