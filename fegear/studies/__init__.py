@@ -141,6 +141,11 @@ STUDIES = {
         "Periodic",
         "Periodic motions P(m, n+, n-), stable or not.",
     ),
+    "validate": (
+        "validation.studies.validate",
+        "Validation",
+        "Lumped models against finite elements, with tolerances.",
+    ),
     "bench stiffness": (
         "validation.studies.benchmarks",
         "StiffnessBenchmark",

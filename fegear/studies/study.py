@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 
     from fegear.studies.page import Page
     from fegear.studies.table import Table
-    from lumped.common.workers import Arrays, Parts, Stop
+    from lumped.common.workers import Arrays, Cluster, Parts, Stop
 
 
 NO_PICTURES: Mapping[str, str] = MappingProxyType({})
@@ -205,9 +205,9 @@ def words_of(settings: Any, group: Group | None = None) -> list[str]:
         declared = each.declared
         assert isinstance(declared, Setting)
         if declared.place:
-            places.append(str(value))
+            places += map(str, value if isinstance(value, tuple) else [value])
         elif value != each.field.default:
-            options += _written(each.option, declared, value)
+            options += _written(declared.short or each.option, declared, value)
     return [*places, *options]
 
 
@@ -336,6 +336,10 @@ class Job(Protocol):
 
         With a cluster their functions are those of modules, with plain arguments.
         """
+
+    @property
+    def workers(self) -> int | Cluster | None:
+        """Threads, one a core if None, or the cluster that computes parts."""
 
     @property
     def heeded(self) -> Stop:

@@ -28,7 +28,6 @@ from fegear.studies.study import (
 from fegear.studies.table import Table
 from fegear.studies.trains import chosen_torque, torque_setting
 from lumped.common.progress import Progress
-from lumped.common.workers import Stopped
 from validation.bench import (
     bench_branches,
     bench_clatter,
@@ -47,6 +46,7 @@ from validation.bench.benchmark import (
 )
 from validation.stress import stress_coupled, stress_lumped
 from validation.stress.trials import Trial, run_trials, trials_csv
+from validation.studies.interrupts import interrupted_by
 
 PAIR, TRAIN, RUBBING = "liu-pair", "liu-idler", "liu-friction"
 TORQUE = 100.0  # N m, of `bench all`
@@ -100,18 +100,6 @@ class OneBenchmark:
     def _measured(self, job: Job) -> BenchmarkResult | None:
         found = self.measured(interrupted_by(job))
         return BenchmarkResult(self, found) if found.tables[POINTS] else None
-
-
-def interrupted_by(job: Job) -> Progress:
-    """Progress that ends a measurement by KeyboardInterrupt, as benchmarks expect."""
-
-    def report(what: str, done: int, total: int) -> None:
-        try:
-            job.report(what, done, total)
-        except Stopped:
-            raise KeyboardInterrupt from None
-
-    return report
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -14,6 +14,7 @@ from typing import Any, get_type_hints
 
 import numpy as np
 import pytest
+from case_files import case_text
 from cli_commands import printed
 from quick_benchmarks import answer_at_once
 from typer.testing import CliRunner
@@ -322,6 +323,11 @@ EXAMPLES = {
     "rattle manifold": {"length": 1.0 + 1.0 / 3.0, "preimages": 0, "unstable": True},
     "rattle periodic": {"departures": 1, "velocity": (0.5, 6.0 + 1.0 / 3.0)},
     "rattle noise": {"starts": 5, "turns": 3, "velocity": (0.1, 0.2 + 1.0 / 3.0)},
+    "validate": {
+        "cases": ("tiny.toml",),
+        "fidelity": "quasistatic",
+        "directory": "report",
+    },
     "bench stiffness": {"name": "liu-idler", "torque": 50.0 + 1.0 / 3.0},
     "bench dynamics": {"torque": 50.0 + 1.0 / 3.0},
     "bench lumped": {"damping": 0.04 + 1e-3 / 3.0},
@@ -345,6 +351,7 @@ MEASURED = "time_s,speed_rpm\n" + "\n".join(
 def files(tmp_path, monkeypatch):
     answer_at_once(monkeypatch)
     (tmp_path / "measured.csv").write_text(MEASURED)
+    (tmp_path / "tiny.toml").write_text(case_text())
     monkeypatch.chdir(tmp_path)
 
 
@@ -400,7 +407,7 @@ def test_the_command_and_the_call_find_the_same(command, tmp_path):
         with pytest.raises(InputError, match=f"^{command} has no table$"):
             found.to_csv(path)
         return
-    if ".csv" in asked.endings and not asked.folder:
+    if files and ".csv" in asked.endings and not asked.folder:
         assert path.read_text("utf-8") == found.table.csv()
     assert {len(row) for row in found.table.rows()} == {len(found.table.names)}
 

@@ -1,0 +1,19 @@
+"""Ctrl-C in work that was written to end by KeyboardInterrupt."""
+
+from __future__ import annotations
+
+from fegear.studies.study import Job
+from lumped.common.progress import Progress
+from lumped.common.workers import Stopped
+
+
+def interrupted_by(job: Job) -> Progress:
+    """Progress of a task that raises KeyboardInterrupt where the run is to end."""
+
+    def report(what: str, done: int, total: int) -> None:
+        try:
+            job.report(what, done, total)
+        except Stopped:
+            raise KeyboardInterrupt from None
+
+    return report

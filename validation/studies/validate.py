@@ -1,0 +1,288 @@
+"""Lumped models against finite elements, case by case."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Iterator, Mapping
+from dataclasses import MISSING, dataclass, replace
+from functools import cached_property, partial
+from math import isnan
+from pathlib import Path
+from typing import Any, Literal
+
+from fegear.files.errors import InputError
+from fegear.files.output import make_directory, require_writable
+from fegear.studies.page import Columns, Grid, Page
+from fegear.studies.study import (
+    NO_PICTURES,
+    Job,
+    Study,
+    StudyResult,
+    Task,
+    argument,
+    refusal,
+    setting,
+)
+from fegear.studies.table import Table
+from lumped.common.progress import Progress, silent
+from lumped.common.workers import Cluster
+from validation.random_sets import runs as random_sets
+from validation.random_sets.runs import SetRun
+from validation.report import report_values, write_report
+from validation.studies.interrupts import interrupted_by
+from validation.study import runs as case_runs
+from validation.study.cases import Case, case_names, load_case
+from validation.study.metrics import METRICS
+from validation.study.runs import CaseResult, make_runs
+from validation.study.tasks import tasks_of
+
+WRITTEN = ("index.html", "report.md", "report.json")
+RANDOM_SETS = "random-sets"  # a word among the names of cases
+MOST_LINES = 40  # of verdicts outside on the screen
+
+
+def _per_cent(name: str, row: Mapping[str, Any]) -> str:
+    return f"{100.0 * row['figures'][name]:.2g}" if row["figures"] else ""
+
+
+def _plain(name: str, row: Mapping[str, Any]) -> str:
+    return str(row["figures"][name]) if row["figures"] else ""
+
+
+def _whole(name: str, row: Mapping[str, Any]) -> str:
+    return f"{row['figures'][name]:.0f}" if row["figures"] else ""
+
+
+SETS: Columns = {
+    "set": lambda row: row["set"],
+    "median\n%": partial(_per_cent, "median_error"),
+    "90 %\n%": partial(_per_cent, "tenth_error"),
+    "apart": partial(_plain, "apart"),
+    "modes": partial(_plain, "body_modes"),
+    "bound\n%": partial(_per_cent, "left_out"),
+    "natural\n%": partial(_per_cent, "natural_error"),
+    "ms": partial(_whole, "coupled_ms"),
+    "ms of FE": partial(_whole, "reduced_ms"),
+    "verdict": lambda row: row["failure"] or row["verdict"],
+}
+OVERVIEW: Columns = {
+    "case": lambda row: row["case"],
+    "model": lambda row: row["model"],
+    "within": lambda row: str(row["within"]),
+    "outside": lambda row: str(row["outside"]),
+    "cost of FE\nover model": lambda row: (
+        "" if isnan(row["cost_ratio"]) else f"{row['cost_ratio']:.0f}"
+    ),
+}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Validation(
+    Study, command="validate", example="validate idler friction-pair -o report"
+):
+    """Lumped models against finite elements, with tolerances.
+
+    The exit code is 1 if a tolerance fails. The same command resumes an interrupted
+    run; on a cluster only complete runs are stored.
+    """
+
+    pictures = NO_PICTURES
+    partial = True
+    distributes = True
+    output_names = ()
+
+    cases: tuple[str, ...] = argument(
+        "CASE",
+        "Names of built-in cases, or paths of case files (TOML); random-sets for the "
+        "coupled model on 30 random gear sets.",
+        (),
+    )
+    every: bool = setting(
+        False, "Run all built-in cases and the random gear sets.", option="--all"
+    )
+    fidelity: Literal["reduced", "full", "quasistatic"] | None = setting(
+        None,
+        "Model of the finite elements, as in `fegear dynamics`. [default: that of each "
+        "case]",
+    )
+    directory: str = setting(
+        MISSING,
+        "Directory for the report: index.html, report.md and report.json, figures, "
+        "tables, and runs, which the next call reuses.",
+        option="--output",
+        short="-o",
+        metavar="DIR",
+    )
+
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """Names and paths of the cases that were asked for."""
+        return tuple(name for name in self.cases if name != RANDOM_SETS)
+
+    @property
+    def random(self) -> bool:
+        """Whether the random gear sets run as well."""
+        return self.every or RANDOM_SETS in self.cases
+
+    @cached_property
+    def chosen(self) -> tuple[Case, ...]:
+        """The cases; raises InputError for a choice that cannot be run."""
+        known = ", ".join([*case_names(), RANDOM_SETS])
+        if self.every and self.names:
+            raise InputError(f"--all and {self.names[0]} exclude each other")
+        if not (self.every or self.names or self.random):
+            raise InputError(f"a case or --all is missing; allowed are {known}")
+        if not (self.every or self.names) and self.fidelity is not None:
+            raise refusal(self, "fidelity", "the random sets have their own")
+        found = [load_case(n) for n in (case_names() if self.every else self.names)]
+        taken = [case.name for case in found]
+        for name in taken:
+            if taken.count(name) > 1:
+                raise InputError(f"case {name} is given {taken.count(name)} times")
+        if self.fidelity is None:
+            return tuple(found)
+        return tuple(replace(case, fidelity=self.fidelity) for case in found)
+
+    def tasks(self) -> Iterator[Task]:
+        chosen, output = self.chosen, Path(self.directory)
+        store = make_directory(make_directory(output) / "runs")
+        for name in WRITTEN:
+            require_writable(output / name)
+        for case in chosen:
+            list(tasks_of(case))  # refuses a gear set that cannot be used
+        yield Task("cases", partial(self._validated, store))
+
+    def _validated(self, store: Path, job: Job) -> ValidationResult | None:
+        report = interrupted_by(job)
+        results = self._run(store, job, report)
+        complete, sets = len(results) == len(self.chosen), list[SetRun]()
+        if self.random and complete:
+            sets, complete = random_sets.run_random_sets(store, report)
+        if not (results or sets):
+            return None
+        output = Path(self.directory)
+        values = report_values(results, output, self._commands, sets)
+        write_report(values, results, output, report if complete else silent)
+        return ValidationResult(self, values, complete)
+
+    def _run(self, store: Path, job: Job, report: Progress) -> list[CaseResult]:
+        """Results of the cases, after Ctrl-C of those that were finished."""
+        results: list[CaseResult] = []
+        try:
+            if isinstance(job.workers, Cluster):
+                make_runs(self.chosen, store, job.workers, report)
+            for case in self.chosen:
+                of_case = partial(_of, report, case.name)
+                results.append(case_runs.run_case(case, store, of_case))
+        except KeyboardInterrupt:
+            pass
+        return results
+
+    @property
+    def _commands(self) -> dict[str, str]:
+        """The command for each case by its name, and for all of them by ""."""
+
+        def command(*words: str, **others: Any) -> str:
+            own = replace(self, cases=words, every=False, **others)
+            return shlex.join(["fegear", *own.words])
+
+        given = self.names or [case.name for case in self.chosen]
+        each = {c.name: command(n) for c, n in zip(self.chosen, given, strict=True)}
+        random = command(RANDOM_SETS, fidelity=None)
+        return each | {RANDOM_SETS: random, "": shlex.join(["fegear", *self.words])}
+
+
+def _of(report: Progress, case: str, what: str, done: int, total: int) -> None:
+    report(f"{case}: {what}", done, total)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ValidationResult(StudyResult):
+    """Verdicts on models, case by case; the report is written.
+
+    values : those of report.json; finished : whether no run is missing
+    """
+
+    study: Validation
+    values: dict[str, Any]
+    finished: bool
+
+    @property
+    def summary(self) -> dict[str, Any]:
+        return self.values
+
+    @property
+    def outside(self) -> list[tuple[str, Mapping[str, Any]]]:
+        """Cases and verdicts outside their tolerances."""
+        return [
+            (case["case"], each)
+            for case in self.values["cases"]
+            for each in case["verdicts"]
+            if not each["within"]
+        ]
+
+    @property
+    def complete(self) -> bool:
+        return self.finished and not self._reasons
+
+    @property
+    def failure(self) -> str:
+        return " and ".join(self._reasons) if self.finished else ""
+
+    @cached_property
+    def _reasons(self) -> list[str]:
+        """Why the models fail."""
+        sets, reasons = self.values["random_sets"], list[str]()
+        if self.outside:
+            reasons.append(f"{len(self.outside)} values are outside their tolerances")
+        if sets.get("of") != sets.get("kept"):
+            missed = sets["of"] - sets["kept"]
+            reasons.append(f"{missed} random gear sets break a promise")
+        return reasons
+
+    @property
+    def table(self) -> Table:
+        """A row for every verdict."""
+        rows = [
+            {"case": case["case"], **each}
+            for case in self.values["cases"]
+            for each in case["verdicts"]
+        ]
+        names = tuple(rows[0]) if rows else ("case",)
+        return Table(names, lambda: [[*row.values()] for row in rows])
+
+    def page(self) -> Page:
+        sets, cases = self.values["random_sets"], self.values["cases"]
+        if sets:
+            yield Grid(sets["rows"], SETS, "Random gear sets", ("set", "verdict"))
+            kept, count = sets["kept"], sets["of"]
+            yield f"{kept} of {count} random gear sets keep what is promised"
+        if cases:
+            rows = [
+                {"case": c["case"], **model} for c in cases for model in c["models"]
+            ]
+            yield Grid(rows, OVERVIEW, "Verdicts", ("case", "model"))
+            yield from self._verdicts()
+        output = Path(self.study.directory)
+        yield f"wrote {', '.join(str(output / name) for name in WRITTEN)}"
+
+    def _verdicts(self) -> Page:
+        outside = self.outside
+        if len(outside) > MOST_LINES:
+            table = Path(self.study.directory) / "tables" / "verdicts.csv"
+            yield f"{len(outside)} outside, see {table}"
+        elif outside:
+            yield "Outside"
+            yield from (failed_line(*each) for each in outside)
+        else:
+            yield "All are within."
+
+
+def failed_line(case: str, failed: Mapping[str, Any]) -> str:
+    """`idler, model-2, 100 N m, up, mesh 1: rms_distance 0.61, allowed 0.5`."""
+    least = "at least " if METRICS[failed["metric"]].least else ""
+    unit = "" if failed["unit"] == "1" else f" {failed['unit']}"
+    return (
+        f"  {case}, {failed['model']}, {failed['where']}: {failed['metric']} "
+        f"{failed['measured']:.3g}{unit}, allowed {least}{failed['allowed']:g}{unit}"
+    )
