@@ -1,20 +1,18 @@
-"""The command line: a file per command, everything heavy imported where used."""
+"""The command line: a command for each study, loaded when it is asked for."""
 
 from __future__ import annotations
 
 import logging
 import os
 import sys
-from importlib import import_module
 from io import TextIOWrapper
 from typing import Annotated
 
 import typer
 
-from fegear.cli.command import PLAIN, add_command
+from fegear.cli.command import PLAIN
 from fegear.cli.screen import complain, say
 from fegear.cli.study_group import group_class
-from fegear.studies import STUDIES
 
 # the others are the solvers' own: they say what was not solved, and where
 BUILTIN_FAILURES = (ZeroDivisionError, OverflowError, FloatingPointError)
@@ -23,7 +21,7 @@ ABOUT = (
     "Spur gears: mesh stiffness and transmission error by finite elements, and the "
     "vibration of gear trains that they excite."
 )
-COMMANDS = (  # each in a file of its name, in the order of the help
+COMMANDS = (  # in the order of the help
     *("sets", "show", "mesh", "stiffness", "compare", "identify", "modes", "sweep"),
     *(
         "motion",
@@ -65,11 +63,6 @@ rattles = typer.Typer(
     **PLAIN,
 )
 
-for name in COMMANDS:
-    if name in STUDIES:
-        continue
-    module = import_module(f"fegear.cli.{name}")
-    add_command(app, name, getattr(module, f"{name}_command"), module.EXAMPLE)
 app.add_typer(rattles, name="rattle")
 app.add_typer(benchmarks, name="bench")
 
@@ -98,7 +91,7 @@ def options(
         ),
     ] = False,
 ) -> None:
-    """What the tool is for stands in ABOUT; this takes the options before a command."""
+    """Options before a command."""
 
 
 def main() -> None:

@@ -13,7 +13,7 @@ import typer
 from fegear.cli.groups import option
 from fegear.cli.screen import complain, print_json, warn
 from fegear.files.errors import InputError
-from fegear.studies.study import PICTURES, TABLES, Range
+from fegear.studies.study import PICTURES, TABLES
 
 if TYPE_CHECKING:
     from fegear.files.store import Keeping
@@ -21,9 +21,6 @@ if TYPE_CHECKING:
     from lumped.common.workers import Cluster
 
 
-RATIO = Range(least=0.0, below=1.0)
-SET_HELP = "Name of a built-in gear set, or path of a gear-set file (TOML)."
-PairName = Annotated[str, typer.Argument(metavar="SET", help=SET_HELP)]
 AsJson = Annotated[
     bool, typer.Option("--json", help="Print the results as JSON instead of tables.")
 ]

@@ -146,6 +146,11 @@ STUDIES = {
         "Validation",
         "Lumped models against finite elements, with tolerances.",
     ),
+    "reproduce": (
+        "validation.studies.reproduce",
+        "Reproduction",
+        "Figures and tables of the sources, recomputed.",
+    ),
     "bench stiffness": (
         "validation.studies.benchmarks",
         "StiffnessBenchmark",

@@ -357,7 +357,7 @@ def test_errors_need_tooth_pairs():
         with pytest.raises(ValueError, match="model 1 and a table with columns"):
             excitation_from_table(table_of(1), 100.0, model, pitch_errors=[1e-6, 0.0])
     figures = lumped.StiffnessFigures(mean=1e8, variation=0.3, contact_ratio=1.5)
-    with pytest.raises(ValueError, match="harmonics stand for the whole mesh"):
+    with pytest.raises(ValueError, match="harmonics represent the complete mesh"):
         lumped.analytic_excitation(figures, harmonics=3, pitch_errors=[1e-6, 0.0])
 
 

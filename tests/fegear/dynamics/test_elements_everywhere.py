@@ -213,7 +213,10 @@ def test_whole_gears_follow_the_resolution(solved, idler):
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (["--excitation", "rectangular"], "the gear set gives all stiffness figures"),
+        (
+            ["--excitation", "rectangular"],
+            "the gear set gives all stiffness parameters",
+        ),
         (["--table", "a.csv", "--table", "b.csv"], "--table replaces it"),
     ],
 )

@@ -1,0 +1,262 @@
+"""Figures and tables of the sources, recomputed."""
+
+from __future__ import annotations
+
+import json
+import shlex
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
+from pathlib import Path
+from typing import Any
+
+from fegear.files.errors import InputError
+from fegear.files.output import make_directory, require_writable
+from fegear.studies.page import Grid, Page
+from fegear.studies.study import (
+    NO_PICTURES,
+    Job,
+    Study,
+    StudyResult,
+    Task,
+    argument,
+    refusal,
+    setting,
+)
+from fegear.studies.table import Table
+from lumped.common.progress import silent
+from validation import reproduce
+from validation.reproduce import (
+    FigureResult,
+    figure_numbers,
+    find_figure,
+    left_out_figures,
+    load_figure,
+    report_values,
+    write_report,
+)
+from validation.studies.interrupts import interrupted_by
+
+USUAL = "figures"
+PAGE, REPORT = WRITTEN = ("index.html", "report.json")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Reproduction(Study, command="reproduce", example="reproduce 3.6 3.9 -o figures"):
+    """Figures and tables of the sources, recomputed.
+
+    Computed values are compared with the printed ones. Where they differ, the reason is
+    given, and the exit code is 0. The same command resumes an interrupted run; figures
+    that its directory already holds stay on the page.
+    """
+
+    pictures = NO_PICTURES
+    partial = True
+    output_names = ()
+
+    numbers: tuple[str, ...] = argument(
+        "NUMBER", "Numbers of figures and tables, see --list.", ()
+    )
+    every: bool = setting(False, "Make all figures and tables.", option="--all")
+    listed: bool = setting(
+        False, "List what can be made, and make nothing.", option="--list"
+    )
+    directory: str = setting(
+        USUAL,
+        "Directory for the page index.html, pictures, tables, and runs, which the next "
+        "call reuses.",
+        option="--output",
+        short="-o",
+        metavar="DIR",
+    )
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        numbers = tuple(number.strip() for number in self.numbers)
+        object.__setattr__(self, "numbers", numbers)
+        if self.listed:
+            for name, usual in (("directory", USUAL), ("every", False)):
+                if getattr(self, name) != usual:
+                    raise refusal(self, name, "{listed} makes nothing")
+
+    @cached_property
+    def chosen(self) -> tuple[str, ...]:
+        """Numbers of the figures; raises InputError for a choice that is not there."""
+        if self.every and self.numbers:
+            raise InputError(f"--all and {self.numbers[0]} exclude each other")
+        if not (self.every or self.numbers):
+            raise InputError(
+                "a number or --all is missing (fegear reproduce --list names all)"
+            )
+        for number in self.numbers:
+            load_figure(number)
+            count = self.numbers.count(number)
+            if count > 1:
+                raise InputError(f"figure {number} is given {count} times")
+        return tuple(figure_numbers()) if self.every else self.numbers
+
+    def tasks(self) -> Iterator[Task]:
+        if self.listed:
+            yield Task("list", self._list)
+            return
+        chosen, place = self.chosen, Path(self.directory)
+        store = make_directory(make_directory(place) / "runs")
+        for name in WRITTEN:
+            require_writable(place / name)
+        yield Task("figures", partial(self._made, chosen, store))
+
+    def _list(self, job: Job) -> FigureList:
+        return FigureList(self)
+
+    def _made(
+        self, chosen: Sequence[str], store: Path, job: Job
+    ) -> ReproductionResult | None:
+        report, place = interrupted_by(job), Path(self.directory)
+        earlier = [n for n in numbers_of(place / REPORT) if n not in chosen]
+        results: list[FigureResult] = []
+        try:
+            for number in chosen:
+                figure = load_figure(number)
+                results.append(reproduce.run_figure(figure, store, report))
+        except KeyboardInterrupt:
+            if not results:
+                return None
+        finished = len(results) == len(chosen)
+        results = with_earlier(results, earlier, store)
+        made = [each.figure.number for each in results]
+        values = report_values(results, place, self._commands(made))
+        write_report(values, results, place, report if finished else silent)
+        return ReproductionResult(self, values, tuple(earlier), finished)
+
+    def _commands(self, made: Sequence[str]) -> dict[str, str]:
+        """The command for each figure by its number, and for all of them by ""."""
+
+        def command(*numbers: str) -> str:
+            every = numbers == figure_numbers()
+            own = replace(self, numbers=() if every else numbers, every=every)
+            return shlex.join(["fegear", *own.words])
+
+        return {number: command(number) for number in made} | {"": command(*made)}
+
+
+def numbers_of(report: Path) -> list[str]:
+    """Numbers of the figures in a report, none where it cannot be read."""
+    try:
+        figures = json.loads(report.read_text(encoding="utf-8"))["figures"]
+        given = {figure["number"] for figure in figures}
+    except (OSError, ValueError, LookupError, TypeError):
+        return []
+    return [number for number in figure_numbers() if number in given]
+
+
+def with_earlier(
+    results: Sequence[FigureResult], earlier: Sequence[str], store: Path
+) -> list[FigureResult]:
+    """Results with earlier ones that are still valid, in the order of the source."""
+    found = [find_figure(load_figure(number), store) for number in earlier]
+    valid = [each for each in found if each is not None]
+    order = figure_numbers().index
+    return sorted([*results, *valid], key=lambda each: order(each.figure.number))
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ReproductionResult(StudyResult):
+    """Computed and printed values of figures; the page is written.
+
+    values : those of report.json; earlier : figures of the page before this run
+    """
+
+    study: Reproduction
+    values: dict[str, Any]
+    earlier: tuple[str, ...]
+    complete: bool
+
+    @property
+    def summary(self) -> dict[str, Any]:
+        return self.values
+
+    @property
+    def table(self) -> Table:
+        """A row for every printed value."""
+        rows = [
+            {"figure": figure["number"], **row}
+            for figure in self.values["figures"]
+            for row in figure["printed"]
+        ]
+        names = tuple(rows[0]) if rows else ("figure",)
+        return Table(names, lambda: [[*row.values()] for row in rows])
+
+    def page(self) -> Page:
+        made = {figure["number"]: figure for figure in self.values["figures"]}
+        for number in self.study.chosen:
+            if number in made:
+                yield from _lines(made[number])
+        for row in self.values["counts"]:
+            yield (
+                f"{row['lines']} {row['meaning']}: {row['within_1_percent']} to 1 %, "
+                f"{row['within_5_percent']} to 5 %, {row['within_10_percent']} to 10 %, "
+                f"{row['beyond']} further off or not met, "
+                f"{row['with_a_reason']} with a reason"
+            )
+        valid = [number for number in self.earlier if number in made]
+        gone = [number for number in self.earlier if number not in made]
+        if valid:
+            yield f"made before, and on the page as well: {', '.join(valid)}"
+        if gone:
+            yield f"left out, for the program or their data changed: {', '.join(gone)}"
+        place = Path(self.study.directory)
+        yield f"wrote {', '.join(str(place / name) for name in WRITTEN)}"
+
+
+def _lines(figure: dict[str, Any]) -> Iterator[str]:
+    """A line for a figure, and one for each printed value."""
+    seconds = f"computed in {figure['seconds']:.1f} s"
+    yield f"{figure['number']} {figure['title']}, {seconds}"
+    yield from (f"  {row['line']}" for row in figure["printed"])
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class FigureList(StudyResult):
+    """Figures that can be made, and those that are left out."""
+
+    study: Reproduction
+
+    @cached_property
+    def rows(self) -> list[dict[str, Any]]:
+        chosen = map(load_figure, self.study.numbers or figure_numbers())
+        return [
+            {"number": each.number, "title": each.title, "missing": each.missing}
+            for each in chosen
+        ]
+
+    @cached_property
+    def left_out(self) -> list[dict[str, Any]]:
+        return [] if self.study.numbers else [vars(each) for each in left_out_figures()]
+
+    @property
+    def summary(self) -> dict[str, Any]:
+        return {"figures": self.rows, "left_out": self.left_out}
+
+    @property
+    def table(self) -> Table:
+        """A row for every figure."""
+        return Table(tuple(self.rows[0]), lambda: [[*r.values()] for r in self.rows])
+
+    def page(self) -> Page:
+        yield Grid(
+            self.rows,
+            {"figure": lambda row: row["number"], "title": _title},
+            words=("figure", "title"),
+        )
+        if self.left_out:
+            columns = {
+                "not made": lambda row: row["numbers"],
+                "title": lambda row: row["title"],
+                "why": lambda row: row["why"],
+            }
+            yield Grid(self.left_out, columns, words=tuple(columns))
+
+
+def _title(row: Any) -> str:
+    missing = f" (not made: {row['missing']})" if row["missing"] else ""
+    return f"{row['title']}{missing}"
