@@ -38,12 +38,12 @@ The same by the finite elements themselves:
 One speed by the lumped model that agrees with them, tooth pair by tooth pair:
 
 >>> coupled = fegear.LumpedModel(number="coupled")
->>> asked = fegear.Wave(gear_set=gears, torque=100.0, speed=2500.0, model=coupled)
+>>> asked = fegear.Motion(gear_set=gears, torque=100.0, speed=2500.0, model=coupled)
 >>> found = fegear.run(asked)
 >>> pairs = found.motion.pairs[0]
 >>> pairs.force.shape[1], list(pairs.conditions)
 (2, ['III'])
->>> found.to_csv("wave.csv")
+>>> found.to_csv("motion.csv")
 
 Stress in the teeth, and a picture of it:
 
@@ -72,14 +72,14 @@ _HOMES = {
     "InputError": "files.errors",
     "LumpedModel": "train.lumped_models",
     "PictureSettings": "rendering.pictures",
-    "Source": "train.excitation",
+    "Source": "statics.excitation",
     "StaticsSettings": "statics.solving",
     "builtin_names": "gearset",
     "load_gear_set": "gearset",
     "lumped_system": "train.lumped_models",
     "make_gear_set": "gearset",
     "read_gear_set": "gearset",
-    "read_mesh_tables": "train.excitation",
+    "read_mesh_tables": "statics.excitation",
     "solve_mesh": "statics.solving",
     "solve_stress": "rendering.pictures",
     "run": "studies.running",

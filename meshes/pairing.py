@@ -88,7 +88,7 @@ class GearPair:
 
     @property
     def swapped(self) -> GearPair:
-        """The same gears with driver and driven exchanged."""
+        """This pair with driver and driven gear exchanged."""
         return GearPair(self.driven, self.driver, self.center_distance)
 
 

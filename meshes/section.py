@@ -7,6 +7,7 @@ a region is that of r^n / n dtheta around it. Radial lines add nothing.
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 
 import numpy as np
 
@@ -16,18 +17,22 @@ from meshes.profile import fillet_points
 POINTS = 64  # of Gauss quadrature, exact on the involute
 
 
+@lru_cache(maxsize=256)
 def section_area(gear: SpurGear) -> float:
     """[m2]"""
     return _around(gear, 2)
 
 
+@lru_cache(maxsize=256)
 def section_polar_moment(gear: SpurGear) -> float:
     """About the centre [m4]."""
     return _around(gear, 4)
 
 
 def _around(gear: SpurGear, n: int) -> float:
-    """Of half a sector, from the tooth axis to the cut, times all of them."""
+    """Integral around half a sector, from the tooth axis to the cut, times the number
+    of halves.
+    """
     half_pitch = 0.5 * gear.pitch_angle
     bottom = fillet_points(gear, 0.0)
     land = half_pitch - math.atan2(bottom[0], bottom[1])
@@ -42,7 +47,9 @@ def _around(gear: SpurGear, n: int) -> float:
 
 
 def _along_flank(gear: SpurGear, n: int) -> float:
-    """Of r^n dtheta from tip to form circle; dtheta = s^2 / (rb r^2) ds there."""
+    """Integral of r^n dtheta from tip to form circle; dtheta = s^2 / (rb r^2)
+    ds there.
+    """
     low, high, rb = gear.form_roll_length, gear.tip_roll_length, gear.base_radius
     x, weight = np.polynomial.legendre.leggauss(POINTS)
     s = 0.5 * (low + high) + 0.5 * (high - low) * x
@@ -51,7 +58,7 @@ def _along_flank(gear: SpurGear, n: int) -> float:
 
 
 def _along_fillet(gear: SpurGear, n: int) -> float:
-    """Of r^n dtheta from form to root circle.
+    """Integral of r^n dtheta from form to root circle.
 
     In the frame of `meshes.profile.fillet_points` before it turns with the gear: the
     point at normal angle beta is q = (-d tan beta, r - d) - rho (sin beta, cos beta).

@@ -46,7 +46,8 @@ def make_triangles(
     pieces: Iterable[Edges],
     growth: float = 0.0,
 ) -> Triangles:
-    """Of the surface that was drawn; mid-side nodes of the pieces lie on their curves.
+    """Triangles of the surface that was drawn; mid-side nodes of the pieces lie on
+    their curves.
 
     lines : straight lines by name, of which edges (k, 3), ends and then mid-side, are
         returned in their own direction

@@ -323,7 +323,7 @@ BASE = {
     "show": ("SET", 12),
     "modes": ("SET --json", 10),
     "sweep": ("SET --excitation rectangular --speeds 1500", 10),
-    "wave": ("SET --excitation rectangular --speed 1500", 8),
+    "motion": ("SET --excitation rectangular --speed 1500", 8),
     "theory": ("SET --excitation rectangular", 6),
     "map": ("SET --excitation rectangular --at 1500 --over mesh.1.phase=0", 6),
     "stability": (

@@ -185,3 +185,15 @@ def test_there_is_one_progress():
         if re.search(r"^Progress = |^class Progress\b", path.read_text("utf-8"), re.M)
     ]
     assert defined == ["lumped/common/progress.py"]
+
+
+NO_SUBJECT = "Of ", "By ", "The same ", "Those ", "With ", "As ", "Without "
+DOCUMENTED = ast.Module, ast.ClassDef, ast.FunctionDef
+
+
+@pytest.mark.parametrize("path", FILES, ids=label)
+def test_docstrings_begin_with_what_they_return_or_do(path):
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, DOCUMENTED):
+            text = ast.get_docstring(node) or ""
+            assert not text.startswith(NO_SUBJECT), text

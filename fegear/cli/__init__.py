@@ -28,7 +28,7 @@ ABOUT = (
 COMMANDS = (  # each in a file of its name, in the order of the help
     *("sets", "show", "mesh", "stiffness", "compare", "identify", "modes", "sweep"),
     *(
-        "wave",
+        "motion",
         "branches",
         "bifurcations",
         "map",

@@ -58,7 +58,7 @@ class Outputs:
 
 @dataclass(frozen=True, kw_only=True)
 class Workers:
-    """Where tasks are computed, in place of threads of this process."""
+    """Worker processes that compute tasks instead of threads of this process."""
 
     cluster: bool = option(
         "Compute in worker processes of dask.distributed, one a core.", default=False
@@ -82,14 +82,14 @@ class Workers:
 
 @dataclass(frozen=True)
 class InThreads:
-    """Of commands that take no `Workers`."""
+    """The choice of workers of commands that take no `Workers`."""
 
     chosen: ClassVar[None] = None
 
 
 @dataclass(frozen=True, kw_only=True)
 class ResumedOutputs(Outputs):
-    """Where the results of a long run go, and whether one is taken up again.
+    """Output files of a long run, and whether an interrupted run is resumed.
 
     beside : name of the file beside which is kept what is finished
     """
@@ -101,11 +101,13 @@ class ResumedOutputs(Outputs):
     def __post_init__(self) -> None:
         if self.resume and self.checkpoint is None:
             name = f"--{self.beside}"
-            raise InputError(f"--resume needs the {name} of the run to go on with")
+            raise InputError(f"--resume needs the {name} of the run to resume")
         if self.checkpoint is None:
             refuse_idle(f"needs --{self.beside}", overwrite=self.overwrite)
         if self.resume:
-            refuse_idle("--resume goes on with it", overwrite=self.overwrite)
+            refuse_idle(
+                "--resume keeps what --overwrite drops", overwrite=self.overwrite
+            )
 
     @property
     def keeping(self) -> Keeping:

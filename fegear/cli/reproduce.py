@@ -90,7 +90,9 @@ def reproduce_command(
 
 
 def _numbers_of(report: Path) -> list[str]:
-    """Of the figures on a page that is there already, none where it cannot be read."""
+    """Numbers of the figures on a page that exists already, none where it cannot be
+    read.
+    """
     from validation.reproduce import figure_numbers
 
     try:
@@ -104,7 +106,9 @@ def _numbers_of(report: Path) -> list[str]:
 def _with_earlier(
     results: Sequence[FigureResult], earlier: Sequence[str], store: Path
 ) -> list[FigureResult]:
-    """With those of an earlier run that are still whole, in the order of the source."""
+    """Results with those of an earlier run that are still valid, in the order of the
+    source.
+    """
     from validation.reproduce import figure_numbers, find_figure, load_figure
 
     found = [find_figure(load_figure(number), store) for number in earlier]

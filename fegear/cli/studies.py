@@ -80,7 +80,7 @@ def _outputs_of(study: type[Study]) -> type[Outputs]:
 
 
 def _files(study: Study, outputs: Any) -> dict[str, Path | None]:
-    """Those besides the first, by name."""
+    """Further output files of a study, by name."""
     names = *study.more_tables, *study.more_files, *study.pictures
     return {name: getattr(outputs, name) for name in names}
 
@@ -155,7 +155,7 @@ def _write(found: Any, outputs: Any) -> None:
 def _say_what_is_kept(outputs: Any) -> None:
     kept = getattr(outputs, "checkpoint", None)
     if kept is not None and kept.exists():
-        complain(f"{kept} is kept, --resume goes on with it")
+        complain(f"{kept} is stored; --resume continues from it")
 
 
 def _end(found: Any, outputs: Any) -> None:

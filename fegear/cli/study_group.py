@@ -9,7 +9,7 @@ import typer
 from typer.core import TyperGroup
 
 from fegear.cli.command import PLAIN, add_command
-from fegear.studies import STUDIES, load_study
+from fegear.studies import ALIASES, STUDIES, load_study
 
 
 def group_class(names: Sequence[str], prefix: str = "") -> type[TyperGroup]:
@@ -23,6 +23,7 @@ def group_class(names: Sequence[str], prefix: str = "") -> type[TyperGroup]:
             return list(names)
 
         def get_command(self, ctx: Any, cmd_name: str) -> Any:
+            cmd_name = ALIASES.get(prefix + cmd_name, cmd_name)
             known = super().get_command(ctx, cmd_name)
             if known is None and prefix + cmd_name in STUDIES:
                 known = _loaded(prefix + cmd_name, cmd_name)
@@ -35,7 +36,7 @@ def group_class(names: Sequence[str], prefix: str = "") -> type[TyperGroup]:
                 formatter.write_dl(rows)
 
         def _summary(self, ctx: Any, name: str) -> str:
-            """Of a study without loading it."""
+            """The first line of the help, without loading the study."""
             if prefix + name in STUDIES:
                 return STUDIES[prefix + name][2]
             known: Any = super().get_command(ctx, name)

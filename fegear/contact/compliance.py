@@ -104,7 +104,9 @@ def local_normal(flanks, grid, step, i, j):
 
 @compiled_part
 def local_tangential(flanks, grid, master, i, j):
-    """The same under a unit rootward friction load; it cancels for equal gears."""
+    """Local compliance under a unit rootward friction load; it cancels for
+    equal gears.
+    """
     total = 0.0
     for gear in range(2):
         drawn = 0.5 * (1.0 - flanks[gear].poisson) / flanks[gear].modulus

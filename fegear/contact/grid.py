@@ -51,7 +51,7 @@ def _x_log_x(x: Array) -> Array:
 
 
 def _second_antiderivative(x: Array) -> Array:
-    """Of ln|x|."""
+    """The second antiderivative of ln|x|."""
     return 0.5 * x * _x_log_x(x) - 0.75 * x * x
 
 

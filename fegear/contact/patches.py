@@ -171,7 +171,7 @@ def lay_nodes(constants, patch, nodes, extra_gap, half_width):
 
 @compiled_part
 def set_stencil(patch, gear, a, arc, flank, count):
-    """Where the flank's table is read at support point a."""
+    """Find the place in the flank's table at which support point a is read."""
     weights = patch.weights[gear, a]
     patch.first[gear, a] = place_stencil(
         arc, flank.length, flank.grading, count, weights

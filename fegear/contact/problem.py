@@ -134,8 +134,9 @@ class ContactCycle:
 def corner_positions(
     problem: ContactProblem, cycle: ContactCycle, torque: int
 ) -> NDArray[np.bool_]:
-    """Where a loaded pair's nominal contact is off the path, or a Hertz width from
-    its end, at one torque; shape (n,)."""
+    """Positions (n,) at which the nominal contact of a loaded pair is off the path, or
+    within a Hertz width of its end, at one torque.
+    """
     pair = problem.pair
     # pairs count anew in each base pitch
     position = cycle.position - np.floor(cycle.position)

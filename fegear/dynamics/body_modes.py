@@ -76,7 +76,8 @@ def body_modes(
     sides: Sequence[ContactSide],
     modes: Sequence[GearModes],
 ) -> BodyModes:
-    """Those of `fegear.dynamics.model`, in a frame that does not turn with the gears.
+    """Body modes of `fegear.dynamics.model`, in a frame that does not turn with the
+    gears.
 
     modes : of each gear
     """
@@ -152,7 +153,8 @@ def with_body_modes(
     band: tuple[float, float],
     kept: NDArray[np.bool_] | None = None,
 ) -> CoupledContacts:
-    """With those modes as coordinates that matter at a band of speeds [Hz].
+    """Contacts with those body modes as coordinates that matter in a band of speeds
+    [Hz].
 
     kept : those modes, where they are known
 

@@ -22,8 +22,8 @@ from fegear.elasticity.modes import GearModes, gear_modes, resolving_sector
 from fegear.files.errors import InputError
 from fegear.gearset.inertia import require_inertia_of_bodies
 from fegear.gearset.model import Gear, GearSet
+from fegear.statics.excitation import Excitations
 from fegear.statics.solving import StaticsSettings
-from fegear.train.excitation import Excitations
 from lumped.common.checks import require_between, require_fields
 from lumped.train.elastic_inertia import (
     Choice,
@@ -227,13 +227,15 @@ def usual_cutoff(gear: Gear, highest: float) -> float:
 
 
 def round_trips(gear: Gear) -> float:
-    """Of a shear wave around the tip circle, per second."""
+    """Round trips per second of a shear wave around the tip circle."""
     shear = gear.young_modulus / (2.0 * (1.0 + gear.poisson_ratio))
     return math.sqrt(shear / gear.density) / (2.0 * math.pi * gear.geometry.tip_radius)
 
 
 def elastic_damping(gear: Gear, ratio: float) -> Rayleigh:
-    """Of a gear's elastic freedoms, with the ratio where its first modes are."""
+    """Rayleigh damping of a gear's elastic degrees of freedom, with the ratio at its
+    first modes.
+    """
     return mass_damping(ratio, round_trips(gear))
 
 

@@ -24,7 +24,7 @@ class Rayleigh:
 
 
 def mass_damping(ratio: float, frequency: float) -> Rayleigh:
-    """With a damping ratio at a frequency [Hz], less above it.
+    """Mass-proportional damping with a ratio at a frequency [Hz], and less above it.
 
     Without a part of the stiffness: that would damp what modes above a cut-off add to
     the static compliance as much as those below.

@@ -499,7 +499,8 @@ def momentum(field: ElasticField, velocity: Array) -> float:
 def free_acceleration(
     field: ElasticField, step: FieldStep, state: Array, newmark: Newmark
 ) -> Array:
-    """Of a field (own, teeth) under the forces of the last step and its elasticity.
+    """Acceleration of a field (own, teeth) under the forces of the last step and its
+    elasticity.
 
     With S = m M + k K, K y = (S y - m M y) / k spares the product with K.
     """

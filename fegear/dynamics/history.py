@@ -40,7 +40,7 @@ LEGEND = {
     "back": "the same, in contact with the other flanks",
     "pressure_Pa": "largest of the pair; at a sharp tip corner it has no limit and is "
     "that of the contact nodes",
-    "rotation_rad": "counter-clockwise, besides the nominal turning",
+    "rotation_rad": "counter-clockwise, in addition to the nominal rotation",
 }
 TOOTH_LEGEND = {
     "tooth": "of the reference pair, counted from 1 as in pitch_errors_um",
@@ -136,7 +136,9 @@ def _movements(
 def _root_stresses(
     gear: int, name: str, influence: RootInfluence, contacts: Sequence[ContactHistory]
 ) -> dict[str, Column]:
-    """Of the gear's tooth in every pair of its meshes, under all contacts."""
+    """Root stresses of the gear's tooth in every pair of its meshes, under all
+    contacts.
+    """
     columns = {}
     for own in contacts:
         if own.side.side != DRIVE:

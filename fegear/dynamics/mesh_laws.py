@@ -11,9 +11,9 @@ from fegear.dynamics.sides import MeshLaws
 from fegear.gearset.model import GearSet
 from fegear.gearset.phases import mesh_phases
 from fegear.gearset.pitch_errors import tooth_pair_errors, without_pitch_errors
+from fegear.gearset.power_path import mesh_torques_at
+from fegear.statics.excitation import Excitations
 from fegear.statics.solving import StaticsSettings, contact_problem
-from fegear.train.excitation import Excitations
-from fegear.train.train import mesh_torques_at
 from lumped.train.table import MeshTable
 
 POSITIONS = 128  # of a mesh cycle at which pair laws are solved

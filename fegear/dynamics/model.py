@@ -47,7 +47,7 @@ class DynamicModel:
 
     @property
     def arrays(self) -> ModelArrays:
-        """As the kernels take them."""
+        """The arrays of the model that the kernels take."""
         return ModelArrays(self.modal, self.jacobian, self.kinematics, self.contacts)
 
     @property

@@ -32,12 +32,14 @@ class Scheme:
     beta: float
 
     def weights(self, step: float) -> tuple[float, float, float]:
-        """Of mass, damping and stiffness in the matrix that a step [s] inverts."""
+        """Weights of mass, damping and stiffness in the matrix that a step [s]
+        inverts.
+        """
         new = 1.0 - self.alpha_f
         return 1.0 - self.alpha_m, new * self.gamma * step, new * self.beta * step**2
 
     def newmark(self, step: float) -> Newmark:
-        """As the compiled steps take it, with a step [s]."""
+        """Coefficients of the compiled steps for a step [s]."""
         return Newmark(step, self.alpha_m, self.alpha_f, self.gamma, self.beta)
 
     def predicted(self, step: float, state: Array) -> tuple[Array, Array]:

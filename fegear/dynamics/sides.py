@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -62,8 +61,8 @@ class ContactSide:
         """RIGHT or LEFT, the same on both gears: seen with the tooth pointing up."""
         return RIGHT if self.sense < 0 else LEFT
 
-    @cached_property
-    def _first(self) -> dict[tuple[int, int], int]:
+    @property
+    def _first(self) -> Mapping[tuple[int, int], int]:
         return first_teeth(self.gear_set)
 
     def teeth(self, gear: int) -> NDArray[np.int64]:

@@ -68,7 +68,7 @@ class DynamicSettings(SteadySettings):
 
 @dataclass(frozen=True, eq=False)
 class MotionState:
-    """Where a motion stands at the start of a common period.
+    """State of a motion at the start of a common period.
 
     motion : (4, n) displacement, velocity, acceleration, generalised contact force
     contact : (3, c) penetration [m], load [N] and whether friction is reversed
@@ -159,7 +159,7 @@ class ImplicitStepper(ABC):
     def advance(
         self, state: MotionState, at: Speed, check: Convergence, most: int
     ) -> tuple[MotionState, bool]:
-        """By one common period."""
+        """Advance the motion by one common period."""
         from lumped.kernels.settling import close_period
 
         state, motion = self._common_period(state, at)

@@ -15,8 +15,8 @@ from fegear.dynamics.sides import MeshLaws
 from fegear.files.errors import InputError
 from fegear.gearset.model import GearSet
 from fegear.gearset.phases import mesh_phases
-from fegear.train.excitation import GivenTables
-from fegear.train.train import mesh_torques_at
+from fegear.gearset.power_path import mesh_torques_at
+from fegear.statics.excitation import GivenTables
 from lumped.train.excitation import at_torque
 from lumped.train.path_laws import FAR_GAP, PathLaws, path_laws
 from meshes import GearPair

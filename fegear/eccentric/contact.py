@@ -160,7 +160,7 @@ def share_load(
 
 
 def _arm(teeth: ToothedPair, angle: Array) -> Array:
-    """Of the line of action about the driver's bearing (n,) [m]."""
+    """Lever arm of the line of action about the driver's bearing (n,) [m]."""
     arc = angle * teeth.driver.curve.radius
     action = teeth.driver.action(arc, TRAILING)
     point = teeth.driver.curve.frames(angle).point

@@ -60,7 +60,7 @@ def extent(gearing: Gearing) -> tuple[Array, Array]:
 
 
 def swept_extent(gearing: Gearing) -> tuple[Array, Array]:
-    """The same of all places where the wheels come while they turn."""
+    """Extent of all places that the wheels reach while they turn."""
     reach = {"driver": 0.0, "driven": 0.0}
     for name, points in gearing.curves.items():
         wheel, kind = name.split("_")

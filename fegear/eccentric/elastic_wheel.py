@@ -154,7 +154,9 @@ class ElasticWheel:
 
 
 def _shape(xi: Array) -> Array:
-    """Of both ends of an edge and its mid-side (3, n), xi from -1 to 1."""
+    """Shape functions of both ends of an edge and its midpoint (3, n), xi from
+    -1 to 1.
+    """
     return np.stack([0.5 * xi * (xi - 1.0), 0.5 * xi * (xi + 1.0), 1.0 - xi**2])
 
 

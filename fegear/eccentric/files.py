@@ -38,7 +38,7 @@ def write_animation(gearing: Gearing, path: Path) -> None:
     """A turn of the driven wheel."""
     from PIL import Image as pillow
 
-    from fegear.rendering.film import write_film
+    from fegear.figures.film import write_film
 
     images = list(film_of(gearing))
     colours = pillow.fromarray(images[0]).quantize(256).getpalette() or []

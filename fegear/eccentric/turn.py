@@ -29,7 +29,7 @@ def turn_columns(
     load: float,
     arcs: Array,
 ) -> Columns:
-    """Of some positions, by the names of the table."""
+    """Columns of some positions, by the names of the table."""
     found = solve_turn(toothed, driver, driven, load, arcs)
     columns = {
         "driver_angle_deg": np.degrees(found.driver_turn),
@@ -48,7 +48,9 @@ def turn_columns(
 def wheel_meshes(
     gearing: Gearing, bore_mm: float | None, resolution: str
 ) -> tuple[WheelMesh, WheelMesh]:
-    """Of driver and driven wheel; raises InputError for a bore that does not fit."""
+    """Meshes of driver and driven wheel; raises InputError for a bore that does not
+    fit.
+    """
     toothed = gearing.toothed
     if toothed is None:
         raise InputError("teeth is missing: a mesh is made of toothed wheels")

@@ -83,7 +83,7 @@ def draw_table(result: StaticsResult, title: str = "") -> Figure:
 
 
 def _first_pitches(table: MeshTable, shown: int, pitches: int) -> MeshTable:
-    """As many base pitches of a table as are shown."""
+    """The table cut to the number of base pitches that are shown."""
     kept = slice(0, table.position.size * shown // pitches)
     columns = {name: values[:, kept] for name, values in table.columns.items()}
     return replace(table, position=table.position[kept], columns=columns)

@@ -202,7 +202,7 @@ class Records:
 
     @property
     def state(self) -> Mapping[str, Array] | None:
-        """Where the last of them ended."""
+        """State at the end of the last record."""
         return None if self.checkpoint is None else self.checkpoint.state(self.key)
 
     def keep(self, record: Mapping[str, Any], state: Mapping[str, Array]) -> None:
@@ -217,7 +217,7 @@ class Records:
 
 @dataclass(frozen=True, kw_only=True)
 class Keeping:
-    """Where a run keeps what it has finished, and whether it goes on with that.
+    """The checkpoint of a run, and whether the run resumes from it.
 
     overwrite : drop what another run has kept; else it must be gone on with
     tell : called with what was found in the checkpoint
@@ -331,7 +331,7 @@ def _require_nothing_finished(connection: sqlite3.Connection, path: Path) -> Non
 def _require_inputs(
     connection: sqlite3.Connection, path: Path, inputs: Mapping[str, str]
 ) -> None:
-    """Of the speeds that it holds, if any."""
+    """Require the inputs of the speeds that the checkpoint holds, if any."""
     stored = dict(connection.execute("select name, value from inputs"))
     for name in {**inputs, **stored} if stored else ():
         before, now = stored.get(name), inputs.get(name)
@@ -383,6 +383,6 @@ def _whole_speeds(connection: sqlite3.Connection, branch: str) -> int:
 
 
 def _seal(branch: str, number: int, content: bytes) -> str:
-    """Of a row; damage may have made another type of its content."""
+    """Digest of a row; damage may have made another type of its content."""
     own = content if isinstance(content, bytes) else b""
     return hashlib.sha256(f"{branch} {number} ".encode() + own).hexdigest()

@@ -13,7 +13,7 @@ from lumped.steady.response import FIGURES, Response, Status
 
 
 class Records(Protocol):
-    """Where a task keeps what it has finished, as `fegear.files.store.Records`."""
+    """Storage of what a task has finished, as `fegear.files.store.Records`."""
 
     @property
     def kept(self) -> list[Any]: ...

@@ -125,7 +125,9 @@ def _center_line(entry: MeshEntry) -> float | None:
 
 
 def _backlash(entry: MeshEntry, pair: GearPair) -> float:
-    """As given, else that of the teeth, whose 0 may be rounded below it [m]."""
+    """Backlash as given, otherwise that of the teeth, which may round to less than 0
+    [m].
+    """
     given = entry.backlash_um
     return max(0.0, pair.backlash) if given is None else given * UM
 

@@ -19,9 +19,10 @@ Angles in radians, counter-clockwise from the x axis.
 from __future__ import annotations
 
 import math
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
+from types import MappingProxyType
 
 from fegear.gearset.model import GearSet, Mesh
 
@@ -89,7 +90,8 @@ def geometric_phase(gear_set: GearSet, number: int) -> float | None:
     return _linked_phase(gear_set, link, phases[link.other].value)
 
 
-def first_teeth(gear_set: GearSet) -> dict[tuple[int, int], int]:
+@lru_cache(maxsize=16)
+def first_teeth(gear_set: GearSet) -> Mapping[tuple[int, int], int]:
     """Which tooth of a gear is in each mesh's reference pair, by (mesh, gear).
 
     Teeth count clockwise from the reference pair of the gear's first mesh, at the
@@ -106,7 +108,7 @@ def first_teeth(gear_set: GearSet) -> dict[tuple[int, int], int]:
             axis += senses[gear] * phase.value * pitch
             first.setdefault(gear, axis)
             teeth[number, gear] = -round((axis - first[gear]) / pitch)
-    return teeth
+    return MappingProxyType(teeth)
 
 
 def tooth_axis(mesh: Mesh, drives: bool, sense: int, direction: float) -> float:

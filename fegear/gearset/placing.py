@@ -115,7 +115,9 @@ def _on_axis(gear_set: GearSet, index: int, places: dict[int, Place]) -> int | N
 def _new_place(
     gear_set: GearSet, index: int, tooth_angle: float, places: dict[int, Place]
 ) -> Place:
-    """Of a gear that no mesh holds: on its shaft's axis, or below everything else."""
+    """Place of a gear that no mesh positions: on its shaft's axis, or below everything
+    else.
+    """
     found = _on_axis(gear_set, index, places)
     if found is None:
         below, sense = _free_height(gear_set, index, places), gear_set.senses[index]
@@ -134,7 +136,7 @@ def _direction(mesh: Mesh, driver: Place, row: float) -> float:
 
 
 def _mate_place(mesh: Mesh, place: Place, drives: bool, direction: float) -> Place:
-    """Of the other gear of a mesh, with its loaded flank on the placed gear's.
+    """Place of the other gear of a mesh, with its loaded flank on the placed gear's.
 
     drives : whether the placed gear is the driver
     """

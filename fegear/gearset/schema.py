@@ -58,7 +58,7 @@ class Keys(BaseModel):
     )
 
     def given(self, *names: str) -> list[str]:
-        """Those of the keys that have a value."""
+        """Keys that have a value."""
         return [name for name in names if getattr(self, name) is not None]
 
 

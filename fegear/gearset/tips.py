@@ -30,7 +30,7 @@ class Spacing:
         return math.sqrt(self.center_distance**2 - bases**2)
 
     def contact_ratio(self, tip_one: float, tip_two: float) -> float:
-        """With tip radii [m] of at least the base radii."""
+        """Contact ratio with tip radii [m] of at least the base radii."""
         path = _roll_length(self.one, tip_one) + _roll_length(self.two, tip_two)
         return (path - self.line_of_action) / self.one.base_pitch
 

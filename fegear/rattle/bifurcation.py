@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from lumped.common.progress import Progress, silent
 from lumped.common.workers import Arrays, Compute, in_threads
-from lumped.rattle.branches import BranchFinder, OrbitBranch, machine_with
+from lumped.rattle.branches import OrbitBranch, OrbitFinder, machine_with
 from lumped.rattle.departures import Itinerary
 from lumped.rattle.long_runs import settled_departures
 from lumped.rattle.machine import Machine
@@ -45,7 +45,7 @@ class Search:
     doublings: int = 1
 
     def values(self, count: int) -> list[float]:
-        """Of the figure, in the middle of equal parts."""
+        """Values of the parameter, in the middle of equal intervals."""
         low, high = self.limits
         return [low + (i + 0.5) / count * (high - low) for i in range(count)]
 
@@ -164,9 +164,7 @@ def followed(
     watch: Callable[[int, float], None] = lambda number, value: None,
 ) -> tuple[OrbitBranch, ...]:
     """Branches over a figure from orbits at some values, rows of `orbit_rows`."""
-    finder = BranchFinder(
-        machine, search.figure, search.limits, search.doublings, watch
-    )
+    finder = OrbitFinder(machine, search.figure, search.limits, search.doublings, watch)
     for value, orbits in rows:
         for turns, upper, lower, time, speed in orbits.tolist():
             itinerary = Itinerary(int(turns), int(upper), int(lower))

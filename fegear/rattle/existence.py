@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fegear.rattle.bifurcation import Search, followed, orbits_of
-from lumped.branches.continuation import NoSolution
 from lumped.common.progress import Progress, silent
 from lumped.common.workers import Compute, in_threads
+from lumped.continuation.arc_length import NoSolution
 from lumped.rattle.branches import machine_with
 from lumped.rattle.curves import Curve, curve_of, is_on
 from lumped.rattle.machine import Machine
@@ -34,7 +34,7 @@ class Plane:
 
 
 def plane_of(first: Search, second: str, limits: tuple[float, float]) -> Plane:
-    """With as many slices as there are values of the first figure."""
+    """The plane with as many slices as there are values of the first parameter."""
     slices = replace(first, limits=limits).values(first.starts)
     return Plane(first=first, second=second, limits=limits, slices=tuple(slices))
 
@@ -66,7 +66,7 @@ def find_existence(
 def _add_curves(
     curves: list[Curve], machine: Machine, plane: Plane, rows: list[tuple[float, Array]]
 ) -> None:
-    """Those through bifurcations at a value of the second figure."""
+    """Add the curves through bifurcations at a value of the second parameter."""
     limits = plane.first.limits, plane.limits
     branches = followed(machine, plane.first, rows)
     for branch in branches:

@@ -1,4 +1,4 @@
-"""Whether a machine can run quietly, and what change helps."""
+"Determine whether a machine can run without rattling, and which change helps."
 
 from __future__ import annotations
 
@@ -153,7 +153,9 @@ def _window(vary: Vary, factor: float) -> tuple[float, float] | None:
 
 
 def _change(limits: Sequence[float | None]) -> Change:
-    """Of a limit at one per cent less of a figure, a little less, its own, ..."""
+    """Change of a limit when a parameter is one per cent smaller, slightly smaller,
+    unchanged, ...
+    """
     here = limits[2]
     if not here:
         return None

@@ -104,7 +104,7 @@ class PairField:
 
     @property
     def center(self) -> Array:
-        """Where the load's resultant acts, (2,)."""
+        """Point at which the resultant of the load acts, (2,)."""
         return self.pressure @ self.points / self.pressure.sum()
 
 
@@ -160,7 +160,8 @@ class MeshScene:
     def frame(
         self, role: Role, position: float, tooth: int = 0, back: bool = False
     ) -> Frame:
-        """Of the sector `tooth` places to the right of the reference pair's tooth.
+        """Frame of the sector `tooth` places to the right of the reference pair's
+        tooth.
 
         Right is clockwise, and counterclockwise in the mirror image.
 

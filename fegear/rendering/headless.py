@@ -74,7 +74,7 @@ def _opens(name: str) -> bool:
 
 
 def _has_osmesa() -> bool:
-    """By its library: VTK answers yes for OSMesa in any case."""
+    """Whether the library of OSMesa is there: VTK reports it in any case."""
     for version in ("8", "6"):
         try:
             ctypes.CDLL(f"libOSMesa.so.{version}")

@@ -82,7 +82,7 @@ class Look:
     exact: bool = True
 
     def still(self, motion_scale: float = 0.0) -> Look:
-        """The same with another scale of motion, none at all by default."""
+        """This look with another scale of motion, by default without motion."""
         return replace(self, motion_scale=motion_scale)
 
     @property
@@ -158,7 +158,7 @@ def _round_down(value: float) -> float:
 
 
 def ribbon_base(pair: PairField, look: Look) -> Array:
-    """Where the loaded contact nodes of a pair are drawn (n, 2)."""
+    """Positions at which the loaded contact nodes of a pair are drawn (n, 2)."""
     return pair.points + look.motion_scale * pair.motion
 
 

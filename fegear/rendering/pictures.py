@@ -19,6 +19,7 @@ from fegear.files.printable import printable
 from fegear.gearset.model import GearSet
 from fegear.gearset.phases import mesh_phases
 from fegear.gearset.pitch_errors import error_periods
+from fegear.gearset.power_path import mesh_torques_at
 from fegear.rendering.fields import (
     ContactField,
     MeshScene,
@@ -32,13 +33,12 @@ from fegear.rendering.motion_field import instant_field
 from fegear.rendering.recorded import Instant, RecordedMotion
 from fegear.result import Result
 from fegear.statics.solving import StaticsSettings
-from fegear.train.train import mesh_torques_at
 from lumped.common.checks import require_between, require_fields
 from lumped.common.csv_text import format_csv
 from lumped.common.progress import Progress, silent
 
 if TYPE_CHECKING:
-    from fegear.rendering.film import Image
+    from fegear.figures.film import Image
 
 COLUMNS = (
     *("gear", "x_m", "y_m", "motion_x_m", "motion_y_m"),
@@ -109,7 +109,7 @@ def contact_at_rest(
     position: float,
     statics: StaticsSettings,
 ) -> Contact:
-    """Of a mesh (index from 0) under a torque on its driver [N m].
+    """Contact of a mesh (index from 0) under a torque on its driver [N m].
 
     position : base pitches from the pitch point
     """
@@ -137,7 +137,8 @@ def contact_at_rest(
 def contact_in_motion(
     gear_set: GearSet, mesh: int, motion: RecordedMotion, statics: StaticsSettings
 ) -> Contact:
-    """Of a recorded motion of a mesh (index from 0), whose friction and plane it has.
+    """Contact of a recorded motion of a mesh (index from 0), with the friction and
+    plane of the record.
 
     A single picture shows the largest mesh force.
     """
@@ -299,7 +300,7 @@ class Drawing:
         return [found]
 
     def _picture(self, found: ContactField, output: Path) -> None:
-        from fegear.rendering.film import write_picture
+        from fegear.figures.film import write_picture
         from fegear.rendering.scene import draw
 
         look = self._look([found], self.picture.shown)
@@ -321,7 +322,7 @@ class Drawing:
 
     def _film(self, output: Path, report: Progress) -> Sequence[ContactField]:
         """Colours and scales hold for all frames."""
-        from fegear.rendering.film import write_film
+        from fegear.figures.film import write_film
 
         report("colours", 0, 1)
         samples = [self._field(moment) for moment in self.contact.samples]

@@ -79,7 +79,7 @@ class HistoryFile:
 
     @property
     def plane(self) -> Plane:
-        """Of the finite elements; files without it are of plane stress."""
+        """Plane state of the finite elements; files without it are of plane stress."""
         plane = self.header.get("plane", "stress")
         if plane not in get_args(Plane):
             raise InputError(f"{self.path}: plane = {plane}; {WHAT}")
@@ -115,7 +115,7 @@ class RecordedMotion:
 
     @property
     def rows(self) -> int:
-        """Without the one that is repeated."""
+        """Number of rows without the repeated one."""
         return self.time.size - 1
 
     @property
@@ -163,7 +163,7 @@ class RecordedMotion:
         ]
 
     def extremes(self) -> list[Instant]:
-        """Where forces, pair loads and the transmission error are largest."""
+        """Instants of the largest forces, pair loads and transmission errors."""
         rows = {int(each.argmax()) for each in self.loads.values()}
         rows |= {int(self.ste.argmin()), int(self.ste.argmax())}
         return [self.largest(), *(self.at(row) for row in sorted(rows))]

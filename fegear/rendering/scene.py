@@ -160,7 +160,9 @@ def _outline(gear: GearField, look: Look, height: float) -> pyvista.PolyData:
 
 
 def _ribbon(pairs: Sequence[PairField], look: Look) -> pyvista.PolyData:
-    """Without any pairs a point out of view, which brings the colours."""
+    """The pressure ribbon; without any pairs a point out of view, which carries the
+    colours.
+    """
     import pyvista
 
     height = 2.0 * LIFT * look.view.half_height

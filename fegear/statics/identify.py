@@ -155,7 +155,9 @@ class StiffnessModel:
         return self._figures(width_factor, [family(hub) for family, hub in pairs])
 
     def meshed_figures(self, width_factor: float, hub_radius: Array) -> Figures:
-        """The same with the hubs' own compliances in place of interpolated ones."""
+        """Stiffness values with the hubs' own compliances instead of
+        interpolated ones.
+        """
         pairs = zip(self.gear_set.gears, hub_radius, strict=True)
         flanks = [_compliance(gear, float(hub), self.settings) for gear, hub in pairs]
         return self._figures(width_factor, flanks)

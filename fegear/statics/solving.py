@@ -95,7 +95,7 @@ class StaticsSettings:
 
     @property
     def size(self) -> MeshSize:
-        """Of the sector mesh, for all that is solved on it."""
+        """Size of the sector mesh, for everything that is solved on it."""
         return RESOLUTIONS[self.resolution].size
 
     def material(self, gear: Gear) -> PlaneMaterial:

@@ -20,7 +20,7 @@ STUDIES = {
     "clatter": (
         "clatter",
         "Clatter",
-        "Clattering gearboxes: impacts of loose wheels in their plays.",
+        "Clattering gearboxes: impacts of loose wheels.",
     ),
     "sets": ("sets", "BuiltinSets", "List the built-in gear sets."),
     "show": (
@@ -53,12 +53,12 @@ STUDIES = {
     "modes": (
         "modes",
         "NaturalModes",
-        "Natural frequencies of a train, and what they strain.",
+        "Natural frequencies of a train, and the meshes they strain.",
     ),
     "compare": (
         "validation.studies.compare",
         "ClosedForms",
-        "Finite elements beside ISO 6336 and other closed forms.",
+        "Finite elements compared with ISO 6336 and other closed forms.",
     ),
     "budget": (
         "validation.studies.budget",
@@ -81,7 +81,11 @@ STUDIES = {
         "Stability",
         "Parametric instability of a train with tooth friction.",
     ),
-    "wave": ("wave", "Wave", "Settled motion of a lumped train at one speed."),
+    "motion": (
+        "motion",
+        "Motion",
+        "Steady-state motion of a lumped train at one speed.",
+    ),
     "theory": (
         "theory",
         "Theory",
@@ -95,12 +99,12 @@ STUDIES = {
     "warmup": (
         "warmup",
         "Warmup",
-        "Compile all kernels, on all cores, and keep them for later runs.",
+        "Compile all kernels on all cores, for later runs.",
     ),
     "rattle critical": (
         "rattle_critical",
         "Critical",
-        "Whether a machine can run quietly, and what change helps.",
+        "Determine whether a machine can run without rattling, and which change helps.",
     ),
     "rattle run-down": (
         "rattle_run_down",
@@ -110,12 +114,12 @@ STUDIES = {
     "rattle basin": (
         "rattle_basin",
         "Basins",
-        "Which motions a machine can settle to, and from where.",
+        "Attractors of a machine and their basins of attraction.",
     ),
     "rattle bifurcation": (
         "rattle_bifurcation",
         "OrbitBifurcations",
-        "Motions that repeat over a figure: where they are born, double and graze.",
+        "Periodic motions over a parameter: where they begin, double and graze.",
     ),
     "rattle gears": (
         "rattle_gears",
@@ -130,14 +134,16 @@ STUDIES = {
     "rattle noise": (
         "rattle_noise",
         "Noise",
-        "How loud a machine is, and how likely it runs quietly.",
+        "Noise level of a machine, and how likely it runs without rattling.",
     ),
     "rattle periodic": (
         "rattle_periodic",
         "Periodic",
-        "Motions P(m, n+, n-) that repeat, stable or not.",
+        "Periodic motions P(m, n+, n-), stable or not.",
     ),
 }
+
+ALIASES = {"wave": "motion"}  # earlier names of commands
 
 
 def load_study(command: str) -> type[Study]:

@@ -73,8 +73,8 @@ LEGEND = {
     "mesh, section": "counted from 1",
     "dte_m, dte_rate_m_per_s": "dynamic transmission error and its rate at the start "
     "of successive common periods of all meshes",
-    "motion": "periodic, quasi-periodic, chaotic, or unsettled: it still settles, or "
-    "repeats after more periods than were looked for",
+    "motion": "periodic, quasi-periodic, chaotic, or unsettled: a transient, or "
+    "periodic after more periods than were searched",
     "period_multiple": "common periods of all meshes after which the motion repeats, 0 "
     "where it does not",
     "lyapunov_per_period, lyapunov_spread_per_period": "largest Lyapunov exponent per "
@@ -91,8 +91,8 @@ SECTIONS = Group(
     kind=SectionSettings,
     offers={
         "sections": Setting(
-            text="Points of the Poincaré section, one in each common period of all "
-            "meshes, of a motion that does not repeat."
+            text="Points of the Poincaré section of an aperiodic motion, one in "
+            "each common period of all meshes."
         )
     },
 )
@@ -108,7 +108,8 @@ class Bifurcations(
     """Period doublings and chaos over speed or a parameter.
 
     Poincaré sections and the largest Lyapunov exponent. With --output each finished
-    value is kept in FILE.partial until the file is written; --resume goes on there.
+    value is stored in FILE.partial until the file is written; --resume continues from
+    there.
     """
 
     resumes = True
@@ -116,8 +117,9 @@ class Bifurcations(
     unit = "value"
 
     over: Axis = axis_setting(
-        "What varies: mesh_frequency_Hz of the first mesh, a key of the gear set, "
-        "torque_Nm or damping_ratio, and N values from A to B, or values with commas."
+        "Parameter: mesh_frequency_Hz of the first mesh, a key of the gear set, "
+        "torque_Nm or damping_ratio, with N values from A to B, or values with "
+        "commas."
     )
     at: float | None = setting(
         None,
@@ -127,14 +129,14 @@ class Bifurcations(
     )
     direction: Literal["up", "down", "both"] = setting(
         "both",
-        "Whether the values rise, fall, or one and the other side by side; each motion "
-        "starts from where the one before has settled.",
+        "Whether the values rise, fall, or both in parallel; each motion starts "
+        "from the steady state of the one before.",
     )
     sections: SectionSettings = group(SECTIONS)
     period_multiple: int = setting(
         32,
-        "Common periods of all meshes, at most, after which a motion counts as one "
-        "that repeats.",
+        "Largest number of common periods of all meshes after which a motion "
+        "counts as periodic.",
         Range(1, 64),
     )
     torque: float | None = torque_setting()
@@ -250,7 +252,7 @@ class BifurcationsResult(StudyResult):
 
     @property
     def failure(self) -> str:
-        """Where motions diverged."""
+        """Message with the values at which motions diverged."""
         name = self.study.over.name
         return "; ".join(
             f"the motion diverged at {name} = {b.values[-1]:.12g}, {b.direction}"
@@ -273,7 +275,7 @@ class BifurcationsResult(StudyResult):
             header["speed_Hz"] = exact(study.at)
         if TORQUE not in study.names:
             header["torque_Nm"] = exact(study.load)
-        header["period multiples looked for"] = f"up to {study.period_multiple}"
+        header["largest period multiple searched"] = f"up to {study.period_multiple}"
         sections = f"{study.sections.sections} where a motion does not repeat"
         header["sections"] = sections
         if not self.complete:
@@ -310,7 +312,7 @@ class BifurcationsResult(StudyResult):
         }
 
     def _doubts_of_size(self) -> Iterator[str]:
-        """Where the largest deflections cannot be physical."""
+        """Warnings where the largest deflections cannot be physical."""
         found = [each.deflection for b in self.branches for each in b.attractors]
         every = np.abs(np.concatenate(found)) if found else np.empty((0, 0))
         if every.size:

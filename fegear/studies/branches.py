@@ -46,10 +46,10 @@ from fegear.studies.trains import (
 )
 from fegear.studies.varied import TORQUE, Varied
 from fegear.train.lumped_models import LumpedModel, doubts_of_bodies
-from lumped.branches.bifurcations import BranchPoint
 from lumped.branches.motions import Family, OverFigure, OverSpeed
 from lumped.branches.periodic import BranchFinder, BranchSettings, PeriodicBranch
 from lumped.branches.plain import plain_branch, read_branch
+from lumped.branches.points import BranchPoint
 from lumped.common.csv_text import exact
 from lumped.common.workers import Stopped
 from lumped.figures.branches import draw_branches
@@ -71,7 +71,7 @@ LEGEND = {
     MESH_FREQUENCY: "of the first mesh, in all rows",
     "mesh": "counted from 1",
     "dte_rms_m": "dynamic transmission error without its mean",
-    "stable": "1 or 0; 0 in a fold and where the branch stands upright",
+    "stable": "1 or 0; 0 in a fold and where the branch is vertical",
     "floquet_max": "modulus of the largest Floquet multiplier",
     "kind": "fold, period doubling, branch point or torus, as shooting locates them "
     "where it can; else empty",
@@ -83,16 +83,15 @@ FINDING = Group(
     kind=BranchSettings,
     offers={
         "harmonics": Setting(
-            text="Harmonics of the first mesh's frequency that motions of models 1 to "
-            "3 are made of.",
+            text="Harmonics of the first mesh's frequency in motions of models 1 to 3.",
         ),
         "period_multiple": Setting(
-            text="Common periods of all meshes, at most, after which motions repeat: "
-            "branches on which the period doubles are followed up to it.",
+            text="Largest number of common periods of all meshes after which "
+            "motions repeat: period-doubled branches are followed up to it.",
         ),
         "starts": Setting(
-            text="Random states, the same each time, from which motions on further "
-            "branches are looked for, isolated ones among them.",
+            text="Number of random initial conditions, the same in each run, from"
+            " which further branches are searched, including isolated ones.",
         ),
     },
 )
@@ -117,10 +116,10 @@ class Branches(
 ):
     """Periodic motions over speed or a parameter, stable and unstable.
 
-    Harmonic balance, of the coupled model integration over the period, and arc-length
-    continuation with folds, period doublings and Floquet multipliers. With --output
-    each branch is kept in FILE.partial until the file is written; --resume goes on from
-    there.
+    Harmonic balance, or integration over the period for the coupled model, and
+    arc-length continuation with folds, period doublings and Floquet multipliers. With
+    --output each branch is stored in FILE.partial until the file is written; --resume
+    continues from there.
     """
 
     resumes = True
@@ -138,7 +137,7 @@ class Branches(
     )
     over: Axis | None = setting(
         None,
-        "Parameter that branches are followed over instead, at one speed: a key of the "
+        "Follow branches over this parameter at one speed instead: a key of the "
         "gear set, torque_Nm or damping_ratio, from A to B. [default: none]",
         metavar="KEY=A:B",
         read=limits_axis,
@@ -153,8 +152,8 @@ class Branches(
     torque: float | None = torque_setting()
     steepness: float | None = setting(
         None,
-        "Let contact close by tanh of this steepness [1/um], as the source does, in "
-        "place of opening at once; to compare, of models 1 to 3. [default: none]",
+        "Smooth the contact function by tanh of this steepness [1/um], as the "
+        "source does, for comparison; for models 1 to 3. [default: none]",
         Range(0.01, 1e6, "per um"),
         metavar="PER_UM",
     )

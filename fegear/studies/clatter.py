@@ -56,47 +56,44 @@ class Clatter(
     command="clatter",
     example="clatter seed-five-speed --seconds 20 -o i.csv --plot motion.png",
 ):
-    """Clattering gearboxes: impacts of loose wheels in their plays.
+    """Clattering gearboxes: impacts of loose wheels.
 
-    Between impacts wheels fly; several plays may end at once, and impacts that follow
-    each other ever faster end in contact. The noise level is the sum of squared speeds
-    of impacts over the time.
+    Between impacts wheels move freely. Impacts in several clearances may coincide, and
+    impacts at ever shorter intervals end in contact. The noise level is the sum of
+    squared impact speeds over the time.
     """
 
     resumes = True
     pictures = PLOT | {
-        "attractor": "Draw impacts of the wheel's teeth, phase and speed, into this "
-        "file, .png, .pdf or .svg."
+        "attractor": "Draw phase and speed of the impacts of the wheel's teeth "
+        "into this file, .png, .pdf or .svg."
     }
 
     gearbox: str = argument("GEARBOX", "Built-in gearbox or path of a TOML file.")
-    seconds: float = setting(10.0, "Time that is run [s].", Range(1e-6, 1e7, "s"))
+    seconds: float = setting(10.0, "Simulated time [s].", Range(1e-6, 1e7, "s"))
     impacts: int = setting(
         MOST_IMPACTS,
-        "Impacts of a wheel, and of those that mesh with it, after which the run ends "
-        "sooner.",
+        "Stop after this many impacts of a wheel and of those that mesh with it.",
         Range(1, MOST_IMPACTS),
     )
     seed: int | None = setting(
         None,
-        "Number from which a random place at the start is made. [default: the middle "
-        "of every play]",
+        "Seed of random initial positions. [default: start in the middle of every"
+        " clearance]",
         Range(0, 2**32),
     )
     kind: MapKind = setting(
         "event",
-        "How impacts follow each other: events of all plays, the implicit map of a "
-        "spur wheel's teeth, or its Fermi accelerator.",
+        "How impacts are computed: by events of all clearances, or for the teeth "
+        "of a spur wheel by the implicit map or the Fermi accelerator.",
         option="--map",
     )
     chaos: bool = setting(
         False,
-        "Measure the largest Lyapunov exponent and the correlation dimension of the "
-        "impacts as well.",
+        "Also compute the largest Lyapunov exponent and the correlation dimension"
+        " of the impacts.",
     )
-    wheel: str | None = setting(
-        None, "Wheel that is drawn, and mapped. [default: the first]"
-    )
+    wheel: str | None = setting(None, "Wheel to draw and to map. [default: the first]")
 
     def idle(self, given: Collection[str]) -> Iterator[tuple[str, str]]:
         if self.kind != "event":

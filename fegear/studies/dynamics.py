@@ -16,6 +16,7 @@ from fegear.dynamics.stepper import DynamicSettings, Motion, steps_per_cycle
 from fegear.files.errors import InputError
 from fegear.files.output import make_directory, write_text
 from fegear.gearset.model import GearSet
+from fegear.statics.excitation import Excitations, Source
 from fegear.studies.page import Page
 from fegear.studies.responses import ResponsesResult
 from fegear.studies.study import (
@@ -43,7 +44,6 @@ from fegear.studies.trains import (
     refuse_edits,
     torques_setting,
 )
-from fegear.train.excitation import Excitations, Source
 from fegear.train.lumped_models import (
     LumpedModel,
     TorqueOf,
@@ -73,10 +73,10 @@ ELEMENTS = Group(
     idle=_idle_elements,
     offers={
         "fidelity": Setting(
-            text="What moves. full: all degrees of freedom of the finite elements; "
-            "reduced: hubs and elastic modes of the gears; quasistatic: hubs alone, "
-            "without elastic inertia; auto: reduced where elastic inertia matters, "
-            "else quasistatic."
+            text="Degrees of freedom. full: all of the finite elements; reduced: "
+            "hubs and elastic modes of the gears; quasistatic: hubs only, "
+            "without elastic inertia; auto: reduced where elastic inertia "
+            "matters, otherwise quasistatic."
         ),
         "friction": FRICTION,
         "elastic_damping": Setting(
@@ -110,7 +110,7 @@ class Dynamics(
     """Vibration of finite-element gears over speed.
 
     The CSV columns are those of `fegear sweep`. With --output each finished speed is
-    kept in FILE.partial until the file is written; --resume goes on from there.
+    stored in FILE.partial until the file is written; --resume continues from there.
     """
 
     resumes = True
@@ -129,7 +129,7 @@ class Dynamics(
     )
     integration: DynamicSettings = group(INTEGRATION)
     model_1: bool = setting(
-        False, "Run lumped model 1 as well and show both results.", option="--model-1"
+        False, "Also run lumped model 1 and show both results.", option="--model-1"
     )
     history: str | None = setting(
         None,

@@ -68,9 +68,10 @@ class Eccentric(
 ):
     """An eccentric circular wheel, and the wheel that it drives.
 
-    Its pitch curve and centre distance follow from rolling, its base curve and whether
-    involute teeth can stand on it from the pressure angle. With teeth both wheels are
-    drawn and meshed, and under a torque their contact is solved over a turn.
+    The pitch curve and centre distance follow from rolling, and the base curve, which
+    determines whether involute teeth are possible, from the pressure angle. With teeth
+    both wheels are drawn and meshed, and under a torque their contact is solved over a
+    turn.
     """
 
     resumes = True
@@ -99,14 +100,19 @@ class Eccentric(
     )
     pressure_angle: float = setting(20.0, "Angle of the line of action [degrees].")
     teeth: int | None = setting(
-        None, "Teeth of the driver. [default: none, pitch and base curves alone]"
+        None,
+        "Number of teeth of the driver. [default: none, pitch and base curves only]",
     )
-    addendum: float | None = setting(None, "Of the teeth [modules]. [default: 1]")
-    dedendum: float | None = setting(None, "Of the teeth [modules]. [default: 1.25]")
+    addendum: float | None = setting(
+        None, "Addendum of the teeth [modules]. [default: 1]"
+    )
+    dedendum: float | None = setting(
+        None, "Dedendum of the teeth [modules]. [default: 1.25]"
+    )
     torque: float | None = setting(
         None,
-        "Torque on the driver [N\u00a0m]: solves the contact over a turn of the driven "
-        "wheel, both wheels of steel. [default: none]",
+        "Torque on the driver [N\u00a0m], for the contact of steel wheels over a turn "
+        "of the driven wheel. [default: none]",
         Range(least=1e-6, below=1e9, unit="N m"),
     )
     face_width: float | None = setting(
@@ -114,13 +120,14 @@ class Eccentric(
     )
     positions: int | None = setting(
         None,
-        "Positions of a turn of the driven wheel. [default: 8 for each of its teeth]",
+        "Number of positions in a turn of the driven wheel. [default: 8 for each "
+        "of its teeth]",
         Range(1, 100_000),
     )
     bore: float | None = setting(
         None,
-        "Radius of both bores [mm], of meshes and under load. [default: two fifths of "
-        "what fits]",
+        "Radius of both bores [mm], for meshes and contact. [default: two fifths "
+        "of the largest possible]",
         LENGTH,
     )
     resolution: Literal["coarse", "default", "fine"] | None = setting(
@@ -148,7 +155,7 @@ class Eccentric(
 
     @property
     def width(self) -> float:
-        """Of both wheels [mm]."""
+        """Width of both wheels [mm]."""
         return self.face_width or WIDTH
 
     @property
@@ -248,7 +255,7 @@ class EccentricResult(StudyResult):
         }
 
     def _sparse(self, teeth: int) -> Iterator[str]:
-        """Where positions are too few to tell the largest values."""
+        """Warnings where there are too few positions for the largest values."""
         asked = self.study.positions
         if asked is not None and asked < FEWEST * teeth:
             yield (
@@ -304,7 +311,7 @@ class EccentricResult(StudyResult):
             f"{values['burmester_closing_error_deg']:.3g} degrees"
         )
         if values["feasible"]:
-            yield "involute teeth can stand on both pitch curves"
+            yield "involute teeth are possible on both pitch curves"
         else:
             yield f"not feasible: {values['reason']}"
         angle, most = values["largest_pressure_angle_deg"], ANGLES[1]

@@ -11,6 +11,7 @@ import numpy as np
 
 from fegear.files.errors import InputError
 from fegear.gearset.model import GearSet
+from fegear.gearset.power_path import mesh_torques_at
 from fegear.statics.identify import (
     WIDTH_FACTORS,
     Candidate,
@@ -43,7 +44,6 @@ from fegear.studies.trains import (
     refuse_edits,
     torque_setting,
 )
-from fegear.train.train import mesh_torques_at
 from lumped.figures.drawing import draw_title, panels
 
 if TYPE_CHECKING:
@@ -64,7 +64,7 @@ class Identification(
     """Face width and hub radii that give measured stiffnesses.
 
     A weighted least-squares fit of one factor on all face widths and of every gear's
-    hub radius. Figures that leave several sets equally good are shown with them.
+    hub radius. Where several sets are equally good, they are listed as well.
     """
 
     gear_set: NamedSet
@@ -92,12 +92,12 @@ class Identification(
     )
     hold_width: bool = setting(
         False,
-        "Keep the face widths and identify hub radii alone.",
+        "Identify hub radii only; the face widths stay.",
         option="--hold-width",
     )
     along: str | None = setting(
         None,
-        "Gear whose hub radius runs through the valley of equally good sets. "
+        "Gear whose hub radius parametrises the valley of equally good sets. "
         "[default: the first gear]",
         metavar="GEAR",
     )
@@ -193,8 +193,8 @@ class IdentificationResult(StudyResult):
         worst, factor = float(np.abs(misfits).max()), best.width_factor
         if worst > FAR_OFF:
             yield (
-                f"no set meets the figures: the best one is {worst:.3g} spreads off; "
-                "the figures, the material or the number of teeth may be others"
+                f"no set agrees with the measured values: the best one is {worst:.3g} "
+                "standard deviations off; check the values, material and tooth numbers"
             )
         for gear, hub in zip(self.study.gears.gears, best.hub_radius, strict=True):
             for limit in hub_limits(gear):
@@ -216,7 +216,7 @@ class IdentificationResult(StudyResult):
             rows.append({"set": kind} | row)
         header = {
             "gear set": values["gear_set"],
-            "misfit": "sum of squares of (figure - measured) over its spread",
+            "misfit": "sum of squares of value - measured over its standard deviation",
             **self.study.gear_set.entries,
         }
         return Table(list(rows[0]), lambda: [[*row.values()] for row in rows], header)
@@ -276,7 +276,7 @@ class IdentificationResult(StudyResult):
             ratio: _fixed("variation", 4),
             f"measured {ratio}": _fixed("measured_variation", 4),
         }
-        title = "the set chosen, meshed, beside what was measured"
+        title = "the chosen set, meshed, and the measured values"
         return Grid(rows, columns, title, words=())
 
 

@@ -21,8 +21,8 @@ NAME = "Built-in machine or path of a TOML file."
 
 
 SPEEDS = (
-    "Speeds of departure that are looked at [rad per turn]. [default: 0 to 4 pi "
-    "damping + 4 half backlashes, or what forcing can give]"
+    "Range of departure speeds [rad per turn]. [default: 0 to 4 pi damping + 4 "
+    "half backlashes, or the largest that forcing allows]"
 )
 
 
@@ -75,7 +75,7 @@ class LoadFigures:
 
     @property
     def given(self) -> dict[str, float | None]:
-        """By the names of the machine's figures."""
+        """Values by the names of the machine's parameters."""
         return {
             "damping": self.delta,
             "eccentricity": self.epsilon,
@@ -162,6 +162,6 @@ def unsettled(study: Any, part: float, what: str, iterations: int, needed: int) 
         if iterations < MOST_RETURNS:
             more += f": more {name}"
     return (
-        f"{100.0 * part:.3g} % of the {what} have not settled in {iterations} returns; "
-        f"{more}"
+        f"{100.0 * part:.3g} % of the {what} have reached no attractor in {iterations} "
+        f"returns; {more}"
     )

@@ -60,8 +60,8 @@ class Map(
 ):
     """Vibration of a lumped train over a grid of parameters.
 
-    With --output points are kept in FILE.partial until the file is written; --resume
-    goes on from there.
+    With --output points are stored in FILE.partial until the file is written; --resume
+    continues from there.
     """
 
     resumes = True
@@ -75,15 +75,15 @@ class Map(
     )
     at: float | None = setting(
         None,
-        "Mesh frequency of the first mesh [Hz] at which each point is settled from "
-        "rest; this or --band.",
+        "Mesh frequency of the first mesh [Hz] at which each point runs from rest"
+        " to its steady state; this or --band.",
         FREQUENCY,
         metavar="HZ",
     )
     band: tuple[float, ...] = speeds_setting(
         (),
-        "Mesh frequencies of the first mesh [Hz] that each point is swept over, up and "
-        "down, for its largest response; this or --at.",
+        "Mesh frequencies of the first mesh [Hz] of a sweep up and down at each "
+        "point, for its largest response; this or --at.",
     )
     torque: float | None = torque_setting()
     model: LumpedModel = lumped_model(COUPLED | MOVING)

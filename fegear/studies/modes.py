@@ -9,7 +9,10 @@ from typing import Any, Literal
 
 import numpy as np
 
+from fegear.gearset.lumped_train import train_of
 from fegear.gearset.model import GearSet
+from fegear.gearset.power_path import mesh_torques_at
+from fegear.statics.excitation import Excitations, Source, unmodified
 from fegear.studies.page import Page, Sheet
 from fegear.studies.study import (
     NO_PICTURES,
@@ -33,7 +36,6 @@ from fegear.studies.trains import (
     one_load,
     torque_setting,
 )
-from fegear.train.excitation import Excitations, Source, unmodified
 from fegear.train.lumped_models import (
     LumpedModel,
     body_entries,
@@ -41,7 +43,6 @@ from fegear.train.lumped_models import (
     lumped_system,
     usual_speeds,
 )
-from fegear.train.train import mesh_torques_at, train_of
 from lumped.train.modes import Modes, natural_modes
 from lumped.train.system import LumpedSystem
 
@@ -51,7 +52,7 @@ ELEMENTS = Group(kind=Source, offers={"plane": PLANE, "resolution": RESOLUTION})
 
 @dataclass(frozen=True, kw_only=True)
 class NaturalModes(Study, command="modes", example="modes liu-idler --translations"):
-    """Natural frequencies of a train, and what they strain."""
+    "Natural frequencies of a train, and the meshes they strain."
 
     pictures = NO_PICTURES
 
@@ -60,9 +61,9 @@ class NaturalModes(Study, command="modes", example="modes liu-idler --translatio
     translations: bool = setting(False, TRANSLATIONS.text, option=TRANSLATIONS.option)
     stiffness: Literal["given", "fe", "coupled"] = setting(
         "given",
-        "Mean mesh stiffness. given: mean_stiffness_N_per_m of the gear set, by finite "
-        "elements where it is missing; fe: by finite elements, at the torque; coupled: "
-        "of the coupled model about its state under the torque.",
+        "Mean mesh stiffness. given: mean_stiffness_N_per_m of the gear set, or "
+        "finite elements where it is missing; fe: by finite elements at the "
+        "torque; coupled: of the coupled model about its loaded state.",
     )
     source: Source = group(ELEMENTS)
 
@@ -80,7 +81,7 @@ class NaturalModes(Study, command="modes", example="modes liu-idler --translatio
         if self.torque is not None:
             reason = f"{self.gears.name} gives all mean stiffnesses, use "
             raise refusal(self, "torque", reason + "{stiffness} fe")
-        reason = "the gear set gives all stiffness figures, nothing is solved"
+        reason = "the gear set gives all stiffness parameters, nothing is solved"
         refuse_given(self.source, [*ELEMENTS.offers], reason, ELEMENTS)
         return None
 

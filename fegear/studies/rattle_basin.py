@@ -1,4 +1,4 @@
-"""Which motions a machine can settle to, and from where."""
+"""Basins of attraction of a machine that rattles."""
 
 from __future__ import annotations
 
@@ -34,11 +34,11 @@ class Basins(
     command="rattle basin",
     example="rattle basin roots-scaled -o basins.npz --plot basins.png",
 ):
-    """Which motions a machine can settle to, and from where.
+    """Attractors of a machine and their basins of attraction.
 
-    Every cell of a grid of departures from the upper flank is followed until it is
-    clear where it leads. With --output tiles of cells are kept in FILE.partial until
-    the file is written; --resume goes on from there.
+    Every cell of a grid of departures from the upper flank is followed until its
+    attractor is identified. With --output tiles of cells are stored in FILE.partial
+    until the file is written; --resume continues from there.
     """
 
     resumes = True
@@ -49,13 +49,13 @@ class Basins(
 
     grid: int = setting(
         400,
-        "Cells a side of the grid, over a turn and over the speeds.",
+        "Cells per side of the grid, over a turn and over the speeds.",
         Range(5, MOST_CELLS),
     )
     iterations: int = setting(
         1499,
-        "Returns to the upper flank after which a motion that still changes counts as "
-        "chaotic. Low damping needs more, which the result says.",
+        "Returns to the upper flank after which a motion that still changes "
+        "counts as chaotic. Low damping needs more; the result then says so.",
         Range(LEAST_RETURNS, MOST_RETURNS),
     )
 
@@ -116,7 +116,7 @@ class BasinsResult(StudyResult):
 
     @property
     def table(self) -> Table:
-        """A row for each cell, its attractor from 0 on, -1 where it is not clear."""
+        """A row for each cell: its attractor, from 0, or -1 if it is not identified."""
         basins = self.basins
         time, speed = basins.grid.departures(0, basins.grid.cells).T
         columns = {
@@ -173,6 +173,7 @@ class BasinsResult(StudyResult):
         }
         yield Grid(rows, columns)
         if values["unclear_fraction"]:
-            yield f"not clear: {100.0 * values['unclear_fraction']:.2f} % of cells"
+            part = 100.0 * values["unclear_fraction"]
+            yield f"attractor not identified: {part:.2f} % of cells"
         if values["basin_entropy"] is not None:
             yield f"basin entropy {values['basin_entropy']:.3f}"

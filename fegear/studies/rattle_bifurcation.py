@@ -61,14 +61,15 @@ class OrbitBifurcations(
     command="rattle bifurcation",
     example="rattle bifurcation roots-scaled --over delta=0.5:0.75 --plot b.png",
 ):
-    """Motions that repeat over a figure: where they are born, double and graze.
+    """Periodic motions over a parameter: where they begin, double and graze.
 
-    Branches of P(m, n+, n-), stable or not, followed by arc length from the motions
-    that are found at some values, with folds, period doublings and grazes, beside what
-    long runs settle to. With --output what is found is kept in FILE.partial until the
-    file is written; --resume goes on from there.
+    Branches of P(m, n+, n-), stable or not, are followed by arc length from the motions
+    at some values, with folds, period doublings and grazes, and drawn together with the
+    attractors of long runs. With --output results are stored in FILE.partial until the
+    file is written; --resume continues from there.
 
-    Over two figures the curves of those bifurcations, which bound where motions exist.
+    Over two parameters, the curves of these bifurcations, which bound where motions
+    exist.
     """
 
     resumes = True
@@ -82,25 +83,26 @@ class OrbitBifurcations(
     )
     departures: int = setting(
         2,
-        "Departures from the upper flank in a period, at most, of the motions from "
-        "which branches are followed.",
+        "Largest number of departures from the upper flank in a period of the "
+        "motions from which branches are followed.",
         Range(1, 12),
     )
     starts: int = setting(
         5,
-        "Values of the figure, beside both ends, from whose motions branches are "
-        "looked for.",
+        "Number of values of the parameter, besides both ends, at which motions "
+        "are searched as starts of branches.",
         Range(1, 1000),
     )
     doublings: int = setting(
         1,
-        "How often the period may double on the way from a branch to others.",
+        "Largest number of period doublings from one branch to others.",
         Range(0, 6),
     )
     runs: int | None = setting(
         None,
-        "Values of the figure at which long runs settle, each from a grid of "
-        "departures, to be drawn beside the branches. [default: 200 over one figure]",
+        "Number of values of the parameter at which long runs from a grid of "
+        "departures are drawn with the branches. [default: 200 over one "
+        "parameter]",
         Range(0, 100_000),
     )
 
@@ -237,7 +239,7 @@ class BifurcationResult(OverFigures):
             for index, point in enumerate(branch.points, start=1):
                 for place, (time, speed) in enumerate(point.departures, start=1):
                     yield (
-                        *(number, name, index, point.value, place, time, speed),
+                        *(number, name, index, point.parameter, place, time, speed),
                         *(int(point.stable), point.largest, point.kind),
                     )
         settled = self.found.settled.tolist()
@@ -265,8 +267,9 @@ class BifurcationResult(OverFigures):
         unsettled = self.found.unsettled
         if unsettled.size:
             yield (
-                f"left out are long runs that have not settled: {unsettled.size}, at "
-                f"{self.columns[0]} from {unsettled.min():.6g} to {unsettled.max():.6g}"
+                f"{unsettled.size} long runs that reached no attractor are left out, "
+                f"at {self.columns[0]} from {unsettled.min():.6g} to "
+                f"{unsettled.max():.6g}"
             )
 
     @property
@@ -362,7 +365,7 @@ def _none_found(study: OrbitBifurcations) -> str:
 
 
 def _of_branch(branch: OrbitBranch) -> dict[str, Any]:
-    values = [point.value for point in branch.points]
+    values = [point.parameter for point in branch.points]
     return {
         "name": branch.itinerary.name,
         "points": len(values),
@@ -372,7 +375,11 @@ def _of_branch(branch: OrbitBranch) -> dict[str, Any]:
         "origin": branch.origin,
         "end": branch.reason,
         "bifurcations": [
-            {"kind": p.kind, "value": p.value, "departures": [*map(list, p.departures)]}
+            {
+                "kind": p.kind,
+                "value": p.parameter,
+                "departures": [*map(list, p.departures)],
+            }
             for p in branch.bifurcations
         ],
     }

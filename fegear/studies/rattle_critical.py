@@ -1,4 +1,4 @@
-"""Whether a machine can run quietly, and what change helps."""
+"""Eccentricity at which a machine begins to rattle, and which change helps."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ Slope = float | tuple[float | None, float | None]  # or of one per cent less and
 class Critical(
     Study, command="rattle critical", example="rattle critical roots-a --epsilon 8e-5"
 ):
-    """Whether a machine can run quietly, and what change helps.
+    """Determine whether a machine can run without rattling, and which change helps.
 
-    It takes machines of any parts: unequal shafts, gears on springs, an absorber.
+    It takes machines with any parts: unequal shafts, gears on springs, an absorber.
     """
 
     pictures: ClassVar[Mapping[str, str]] = {}
@@ -125,7 +125,7 @@ def _percent(change: float | None) -> str:
 
 
 def _largest(slope: Slope) -> float:
-    """Where there is no limit any more it is beyond all."""
+    """The largest eccentricity; beyond all values where there is no limit."""
     return max(inf if each is None else abs(each) for each in _both(slope))
 
 

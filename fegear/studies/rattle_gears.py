@@ -67,7 +67,7 @@ class MachineOfGears(
     """A machine of two gears in mesh, for the other commands of rattle.
 
     Its stiffness is the mean mesh stiffness of `fegear stiffness` at the load of the
-    drag, its backlash and inertias are those of the gear set.
+    drag; its backlash and inertias are those of the gear set.
     """
 
     pictures = NO_PICTURES
@@ -96,12 +96,12 @@ class MachineOfGears(
     )
     driving_inertia_kgm2: float | None = setting(
         None,
-        "Inertia of all on the driving shaft [kg m2]. [default: the gear's]",
+        "Total inertia of the driving shaft [kg m2]. [default: the gear's]",
         ABOVE,
     )
     driven_inertia_kgm2: float | None = setting(
         None,
-        "Inertia of all on the driven shaft [kg m2]. [default: the gear's]",
+        "Total inertia of the driven shaft [kg m2]. [default: the gear's]",
         ABOVE,
     )
     elements: StaticsSettings = group(ELEMENTS)
@@ -152,18 +152,18 @@ class Pair:
 
     @property
     def inertia(self) -> float:
-        """Of the driving shaft [kg m2]."""
+        """Inertia of the driving shaft [kg m2]."""
         return self.study.driving_inertia_kgm2 or inertia_of(self.gears[0])
 
     @property
     def other(self) -> float:
-        """Of the driven shaft [kg m2]."""
+        """Inertia of the driven shaft [kg m2]."""
         own = self.study.driven_inertia_kgm2 or inertia_of(self.gears[1])
         return own * self.ratio**2
 
     @property
     def share(self) -> float:
-        """Of the drag, on the driven shaft."""
+        """Share of the drag on the driven shaft."""
         in_ratio = self.other / (self.inertia + self.other)
         return self.study.driven_share or in_ratio
 
@@ -287,7 +287,7 @@ class MachineOfGearsResult(StudyResult):
 
     @property
     def text(self) -> str:
-        """Of a machine file."""
+        """Text of the machine file."""
         quoted = "".join(f"    {_toml(each)},\n" for each in self.inferences)
         return "\n".join(
             (

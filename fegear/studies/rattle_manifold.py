@@ -47,10 +47,10 @@ class Manifolds(
 ):
     """Boundaries of basins: stable manifolds of saddles, and curves of grazing.
 
-    Motions that start on a stable manifold lead to its saddle; those beside it lead to
-    one motion on one side and to another on the other. Departures of the grazing curve
-    barely meet the lower flank next, those of its pre-images some returns later.
-    Motions that come to rest on a flank have neither.
+    Motions that start on a stable manifold lead to its saddle; its two sides lead to
+    different motions. Departures on the grazing curve just touch the lower flank next,
+    and those of its pre-images some returns later. Motions that stick to a flank have
+    neither.
     """
 
     orbit: str = setting(
@@ -60,28 +60,29 @@ class Manifolds(
     )
     departures: int = setting(
         1,
-        "Departures from the upper flank in a period of the saddles, at most.",
+        "Largest number of departures from the upper flank in a period of the saddles.",
         Range(1, 12),
     )
     length: float = setting(
         20.0,
-        "Length of each branch of a manifold [turns]; speeds count over 2 pi damping.",
+        "Length of each branch of a manifold [turns]; speeds are divided by 2 pi "
+        "damping.",
         Range(above=0.0, most=10_000.0),
     )
     spacing: float = setting(
         0.01,
-        "Largest distance of its points, measured alike [turns].",
+        "Largest distance between its points, in the same measure [turns].",
         Range(1e-5, 1.0),
     )
     preimages: int = setting(
         2,
-        "Pre-images of the curve of departures that graze the lower flank.",
+        "Number of pre-images of the curve of departures that graze the lower flank.",
         Range(0, 20),
     )
-    unstable: bool = setting(False, "Grow unstable manifolds as well.")
+    unstable: bool = setting(False, "Also compute unstable manifolds.")
     grid: int | None = setting(
         None,
-        "Cells a side of the basins that the plot shows beneath. [default: none]",
+        "Cells per side of the basins in the background of the plot. [default: none]",
         Range(5, 6000),
     )
 

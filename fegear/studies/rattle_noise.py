@@ -44,30 +44,28 @@ class Noise(
     command="rattle noise",
     example="rattle noise roots-scaled --starts 2000 -o noise.csv",
 ):
-    """How loud a machine is, and how likely it runs quietly.
+    """Noise level of a machine, and how likely it runs without rattling.
 
-    The noise level of a run that has settled is the sum of the squared speeds at which
-    flanks meet, over the time. Runs start at random departures from the upper flank;
-    the same seed gives the same runs.
+    The noise level of a run on its attractor is the sum of the squared speeds of
+    impacts over the time. Runs start at random departures from the upper flank; the
+    same seed gives the same runs.
     """
 
     starts: int = setting(
         1000,
-        "Runs from random departures, spread evenly over a turn and the speeds.",
+        "Number of runs from random departures, uniform over a turn and the speeds.",
         Range(1, 10_000_000),
     )
-    seed: int = setting(
-        1, "Number from which the random departures are made.", Range(0, 2**32)
-    )
+    seed: int = setting(1, "Seed of the random departures.", Range(0, 2**32))
     iterations: int | None = setting(
         None,
-        "Returns to the upper flank before noise is measured; turns where parts of the "
-        "machine move on their own. [default: 1499, more where damping needs more to "
-        "end transients, but not with parts]",
+        "Returns to the upper flank before noise is measured; turns for machines "
+        "with moving parts. [default: 1499, or more without parts where low "
+        "damping prolongs transients]",
         Range(LEAST_RETURNS, MOST_RETURNS),
     )
     turns: int = setting(
-        200, "Turns of the machine over which it is measured.", Range(1, 1_000_000)
+        200, "Turns of the machine over which noise is measured.", Range(1, 1_000_000)
     )
 
     def tasks(self) -> Iterator[Task]:
@@ -179,7 +177,7 @@ class NoiseResult(StudyResult):
     def table(self) -> Table:
         """A row for each run."""
         noise, (low, high) = self.noise, self.study.speeds
-        words = np.array([*(each.name for each in noise.attractors), "not clear"])
+        words = np.array([*(each.name for each in noise.attractors), "not identified"])
         columns = {
             "start_time_turns": noise.starts[:, 0],
             "start_speed_rad_per_turn": noise.starts[:, 1],
@@ -224,7 +222,7 @@ class NoiseResult(StudyResult):
         yield Grid(values["motions"], columns)
         if values["unclear_fraction"]:
             yield (
-                "not clear what is settled to, and left out of the noise level: "
+                "attractor not identified, left out of the noise level: "
                 f"{100.0 * values['unclear_fraction']:.2f} % of runs"
             )
 

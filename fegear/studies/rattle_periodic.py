@@ -32,20 +32,20 @@ class Periodic(
     command="rattle periodic",
     example="rattle periodic roots-scaled --departures 2",
 ):
-    """Motions P(m, n+, n-) that repeat, stable or not.
+    """Periodic motions P(m, n+, n-), stable or not.
 
     Fixed points of the return map by Newton's method from a grid of departures: m
-    turns, n+ departures from the upper and n- meetings with the lower flank. Where
-    impacts lose speed, flanks may chatter to rest until the load lets them part:
-    sticking(m), known by its release from rest, whatever the number of impacts.
+    turns, n+ departures from the upper flank and n- impacts on the lower flank. Where
+    impacts lose speed, flanks may chatter and stick until the load separates them:
+    sticking(m), identified by its release from rest, whatever the number of impacts.
     """
 
     pictures: ClassVar[Mapping[str, str]] = {}
 
     departures: int = setting(
         2,
-        "Departures from the upper flank in a period, at most, of the motions that are "
-        "listed.",
+        "Largest number of departures from the upper flank in a period of the "
+        "listed motions.",
         Range(1, 12),
     )
 

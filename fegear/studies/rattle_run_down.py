@@ -52,7 +52,7 @@ class RunDown(
     """Damping of a machine from its speed after the motor is switched off.
 
     An exponential is fitted to the speed; its rate over the speed in turns per second
-    is the figure `damping` of a machine.
+    is the parameter `damping` of a machine.
     """
 
     pictures: ClassVar[Mapping[str, str]] = {}

@@ -70,17 +70,18 @@ PICTURE = Group(
     offers={
         "shown": Setting(
             option="--field",
-            text="What the colours show: von Mises stress, largest principal stress, "
-            "displacement or contact pressure.",
+            text="Quantity that the colours show: von Mises stress, largest "
+            "principal stress, displacement or contact pressure.",
         ),
         "motion_scale": Setting(
             option="--scale",
             text="Magnification of the motion, a number or auto. [default: auto]",
             read=_scale,
         ),
-        "zoom": Setting(text="What is in view: the contact, a tooth or a gear."),
+        "zoom": Setting(text="Field of view: the contact, a tooth or a gear."),
         "width": Setting(
-            text="Width of a picture or film [pixels]. [default: 1920, of films 960]"
+            text="Width of a picture or film [pixels]. [default: 1920 for "
+            "pictures, 960 for films]"
         ),
         "frames": Setting(text="Number of pictures in a film."),
     },
@@ -95,8 +96,8 @@ class ContactPictures(
 ):
     """Pictures and films of the stress of two gears in mesh.
 
-    With --time-history the contact of a motion: a film of its period, or the moment
-    of its largest mesh force. Each moment shows the static fields under its own
+    --time-history draws the contact of a recorded motion: a film of its period, or the
+    moment of its largest mesh force. Each moment shows the static fields under its own
     loads.
     """
 
@@ -170,7 +171,9 @@ class ContactPictures(
         return contact_at_rest(*place, self.elements)
 
     def _in_motion(self) -> Contact:
-        """Of a recorded motion, in the gear set as it was changed for it."""
+        """Contact of a recorded motion, in the gear set with the changes of
+        that run.
+        """
         file = read_history(Path(self.time_history or ""))
         edits = {key: parsed_value(value) for key, value in file.edits.items()}
         gears = self.gear_set.changed(edits)

@@ -74,7 +74,7 @@ class ResponsesResult(StudyResult):
 
     @property
     def failure(self) -> str:
-        """Where the first motion diverged that did."""
+        """Message with the first motion that diverged."""
         last = [branch.responses[-1] for _, branch in self.found if branch.responses]
         diverged = [response for response in last if response.status == "diverged"]
         if not diverged:
@@ -164,7 +164,7 @@ class ResponsesResult(StudyResult):
             )
         yield from _page_of_branches(values["branches"], values["speeds"])
         if "model_1_branches" in values:
-            yield "Model-1 beside it"
+            yield "Model 1 for comparison"
             yield from _page_of_branches(values["model_1_branches"], values["speeds"])
 
 
@@ -199,7 +199,7 @@ def _summarise_branch(
 def doubts_of_sweep(
     gear_set: GearSet, found: Branches, speeds: Sequence[float]
 ) -> Iterator[str]:
-    """Where a model leaves out too much, or values cannot be physical.
+    """Warnings where a model leaves out too much, or values cannot be physical.
 
     speeds : mesh frequencies of the first mesh that were asked for [Hz]
     """

@@ -135,7 +135,7 @@ class Job(Records):
 
     @cached_property
     def parts(self) -> dict[str, Arrays]:
-        """Those that are finished, by name."""
+        """Finished parts, by name."""
         return {} if self.checkpoint is None else {**self.checkpoint.parts(self.key)}
 
     def compute(self, what: str, parts: Parts) -> Mapping[str, Arrays]:

@@ -71,9 +71,9 @@ class Stability(
     """Parametric instability of a train with tooth friction.
 
     Floquet multipliers over speed and one parameter while teeth stay in contact. The
-    edges of unstable intervals are traced, also of those that are narrower than the
-    steps of speed. With --output each value is kept in FILE.partial until the file is
-    written; --resume goes on there.
+    edges of unstable intervals are traced, including those of intervals that are
+    narrower than the steps of speed. With --output each value is stored in FILE.partial
+    until the file is written; --resume continues from there.
     """
 
     resumes = True
@@ -81,9 +81,9 @@ class Stability(
     unit = "value"
 
     over: Axis = axis_setting(
-        "What varies: friction (coefficient), friction_bending (ratio), a key of the "
-        "gear set, torque_Nm or damping_ratio, and N values from A to B, or values "
-        "with commas."
+        "Parameter: friction (coefficient), friction_bending (ratio), a key of "
+        "the gear set, torque_Nm or damping_ratio, with N values from A to B, or "
+        "values with commas."
     )
     speeds: tuple[float, ...] = speeds_setting(
         MISSING,
@@ -92,9 +92,9 @@ class Stability(
     )
     method: Literal["peano-baker", "exponential"] = setting(
         "peano-baker",
-        "How Floquet multipliers are found. peano-baker: by the series of the state "
-        "transition; exponential: by exponentials of mean stiffness on parts of the "
-        "cycle. `bench stability` compares both with integration.",
+        "Method for Floquet multipliers. peano-baker: the series of the state "
+        "transition; exponential: exponentials of the mean stiffness on parts of "
+        "the cycle. `bench stability` compares both with integration.",
     )
     torque: float | None = torque_setting()
     model: LumpedModel = lumped_model(SPRINGS | SLIDING)

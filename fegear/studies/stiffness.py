@@ -49,8 +49,9 @@ ELEMENTS = Group(
         "plane": PLANE,
         "resolution": RESOLUTION,
         "body": Setting(
-            text="What the bodies of the gears are held by. held: their hubs; free: "
-            "nothing but their inertia, the compliance of gears that vibrate."
+            text="Support of the gear bodies. held: at their hubs; free: by their"
+            " inertia alone, which gives the compliance of gears that "
+            "vibrate."
         ),
         "corner_contact": Setting(
             text="Contact of tip corners before and after the nominal path of contact."
@@ -224,7 +225,7 @@ def evidence(solved: StaticsResult) -> dict[str, float | None]:
 
 
 def doubts_of_table(solved: StaticsResult) -> list[str]:
-    """Where a table cannot be physical, or its evidence speaks against it."""
+    """Warnings where a table cannot be physical or its self-checks fail."""
     unphysical = [
         line
         for t, torque in enumerate(solved.cycle.torque)

@@ -326,7 +326,7 @@ class Job(Protocol):
 
     @property
     def state(self) -> Arrays | None:
-        """Where the last of them ended."""
+        """State at the end of the last record."""
 
     def keep(self, record: Mapping[str, Any], state: Arrays) -> None:
         """The next record, which JSON can hold, and the state to go on from."""

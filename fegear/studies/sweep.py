@@ -82,20 +82,21 @@ class Sweep(
     """Vibration of a lumped train over speed.
 
     Resonances, jumps and loss of contact, with the speed rising and falling. Every
-    speed starts where the one before has settled.
+    speed starts from the steady-state motion of the one before.
     """
 
     partial = True
     more_tables = MORE
     pictures = PLOT | {
-        "waterfall": "Draw them over speed into this file, .png, .pdf or .svg: a "
-        "Campbell diagram, and harmonics of the mesh frequency."
+        "waterfall": "Draw the spectra over speed into this file, .png, .pdf or "
+        ".svg: a Campbell diagram, and harmonics of the mesh "
+        "frequency."
     }
 
     torque: tuple[float, ...] = torques_setting()
     rpm: tuple[float, ...] = speeds_setting(
         (),
-        "Rotational speeds of the first mesh's driver [rpm], in place of --speeds.",
+        "Rotational speeds of the first mesh's driver [rpm], instead of --speeds.",
     )
     model: LumpedModel = lumped_model(COUPLED | MOVING)
     table: tuple[str, ...] = tables_setting()

@@ -52,10 +52,10 @@ class Theory(
 ):
     """Resonances of a lumped train by closed forms.
 
-    Where meshes resonate and lose contact, how high peaks are, which damping ends a
-    subharmonic and which tip relief is best, by first-order multiple scales about the
-    mean mesh stiffness, `lumped.closed_forms`. Nothing is integrated, and every
-    prediction says where its assumptions are left.
+    First-order multiple scales about the mean mesh stiffness, `lumped.closed_forms`,
+    predict resonances, loss of contact, peaks, the damping that suppresses a
+    subharmonic and the best tip relief without time integration. Every prediction
+    reports where its assumptions do not hold.
     """
 
     torque: float | None = torque_setting()
@@ -123,7 +123,7 @@ class TheoryResult(StudyResult):
         }
 
     def _doubts(self) -> Iterator[str]:
-        """Where mean deflections cannot be physical."""
+        """Warnings where mean deflections cannot be physical."""
         rest = np.abs(self.parametric.deflection)
         meshes = self.study.gears.meshes
         yield from doubts_of_meshes(meshes, ", at rest", rest, 0.0 * rest)

@@ -12,6 +12,8 @@ from fegear.files.speeds import parsed_speeds, written_speeds
 from fegear.gearset import load_gear_set
 from fegear.gearset.edit import parsed_value
 from fegear.gearset.model import GearSet
+from fegear.gearset.power_path import input_torques
+from fegear.statics.excitation import Source, read_mesh_tables
 from fegear.studies.page import counted
 from fegear.studies.study import (
     Group,
@@ -28,9 +30,7 @@ from fegear.studies.study import (
     require_settings,
     setting,
 )
-from fegear.train.excitation import Source, read_mesh_tables
 from fegear.train.lumped_models import LumpedModel
-from fegear.train.train import input_torques
 from lumped.steady.settings import Settings
 
 LEAST_TORQUE = 1e-6  # N m, less is lost in round-off
@@ -201,7 +201,8 @@ DAMPING = Setting(
 )
 TRANSLATIONS = Setting(
     option="--translations",
-    text="Let gears with bearing stiffnesses move in the plane, not rotate only.",
+    text="Let gears with bearing stiffnesses move in the plane; by default all "
+    "gears only rotate.",
 )
 PLANE = Setting(text="Plane stress or plane strain of the finite elements.")
 FRICTION = Setting(text="Coulomb friction coefficient.")
@@ -223,10 +224,10 @@ SOURCE = Group(
     offers={
         "kind": Setting(
             option="--excitation",
-            text="Mesh stiffness over the mesh cycle. fe: tables solved by finite "
-            "elements; rectangular, trapezoid, fourier: built from "
-            "mean_stiffness_N_per_m, stiffness_variation and load_share of the gear "
-            "set, what is missing from finite elements.",
+            text="Mesh stiffness over the mesh cycle. fe: tables solved by finite"
+            " elements; rectangular, trapezoid, fourier: built from "
+            "mean_stiffness_N_per_m, stiffness_variation and load_share of "
+            "the gear set; finite elements give what is missing.",
         ),
         "ramp": Setting(
             text="Length over which the stiffness of --excitation trapezoid rises and "
@@ -269,10 +270,10 @@ COUPLED: dict[str, Setting | Group] = SPRINGS | {
     ),
 }
 TORQUE_OF = Setting(
-    text="What --torque is with friction. nominal: of gears without friction; what it "
-    "takes comes to the input torque and goes from the output torque, in parts by "
-    "their inertias; input: the mean torque of the input gear, and the output torque "
-    "is lowered by the efficiency of the meshes."
+    text="Meaning of --torque with friction. nominal: torque without friction; "
+    "the friction loss raises the input torque and lowers the output torque "
+    "in proportion to their inertias; input: mean torque of the input gear; "
+    "the output torque is lowered by the efficiency of the meshes."
 )
 SLIDING: dict[str, Setting | Group] = {
     "friction": Setting(
@@ -288,26 +289,27 @@ SLIDING: dict[str, Setting | Group] = {
             (
                 "--varying-bending",
                 "cycle",
-                "The friction-bending ratio of each tooth pair over its way through "
-                "the mesh, as the mesh tables have it, in place of its mean.",
+                "Use the friction-bending ratio of each tooth pair along its path"
+                " from the mesh tables instead of the mean.",
             ),
             (
                 "--no-bending",
                 0.0,
-                "Leave the bending of teeth by friction out, a ratio of 0.",
+                "Leave out the bending of teeth by friction; the ratio is 0.",
             ),
         ),
     ),
 }
 MOVING: dict[str, Setting | Group] = SLIDING | {
     "sliding": Setting(
-        text="Whose sliding friction opposes. nominal: that of gears that turn evenly; "
-        "instantaneous: with the vibration, which can turn it near the pitch point."
+        text="Sliding velocity that friction opposes. nominal: that of uniformly "
+        "rotating gears; instantaneous: including the vibration, which can "
+        "reverse friction near the pitch point."
     ),
     "transition": Setting(
         option="--transition-speed",
-        text="Sliding speed [m/s] about which instantaneous friction turns smoothly, "
-        "by tanh; 0 turns it at once.",
+        text="Sliding speed [m/s] over which instantaneous friction reverses "
+        "smoothly, by tanh; 0: friction reverses at once.",
     ),
     "torque_of": TORQUE_OF,
 }
@@ -332,12 +334,13 @@ def _idle_integration(settings: Settings) -> Iterator[tuple[str, str]]:
 
 SETTLING: dict[str, Setting | Group] = {
     "tolerance": Setting(
-        text="Relative settling tolerance: distance to the periodic motion over the "
-        "range of the deflection."
+        text="Relative tolerance of the steady state: distance to the periodic "
+        "motion over the range of the deflection."
     ),
     "max_periods": Setting(
-        text="Periods of the first mesh after which a motion that has not settled "
-        "counts as aperiodic. [default: what the damping needs, 2000 or more]"
+        text="Periods of the first mesh after which a motion that has not become "
+        "periodic counts as aperiodic. [default: as the damping requires, "
+        "2000 or more]"
     ),
 }
 
@@ -346,8 +349,8 @@ def lumped_integration() -> Any:
     """A field for the time integration of lumped models."""
     offers = SETTLING | {
         "steps": Setting(
-            text="Least number of time steps per period of the fastest mesh, with "
-            "--method rk4. [default: 64, 80 of --model coupled]"
+            text="Least number of time steps per period of the fastest mesh, with"
+            " --method rk4. [default: 64, or 80 with --model coupled]"
         ),
         "method": Setting(
             text="Time integration. rk4: fixed steps of fourth order; dopri5: adaptive "
@@ -360,9 +363,9 @@ def lumped_integration() -> Any:
 def tables_setting() -> Any:
     return setting(
         (),
-        "Mesh table (CSV) in place of finite elements; give one for each mesh, in "
-        "order. The coupled model needs columns of tooth pairs, at two or more torques "
-        "unless without hardening.",
+        "Mesh table (CSV) to use instead of finite elements; give one for each "
+        "mesh, in order. The coupled model needs the columns of tooth pairs, at "
+        "two or more torques unless hardening is left out.",
         metavar="FILE",
         reads=True,
     )
@@ -423,7 +426,7 @@ class OfTrain:
             except InputError as error:
                 raise InputError(f"{called(self, 'table')}: {error}") from None
         if isinstance(source, Source) and not source.solves_elements(gears):
-            reason = "the gear set gives all stiffness figures, nothing is solved"
+            reason = "the gear set gives all stiffness parameters, nothing is solved"
             refuse_given(source, ("plane", "resolution"), reason, SOURCE)
         return self.model
 

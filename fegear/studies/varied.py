@@ -11,10 +11,10 @@ from fegear.files.errors import InputError
 from fegear.files.speeds import MESH_FREQUENCY
 from fegear.gearset.edit import require_known_key
 from fegear.gearset.model import GearSet
+from fegear.statics.excitation import ExcitationSource
 from fegear.studies.axes import require_axes
 from fegear.studies.study import called, refusal
 from fegear.studies.trains import OfTrain, described, one_load
-from fegear.train.excitation import ExcitationSource
 from fegear.train.lumped_models import (
     LumpedModel,
     body_entries,

@@ -158,7 +158,7 @@ USES: Mapping[str, tuple[int, Callable[[], Iterator[Study]]]] = {
 
 @dataclass(frozen=True, kw_only=True)
 class Warmup(Study, command="warmup", example="warmup"):
-    """Compile all kernels, on all cores, and keep them for later runs.
+    """Compile all kernels on all cores, for later runs.
 
     Without it each command compiles what it needs when it is first used. Ctrl-C keeps
     what is compiled by then, and the next run goes on from there.
@@ -241,7 +241,7 @@ class WarmupResult(StudyResult):
 
 @cache
 def kernel_folders() -> tuple[Path, ...]:
-    """Those of the sources that have compiled functions."""
+    """Folders of the sources that contain compiled functions."""
     roots = (Path(fegear.__file__).parent, Path(lumped.__file__).parent)
     return tuple(
         sorted(

@@ -14,11 +14,12 @@ from numpy.typing import NDArray
 from fegear.boundary import public
 from fegear.files.errors import InputError
 from fegear.files.version import package_version
+from fegear.gearset.lumped_train import train_of, with_efficiency
 from fegear.gearset.model import GearSet
 from fegear.gearset.pitch_errors import error_periods
+from fegear.gearset.power_path import mesh_torques_at, power_path
+from fegear.statics.excitation import Excitations, ExcitationSource, GivenTables, Source
 from fegear.statics.unphysical import doubts_of_meshes
-from fegear.train.excitation import Excitations, ExcitationSource, GivenTables, Source
-from fegear.train.train import mesh_torques_at, power_meshes, train_of, with_efficiency
 from lumped.common.checks import require_between, require_choice, require_fields
 from lumped.common.csv_text import exact
 from lumped.steady.losses import nominal_efficiency
@@ -95,7 +96,7 @@ class LumpedModel:
         self.tooth_friction(ratio)  # checks its fields
 
     def tooth_friction(self, bending: BendingRatio) -> ToothFriction:
-        """Of a mesh, with its friction-bending ratio."""
+        """Friction of a mesh, with its friction-bending ratio."""
         return ToothFriction(self.friction, bending, self.sliding, self.transition)
 
     @property
@@ -105,13 +106,15 @@ class LumpedModel:
 
     @property
     def name(self) -> str:
-        """As files and screens call it."""
+        """The name of the model in files and on screens."""
         left_out = "".join(f", without {name}" for name in self.without)
         return f"{self.number}{left_out}"
 
     @property
     def excitations(self) -> ExcitationSource:
-        """Of the stiffness, nothing solved yet; one serves for many torques."""
+        """Source of excitations, with nothing solved yet; one serves for many
+        torques.
+        """
         given = self.stiffness
         return given if isinstance(given, GivenTables) else Excitations(given)
 
@@ -158,7 +161,7 @@ def lumped_system(
         raise InputError(f"{gear_set.name}: {error}") from None
     if known is None:
         return system
-    from fegear.dynamics.coupled import coupled_contacts
+    from fegear.train.coupled import coupled_contacts
 
     require_physical(gear_set, torque, system)
     speeds = speeds if len(speeds) else usual_speeds(system)
@@ -173,7 +176,7 @@ def lumped_system(
 def with_losses(gear_set: GearSet, system: LumpedSystem) -> LumpedSystem:
     """The system with an output torque lowered by what friction takes."""
     efficiency = 1.0
-    for mesh in power_meshes(gear_set):
+    for mesh in power_path(gear_set).meshes:
         force = system.modes.mean_stiffness[mesh] * abs(system.static_deflection[mesh])
         given = system.excitations[mesh], system.friction[mesh], float(force)
         efficiency *= nominal_efficiency(system.train, mesh, *given)
@@ -374,7 +377,7 @@ def _round_up(value: float) -> float:
 
 
 def natural_frequencies(system: LumpedSystem) -> list[float]:
-    """Of the modes that strain a mesh [Hz]."""
+    """Natural frequencies of the modes that strain a mesh [Hz]."""
     return [float(f) for f in system.resonances_Hz]
 
 

@@ -147,7 +147,7 @@ def aperiodic(response: Response) -> Response:
 
 
 class AttractorStore(Protocol):
-    """Where finished values of a branch are kept and found again."""
+    """Storage of the finished values of a branch."""
 
     def finished(self) -> list[tuple[Response, Attractor]]:
         """In the order in which they were passed; the last with its state."""
@@ -180,7 +180,8 @@ class _Found:
         before: Response | None,
         watch: Watch,
     ) -> tuple[Response, Any, Settings]:
-        """As `confirmed`, on an attractor that belongs to the motion.
+        """Confirmed response, as `confirmed` gives it, on an attractor that belongs to
+        the motion.
 
         One that seems to repeat but is unstable on finer steps leaves there; one that
         does not repeat though changes shrink may have been chaotic for a while.

@@ -15,11 +15,11 @@ from enum import StrEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.branches.bifurcations import branch_point
-from lumped.branches.continuation import Branch, NoSolution, Steps
 from lumped.branches.motions import Motions, OverSpeed
 from lumped.branches.periodic import repeats_sooner
+from lumped.branches.points import branch_point
 from lumped.common.checks import checked, require_between, require_fields
+from lumped.continuation.arc_length import Branch, NoSolution, Steps
 from lumped.steady.response import Response, Status
 from lumped.steady.settings import Settings
 from lumped.steady.steady_state import Diverged, Speed
@@ -44,7 +44,7 @@ CLOSING = 16  # times the motion's period in which it closes on those steps
 
 
 class Kind(StrEnum):
-    """Of a motion that has settled, by its exponent where it does not repeat.
+    """Kind of a steady-state motion, by its exponent where it does not repeat.
 
     UNSETTLED : changes shrink, so that it still settles or repeats after more periods
         than were looked for
@@ -70,7 +70,7 @@ class SectionSettings:
 
 @dataclass(frozen=True, eq=False)
 class Attractor:
-    """Of a motion with m meshes; nothing but NaN where it diverged.
+    """Attractor of a motion with m meshes; all values are NaN where it diverged.
 
     multiple : common periods after which it repeats, 0 if it does not
     deflection, rate : (k, m) at the start of successive common periods, of all that
@@ -146,7 +146,7 @@ class _Way:
 
     @property
     def angular(self) -> Array:
-        """By which velocities count (n,) [rad/s]."""
+        """Angular frequencies by which velocities are scaled (n,) [rad/s]."""
         return self.system.angular
 
     def carry(self, state: Array, periods: int) -> tuple[Array, Array, Array]:
@@ -158,7 +158,8 @@ class _Way:
 
 
 def _repeating(system: LumpedSystem, response: Response, at: Speed) -> Attractor:
-    """By harmonic balance where that confirms the motion, else along fine steps.
+    """Attractor by harmonic balance where that confirms the motion, otherwise along
+    fine steps.
 
     Next to a contact that is only just met, steps of the integration that it falls
     into make a motion seem to repeat later than it does, and to be unstable.

@@ -89,12 +89,12 @@ class HarmonicBalance:
 
     @property
     def size(self) -> float:
-        """Of the unknowns under the loads alone."""
+        """Norm of the unknowns under the loads alone."""
         return float(np.abs(self.forces.static).max())
 
     @property
     def shape(self) -> tuple[int, int]:
-        """Of a series."""
+        """Shape of a series."""
         return self.series.rows, self.forces.count
 
     @cached_property
@@ -197,7 +197,7 @@ class HarmonicBalance:
         return np.stack([waves.real.sum(axis=0), rates.real.sum(axis=0)])
 
     def figures(self, x: Array, frequency: float) -> dict[str, Array]:
-        """As of a sweep's response, (m,) each; see `lumped.steady.measures`."""
+        """Quantities of a sweep's response, (m,) each; see `lumped.steady.measures`."""
         return measures(self.forces.history(x.reshape(self.shape), frequency))
 
     def of_response(self, response: Response, settings: Settings) -> Array:
@@ -218,7 +218,7 @@ class HarmonicBalance:
         return np.asarray(self.series.of_samples(spline(times[-1] * part)).ravel())
 
     def repeated(self, times: int) -> HarmonicBalance:
-        """The same for motions of a longer period."""
+        """These equations for motions of a longer period."""
         return replace(self, multiple=times * self.multiple)
 
     def lengthened(self, x: Array, times: int) -> Array:

@@ -16,9 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lumped.branches.balance import HarmonicBalance
-from lumped.branches.continuation import NoSolution
 from lumped.branches.motions import Motions
 from lumped.branches.shooting import ADAPTIVE
+from lumped.continuation.arc_length import NoSolution
 from lumped.steady.steady_state import Diverged, Speed
 from lumped.steady.steppers import AdaptiveStepper
 

@@ -37,7 +37,7 @@ class PeriodMap:
 
     @property
     def size(self) -> float:
-        """Of the unknowns under the loads alone."""
+        """Norm of the unknowns under the loads alone."""
         return float(np.abs(self.system.static_state[0]).max())
 
     def state(self, x: Array, frequency: float) -> Array:
@@ -79,7 +79,7 @@ class PeriodMap:
         return self._stepper.monodromy(state, speed, self.multiple)[1]
 
     def figures(self, x: Array, frequency: float) -> dict[str, Array]:
-        """As of a sweep's response, (m,) each; see `lumped.steady.measures`."""
+        """Quantities of a sweep's response, (m,) each; see `lumped.steady.measures`."""
         state, speed = self.state(x, frequency), Speed(frequency, self.steps)
         return measures(self._stepper.record(state, speed, self.multiple)[1])
 

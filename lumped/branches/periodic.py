@@ -9,36 +9,33 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
-from functools import cache, cached_property
-from itertools import pairwise
+from functools import cache, cached_property, partial
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.branches.bifurcations import (
-    CROSSING,
-    DOUBLING,
-    FOLD,
-    HALVED,
-    BranchPoint,
-    branch_point,
-    by_multipliers,
-    with_bifurcations,
-)
-from lumped.branches.continuation import (
+from lumped.branches.location import located
+from lumped.branches.motions import Family, Motions, PeriodicMotion
+from lumped.branches.period_map import PeriodMap
+from lumped.branches.points import BranchPoint, branch_point, with_bifurcations
+from lumped.branches.shooting import shoot
+from lumped.common.checks import require_between, require_fields
+from lumped.continuation.arc_length import (
     STRAIGHT,
     Branch,
     Followed,
     NoSolution,
     Point,
     Steps,
-    joined,
+    both_ways,
 )
-from lumped.branches.location import located
-from lumped.branches.motions import Family, Motions, PeriodicMotion
-from lumped.branches.period_map import PeriodMap
-from lumped.branches.shooting import shoot
-from lumped.common.checks import require_between, require_fields
+from lumped.continuation.bifurcations import (
+    CROSSING,
+    DOUBLING,
+    FOLD,
+    HALVED,
+    by_multipliers,
+)
 from lumped.steady.respond import respond
 from lumped.steady.response import Response, Status
 from lumped.steady.settings import Settings
@@ -231,7 +228,7 @@ class BranchFinder:
         if repeats_sooner(branch, start) or self._is_known(branch, start):
             return
         inside = self.limits[0] < value < self.limits[1]
-        self._follow(branch, start, origin, both_ways=inside)
+        self._follow(branch, start, origin, inside)
 
     def _is_known(self, branch: Branch[Motions], motion: Point) -> bool:
         """Whether a branch that is found passes through a motion.
@@ -267,16 +264,7 @@ class BranchFinder:
             yield branch_point(motions, point)
 
     def _motions_of(self, found: PeriodicBranch, value: float) -> Iterator[Point]:
-        branch = self._branch(found.multiple)
-        for one, two in pairwise(found.points):
-            if (one.parameter - value) * (two.parameter - value) > 0.0:
-                continue
-            apart = two.parameter - one.parameter
-            part = (value - one.parameter) / apart if apart else 0.0
-            try:
-                yield branch.at(one.x + part * (two.x - one.x), value)
-            except NoSolution:
-                continue
+        return self._branch(found.multiple).crossings(found.points, value)
 
     def doublings(self) -> None:
         """Branches of twice the period that set out from those that are found."""
@@ -311,7 +299,7 @@ class BranchFinder:
 
     @cached_property
     def _branch(self) -> Callable[[int], Branch[Motions]]:
-        """Of motions that repeat after so many common periods."""
+        """Branches of motions that repeat after so many common periods."""
         return cache(self._new_branch)
 
     def _new_branch(self, multiple: int) -> Branch[Motions]:
@@ -333,17 +321,18 @@ class BranchFinder:
         branch: Branch[Motions],
         start: Point,
         origin: str,
-        both_ways: bool = False,
+        inside: bool = False,
     ) -> None:
-        """Follow a branch from a point and keep it with its bifurcations."""
+        """Follow a branch from a point and keep it with its bifurcations.
+
+        inside : whether the branch goes on to both sides of the point
+        """
         if self.finished and self.finished[0].origin == origin:
             self.found.append(self.finished.pop(0))
             return
         motions = branch.problem
-        followed = self._one_way(branch, start)
-        if both_ways and not followed.closed:
-            back = Point(start.x, start.parameter, -start.tangent)
-            followed = joined(self._one_way(branch, back), followed)
+        one_way = partial(self._one_way, branch)
+        followed = both_ways(start, one_way) if inside else one_way(start)
         points = tuple(
             located_point(motions, point)
             for point in with_bifurcations(branch, followed)
@@ -417,7 +406,7 @@ def located_point(motions: Motions, point: BranchPoint) -> BranchPoint:
 
 
 def _error(motions: Motions, points: tuple[BranchPoint, ...]) -> float:
-    """Of the RMS of the largest motion that shooting finds, relative; NaN if none.
+    """Relative error of the RMS of the largest motion that shooting finds; NaN if none.
 
     Next to a bifurcation there is a motion beside it, which shooting may find instead.
     """

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from lumped.branches.bifurcations import BranchPoint
 from lumped.branches.periodic import PeriodicBranch
+from lumped.branches.points import BranchPoint
 
 
 def plain_branch(branch: PeriodicBranch) -> dict[str, Any]:

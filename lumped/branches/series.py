@@ -108,7 +108,7 @@ class SampledSeries:
 
     @cached_property
     def times(self) -> Array:
-        """Of the checks (e, 5), in periods of the first mesh."""
+        """Times of the checks (e, 5), in periods of the first mesh."""
         from lumped.kernels.orbit import CHECKS
 
         return np.asarray(self.edges[:-1, None] + np.diff(self.edges)[:, None] * CHECKS)
@@ -128,5 +128,5 @@ class SampledSeries:
         return self.series.basis(self.points, 2 * self.series.order)
 
     def values(self, x: Array) -> Array:
-        """Of a series (2 H + 1, d) at the checks (e, 5, d)."""
+        """Values of a series (2 H + 1, d) at the checks (e, 5, d)."""
         return (self._checks @ x).reshape(*self.times.shape, x.shape[1])

@@ -12,9 +12,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.branches.continuation import NoSolution
 from lumped.branches.motions import PeriodicMotion
 from lumped.branches.period_map import PeriodMap
+from lumped.continuation.arc_length import NoSolution
 from lumped.steady.measures import measures
 from lumped.steady.settings import Settings
 from lumped.steady.steady_state import Diverged, Speed
@@ -35,7 +35,7 @@ class Shot:
     figures: dict[str, Array]
 
     def error_of(self, rms: Array) -> float:
-        """Of the RMS (m,) of another solution, relative to the largest."""
+        """Error of the RMS (m,) of another solution, relative to the largest."""
         exact = self.figures["dte_rms"]
         return float(np.abs(rms - exact).max() / exact.max())
 

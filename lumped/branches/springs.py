@@ -35,7 +35,7 @@ ROOM = 4  # times the pieces of the grid, for those that are cut
 
 @dataclass(frozen=True, eq=False)
 class SpringForces:
-    """Of a lumped system, evaluated on Gauss points between changes of contact.
+    """Forces of a lumped system, evaluated on Gauss points between changes of contact.
 
     series : what motions are made of
     finest : pieces of a period of the first mesh, at least
@@ -69,7 +69,7 @@ class SpringForces:
 
     @property
     def damping(self) -> Array:
-        """Of the modes (n, n) [1/s]."""
+        """Damping of the modes (n, n) [1/s]."""
         return np.diag(self.arrays.damping)
 
     def receptance(self, omega: Array) -> tuple[Complex, Complex]:
@@ -151,7 +151,7 @@ class SpringForces:
         return found._replace(slope=found.slope[..., None] * np.eye(self.count))
 
     def _smooth_pieces(self, x: Array, steepness: float) -> ContactPieces:
-        """The same with contact that closes by tanh: nothing is to be cut."""
+        """Pieces of contact that closes by tanh: no change of contact divides them."""
         grid, first = self.grid, self.arrays.first_pair
         meshes = np.repeat(np.arange(self.count), np.diff(first))
         s = self.sampled.values(x)[:, 1:4, meshes]

@@ -58,7 +58,8 @@ def _coordinates(group: Group, state: State) -> Array:
 
 
 def correlation_dimension(phase: Array, speed: Array) -> tuple[float, float]:
-    """Of impacts by the phase of the period, from 0 to 1, and the speed; and its error.
+    """Correlation dimension of impacts by the phase of the period, from 0 to 1, and the
+    speed; and its error.
 
     The slope of the correlation sum between distances of 0.1 and 10 per cent of the
     pairs, Grassberger and Procaccia (1983), without neighbours in time; the error is

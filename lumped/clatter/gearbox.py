@@ -96,7 +96,7 @@ class SpeedSignal:
 
     @cached_property
     def pieces(self) -> Array:
-        """Where pieces begin and their polynomials of degree 4, in periods (k, 6)."""
+        """Starts of the pieces and their polynomials of degree 4, in periods (k, 6)."""
         from scipy.interpolate import CubicSpline
 
         turns = (self.times - self.times[0]) / self.period
@@ -120,7 +120,9 @@ Excitation = Harmonics | SpeedSignal
 
 @dataclass(frozen=True)
 class Variation:
-    """Of a play [m] about its average: amplitude sin(order 2 pi t / period + phase)."""
+    """Variation of a play [m] about its mean: amplitude sin(order 2 pi t / period +
+    phase).
+    """
 
     amplitude: float
     order: int
@@ -178,7 +180,7 @@ class Wheel:
 
     @property
     def freedoms(self) -> dict[str, Freedom]:
-        """By play, in the order of the coordinates."""
+        """Degrees of freedom by play, in the order of the coordinates."""
         every = {TEETH: self.rotation, AXIAL: self.axial, RADIAL: self.radial}
         return {name: each for name, each in every.items() if each is not None}
 

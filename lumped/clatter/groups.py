@@ -49,12 +49,12 @@ class Group:
 
     @property
     def masses(self) -> Array:
-        """Of the coordinates [kg m2 or kg]."""
+        """Masses of the coordinates [kg m2 or kg]."""
         return np.array([w.inertia if n == TEETH else w.mass for w, n in self.plays])
 
     @cached_property
     def rows(self) -> Array:
-        """Of the plays by coordinate (p, p), s = ratio e(t) + row q."""
+        """Rows of the plays by coordinate (p, p), s = ratio e(t) + row q."""
         starts = np.cumsum([0, *(len(w.freedoms) for w in self.wheels)])
         spans = {
             w.name: slice(first, last)
@@ -73,7 +73,7 @@ class Group:
 
     @cached_property
     def ratios(self) -> Array:
-        """Of the excitation, by play (p,)."""
+        """Ratios of the excitation, by play (p,)."""
         driven = [n == TEETH and w.driver is None for w, n in self.plays]
         return np.where(driven, [wheel.ratio for wheel, _ in self.plays], 0.0)
 
@@ -82,7 +82,7 @@ class Group:
         return [w.variation if n == TEETH else None for w, n in self.plays]
 
     def widths(self, times: Array) -> Array:
-        """Of the plays at times [s] (t, p)."""
+        """Widths of the plays at times [s] (t, p)."""
         turns = 2.0 * math.pi * np.asarray(times) / self.excitation.period
         width = np.tile([each.play for each in self.freedoms], (turns.size, 1))
         for number, each in enumerate(self.variations):

@@ -12,7 +12,7 @@ from lumped.clatter.runs import Impacts
 
 @dataclass(frozen=True)
 class PlayNoise:
-    """Of a play of a wheel.
+    """Noise of a play of a wheel.
 
     impacts : how many; level : sum of squared approach speeds per time [m2/s3]
     power : energy that the impacts lose per time [W]
@@ -27,7 +27,7 @@ class PlayNoise:
 
 
 def noise_of(group: Group, impacts: Impacts, seconds: float) -> list[PlayNoise]:
-    """Of each play of a group, over a time."""
+    """Noise of each play of a group, over a time."""
     found = []
     for number, (wheel, name) in enumerate(group.plays):
         own = impacts.play == number

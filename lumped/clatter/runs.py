@@ -24,7 +24,7 @@ class LostMotion(ArithmeticError):
 
 @dataclass(eq=False)
 class State:
-    """Where the wheels of a group are; periods and lengths in metres.
+    """State of the wheels of a group; time in periods and lengths in metres.
 
     clock (2,) : whole periods and the part of one; q, v (n,)
     held (p,) : the edge of each play that holds, else 0, as `Box` counts them
@@ -50,7 +50,7 @@ def middle(group: Group) -> State:
 
 
 def scattered(group: Group, seed: int) -> State:
-    """As `middle`, anywhere in the plays."""
+    """A state anywhere in the plays, otherwise as `middle`."""
     random = np.random.default_rng(seed)
     return _placed(group, random.uniform(0.05, 0.95, len(group.plays)))
 

@@ -102,6 +102,6 @@ def _at_the_peak(system: ParametricSystem, resonance: Resonance) -> Iterator[str
     by_stiffness = np.abs(system.stiffness_harmonics[:, 0]) * system.stiffness
     if lost and (by_gaps > GAPS * by_stiffness * system.deflection).any():
         yield (
-            "contact is lost where gaps or transmission errors excite as well, of "
-            "which its closed forms know nothing"
+            "contact is lost where gaps or transmission errors excite as well, "
+            "which its closed forms leave out"
         )

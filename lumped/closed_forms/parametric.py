@@ -97,7 +97,9 @@ class ParametricSystem:
 
     @property
     def orders(self) -> list[Fraction]:
-        """Of all harmonics of the meshes over the first mesh's frequency, rising."""
+        """Orders of all harmonics of the meshes relative to the first mesh's frequency,
+        rising.
+        """
         count = self.stiffness_harmonics.shape[1]
         return sorted({s * rate for rate in self.rates for s in range(1, count + 1)})
 
@@ -117,7 +119,7 @@ class ParametricSystem:
 def parametric_system(
     system: LumpedSystem, harmonics: int = HARMONICS
 ) -> ParametricSystem:
-    """The same train, with so many harmonics of each mesh frequency.
+    """The parametric system of a train, with so many harmonics of each mesh frequency.
 
     Modes that strain no mesh are left out. Raises ValueError where a mesh is not
     loaded or tooth pairs differ (pitch errors), and for the coupled model.

@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lumped.branches.bifurcations import KINDS, BranchPoint, stretches
 from lumped.branches.periodic import PeriodicBranch
+from lumped.branches.points import KINDS, BranchPoint
+from lumped.continuation.bifurcations import stretches
 from lumped.figures.drawing import color_of, draw_legend, draw_title, panels
 
 if TYPE_CHECKING:

@@ -38,7 +38,7 @@ CURVES_OVER = ("white", "black", "yellow", "magenta", "lime", "cyan", "orange")
 
 
 def color_of_motion(name: str, away: int = 0) -> Color:
-    """By the itinerary, so that it is the same in all pictures.
+    """Color by the itinerary, so that it is the same in all pictures.
 
     away : steps from there, for motions that would look like others
     """
@@ -62,14 +62,15 @@ def color_of_motion(name: str, away: int = 0) -> Color:
 
 
 def _number(turns: int, upper: int, lower: int) -> int:
-    """Of an itinerary in a list of all of them, short ones first."""
+    """Number of an itinerary in a list of all of them, short ones first."""
     one, two = turns - 1 + upper - 1 + lower, upper - 1 + lower
     return one * (one + 1) * (one + 2) // 6 + two * (two + 1) // 2 + lower
 
 
 def colors_of(basins: Basins) -> list[Color]:
-    """Of its attractors, by the itinerary, or as far from there as it takes to differ
-    from those of larger basins; the least of many share one."""
+    """Colors of the attractors, by the itinerary, or far enough from that to differ
+    from those of larger basins; the smallest of many share one.
+    """
     from matplotlib.colors import to_rgb
 
     colors: list[Color] = len(basins.attractors) * [to_rgb(OTHERS)]
@@ -92,7 +93,9 @@ def _largest(basins: Basins) -> list[int]:
 
 
 def draw_basins(basins: Basins, name: str) -> Figure:
-    """Where departures from the upper flank lead, over their time and speed."""
+    """Draw the attractors to which departures from the upper flank lead, over their
+    time and speed.
+    """
     figure, ((axes,),) = panels(1, size=(8.0, 7.0))
     draw_legend(figure, _show_basins(axes, basins), 4)
     draw_title(figure, f"{name}: {words_of(basins.machine)}")
@@ -128,7 +131,7 @@ def _show_basins(axes: Axes, basins: Basins) -> list[Any]:
         part = parts.sum() - parts[shown].sum()
         handles.append(Patch(color=OTHERS, label=f"{others} others {part:.3g} %"))
     if (basins.attractor < 0).any():
-        handles.append(Patch(color=GREY, label="not clear"))
+        handles.append(Patch(color=GREY, label="not identified"))
     return handles
 
 
@@ -186,7 +189,7 @@ def draw_noise(noise: Noise, title: str) -> Figure:
     for number in range(-1, len(noise.attractors)):
         own = noise.motion[order] == number
         color = GREY if number < 0 else color_of_motion(noise.attractors[number].name)
-        label = "not clear" if number < 0 else noise.attractors[number].name
+        label = "not identified" if number < 0 else noise.attractors[number].name
         if own.any():
             levels = noise.level[order][own]
             axes.plot(levels, part[own], ".", color=color, ms=4, label=label)
@@ -194,7 +197,7 @@ def draw_noise(noise: Noise, title: str) -> Figure:
     axes.set_ylabel("part of the runs that are less loud")
     axes.set_ylim(0.0, 1.02)
     if not order.size:
-        words = "not clear what any run settles to"
+        words = "no attractor identified"
         axes.text(0.5, 0.5, words, ha="center", transform=axes.transAxes)
     draw_legend(figure, axes.get_legend_handles_labels()[0][:MOST_NAMED], 4)
     draw_title(figure, title)

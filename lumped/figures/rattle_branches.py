@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.branches.bifurcations import DOUBLING, FOLD, stretches
+from lumped.continuation.bifurcations import DOUBLING, FOLD, stretches
 from lumped.figures.drawing import color_of, draw_legend, draw_title, panels
 from lumped.rattle.branches import GRAZING, OrbitBranch
 from lumped.rattle.curves import GRAZING_FOLD, Curve
@@ -41,13 +41,15 @@ def draw_orbit_branches(
     for branch in branches:
         color = color_of(names.index(branch.itinerary.name))
         for stable, points in stretches(branch.points):
-            values = [point.value for point in points]
+            values = [point.parameter for point in points]
             speeds = [[speed for _, speed in point.departures] for point in points]
             style = "-" if stable else "--"
             axes.plot(values, np.array(speeds), color=color, ls=style, lw=1.3)
         for point in branch.bifurcations:
             for _, speed in point.departures:
-                axes.plot(point.value, speed, MARKERS[point.kind], color=color, ms=5)
+                axes.plot(
+                    point.parameter, speed, MARKERS[point.kind], color=color, ms=5
+                )
     axes.set_xlabel(label)
     axes.set_ylabel("speed of departure [rad per turn]")
     axes.set_xlim(*limits)

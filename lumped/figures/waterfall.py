@@ -42,7 +42,8 @@ LEGEND = {
 
 @dataclass(frozen=True, eq=False)
 class Lines:
-    """Of a motion that was recorded over so many periods of the first mesh.
+    """Spectral lines of a motion that was recorded over so many periods of the first
+    mesh.
 
     speed : frequency of the first mesh [Hz]
     amplitude : (n, m) [m] at 0, 1, 2, ... over the time of those periods

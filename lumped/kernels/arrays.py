@@ -210,7 +210,7 @@ class Contacts(NamedTuple):
 
 
 class Position(NamedTuple):
-    """Where the meshes (m,) stand in their tables.
+    """Places of the meshes (m,) in their tables.
 
     place, part : grid point and the part of a cell beyond it
     cycle : number of the mesh cycle

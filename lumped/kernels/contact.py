@@ -57,7 +57,9 @@ def load_at(problem, c, penetration):
 
 @inlined
 def between(values, c, place, part):
-    """Of contact c (c, p + 1), without a view of its row: views cost more."""
+    """Interpolated values of contact c (c, p + 1), without a view of its row: views
+    cost more.
+    """
     value = values[c, place]
     if part > 0.0:
         value += part * (values[c, place + 1] - value)

@@ -348,7 +348,7 @@ def new_motion(system):
 
 @compiled
 def settle_motion(system, steps, limit, state, check, most):
-    """As `lumped.kernels.rk4.settle_motion`."""
+    """Advance the motion as `lumped.kernels.rk4.settle_motion` does."""
     q, v = state[0], state[1]
     motion, changes = new_motion(system), new_changes(system, steps, 0)
     count = steps.h.size
@@ -402,7 +402,7 @@ def node_after(k, whole):
 
 @compiled
 def record_motion(system, steps, periods, state, limit, out):
-    """As `lumped.kernels.rk4.record_motion`."""
+    """Record the motion as `lumped.kernels.rk4.record_motion` does."""
     q, v = state[0], state[1]
     motion, changes = new_motion(system), new_changes(system, steps, 0)
     count = steps.h.size
@@ -425,7 +425,7 @@ def record_motion(system, steps, periods, state, limit, out):
 
 @compiled
 def carry_motion(system, steps, limit, state, angular, sections, growth):
-    """As `lumped.kernels.rk4.carry_motion`."""
+    """Carry perturbations as `lumped.kernels.rk4.carry_motion` does."""
     n, q, v = angular.size, state[0], state[1]
     number, count = state.shape[1] // n - 1, steps.h.size
     motion, changes = new_motion(system), new_changes(system, steps, number)

@@ -42,7 +42,7 @@ MOST_HALVINGS = 100
 
 @inlined
 def deflection_at(series, length, m, time):
-    """Of mesh m [m] at a time; series (2 H + 1, m) mean, cosines, sines."""
+    """Deflection of mesh m [m] at a time; series (2 H + 1, m) mean, cosines, sines."""
     order = (series.shape[0] - 1) // 2
     angle = 2.0 * math.pi * time / length
     c, s = math.cos(angle), math.sin(angle)

@@ -191,5 +191,7 @@ def settled(check):
 
 @compiled
 def close_period(check, q, v):
-    """As `close_section`, for motions that are not integrated by these kernels."""
+    """Close a period as `close_section` does, for motions that these kernels do not
+    integrate.
+    """
     return close_section(check, q, v)

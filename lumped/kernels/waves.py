@@ -45,7 +45,7 @@ def value_at(excitation, f, x, side):
 
 @inlined
 def position(excitation, p, time):
-    """Of pair p at a time, in base pitches."""
+    """Position of pair p at a time, in base pitches."""
     return excitation.place[p, PHASE] + excitation.place[p, RATE] * time
 
 

@@ -73,7 +73,7 @@ class Layout:
 
     @property
     def doubled(self) -> Layout:
-        """Of two periods."""
+        """Layout of two periods."""
         return Layout(2 * self.turns, np.tile(self.sides, 2), np.tile(self.pressed, 2))
 
     def join(
@@ -106,5 +106,5 @@ class Layout:
 
 
 def layout_of(arcs: Array, turns: int) -> Layout:
-    """Of arcs (a, 7) that join into an orbit."""
+    """Layout of arcs (a, 7) that join into an orbit."""
     return Layout(turns, arcs[:, kernel.SIDE].copy(), arcs[:, kernel.PRESSED].copy())

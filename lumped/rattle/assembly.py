@@ -173,7 +173,7 @@ class Assembly:
 
     @property
     def mean_load(self) -> float:
-        """Of the teeth: what the drag of the driven shaft takes."""
+        """Mean load of the teeth: the drag of the driven shaft."""
         return TURN * self.machine.damping * self.shafts.driven_drag
 
     @property
@@ -241,7 +241,7 @@ class _Builder:
         self.mass, self.damping, self.stiffness = np.zeros((3, size, size))
 
     def gear(self, side: str) -> int:
-        """Where a gear is, or the shaft that it is rigid with."""
+        """Index of a gear, or of the shaft to which it is rigidly fixed."""
         own = f"{side} gear"
         return self.names.index(own if own in self.names else f"{side} shaft")
 

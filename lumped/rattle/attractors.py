@@ -110,8 +110,9 @@ def _numbered(attractors: list[Attractor]) -> Iterator[Attractor]:
 
 @dataclass(frozen=True, eq=False)
 class Footprint:
-    """Where a chaotic motion departs: cells of a grid over a turn and its speeds that
-    it comes to, and those beside them (SEEN, SEEN)."""
+    """Departures of a chaotic motion: cells of a grid over a turn and its speeds that
+    the motion visits, and their neighbours (SEEN, SEEN).
+    """
 
     low: float
     high: float
@@ -214,7 +215,7 @@ class Naming:
         return number
 
     def _settle(self, ends: Array, iterations: int) -> Settled:
-        """Where departures lead, on all processors."""
+        """Follow departures to their ends, on all processors."""
         shares = np.array_split(ends, max(1, len(ends) // SHARE))
         tasks = [
             partial(settle_departures, self.machine, share, iterations)

@@ -57,8 +57,9 @@ class Grid:
 
 @dataclass(frozen=True, eq=False)
 class Basins:
-    """Of every cell the attractor by its number (side, side), -1 where it is not
-    clear, and the returns (side, side) until it was; speeds rise with the rows."""
+    """Number of the attractor of every cell (side, side), -1 where it is not
+    identified, and the returns (side, side) until it was; speeds rise with the rows.
+    """
 
     machine: Machine
     grid: Grid
@@ -96,7 +97,7 @@ class Basins:
 def settle_tile(
     machine: Machine, grid: Grid, first: int, last: int, iterations: int
 ) -> Arrays:
-    """Where cells lead, from the first to before the last; see `Settled`."""
+    """Follow cells from the first to before the last; see `Settled`."""
     cells = grid.departures(first, last)
     return settle_departures(machine, cells, iterations)._asdict()
 
@@ -104,7 +105,7 @@ def settle_tile(
 def settle_grid(
     machine: Machine, grid: Grid, iterations: int, compute: Compute = in_threads
 ) -> Settled:
-    """Where all cells lead.
+    """Follow all cells to their ends.
 
     compute : gives the arrays of tiles, on several cores or on a cluster
     """

@@ -7,6 +7,7 @@ followed through folds, and up to where it would pass through a flank.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache, partial
 from itertools import pairwise
@@ -15,15 +16,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.branches.bifurcations import DOUBLING, FOLD, HALVED, beyond
-from lumped.branches.continuation import (
+from lumped.continuation.arc_length import (
     Branch,
     Followed,
     NoSolution,
     Point,
     Steps,
-    joined,
+    both_ways,
 )
+from lumped.continuation.bifurcations import DOUBLING, FOLD, HALVED, beyond
 from lumped.rattle.arcs import Layout, arcs_of, layout_of, linearised, margin_of
 from lumped.rattle.departures import Itinerary, apart, follow
 from lumped.rattle.kernels.arcs import SPEED, START
@@ -123,7 +124,7 @@ class OrbitPoint:
     margin : see `margin_of`; kind : of KINDS where it is a bifurcation, else empty
     """
 
-    value: float
+    parameter: float
     x: Array
     departures: tuple[tuple[float, float], ...]
     multipliers: tuple[complex, complex]
@@ -184,7 +185,7 @@ def orbit_point(orbits: Orbits, point: Point, kind: str = "") -> OrbitPoint:
 
 
 @dataclass(eq=False)
-class BranchFinder:
+class OrbitFinder:
     """Follows the branches of a machine's orbits over a figure.
 
     doublings : how often the period may double on the way from a branch to others
@@ -240,10 +241,7 @@ class BranchFinder:
     def _follow(
         self, orbits: Orbits, start: Point, origin: str, doublings: int
     ) -> None:
-        followed = self._one_way(orbits, start)
-        if not followed.closed:
-            turned = replace(start, tangent=-start.tangent)
-            followed = joined(self._one_way(orbits, turned), followed)
+        followed = both_ways(start, partial(self._one_way, orbits))
         self._add(orbits, followed, origin, doublings)
 
     def _one_way(self, orbits: Orbits, start: Point) -> Followed:
@@ -289,16 +287,16 @@ class BranchFinder:
         orbits = replace(parent, layout=layout)
         x, branch = orbits.unknowns(np.hstack([times, later])), orbits.branch()
         try:
-            start = branch.aside(x, point.value, ASIDE)
+            start = branch.aside(x, point.parameter, ASIDE)
             leaves = orbits.margin(start.x, start.parameter) > 0.0
         except NoSolution:
             return
         if not leaves or self._is_known(orbits, start):
             return
         followed = self._one_way(orbits, start)
-        birth = Point(x, point.value, np.append(start.tangent[:-1], 0.0))
+        birth = Point(x, point.parameter, np.append(start.tangent[:-1], 0.0))
         followed = replace(followed, points=(birth, *followed.points))
-        origin = f"period doubling of branch {number} at {point.value:.6g}"
+        origin = f"period doubling of branch {number} at {point.parameter:.6g}"
         self._add(orbits, followed, origin, doublings)
 
 
@@ -338,8 +336,10 @@ def _with_bifurcations(orbits: Orbits, followed: Followed) -> Iterator[OrbitPoin
 
 
 def _named_once(points: Iterable[OrbitPoint]) -> Iterator[OrbitPoint]:
-    """Without folds that are grazes: where flanks stop parting, a flight of no length
-    turns into one of negative time, and the branch of the equations with it."""
+    """Points without folds that are grazes: where the flanks stop separating, a flight
+    of zero length turns into one of negative time, and the branch of the equations with
+    it.
+    """
     kept = list(points)
     grazes = [point.x for point in kept if point.kind == GRAZING]
     for point in kept:
@@ -375,14 +375,6 @@ def _tests(
 
 def orbits_at(found: OrbitBranch, value: float) -> Iterator[OrbitPoint]:
     """The orbits of a branch at a value of the figure."""
-    branch = found.orbits.branch()
-    for one, two in pairwise(found.points):
-        if (one.value - value) * (two.value - value) > 0.0:
-            continue
-        wide = two.value - one.value
-        part = (value - one.value) / wide if wide else 0.0
-        try:
-            near = branch.at(one.x + part * (two.x - one.x), value)
+    for near in found.orbits.branch().crossings(found.points, value):
+        with suppress(NoSolution):  # of a machine that is not possible
             yield orbit_point(found.orbits, near)
-        except NoSolution:
-            continue

@@ -14,14 +14,14 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.branches.bifurcations import FOLD, beyond
-from lumped.branches.continuation import (
+from lumped.continuation.arc_length import (
     Branch,
     NoSolution,
     Point,
     Steps,
     joined,
 )
+from lumped.continuation.bifurcations import FOLD, beyond
 from lumped.rattle.branches import (
     GRAZING,
     OrbitBranch,
@@ -140,7 +140,7 @@ def curve_of(
     unit = limits[1][1] - limits[1][0]
     condition = Condition(orbits, point.kind, second, unit)
     start = condition.branch().at(
-        np.append(point.x, point.value / orbits.unit),
+        np.append(point.x, point.parameter / orbits.unit),
         float(getattr(orbits.machine, second)),
     )
     turned = replace(start, tangent=-start.tangent)
@@ -165,7 +165,7 @@ def is_on(curve: Curve, branch: OrbitBranch, point: OrbitPoint, second: str) -> 
         first = one.first + part * (two.first - one.first)
         near = apart((time, 0.0), (one.departure[0], 0.0)) < 0.25
         near &= abs(one.departure[1] - speed) < NEAR[1] * branch.orbits.speed
-        if near and abs(first - point.value) < NEAR[0] * branch.orbits.unit:
+        if near and abs(first - point.parameter) < NEAR[0] * branch.orbits.unit:
             return True
     return False
 
@@ -174,7 +174,7 @@ def _ends(
     condition: Condition, limits: tuple[float, float], before: Point, after: Point
 ) -> str:
     if not limits[0] <= condition.first(after.x) <= limits[1]:
-        return "the end of the first figure's range was reached"
+        return "the end of the first parameter's range was reached"
     if condition.kind != GRAZING and _margin(condition, after) <= 0.0:
         return GRAZING_FOLD if condition.kind == FOLD else GRAZING
     return ""
@@ -211,7 +211,7 @@ def _beyond(condition: Condition, limit: float, point: Point) -> float:
 
 
 def _meeting(condition: Condition, point: Point) -> float:
-    """Of a graze how far it is from a fold, of others from a graze."""
+    """Distance of a graze from a fold, or of other bifurcations from a graze."""
     if condition.kind != GRAZING:
         return _margin(condition, point)
     orbits = condition.at(point.parameter)

@@ -22,8 +22,9 @@ RETURNS = 1499  # of section 3.3 of the source
 
 
 class Settled(NamedTuple):
-    """Of c departures: period in returns (c,), returns until it was clear (c,), and
-    the last departure (c, 2); see `settle`."""
+    """Ends of c departures: period in returns (c,), returns until it was known (c,),
+    and the last departure (c, 2); see `settle`.
+    """
 
     period: Numbers
     returns: Numbers
@@ -33,7 +34,7 @@ class Settled(NamedTuple):
 def settle_departures(
     machine: Machine, departures: Array, iterations: int, early: bool = True
 ) -> Settled:
-    """Where departures (c, 2), times and speeds, lead."""
+    """Follow departures (c, 2), times and speeds, to their ends."""
     time, speed = np.ascontiguousarray(departures.T)
     found = np.empty((time.size, 2), np.int64)
     end = np.empty((time.size, 2))
@@ -79,6 +80,6 @@ class Itinerary(NamedTuple):
 
 
 def itinerary(path: Array) -> Itinerary:
-    """Of a path that ends where its motion begins to repeat; see `follow`."""
+    """Itinerary of a path that ends where its motion begins to repeat; see `follow`."""
     turns = round(path[-1, 0] - path[0, 0])
     return Itinerary(turns, len(path) - 1, int(path[:-1, 2].sum()))

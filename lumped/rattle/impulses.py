@@ -44,7 +44,9 @@ class ImpulseRattle:
 
     @property
     def times(self) -> tuple[float, ...]:
-        """Of the departures of both motions in turns, none where they do not exist."""
+        """Times of the departures of both motions in turns; empty where they do not
+        exist.
+        """
         eccentricity = self.motions.assembly.machine.eccentricity
         if not eccentricity > self.least_eccentricity:
             return ()
@@ -52,7 +54,7 @@ class ImpulseRattle:
         return first % 1.0, (0.5 - first) % 1.0
 
     def state(self, time: float) -> Array:
-        """Of all parts (2 n,) at a departure from the upper flank."""
+        """State of all parts (2 n,) at a departure from the upper flank."""
         machine, n = self.motions.assembly.machine, self.departure.size // 2
         error = machine.eccentricity * math.cos(TURN * time)
         off = self.motions.linear.row @ self.departure[:n] + error

@@ -15,7 +15,8 @@ INSTANTS = 4096  # of a turn at which it is looked at
 
 
 def effective_eccentricity(driving: float, driven: float, phase: float) -> float:
-    """Of two eccentric gears, their long sides `phase` apart [rad]; eq. 2.9.
+    """Effective eccentricity of two eccentric gears, their long sides `phase` apart
+    [rad]; eq. 2.9.
 
     Nothing is left of equal eccentricities in phase.
     """
@@ -76,7 +77,7 @@ class Machine:
 
     @property
     def speed(self) -> float:
-        """Of departures of P(1,1,0) without losses in impacts [rad per turn]."""
+        """Speed of departures of P(1,1,0) without losses in impacts [rad per turn]."""
         return TURN * self.damping * self.drive
 
     @property
@@ -109,12 +110,14 @@ class Machine:
 
     @cached_property
     def arrays(self) -> Rattle:
-        """As the kernels take it."""
+        """The machine as the kernels take it."""
         return self.arc_arrays._replace(short=self._short())
 
     @cached_property
     def arc_arrays(self) -> Rattle:
-        """As kernels of single arcs take it, which ask for no flights that fade."""
+        """The machine as kernels of single arcs take it, which compute no flights that
+        decay.
+        """
         stiffness = 2.0 * self.stiffness
         drift = 2.0 * TURN * self.drive
         free = self.forced(0.0)
@@ -141,8 +144,9 @@ class Machine:
 
     @cached_property
     def backward(self) -> Rattle:
-        """As the kernels take it where time runs backward: damping drives, impacts
-        gain speed, and sines change their sign."""
+        """The machine as the kernels take it with reversed time: damping drives,
+        impacts gain speed, and sines change their sign.
+        """
         m = self.arrays
         loss = m.restitution
         return m._replace(

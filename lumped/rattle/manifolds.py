@@ -87,7 +87,7 @@ def map_departures(machine: Machine, starts: Array, count: int) -> Array:
 
 
 def saddles(orbits: list[Orbit]) -> list[Orbit]:
-    """Those with one multiplier above 1."""
+    """Orbits with one multiplier above 1."""
     sizes = [sorted(map(abs, orbit.multipliers)) for orbit in orbits]
     return [
         orbit
@@ -186,7 +186,7 @@ def _grown(machine: Machine, seed: _Seed, length: float, fineness: Fineness) -> 
 
 
 def _scale(machine: Machine) -> Array:
-    """Of a time and a speed whose changes count alike."""
+    """Scales of time and speed at which their changes count equally."""
     return np.array([1.0, TURN * machine.damping * machine.drive])
 
 
@@ -237,7 +237,7 @@ def _is_coarse(points: Array, scale: Array, fineness: Fineness) -> NDArray[np.bo
 
 
 def _curve(points: Array, scale: Array) -> Curve:
-    """Without points that repeat those before, where pieces join."""
+    """Curve without points that repeat earlier ones, where pieces join."""
     again = np.concatenate([[False], _distances(points, scale) == 0.0])
     points = points[~again]
     steps = np.nan_to_num(_distances(points, scale))

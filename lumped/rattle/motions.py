@@ -103,7 +103,7 @@ class Motions:
     def run_all(
         self, states: Array, begin: float, end: float, times: Array | None = None
     ) -> list[Motion]:
-        """Those of states (s, 2 n), on all processors."""
+        """Motions from states (s, 2 n), on all processors."""
         tasks = [partial(self.run, state, begin, end, times) for state in states]
         return run_together(tasks, threading.Event())
 
@@ -176,7 +176,7 @@ class Motions:
         )
 
     def _waves(self, turn: Waves, ripple: Waves) -> dict[str, Any]:
-        """Of rotations and speeds, with what they go by."""
+        """Harmonics of rotations and speeds, with their labels."""
         machine = self.assembly.machine
         rate = TURN * machine.ripple_order
         return {
@@ -217,7 +217,7 @@ def _basis(mass: Array, damping: Array, stiffness: Array) -> tuple[Waves, Waves]
     matrix[size:, size:] = -np.linalg.solve(mass, damping)
     found, shapes = np.linalg.eig(matrix)
     if np.linalg.cond(shapes) > SINGULAR:
-        raise ValueError("modes of the parts are no basis; change a figure a little")
+        raise ValueError("modes of the parts are no basis; change a parameter slightly")
     # damping takes energy: growth is round-off
     rates = np.minimum(found.real, 0.0) + 1j * found.imag
     return rates, np.asarray(shapes, np.complex128)

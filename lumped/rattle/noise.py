@@ -38,7 +38,7 @@ SHARE = 250  # runs that a worker takes at a time
 
 @dataclass(frozen=True, eq=False)
 class Noise:
-    """Of n runs that have settled.
+    """Noise of n runs on their attractors.
 
     starts : their departures (n, 2)
     motion : by number among `attractors` (n,), -1 where it is not clear, or not settled
@@ -106,7 +106,7 @@ def measure_noise_of_parts(
     turns: int,
     report: Callable[[int, int], None] = lambda done, total: None,
 ) -> Noise:
-    """The same of a machine whose relative motion has more than one equation.
+    """Noise of a machine whose relative motion has more than one equation.
 
     At the departures (n, 2) all but the driving side is in steady rotation. Runs are
     told apart by the flanks that meet.

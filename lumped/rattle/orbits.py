@@ -109,7 +109,7 @@ def _starts(
 
 
 def _speeds(machine: Machine, low: float, high: float) -> list[float]:
-    """Of starts: as close to each other where speeds are usual, however wide limits."""
+    """Speeds of starts: as densely where speeds are usual, however wide the limits."""
     usual = max(min(usual_speed(machine), high), low)
     parts = (np.arange(STARTS) + 0.5) / STARTS
     found = low + parts * (usual - low) if usual > low else np.empty(0)

@@ -159,7 +159,7 @@ class _TwoSided:
 
 
 def _roots(construction: _TwoSided) -> Iterator[float]:
-    """Of the excess, two that are close to each other among them."""
+    """Roots of the excess, including two that are close to each other."""
     from scipy.optimize import brentq, minimize_scalar
 
     count = INSTANTS * construction.turns

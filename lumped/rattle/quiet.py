@@ -69,7 +69,7 @@ class QuietMotion:
         return (0.0, -1.0 / self._least(taken)) if self._least(there) > 0.0 else None
 
     def _window_at_a_turn(self) -> tuple[float, float] | None:
-        """Where |eccentricity turn + ripple| is below the mean load."""
+        """Interval in which |eccentricity turn + ripple| is below the mean load."""
         turn, ripple = complex(self.turn[-1]), complex(self.ripple[-1])
         square = abs(turn) ** 2
         middle = -(turn.conjugate() * ripple).real / square
@@ -84,7 +84,8 @@ class QuietMotion:
     def largest_rotation(
         self, one: str, other: str | None = None, with_error: bool = False
     ) -> float:
-        """Of a part, or the difference of two, under load and forcing [rad].
+        """Largest rotation of a part, or difference of two, under load and forcing
+        [rad].
 
         with_error : the transmission error on top
         """

@@ -56,7 +56,9 @@ class Combination:
 
     @property
     def name(self) -> str:
-        """As the source writes it, such as `f1 + f3` or `(2 f3) / 2 of mesh 2`."""
+        """Name in the notation of the source, such as `f1 + f3` or `(2 f3) / 2 of mesh
+        2`.
+        """
         words = name_of(self.kind, self.first, self.second, self.harmonic)
         return f"{words} of mesh {self.mesh + 1}" if self.mesh else words
 
@@ -68,7 +70,9 @@ class Combination:
 
 
 def name_of(kind: Kind, first: int, second: int, harmonic: int) -> str:
-    """Of modes counted from 0 that meet a multiple of the first mesh's frequency."""
+    """Name of modes counted from 0 that meet a multiple of the first mesh's
+    frequency.
+    """
     one, two = first + 1, second + 1
     words = f"2 f{one}" if kind == "single" else f"f{two} - f{one}"
     words = f"f{one} + f{two}" if kind == "sum" else words

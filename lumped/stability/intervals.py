@@ -43,7 +43,8 @@ class Interval:
 
 @dataclass(frozen=True, eq=False)
 class Column:
-    """Of one system: the largest multiplier at speeds (f,), and where vibration grows.
+    """Stability of one system: the largest multiplier at speeds (f,), and the intervals
+    in which vibration grows.
 
     expected : combinations of modes by perturbation
     """
@@ -71,7 +72,7 @@ class Samples:
     def inserted(
         self, places: Places, at: Array, largest: Array, kinds: Names
     ) -> Samples:
-        """With more speeds before those at places."""
+        """Samples with more speeds, inserted before some places."""
         return Samples(
             np.insert(self.at, places, at),
             np.insert(self.largest, places, largest),
@@ -155,7 +156,9 @@ def _extremes(found: Samples) -> Places:
 
 
 def _intervals(found: Samples) -> Iterator[Interval]:
-    """Of speeds in a row at which the same grows, to half way to the next ones."""
+    """Intervals of consecutive speeds at which the same modes grow, to half way to the
+    next speeds.
+    """
     at, largest, kinds = found.at, found.largest, found.kinds
     ends = np.flatnonzero(kinds[1:] != kinds[:-1])
     cuts = np.concatenate([[0], ends + 1, [at.size]]).tolist()

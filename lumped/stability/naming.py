@@ -131,7 +131,7 @@ def _named(
 
 
 def _name_by_order(one: int, other: int, over_speed: Array) -> str:
-    """Of two modes or twice the same, by the multiple that they meet most nearly.
+    """Name of two modes, or of one twice, by the nearest multiple that they meet.
 
     over_speed : (n,) their frequencies over that of the first mesh
     """

@@ -72,12 +72,13 @@ class PeriodicSystem:
 
     @property
     def length(self) -> float:
-        """Of the common period, in periods of the first mesh."""
+        """Length of the common period, in periods of the first mesh."""
         return float(self.edges[-1])
 
     def orders(self, count: int) -> list[int]:
-        """Of harmonics of K over the frequency of the common period: so many of the
-        fastest mesh's frequency, rising."""
+        """Orders of harmonics of K relative to the frequency of the common period,
+        rising, up to some of the fastest mesh's frequency.
+        """
         highest = count * max(self.rates)
         found = {
             s * rate
@@ -87,8 +88,9 @@ class PeriodicSystem:
         return sorted(round(float(order) * self.length) for order in found)
 
     def harmonic_of(self, order: int) -> tuple[int, int]:
-        """Of a harmonic of the common period's frequency: which one it is of a mesh's,
-        and the first such mesh, counted from 0."""
+        """Number of a harmonic of the common period's frequency among those of a mesh,
+        and the first such mesh, counted from 0.
+        """
         for mesh, rate in enumerate(self.rates):
             multiple = Fraction(order) / (Fraction(self.length) * rate)
             if multiple.denominator == 1:

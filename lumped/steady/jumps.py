@@ -157,7 +157,9 @@ def find_peaks(branch: Branch) -> list[Peak]:
 
 
 def largest_responses(branch: Branch) -> list[Peak]:
-    """Where each mesh's RMS is largest, be it a peak or not; none without a motion."""
+    """Speeds at which each mesh's RMS is largest, whether a peak or not; empty without
+    a motion.
+    """
     rms = branch.column("dte_rms")
     if not np.isfinite(rms).any():
         return []

@@ -58,7 +58,8 @@ class Leaping(Protocol):
 def settle_or_leap(
     stepper: Leaping, state: Array, at: Speed, check: Convergence, most: int
 ) -> tuple[Array, bool]:
-    """As `Stepper.advance`, with a leap wherever that takes less time than to settle.
+    """Advance as `Stepper.advance` does, with a Newton step wherever that takes less
+    time than the transient.
 
     A motion settles by itself for half as long as a leap takes, while its changes show
     that it is far away, and after a leap that failed for as long as it went before.

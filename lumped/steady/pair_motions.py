@@ -119,7 +119,8 @@ def _spring_motion(
 def _contact_motion(
     system: LumpedSystem, m: int, frequency: float, history: History
 ) -> PairMotion:
-    """Of the coupled model: a pair is its contacts on the drive and the back side.
+    """Motion of a pair of the coupled model: its contacts on the drive side and the
+    back side.
 
     Pairs on the nominal path count, and what carries outside of it.
     """

@@ -36,7 +36,9 @@ def respond_with_history(
     settings: Settings | None = None,
     state: Array | None = None,
 ) -> tuple[Response, History]:
-    """As `respond`, with the motion that was measured, see `steady_state`."""
+    """Response, as `respond` gives it, with the motion that was measured, see
+    `steady_state`.
+    """
     settings = settings or Settings()
     start = _checked(system, state)
     return steady_state(stepper_of(system, settings), frequency, settings, start)
@@ -50,7 +52,9 @@ def respond_confirmed(
     before: Response | None = None,
     watch: Watch = lambda frequency, period: None,
 ) -> tuple[Response, History, Settings]:
-    """As `respond_with_history`, confirmed by finer steps, see `confirmed`."""
+    """Response and motion, as `respond_with_history` gives them, confirmed by finer
+    steps, see `confirmed`.
+    """
     settings = settings or Settings()
     start = _checked(system, state)
     stepper = stepper_of(system, settings)

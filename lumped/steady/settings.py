@@ -59,7 +59,9 @@ class Settings(SteadySettings):
     accuracy: float | None = None
 
     def least_steps(self, contacts: bool) -> int:
-        """Of rk4 per period of the fastest mesh; contacts : of the coupled model."""
+        """Least number of rk4 steps per period of the fastest mesh; contacts : of the
+        coupled model.
+        """
         usual = CONTACT_STEPS if contacts else SPRING_STEPS
         return self.steps or usual
 

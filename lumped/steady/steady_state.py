@@ -62,7 +62,7 @@ class Speed:
     watch: Callable[[int], None] = lambda done: None
 
     def after(self, passed: int) -> Speed:
-        """The same, counted from when so many periods have passed."""
+        """This speed, with time counted after so many periods."""
         return replace(self, watch=lambda done: self.watch(passed + done))
 
 
@@ -85,7 +85,8 @@ class Stepper(Protocol):
     def advance(
         self, state: Any, at: Speed, check: Convergence, most: int
     ) -> tuple[Any, bool]:
-        """By one common period or more, at most `most`, each of which closes `check`.
+        """Advance by one common period or more, at most `most`, each of which closes
+        `check`.
 
         Also returns whether the motion has become periodic.
         """
@@ -182,7 +183,8 @@ def confirmed(
     before: Response | None = None,
     watch: Watch = lambda frequency, period: None,
 ) -> tuple[Response, Any, Any]:
-    """As `steady_state`, confirmed by finer steps where the motion is in doubt.
+    """Steady state, as `steady_state` gives it, confirmed by finer steps where the
+    motion is in doubt.
 
     Fixed steps move a fold by a tenth of a per cent and may turn a motion that repeats
     into one that does not. Where the motion does not repeat, where its period multiple

@@ -165,7 +165,7 @@ class FixedStepper(LumpedStepper):
     def scaled_monodromy(
         self, state: Array, at: Speed, periods: int
     ) -> tuple[Array, Array, float]:
-        """As `monodromy`, which is exp(growth) times the matrix, and the growth.
+        """Scaled `monodromy`, which is exp(growth) times the matrix, and the growth.
 
         Changes that decay over a long period are smaller than any number.
         """
@@ -304,8 +304,9 @@ def _room(system: LumpedSystem, h: Array, periods: int) -> tuple[Array, Array]:
 
 
 def room_to_record(system: LumpedSystem, instants: int) -> Array:
-    """Of the meshes at so many instants (t, 6, m), or more rows where contacts or teeth
-    with friction are recorded besides."""
+    """Array for the meshes at so many instants (t, 6, m), with more rows where contacts
+    or teeth with friction are recorded.
+    """
     more = 0
     if system.contacts is not None:
         more = CONTACT_ROWS * np.bincount(system.contacts.mesh_of).max()
@@ -315,7 +316,7 @@ def room_to_record(system: LumpedSystem, instants: int) -> Array:
 
 
 def history_of(time: Array, out: Array, system: LumpedSystem) -> History:
-    """Of rows (t, 6, m) or more at times (t,), as kernels record them.
+    """History of rows (t, 6, m) or more at times (t,), as kernels record them.
 
     The coupled model has contacts besides, and no rates of the hubs' deflections of its
     own: hubs follow the mean rotations and the contact forces.

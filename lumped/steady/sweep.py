@@ -86,7 +86,7 @@ def reporting(report: Progress, total: int) -> Observer:
 
 
 class BranchStore(Protocol):
-    """Where the finished speeds of a branch are kept and found again."""
+    """Storage of the finished speeds of a branch."""
 
     def finished(self) -> list[Response]:
         """In the order in which they were passed; the last with its state."""
@@ -200,7 +200,7 @@ def sweep(
     observer: Observer = SILENT,
     stop: Stop | None = None,
 ) -> Branch:
-    """As `sweep_branch`, of a lumped system."""
+    """Sweep a lumped system as `sweep_branch` does."""
     settings = settings or Settings()
     stepper = stepper_of(system, settings)
     return sweep_branch(

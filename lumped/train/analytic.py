@@ -118,7 +118,7 @@ def analytic_excitation(
     if harmonics is not None:
         if errors.size:
             raise ValueError(
-                "harmonics stand for the whole mesh; pitch_errors are of tooth pairs"
+                "harmonics represent the complete mesh; pitch_errors are of tooth pairs"
             )
         return _by_harmonics(figures, model, gap, force, harmonics)
     springs = pair_springs(figures, gap, errors)
@@ -269,7 +269,7 @@ def _by_harmonics(
     if harmonics < 1:
         raise ValueError(f"harmonics must be 1 or more, got {harmonics}")
     if any(value != 0.0 for _, value in gap):
-        raise ValueError("harmonics stand for the whole mesh; gaps need tooth pairs")
+        raise ValueError("harmonics represent the complete mesh; gaps need tooth pairs")
     wave = from_harmonics(figures.mean, stiffness_harmonics(figures, harmonics))
     if model == 2:
         x = np.arange(STE_POINTS) / STE_POINTS

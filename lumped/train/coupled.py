@@ -116,7 +116,9 @@ class BodyModes:
 
 
 def no_body_modes(contacts: int, positions: int, modes: int) -> BodyModes:
-    """Of so many contacts, positions p + 1 of a mesh cycle and hub coordinates."""
+    """Empty body modes for so many contacts, positions p + 1 of a mesh cycle and hub
+    coordinates.
+    """
     none, nowhere = np.empty(0), np.empty(0, np.int64)
     return BodyModes(
         angular=none,
@@ -396,7 +398,7 @@ def _room(system: CoupledSystem) -> dict[str, Any]:
 
 @dataclass(frozen=True, eq=False)
 class Hubs:
-    """Where the hubs (n,) stand: per coordinate (n, n), per load (c, p + 1, n)."""
+    """Positions of the hubs (n,): per coordinate (n, n), per load (c, p + 1, n)."""
 
     turn: Array
     ahead: Array

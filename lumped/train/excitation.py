@@ -277,7 +277,7 @@ def _along_the_path(
 def _along_all_paths(
     columns: dict[int, Array], outside: float | None
 ) -> dict[int, Wave]:
-    """The same where pairs differ: columns (c, n) over base pitches, by pair.
+    """Waves where pairs differ: columns (c, n) over base pitches, by pair.
 
     The pair that is k ahead in base pitch i is k + 1 ahead in the next.
     """
@@ -296,7 +296,7 @@ def _along_all_paths(
 
 
 def _filled(path: Array, outside: float | None) -> tuple[Array, float]:
-    """Without holes, and the value at its end."""
+    """Column without holes, and the value at its end."""
     missing = ~np.isfinite(path)
     if outside is None and not missing.all():
         path = np.interp(np.arange(path.size), np.flatnonzero(~missing), path[~missing])

@@ -122,7 +122,7 @@ def side_of(ahead: int) -> int:
 
 
 def base_pitch(train: Train, mesh: int) -> float:
-    """Of a mesh, by its driver [m]."""
+    """Base pitch of a mesh, by its driver [m]."""
     driver = train.gears[train.meshes[mesh].driver]
     return 2.0 * math.pi * driver.base_radius / driver.teeth
 
@@ -159,8 +159,9 @@ def friction_rows(train: Train, space: Coordinates) -> FrictionRows:
 
 
 def _row_at_pitch(train: Train, mesh: Mesh, space: Coordinates, angle: float) -> Array:
-    """Of a force on the driver at an angle to the line of centres (n,), and of the same
-    against it on the driven gear."""
+    """Row of a force on the driver at an angle to the line of centres (n,), and of the
+    opposite force on the driven gear.
+    """
     row, slope = np.zeros(space.mass.size), math.tan(mesh.pressure_angle)
     way = mesh.center_line + angle
     for gear, side in ((mesh.driver, 1.0), (mesh.driven, -1.0)):
@@ -189,7 +190,8 @@ def torque_shares(
     position: Array,
     gear: Literal["driver", "driven"] = "driver",
 ) -> Array:
-    """Of the normal forces of pairs, what turns a gear: 1 - mu sgn l / r, eq. 4.40.
+    """Share of the normal forces of pairs that turns a gear: 1 - mu sgn l / r, eq.
+    4.40.
 
     ahead : base pitches by which each is ahead; position : (n,) of the mesh's cycle
     Of shape (p, n); on the drive side.

@@ -59,7 +59,8 @@ class BodyInertia:
     resonance_damping: float
 
     def largest_error(self, kept: Mask, band: tuple[float, float]) -> float:
-        """Of the mesh compliance in a band of speeds of the first mesh [Hz], relative.
+        """Largest relative error of the mesh compliance in a band of speeds of the
+        first mesh [Hz].
 
         kept : (b,) modes that are not left out
         """
@@ -93,7 +94,9 @@ class BodyInertia:
         return np.ones(self.families.size, bool)
 
     def _error(self, parts: list[Array], left: Mask, rest: bool = True) -> float:
-        """Without some of the modes (b,), and of the rest if that counts."""
+        """Error without some of the modes (b,), and without the remainder if that
+        counts.
+        """
         out = np.append(left, rest)
         return max(
             float(np.sqrt(((part[..., out].sum(axis=2) * size) ** 2).sum(axis=1)).max())
@@ -101,7 +104,9 @@ class BodyInertia:
         )
 
     def _flank_error(self, flanks: Array, left: Mask, rest: bool = True) -> float:
-        """Without some of the modes (b,), and of the rest if that counts."""
+        """Error on flanks without some of the modes (b,), and without the remainder if
+        that counts.
+        """
         out = np.append(left, rest)
         return float(flanks[:, out].sum(axis=1).max(initial=0.0))
 

@@ -128,13 +128,13 @@ class LumpedSystem:
 
     @cached_property
     def _friction_rows(self) -> FrictionRows:
-        """Of friction on all modes."""
+        """Rows of friction on all modes."""
         rows = friction_rows(self.train, self.modes.coordinates)
         return rows.of_shapes(self.modes.shapes)
 
     @cached_property
     def arrays(self) -> ModalSystem:
-        """As the kernels take it."""
+        """The system as the kernels take it."""
         modes, kept = self.modes, self.moving
         angular = modes.angular[kept]
         pairs = [len(excitation.pairs) for excitation in self.excitations]
@@ -190,7 +190,9 @@ class LumpedSystem:
 
     @cached_property
     def resonances_Hz(self) -> Array:
-        """Of the modes that strain a mesh; under load if coupled."""
+        """Natural frequencies of the modes that strain a mesh; under load if
+        coupled.
+        """
         if self.loaded is None:
             return np.asarray(self.modes.frequency_Hz[self._straining])
         strained = self.loaded.mesh_energy.sum(axis=0) > FELT
@@ -210,8 +212,9 @@ class LumpedSystem:
 
     @cached_property
     def angular(self) -> Array:
-        """By which velocities count (n,): natural angular frequencies of the train on
-        its mean mesh stiffness, then of the body modes [rad/s]."""
+        """Angular frequencies by which velocities are scaled (n,): those of the train
+        on its mean mesh stiffness, then of the body modes [rad/s].
+        """
         hubs = np.sqrt(self.arrays.rigidity)
         if self.contacts is None:
             return hubs
@@ -255,7 +258,7 @@ class LumpedSystem:
 
     @cached_property
     def excitation(self) -> TrainExcitation:
-        """Of all meshes over the time after which they repeat."""
+        """Excitation of all meshes over the time after which they repeat."""
         return TrainExcitation(self.train, self.excitations)
 
     @property
@@ -329,7 +332,9 @@ class LumpedSystem:
         return self._bytes(steps) <= MOST_BYTES
 
     def _bytes(self, steps: int) -> int:
-        """Of the excitation on steps, and of the motion where the period is long."""
+        """Memory of the excitation on steps, and of the motion where the period is
+        long.
+        """
         meshes = len(self.excitations)
         if self.contacts is None:
             length, each = self.common_period[0], 48 * self.arrays.first_pair[-1]

@@ -218,7 +218,7 @@ def _from_zero_to_one(breaks: Array) -> Array:
 
 
 def shifted_cubics(coefficients: Array, shift: Array) -> Array:
-    """The same cubics (n, 4) with their origins moved by shift (n,)."""
+    """Cubics (n, 4) with their origins moved by shift (n,)."""
     c0, c1, c2, c3 = coefficients.T
     h = shift
     return np.stack(

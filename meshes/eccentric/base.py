@@ -76,7 +76,9 @@ def base_points(frames: Frames, pressure_angle: float, side: Side) -> Array:
 
 @lru_cache(maxsize=8)
 def feasibility(pair: EccentricPair, pressure_angle: float) -> Feasibility:
-    """Of both wheels; the driver's base curve is a circle and always there."""
+    """Feasibility of both wheels; the driver's base curve is a circle and always
+    exists.
+    """
     curvature, steepest = least_curvature(pair), steepest_radius(pair)
     return Feasibility(
         curvature,
@@ -88,7 +90,7 @@ def feasibility(pair: EccentricPair, pressure_angle: float) -> Feasibility:
 
 
 def least_curvature(pair: EccentricPair) -> float:
-    """Of the driven pitch curve times the driver's radius."""
+    """Least curvature of the driven pitch curve times the driver's radius."""
 
     def curvature(angle: ArrayLike) -> Array:
         return pair.driven_curvature(angle)[0] * pair.radius

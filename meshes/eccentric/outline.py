@@ -56,7 +56,7 @@ def outline_points(wheel: Wheel, edges: WheelEdges) -> Points:
 
 
 def flank_edges(outline: list[Edges]) -> dict[Side, NDArray[np.int64]]:
-    """By side, numbers (teeth, edges) of the edges on the flank of every tooth."""
+    """Numbers (teeth, edges) of the edges on the flank of every tooth, by side."""
     counts = [piece.parameters.size - 1 for piece in outline]
     numbers = np.split(np.arange(sum(counts)), np.cumsum(counts)[:-1])
 

@@ -39,7 +39,8 @@ MARGIN = 1e-6  # of a radius, from which centre distances are looked for
 
 
 class Frames(NamedTuple):
-    """Of points of a pitch curve: (n, 2) each and (n,), in the wheel's own frame.
+    """Frames of points of a pitch curve: (n, 2) each and (n,), in the wheel's own
+    frame.
 
     tangent : the way the pitch point goes; normal : out of the wheel
     curvature : positive where the curve is convex [1/m]; slope : its rate [1/m2]
@@ -104,12 +105,14 @@ class EccentricPair:
 
     @property
     def lobes(self) -> int:
-        """Of the driven pitch curve."""
+        """Number of lobes of the driven pitch curve."""
         return int(self.ratio)
 
     @cached_property
     def center_distance(self) -> float:
-        """Of the bearings [m], such that the driven curve closes, to round-off."""
+        """Distance of the bearings [m] at which the driven curve closes, to
+        round-off.
+        """
         largest = self.radius + self.eccentricity
 
         def excess(distance: float) -> float:
@@ -169,7 +172,9 @@ class EccentricPair:
         return (self.center_distance - rho) / rho
 
     def driven_curvature(self, angle: ArrayLike) -> tuple[Array, Array]:
-        """Of the driven pitch curve, by Euler and Savary, and its rate (n,)."""
+        """Curvature of the driven pitch curve, by Euler and Savary, and its
+        rate (n,).
+        """
         r, e, theta = self.radius, self.eccentricity, np.asarray(angle, float)
         rho, c = self.driver_radius(theta), self.center_distance
         rest = c - rho
@@ -179,7 +184,7 @@ class EccentricPair:
         return scale * ahead - 1.0 / r, scale * own
 
     def _lean(self, angle: ArrayLike) -> Array:
-        """Of the circle's normal from the line of the bearings [rad]."""
+        """Angle of the circle's normal from the line of the bearings [rad]."""
         r, e, theta = self.radius, self.eccentricity, np.asarray(angle, float)
         return np.arctan2(e * np.sin(theta), r - e * np.cos(theta))
 
@@ -191,7 +196,9 @@ class EccentricPair:
 
     @cached_property
     def _waves(self) -> Array:
-        """Of the driven wheel's turn: factors of sin(k theta), k = 1, 2, ..."""
+        """Harmonics of the driven wheel's rotation: factors of sin(k theta), k = 1, 2,
+        ...
+        """
         distance = self.center_distance
         return _integrated(_terms(lambda angle: self._turning(angle, distance)))
 

@@ -77,20 +77,19 @@ class Rack:
 
     @cached_property
     def rounding(self) -> float:
-        """Of its tips, at most what fits between the rack's flanks."""
+        """Radius of the rack's tips, at most what fits between its flanks."""
         slope = math.tan(0.25 * math.pi - 0.5 * self.pressure_angle)
         room = 0.25 * self.pitch - self.dedendum * math.tan(self.pressure_angle)
         return min(ROUNDING * self.module, room / slope)
 
     @property
     def depth(self) -> float:
-        """Of the centre of the rounding, below the pitch line."""
+        """Depth of the centre of the rounding below the pitch line."""
         return self.dedendum - self.rounding
 
     @property
     def offset(self) -> float:
-        """Of the centre of the rounding from the place of its flank, along the pitch
-        line."""
+        """Offset of the centre of the rounding from its flank, along the pitch line."""
         alpha = self.pressure_angle
         return self.depth * math.tan(alpha) + self.rounding / math.cos(alpha)
 
@@ -149,12 +148,13 @@ class Wheel:
 
     @cached_property
     def tips(self) -> dict[Side, tuple[Array, Array]]:
-        """By side, arcs (teeth,) at which tip corners are cut, and those of the pitch
-        curve below them [m]."""
+        """Arcs (teeth,) at which tip corners are cut, and the arcs of the pitch curve
+        below them [m], by side.
+        """
         return {side: self._tips(side) for side in (TRAILING, LEADING)}
 
     def _tips(self, side: Side) -> tuple[Array, Array]:
-        """By Newton's method, of where the flank is an addendum above the curve."""
+        """Places where the flank is an addendum above the curve, by Newton's method."""
         rack, radius, place = self.rack, self.curve.radius, self.place(side)
         sin, cos = math.sin(rack.pressure_angle), math.cos(rack.pressure_angle)
         arc = place - side * 0.5 * rack.addendum / (sin * cos)
@@ -269,7 +269,7 @@ class ToothedPair:
 
     @property
     def contact_ratio(self) -> Array:
-        """Of every tooth (n,)."""
+        """Contact ratio of every tooth (n,)."""
         return (self.contact[:, 1] - self.contact[:, 0]) / self.rack.pitch
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from fegear.files.errors import InputError
 from fegear.gearset import load_gear_set
-from fegear.train.excitation import Excitations, Source, gap_points, unmodified
+from fegear.statics.excitation import Excitations, Source, gap_points, unmodified
 from lumped.train.analytic import static_error
 
 RELIEVED = {f"mesh.{m}.tip_relief.magnitude_um": 10 for m in (1, 2)}

@@ -31,7 +31,7 @@ def elsewhere(tmp_path, monkeypatch):
 def test_examples_of_the_help(tmp_path):
     assert doctest.testmod(fegear).attempted > 15
     assert doctest.testmod(fegear).failed == 0
-    names = {"table.csv", "sweep.csv", "dynamics.csv", "wave.csv", "contact.png"}
+    names = {"table.csv", "sweep.csv", "dynamics.csv", "motion.csv", "contact.png"}
     assert names <= {path.name for path in tmp_path.iterdir()}
 
 

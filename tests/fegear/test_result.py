@@ -31,7 +31,9 @@ def test_what_is_shown_is_short(gears, swept):
     for result in (
         swept,
         fegear.solve_mesh(gears, 0, [100.0], coarse),
-        fegear.run(fegear.Wave(gear_set=gears, torque=100.0, speed=2000.0, model=FAST)),
+        fegear.run(
+            fegear.Motion(gear_set=gears, torque=100.0, speed=2000.0, model=FAST)
+        ),
         fegear.run(fegear.Theory(gear_set=gears, torque=100.0, model=FAST)),
         fegear.run(fegear.Dynamics(gear_set=gears, torque=[100.0], speeds=[2900.0])),
         fegear.solve_stress(gears, 100.0, settings=coarse),

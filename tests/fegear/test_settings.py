@@ -15,9 +15,9 @@ import pytest
 
 import fegear
 import lumped
+from fegear.statics.excitation import GivenTables
 from fegear.studies.machines import LoadedMachine, MovingMachine
 from fegear.studies.trains import NamedSet
-from fegear.train.excitation import GivenTables
 from lumped.branches.periodic import BranchSettings
 from lumped.steady.maps import Axis
 from lumped.train.coupled import CoupledContacts
@@ -93,7 +93,7 @@ EXAMPLES = [  # of classes that must be told something
     fegear.RunDown(file="measured.csv"),
     *(kind(gear_set="liu-pair") for kind in (fegear.Sweep, fegear.Theory)),
     fegear.Dynamics(gear_set="liu-pair"),
-    fegear.Wave(gear_set="liu-pair", speed=1000.0),
+    fegear.Motion(gear_set="liu-pair", speed=1000.0),
     fegear.NaturalModes(gear_set="liu-pair"),
     fegear.ClosedForms(),
     fegear.Contributions(gear_set="liu-pair", speeds=[1e3]),
@@ -249,7 +249,7 @@ def test_all_public_settings_are_looked_at():
             "speeds = -1000; allowed above 0 to below 1000000000 Hz",
         ),
         (
-            lambda: fegear.Wave(gear_set=GEARS, speed=0),
+            lambda: fegear.Motion(gear_set=GEARS, speed=0),
             "speed = 0; allowed above 0 to below 1000000000 Hz",
         ),
     ],

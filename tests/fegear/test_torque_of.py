@@ -127,7 +127,7 @@ def test_without_friction_nothing_changes():
     "words",
     [
         ("sweep", "liu-pair", "--speeds", "2000"),
-        ("wave", "liu-pair", "--speed", "2000"),
+        ("motion", "liu-pair", "--speed", "2000"),
         ("map", "liu-pair", "--over", "damping_ratio=0.02,0.04", "--at", "2000"),
         ("dynamics", "liu-pair", "--speeds", "2000"),
     ],

@@ -10,12 +10,8 @@ import pytest
 from fegear.files.errors import InputError
 from fegear.gearset import GearSet, Shaft, builtin_names, load_gear_set, read_gear_set
 from fegear.gearset.inertia import inertia_of, mass_of
-from fegear.train.train import (
-    external_torques,
-    input_torques,
-    mesh_torques_at,
-    train_of,
-)
+from fegear.gearset.lumped_train import train_of
+from fegear.gearset.power_path import external_torques, input_torques, mesh_torques_at
 
 SETS = {name: load_gear_set(name) for name in builtin_names()}
 IDLER = SETS["liu-idler"]

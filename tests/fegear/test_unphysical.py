@@ -64,7 +64,7 @@ def told(capsys, *words: str) -> tuple[dict, list[str]]:
         (["stiffness", *COARSE, "--torque", "1e8"], "1e+08 N m: transmission error"),
         (["compare", "--torque", "1e7"], "exceeds a tenth of the module"),
         (["sweep", *RECTANGULAR[:-1], "1e8", "--speeds", "900"], "a tenth of the mod"),
-        (["wave", *RECTANGULAR[:-1], "1e8", "--speed", "900"], "a tenth of the mod"),
+        (["motion", *RECTANGULAR[:-1], "1e8", "--speed", "900"], "a tenth of the mod"),
         (
             ["map", *RECTANGULAR[:-2], "--over", "torque_Nm=50,1e8", "--at", "900"],
             "at its worst point: transmission error",
@@ -74,7 +74,7 @@ def told(capsys, *words: str) -> tuple[dict, list[str]]:
             "without backlash the back flanks touch",
         ),
         (
-            ["wave", *RECTANGULAR, *TIGHT, "--speed", "3100"],
+            ["motion", *RECTANGULAR, *TIGHT, "--speed", "3100"],
             "without backlash the back flanks touch",
         ),
     ],
@@ -91,7 +91,7 @@ def test_usual_results_are_without_warnings(capsys):
     for words in (
         ["stiffness", *COARSE],
         ["sweep", *RECTANGULAR, "--speeds", "900:1500:100"],
-        ["wave", *RECTANGULAR, "--speed", "1500"],
+        ["motion", *RECTANGULAR, "--speed", "1500"],
     ):
         values, lines = told(capsys, *words)
         assert values["warnings"] == []

@@ -11,7 +11,7 @@ from friction_pairs import pair_system
 from numba import njit
 
 from fegear.gearset import load_gear_set
-from fegear.train.excitation import Source
+from fegear.statics.excitation import Source
 from fegear.train.lumped_models import LumpedModel, lumped_system
 from lumped.kernels.friction import set_friction_acceleration
 from lumped.steady.motion import time_history

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from fegear.gearset import load_gear_set
-from fegear.train.excitation import Excitations, Source
+from fegear.statics.excitation import Excitations, Source
 from fegear.train.lumped_models import lumped_system
 from lumped import sweep_all
 from lumped.steady.jumps import find_jumps, find_peaks, prominent

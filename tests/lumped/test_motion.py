@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from fegear.gearset import load_gear_set
-from fegear.train.excitation import Excitations, Source
+from fegear.statics.excitation import Excitations, Source
 from fegear.train.lumped_models import lumped_system
 from lumped import History, Settings, respond
 from lumped.common.csv_text import format_csv

@@ -8,7 +8,7 @@ import pytest
 from fegear.dynamics.build import FiniteElements
 from fegear.files.errors import InputError
 from fegear.gearset import load_gear_set
-from fegear.train.excitation import Excitations
+from fegear.statics.excitation import Excitations
 from lumped.common.csv_text import format_records
 from validation.bench import bench_dynamics as study
 from validation.bench.benchmark import Benchmark, plain

@@ -71,7 +71,7 @@ def test_a_benchmark_has_all_tables(monkeypatch):
 
 
 def test_a_chart_that_was_interrupted_has_no_time(monkeypatch):
-    """What was finished before stands there."""
+    """What was finished before is there."""
     monkeypatch.setattr(bench_stability, "SPEEDS", 20)
     monkeypatch.setattr(bench_stability, "VALUES", 3)
     known, seen = stability.examined, []

@@ -125,7 +125,7 @@ def test_a_file_is_named_by_its_path(tmp_path):
         ('title = "Small"', 'title = "S"\ndirections = ["left"]', "directions entry 1"),
         ("mesh1.mean_stiffness", "mesh1.colour", "must be natural or such as mesh1."),
         ('name = "small"', 'name = "Two words"', "must be small letters, digits and"),
-        ("[[model]]", "[[model]]\nnumber = 1\n[[model]]", "model-1 stands there 2"),
+        ("[[model]]", "[[model]]\nnumber = 1\n[[model]]", "model-1 is there 2"),
         ("[[model]]", "[model]", "model"),
         ("title", "= title", "TOML syntax"),
     ],

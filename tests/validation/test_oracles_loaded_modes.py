@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fegear.gearset import load_gear_set
-from fegear.train.excitation import Excitations, Source
+from fegear.statics.excitation import Excitations, Source
 from fegear.train.lumped_models import lumped_system
 from validation.oracles.loaded_modes import (
     dense_rows,

@@ -234,7 +234,7 @@ def test_noise_is_that_of_the_motions_that_rattle():
 
 def test_parts_of_one_kind_need_names():
     twice = GOOD + '\n[[part]]\nkind = "theory"\nbetween = [1.0, 2.0]\n'
-    with pytest.raises(InputError, match="part theory stands there twice"):
+    with pytest.raises(InputError, match="part theory is there twice"):
         read_figure(twice)
 
 

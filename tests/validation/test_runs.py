@@ -23,7 +23,7 @@ from fegear.files import memory
 from fegear.files.errors import InputError
 from fegear.files.store import open_checkpoint
 from fegear.gearset import load_gear_set
-from fegear.train.excitation import Excitations
+from fegear.statics.excitation import Excitations
 from fegear.train.lumped_models import LumpedModel, lumped_system
 from lumped.common.workers import Cluster
 from lumped.steady.steady_state import Diverged

@@ -15,14 +15,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fegear.gearset.model import GearSet
-from fegear.train.excitation import Source
+from fegear.statics.excitation import Source
 from fegear.train.lumped_models import LumpedModel, lumped_system, usual_speeds
-from lumped.branches.bifurcations import BranchPoint
-from lumped.branches.continuation import NoSolution
 from lumped.branches.motions import OverSpeed
 from lumped.branches.periodic import BranchFinder, BranchSettings, PeriodicBranch
+from lumped.branches.points import BranchPoint
 from lumped.branches.shooting import ADAPTIVE, shoot
 from lumped.common.progress import Progress
+from lumped.continuation.arc_length import NoSolution
 from lumped.steady.jumps import find_jumps
 from lumped.steady.response import Response, Status
 from lumped.steady.settings import Settings
@@ -192,7 +192,7 @@ def branch_point(
 def _error(
     finder: BranchFinder, branch: PeriodicBranch, point: BranchPoint
 ) -> float | None:
-    """Of the RMS of a motion, relative; None where shooting goes elsewhere."""
+    """Relative error of the RMS of a motion; None where shooting finds another."""
     balance, frequency = finder.balance(branch.multiple, point.parameter)
     try:
         exact = shoot(balance, point.x, frequency)
@@ -335,7 +335,7 @@ def _fades(
 def orders(
     waves: str, system: LumpedSystem, limits: tuple[float, float]
 ) -> Iterator[Order]:
-    """With contact kept and lost, of motions at speeds that rest leads to."""
+    """Orders with contact kept and lost, of motions at speeds that rest leads to."""
     errors = {h: _errors_at_speeds(system, limits, h) for h in HARMONICS}
     shared = set.intersection(*(set(each) for each in errors.values()))
     for contact, lost in (("kept", False), ("lost", True)):

@@ -20,7 +20,7 @@ from fegear.dynamics.build import FiniteElements, prepare
 from fegear.dynamics.stepper import DynamicSettings, ImplicitStepper, Steps
 from fegear.files.memory import memory_level
 from fegear.gearset.model import GearSet
-from fegear.train.excitation import Excitations
+from fegear.statics.excitation import Excitations
 from fegear.train.lumped_models import lumped_system
 from lumped.common.progress import Progress
 from lumped.train.system import LumpedSystem
@@ -206,7 +206,7 @@ def _point(
 
 
 def waveform_error(found: Array, reference: Array) -> Array:
-    """Of each mesh (m,), at the times that both (t, m) have."""
+    """Waveform error of each mesh (m,), at the times that both (t, m) have."""
     rows = math.gcd(len(found), len(reference))
     one, two = (w[:: len(w) // rows] for w in (found, reference))
     return np.sqrt(((one - two) ** 2).mean(axis=0)) / two.std(axis=0)
@@ -222,7 +222,9 @@ class Growth:
 
 
 def growth(row: Subject) -> Growth:
-    """Of the subject of a row of gears, in the reduced fidelity."""
+    """Growth of the cost with the subject of a row of gears, in the reduced
+    fidelity.
+    """
     stepper, _, _ = row.stepper(FiniteElements(fidelity="reduced", cutoff_Hz=30e3))
     best = min(run(stepper, row.speeds[-1], COMMON)[1] for _ in range(REPEATS))
     return Growth(len(row.gear_set.gears), stepper.model.size, best)
@@ -243,7 +245,7 @@ def row_of_gears(gear_set: GearSet, count: int) -> GearSet:
 
 
 def observed_order(points: Sequence[Point]) -> float:
-    """Of the median error over the steps."""
+    """Observed order of the median error over the steps."""
     own = [p for p in points if p.study == "steps"]
     return -bench.slope([p.setting for p in own], [p.error_median for p in own])
 

@@ -59,7 +59,7 @@ class Contact:
 
 
 def measure(report: Progress) -> bench.Benchmark:
-    """Of both, in this order."""
+    """Benchmark of both, in this order."""
     rows, interrupted = bench.collect(_measured(report), "contact")
     return bench.Benchmark(
         name="eccentric",

@@ -168,7 +168,7 @@ def _solve(
 def _solve_by_scipy(
     system: LumpedSystem, frequency: float, method: Any, rtol: float
 ) -> tuple[Array, float, float]:
-    """The same by SciPy, over the very span that the default settings needed."""
+    """Solution by SciPy, over the span that the default settings needed."""
     ours, train = respond(system, frequency), ScipyTrain(system)
     settle, measured = ours.settling_time * frequency, int(ours.period_multiple[0])
     start = time.perf_counter()

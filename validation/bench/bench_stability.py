@@ -18,11 +18,11 @@ from numpy.typing import NDArray
 
 from fegear.files.errors import InputError
 from fegear.gearset import load_gear_set
+from fegear.statics.excitation import Source
 from fegear.studies.running import run
 from fegear.studies.stability import Stability
 from fegear.studies.trains import NamedSet
 from fegear.studies.varied import FRICTION
-from fegear.train.excitation import Source
 from fegear.train.lumped_models import LumpedModel, lumped_system
 from lumped.common.progress import Progress
 from lumped.stability.combinations import Combination, combinations
@@ -106,7 +106,9 @@ class Chart:
 
 
 def measure(set_name: str, torque: float, report: Progress) -> bench.Benchmark:
-    """Of a gear set at a torque on its input gear [N m], rectangular stiffness."""
+    """Benchmark of a gear set at a torque on its input gear [N m], rectangular
+    stiffness.
+    """
     studies = _measured(set_name, torque, report)
     tables = "multipliers", "edges", "chart"
     rows, interrupted = bench.collect(studies, *tables)
@@ -219,7 +221,7 @@ def _speeds(system: PeriodicSystem, count: int) -> Array:
 
 
 def multiplier_rows(set_name: str, torque: float) -> Iterator[Multipliers]:
-    """Of the compiled methods, by their defaults."""
+    """Rows of the compiled methods, with their defaults."""
     system = _system(set_name, torque)
     speeds = _speeds(system, CHECKED)
     exact = np.array(
@@ -246,7 +248,7 @@ def _multipliers(
 
 
 def edge_rows(set_name: str, torque: float) -> Iterator[Edge]:
-    """Of the widest intervals of first order, as the variation falls."""
+    """Rows of the widest intervals of first order, as the variation falls."""
     systems = [_system(set_name, torque, size) for size in SIZES]
     widest = sorted(_of_first_order(systems[0]), key=lambda c: c.low - c.high)
     for name in [each.name for each in widest[:WIDEST]]:
@@ -264,7 +266,9 @@ def _of_first_order(system: PeriodicSystem) -> list[Combination]:
 
 
 def edge_error(system: PeriodicSystem, name: str) -> float:
-    """Of the ends by perturbation, over the middle; NaN where nothing is unstable."""
+    """Error of the ends by perturbation, relative to the middle; NaN where nothing is
+    unstable.
+    """
     near = next((c for c in _of_first_order(system) if c.name == name), None)
     if near is None:
         return math.nan

@@ -205,7 +205,7 @@ def _edge_at_pitch(gear_set: GearSet, size: MeshSize) -> float:
 
 
 def observed_order(points: Sequence[Point], study: str) -> float:
-    """Of the mean error over the flank edges, of one study."""
+    """Observed order of the mean error over the flank edges, of one study."""
     chosen = [p for p in points if p.study == study]
     edges, errors = [p.flank_edges for p in chosen], [p.error_mean for p in chosen]
     return -bench.slope(edges, errors)

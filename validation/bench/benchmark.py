@@ -154,7 +154,7 @@ def fastest(work: Callable[[], object], repeats: int = REPEATS) -> float:
 
 
 def slope(x: Sequence[float], y: Sequence[float]) -> float:
-    """Of log(y) over log(x), NaN for less than two points."""
+    """Slope of log(y) over log(x), NaN for less than two points."""
     if len(x) < 2:
         return math.nan
     return float(np.polyfit(np.log(x), np.log(y), 1)[0])

@@ -46,7 +46,7 @@ class Instant:
     load: Array
 
     def loads(self, x: Array) -> Array:
-        """Of the contacts at penetrations (c,) [N]."""
+        """Loads of the contacts at penetrations (c,) [N]."""
         closed = zip(self._cubics, np.maximum(x, 0.0), strict=True)
         return np.array([float(cubics(at)) for cubics, at in closed])
 

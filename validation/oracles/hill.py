@@ -62,7 +62,7 @@ def recursion(coefficients: Sequence[Array], h: float, terms: int) -> Array:
 
 
 def exponentials(coefficients: Sequence[Array], h: float, divisions: int) -> Array:
-    """The same by exponentials of mean G on parts of h, eq. 4.56."""
+    """Multipliers by exponentials of mean G on parts of h, eq. 4.56."""
     from scipy.linalg import expm
 
     ends = h * np.arange(divisions + 1) / divisions

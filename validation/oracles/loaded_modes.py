@@ -75,7 +75,7 @@ class Linearised:
 
     @cached_property
     def parts(self) -> tuple[Mask, Mask]:
-        """Of all coordinates (n,) those that are averaged, and those that follow."""
+        """Coordinates (n,) that are averaged, and those that follow."""
         hubs = np.ones(self.model.modal.damping.size, bool)
         own = np.concatenate([hubs, self.averaged])
         return own, ~own
@@ -245,7 +245,7 @@ class Rest:
         raise ArithmeticError(f"no static equilibrium at position {self.place}")
 
     def miss(self, x: Array, z: Array) -> Array:
-        """Of both equations (c + h,), [m] and [N/sqrt(kg)]."""
+        """Residual of both equations (c + h,), [m] and [N/sqrt(kg)]."""
         F, _ = self.loads(x)
         gap = self.model.contacts.gap[:, self.place]
         closed = x + self.compliance @ F - self.rows @ z + gap
@@ -253,7 +253,9 @@ class Rest:
         return np.concatenate([closed, forces])
 
     def size(self, miss: Array) -> float:
-        """Of what is missed, the largest in parts of the laws' reach and the loads."""
+        """Norm of the residual: the largest in parts of the laws' reach and the
+        loads.
+        """
         count, load = len(self.rows), np.abs(self.model.modal.load).max()
         reach = self.model.contacts.knots.max()
         return float(np.abs(np.append(miss[:count] / reach, miss[count:] / load)).max())

@@ -38,7 +38,7 @@ class Disk:
 
 @dataclass(frozen=True)
 class Piece:
-    """Where a pair carries: constant stiffness [N/m], linear gap [m].
+    """Interval in which a pair carries load: constant stiffness [N/m], linear gap [m].
 
     start, end : in base pitches of the toothing's period, or before it
     """
@@ -75,7 +75,9 @@ class Toothing:
         return len(self.pairs)
 
     def piece(self, pair: int, position: float) -> tuple[Piece, float] | None:
-        """Where a pair carries at a position, and how far it came in there."""
+        """Interval in which a pair carries load at a position, and how far it entered
+        there.
+        """
         x = position % self.period
         for piece in self.pairs[pair]:
             for ahead in (x - piece.start, x - piece.start - self.period):

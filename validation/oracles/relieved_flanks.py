@@ -55,7 +55,9 @@ def closing_way(
     foot = np.array([math.cos(angle), -math.sin(angle)])
 
     def turn(t: Array) -> Array:
-        """Of the driver until it meets the driven flank's points (n,) [rad]."""
+        """Rotation of the driver until it meets the driven flank's points (n,)
+        [rad].
+        """
         points = -driven.base_radius * foot - t[:, None] * along
         back = mate_roll - t - driven.depth(t)
         points = _turned(points, back / driven.base_radius)

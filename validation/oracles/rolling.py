@@ -18,8 +18,9 @@ NEAR = 0.9, 1.1  # of Burmester's distance, between which the exact one is
 
 
 def rates(s: float, place: Array, c: float, e: float) -> Array:
-    """Of (x, y) along the arc: the distance from (c, 0) falls as rho grows, and what is
-    left of unit speed goes round it."""
+    """Rates of (x, y) along the arc: the distance from (c, 0) falls as rho grows, and
+    the rest of unit speed goes round it.
+    """
     rho = math.sqrt(1.0 + e * e - 2.0 * e * math.cos(s))
     slope = e * math.sin(s) / rho
     radial = (place - [c, 0.0]) / math.hypot(place[0] - c, place[1])
@@ -46,7 +47,7 @@ def runge_kutta(e: float, steps: int) -> Callable[[float], float]:
 
 
 def adaptive(e: float, tolerance: float) -> Callable[[float], float]:
-    """The same by a method of order eight that chooses its steps."""
+    """Solution by a method of order eight with adaptive steps."""
     from scipy.integrate import solve_ivp
 
     def end(c: float) -> float:

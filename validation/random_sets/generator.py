@@ -129,7 +129,7 @@ def line_loads(gear_set: GearSet) -> list[float]:
 
 
 def _tables(rng: np.random.Generator, stages: list[list[Tables]]) -> Tables:
-    """Of gears that mesh in a row, stage by stage."""
+    """Tables of gears that mesh in a row, stage by stage."""
     gears = [gear for stage in stages for gear in stage]
     for name, gear in zip("abcd", gears, strict=False):
         gear["name"] = name

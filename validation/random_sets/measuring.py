@@ -20,7 +20,7 @@ from fegear.dynamics.elastic import ElasticGear
 from fegear.dynamics.model import DynamicModel
 from fegear.dynamics.stepper import DynamicSettings, ReducedStepper
 from fegear.gearset.model import GearSet
-from fegear.train.excitation import Excitations
+from fegear.statics.excitation import Excitations
 from fegear.train.lumped_models import (
     COUPLED,
     LumpedModel,
@@ -148,7 +148,7 @@ def measure(
 
 
 def highest_resonance(system: LumpedSystem) -> float:
-    """Of the modes that strain a mesh [Hz]."""
+    """Highest frequency of the modes that strain a mesh [Hz]."""
     modes = system.modes
     return float(modes.frequency_Hz[modes.mesh_energy.sum(axis=0) >= COUPLED].max())
 
@@ -208,7 +208,8 @@ def natural_frequencies(
     elastic: Sequence[ElasticGear],
     resonance: float,
 ) -> tuple[Rows, Rows]:
-    """Of the coupled model and of the finite elements, about their loaded states.
+    """Natural frequencies of the coupled model and of the finite elements, about their
+    loaded states.
 
     Both average the same modes over the mesh cycle, those that the coupled model has
     and those that are as low as what is compared.

@@ -15,8 +15,8 @@ from fegear.dynamics.elastic import ElasticGear
 from fegear.dynamics.mesh_laws import all_mesh_laws, equal_tables
 from fegear.dynamics.model import DynamicModel, dynamic_model
 from fegear.gearset.model import GearSet
+from fegear.statics.excitation import Excitations
 from fegear.statics.solving import StaticsSettings
-from fegear.train.excitation import Excitations
 from lumped.train.system import LumpedSystem
 
 
@@ -42,7 +42,7 @@ def reduced_gears(
 def elastic_gears(
     gear_set: GearSet, speeds: Sequence[float], statics: StaticsSettings, more: float
 ) -> list[ElasticGear]:
-    """With modes below so many times each gear's usual cut-off.
+    """Elastic gears with modes below so many times each gear's usual cut-off.
 
     speeds : mesh frequencies of the first mesh [Hz]
     """

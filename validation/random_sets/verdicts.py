@@ -42,7 +42,7 @@ STRAINS, PARTNER = 1e-2, 1e-3  # mesh energy of modes that count, and of partner
 
 @dataclass(frozen=True)
 class SetVerdict:
-    """Of a set: errors are relative, NaN where there is none.
+    """Verdict on a set: errors are relative, NaN where there is none.
 
     apart : speeds that are counted apart; median_all, tenth_all : with these speeds
     reference : 90th percentile of the distance from the usual cut-off to the reference
@@ -108,7 +108,9 @@ def judge(measured: Measured) -> SetVerdict:
 
 
 def speed_errors(measured: Measured, source: str, beside: str = REFERENCE) -> Array:
-    """Of the worst mesh at every speed (s,), infinite where either has no motion."""
+    """Error of the worst mesh at every speed (s,), infinite where either has no
+    motion.
+    """
     own, other = (np.array(measured.rms_m[s]) for s in (source, beside))
     errors = np.abs(own / other - 1.0).max(axis=1)
     return np.where(np.isfinite(errors), errors, np.inf)

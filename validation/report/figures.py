@@ -191,7 +191,7 @@ def _over_allowed(verdict: Verdict) -> float:
 
 
 def draw_budget(budget: Budget) -> Figure:
-    """Of every quantity what each model has beside the finite elements.
+    """Draw the difference of each model from the finite elements, for every quantity.
 
     A dot for each torque, direction, mesh and peak, a bar at their mean; the models
     stand below one another, from Model-1 to the coupled one.

@@ -103,7 +103,7 @@ def _drawn(result: CaseResult) -> Iterator[Drawn]:
     budget = budget_of(result)
     if budget is not None:
         figure = figures.draw_budget(budget)
-        caption = "error budget: models beside the finite elements, which stand at 0"
+        caption = "error budget: differences of the models from the finite elements"
         yield Drawn("budget", caption, figure, file="tables/budget.csv")
     for torque in result.case.torques_Nm:
         yield from _drawn_at(result, torque)

@@ -62,7 +62,7 @@ def random_set_values(
 
 
 def row_values(run: SetRun, output: Path) -> dict[str, Any]:
-    """Of a set; a failed one has its name, the failure and no more."""
+    """Values of a set; a failed one has only its name and the failure."""
     place = run.table.relative_to(output).as_posix()
     common = {"set": run.name, "csv": place, "failure": run.failure}
     if run.measured is None:
@@ -105,7 +105,7 @@ def figures_of(measured: Measured) -> dict[str, Any]:
 
 
 def random_set_rows(values: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """Of the table as a CSV file; sets that failed are in the report alone."""
+    """Rows of the table as a CSV file; sets that failed are only in the report."""
     return [
         {"set": row["set"], "verdict": row["verdict"]} | row["figures"]
         for row in values.get("rows", ())

@@ -47,7 +47,7 @@ def report_values(
 
 
 def _machines(runs: Sequence[Run | SetRun]) -> str:
-    """Where the runs were made, which may have been found and not made here."""
+    """Machines on which the runs were made, which may be others than this one."""
     return "; ".join({run.machine: None for run in runs})
 
 

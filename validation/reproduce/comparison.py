@@ -37,7 +37,7 @@ class Compared:
 
     @property
     def scale(self) -> float:
-        """Of which the difference is told."""
+        """Scale of which the difference is a fraction."""
         size = max(abs(value) for value in _as_point(self.value))
         return self.reference.scale or size or NONE
 
@@ -133,7 +133,7 @@ def _shown(value: Value, unit: str, digits: int = 4) -> str:
 
 
 def count_lines(compared: Iterable[Compared]) -> list[dict[str, Any]]:
-    """By their origin how many lines there are, how close, and how many with a reason.
+    """Count of lines by their origin: how many, how close, and how many with a reason.
 
     Lines that are neither within the last of LIMITS nor keep their bound are `beyond`.
     """

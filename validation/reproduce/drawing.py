@@ -105,7 +105,9 @@ def draw_figure(result: FigureResult) -> Figure:
 
 
 def column_names(result: FigureResult) -> tuple[str, ...]:
-    """Of a table of its curves: axes carry the labels and units of the picture."""
+    """Column names of a table of the curves: axes carry the labels and units of the
+    picture.
+    """
     figure = result.figure
     y = figure.y or QUANTITIES[figure.quantity][0]
     surface = any(curve.style == "surface" for curve in result.curves)
@@ -185,7 +187,7 @@ def _panel(figure: SourceFigure, curve: Curve) -> str:
 
 
 def _ending(style: Style) -> str:
-    """Of the label of a sweep; the look of its marks says the same."""
+    """Ending of the label of a sweep; its markers already show it."""
     return f", {DIRECTIONS[style]}" if style in DIRECTIONS else "\0"
 
 

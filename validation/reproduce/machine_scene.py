@@ -21,7 +21,7 @@ class MachineScene:
     no_commands = ""  # every part says for itself
 
     def changed(self, values: Mapping[str, Any]) -> MachineScene:
-        """With other figures."""
+        """This scene with other parameters."""
         return replace(self, given={**self.given, **values})
 
     @cached_property

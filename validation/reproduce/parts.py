@@ -14,7 +14,7 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import AfterValidator, Field
 
-from fegear.train.excitation import Kind
+from fegear.statics.excitation import Kind
 from lumped.common.progress import Progress
 from validation.study.cases import require_model
 from validation.study.data_files import STRICT, Edit, Flag, Number, Positive
@@ -103,7 +103,7 @@ class Part(Train):
 
     @property
     def own_name(self) -> str:
-        """By which it is known in its figure."""
+        """Name of the part in its figure."""
         return self.name or str(vars(self)["kind"])
 
     def command(self, scene: Any) -> Sequence[str]:

@@ -91,7 +91,9 @@ def _growth(
 def _crests(
     results: Results, part: str, mesh: str, axis: str, at: str
 ) -> Iterator[float]:
-    """Where a surface has crests along an axis, at the nearest value of the other."""
+    """Places where a surface has crests along an axis, at the nearest value of the
+    other.
+    """
     points = _points(results[part], mesh)
     along = int(axis) - 1
     gap = np.abs(points[:, 1 - along] - float(at))
@@ -164,7 +166,7 @@ def _turn(
 
 
 def _half_turn(angle: float) -> float:
-    """The same axis between -90 and 90 deg."""
+    """The axis between -90 and 90 deg."""
     return (angle + 90.0) % 180.0 - 90.0
 
 

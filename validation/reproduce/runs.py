@@ -69,7 +69,7 @@ class FigureResult:
 
     @property
     def curves(self) -> tuple[Curve, ...]:
-        """Those that are shown, with the words of their parts."""
+        """Curves that are shown, with the words of their parts."""
         meshes = self.figure.meshes
         return tuple(
             replace(
@@ -145,7 +145,7 @@ def find_figure(figure: SourceFigure, store: Path) -> FigureResult | None:
 def _kept(
     part: Part, scene: AnyScene, store: Path
 ) -> tuple[Path, dict[str, str], PartRun | None]:
-    """Where a part is kept, what determines it, and what is kept of it."""
+    """Directory of a part, its inputs, and the stored result."""
     inputs = inputs_of(part, scene)
     directory = store / f"{vars(part)['kind']}-{digest(inputs)[:16]}"
     return directory, inputs, _read(part, scene, directory, inputs, reused=True)

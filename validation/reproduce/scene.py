@@ -12,11 +12,12 @@ import numpy as np
 
 from fegear.files.errors import InputError
 from fegear.gearset import load_gear_set
+from fegear.gearset.lumped_train import train_of
 from fegear.gearset.model import GearSet
+from fegear.gearset.power_path import mesh_torques_at
+from fegear.statics.excitation import STIFFNESS, Excitations, GivenTables, Kind, Source
 from fegear.studies.varied import BENDING, FRICTION, OF_TEETH
-from fegear.train.excitation import STIFFNESS, Excitations, GivenTables, Kind, Source
 from fegear.train.lumped_models import LumpedModel, Number, lumped_system
-from fegear.train.train import mesh_torques_at, train_of
 from lumped.closed_forms.predictions import STRAINED
 from lumped.train.system import LumpedSystem
 from lumped.train.table import MeshTable
@@ -62,8 +63,10 @@ class Scene:
         }
 
     def changed(self, values: Mapping[str, float]) -> Scene:
-        """With other figures of the gear set or of friction, another delay or lead of
-        mesh 2, or another contact ratio of mesh 1, see `with_contact_ratio`."""
+        """This scene with other parameters of the gear set or of friction, another
+        delay or lead of mesh 2, or another contact ratio of mesh 1, see
+        `with_contact_ratio`.
+        """
         given = dict(values)
         teeth = OF_TEETH.keys() & given.keys()
         own: dict[str, Any] = {OF_TEETH[key]: given.pop(key) for key in teeth}
@@ -142,7 +145,7 @@ class Scene:
         return [int(place) for place in np.flatnonzero(energy >= STRAINED)]
 
     def place_of(self, mode: int) -> int:
-        """Of a mode among those that move."""
+        """Place of a mode among those that move."""
         if mode > len(self.modes):
             raise InputError(
                 f"mode = {mode}; meshes of {self.set_name} excite {len(self.modes)}"
@@ -151,7 +154,7 @@ class Scene:
 
     @cached_property
     def unit_Hz(self) -> float:
-        """Of the figure's frequencies."""
+        """Unit of the figure's frequencies [Hz]."""
         first = self.system.resonances_Hz[self.modes[0]] if self.relative else 1.0
         return float(first)
 
@@ -169,13 +172,13 @@ class Scene:
         return factor * float(values[mesh - 1])
 
     def kept_harmonics(self, option: str) -> list[str]:
-        """Of a command: how many harmonics Fourier waves keep."""
+        """Words of a command: the number of harmonics of Fourier waves."""
         source = self.source
         return [option, str(source.harmonics)] if source.kind == "fourier" else []
 
     @property
     def words(self) -> list[str]:
-        """Of a command: the gear set, the model, what excites it and the edits."""
+        """Words of a command: the gear set, the model, the excitation and the edits."""
         source = self.source
         found = [self.set_name, "--torque", f"{self.torque:g}"]
         found += [] if self.number == 1 else ["--model", str(self.number)]
@@ -185,7 +188,7 @@ class Scene:
         return found + self.train_words
 
     def friction_words(self, over: Container[str] = ()) -> list[str]:
-        """Of a command that takes friction of the teeth, without what varies."""
+        """Words of a command that takes friction of the teeth, without what varies."""
         if FRICTION in over:
             return [] if BENDING in over else self.bending_words
         found = self.coefficient_words
@@ -193,7 +196,7 @@ class Scene:
 
     @property
     def coefficient_words(self) -> list[str]:
-        """The same where finite elements bend the teeth."""
+        """Words of friction where finite elements bend the teeth."""
         return ["--friction", f"{self.friction:g}"] if self.friction else []
 
     @property
@@ -221,7 +224,7 @@ class Scene:
         return ""
 
     def table_commands(self) -> Iterator[list[str]]:
-        """Those that make the mesh tables that a command takes, if it takes any."""
+        """Commands that make the mesh tables that a command takes, if it takes any."""
         if not self.needs_tables:
             return
         torques = mesh_torques_at(self.gear_set, self.torque)
@@ -232,7 +235,7 @@ class Scene:
 
     @property
     def train_words(self) -> list[str]:
-        """Those of the train alone, without its gear set."""
+        """Words of the train alone, without its gear set."""
         edits = (f"{key}={value}" for key, value in self.edits.items())
         found = [word for edit in edits for word in ("--set", edit)]
         return ["--translations", *found] if self.translations else found
@@ -240,7 +243,7 @@ class Scene:
 
 @dataclass(frozen=True)
 class NoScene:
-    """Of a part that needs neither gears nor a machine."""
+    """The scene of a part that needs neither gears nor a machine."""
 
     no_commands = ""  # every part says for itself
 

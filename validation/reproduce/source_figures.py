@@ -74,7 +74,7 @@ class SourceFigure(Train):
 
     @property
     def parts(self) -> dict[str, Part]:
-        """By their names."""
+        """Parts by their names."""
         return {part.own_name: part for part in self.part}
 
     def scene(self, part: Part) -> AnyScene:
@@ -96,7 +96,7 @@ _FILE = DataFile(SourceFigure, {"part": KINDS, "printed": Reference})
 
 
 def figure_numbers() -> tuple[str, ...]:
-    """Of all figures that are there, in the order of the source."""
+    """Numbers of all figures, in the order of the source."""
     return tuple(sorted((path.stem for path in FOLDER.glob("*.toml")), key=_place))
 
 
@@ -165,7 +165,7 @@ def read_figure(text: str, source: str = "figure") -> SourceFigure:
     names = [part.own_name for part in figure.part]
     for name in names:
         if names.count(name) > 1:
-            raise InputError(f"{source}: part {name} stands there twice; name both")
+            raise InputError(f"{source}: part {name} is there twice; name both")
     for number, given in enumerate(figure.printed, start=1):
         place = f"{source}: printed {number}"
         _require_found(figure, given.part, given.found, place)

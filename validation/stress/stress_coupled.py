@@ -15,8 +15,8 @@ from fegear.files.errors import InputError
 from fegear.gearset import load_gear_set
 from fegear.gearset.model import GearSet
 from fegear.gearset.read import make_gear_set
+from fegear.statics.excitation import Excitations, Source
 from fegear.statics.solving import solve_mesh
-from fegear.train.excitation import Excitations, Source
 from fegear.train.lumped_models import LumpedModel, lumped_system
 from lumped.steady.respond import respond
 from lumped.steady.settings import Settings
@@ -69,7 +69,7 @@ def system_of(
     torque: float = 100.0,
     model: LumpedModel = COUPLED,
 ) -> tuple[GearSet, LumpedSystem]:
-    """Of a gear set, by its name or its tables, with edits by key."""
+    """The lumped system of a gear set, by its name or its tables, with edits by key."""
     if isinstance(name, str):
         gear_set = load_gear_set(name, edits)
     else:
@@ -106,7 +106,7 @@ def coupled_torque() -> Trials:
 def refusal(
     name: str, edits: Mapping[str, Any] | None = None, torque: float = 100.0
 ) -> Trial:
-    """Of what cannot be physical."""
+    """Trial that what cannot be physical is refused."""
     try:
         system_of(edits, torque=torque)
     except InputError:
@@ -195,7 +195,9 @@ def coupled_pitch_errors() -> Trials:
 
 @trial
 def coupled_fold() -> Trials:
-    """Where the pair leaves its lower branch as the speed rises."""
+    """Trials of the speed at which the pair leaves its lower branch as the
+    speed rises.
+    """
     _, system = system_of(LOOSE)
     # from far below on: from rest beside the fold the motion may rise at once
     speeds = np.r_[2400.0:2690.0:50.0, 2690.0:2760.0:2.0]
@@ -245,7 +247,7 @@ def coupled_energy() -> Trials:
 
 
 def _standing(found: CoupledContacts) -> CoupledContacts:
-    """With all positions as the first."""
+    """Contacts with all positions equal to the first."""
     contacts = found.contacts
 
     def first(table: Array) -> Array:

@@ -86,7 +86,7 @@ class Idler:
 
 
 def response(frequency: float, **varied: Any) -> Response:
-    """Of the idler set with some of its values varied, at a frequency [Hz]."""
+    """Response of the idler set with some of its values varied, at a frequency [Hz]."""
     return respond(Idler(**varied).system(), frequency)
 
 

@@ -44,8 +44,8 @@ class Contributions(
 ):
     """Contribution of each part of the coupled model.
 
-    Sweeps up and down by finite elements, model 1, the coupled model and the coupled
-    model without each of its parts.
+    It compares sweeps up and down by finite elements, model 1, the coupled model and
+    the coupled model without each of its parts.
     """
 
     gear_set: NamedSet
@@ -57,14 +57,14 @@ class Contributions(
     torque: float | None = torque_setting()
     tolerance: float = setting(
         0.05,
-        "Relative tolerance of peaks, forces, curves and contact loss: the cheapest "
-        "model inside it, with the same peaks and jumps, is recommended.",
+        "Relative tolerance of peaks, forces, curves and contact loss: the "
+        "cheapest model within it, with the same peaks and jumps, is recommended.",
         Range(above=0.0, most=1.0),
     )
     runs: str | None = setting(
         None,
-        "Directory where the runs are kept, so that the same command goes on with "
-        "them. [default: none is kept]",
+        "Directory in which runs are stored, so that the same command resumes "
+        "them. [default: none]",
         metavar="DIR",
     )
 

@@ -48,10 +48,10 @@ COLUMNS: Columns = {
 
 @dataclass(frozen=True, kw_only=True)
 class ClosedForms(Study, command="compare", example="compare liu-pair --torque 100"):
-    """Finite elements beside ISO 6336 and other closed forms.
+    """Finite elements compared with ISO 6336 and other closed forms.
 
     The others are the potential-energy method, Hertz and the twist of a ring. The
-    closed forms know teeth without profile modification or pitch error.
+    closed forms assume teeth without profile modification or pitch error.
     """
 
     pictures = NO_PICTURES

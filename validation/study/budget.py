@@ -100,7 +100,7 @@ class Budget:
         return min(inside, key=lambda row: row.per_speed_s, default=None)
 
     def brought(self, row: BudgetRow) -> dict[str, float]:
-        """By how much the measured values change as what the row lacks comes in.
+        """Mean change of the measured values when the part that the row lacks is added.
 
         From the row to the coupled model, on the mean of the places that both have; NaN
         where there is none. Distances that fall are negative.

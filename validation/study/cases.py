@@ -17,7 +17,7 @@ from fegear.files.errors import InputError
 from fegear.files.output import read_text
 from fegear.files.speeds import parsed_speeds
 from fegear.gearset.read import path_of
-from fegear.train.excitation import Kind
+from fegear.statics.excitation import Kind
 from lumped.steady.motion import APPROACH_STEP
 from lumped.steady.sweep import Direction
 from validation.study.data_files import (
@@ -99,7 +99,7 @@ class Model:
 
     @property
     def plain(self) -> Model:
-        """The same without friction."""
+        """This model without friction."""
         return replace(self, friction=False, bending=None)
 
 

@@ -53,7 +53,7 @@ def require_own_names(values: tuple[Any, ...]) -> tuple[Any, ...]:
     names = [value.name for value in values]
     for name in names:
         if names.count(name) > 1:
-            raise ValueError(f"{name} stands there {names.count(name)} times")
+            raise ValueError(f"{name} is there {names.count(name)} times")
     return values
 
 
@@ -126,7 +126,7 @@ def _in_words(loc: Sequence[int | str]) -> str:
 
 
 def require_name(name: str) -> str:
-    """Of a file: small letters, digits and hyphens."""
+    """Require a file name of small letters, digits and hyphens."""
     if not re.fullmatch("[a-z0-9][a-z0-9-]*", name):
         raise ValueError("must be small letters, digits and hyphens, no hyphen first")
     return name

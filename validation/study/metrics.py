@@ -180,7 +180,7 @@ class Distance:
 def curve_distance(
     reference: Curve, model: Curve, zones: Sequence[tuple[float, float]] = ()
 ) -> Distance:
-    """Of the RMS of the DTE on common speeds outside the zones [Hz].
+    """Distance of the RMS of the DTE at common speeds outside the zones [Hz].
 
     The value is NaN where no speed is left, a value is, or the reference is still.
     """
@@ -299,7 +299,7 @@ def force_cycle(history: History, mesh: int, period: float) -> Array:
 
 
 def match_cycles(reference: ArrayLike, model: ArrayLike) -> CycleMatch:
-    """Of mesh forces (n,) over a cycle; NaN where one does not vary."""
+    """Match of mesh forces (n,) over a cycle; NaN where one does not vary."""
     a, b = np.asarray(reference, float), np.asarray(model, float)
     if a.shape != b.shape or a.ndim != 1:
         raise ValueError(f"must have one shape (n,), got {a.shape} and {b.shape}")

@@ -27,7 +27,7 @@ from pathlib import Path
 from fegear.files.errors import InputError
 from fegear.files.output import make_directory
 from fegear.files.store import Checkpoint, open_checkpoint
-from fegear.train.excitation import Excitations, Source
+from fegear.statics.excitation import Excitations, Source
 from lumped.common.progress import Progress, silent
 from lumped.common.workers import Cluster, NoClusterError, run_tasks
 from validation.study.cases import Case
@@ -67,7 +67,7 @@ class CaseResult:
 
     @property
     def judged(self) -> tuple[Run, ...]:
-        """Without the runs that only the error budget needs."""
+        """Runs without those that only the error budget needs."""
         known = FE, FE_PLAIN, *self.models
         return tuple(run for run in self.runs if run.source in known)
 

@@ -17,11 +17,11 @@ from fegear.dynamics.stepper import DynamicSettings, ImplicitStepper, steps_per_
 from fegear.files.memory import MemoryLevel, memory_level
 from fegear.files.store import Checkpoint, Records
 from fegear.gearset.pitch_errors import error_periods
+from fegear.gearset.power_path import mesh_torques_at
+from fegear.statics.excitation import Excitations
 from fegear.statics.solving import solve_mesh
 from fegear.studies.responses import doubts_of_sweep
-from fegear.train.excitation import Excitations
 from fegear.train.lumped_models import LumpedModel, lumped_system
-from fegear.train.train import mesh_torques_at
 from lumped.common.progress import Progress
 from lumped.steady.motion import speeds_between
 from lumped.steady.response import Response, Status
@@ -123,7 +123,9 @@ class Integrator:
     def progress(
         self, report: Progress, what: str, total: int, branches: Sequence[str]
     ) -> SpeedCount:
-        """Of so many speeds in branches, by their names in the checkpoint."""
+        """Progress over so many speeds in branches, by their names in the
+        checkpoint.
+        """
         if self.checkpoint is None:
             return SpeedCount(report, what, total, 0)
         found = sum(len(self.checkpoint.finished(name)) for name in branches)
@@ -254,7 +256,8 @@ def _rubbed_statics(
     force: float,
     position: Array,
 ) -> Statics:
-    """With friction of the tooth pairs, whose moments hold a part of the torque.
+    """Statics with friction of the tooth pairs, whose moments carry a part of the
+    torque.
 
     free : the excitation of the mesh without friction
     """

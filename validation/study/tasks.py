@@ -13,7 +13,7 @@ from fegear.files.store import digest
 from fegear.files.version import package_version
 from fegear.gearset import load_gear_set
 from fegear.gearset.model import GearSet
-from fegear.train.excitation import Source
+from fegear.statics.excitation import Source
 from fegear.train.lumped_models import shares_a_gear
 from lumped.steady.settings import Settings
 from validation.study.cases import Case, Model, Part, SingleSpeed
@@ -54,7 +54,9 @@ class Task:
 
     @property
     def speeds(self) -> tuple[float, ...]:
-        """Of the sweeps, of single ones, and where the way to these begins [Hz]."""
+        """Speeds of the sweeps, single speeds, and the starts of the way to
+        these [Hz].
+        """
         ends = ((w.speed_Hz, w.from_speed_Hz or w.speed_Hz) for w in self.single_speeds)
         return (*self.case.speeds, *chain.from_iterable(ends))
 

@@ -37,7 +37,9 @@ __all__ = [
 
 @compiled
 def find_position(rate, contacts, cycle, number):
-    """Where each mesh stands in its tables at step `number`; see `set_position`."""
+    """Find the place of each mesh in its tables at step `number`; see
+    `set_position`.
+    """
     where = start_position(contacts)
     set_position(rate, contacts, cycle, number, where)
     return where

@@ -388,7 +388,7 @@ def integrate(model, step, clock, state, contact, record):
 
 @inlined
 def march(model, step, clock, state, contact, record, where, room):
-    """As `integrate`, with working arrays."""
+    """Integrate as `integrate` does, with given working arrays."""
     rate = model.kinematics.rate
     set_position(rate, model.contacts, clock.cycle, clock.start, where)
     steps = record.mesh.shape[0] - 1

@@ -140,7 +140,7 @@ def next_edge(box, work, held, horizon):
 
 @inlined
 def next_release(box, work, held, count, horizon):
-    """The same for forces of held contacts that end."""
+    """Next event at which the force of a held contact vanishes."""
     step, event, near = math.inf, -1, False
     for k in range(count):
         force, rate, most = force_of(box, work, held, count, k)

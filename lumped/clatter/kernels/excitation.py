@@ -23,7 +23,7 @@ def piece_at(pieces, t):
 
 @compiled_part
 def piecewise(pieces, t):
-    """As `excite`, of a polynomial of each piece."""
+    """Excitation, as `excite`, by a polynomial in each piece."""
     k = piece_at(pieces, t)
     end = pieces[k + 1, 0] if k + 1 < pieces.shape[0] else math.inf
     h = t - pieces[k, 0]

@@ -13,9 +13,9 @@ MOST_IMPACTS = 10_000  # per turn
 
 @compiled
 def sum_impacts(m, starts, periods, turns, found):
-    """Of runs from departures (n, 2): sum of squared speeds at which flanks meet, and
-    how often they do (n, 2), from each start to the first meeting after `turns`, both
-    over that time; NaN where it is not clear what follows, or flanks meet too often.
+    """Sum of squared impact speeds and number of impacts (n, 2) of runs from departures
+    (n, 2), from each start to the first impact after `turns`, both over that time; NaN
+    where it is not known what follows, or impacts are too frequent.
 
     periods (n,) : in departures from the upper flank, of runs that repeat, which are
         measured over whole ones, as those from one release to the same are, which have

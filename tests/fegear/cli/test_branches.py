@@ -43,7 +43,7 @@ def test_rows_are_the_points_mesh_by_mesh(made):
         largest = float(row["floquet_max"])
         if row["kind"] == "fold":
             assert row["stable"] == "0"
-        elif abs(largest - 1.0) > 1e-9:  # where the branch stands upright it is 1
+        elif abs(largest - 1.0) > 1e-9:  # where the branch is vertical it is 1
             assert row["stable"] == str(int(largest < 1.0))
         assert float(row["dte_peak_m"]) > float(row["dte_rms_m"])
 
@@ -121,8 +121,8 @@ def test_ctrl_c_keeps_the_finished_branches(tmp_path, monkeypatch):
 @pytest.mark.slow
 def test_resumed_branches_are_those_of_one_go(tmp_path, monkeypatch):
     """What was finished is not followed again, and nothing else is changed."""
-    from lumped.branches.continuation import Branch
     from lumped.branches.periodic import BranchFinder
+    from lumped.continuation.arc_length import Branch
 
     words = (*FAST, "--speeds", "2800:3600", "--harmonics", 4)
     whole, file = tmp_path / "whole.csv", tmp_path / "b.csv"

@@ -24,8 +24,8 @@ CASES = {  # what is typed, and which numbers of it JSON and the file have
         (TORQUE, RATIO, THIRD, SPEED),
         (0.1234567,),
     ),
-    "wave": (
-        ("wave", "liu-pair", *LOADED, "--speed", SPEED, "--friction", THIRD),
+    "motion": (
+        ("motion", "liu-pair", *LOADED, "--speed", SPEED, "--friction", THIRD),
         ("--bending", 0.1234567),
         (TORQUE, RATIO, THIRD, SPEED),
         (0.1234567,),

@@ -198,7 +198,7 @@ def test_no_table_or_picture_steers_its_reader(capsys, tmp_path, monkeypatch, re
     ("words", "message"),
     [
         (["validate", "idler"], "Missing option '-o' / '--output'"),
-        (["wave", *RECTANGULAR, "--torque", "5"], "--torque is given 2 times"),
+        (["motion", *RECTANGULAR, "--torque", "5"], "--torque is given 2 times"),
         (["compare", "--plane", "strain", "--plane", "stress"], "--plane is given 2"),
         (["sweep", *RECTANGULAR, "--torque", "100"], "--torque = 100; is given more"),
         (["sweep", "liu-pair", "--set", "a=1", "--set", "a=2"], "a is given more"),

@@ -88,7 +88,10 @@ def test_figures_that_no_set_meets_are_named():
         catch_exceptions=False,
     )
     assert result.exit_code == 0
-    assert "warning: no set meets the figures: the best one is" in result.stderr
+    assert (
+        "warning: no set agrees with the measured values: the best one is"
+        in result.stderr
+    )
     assert "at their limit, 0.25 of those given" in result.stderr
     fitting = CliRunner().invoke(app, ["identify", *FAST], catch_exceptions=False)
     assert "warning" not in fitting.stderr

@@ -200,8 +200,8 @@ MODES = "modes SET --json"
 MESH = f"mesh SET {COARSE} -o m.vtu --json"
 SWEEP = "sweep SET --speeds 2000,4000 --excitation rectangular --json"
 COUPLED = f"sweep SET {COARSE} --speeds 2000 --model coupled --json"
-COUPLED_WAVE = f"wave SET {COARSE} --speed 2000 --model coupled --json"
-WAVE = "wave SET --speed 2100 --excitation rectangular --json"
+COUPLED_WAVE = f"motion SET {COARSE} --speed 2000 --model coupled --json"
+WAVE = "motion SET --speed 2100 --excitation rectangular --json"
 MAP = "map SET --at 3000 --over gear.a.mass_kg=0.1,0.2 --excitation rectangular --json"
 QUASI = f"dynamics SET {COARSE} --fidelity quasistatic --speeds 3000 --direction up"
 COUPLED_MAP = (
@@ -450,12 +450,12 @@ OPTIONS: dict[str, dict[str, Case]] = {
         "--waterfall": plus(SWEEP, "--waterfall w.png"),
         "--without": plus(f"{COUPLED} --direction up", "--without body"),
     },
-    "wave": lumped(WAVE)
+    "motion": lumped(WAVE)
     | rubbed(WAVE)
     | {
         "--speed": swap(WAVE, "2100", "4000"),
         "--from-speed": plus(WAVE, "--from-speed 2101"),
-        "--table": plus("wave SET --speed 2000 --model 3 --json", "--table TABLE"),
+        "--table": plus("motion SET --speed 2000 --model 3 --json", "--table TABLE"),
         "--output": plus(WAVE, "-o w.csv"),
         "--without": plus(COUPLED_WAVE, "--without body"),
     },

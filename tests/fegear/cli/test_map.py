@@ -128,7 +128,7 @@ def test_interrupted_map_goes_on(tmp_path, end):
     assert not path.exists()
     if end == signal.SIGINT:
         assert process.returncode == 130
-        assert f"{kept} is kept, --resume goes on with it" in message
+        assert f"{kept} is stored; --resume continues from it" in message
     run(*words, "-o", path, "--resume")
     assert path.read_text().count("periodic") == 600
     other = tmp_path / "whole.csv"

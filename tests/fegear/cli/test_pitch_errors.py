@@ -88,7 +88,7 @@ def test_models_agree_about_them(uneven, tmp_path):
 
 def test_a_wave_lasts_for_all_pairs(uneven, tmp_path):
     path = tmp_path / "w.csv"
-    words = "wave", uneven, "--speed", 1500, "--json", "-o", path
+    words = "motion", uneven, "--speed", 1500, "--json", "-o", path
     values = json.loads(run(*words, "--plot", tmp_path / "w.png"))
     assert values["section_points"] == values["meshes"][0]["period_multiple"] == CYCLES
     assert values["shown_time_s"] == pytest.approx(CYCLES / 1500.0)

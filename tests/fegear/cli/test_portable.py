@@ -30,7 +30,7 @@ COMMANDS = (
     "stiffness liu-pair --resolution coarse --positions 4 -o t.csv --plot t.png",
     "modes liu-idler",
     "sweep liu-idler --excitation rectangular --speeds 900 --torque 50 -o s.csv",
-    "wave liu-idler --excitation rectangular --speed 900 --torque 50 -o w.csv",
+    "motion liu-idler --excitation rectangular --speed 900 --torque 50 -o w.csv",
     "map liu-idler --excitation rectangular --over mesh.2.phase=0,1 --at 900 -o m.csv",
     "dynamics liu-pair --fidelity quasistatic --resolution coarse --torque 100 "
     "--speeds 2000 --direction up -o d.csv",

@@ -189,7 +189,9 @@ def test_what_has_not_settled_is_told_and_left_out():
     """Where damping is low 1499 returns are few; enough of them are the default of
     noise."""
     result = CliRunner().invoke(app, ["rattle", "basin", "roots-a", "--grid", "5"])
-    assert "100 % of the cells have not settled in 1499 returns" in result.stderr
+    assert (
+        "100 % of the cells have reached no attractor in 1499 returns" in result.stderr
+    )
     assert "--iterations 138200" in result.stderr
     assert "basin entropy" not in result.stdout
     values = told("rattle", "basin", "roots-a", "--grid", "5")

@@ -23,11 +23,11 @@ from scipy.spatial import cKDTree
 from typer.testing import CliRunner
 
 from fegear.cli import app
+from fegear.figures.film import write_film
 from fegear.files.errors import InputError
 from fegear.files.output import write_whole
 from fegear.gearset import load_gear_set
 from fegear.rendering.fields import contact_field, mesh_scene
-from fegear.rendering.film import write_film
 from fegear.rendering.headless import drawing_window
 from fegear.rendering.look import HEADER as HEAD
 from fegear.rendering.look import MARGIN, SIZE, look_of, picture_aspect, ribbon_base

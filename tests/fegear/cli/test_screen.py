@@ -93,7 +93,7 @@ def test_one_speed_shows_amplitude_and_force(capsys):
 
 
 def test_one_of_a_thing_is_one(capsys):
-    assert run(["wave", *RECTANGULAR, "--speed", "2000"]) == 0
+    assert run(["motion", *RECTANGULAR, "--speed", "2000"]) == 0
     assert "1 point in the" in capsys.readouterr().out
     words = ["map", *RECTANGULAR, "--over", "torque_Nm=50", "--at", "2000"]
     assert run(words) == 0

@@ -186,10 +186,12 @@ def test_sweeps_and_waves_take_friction(tmp_path):
     ]
     assert len({round(1e9 * level, 3) for level in levels}) == 3
     assert [each["friction_coefficient"] for each in found.values()] == [0.0, 0.1, 0.1]
-    shown = printed("wave", *at, "--speed", 2100, "--friction", 0.1)
+    shown = printed("motion", *at, "--speed", 2100, "--friction", 0.1)
     assert "friction 0.1, torque of gears without" in shown
     words = ["--friction", "0.1", "--sliding", "instantaneous"]
-    assert "friction 0.1 turned by vib" in printed("wave", *at, "--speed", 2100, *words)
+    assert "friction 0.1 turned by vib" in printed(
+        "motion", *at, "--speed", 2100, *words
+    )
     values = json.loads(printed(*sweep, *words))
     assert values["sliding"] == "instantaneous"
     assert [each["sliding"] for each in found.values()] == [None, "nominal", "nominal"]

@@ -26,11 +26,12 @@ from fegear.elasticity.material import PlaneMaterial
 from fegear.elasticity.modes import gear_modes
 from fegear.elasticity.sector import CyclicSector
 from fegear.gearset import load_gear_set
+from fegear.gearset.lumped_train import train_of
 from fegear.gearset.model import Gear, GearSet
 from fegear.gearset.pitch_errors import without_pitch_errors
+from fegear.gearset.power_path import mesh_torques_at
+from fegear.statics.excitation import Excitations, Source
 from fegear.statics.solving import StaticsSettings
-from fegear.train.excitation import Excitations, Source
-from fegear.train.train import mesh_torques_at, train_of
 from lumped import LumpedSystem
 from meshes import MeshSize
 

@@ -9,13 +9,13 @@ import pytest
 
 from fegear.dynamics.body_modes import DAMPING, body_modes, static_inertias
 from fegear.dynamics.build import elastic_damping
-from fegear.dynamics.coupled import contacts_of
 from fegear.dynamics.elastic import ElasticGear
 from fegear.dynamics.mesh_laws import pitch_point
 from fegear.dynamics.model import dynamic_model
 from fegear.dynamics.sides import contact_sides
 from fegear.dynamics.stepper import DynamicSettings, ReducedStepper
 from fegear.elasticity.modes import gear_modes, lowest_modes
+from fegear.train.coupled import contacts_of
 from lumped.steady.settings import Settings
 from lumped.steady.steady_state import steady_state
 from lumped.steady.steppers import FixedStepper

@@ -10,14 +10,14 @@ import pytest
 from scipy.linalg import eigh
 
 from fegear.dynamics.body_modes import body_modes
-from fegear.dynamics.coupled import contacts_of
 from fegear.dynamics.sides import contact_sides
 from fegear.dynamics.stepper import DynamicSettings
 from fegear.elasticity.modes import lowest_modes
 from fegear.gearset import load_gear_set
 from fegear.gearset.phases import mesh_phases
+from fegear.statics.excitation import Source
 from fegear.statics.solving import BODIES, solve_mesh
-from fegear.train.excitation import Source
+from fegear.train.coupled import contacts_of
 from fegear.train.lumped_models import LumpedModel, lumped_system
 from lumped.attractors.attractors import find_attractor
 from lumped.branches.period_map import PeriodMap

@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fegear.dynamics.coupled import contacts_of
 from fegear.statics.solving import solve_mesh
+from fegear.train.coupled import contacts_of
 from lumped import TrainError, respond
 from lumped.steady.motion import arrive, time_history
 from lumped.train.table import pair_names, pair_teeth

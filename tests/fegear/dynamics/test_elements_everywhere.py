@@ -17,8 +17,8 @@ from fegear.dynamics.stepper import DynamicSettings, Steps
 from fegear.elasticity import sector
 from fegear.elasticity.material import PlaneMaterial
 from fegear.gearset import load_gear_set
+from fegear.statics.excitation import Excitations, Source
 from fegear.statics.solving import RESOLUTIONS
-from fegear.train.excitation import Excitations, Source
 from fegear.train.lumped_models import lumped_system
 from meshes import sector as meshing
 
@@ -183,7 +183,7 @@ SETTLE = ["--direction", "up", "--tolerance", "0.1", "--max-periods", "1"]
             3 + 3,
         ),
         (["sweep", "liu-idler", "--torque", "100", "--speeds", "1500"], 3),
-        (["wave", "liu-pair", "--torque", "100", "--speed", "1500"], 2),
+        (["motion", "liu-pair", "--torque", "100", "--speed", "1500"], 2),
         (["map", "liu-pair", "--over", "torque_Nm=100", "--at", "1500"], 2),
         (["modes", "liu-idler", "--stiffness", "fe"], 3),
         (["render", "liu-pair"], 2),

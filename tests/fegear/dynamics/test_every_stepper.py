@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 from fegear.dynamics.checkpoint import StoredBranch
-from fegear.dynamics.coupled import contacts_of
 from fegear.dynamics.stepper import DynamicSettings
 from fegear.files.store import Records, open_checkpoint
+from fegear.train.coupled import contacts_of
 from lumped.steady.response import FIGURES, Status
 from lumped.steady.settings import Settings
 from lumped.steady.steady_state import Diverged, steady_state

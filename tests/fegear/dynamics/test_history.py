@@ -24,8 +24,8 @@ from fegear.dynamics.root_stress import root_influence
 from fegear.dynamics.stepper import DynamicSettings, Steps, steps_per_cycle
 from fegear.elasticity.material import PlaneMaterial
 from fegear.elasticity.sector import CyclicSector
+from fegear.gearset.lumped_train import train_of
 from fegear.statics.solving import StaticsSettings, contact_problem
-from fegear.train.train import train_of
 from lumped import LumpedSystem
 from lumped.steady.steady_state import steady_state
 

@@ -14,7 +14,7 @@ from fegear.dynamics.stepper import DynamicSettings, Steps
 from fegear.files.errors import InputError
 from fegear.gearset import read_gear_set
 from fegear.gearset.inertia import body_inertia, inertia_of, require_inertia_of_bodies
-from fegear.train.excitation import Excitations, Source
+from fegear.statics.excitation import Excitations, Source
 from fegear.train.lumped_models import LumpedModel, lumped_system
 from lumped.steady.steady_state import steady_state
 

@@ -13,7 +13,7 @@ from fegear.dynamics.memory import full_bytes, require_memory
 from fegear.dynamics.stepper import DynamicSettings, Steps
 from fegear.files.errors import InputError
 from fegear.gearset import load_gear_set
-from fegear.train.excitation import Excitations, Source
+from fegear.statics.excitation import Excitations, Source
 from fegear.train.lumped_models import lumped_system
 
 FULL = FiniteElements(fidelity="full", mesh=0.35)

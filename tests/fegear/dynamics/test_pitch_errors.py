@@ -14,8 +14,8 @@ from fegear.dynamics.sides import BACK, DRIVE
 from fegear.dynamics.stepper import DynamicSettings, Steps, steps_per_cycle
 from fegear.files.errors import InputError
 from fegear.gearset.phases import mesh_phases
+from fegear.statics.excitation import Excitations, Source
 from fegear.statics.solving import RESOLUTIONS, StaticsSettings, contact_problem
-from fegear.train.excitation import Excitations, Source
 from lumped.steady.steady_state import steady_state
 from validation.oracles import reduced_motion
 

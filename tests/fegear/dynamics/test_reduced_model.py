@@ -14,9 +14,9 @@ import fegear.statics.solving as statics
 from fegear.contact.problem import solve_cycle
 from fegear.dynamics.kernels import reduced as kernel
 from fegear.dynamics.stepper import MotionState, Steps
+from fegear.gearset.lumped_train import train_of
 from fegear.gearset.model import GearSet
 from fegear.statics.solving import Resolution, StaticsSettings, contact_problem
-from fegear.train.train import train_of
 from lumped import LumpedSystem, Train
 from meshes import MeshSize
 

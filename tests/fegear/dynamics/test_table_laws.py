@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 
 from fegear.contact.pair_laws import pair_laws
-from fegear.dynamics.coupled import contacts_of, coupled_contacts
 from fegear.dynamics.table_laws import laws_at
 from fegear.files.errors import InputError
+from fegear.gearset.power_path import mesh_torques_at
+from fegear.statics.excitation import GivenTables, read_mesh_tables
 from fegear.statics.solving import StaticsSettings, contact_problem, solve_mesh
-from fegear.train.excitation import GivenTables, read_mesh_tables
+from fegear.train.coupled import contacts_of, coupled_contacts
 from fegear.train.lumped_models import LumpedModel, lumped_system
-from fegear.train.train import mesh_torques_at
 from lumped.steady.settings import Settings
 from lumped.steady.steady_state import steady_state
 from lumped.steady.steppers import FixedStepper

@@ -11,8 +11,9 @@ import pytest
 
 from fegear.gearset import Shaft, builtin_names, load_gear_set
 from fegear.gearset.derived import gear_set_figures
+from fegear.gearset.lumped_train import train_of
+from fegear.gearset.power_path import mesh_torques_at
 from fegear.statics.solving import StaticsSettings, solve_mesh
-from fegear.train.train import mesh_torques_at, train_of
 from lumped.train.modes import natural_modes
 
 

@@ -285,7 +285,7 @@ EXAMPLES = {
         "model": MODEL,
     },
     "modes": {"gear_set": "liu-idler", "translations": True},
-    "wave": {
+    "motion": {
         "gear_set": "liu-pair",
         "speed": 1000.0,
         "from_speed": 1010.0 + 1.0 / 3.0,

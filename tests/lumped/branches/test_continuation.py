@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from lumped.branches.continuation import Branch, NoSolution, Steps
+from lumped.continuation.arc_length import Branch, NoSolution, Steps
 
 
 class Circle:

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from lumped.branches.continuation import Branch, Steps
+from lumped.continuation.arc_length import Branch, Steps
 
 DAMPING, CUBIC, FORCE = 0.05, 1.0, 0.1
 

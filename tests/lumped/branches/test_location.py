@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 
 from lumped.branches.balance import HarmonicBalance
-from lumped.branches.bifurcations import DOUBLING, FOLD
-from lumped.branches.continuation import NoSolution
 from lumped.branches.location import root
 from lumped.branches.motions import OverFigure, OverSpeed
 from lumped.branches.periodic import BranchFinder, BranchSettings
 from lumped.branches.plain import plain_branch, read_branch
 from lumped.branches.shooting import shoot
+from lumped.continuation.arc_length import NoSolution
+from lumped.continuation.bifurcations import DOUBLING, FOLD
 from lumped.steady.settings import Settings
 from lumped.steady.steady_state import Speed
 from lumped.steady.steppers import AdaptiveStepper

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from lumped.branches.balance import HarmonicBalance
-from lumped.branches.continuation import NoSolution
 from lumped.branches.motions import OverSpeed
 from lumped.branches.periodic import BranchFinder, BranchSettings
 from lumped.branches.shooting import shoot
+from lumped.continuation.arc_length import NoSolution
 
 FUNDAMENTAL, SUBHARMONIC = (1330.0, 1500.0), (3150.0, 3350.0)  # Hz
 

@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from lumped.branches.bifurcations import DOUBLING, FOLD
+from lumped.continuation.bifurcations import DOUBLING, FOLD
 from lumped.rattle.assembly import Assembly
-from lumped.rattle.branches import GRAZING, BranchFinder, orbits_at
+from lumped.rattle.branches import GRAZING, OrbitFinder, orbits_at
 from lumped.rattle.departures import apart, follow
 from lumped.rattle.machine import Machine
 from lumped.rattle.orbits import find_orbits, usual_speed
@@ -25,7 +25,7 @@ SCALED = Machine(damping=0.6, eccentricity=0.1, half_backlash=0.6)
 
 
 def branches(figure, limits, value, count=2, machine=SCALED, doublings=1):
-    finder = BranchFinder(machine, figure, limits, doublings)
+    finder = OrbitFinder(machine, figure, limits, doublings)
     there = replace(machine, **{figure: value})
     for orbit in find_orbits(there, count, SPEEDS):
         finder.from_departure(orbit.itinerary, orbit.departures[0], value)
@@ -44,7 +44,7 @@ def over_eccentricity():
 
 def points(found, name, kind):
     return [
-        point.value
+        point.parameter
         for branch in found
         if branch.itinerary.name == name
         for point in branch.bifurcations
@@ -93,7 +93,7 @@ def test_grazing_ends_where_the_closed_form_becomes_virtual(over_damping):
 def test_every_orbit_is_a_fixed_point_of_the_return_map(over_damping):
     for branch in over_damping:
         for point in branch.points[1:-1:5]:
-            machine = replace(SCALED, damping=point.value)
+            machine = replace(SCALED, damping=point.parameter)
             count = len(point.departures)
             path = follow(machine, point.departures[0], count + 1)
             assert apart(path[0], path[-1]) < 1e-6 * max(1.0, point.largest)
@@ -129,11 +129,11 @@ def test_any_figure_of_the_machine_can_vary(figure, limits, changes):
     whole = [b for b in found if b.itinerary.name == "P(1,1,0)"]
     assert whole
     for branch in whole:
-        ends = sorted((branch.points[0].value, branch.points[-1].value))
+        ends = sorted((branch.points[0].parameter, branch.points[-1].parameter))
         assert ends == pytest.approx(limits, abs=1e-9)
         assert not branch.bifurcations
         for point in branch.points[1:-1:3]:
-            there = replace(machine, **{figure: point.value})
+            there = replace(machine, **{figure: point.parameter})
             path = follow(there, point.departures[0], 2)
             assert apart(path[0], path[-1]) < 1e-6
 
@@ -144,7 +144,7 @@ def test_a_branch_that_comes_back_to_a_limit_turns_once():
     found = branches("stiffness", (50.0, 2000.0), 515.0, 1, machine)
     for branch in found:
         for point in branch.bifurcations:
-            assert 51.0 < point.value < 1999.0
+            assert 51.0 < point.parameter < 1999.0
     assert points(found, "P(1,1,1)", FOLD) == [pytest.approx(64.781, abs=1e-2)]
 
 
@@ -153,7 +153,7 @@ def test_where_flanks_stop_parting_is_one_graze():
     machine = replace(SCALED, stiffness=109.0)
     found = branches("stiffness", (10.0, 1000.0), 109.0, 1, machine)
     fading = [
-        (point.kind, point.value)
+        (point.kind, point.parameter)
         for branch in found
         for point in branch.bifurcations
         if abs(point.departures[0][1]) < 1e-3
@@ -175,19 +175,19 @@ def test_branches_that_nearly_cross_are_not_mixed_up():
     pump = Machine(
         damping=3e-4, eccentricity=1e-4, half_backlash=6e-4, stiffness=1100.0
     )
-    finder = BranchFinder(pump, "eccentricity", (0.0, 2e-3), 0)
+    finder = OrbitFinder(pump, "eccentricity", (0.0, 2e-3), 0)
     there = replace(pump, eccentricity=5.5e-4)
     for orbit in find_orbits(there, 1, (0.0, usual_speed(there))):
         if orbit.name == "P(1,1,1)":
             finder.from_departure(orbit.itinerary, orbit.departures[0], 5.5e-4)
     assert len(finder.found) == 2
     grazes = [
-        max(p.value for p in branch.bifurcations if p.kind == GRAZING)
+        max(p.parameter for p in branch.bifurcations if p.kind == GRAZING)
         for branch in finder.found
     ]
     assert sorted(grazes) == pytest.approx([1.537119e-3, 1.537346e-3], rel=1e-6)
     births = [
-        min(p.value for p in branch.bifurcations if p.kind == FOLD)
+        min(p.parameter for p in branch.bifurcations if p.kind == FOLD)
         for branch in finder.found
     ]
     assert sorted(births) == pytest.approx([3.2e-8, 5.30947e-4], rel=1e-3)

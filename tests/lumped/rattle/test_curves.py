@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from lumped.branches.bifurcations import DOUBLING, FOLD
+from lumped.continuation.bifurcations import DOUBLING, FOLD
 from lumped.rattle.arcs import arcs_of, linearised
-from lumped.rattle.branches import GRAZING, BranchFinder
+from lumped.rattle.branches import GRAZING, OrbitFinder
 from lumped.rattle.curves import GRAZING_FOLD, curve_of, is_on
 from lumped.rattle.departures import apart, follow
 from lumped.rattle.machine import Machine
@@ -23,7 +23,7 @@ LIMITS = (0.5, 0.8), (0.02, 0.2)
 def curves():
     """By name and kind, of the motions with one departure at an eccentricity."""
     machine = Machine(damping=0.6, eccentricity=0.08, half_backlash=0.6)
-    finder = BranchFinder(machine, "damping", LIMITS[0], doublings=0)
+    finder = OrbitFinder(machine, "damping", LIMITS[0], doublings=0)
     for orbit in find_orbits(machine, 1, (0.0, 7.0)):
         finder.from_departure(orbit.itinerary, orbit.departures[0], 0.6)
     found = {}
@@ -92,7 +92,7 @@ def test_constructed_motions_pass_through_minus_one_on_the_doubling(curves):
 
 def test_grazing_curves_are_where_motions_become_virtual():
     machine = Machine(damping=0.6, eccentricity=0.1, half_backlash=0.6)
-    finder = BranchFinder(machine, "damping", (0.6, 0.75), doublings=0)
+    finder = OrbitFinder(machine, "damping", (0.6, 0.75), doublings=0)
     in_phase, _ = simple_rattle(machine)
     path = follow(machine, (in_phase.time, in_phase.velocity), 2)
     assert path[0, 2] == 0

@@ -139,4 +139,4 @@ def test_runs_whose_meetings_are_not_found_have_no_figures(monkeypatch):
     assert not noise.attractors
     assert (noise.motion == -1).all()
     (axes,) = draw_noise(noise, "a machine").axes
-    assert "not clear" in axes.texts[0].get_text()
+    assert "no attractor" in axes.texts[0].get_text()

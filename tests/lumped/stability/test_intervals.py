@@ -10,7 +10,7 @@ from friction_pairs import COUPLED, pair_system
 from matplotlib.collections import PolyCollection
 
 from fegear.gearset import load_gear_set
-from fegear.train.excitation import Source
+from fegear.statics.excitation import Source
 from fegear.train.lumped_models import LumpedModel, lumped_system
 from lumped.figures.drawing import COLORS
 from lumped.figures.stability import draw_chart

@@ -15,7 +15,7 @@ from scipy.linalg import expm
 from scipy.optimize import fsolve
 
 from fegear.gearset import load_gear_set
-from fegear.train.excitation import Source
+from fegear.statics.excitation import Source
 from fegear.train.lumped_models import LumpedModel, lumped_system
 from lumped.stability.combinations import combinations
 from lumped.stability.intervals import examined

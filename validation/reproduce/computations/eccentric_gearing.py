@@ -45,7 +45,7 @@ class EccentricPart(Part):
 
     @property
     def words(self) -> list[str]:
-        """Of the command."""
+        """Words of the command."""
         sizes = {
             "radius": RADIUS_MM,
             "eccentricity": RADIUS_MM * self.eccentricity,

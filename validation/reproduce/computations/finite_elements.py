@@ -64,7 +64,7 @@ def elements(part: ElementsPart, scene: Scene, report: Progress) -> PartResult:
 def element_stepper(
     scene: Scene, speeds: Sequence[float], settings: DynamicSettings
 ) -> ImplicitStepper:
-    """Of the fidelity that the program chooses for speeds [Hz]."""
+    """Stepper of the fidelity that the program selects for speeds [Hz]."""
     reference = replace(scene, friction=0.0).system
     elements = FiniteElements(friction=scene.friction)
     given = reference, speeds, elements, settings, excitations_of(scene.source)

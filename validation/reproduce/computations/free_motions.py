@@ -31,7 +31,7 @@ class FreeMotionsPart(Part):
     """
 
     keys: ClassVar = (r"speed\d+\.(largest|growth|multiplier)",)
-    no_command: ClassVar = "fegear wave has the static load and loss of contact"
+    no_command: ClassVar = "fegear motion has the static load and loss of contact"
 
     kind: Literal["free_motions"] = "free_motions"
     speeds: Speeds

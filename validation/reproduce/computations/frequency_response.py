@@ -15,17 +15,11 @@ from fegear.studies.running import run
 from fegear.studies.sweep import Sweep
 from fegear.studies.theory import Theory
 from fegear.studies.trains import NamedSet
-from lumped.branches.bifurcations import (
-    CROSSING,
-    DOUBLING,
-    FOLD,
-    TORUS,
-    stretches,
-)
 from lumped.branches.periodic import BranchSettings, PeriodicBranch
 from lumped.closed_forms import separation_angle
 from lumped.closed_forms.predictions import Prediction
 from lumped.common.progress import Progress
+from lumped.continuation.bifurcations import CROSSING, DOUBLING, FOLD, TORUS, stretches
 from lumped.steady.jumps import find_jumps, find_peaks, opposites
 from lumped.steady.response import Status
 from lumped.steady.sweep import Branch, Direction

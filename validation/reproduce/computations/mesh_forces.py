@@ -8,9 +8,9 @@ from typing import ClassVar, Literal
 
 import numpy as np
 
+from fegear.studies.motion import Motion
 from fegear.studies.running import run
 from fegear.studies.trains import NamedSet
-from fegear.studies.wave import Wave
 from lumped.common.progress import Progress
 from validation.reproduce.computations.frequency_response import Frequency
 from validation.reproduce.parts import Curve, Part, PartResult
@@ -37,7 +37,7 @@ class ForcesPart(Part):
         unit = scene.unit_Hz
         waves = scene.kept_harmonics("--harmonics")
         how = [*scene.friction_words(), *waves]
-        words = ["wave", *scene.words, *how, "--speed", f"{unit * self.at:.6g}"]
+        words = ["motion", *scene.words, *how, "--speed", f"{unit * self.at:.6g}"]
         if self.from_speed is not None:
             words += ["--from-speed", f"{unit * self.from_speed:.6g}"]
         return words
@@ -47,7 +47,7 @@ def forces(part: ForcesPart, scene: Scene, report: Progress) -> PartResult:
     """Found are the largest and the mean force, and the time without contact."""
     unit, start = scene.unit_Hz, part.from_speed
     came = None if start is None else unit * start
-    asked = Wave(
+    asked = Motion(
         gear_set=NamedSet.of(scene.gear_set),
         torque=scene.torque,
         speed=unit * part.at,

@@ -41,7 +41,7 @@ def modes(part: ModesPart, scene: Scene, report: Progress) -> PartResult:
 
 @dataclass(frozen=True, kw_only=True)
 class ModeEnergiesPart(Part):
-    """Where the modes of a train with two meshes have their strain energy, over a
+    """Distribution of the strain energy of the modes of a train with two meshes, over a
     stiffness by its logarithm.
 
     key : of the gear set, a stiffness between the meshes; low, high : its range

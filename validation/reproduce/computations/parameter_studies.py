@@ -124,7 +124,9 @@ EXTREMES = r"mesh[12]\.((largest|least)(_at)?|change_along[12]|peaks|valleys)"
 
 
 def _tops(grid: Array) -> NDArray[np.bool_]:
-    """Where a grid is higher than all its neighbours, those at a corner among them."""
+    """Points of a grid that are higher than all their neighbours, including diagonal
+    ones.
+    """
     rim = np.pad(np.nan_to_num(grid, nan=-np.inf), 1, constant_values=-np.inf)
     inner = tuple(slice(1, -1) for _ in grid.shape)
     steps = itertools.product((-1, 0, 1), repeat=grid.ndim)
@@ -248,7 +250,7 @@ def theory_map(part: TheoryMapPart, scene: Scene, report: Progress) -> PartResul
 
 
 def resonance_of(scene: Scene, mode: int, order: str) -> Resonance:
-    """Of a mode counted from 1."""
+    """Resonance of a mode counted from 1."""
     known = parametric_system(scene.system)
     return resonance(known, scene.place_of(mode), Fraction(order))
 
@@ -331,7 +333,7 @@ def _indicator(near: Resonance, half: bool) -> float:
 
 
 def _crossings(x: Sequence[float], y: Array) -> tuple[float, ...]:
-    """Where a curve passes 0, on straight lines between its points."""
+    """Places where a curve passes 0, on straight lines between its points."""
     places = np.flatnonzero(y[:-1] * y[1:] < 0.0)
     parts = y[places] / (y[places] - y[places + 1])
     return tuple(

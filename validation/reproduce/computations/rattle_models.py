@@ -47,7 +47,7 @@ class Over:
 
 @dataclass(frozen=True, kw_only=True)
 class QuietPart(Part):
-    """Of quiet motion, the critical eccentricity or a rotation over a figure.
+    """Quiet motion: the critical eccentricity or a rotation over a parameter.
 
     shows : critical eccentricity [rad], or the largest rotation [rad] of the part that
         is named, or of one against another; with_error : the transmission error on top

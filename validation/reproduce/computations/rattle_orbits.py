@@ -14,8 +14,8 @@ from pydantic import Field
 
 from fegear.rattle.bifurcation import Search, find_bifurcations
 from fegear.rattle.existence import Plane, find_existence
-from lumped.branches.bifurcations import stretches
 from lumped.common.progress import Progress
+from lumped.continuation.bifurcations import stretches
 from lumped.rattle.arcs import arcs_of, history_of
 from lumped.rattle.attractors import CHAOTIC, QUIET, Naming
 from lumped.rattle.branches import GRAZING, OrbitBranch, machine_with
@@ -150,7 +150,7 @@ def orbit_branches(
     for branch in result.branches:
         name = branch.itinerary.name
         for point in branch.bifurcations:
-            found[f"{point.kind} of {name}"].append(point.value)
+            found[f"{point.kind} of {name}"].append(point.parameter)
         if not part.names or name in part.names:
             curves += _speeds(branch)
     return PartResult(tuple(curves), {k: tuple(v) for k, v in found.items()})
@@ -161,7 +161,7 @@ def _speeds(branch: OrbitBranch) -> Iterator[Curve]:
         for place in range(branch.itinerary.upper):
             yield Curve(
                 "line" if stable else "dashed",
-                (*((p.value, p.departures[place][1]) for p in points), APART),
+                (*((p.parameter, p.departures[place][1]) for p in points), APART),
                 label=branch.itinerary.name,
             )
 
@@ -280,7 +280,7 @@ def _quiet(machine: Machine, turns: int) -> Iterator[Curve]:
 
 
 def _flanks(machine: Machine, turns: int, name: str) -> Curve:
-    """Where the play ends."""
+    """Curve of the edges of the play."""
     play, end = machine.half_backlash, float(turns)
     points = (0.0, play), (end, play), APART, (0.0, -play), (end, -play)
     return Curve("dotted", points, panel=name)

@@ -36,7 +36,7 @@ class SpectraPart(Part):
     """
 
     keys: ClassVar = (r"speed\d+\.mesh[12]\.(peaks|highest|lowest)",)
-    no_command: ClassVar = "fegear wave comes from one speed, not by way of several"
+    no_command: ClassVar = "fegear motion comes from one speed, not by way of several"
 
     kind: Literal["spectra"] = "spectra"
     speeds: Speeds

@@ -105,7 +105,7 @@ def _figures(column: Column) -> Iterator[tuple[str, float]]:
 def _widest(
     values: Sequence[float], columns: Sequence[Column]
 ) -> dict[str, tuple[float, ...]]:
-    """Where the intervals of a name are widest."""
+    """Values of the parameter at which the intervals of a name are widest."""
     widest: dict[str, tuple[float, float]] = {}
     for value, column in zip(values, columns, strict=True):
         own = [(each.kind, each.low, each.high) for each in column.intervals]

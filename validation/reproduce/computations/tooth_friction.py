@@ -25,8 +25,9 @@ IN_WORDS = {0: "pair in recess", -1: "pair in approach"}
 
 @dataclass(frozen=True, kw_only=True)
 class ToothPairsPart(Part):
-    """Of the pairs of mesh 1 in contact over the mesh cycle: arms of their friction
-    about the driver [mm], or stiffness over its mean without friction."""
+    """Pairs of mesh 1 in contact over the mesh cycle: arms of their friction about the
+    driver [mm], or stiffness over its mean without friction.
+    """
 
     keys: ClassVar = (r"(recess|approach)\.(first|last|double_first|double_last)",)
     no_command: ClassVar = "fegear stiffness has pairs of finite elements"

@@ -54,7 +54,7 @@ LONG_POSITIONS = 64  # of a base pitch, at most, where tooth pairs differ
 
 @dataclass(frozen=True, kw_only=True)
 class Source:
-    """Where stiffness comes from.
+    """Source of the mesh stiffness.
 
     kind : fe, tables of the finite elements; else waves from key figures, which are
         those of the gear set, or of its tables where it gives none
@@ -110,7 +110,9 @@ class Source:
         )
 
     def statics_of(self, gear_set: GearSet, mesh: int) -> StaticsSettings:
-        """The same for a mesh; fewer positions where its tooth pairs differ."""
+        """Settings of the statics for a mesh; fewer positions where its tooth pairs
+        differ.
+        """
         fewer = min(self.positions, LONG_POSITIONS)
         long = tooth_pair_errors(gear_set, mesh).size > 1
         return replace(self.statics, positions=fewer) if long else self.statics
@@ -156,7 +158,7 @@ class GivenTables:
     def of(
         self, gear_set: GearSet, mesh: int, torque: float, model: int
     ) -> MeshExcitation:
-        """Of a mesh by its index, at a torque on its driver [N m]."""
+        """Excitation of a mesh by its index, at a torque on its driver [N m]."""
         name, table = self.tables[mesh]
         try:
             _require_all_pairs(gear_set, mesh, table)
@@ -228,7 +230,7 @@ class Excitations:
     def of(
         self, gear_set: GearSet, mesh: int, torque: float, model: int
     ) -> MeshExcitation:
-        """Of a mesh by its index, at a torque on its driver [N m]."""
+        """Excitation of a mesh by its index, at a torque on its driver [N m]."""
         if self.source.kind == "fe":
             return self._from_tables(gear_set, mesh, torque, model)
         return self._from_figures(gear_set, mesh, torque, model)
@@ -306,7 +308,7 @@ class Excitations:
             if harmonics and len(there):
                 raise InputError(
                     f"mesh {mesh + 1} has {what}; excitation fourier "
-                    "stands for the whole mesh and knows none"
+                    "represents the complete mesh and has none"
                 )
         return analytic_excitation(figures, model, gap, force, harmonics, errors)
 

@@ -8,8 +8,10 @@ Bifurcation and Stability Analysis, 3rd ed., sections 4.3 to 4.6.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Generic, Protocol, TypeVar
 
 import numpy as np
@@ -78,8 +80,20 @@ class Followed:
     closed: bool = False
 
 
+def both_ways(start: Point, one_way: Callable[[Point], Followed]) -> Followed:
+    """A branch followed from a point along its tangent and, unless it closes, against
+    it.
+
+    one_way : follows the branch from a point along its tangent
+    """
+    onward = one_way(start)
+    if onward.closed:
+        return onward
+    return joined(one_way(replace(start, tangent=-start.tangent)), onward)
+
+
 def joined(back: Followed, onward: Followed) -> Followed:
-    """One way of both that were followed from one point."""
+    """One branch of two that were followed from one point in opposite directions."""
     turned = [replace(point, tangent=-point.tangent) for point in back.points[1:]]
     reason = onward.reason
     if back.reason != reason:
@@ -89,6 +103,16 @@ def joined(back: Followed, onward: Followed) -> Followed:
 
 class NoSolution(ArithmeticError):
     """Newton's method found no solution."""
+
+
+class Solution(Protocol):
+    """A point of a branch, in the words of its problem."""
+
+    @property
+    def x(self) -> Array: ...
+
+    @property
+    def parameter(self) -> float: ...
 
 
 P = TypeVar("P", bound=Equations)
@@ -152,9 +176,21 @@ class Branch(Generic[P]):
         turned = point.tangent if (point.along > 0.0) == grows else -point.tangent
         return Point(point.x, point.parameter, turned)
 
+    def crossings(
+        self, points: Sequence[Solution], parameter: float
+    ) -> Iterator[Point]:
+        """Solutions at a value of the parameter, between points on both sides of it."""
+        for one, two in pairwise(points):
+            if (one.parameter - parameter) * (two.parameter - parameter) > 0.0:
+                continue
+            apart = two.parameter - one.parameter
+            part = (parameter - one.parameter) / apart if apart else 0.0
+            with suppress(NoSolution):
+                yield self.at(one.x + part * (two.x - one.x), parameter)
+
     def aside(self, x: Array, parameter: float, length: float) -> Point:
-        """Where a branch sets out that crosses this one: a solution so far from x along
-        what the equations nearly take to nothing, its tangent leading away.
+        """The first point of a branch that crosses this one, at a distance from x along
+        the null vector of the equations, its tangent leading away.
 
         Raises NoSolution.
         """
@@ -235,7 +271,7 @@ class Branch(Generic[P]):
         return float(np.linalg.slogdet(np.vstack([matrix, point.tangent]))[0])
 
     def _size(self, point: Point) -> float:
-        """Of a solution, in units of the static one."""
+        """Norm of a solution, in units of the static one."""
         return float(np.linalg.norm(point.x)) / self.steps.size
 
     def _on_limit(

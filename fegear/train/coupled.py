@@ -26,8 +26,8 @@ from fegear.elasticity.inertia_relief import InertiaRelief, inertia_relief
 from fegear.elasticity.sector import RIGHT
 from fegear.gearset.inertia import require_inertia_of_bodies
 from fegear.gearset.model import GearSet
+from fegear.statics.excitation import Excitations, GivenTables
 from fegear.statics.solving import StaticsSettings
-from fegear.train.excitation import Excitations, GivenTables
 from lumped.train.coupled import CoupledContacts
 from lumped.train.system import LumpedSystem
 
@@ -44,7 +44,7 @@ def coupled_contacts(
     band: tuple[float, float] | None = None,
     kept: NDArray[np.bool_] | None = None,
 ) -> CoupledContacts:
-    """Of all meshes, in the modal coordinates of a lumped system.
+    """Contacts of all meshes, in the modal coordinates of a lumped system.
 
     torque : on the input gear [N m]; reference : Model-1 at that torque
     excitations : finite elements, or tables that give the contacts; what bodies do
@@ -80,7 +80,7 @@ def contacts_of(
     laws: Sequence[MeshLaws],
     settings: StaticsSettings,
 ) -> CoupledContacts:
-    """The same from the pair laws of all meshes."""
+    """Contacts from the pair laws of all meshes."""
     far = cross_mesh_compliance(gear_set, laws, settings)
     beside = None if far is None else (far, np.zeros_like(far))
     rigid: list[ElasticGear | None] = [None] * len(gear_set.gears)

@@ -1,4 +1,4 @@
-"""`fegear wave`: summary, history and picture."""
+"""`fegear motion`: summary, history and picture."""
 
 from __future__ import annotations
 
@@ -15,7 +15,9 @@ FAST = ("liu-idler", "--excitation", "rectangular")
 
 
 def run(*words: object) -> str:
-    result = CliRunner().invoke(app, ["wave", *map(str, words)], catch_exceptions=False)
+    result = CliRunner().invoke(
+        app, ["motion", *map(str, words)], catch_exceptions=False
+    )
     assert result.exit_code == 0, result.output
     return result.stdout
 
@@ -98,7 +100,7 @@ def test_progress_tells_the_speed_on_the_way(monkeypatch):
     monkeypatch.setattr(sys.modules["lumped.steady.sweep"], "REFRESH", -1.0)
     model = fegear.LumpedModel(stiffness=fegear.Source(kind="rectangular"))
     gears, told = fegear.load_gear_set("liu-pair"), []
-    asked = fegear.Wave(
+    asked = fegear.Motion(
         gear_set=gears, torque=100.0, speed=2030.0, from_speed=2000.0, model=model
     )
     fegear.run(asked, progress=lambda *words: told.append(words))
@@ -110,3 +112,13 @@ def test_progress_tells_the_speed_on_the_way(monkeypatch):
     ]
     assert told[1][0].startswith("2000 Hz, period ")
     assert told[-1][0].startswith("2030 Hz, period ")
+
+
+def test_the_earlier_name_of_the_command(tmp_path):
+    words = "liu-pair", "--speed", "900", "--excitation", "rectangular"
+    earlier, now = tmp_path / "earlier.csv", tmp_path / "now.csv"
+    for name, path in (("wave", earlier), ("motion", now)):
+        done = CliRunner().invoke(app, [name, *words, "-o", str(path)])
+        assert done.exit_code == 0
+    assert earlier.read_bytes() == now.read_bytes()
+    assert " wave " not in CliRunner().invoke(app, ["--help"]).stdout

@@ -1,9 +1,7 @@
 """What changes along a branch of periodic motions, and where.
 
-A motion is stable where no Floquet multiplier is beyond the unit circle, and its branch
-does not stand upright. Along a branch a multiplier leaves it at +1 in a fold or where
-branches cross, at -1 where the period doubles, and as a pair elsewhere, where motions
-of two frequencies begin.
+A motion is stable where no Floquet multiplier is beyond the unit circle and its branch
+is not upright. `lumped.continuation.bifurcations` has the tests of multipliers.
 """
 
 from __future__ import annotations
@@ -12,37 +10,30 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from itertools import groupby, pairwise
-from typing import Protocol, TypeVar
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.branches.continuation import Branch, Followed, Point
 from lumped.branches.motions import Motions
+from lumped.continuation.arc_length import Branch, Followed, Point
+from lumped.continuation.bifurcations import (
+    CROSSING,
+    DOUBLING,
+    FOLD,
+    TORUS,
+    Multipliers,
+    beyond,
+    pair_modulus,
+)
 
 Array = NDArray[np.float64]
-Multipliers = NDArray[np.complex128]
 Test = Callable[[Point], float]
-FOLD, DOUBLING = "fold", "period doubling"
-CROSSING, TORUS = "branch point", "torus"
 KINDS = FOLD, DOUBLING, CROSSING, TORUS
-HALVED = "the period is half of it again"  # why a branch of a doubled period ends
-REAL = 1e-9  # imaginary part of a multiplier that is real
 ONE = 2e-5  # of the parameter's unit: a fold and what its multiplier does
 FINE = 8e-3  # of the unit, between points while a multiplier is near to -1
 TURN = 15.0  # of a multiplier, at most, per unit of the parameter
 UPRIGHT = 1e-8  # of the tangent along the parameter: the branch stands upright
-
-
-class HasStability(Protocol):
-    """A point of any branch."""
-
-    @property
-    def stable(self) -> bool: ...
-
-
-P = TypeVar("P", bound=HasStability)
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,15 +71,6 @@ class BranchPoint:
     @property
     def stable(self) -> bool:
         return self.largest < 1.0 and not self.upright
-
-
-def stretches(points: Sequence[P]) -> Iterator[tuple[bool, list[P]]]:
-    """Stretches of equal stability; each goes on to the first point of the next."""
-    last: list[P] = []
-    for stable, group in groupby(points, lambda point: point.stable):
-        own = list(group)
-        yield stable, last + own
-        last = own[-1:]
 
 
 def with_bifurcations(
@@ -179,25 +161,3 @@ def _tests(
 
 def _beyond_at(motions: Motions, at: float, point: Point) -> float:
     return beyond(_multipliers(motions, point), at)
-
-
-def beyond(multipliers: Multipliers, at: float) -> float:
-    """Changes its sign where a real multiplier passes through 1 or -1."""
-    return float(np.prod(multipliers * at - 1.0).real)
-
-
-def by_multipliers(kind: str) -> Callable[[Multipliers], float] | None:
-    """A function of multipliers that is zero in bifurcations of a kind, and around them
-    not; None of crossings, around which another branch is as near."""
-    tests: dict[str, Callable[[Multipliers], float]] = {
-        FOLD: partial(beyond, at=1.0),
-        DOUBLING: partial(beyond, at=-1.0),
-        TORUS: lambda multipliers: pair_modulus(multipliers) - 1.0,
-    }
-    return tests.get(kind)
-
-
-def pair_modulus(multipliers: Multipliers) -> float:
-    """Largest modulus of complex multipliers, NaN where all are real."""
-    pairs = np.abs(multipliers[np.abs(multipliers.imag) > REAL])
-    return float(pairs.max()) if pairs.size else float("nan")

@@ -67,13 +67,13 @@ ROWS = {  # of the screen, with the key of a mesh and its factor
 
 
 @dataclass(frozen=True, kw_only=True)
-class Wave(
+class Motion(
     OfTrain,
     Study,
-    command="wave",
-    example="wave liu-idler --speed 2100 --from-speed 3000 --plot w.png",
+    command="motion",
+    example="motion liu-idler --speed 2100 --from-speed 3000 --plot m.png",
 ):
-    """Settled motion of a lumped train at one speed.
+    """Steady-state motion of a lumped train at one speed.
 
     Forces and contact of every tooth pair, phase plane and spectrum.
     """
@@ -81,9 +81,9 @@ class Wave(
     speed: float = setting(MISSING, "Mesh frequency of the first mesh [Hz].", FREQUENCY)
     from_speed: float | None = setting(
         None,
-        "Mesh frequency [Hz] at which the motion settles first; from there it is "
-        "followed to --speed in steps of 20 Hz at most. Where two motions are "
-        "possible, this chooses one. [default: start at rest]",
+        "Mesh frequency [Hz] of a first steady state, from which the motion is "
+        "followed to --speed in steps of at most 20 Hz. Where two motions are "
+        "possible, this selects one. [default: start at rest]",
         FREQUENCY,
     )
     torque: float | None = torque_setting()
@@ -102,7 +102,7 @@ class Wave(
     def tasks(self) -> Iterator[Task]:
         yield Task("motion", self._settled)
 
-    def _settled(self, job: Job) -> WaveResult:
+    def _settled(self, job: Job) -> MotionResult:
         """The motion; DivergedError where it has no bound."""
         model, integration, torque = self.known, self.integration, one_load(self)
         require_method(model, integration)
@@ -112,17 +112,17 @@ class Wave(
         observer = reporting(job.report, len(speeds_between(start, self.speed)))
         state = arrive(system, start, self.speed, integration, observer)
         given = system, self.speed, integration, state
-        return WaveResult(self, torque, time_history(*given, watch=observer.watch))
+        return MotionResult(self, torque, time_history(*given, watch=observer.watch))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class WaveResult(StudyResult):
+class MotionResult(StudyResult):
     """A motion over time.
 
     torque : on the input gear [N m]
     """
 
-    study: Wave
+    study: Motion
     torque: float
     motion: TimeHistory
 

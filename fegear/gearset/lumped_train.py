@@ -1,0 +1,101 @@
+"""From a gear set to a lumped gear train under torque.
+
+Rotations and torques are counter-clockwise; the first mesh's driver turns
+counter-clockwise. Torques follow from statics: T2 = T1 z2 / z1 at each mesh.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from itertools import pairwise
+
+import lumped.train.train as lumped
+from fegear.files.errors import InputError
+from fegear.gearset.inertia import inertia_of, mass_of
+from fegear.gearset.model import Gear, GearSet
+from fegear.gearset.phases import mesh_phases
+from fegear.gearset.power_path import external_torques, power_path
+
+DAMPING_RATIO = 0.04  # where neither the caller nor the gear set says otherwise
+
+
+def train_of(
+    gear_set: GearSet,
+    torque: float,
+    translations: bool = False,
+    damping_ratio: float | None = None,
+) -> lumped.Train:
+    """The lumped train; raises InputError where the gear set does not give one.
+
+    torque : on the input gear, in its sense of rotation [N m]; what the last driven
+        gear takes resists it, all gears between are free. Both balance without
+        friction, see `with_efficiency`
+    translations : gears with bearings move in the plane; else no centre moves
+    damping_ratio : of every mode, in place of the gear set's
+    """
+    if translations and not any(gear.bearing_stiffness for gear in gear_set.gears):
+        raise InputError(
+            f"{gear_set.name}: no gear has bearing_kx_N_per_m and bearing_ky_N_per_m; "
+            "at least one is needed for translations"
+        )
+    torques = external_torques(gear_set, torque)
+    try:
+        return lumped.Train(
+            gears=tuple(
+                _lumped_gear(gear, external, translations)
+                for gear, external in zip(gear_set.gears, torques, strict=True)
+            ),
+            meshes=tuple(_lumped_meshes(gear_set)),
+            shafts=tuple(_lumped_shafts(gear_set)),
+            damping_ratio=_damping_ratio(gear_set, damping_ratio),
+        )
+    except lumped.TrainError as error:
+        raise InputError(f"{gear_set.name}: {error}") from None
+
+
+def with_efficiency(
+    gear_set: GearSet, train: lumped.Train, efficiency: float
+) -> lumped.Train:
+    """A train whose output torque is lowered by what its meshes lose."""
+    out = power_path(gear_set).out
+    gears = list(train.gears)
+    gears[out] = replace(gears[out], torque=efficiency * gears[out].torque)
+    return replace(train, gears=tuple(gears))
+
+
+def _damping_ratio(gear_set: GearSet, given: float | None) -> float:
+    named = (given, gear_set.damping_ratio, DAMPING_RATIO)
+    return next(ratio for ratio in named if ratio is not None)
+
+
+def _lumped_gear(gear: Gear, torque: float, translations: bool) -> lumped.Gear:
+    return lumped.Gear(
+        name=gear.name,
+        teeth=gear.geometry.teeth,
+        base_radius=gear.geometry.base_radius,
+        inertia=inertia_of(gear),
+        mass=mass_of(gear),
+        bearing_stiffness=gear.bearing_stiffness if translations else None,
+        coupling_stiffness=gear.coupling_stiffness,
+        torque=torque,
+    )
+
+
+def _lumped_meshes(gear_set: GearSet) -> Iterator[lumped.Mesh]:
+    for mesh, phase in zip(gear_set.meshes, mesh_phases(gear_set), strict=True):
+        yield lumped.Mesh(
+            driver=mesh.driver,
+            driven=mesh.driven,
+            pressure_angle=mesh.pair.operating_pressure_angle,
+            center_line=mesh.direction,
+            backlash=mesh.backlash,
+            phase=phase.value,
+        )
+
+
+def _lumped_shafts(gear_set: GearSet) -> Iterator[lumped.Shaft]:
+    """A shaft of more than two gears is a chain of shafts between neighbours."""
+    for shaft in gear_set.shafts:
+        for ends in pairwise(shaft.gears):
+            yield lumped.Shaft(gears=ends, stiffness=shaft.stiffness)
