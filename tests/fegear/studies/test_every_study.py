@@ -326,6 +326,7 @@ EXAMPLES = {
 
 # of a run, or a difference of what agrees but for round-off
 OF_RUNS = {"seconds", "peak_memory_MB", "interpolation_error", "compiled_signatures"}
+SLOW = {"budget", "eccentric", "identify", "rattle bifurcation", "warmup"}
 WITHOUT_TABLE = {"show", "mesh", "render", "rattle gears"}
 MEASURED = "time_s,speed_rpm\n" + "\n".join(
     f"{10 * i},{3000.0 * 0.9**i + i % 2}" for i in range(8)
@@ -346,6 +347,11 @@ def made(command: str) -> Study:
         given["machine"] = kind(name="roots-scaled", delta=0.6 + 1.0 / 300.0)
     asked: Study = study(**given)
     return asked
+
+
+def slow_or_quick(command: str) -> Any:
+    """A study whose tier is that of what it takes."""
+    return pytest.param(command, marks=[pytest.mark.slow] * (command in SLOW))
 
 
 @pytest.mark.parametrize("command", STUDIES)
@@ -370,7 +376,7 @@ def test_words_of_a_study_ask_for_it(command, monkeypatch):
     assert found[0].words == asked.words
 
 
-@pytest.mark.parametrize("command", STUDIES)
+@pytest.mark.parametrize("command", [slow_or_quick(name) for name in STUDIES])
 def test_the_command_and_the_call_find_the_same(command, tmp_path):
     asked = made(command)
     path = tmp_path / f"t{asked.endings[0]}"
