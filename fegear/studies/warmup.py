@@ -9,7 +9,6 @@ import signal
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cache, cached_property, partial
-from operator import itemgetter
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
@@ -18,7 +17,7 @@ import fegear
 import lumped
 from fegear.files.errors import InputError
 from fegear.studies import load_study
-from fegear.studies.page import Grid, Page, cell
+from fegear.studies.page import Grid, Page
 from fegear.studies.study import (
     NO_PICTURES,
     Job,
@@ -231,12 +230,15 @@ class WarmupResult(StudyResult):
 
     def page(self) -> Page:
         values = self.summary
-        numbers = {name: cell(name) for name in COLUMNS[1:]}
-        yield Grid(self.rows, {COLUMNS[0]: itemgetter(COLUMNS[0]), **numbers})
+        yield Grid(self.rows, {name: partial(_word, name) for name in COLUMNS})
         yield (
             f"compiled {self.compiled} signatures; the cache holds "
             f"{values['signatures']} of {values['functions']} functions"
         )
+
+
+def _word(name: str, row: Mapping[str, Any]) -> str:
+    return str(row[name])
 
 
 @cache

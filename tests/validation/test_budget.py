@@ -25,6 +25,8 @@ from validation.study.cases import Part, load_case, read_case
 from validation.study.runs import run_case
 from validation.study.tasks import parts_of, tasks_of
 
+pytestmark = pytest.mark.slow
+
 PARTS = "hardening", "pairs", "body", "modes"  # of gears without an idler
 
 

@@ -16,6 +16,8 @@ from validation.pages.templates import shown
 from validation.report.values import worst
 from validation.study.metrics import Verdict
 
+pytestmark = pytest.mark.slow
+
 MOVING = """
 name = "moving"
 title = "Pair <in> motion & more"
@@ -205,7 +207,6 @@ def test_settings_versions_and_commands_are_stated(folder):
     assert "cores" in text
 
 
-@pytest.mark.slow
 def test_the_same_report_again_is_the_same(folder, tmp_path):
     before = {p: p.read_bytes() for p in folder.rglob("*") if p.is_file()}
     case = folder.parent / "moving.toml"

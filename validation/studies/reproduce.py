@@ -194,7 +194,8 @@ class ReproductionResult(StudyResult):
         for row in self.values["counts"]:
             yield (
                 f"{row['lines']} {row['meaning']}: {row['within_1_percent']} to 1 %, "
-                f"{row['within_5_percent']} to 5 %, {row['within_10_percent']} to 10 %, "
+                f"{row['within_5_percent']} to 5 %, "
+                f"{row['within_10_percent']} to 10 %, "
                 f"{row['beyond']} further off or not met, "
                 f"{row['with_a_reason']} with a reason"
             )

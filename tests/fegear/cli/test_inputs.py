@@ -864,6 +864,7 @@ def quick_benchmarks(monkeypatch):
 SLOW = {  # whose options are tried in the slow tier
     *("bench all", "bifurcations", "branches", "budget", "dynamics", "eccentric"),
     *("identify", "rattle bifurcation", "rattle manifold", "render", "validate"),
+    "warmup",
 }
 
 

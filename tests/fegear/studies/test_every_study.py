@@ -343,9 +343,10 @@ EXAMPLES = {
 # of a run, or a difference of what agrees but for round-off
 OF_RUNS = {
     *("seconds", "peak_memory_MB", "interpolation_error", "reused"),
-    "compiled_signatures",
+    *("compiled_signatures", "functions", "signatures"),  # of a cache that others use
 }
 WITHOUT_TABLE = {"show", "mesh", "render", "rattle gears", "bench all"}
+SLOW = {"budget", "eccentric", "identify", "rattle bifurcation", "warmup", "validate"}
 MEASURED = "time_s,speed_rpm\n" + "\n".join(
     f"{10 * i},{3000.0 * 0.9**i + i % 2}" for i in range(8)
 )
@@ -367,6 +368,11 @@ def made(command: str) -> Study:
         given["machine"] = kind(name="roots-scaled", delta=0.6 + 1.0 / 300.0)
     asked: Study = study(**given)
     return asked
+
+
+def slow_or_quick(command: str) -> Any:
+    """A study whose tier is that of what it takes."""
+    return pytest.param(command, marks=[pytest.mark.slow] * (command in SLOW))
 
 
 @pytest.mark.parametrize("command", STUDIES)
@@ -391,7 +397,7 @@ def test_words_of_a_study_ask_for_it(command, monkeypatch):
     assert found[0].words == asked.words
 
 
-@pytest.mark.parametrize("command", STUDIES)
+@pytest.mark.parametrize("command", [slow_or_quick(name) for name in STUDIES])
 def test_the_command_and_the_call_find_the_same(command, tmp_path):
     asked = made(command)
     path = tmp_path / f"t{asked.endings[0]}"
@@ -399,10 +405,8 @@ def test_the_command_and_the_call_find_the_same(command, tmp_path):
     values = json.loads(printed(*asked.words, "--json", *files))
     found = fegear.run(asked)
     summary = json.loads(strict_json(found.summary))
-    assert values.keys() == {*summary, "wall_time_s"}
-    assert of_runs_left_out(values | {"wall_time_s": 0}) == of_runs_left_out(
-        summary | {"wall_time_s": 0}
-    )
+    assert values.pop("wall_time_s") >= 0.0
+    assert of_runs_left_out(values) == of_runs_left_out(summary)
     shown, picture = found._repr_html_(), found._repr_png_()
     assert shown.count("<table>") == shown.count("</table>")
     assert picture.startswith(b"\x89PNG") if found.figures else picture is None

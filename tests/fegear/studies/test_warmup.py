@@ -52,7 +52,7 @@ print(count.signatures)
 COMMANDS = """\
 stiffness --mesh 1 --friction 0.1
 sweep liu-idler --speeds 1000:1100:100
-sweep liu-pair --speeds 1000:1100:100 --excitation rectangular --friction 0.1
+sweep liu-pair --speeds 1000 --excitation rectangular --friction 0.1 --bending 0
 sweep liu-pair --speeds 1000:1100:100 --model coupled --without body
 dynamics liu-pair --torque 100 --speeds 1000:1100:100 --friction 0.1
 branches liu-pair --torque 100 --speeds 1000:1010

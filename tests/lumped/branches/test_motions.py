@@ -10,6 +10,8 @@ from lumped.branches.motions import Motions, OverFigure, OverSpeed
 from lumped.branches.periodic import BranchFinder, BranchSettings
 from lumped.steady.settings import Settings
 
+pytestmark = pytest.mark.slow
+
 SPEED, HARMONICS = 1450.0, 10
 LIMITS = 0.035, 0.1  # damping ratios
 SETTINGS = BranchSettings(harmonics=HARMONICS, period_multiple=1, sweep_points=9)
@@ -70,7 +72,6 @@ def test_branches_end_on_the_limits(found):
         assert branch.points[-1].parameter in LIMITS
 
 
-@pytest.mark.slow
 def test_nothing_is_asked_for_beyond_the_limits(damped):
     """Where there may be no system."""
     asked = []
