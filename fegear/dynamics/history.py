@@ -180,10 +180,10 @@ def history_name(torque: float, direction: Direction, frequency: float) -> str:
     for name, value in (("torque", torque), ("frequency", frequency)):
         if not (value >= 0.0 and math.isfinite(value)):
             raise ValueError(f"{name} must be finite and 0 or more, got {value}")
-    return f"{_plain(torque, 3)}Nm_{direction}_{_plain(frequency, 4)}Hz.csv"
+    return f"{_number(torque, 3)}Nm_{direction}_{_number(frequency, 4)}Hz.csv"
 
 
-def _plain(value: float, digits: int) -> str:
+def _number(value: float, digits: int) -> str:
     """Decimals without an exponent, at least so many digits before the point."""
     text = np.format_float_positional(value, precision=6, trim="-")
     whole, point, part = text.partition(".")

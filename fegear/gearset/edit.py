@@ -31,20 +31,20 @@ def edited(tables: Mapping[str, Any], edits: Mapping[str, Any]) -> dict[str, Any
     set as well; a relief magnitude of 0 takes the relief away. Raises InputError for
     a name that leads nowhere.
     """
-    copy: dict[str, Any] = {key: _plain(value) for key, value in tables.items()}
+    copy: dict[str, Any] = {key: _python_value(value) for key, value in tables.items()}
     for name, value in edits.items():
-        _set(copy, name, _plain(value))
+        _set(copy, name, _python_value(value))
     for mesh in _tables_of(copy, "mesh"):
         _settle_reliefs(mesh)
     return copy
 
 
-def _plain(value: Any) -> Any:
+def _python_value(value: Any) -> Any:
     """A copy with numbers of NumPy as those of Python."""
     if isinstance(value, Mapping):
-        return {key: _plain(each) for key, each in value.items()}
+        return {key: _python_value(each) for key, each in value.items()}
     if isinstance(value, list | tuple):
-        return [_plain(each) for each in value]
+        return [_python_value(each) for each in value]
     return value.item() if getattr(value, "ndim", None) == 0 else deepcopy(value)
 
 

@@ -12,7 +12,7 @@ from lumped.common.progress import Progress, silent
 from lumped.common.workers import Compute, in_threads
 from lumped.continuation.arc_length import NoSolution
 from lumped.rattle.branches import machine_with
-from lumped.rattle.curves import Curve, curve_of, is_on
+from lumped.rattle.curves import BifurcationCurve, curve_of, is_on
 from lumped.rattle.machine import Machine
 
 Array = NDArray[np.float64]
@@ -44,7 +44,7 @@ def find_existence(
     plane: Plane,
     compute: Compute = in_threads,
     report: Progress = silent,
-) -> tuple[Curve, ...]:
+) -> tuple[BifurcationCurve, ...]:
     """Curves of bifurcations over two figures."""
     search = plane.first
     slices = [machine_with(machine, plane.second, other) for other in plane.slices]
@@ -55,7 +55,7 @@ def find_existence(
             for k, value in enumerate(search.seeds)
         }
     )
-    curves: list[Curve] = []
+    curves: list[BifurcationCurve] = []
     for i, at in enumerate(slices):
         report("curves", i, len(slices))
         rows = (found[f"orbits {i} {k}"]["rows"] for k in range(len(search.seeds)))
@@ -64,7 +64,10 @@ def find_existence(
 
 
 def _add_curves(
-    curves: list[Curve], machine: Machine, plane: Plane, rows: list[tuple[float, Array]]
+    curves: list[BifurcationCurve],
+    machine: Machine,
+    plane: Plane,
+    rows: list[tuple[float, Array]],
 ) -> None:
     """Add the curves through bifurcations at a value of the second parameter."""
     limits = plane.first.limits, plane.limits

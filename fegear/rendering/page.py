@@ -77,7 +77,7 @@ class Plain:
     lines: Indices
 
 
-def _plain(field: ContactField) -> Plain:
+def _values_of(field: ContactField) -> Plain:
     """Elements in quarters, or whole where there are so many that none shows."""
     nodes, sides = field.nodes_of_both("triangles"), field.nodes_of_both("outline")
     if sum(len(gear.points) for gear in field.gears) > MANY:
@@ -96,7 +96,7 @@ def _plain(field: ContactField) -> Plain:
 
 
 def _data(field: ContactField, looks: Sequence[Look]) -> dict[str, Any]:
-    look, view, plain = looks[0], looks[0].view, _plain(field)
+    look, view, plain = looks[0], looks[0].view, _values_of(field)
     return {
         "names": [gear.name for gear in field.gears],
         "first": plain.first,

@@ -304,7 +304,7 @@ class BifurcationsResult(StudyResult):
         return {
             **self._heading,
             "values": len(study.over.values),
-            "branches": [_plain(branch) for branch in self.branches],
+            "branches": [_branch_values(branch) for branch in self.branches],
             "warnings": [
                 *doubts_of_bodies(last, study.at_speeds),
                 *self._doubts_of_size(),
@@ -354,7 +354,7 @@ STRETCH: Columns = {
 }
 
 
-def _plain(branch: AttractorBranch) -> dict[str, Any]:
+def _branch_values(branch: AttractorBranch) -> dict[str, Any]:
     return {
         "direction": branch.direction,
         "complete": branch.complete,

@@ -319,7 +319,7 @@ class BranchesResult(StudyResult):
             "natural_frequencies_Hz": study.first.resonances_Hz.tolist(),
             "interrupted": not self.complete,
             "branches": [
-                _plain(branch, study.parameter, self._stepped)
+                _branch_values(branch, study.parameter, self._stepped)
                 for branch in self.branches
             ],
             "warnings": list(self._doubts()),
@@ -381,7 +381,7 @@ def _micrometres(lengths: list[float]) -> str:
     return ", ".join(number(1e6 * length, 4) for length in lengths)
 
 
-def _plain(branch: PeriodicBranch, over: str, stepped: bool) -> dict[str, Any]:
+def _branch_values(branch: PeriodicBranch, over: str, stepped: bool) -> dict[str, Any]:
     values = [point.parameter for point in branch.points]
     levels = np.array([point.figures["dte_rms"] for point in branch.points])
     low, high = ("from_Hz", "to_Hz") if over == MESH_FREQUENCY else ("from", "to")

@@ -86,7 +86,7 @@ class BasinsResult(StudyResult):
             "cells_a_side": basins.grid.side,
             "velocity_rad_per_turn": list(basins.grid.velocity),
             "iterations": basins.iterations,
-            "attractors": [self._plain(i) for i in range(len(basins.attractors))],
+            "attractors": [self._values_of(i) for i in range(len(basins.attractors))],
             "unclear_fraction": unclear,
             "basin_entropy": plain(basins.entropy),
             "warnings": list(self._warnings()),
@@ -98,7 +98,7 @@ class BasinsResult(StudyResult):
             needed = settling_returns(self.basins.machine)
             yield unsettled(self.study, unclear, "cells", self.study.iterations, needed)
 
-    def _plain(self, number: int) -> dict[str, Any]:
+    def _values_of(self, number: int) -> dict[str, Any]:
         basins, attractor = self.basins, self.basins.attractors[number]
         fraction, count = float(basins.fractions[number]), basins.grid.cells
         error = math.sqrt(fraction * (1.0 - fraction) / count)

@@ -29,7 +29,7 @@ from fegear.studies.table import Table
 from lumped.figures.rattle import words_of
 from lumped.figures.rattle_branches import draw_curves, draw_orbit_branches
 from lumped.rattle.branches import OrbitBranch, machine_with
-from lumped.rattle.curves import Curve
+from lumped.rattle.curves import BifurcationCurve
 
 FIGURES = {  # by the names of options, and of those that have none
     "delta": "damping",
@@ -309,7 +309,7 @@ class ExistenceResult(OverFigures):
 
     study: OrbitBifurcations
     plane: Plane
-    curves: tuple[Curve, ...]
+    curves: tuple[BifurcationCurve, ...]
 
     @property
     def table(self) -> Table:
@@ -385,7 +385,7 @@ def _of_branch(branch: OrbitBranch) -> dict[str, Any]:
     }
 
 
-def _of_curve(curve: Curve) -> dict[str, Any]:
+def _of_curve(curve: BifurcationCurve) -> dict[str, Any]:
     first, last = curve.points[0], curve.points[-1]
     return {
         "name": curve.itinerary.name,

@@ -20,9 +20,9 @@ from lumped.rattle.basins import Basins, basins_of, settle_grid
 from lumped.rattle.basins import Grid as Cells
 from lumped.rattle.departures import RETURNS
 from lumped.rattle.manifolds import (
-    Curve,
     Fineness,
     Manifold,
+    PlaneCurve,
     grazing_curve,
     grow_manifolds,
     saddles,
@@ -120,7 +120,7 @@ class Manifolds(
             grown += grow_manifolds(self.named.machine, *how)
         return grown
 
-    def _grazing(self, job: Job) -> list[Curve]:
+    def _grazing(self, job: Job) -> list[PlaneCurve]:
         machine, numbers = self.named.machine, range(self.preimages + 1)
         return [grazing_curve(machine, before, self._fineness) for before in numbers]
 
@@ -142,7 +142,7 @@ class ManifoldsResult(StudyResult):
 
     study: Manifolds
     manifolds: list[Manifold]
-    grazing: list[Curve]
+    grazing: list[PlaneCurve]
     basins: Basins | None
 
     @cached_property

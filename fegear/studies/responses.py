@@ -16,7 +16,7 @@ from fegear.studies.page import Columns, Grid, Page, cell, counted
 from fegear.studies.study import Draw, StudyResult
 from fegear.studies.table import Table
 from fegear.train.lumped_models import doubts_of_bodies, natural_frequencies
-from lumped.figures.sweeps import Curve, draw_sweep
+from lumped.figures.sweeps import ResponseCurve, draw_sweep
 from lumped.steady.jumps import find_jumps, find_peaks, largest_responses, opposites
 from lumped.steady.motion import DivergedError
 from lumped.steady.sweep import Branch
@@ -140,8 +140,10 @@ class ResponsesResult(StudyResult):
 
     def _response(self) -> Figure:
         name = self.model if self.beside else ""
-        curves = [Curve(torque, branch, name) for torque, branch in self.found]
-        curves += [Curve(torque, branch, "Model-1") for torque, branch in self.beside]
+        curves = [ResponseCurve(torque, branch, name) for torque, branch in self.found]
+        curves += [
+            ResponseCurve(torque, branch, "Model-1") for torque, branch in self.beside
+        ]
         return draw_sweep(curves, self.title, f"natural frequency {self.natural}")
 
     def page(self) -> Page:

@@ -236,7 +236,7 @@ class StabilityResult(StudyResult):
                 {
                     "value": value,
                     "largest_multiplier": float(column.largest.max()),
-                    "intervals": list(map(_plain, column.intervals)),
+                    "intervals": list(map(_interval_values, column.intervals)),
                 }
                 for value, column in zip(study.over.values, self.columns, strict=False)
             ],
@@ -316,7 +316,7 @@ def _widest(columns: list[dict[str, Any]]) -> list[dict[str, Any]]:
     return sorted(rows, key=lambda row: -row["width"])
 
 
-def _plain(interval: Interval) -> dict[str, Any]:
+def _interval_values(interval: Interval) -> dict[str, Any]:
     return {
         "kind": interval.kind,
         "from_Hz": interval.low,

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from lumped.rattle.manifolds import Curve
+    from lumped.rattle.manifolds import PlaneCurve
     from lumped.rattle.noise import Noise
 
 NIGHT, RED, GREY = "#1b2a6b", "#8c1515", "#d0d0d0"  # quiet, chaotic, undecided
@@ -140,7 +140,7 @@ def _label(axes: Axes, velocity: tuple[float, float]) -> None:
 
 
 def draw_curves(
-    curves: Sequence[tuple[str, Curve]],
+    curves: Sequence[tuple[str, PlaneCurve]],
     marks: Sequence[tuple[float, float]],
     velocity: tuple[float, float],
     title: str,
@@ -170,7 +170,7 @@ def draw_curves(
     return figure
 
 
-def _open(curve: Curve) -> NDArray[np.float64]:
+def _open(curve: PlaneCurve) -> NDArray[np.float64]:
     """Points of a curve, separated where it jumps from one side of the plot to the
     other."""
     around = np.flatnonzero(np.abs(np.diff(curve.points[:, 0])) > 0.5) + 1

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from lumped.continuation.bifurcations import DOUBLING, FOLD, stretches
 from lumped.figures.drawing import color_of, draw_legend, draw_title, panels
 from lumped.rattle.branches import GRAZING, OrbitBranch
-from lumped.rattle.curves import GRAZING_FOLD, Curve
+from lumped.rattle.curves import GRAZING_FOLD, BifurcationCurve
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -60,7 +60,9 @@ def draw_orbit_branches(
     return figure
 
 
-def draw_curves(curves: Sequence[Curve], labels: Sequence[str], title: str) -> Figure:
+def draw_curves(
+    curves: Sequence[BifurcationCurve], labels: Sequence[str], title: str
+) -> Figure:
     """Plot bifurcations over two parameters.
 
     labels : labels of both parameters, with their units

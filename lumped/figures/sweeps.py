@@ -31,7 +31,7 @@ NOISE = 1e-5  # part of the largest line below which a spectrum is not drawn
 
 
 @dataclass(frozen=True)
-class Curve:
+class ResponseCurve:
     """Branch and its torque on the input gear [N m].
 
     model : model named in the legend if curves of several models are drawn together
@@ -47,7 +47,7 @@ class Curve:
 
 
 def draw_sweep(
-    curves: Sequence[Curve], title: str = "", natural: str = "natural frequency"
+    curves: Sequence[ResponseCurve], title: str = "", natural: str = "natural frequency"
 ) -> Figure:
     """Plot the RMS of the dynamic transmission error over speed for each mesh.
 
@@ -75,7 +75,7 @@ def draw_sweep(
     return figure
 
 
-def _opposite(curve: Curve, curves: Sequence[Curve]) -> Branch | None:
+def _opposite(curve: ResponseCurve, curves: Sequence[ResponseCurve]) -> Branch | None:
     """Branch of the same model and torque that was passed in the other direction.
 
     Finite elements and the lumped model compared with them refer to the same system.
@@ -90,7 +90,7 @@ def _speed_label(system: LumpedSystem) -> str:
 
 
 def _draw_branch(
-    axes: Axes, curve: Curve, other: Branch | None, m: int, color: str
+    axes: Axes, curve: ResponseCurve, other: Branch | None, m: int, color: str
 ) -> None:
     branch = curve.branch
     if not branch.responses:

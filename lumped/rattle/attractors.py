@@ -32,7 +32,7 @@ from lumped.rattle.sticking import sticking_from
 Array = NDArray[np.float64]
 Numbers = NDArray[np.int64]
 SHARE = 20  # size of a share of the motions that are given more returns
-ALIKE = 1e-5  # distance of departures on one orbit
+ENDS_ALIKE = 1e-5  # distance of departures on one orbit
 LONG = 200_000  # returns over which one of the still changing motions is followed
 LAST, LASTING = 2000, 10  # final returns to settle; part of the iterations, if chaotic
 LATE = 15_000  # least number of additional returns of other still changing motions
@@ -206,12 +206,12 @@ class Naming:
             number[own] = self._alike(
                 partial(self._orbit, int(period)),
                 settled.end[own],
-                np.round(settled.end[own] / ALIKE),
+                np.round(settled.end[own] / ENDS_ALIKE),
             )
         if (sticking := settled.period == kernel.STICKING).any():
             ends = settled.end[sticking]
             signs = np.sign(ends[:, 1])  # the flank of the departure
-            cells = np.stack([np.round(ends[:, 0] / ALIKE), signs], axis=1)
+            cells = np.stack([np.round(ends[:, 0] / ENDS_ALIKE), signs], axis=1)
             number[sticking] = self._alike(self._sticking, ends, cells)
         return number
 
@@ -242,7 +242,7 @@ class Naming:
 
     def _known(self, name: str, point: tuple[float, float]) -> int | None:
         for number, known in enumerate(self.found):
-            if known.name == name and apart(known.point, point) < 10.0 * ALIKE:
+            if known.name == name and apart(known.point, point) < 10.0 * ENDS_ALIKE:
                 return number
         return None
 
@@ -266,7 +266,7 @@ class Naming:
         again = (
             n
             for n in range(1, period)
-            if apart(path[0], path[n]) < ALIKE and path[n, 0] - path[0, 0] > 0.5
+            if apart(path[0], path[n]) < ENDS_ALIKE and path[n, 0] - path[0, 0] > 0.5
         )
         period = next(again, period)
         path = path[: period + 1]

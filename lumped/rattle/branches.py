@@ -26,7 +26,7 @@ from lumped.continuation.arc_length import (
 )
 from lumped.continuation.bifurcations import DOUBLING, FOLD, HALVED, beyond
 from lumped.rattle.arcs import Layout, arcs_of, layout_of, linearised, margin_of
-from lumped.rattle.departures import Itinerary, apart, follow
+from lumped.rattle.departures import ALIKE, Itinerary, apart, follow
 from lumped.rattle.kernels.arcs import SPEED, START
 from lumped.rattle.machine import Machine
 
@@ -36,7 +36,6 @@ KINDS = FOLD, DOUBLING, GRAZING
 BESIDE = 1e-6  # difference, in the parameter's unit, for its derivatives
 FIRST, MOST = 2e-3, 0.02  # first and largest arc length, in turns and units
 ASIDE = 2e-3  # arc length to the first point of a branch of twice the period
-ALIKE = 1e-6  # distance of departures on one orbit
 ON_LIMIT = 1e-9  # part of the range within which a point is on its limit
 AT_GRAZE = 1e-5  # distance of unknowns within which a fold is a graze
 CLOSE = 1e-3  # part of the range from its end at which a branch has reached it

@@ -117,7 +117,7 @@ class CurvePoint:
 
 
 @dataclass(frozen=True, eq=False)
-class Curve:
+class BifurcationCurve:
     """Bifurcations of one kind in order, and the reason why the curve ends."""
 
     itinerary: Itinerary
@@ -131,7 +131,7 @@ def curve_of(
     point: OrbitPoint,
     second: str,
     limits: tuple[tuple[float, float], tuple[float, float]],
-) -> Curve:
+) -> BifurcationCurve:
     """Follow the curve through a bifurcation of a branch.
 
     second : name of the parameter in addition to that of the branch
@@ -151,10 +151,12 @@ def curve_of(
     ways = [condition.branch().follow(p, limits[1], ends) for p in (turned, start)]
     followed = ways[0] if ways[0].closed else joined(*ways)
     points = tuple(_points(condition, followed.points, limits[0]))
-    return Curve(branch.itinerary, point.kind, points, followed.reason)
+    return BifurcationCurve(branch.itinerary, point.kind, points, followed.reason)
 
 
-def is_on(curve: Curve, branch: OrbitBranch, point: OrbitPoint, second: str) -> bool:
+def is_on(
+    curve: BifurcationCurve, branch: OrbitBranch, point: OrbitPoint, second: str
+) -> bool:
     """Whether a curve passes through a bifurcation of a branch."""
     if (curve.itinerary, curve.kind) != (branch.itinerary, point.kind):
         return False

@@ -17,6 +17,7 @@ from lumped.rattle.kernels import settle as kernel
 from lumped.rattle.machine import Machine
 
 Array = NDArray[np.float64]
+ALIKE = 1e-6  # distance of departures on one orbit
 Numbers = NDArray[np.int64]
 RETURNS = 1499  # returns in section 3.3 of the source
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lumped.rattle.attractors import LATE, sort_departures
-from lumped.rattle.departures import follow, settle_departures, settling_returns
+from lumped.rattle.departures import ALIKE, follow, settle_departures, settling_returns
 from lumped.rattle.kernels.settle import CHANGING, STICKING, UNKNOWN
 from lumped.rattle.machine import Machine
 
@@ -17,7 +17,6 @@ Numbers = NDArray[np.int64]
 STARTS = 6  # departures per side of the grid from which runs start
 MOST = 200_000  # returns before motions are classified; a damping of 2e-4 needs them
 KEPT = 60  # departures that are stored of a motion that never repeats
-ALIKE = 1e-6  # distance of departures that are one
 
 
 def settled_departures(machine: Machine, velocity: tuple[float, float]) -> Array:

@@ -49,7 +49,7 @@ class Fineness:
 
 
 @dataclass(frozen=True, eq=False)
-class Curve:
+class PlaneCurve:
     """Departures (n, 2), times from 0 to 1; NaN rows separate pieces between jumps.
 
     lengths : (n,) length of the curve up to each point, in the units of `Fineness`
@@ -75,7 +75,7 @@ class Manifold:
     departure: tuple[float, float]
     is_stable: bool
     side: int
-    curve: Curve
+    curve: PlaneCurve
 
 
 def map_departures(machine: Machine, starts: Array, count: int) -> Array:
@@ -97,7 +97,7 @@ def saddles(orbits: list[Orbit]) -> list[Orbit]:
     ]
 
 
-def grazing_curve(machine: Machine, before: int, fineness: Fineness) -> Curve:
+def grazing_curve(machine: Machine, before: int, fineness: Fineness) -> PlaneCurve:
     """Departures `before` returns ahead of those whose next contact grazes the lower
     flank."""
 
@@ -162,7 +162,9 @@ def _seed(
     return _Seed(at, along, factor, -count if is_stable else count)
 
 
-def _grown(machine: Machine, seed: _Seed, length: float, fineness: Fineness) -> Curve:
+def _grown(
+    machine: Machine, seed: _Seed, length: float, fineness: Fineness
+) -> PlaneCurve:
     scale, pieces, before = _scale(machine), [seed.at[None] % [1.0, math.inf]], 0.0
     bounds = np.linspace(0.0, 1.0, PIECES + 1)
     for generation in range(MOST_GENERATIONS):
@@ -181,7 +183,7 @@ def _grown(machine: Machine, seed: _Seed, length: float, fineness: Fineness) -> 
             if before >= length:
                 curve = _curve(np.concatenate(pieces), scale)
                 inside = curve.lengths <= length
-                return Curve(curve.points[inside], curve.lengths[inside])
+                return PlaneCurve(curve.points[inside], curve.lengths[inside])
         if before - start < AT_REST * before:
             break  # it ends in an attractor
     return _curve(np.concatenate(pieces), scale)
@@ -238,9 +240,9 @@ def _is_coarse(points: Array, scale: Array, fineness: Fineness) -> NDArray[np.bo
     return np.asarray(coarse)
 
 
-def _curve(points: Array, scale: Array) -> Curve:
+def _curve(points: Array, scale: Array) -> PlaneCurve:
     """Curve without the points that are repeated where pieces join."""
     again = np.concatenate([[False], _distances(points, scale) == 0.0])
     points = points[~again]
     steps = np.nan_to_num(_distances(points, scale))
-    return Curve(points, np.concatenate([[0.0], np.cumsum(steps)]))
+    return PlaneCurve(points, np.concatenate([[0.0], np.cumsum(steps)]))

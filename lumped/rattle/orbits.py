@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lumped.rattle.arcs import arcs_of, linearised
-from lumped.rattle.departures import Itinerary, apart, follow, itinerary
+from lumped.rattle.departures import ALIKE, Itinerary, apart, follow, itinerary
 from lumped.rattle.kernels import arcs as kernel
 from lumped.rattle.machine import Machine
 from lumped.rattle.periodic import has_closed_form, simple_rattle, two_sided_rattle
@@ -20,7 +20,6 @@ ARCS = 32  # largest number of arcs of a return in the search for an orbit
 STARTS = 24  # departures per side of the grid from which the search starts
 FAST_STARTS = 6  # rows of the grid for speeds that are higher than usual
 MOST_TURNS = 4  # largest number of turns of constructed motions
-ALIKE = 1e-6  # distance of departures that count as equal
 SLOWEST = 3e-4  # least speed of a departure, over that of P(1,1,0)
 
 

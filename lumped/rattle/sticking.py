@@ -19,7 +19,7 @@ from lumped.rattle.kernels import settle as kernel
 from lumped.rattle.machine import Machine
 
 Release = tuple[float, float]  # time [turns] and speed, negative from the lower flank
-ALIKE = 1e-8  # distance in turns of releases that are equal
+AT_ONCE = 1e-8  # distance in turns of releases that are equal
 LONGEST = 100_000  # largest number of impacts from one release to the next
 MOST_RELEASES = 100  # largest number of releases in a period
 FASTER = 10.0  # factor of the speed of a second release that is followed with each
@@ -102,7 +102,7 @@ def _next(machine: Machine, release: Release) -> tuple[Release, bool]:
         kernel.next_release(arrays, time, factor * speed, LONGEST)
         for factor in (1.0, FASTER)
     )
-    return one, abs(one[0] - other[0]) < ALIKE and one[1] == other[1]
+    return one, abs(one[0] - other[0]) < AT_ONCE and one[1] == other[1]
 
 
 def _possible_releases(machine: Machine) -> Iterator[Release]:
@@ -122,7 +122,7 @@ def _possible_releases(machine: Machine) -> Iterator[Release]:
 
 def _alike(one: Release, two: Release) -> bool:
     turn = one[0] - two[0]
-    return abs(turn - round(turn)) < ALIKE and one[1] == two[1]
+    return abs(turn - round(turn)) < AT_ONCE and one[1] == two[1]
 
 
 def _same(one: Sticking, two: Sticking) -> bool:
@@ -132,7 +132,7 @@ def _same(one: Sticking, two: Sticking) -> bool:
 def _motion(machine: Machine, path: list[Release], turns: int) -> Sticking:
     single: dict[tuple[int, float], Release] = {}
     for time, speed in path:
-        single.setdefault((round(time % 1.0 / ALIKE), speed), (time % 1.0, speed))
+        single.setdefault((round(time % 1.0 / AT_ONCE), speed), (time % 1.0, speed))
     releases = tuple(sorted(single.values()))
     upper = [(time, 0.0) for time, speed in releases if speed > 0.0]
     if not upper:

@@ -48,6 +48,9 @@ FREE = {
     "table",
     "history",
     "runs",
+    "cases",
+    "numbers",
+    "directory",
 }  # any text
 PAIR = lumped.PairExcitation(constant(1e8), constant(0.0))
 SPRING = lumped.MeshExcitation((PAIR,), 1e8)
@@ -96,6 +99,7 @@ EXAMPLES = [  # of classes that must be told something
     fegear.Motion(gear_set="liu-pair", speed=1000.0),
     fegear.NaturalModes(gear_set="liu-pair"),
     fegear.ClosedForms(),
+    fegear.Validation(cases=("idler",), directory="report"),
     fegear.Contributions(gear_set="liu-pair", speeds=[1e3]),
     fegear.Stability(gear_set="liu-pair", over="friction=0,0.1", speeds=[1e3, 2e3]),
     fegear.Bifurcations(gear_set="liu-pair", over="mesh_frequency_Hz=1e3,2e3"),

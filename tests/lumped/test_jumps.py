@@ -150,7 +150,7 @@ def test_a_figure_pairs_the_directions_of_each_model():
             rms = softening(at, direction) + offset
             one = branch(at, rms, direction=direction)
             one.responses, one.system = (None,), "the same"
-            curves.append(figures.Curve(100.0, one, model))
+            curves.append(figures.ResponseCurve(100.0, one, model))
     for curve in curves:
         (same,) = [
             each.branch

@@ -74,10 +74,10 @@ def test_rows_grow_by_coordinates(bench_of):
 
 def test_picture_and_table(tmp_path):
     points = [
-        study.Point("steps", 64, 9, 1.0, 3.0, 1e-2, 2e-2),
-        study.Point("steps", 128, 9, 1.0, 3.0, 2.5e-3, 5e-3),
-        study.Point("mesh", 0.7, 900, 1.0, 9e3, np.nan, np.nan),
-        study.Point("modes", 0.0, 0, 1.0, 3.0, 1.0, 1.2),
+        study.DynamicsCost("steps", 64, 9, 1.0, 3.0, 1e-2, 2e-2),
+        study.DynamicsCost("steps", 128, 9, 1.0, 3.0, 2.5e-3, 5e-3),
+        study.DynamicsCost("mesh", 0.7, 900, 1.0, 9e3, np.nan, np.nan),
+        study.DynamicsCost("modes", 0.0, 0, 1.0, 3.0, 1.0, 1.2),
     ]
     assert study.observed_order(points) == pytest.approx(2.0)
     lines = format_records(plain({"points": points})["points"]).splitlines()

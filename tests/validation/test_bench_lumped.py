@@ -7,7 +7,7 @@ import pytest
 
 from lumped.steady.respond import respond
 from lumped.steady.settings import Settings
-from validation.bench.bench_lumped import Point, growth, races, with_disks
+from validation.bench.bench_lumped import StepCost, growth, races, with_disks
 from validation.oracles.scipy_train import ScipyTrain, scipy_rms
 from validation.stress.stress_coupled import TRIALS as COUPLED
 from validation.stress.stress_lumped import TRIALS, Idler
@@ -52,8 +52,8 @@ def test_growth_is_about_linear():
 
 
 def test_race_is_run_at_equal_error():
-    def point(study: str, setting: float, ms: float, error: float) -> Point:
-        return Point(study, setting, ms, 1.0, error, error)
+    def point(study: str, setting: float, ms: float, error: float) -> StepCost:
+        return StepCost(study, setting, ms, 1.0, error, error)
 
     points = [
         point("rk4", 32, 0.5, 2e-3),

@@ -8,7 +8,7 @@ from typing import Any
 
 from validation.bench.benchmark import (
     Benchmark,
-    Curve,
+    CostCurve,
     Panel,
     write_benchmark,
     write_page,
@@ -24,7 +24,7 @@ TABLES: dict[str, Any] = {
 }
 
 
-CURVE = Curve("split", "o", [(1e-3, 1.0), (1e-2, 2.0)])
+CURVE = CostCurve("split", "o", [(1e-3, 1.0), (1e-2, 2.0)])
 
 
 def measured(name: str = "stiffness", tables: dict[str, Any] = TABLES) -> Benchmark:

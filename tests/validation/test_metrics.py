@@ -24,7 +24,9 @@ def resonance(speeds, at=1500.0, height=1.0):
 def curve(values, speeds=SPEEDS, **changes):
     values = np.asarray(values, float)
     still = np.zeros_like(values)
-    plain = m.Curve("up", 1, np.asarray(speeds, float), values, still + 1.0, still)
+    plain = m.MeasuredCurve(
+        "up", 1, np.asarray(speeds, float), values, still + 1.0, still
+    )
     return replace(plain, **changes)
 
 

@@ -45,7 +45,7 @@ MOST_PERIODS = 4000
 
 
 @dataclass(frozen=True)
-class Point:
+class BranchCost:
     """A study at one setting: branches of so many harmonics, sweeps of so many steps.
 
     seconds : in all, for `motions` stable and unstable, or speeds of a sweep
@@ -168,7 +168,7 @@ def followed(
 
 def branch_point(
     system: LumpedSystem, limits: tuple[float, float], harmonics: int
-) -> Point:
+) -> BranchCost:
     start = time.perf_counter()
     finder = followed(system, limits, harmonics)
     seconds = time.perf_counter() - start
@@ -178,7 +178,7 @@ def branch_point(
         for branch, point in every[:: max(1, len(every) // SAMPLED)]
         if (error := _error(finder, branch, point)) is not None
     ]
-    return Point(
+    return BranchCost(
         study="branches",
         setting=harmonics,
         seconds=seconds,
@@ -201,7 +201,9 @@ def _error(
     return exact.error_of(point.figures["dte_rms"])
 
 
-def sweep_point(system: LumpedSystem, limits: tuple[float, float], steps: int) -> Point:
+def sweep_point(
+    system: LumpedSystem, limits: tuple[float, float], steps: int
+) -> BranchCost:
     speeds = np.linspace(*limits, SPEED_STEPS)
     settings = Settings(steps=steps)
     start = time.perf_counter()
@@ -219,7 +221,7 @@ def sweep_point(system: LumpedSystem, limits: tuple[float, float], steps: int) -
         except NoSolution:
             continue
         errors.append(exact.error_of(response.dte_rms))
-    return Point(
+    return BranchCost(
         study="sweep, rk4",
         setting=steps,
         seconds=seconds,
@@ -380,7 +382,7 @@ def _errors_at_speeds(
     return found
 
 
-def time_panel(points: Sequence[Point]) -> bench.Panel:
+def time_panel(points: Sequence[BranchCost]) -> bench.Panel:
     """Time of a motion over its error."""
     curves = bench.curves_of(
         points,

@@ -25,7 +25,7 @@ TIMED = 200_000
 
 
 @dataclass(frozen=True)
-class Point:
+class ImpactCost:
     """error : largest of the times of the first impacts, in periods"""
 
     study: str
@@ -71,7 +71,7 @@ def _first(group: Group) -> Impacts:
     return joined(list(islice(alone, COMPARED)))
 
 
-def _point(study: str, group: Group, exact: Impacts) -> Point:
+def _point(study: str, group: Group, exact: Impacts) -> ImpactCost:
     found = _first(group)
     few = min(len(found), len(exact))
     apart = np.abs(found.time[:few] - exact.time[:few]).max()
@@ -84,10 +84,10 @@ def _point(study: str, group: Group, exact: Impacts) -> Point:
     seconds = time.perf_counter() - begin
     error = float(apart) / group.excitation.period
     speed = count / seconds
-    return Point(study, group.tolerance, speed, 1e6 / speed, error)
+    return ImpactCost(study, group.tolerance, speed, 1e6 / speed, error)
 
 
-def _panel(points: list[Point]) -> bench.Panel:
+def _panel(points: list[ImpactCost]) -> bench.Panel:
     curves = bench.curves_of(
         points,
         lambda p: p.study,

@@ -51,7 +51,7 @@ STUDIES = {  # by name: what is drawn, a marker, and the unit of the setting
 
 
 @dataclass(frozen=True)
-class Point:
+class DynamicsCost:
     """A study at one setting.
 
     setting : steps per period, cut-off of the elastic modes [Hz], or refinement of
@@ -137,7 +137,7 @@ def _measured(whole: Subject, report: Progress) -> Iterator[tuple[str, Any]]:
         yield "growth", growth(subject(row, whole.torque))
 
 
-def measure_points(whole: Subject, report: Progress) -> Iterator[Point]:
+def measure_points(whole: Subject, report: Progress) -> Iterator[DynamicsCost]:
     """Over the steps against finer ones; all else against whole gears."""
     report("steps", 0, 1)
     made = whole.stepper(FiniteElements(fidelity="reduced"))
@@ -190,11 +190,11 @@ def _point(
     made: tuple[ImplicitStepper, int, float],
     found: Sequence[tuple[Array, float]],
     fine: Sequence[tuple[Array, float]] | None = None,
-) -> Point:
+) -> DynamicsCost:
     """made : by `Subject.stepper`; found, fine : by `Subject.runs`"""
     pairs = zip(found, fine or (), strict=False)
     errors = [waveform_error(own, wanted) for (own, _), (wanted, _) in pairs]
-    return Point(
+    return DynamicsCost(
         study=study,
         setting=setting,
         freedoms=made[1],
@@ -244,13 +244,13 @@ def row_of_gears(gear_set: GearSet, count: int) -> GearSet:
     return replace(gear_set, gears=tuple(gears), meshes=tuple(meshes), shafts=())
 
 
-def observed_order(points: Sequence[Point]) -> float:
+def observed_order(points: Sequence[DynamicsCost]) -> float:
     """Observed order of the median error over the steps."""
     own = [p for p in points if p.study == "steps"]
     return -bench.slope([p.setting for p in own], [p.error_median for p in own])
 
 
-def figure_panel(points: Sequence[Point]) -> bench.Panel:
+def figure_panel(points: Sequence[DynamicsCost]) -> bench.Panel:
     """Time per mesh period over the median error, a line for each study."""
     curves = []
     for study, (label, marker, unit) in STUDIES.items():
@@ -261,7 +261,7 @@ def figure_panel(points: Sequence[Point]) -> bench.Panel:
             for p, n in zip(own, steps, strict=True)
         ]
         names = [p.setting / unit for p in own]
-        curves.append(bench.Curve(label, marker, places, names))
+        curves.append(bench.CostCurve(label, marker, places, names))
     return bench.Panel(
         "relative error of the dynamic transmission error, median",
         "time per mesh period [ms]",

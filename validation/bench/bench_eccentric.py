@@ -38,7 +38,7 @@ LOAD, POSITIONS = 2e3, 6  # torque per width [N]; positions of a tooth
 
 
 @dataclass(frozen=True)
-class Point:
+class EccentricCost:
     """Centre distance. setting : samples, steps or the tolerance"""
 
     study: str
@@ -78,11 +78,11 @@ def _measured(report: Progress) -> Iterator[tuple[str, Any]]:
     yield from (("contact", row) for row in contact_rows(report))
 
 
-def distance_points() -> Iterator[Point]:
+def distance_points() -> Iterator[EccentricCost]:
     exact = EccentricPair(1.0, ECCENTRICITY).center_distance
 
-    def point(study: str, setting: float, work: Callable[[], float]) -> Point:
-        return Point(
+    def point(study: str, setting: float, work: Callable[[], float]) -> EccentricCost:
+        return EccentricCost(
             study, setting, 1e3 * bench.fastest(work), abs(work() / exact - 1.0)
         )
 
@@ -142,7 +142,7 @@ def contact_rows(report: Progress) -> list[Contact]:
     ]
 
 
-def _distance_panel(points: Sequence[Point]) -> bench.Panel:
+def _distance_panel(points: Sequence[EccentricCost]) -> bench.Panel:
     curves = bench.curves_of(
         points,
         lambda p: p.study,
@@ -156,6 +156,6 @@ def _contact_panels(rows: Sequence[Contact]) -> Iterator[bench.Panel]:
     own = [row for row in rows if row.error > 0.0]
     if own:
         places = [(row.error, row.seconds) for row in own]
-        curve = bench.Curve("contact", "o", places, [row.fineness for row in own])
+        curve = bench.CostCurve("contact", "o", places, [row.fineness for row in own])
         label = "relative error of the transmission error, beside the finest mesh"
         yield bench.Panel(label, f"time of {POSITIONS} positions [s]", [curve])

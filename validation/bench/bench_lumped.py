@@ -40,7 +40,7 @@ OFF_JUMPS = 0.02  # change of the RMS, up against down, beyond which a speed is 
 
 
 @dataclass(frozen=True)
-class Point:
+class StepCost:
     """A study at one setting; times are per speed, errors of the RMS of the DTE.
 
     setting : steps per period, accuracy, or relative tolerance
@@ -100,7 +100,7 @@ def _measured(
     timed["sweep_speeds"] = 2 * speeds.size
 
 
-def measure_points(system: LumpedSystem, report: Progress) -> Iterator[Point]:
+def measure_points(system: LumpedSystem, report: Progress) -> Iterator[StepCost]:
     """Every study at all its settings, over the speeds that one response has."""
     frequencies = [f * leading_frequency(system) for f in SPEEDS]
     report("reference", 0, 1)
@@ -131,7 +131,7 @@ def _has_one_response(system: LumpedSystem, reference: Response) -> bool:
 
 def _point(
     system: LumpedSystem, known: Mapping[float, Array], study: str, setting: float
-) -> Point:
+) -> StepCost:
     errors, seconds, periods = [], 0.0, 0.0
     for frequency, expected in known.items():
         if study.startswith(SCIPY):
@@ -141,7 +141,7 @@ def _point(
             found = _solve(system, frequency, study, setting)
         errors.append(float(np.abs(found[0] / expected - 1.0).max()))
         seconds, periods = seconds + found[1], periods + found[2]
-    return Point(
+    return StepCost(
         study=study,
         setting=setting,
         ms_per_speed=1e3 * seconds / len(errors),
@@ -193,12 +193,12 @@ class Race:
     ratio: float
 
 
-def races(points: Sequence[Point]) -> list[Race]:
+def races(points: Sequence[StepCost]) -> list[Race]:
     """One race for each method of SciPy, at its error nearest to rk4's default."""
     ours = [p for p in points if not p.study.startswith(SCIPY)]
     default = next(p for p in ours if p.study == "rk4" and p.setting == SPRING_STEPS)
 
-    def off_default(point: Point) -> float:
+    def off_default(point: StepCost) -> float:
         return abs(math.log(point.error_median / default.error_median))
 
     found = []
@@ -271,14 +271,14 @@ def with_disks(system: LumpedSystem, size: int) -> LumpedSystem:
     return LumpedSystem(larger, system.excitations)
 
 
-def figure_panel(points: Sequence[Point]) -> bench.Panel:
+def figure_panel(points: Sequence[StepCost]) -> bench.Panel:
     """Time per speed over the median error, a line for each integrator."""
     curves = []
     studies = dict.fromkeys(point.study for point in points)
     for study, marker in zip(studies, "osD^v", strict=False):
         own = [p for p in points if p.study == study]
         places = [(max(p.error_median, 1e-12), p.ms_per_speed) for p in own]
-        curves.append(bench.Curve(study, marker, places, [p.setting for p in own]))
+        curves.append(bench.CostCurve(study, marker, places, [p.setting for p in own]))
     return bench.Panel(
         "relative error of the RMS of the DTE, median over speeds and meshes",
         "time per settled speed [ms]",

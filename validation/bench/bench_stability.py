@@ -60,7 +60,7 @@ CHECKED = 24  # speeds of the gear set at which multipliers stand beside integra
 
 
 @dataclass(frozen=True)
-class Point:
+class MultiplierCost:
     """State transitions of the sawtooth over one step.
 
     setting : terms, divisions, or what a series may leave out
@@ -144,17 +144,17 @@ def _measured(
     yield "chart", timed_chart(set_name, torque)
 
 
-def sawtooth_points() -> Iterator[Point]:
+def sawtooth_points() -> Iterator[MultiplierCost]:
     """Compiled methods, and those of the source as they are written, in NumPy."""
     exact = exact_transition(SLOPE, START, STEP)
     form = first_order_form(SLOPE, START)
 
     def point(
         study: str, setting: float, work: Callable[[], Array], count: int
-    ) -> Point:
+    ) -> MultiplierCost:
         seconds = bench.fastest(work)
         error = float(np.abs(work() - exact).max() / np.abs(exact).max())
-        return Point(study, setting, 1e6 * seconds / count, error)
+        return MultiplierCost(study, setting, 1e6 * seconds / count, error)
 
     for left_out in LEFT_OUT:
         work = _compiled(_sawtooth(), left_out)
@@ -300,7 +300,7 @@ def timed_chart(set_name: str, torque: float) -> Chart:
     return Chart(SPEEDS, VALUES, seconds, 1e6 * seconds / (SPEEDS * VALUES))
 
 
-def _transition_panel(points: Sequence[Point]) -> bench.Panel:
+def _transition_panel(points: Sequence[MultiplierCost]) -> bench.Panel:
     curves = bench.curves_of(
         points,
         lambda p: p.study,

@@ -56,7 +56,7 @@ class Variant:
 
 
 @dataclass(frozen=True)
-class Point:
+class StiffnessCost:
     """Run times [s] and relative errors of one variant."""
 
     study: str
@@ -123,7 +123,7 @@ def measure(gear_set: GearSet, torque: float, report: Progress) -> bench.Benchma
 
 def measure_variants(
     gear_set: GearSet, torque: float, report: Progress
-) -> Iterator[Point]:
+) -> Iterator[StiffnessCost]:
     """Points one by one, so that those finished are kept."""
     todo = list(variants())
     report("reference", 0, len(todo) + 1)
@@ -168,7 +168,7 @@ def _measure(
     variant: Variant,
     reference_problem: ContactProblem,
     reference: ContactCycle,
-) -> Point:
+) -> StiffnessCost:
     start = time.perf_counter()
     problem = _problem(gear_set, variant)
     middle = time.perf_counter()
@@ -177,7 +177,7 @@ def _measure(
     error = np.abs(cycle.ste[0] / reference.ste[0] - 1.0)
     corner = corner_positions(reference_problem, reference, 0)
     means = cycle.ste.mean() / reference.ste.mean()
-    return Point(
+    return StiffnessCost(
         study=variant.study,
         element_order=variant.order,
         half_plane_split=variant.split,
@@ -204,25 +204,25 @@ def _edge_at_pitch(gear_set: GearSet, size: MeshSize) -> float:
     return float(arcs[at] - arcs[at - 1])
 
 
-def observed_order(points: Sequence[Point], study: str) -> float:
+def observed_order(points: Sequence[StiffnessCost], study: str) -> float:
     """Observed order of the mean error over the flank edges, of one study."""
     chosen = [p for p in points if p.study == study]
     edges, errors = [p.flank_edges for p in chosen], [p.error_mean for p in chosen]
     return -bench.slope(edges, errors)
 
 
-def figure_panels(points: Sequence[Point]) -> list[bench.Panel]:
+def figure_panels(points: Sequence[StiffnessCost]) -> list[bench.Panel]:
     """Run time against error, and error against mesh size."""
     cost, size = [], []
     studies = dict.fromkeys(p.study for p in points)
     for study, marker in zip(studies, "osv^D", strict=False):
         chosen = [p for p in points if p.study == study]
         times = [(p.error_path, p.total_s) for p in chosen]
-        cost.append(bench.Curve(study, marker, times))
+        cost.append(bench.CostCurve(study, marker, times))
         if study != GRID:
             label = f"{study}: order {observed_order(points, study):.1f}"
             edges = [(p.edge_at_pitch_mm, p.error_mean) for p in chosen]
-            size.append(bench.Curve(label, marker, edges))
+            size.append(bench.CostCurve(label, marker, edges))
     return [
         bench.Panel(
             "largest relative error of STE on the nominal path",

@@ -30,7 +30,7 @@ Row = TypeVar("Row")
 
 
 @dataclass(frozen=True)
-class Curve:
+class CostCurve:
     """Points (x, y) of a line; settings : by which they are named, if any."""
 
     label: str
@@ -48,7 +48,7 @@ class Panel:
 
     x: str
     y: str
-    curves: Sequence[Curve]
+    curves: Sequence[CostCurve]
     limit: tuple[float, str] | None = None
 
 
@@ -96,7 +96,7 @@ class Benchmark:
         return figure
 
 
-def _draw_curve(axes: Axes, curve: Curve) -> None:
+def _draw_curve(axes: Axes, curve: CostCurve) -> None:
     places = np.array(curve.points, float).reshape(-1, 2)
     axes.loglog(*places.T, f"{curve.marker}-", label=curve.label)
     for setting, place in zip(curve.settings, curve.points, strict=False):
@@ -114,13 +114,13 @@ def curves_of(
     label: Callable[[Row], str],
     place: Callable[[Row], tuple[float, float]],
     setting: Callable[[Row], float] | None = None,
-) -> list[Curve]:
+) -> list[CostCurve]:
     """A curve for each label, in the order of the rows."""
     curves = []
     for name, marker in zip(dict.fromkeys(map(label, rows)), MARKERS, strict=False):
         own = [row for row in rows if label(row) == name]
         settings = [] if setting is None else list(map(setting, own))
-        curves.append(Curve(name, marker, list(map(place, own)), settings))
+        curves.append(CostCurve(name, marker, list(map(place, own)), settings))
     return curves
 
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from lumped.figures.drawing import panels
 from validation.study.budget import QUANTITIES, WHOLE, Budget
-from validation.study.metrics import METRICS, Curve, ForceCycle, Verdict
+from validation.study.metrics import METRICS, ForceCycle, MeasuredCurve, Verdict
 from validation.study.run_files import Run
 from validation.study.runs import CaseResult
 from validation.study.tasks import FE, FE_PLAIN
@@ -75,7 +75,9 @@ def draw_over_speed(result: CaseResult, torque: float, column: Column) -> Figure
     return figure
 
 
-def _mark_jumps(axes: Axes, curve: Curve, factor: float, style: dict[str, Any]) -> None:
+def _mark_jumps(
+    axes: Axes, curve: MeasuredCurve, factor: float, style: dict[str, Any]
+) -> None:
     """A dot where a jump lands."""
     for jump in curve.jumps:
         axes.plot(

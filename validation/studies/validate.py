@@ -45,7 +45,7 @@ def _per_cent(name: str, row: Mapping[str, Any]) -> str:
     return f"{100.0 * row['figures'][name]:.2g}" if row["figures"] else ""
 
 
-def _plain(name: str, row: Mapping[str, Any]) -> str:
+def _text(name: str, row: Mapping[str, Any]) -> str:
     return str(row["figures"][name]) if row["figures"] else ""
 
 
@@ -57,8 +57,8 @@ SETS: Columns = {
     "set": lambda row: row["set"],
     "median\n%": partial(_per_cent, "median_error"),
     "90 %\n%": partial(_per_cent, "tenth_error"),
-    "apart": partial(_plain, "apart"),
-    "modes": partial(_plain, "body_modes"),
+    "apart": partial(_text, "apart"),
+    "modes": partial(_text, "body_modes"),
     "bound\n%": partial(_per_cent, "left_out"),
     "natural\n%": partial(_per_cent, "natural_error"),
     "ms": partial(_whole, "coupled_ms"),

@@ -104,7 +104,7 @@ def verdict(
 
 
 @dataclass(frozen=True, eq=False)
-class Curve:
+class MeasuredCurve:
     """One mesh over n rising speeds of one branch.
 
     frequency : (n,) of the first mesh [Hz]; dte_rms [m], force_peak [N], contact_loss
@@ -145,12 +145,14 @@ def unmatched(reference: Sequence[float], model: Sequence[float]) -> int:
     return len(reference) + len(model) - 2 * len(matched(reference, model))
 
 
-def jump_frequencies(curve: Curve) -> list[float]:
+def jump_frequencies(curve: MeasuredCurve) -> list[float]:
     """Middles of the steps that jump [Hz]."""
     return [0.5 * (jump.frequency_from + jump.frequency_to) for jump in curve.jumps]
 
 
-def jump_zones(reference: Curve, model: Curve) -> list[tuple[float, float]]:
+def jump_zones(
+    reference: MeasuredCurve, model: MeasuredCurve
+) -> list[tuple[float, float]]:
     """Ranges [Hz] where the curves are on different sides of a jump.
 
     From one jump to its match in the other curve; of a jump without a match the step
@@ -178,7 +180,9 @@ class Distance:
 
 
 def curve_distance(
-    reference: Curve, model: Curve, zones: Sequence[tuple[float, float]] = ()
+    reference: MeasuredCurve,
+    model: MeasuredCurve,
+    zones: Sequence[tuple[float, float]] = (),
 ) -> Distance:
     """Distance of the RMS of the DTE at common speeds outside the zones [Hz].
 
@@ -217,7 +221,9 @@ def largest(values: Array) -> float:
 Measured = tuple[str, str, float]  # (metric, place within the curve, value)
 
 
-def curve_measures(reference: Curve, model: Curve) -> Iterator[Measured]:
+def curve_measures(
+    reference: MeasuredCurve, model: MeasuredCurve
+) -> Iterator[Measured]:
     """All metrics of a mesh and direction; peaks and jumps one by one."""
     if reference.direction != model.direction or reference.mesh != model.mesh:
         raise ValueError(
@@ -241,7 +247,7 @@ def curve_measures(reference: Curve, model: Curve) -> Iterator[Measured]:
     yield "peak_force", "", force if whole else math.nan
 
 
-def friction_effect(with_friction: Curve, without: Curve) -> float:
+def friction_effect(with_friction: MeasuredCurve, without: MeasuredCurve) -> float:
     """Largest RMS of a mesh with friction over the one without; NaN of branches that
     ended early."""
     if not (with_friction.complete and without.complete):
@@ -261,7 +267,9 @@ def _peak_measures(
     yield "peaks_unmatched", _listed(here, there), float(unmatched(here, there))
 
 
-def _jump_measures(reference: Curve, model: Curve) -> Iterator[Measured]:
+def _jump_measures(
+    reference: MeasuredCurve, model: MeasuredCurve
+) -> Iterator[Measured]:
     here, there = jump_frequencies(reference), jump_frequencies(model)
     for i, j in sorted(matched(here, there)):
         yield "jump_frequency", f"jump at {here[i]:g} Hz", there[j] - here[i]

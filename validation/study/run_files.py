@@ -24,7 +24,7 @@ from lumped.steady.jumps import Jump, Peak, find_jumps, find_peaks, opposites
 from lumped.steady.sweep import Branch
 from lumped.steady.sweep_table import SweepTable, format_sweep, parse_sweep, sweep_table
 from validation.study.kept import RESULT, sealed, whole_texts
-from validation.study.metrics import CYCLE_POINTS, Curve, ForceCycle, Statics
+from validation.study.metrics import CYCLE_POINTS, ForceCycle, MeasuredCurve, Statics
 from validation.study.provenance import machine
 from validation.study.solving import Cost, RunResult
 from validation.study.tasks import Task
@@ -49,7 +49,7 @@ class Run:
     directory: Path
     reused: bool
     table: SweepTable
-    curves: tuple[Curve, ...]
+    curves: tuple[MeasuredCurve, ...]
     statics: tuple[Statics, ...]
     cycles: tuple[ForceCycle, ...]
     machine: str
@@ -152,7 +152,7 @@ def read_run(task: Task, directory: Path, reused: bool) -> Run | None:
     )
 
 
-def _read_curve(features: Mapping[str, Any], table: SweepTable) -> Curve:
+def _read_curve(features: Mapping[str, Any], table: SweepTable) -> MeasuredCurve:
     own = (features["direction"], features["mesh"])
     rows = [row for row in table.rows if (row.direction, row.mesh) == own]
     rows.sort(key=lambda row: row.mesh_frequency_Hz)
@@ -162,7 +162,7 @@ def _read_curve(features: Mapping[str, Any], table: SweepTable) -> Curve:
         "force_peak": "force_peak_N",
         "contact_loss": "contact_loss_fraction",
     }
-    return Curve(
+    return MeasuredCurve(
         direction=features["direction"],
         mesh=features["mesh"],
         **{k: np.array([getattr(row, v) for row in rows]) for k, v in columns.items()},

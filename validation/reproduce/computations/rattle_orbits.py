@@ -19,7 +19,7 @@ from lumped.continuation.bifurcations import stretches
 from lumped.rattle.arcs import arcs_of, history_of
 from lumped.rattle.attractors import CHAOTIC, QUIET, Naming
 from lumped.rattle.branches import GRAZING, OrbitBranch, machine_with
-from lumped.rattle.curves import Curve as Bifurcations
+from lumped.rattle.curves import BifurcationCurve
 from lumped.rattle.departures import follow, settle_departures
 from lumped.rattle.machine import TURN, Machine
 from lumped.rattle.orbits import find_orbits
@@ -193,7 +193,7 @@ def existence(part: ExistencePart, scene: MachineScene, report: Progress) -> Par
     return PartResult(tuple(curves), {k: tuple(v) for k, v in found.items()})
 
 
-def _flank(machine: Machine, plane: Plane, grazing: Bifurcations) -> str:
+def _flank(machine: Machine, plane: Plane, grazing: BifurcationCurve) -> str:
     """Which flank a motion grazes, seen in the middle of the curve."""
     point = grazing.points[len(grazing.points) // 2]
     machine = machine_with(machine, plane.first.figure, point.first)
