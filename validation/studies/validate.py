@@ -234,10 +234,10 @@ class ValidationResult(StudyResult):
         """Why the models fail."""
         sets, reasons = self.values["random_sets"], list[str]()
         if self.outside:
-            reasons.append(f"{len(self.outside)} values are outside their tolerances")
+            reasons.append(f"values outside their tolerances: {len(self.outside)}")
         if sets.get("of") != sets.get("kept"):
             missed = sets["of"] - sets["kept"]
-            reasons.append(f"{missed} random gear sets break a promise")
+            reasons.append(f"random gear sets that break a promise: {missed}")
         return reasons
 
     @property

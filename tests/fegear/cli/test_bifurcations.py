@@ -4,10 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import signal
-import subprocess
-import sys
-import time
 
 import pytest
 from cli_commands import printed, rows_of
@@ -77,35 +73,6 @@ def test_another_figure_stands_in_the_table_by_its_key(tmp_path):
     rows = rows_of(path)
     assert [float(row[key]) for row in rows[::4]] == [100.0, 200.0]
     assert "# speed_Hz: 1620" in path.read_text("utf-8")
-
-
-@pytest.mark.slow
-def test_ctrl_c_keeps_what_is_finished_and_resume_goes_on(tmp_path):
-    over = ["--over", "mesh_frequency_Hz=1640:2640:201", "--direction", "down"]
-    words = [*WORDS, *over, "-o"]
-    path, partial = tmp_path / "b.csv", tmp_path / "b.csv.partial"
-    command = [sys.executable, "-m", "fegear", *words, str(path)]
-    process = subprocess.Popen(command, stdout=subprocess.DEVNULL)
-    while process.poll() is None and not (
-        partial.exists() and partial.stat().st_size > 60_000
-    ):
-        time.sleep(0.01)
-    process.send_signal(signal.SIGINT)
-    assert process.wait() == 130
-    text = path.read_text("utf-8")
-    assert "# incomplete: " in text
-    begun = rows_of(path)
-    assert begun
-    other = [word if word != "30" else "31" for word in command]
-    done = subprocess.run([*other, "--resume"], capture_output=True, text=True)
-    assert done.returncode == 2
-    assert "was begun with sections" in done.stderr
-    whole = tmp_path / "whole.csv"
-    assert subprocess.run([*command, "--resume"], check=True, capture_output=True)
-    printed(*words, whole)
-    assert path.read_bytes() == whole.read_bytes()
-    assert not partial.exists()
-    assert rows_of(path)[: len(begun)] == begun
 
 
 LONG_PERIOD = """name = "long-period"

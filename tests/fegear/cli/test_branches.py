@@ -118,42 +118,6 @@ def test_ctrl_c_keeps_the_finished_branches(tmp_path, monkeypatch):
     assert len(text.splitlines()) > 20
 
 
-@pytest.mark.slow
-def test_resumed_branches_are_those_of_one_go(tmp_path, monkeypatch):
-    """What was finished is not followed again, and nothing else is changed."""
-    from lumped.branches.periodic import BranchFinder
-    from lumped.continuation.arc_length import Branch
-
-    words = (*FAST, "--speeds", "2800:3600", "--harmonics", 4)
-    whole, file = tmp_path / "whole.csv", tmp_path / "b.csv"
-    branches = len(json.loads(run(*words, "--json", "-o", whole))["branches"])
-
-    def interrupt(self):
-        raise KeyboardInterrupt
-
-    with monkeypatch.context() as patched:
-        patched.setattr(BranchFinder, "doublings", interrupt)
-        run(*words, "-o", file, code=130)
-    kept = file.with_name("b.csv.partial")
-    assert kept.is_file()
-    result = CliRunner().invoke(app, ["branches", *map(str, words), "-o", str(file)])
-    assert "holds what an interrupted run has finished" in str(result.exception)
-    other = [*map(str, words[:-1]), "5", "-o", str(file), "--resume"]
-    assert "was begun with finding.harmonics" in str(
-        CliRunner().invoke(app, ["branches", *other]).exception
-    )
-    follow, calls = Branch.follow, []
-    monkeypatch.setattr(Branch, "follow", lambda *a: calls.append(1) or follow(*a))
-    again = CliRunner().invoke(
-        app, ["branches", *map(str, words), "-o", str(file), "--resume"]
-    )
-    assert again.exit_code == 0
-    assert len(calls) == branches - 1
-    assert "1 branch is finished" in again.stderr
-    assert file.read_text("utf-8") == whole.read_text("utf-8")
-    assert not kept.exists()
-
-
 def test_two_doublings_between_two_steps_are_found():
     """At little damping a multiplier passes -1 and comes back within a step."""
     words = ("liu-pair", "--torque", 100, "--speeds", "1000:1430", "--damping", 0.005)

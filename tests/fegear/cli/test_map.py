@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
-import signal
 import sqlite3
 import subprocess
 import sys
@@ -107,28 +105,22 @@ def test_a_file_that_another_map_has_kept_is_refused(tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("end", [signal.SIGINT, signal.SIGKILL])
-def test_interrupted_map_goes_on(tmp_path, end):
+def test_a_killed_map_goes_on(tmp_path):
     path = tmp_path / "m.csv"
     words = (*BASE, "--over", "mesh.2.phase=0:0.5:300", "--at", "1605")
     code = f"import sys; sys.argv[1:] = {[*words, '-o', str(path)]!r}; "
     code = "from fegear.cli import main; " + code.replace("= [", "= ['map', ", 1)
-    process = subprocess.Popen(
-        [sys.executable, "-c", code + "main()"], stderr=subprocess.PIPE, text=True
-    )
+    process = subprocess.Popen([sys.executable, "-c", code + "main()"])
     kept = tmp_path / "m.csv.partial"
     deadline = time.monotonic() + 60.0
     while time.monotonic() < deadline and process.poll() is None:
         if finished_in(kept) > 20:
             break
         time.sleep(0.02)
-    os.kill(process.pid, end)
-    message = process.communicate(timeout=30)[1]
+    process.kill()
+    process.wait(timeout=30)
     assert 10 <= finished_in(kept) < 300
     assert not path.exists()
-    if end == signal.SIGINT:
-        assert process.returncode == 130
-        assert f"{kept} is stored; --resume continues from it" in message
     run(*words, "-o", path, "--resume")
     assert path.read_text().count("periodic") == 600
     other = tmp_path / "whole.csv"

@@ -61,34 +61,6 @@ def test_branches_on_screen_in_files_and_for_machines(tmp_path):
             assert f"{each['value']:.7g}  {each['kind']}" in shown
 
 
-@pytest.mark.slow
-def test_an_interrupted_run_goes_on_to_the_same_file(tmp_path, monkeypatch, capsys):
-    from fegear.rattle import bifurcation
-
-    whole, file = tmp_path / "whole.csv", tmp_path / "b.csv"
-    assert run([*WORDS, "-o", str(whole)]) == 0
-    settle, count = bifurcation.settled_departures, []
-
-    def interrupted(machine, velocity):
-        count.append(machine.damping)
-        if len(count) > 3:
-            raise KeyboardInterrupt
-        return settle(machine, velocity)
-
-    monkeypatch.setattr(bifurcation, "settled_departures", interrupted)
-    assert run([*WORDS, "-o", str(file)]) == 130
-    assert not file.exists()
-    assert (tmp_path / "b.csv.partial").exists()
-    monkeypatch.setattr(bifurcation, "settled_departures", settle)
-    capsys.readouterr()
-    assert run([*WORDS, "-o", str(file), "--resume"]) == 0
-    (line,) = capsys.readouterr().err.splitlines()
-    kept = int(line.removeprefix(f"fegear: {file}.partial: ").split()[0])
-    assert 6 <= kept < 9  # orbits at three values, and runs until the fourth
-    assert file.read_bytes() == whole.read_bytes()
-    assert not (tmp_path / "b.csv.partial").exists()
-
-
 def test_long_runs_that_have_not_settled_are_counted(monkeypatch, tmp_path):
     from fegear.rattle import bifurcation
 

@@ -17,7 +17,6 @@ from fegear.elasticity.flank import flank_compliance
 from fegear.elasticity.material import PlaneMaterial
 from fegear.elasticity.sector import cyclic_sector
 from fegear.files.errors import InputError
-from fegear.files.store import Keeping
 from meshes import GearPair, MeshSize, SpurGear
 from meshes.eccentric import EccentricPair
 from meshes.eccentric.base import TRAILING
@@ -199,29 +198,3 @@ def test_loads_that_cannot_be(given, reason):
     wheels = {"radius": 20.0, "eccentricity": 6.0, "torque": 1.0}
     with pytest.raises(InputError, match=reason):
         fegear.run(fegear.Eccentric(**wheels | given))
-
-
-@pytest.mark.slow
-def test_an_interrupted_turn_goes_on_where_it_ended(tmp_path):
-    wheels = {"radius": 20.0, "eccentricity": 1.0, "teeth": 20, "positions": 80}
-    asked = fegear.Eccentric(**wheels, torque=5.0)
-    whole = fegear.run(asked)
-    path, said = tmp_path / "t.csv.partial", list[str]()
-
-    def progress(what: str, done: int, total: int) -> None:
-        if (what, done, total) == ("blocks", 1, 10):
-            raise KeyboardInterrupt
-
-    cut = fegear.run(asked, Keeping(checkpoint=path), progress, workers=1)
-    assert not cut.complete
-    assert not cut.empty
-    count = len(cut.columns["pairs"])
-    assert count in range(8, 80, 8)  # those under way are finished
-    assert cut.summary["contact"]["complete"] is False
-    with pytest.raises(InputError, match="was begun with torque"):
-        fegear.run(replace(asked, torque=6.0), Keeping(checkpoint=path, resume=True))
-    rest = fegear.run(asked, Keeping(checkpoint=path, resume=True, tell=said.append))
-    assert said == [f"{path}: {count // 8} of 10 blocks are finished"]
-    tables = (each.more_tables["contact"].csv() for each in (rest, whole))
-    assert next(tables) == next(tables)
-    assert not path.exists()
