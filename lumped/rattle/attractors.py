@@ -31,23 +31,50 @@ from lumped.rattle.sticking import sticking_from
 
 Array = NDArray[np.float64]
 Numbers = NDArray[np.int64]
-SHARE = 20  # size of a share of the motions that are given more returns
-ENDS_ALIKE = 1e-5  # distance of departures on one orbit
-LONG = 200_000  # returns over which one of the still changing motions is followed
-LAST, LASTING = 2000, 10  # final returns to settle; part of the iterations, if chaotic
-LATE = 15_000  # least number of additional returns of other still changing motions
-# number of cells in a footprint to check, multiple of the iterations, and the largest
-# part of them that may settle in that time
-CHECKED, AGAIN, LEAVE = 40, 4, 0.35
-SEEN = 256  # cells a side of a chaotic attractor's footprint
-EXPONENT = 20_000  # returns over which an exponent is a mean
-LEAST_CHAOTIC = 2e-3  # exponent per return; neighbours of others part by log(n) / n
-BESIDE = 1e-8  # distance of neighbours that yield a Lyapunov exponent
 QUIET, CHAOTIC = "quiet", "chaotic"
-MOST_CHAOTIC = 50  # largest number of motions that are followed for LONG returns
-MOST_LATE = 20_000  # largest number of motions that are followed for LATE returns
-HALF = 0.5  # chaotic motions are equal if this part of departures is in common
+ENDS_ALIKE = 1e-5  # distance of departures on one orbit
+SEEN = 256  # cells a side of a chaotic attractor's footprint
+SHARE = 20  # motions that one worker follows at a time
 GOLDEN = 0.6180339887498949
+
+
+@dataclass(frozen=True, kw_only=True)
+class SortingSettings:
+    """How long motions that still change are followed, and which count as chaotic.
+
+    long_returns : returns over which motions are followed one at a time
+    long_motions : largest number of motions that are followed one at a time
+    last_returns : returns in which a motion may still settle after the long run
+    lasting : multiple of the iterations after which a motion that settles in the end
+        may count as chaotic
+    late_returns : smallest number of further returns of the remaining motions
+    late_motions : largest number of remaining motions that are followed so far
+    checked_cells, checked_multiple, most_settled : number of cells of a footprint that
+        are followed further, for which multiple of the iterations, and the largest part
+        of them that may settle if the motions there are to count as lasting
+    exponent_returns : returns over which a Lyapunov exponent is a mean
+    neighbour_distance : distance of the neighbours that yield the exponent
+    least_exponent : smallest exponent per return of a chaotic motion; neighbours on
+        other motions part by log(n) / n in n returns
+    common_part : part of the departures that equal chaotic motions have in common
+    """
+
+    long_returns: int = 200_000
+    long_motions: int = 50
+    last_returns: int = 2000
+    lasting: int = 10
+    late_returns: int = 15_000
+    late_motions: int = 20_000
+    checked_cells: int = 40
+    checked_multiple: int = 4
+    most_settled: float = 0.35
+    exponent_returns: int = 20_000
+    neighbour_distance: float = 1e-8
+    least_exponent: float = 2e-3
+    common_part: float = 0.5
+
+
+USUAL = SortingSettings()
 
 
 @dataclass(frozen=True)
@@ -71,7 +98,11 @@ class Attractor:
 
 
 def sort_departures(
-    machine: Machine, iterations: int, settled: Settled, only_settled: bool = True
+    machine: Machine,
+    iterations: int,
+    settled: Settled,
+    only_settled: bool = True,
+    settings: SortingSettings = USUAL,
 ) -> tuple[tuple[Attractor, ...], Numbers, Settled]:
     """Attractors, quiet first, the index (c,) of the one each departure leads to, -1 if
     undecided, and the settled departures after further returns of changing motions.
@@ -83,7 +114,7 @@ def sort_departures(
         changing = settled.period == kernel.CHANGING
         period = np.where(changing, kernel.UNKNOWN, settled.period)
         settled = settled._replace(period=period)
-    naming = Naming(machine, iterations)
+    naming = Naming(machine, iterations, settings)
     attractor, settled = naming.sort(settled)
     order = sorted(range(len(naming.found)), key=lambda i: _rank(naming.found[i]))
     place = np.empty(len(order) + 1, np.int64)
@@ -166,6 +197,7 @@ class Naming:
 
     machine: Machine
     iterations: int
+    settings: SortingSettings = USUAL
     found: list[Attractor] = field(default_factory=list)
     footprints: dict[int, Footprint] = field(default_factory=dict)  # by attractor
     lasting: bool | None = None  # whether changing motions keep changing, once known
@@ -178,7 +210,7 @@ class Naming:
         period, returns, end = settled
         settled = Settled(period.copy(), returns.copy(), end.copy())
         changing = np.flatnonzero(settled.period == kernel.CHANGING)
-        for attempt in range(1, MOST_CHAOTIC + 1):
+        for attempt in range(1, self.settings.long_motions + 1):
             if not changing.size:
                 break
             chosen = int(changing.size * (GOLDEN * attempt % 1.0))  # from everywhere
@@ -188,8 +220,9 @@ class Naming:
             changing = changing[~inside]
         if changing.size:
             # if there are more than can be followed, an evenly spread selection
-            again = max(LATE, self.iterations)
-            late = changing[_spread(changing.size, MOST_LATE * LATE // again)]
+            more, most = self.settings.late_returns, self.settings.late_motions
+            again = max(more, self.iterations)
+            late = changing[_spread(changing.size, most * more // again)]
             later = self._settle(settled.end[late], again)
             later.period[later.period == kernel.CHANGING] = kernel.UNKNOWN
             number[late] = self._clear(later)
@@ -284,18 +317,19 @@ class Naming:
         """Index of the attractor of one of the departures (c, 2), a mask of those that
         share it, and the settled departure; -1 if the motion has, as far as known,
         neither settled nor become chaotic."""
-        start = ends[chosen]
-        settled = settle_departures(self.machine, start[None], LONG)
+        given, start = self.settings, ends[chosen]
+        settled = settle_departures(self.machine, start[None], given.long_returns)
         alone = np.zeros(len(ends), bool)
         alone[chosen] = True
         if settled.period[0] == kernel.CHANGING:  # unless it has settled in the end
-            last = settle_departures(self.machine, settled.end, LAST)
+            last = settle_departures(self.machine, settled.end, given.last_returns)
             settled = settled._replace(period=last.period, end=last.end)
         lasts = int(settled.returns[0])
         stretches = math.nan
-        if settled.period[0] == kernel.CHANGING or lasts >= LASTING * self.iterations:
-            stretches = self._exponent(start, min(EXPONENT, lasts))
-        if not stretches > LEAST_CHAOTIC:
+        changes = settled.period[0] == kernel.CHANGING
+        if changes or lasts >= given.lasting * self.iterations:
+            stretches = self._exponent(start, min(given.exponent_returns, lasts))
+        if not stretches > given.least_exponent:
             return int(self._clear(settled)[0]), alone, settled
         here = settled._replace(period=np.array([kernel.CHANGING]), end=start[None])
         path = follow(self.machine, start, lasts)
@@ -304,13 +338,13 @@ class Naming:
         if not self._lasts(ends[inside]):
             inside = alone
         for number, known in self.footprints.items():
-            if known.holds(path).mean() > HALF:
+            if known.holds(path).mean() > given.common_part:
                 return number, inside, here
         turns = path[-1, 0] - path[0, 0]
         exponent = stretches * lasts / turns
         fastest = int(path[:, 1].argmax())
         point = float(path[fastest, 0] % 1.0), float(path[fastest, 1])
-        settles = 0 if settled.period[0] == kernel.CHANGING else lasts
+        settles = 0 if changes else lasts
         number = self._add(Attractor(CHAOTIC, 0, point, exponent, settles))
         self.footprints[number] = footprint
         return number, inside, here
@@ -319,12 +353,14 @@ class Naming:
         """Whether changing motions keep changing. Others are transients, whose
         departures do not show where they lead."""
         if self.lasting is None:
-            some = ends[_spread(len(ends), CHECKED)]
-            later = self._settle(some, AGAIN * self.iterations)
-            self.lasting = bool(np.mean(later.period != kernel.CHANGING) < LEAVE)
+            given = self.settings
+            some = ends[_spread(len(ends), given.checked_cells)]
+            later = self._settle(some, given.checked_multiple * self.iterations)
+            part = np.mean(later.period != kernel.CHANGING)
+            self.lasting = bool(part < given.most_settled)
         return self.lasting
 
     def _exponent(self, point: Array, count: int) -> float:
         """Lyapunov exponent per return."""
-        arrays = self.machine.arrays
-        return float(kernel.stretch(arrays, point[0], point[1], count, BESIDE))
+        arrays, apart_by = self.machine.arrays, self.settings.neighbour_distance
+        return float(kernel.stretch(arrays, point[0], point[1], count, apart_by))

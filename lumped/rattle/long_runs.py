@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.rattle.attractors import LATE, sort_departures
+from lumped.rattle.attractors import USUAL, sort_departures
 from lumped.rattle.departures import ALIKE, follow, settle_departures, settling_returns
 from lumped.rattle.kernels.settle import CHANGING, STICKING, UNKNOWN
 from lumped.rattle.machine import Machine
@@ -58,7 +58,7 @@ def _settled(machine: Machine, iterations: int, starts: Array) -> tuple[Numbers,
     period[motion < 0] = UNKNOWN
     # transients may depart from the same region as chaotic motions
     changing = np.flatnonzero(period == CHANGING)
-    later = settle_departures(machine, end[changing], LATE)
+    later = settle_departures(machine, end[changing], USUAL.late_returns)
     ended = later.period != CHANGING
     period[changing[ended]], end[changing[ended]] = (
         later.period[ended],
