@@ -502,6 +502,8 @@ def test_defaults_are_within_their_ranges(command):
         allowed, default = getattr(each.declared, "allowed", None), each.field.default
         if allowed and default not in (None, (), MISSING):
             assert each.declared.place or default in allowed
+        if each.group is not None and default is not MISSING:
+            assert isinstance(default, each.group.kind)  # else a command requires it
 
 
 def test_a_name_stands_for_a_machine_without_changes(tmp_path):
