@@ -1,4 +1,4 @@
-"""A command whose wrong words are told as option, value and what is allowed.
+"""A command that names option, value and what is allowed where words are wrong.
 
 It takes no option twice where the first would change nothing.
 """
@@ -24,7 +24,7 @@ PLAIN: dict[str, Any] = {
 def add_command(
     group: typer.Typer, name: str, command: Callable[..., None], example: str
 ) -> None:
-    """The example stands on a line of its own, which is not broken."""
+    """The example has a line of its own, which is not broken."""
     epilog = f"\b\nExample:\n  {example}"
     group.command(name, cls=Command, epilog=epilog)(command)
 

@@ -1,6 +1,6 @@
 """Options that several commands share, declared once as fields of a frozen dataclass.
 
-A parameter of a command whose type is such a dataclass stands for all its fields:
+A parameter of a command whose type is such a dataclass represents all its fields:
 
     @dataclass(frozen=True, kw_only=True)
     class Outputs:
@@ -78,7 +78,7 @@ def grouped(command: Callable[..., None]) -> Callable[..., None]:
 def _options(
     parameter: Parameter, annotation: Any, group: Group | None = None
 ) -> Iterator[Parameter]:
-    """The parameter by keyword, or those of the group that it stands for."""
+    """The parameter by keyword, or the parameters of the group that it represents."""
     if not is_dataclass(annotation):
         yield parameter.replace(kind=Parameter.KEYWORD_ONLY, annotation=annotation)
         return

@@ -90,7 +90,7 @@ class InThreads:
 class ResumedOutputs(Outputs):
     """Output files of a long run, and whether an interrupted run is resumed.
 
-    beside : name of the file beside which is kept what is finished
+    beside : name of the file next to which finished work is stored
     """
 
     beside: ClassVar[str]

@@ -1,4 +1,4 @@
-"""A table without a frame that goes on below where the screen is too narrow for it."""
+"""A table without a frame that continues below where the screen is too narrow."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ def width(cells: Iterable[str]) -> int:
 
 
 def parts(widths: Sequence[int], room: int) -> Iterator[slice]:
-    """Columns that fit into a width beside each other, at least one."""
+    """Columns that fit into a width side by side, at least one."""
     start, used = 0, 0
     for i, letters in enumerate(widths):
         if i > start and used + letters + GAP > room:

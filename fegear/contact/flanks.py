@@ -15,7 +15,7 @@ from lumped.common.compiled import compiled_part
 
 FAR = 1.0  # gap [m] where there is no opposite flank
 GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
-KINK = 1e-6  # of a flank's length, beside a point where its slope may jump
+KINK = 1e-6  # of a flank's length, on either side of a point where its slope may jump
 
 # Material removed between two roll lengths, `magnitude` at the end.
 RELIEF = np.dtype(
@@ -168,7 +168,7 @@ def closest_arc(master, slave, line, crossings, arc, reach, exact):
     exact : of the arc [m]
 
     Gaps are convex in the arc for reliefs that grow toward the flank's ends, so the
-    search goes on with twice the reach where it ends at the reach.
+    search continues with twice the reach where it ends at the reach.
     """
     while True:
         low, high = max(0.0, arc - reach), arc + reach

@@ -157,7 +157,7 @@ class ElasticField:
 
 @dataclass(frozen=True, eq=False)
 class ContactTables:
-    """Reads tables over the mesh cycle where the meshes of the contacts stand.
+    """Reads tables over the mesh cycle at the positions of the meshes of the contacts.
 
     mesh_of : (c,)
     """

@@ -36,7 +36,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class DynamicModel:
-    """Arrays for the kernels, which describe them, and the train they stand on."""
+    """Arrays for the kernels, which describe them, and the train of the model."""
 
     reference: LumpedSystem
     sides: tuple[ContactSide, ...]
@@ -85,7 +85,7 @@ def dynamic_model(
     """Assemble; elastic holds None for gears that are rigid but for their contact.
 
     reference : the lumped system at the same torque, whose mean stiffnesses give
-        the modes that damping stands on
+        the modes that have the damping ratio
     beside : (p, c, c) penetration of a contact per normal, and per tangential, load on
         another that the laws and these freedoms do not have [m/N]
     """

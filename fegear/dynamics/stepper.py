@@ -101,7 +101,7 @@ class Motion(History):
 class Steps:
     """Equal steps through a common period.
 
-    frequency : of the first mesh [Hz], 0 for gears that stand still
+    frequency : of the first mesh [Hz], 0 for gears at rest
     size : [s]; count : how many; cycle : of them in a cycle of the first mesh
     start : of them since the common period began
     """
@@ -133,7 +133,7 @@ class ImplicitStepper(ABC):
         return self.model.reference
 
     def start(self) -> MotionState:
-        """Static equilibrium by damped time stepping, with gears that stand still.
+        """Static equilibrium by damped time stepping, with gears at rest.
 
         With rho_inf = 0 long steps leave nothing of a vibration.
         """
@@ -187,7 +187,7 @@ class ImplicitStepper(ABC):
     ) -> MotionState:
         """A period of all meshes at each of several frequencies on a smooth way.
 
-        It ends after whole common periods, when the tooth pairs stand as they did.
+        It ends after whole common periods, when the tooth pairs are where they began.
         """
         length, rounds = self.system.train.common_period[0], self.system.rounds
         stops = math.ceil(settings.ramp_periods / length)

@@ -132,7 +132,7 @@ def share_load(
 ) -> tuple[Array, float]:
     """Forces (k,) of pairs and their common approach [N/m, m] under a force [N/m].
 
-    compliance : (k, k) of both wheels beside their half-planes [m/(N/m)]
+    compliance : (k, k) of both wheels in addition to their half-planes [m/(N/m)]
     radius : (k,) of relative curvature [m]; softness : 1/E' of both [1/Pa]
 
     Under the semi-ellipse of Hertz over a half-width b, b^2 = 4 F R softness / pi, the

@@ -122,8 +122,8 @@ class ElasticWheel:
         return edges[nearest], 2.0 * ratio[nearest] - 1.0
 
     def respond(self, places: FlankPlaces) -> Array:
-        """Displacement (freedoms, n) beside the half-plane's under unit loads into the
-        flank [m/(N/m)]."""
+        """Displacement (freedoms, n) in addition to the half-plane's under unit loads
+        into the flank [m/(N/m)]."""
         E, nu = self.material.modulus, self.material.poisson
         rim = self.mesh.points[np.unique(self.mesh.bore)]
         tractions, rims = [], []
@@ -140,7 +140,7 @@ class ElasticWheel:
 
     def compliance(self, places: FlankPlaces, fields: Array) -> Array:
         """Inward displacement at places (n,) under unit loads at each [m/(N/m)], of the
-        loaded place itself beside the half-plane's own.
+        loaded place itself in addition to the half-plane's own.
 
         fields : (freedoms, n) as `respond` returns
         """

@@ -1,7 +1,7 @@
 """Elastic freedoms of a whole toothed gear with its hub held, for time stepping.
 
 The sectors are equal, so that mass and stiffness are block-circulant and one sector
-stands for all. A field is an array (own, teeth): column k belongs to sector k, counted
+represents all. A field is an array (own, teeth): column k belongs to sector k, counted
 clockwise from tooth 0, and holds its interior freedoms in the frame of its tooth, then
 those of its left cut in polar components. Its right cut is the next one's left cut.
 A system of equations loses its interior freedoms by one sparse elimination for all
@@ -78,7 +78,7 @@ class CyclicGear:
 
 
 def cyclic_gear(sector: CyclicSector, density: float) -> CyclicGear:
-    """Mass and stiffness of the gear that a sector stands for; density in kg/m3."""
+    """Mass and stiffness of the gear that a sector represents; density in kg/m3."""
     if not 0.0 < density < math.inf:
         raise ValueError(f"density must be positive and finite, got {density}")
     mass, rigid, interior = sector.mass(density), sector.rigid_fields, sector.interior

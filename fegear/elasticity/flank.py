@@ -33,7 +33,7 @@ class FlankCompliance:
     normal : (2 REACH + 1, n, n) inward normal displacement at point i of the tooth
         `offset` to the right of the loaded one (index offset + REACH), under a
         unit inward normal load at point j; of the loaded tooth itself only the
-        smooth remainder beside the half-plane kernel
+        smooth remainder, without the half-plane kernel
     tangential : same shape, displacement toward the root
     flank_length : [m]; points lie at arcs flank_length sinh(beta t) / sinh(beta)
         from the tip corner, t = 1/n, 2/n, ..., 1; grading is beta

@@ -35,7 +35,7 @@ from fegear.files.timing import stage
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
-Field = NDArray[Any]  # real where a mode stands, else complex
+Field = NDArray[Any]  # real for a standing mode, else complex
 Counts = NDArray[np.int64]
 Flanks = tuple[FlankPoints, FlankPoints]
 LAYERS_PER_WAVE = (
@@ -211,7 +211,7 @@ def _solve_modes(
     order = np.argsort(values)
     vectors = vectors[:, order]
     norm = np.einsum("im,im->m", vectors.conj(), M @ vectors).real
-    # a travelling mode shares its kinetic energy between the two that it stands for
+    # a travelling mode shares its kinetic energy between the two that it represents
     share = teeth if np.isrealobj(vectors) else 0.5 * teeth
     fields = constraint @ (vectors / np.sqrt(share * norm))
     return CyclicModes(nodal_diameters, np.sqrt(values[order]), fields)

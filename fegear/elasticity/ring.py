@@ -62,7 +62,7 @@ def close_ring(superelement: Array, phase: Any) -> NDArray[Any]:
 
 
 def nodal_diameter_phase(nodal_diameters: int, teeth: int) -> complex:
-    """exp(2 pi i n / z) from sector to sector, a real number where the mode stands."""
+    """exp(2 pi i n / z) from sector to sector, a real number for a standing mode."""
     if nodal_diameters == 0:
         return 1.0
     if 2 * nodal_diameters == teeth:

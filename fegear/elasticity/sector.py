@@ -1,6 +1,6 @@
 """The cyclic sector of a gear: one tooth with its share of the body, hub held.
 
-All teeth of a gear are equal, so one sector stands for the gear: flank compliance,
+All teeth of a gear are equal, so one sector represents the gear: flank compliance,
 modes, the cyclic gear, stress and pictures are functions of a `CyclicSector`.
 
 Everything in `fegear.elasticity` is per unit face width. The face width has one rule:
@@ -205,7 +205,7 @@ class CyclicSector:
 def cyclic_sector(
     gear: SpurGear, material: PlaneMaterial, size: MeshSize, order: int = 2
 ) -> CyclicSector:
-    """The sector of a gear, the same one for all that ask for it."""
+    """The sector of a gear, shared by all callers."""
     return _first_of_equals(CyclicSector(gear, material, size, order))
 
 

@@ -73,7 +73,7 @@ def draw_table(result: StaticsResult, title: str = "") -> Figure:
     _draw_share(share, table, middle)
     for axes in every:
         _shade_contact(axes, table, middle, named=axes is stiffness)
-        # beside the panel, where it covers no curve
+        # outside the panel, where it covers no curve
         axes.legend(fontsize=8, loc="center left", bbox_to_anchor=(1.01, 0.5))
     left = f", first {shown} of {result.pitches}" if shown < result.pitches else ""
     share.set_xlabel(f"mesh position [base pitches from the pitch point{left}]")

@@ -24,7 +24,7 @@ class _Status(ctypes.Structure):
 
 
 def available_bytes() -> float:
-    """What is left, or all there is where a system tells no more; else infinite."""
+    """Free memory, or all memory where a system reports no more; else infinity."""
     for ask in (_linux, _windows, _installed):
         with contextlib.suppress(OSError, ValueError, AttributeError, StopIteration):
             return ask()

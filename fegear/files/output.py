@@ -28,7 +28,7 @@ except ImportError:  # on Windows, where a file that is open cannot be removed
 
 BESIDE = ".fegear-{process}-"  # and some letters: a file that is being written
 OURS = re.compile(r"\.fegear-\d+-\w+(\.\w+)?")
-LONGEST_SUFFIX = 8  # letters that the name beside takes over
+LONGEST_SUFFIX = 8  # letters of the name that the temporary name repeats
 
 
 def read_text(path: str | os.PathLike[str]) -> str:
@@ -76,9 +76,9 @@ def make_directory(path: str | os.PathLike[str]) -> Path:
 
 
 def write_whole(path: str | os.PathLike[str], writer: Callable[[Path], object]) -> None:
-    """Let `writer` fill a file beside `path`, then move it into place.
+    """Let `writer` fill a file next to `path`, then move it into place.
 
-    The file beside has the suffix of `path`. If the writer fails, `path` is as it
+    That file has the suffix of `path`. If the writer fails, `path` is as it
     was. Raises InputError where the file cannot be written.
     """
     target = Path(path)

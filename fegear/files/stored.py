@@ -37,7 +37,7 @@ def response_values(response: Response) -> dict[str, Any]:
 
 
 def stored_response(stored: Mapping[str, Any], state: Any = None) -> Response:
-    """The response of `response_values`, with a state that is kept beside it."""
+    """The response of `response_values`, with a state that is stored with it."""
     values = dict(stored)
     values |= {name: np.array(values[name], float) for name in FIGURES}
     values["period_multiple"] = np.array(values["period_multiple"], np.int64)

@@ -52,7 +52,7 @@ def build_gear_set(document: Document) -> GearSet:
 
 
 def require_known_gears(document: Document) -> None:
-    """Every gear that is spoken of exists, and stands on one shaft at most."""
+    """Require every named gear to exist, and to be on one shaft at most."""
     names = document.gear_names
     uses = [(mesh.label, "driver", mesh.driver) for mesh in document.mesh]
     uses += [(mesh.label, "driven", mesh.driven) for mesh in document.mesh]

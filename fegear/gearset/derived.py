@@ -77,8 +77,8 @@ def mesh_figures(gear_set: GearSet, number: int) -> dict[str, Any]:
     """Two gears in mesh; approach and recess lie before and after the pitch point.
 
     normal_backlash_um : of the teeth; backlash_um : for lumped models
-    geometric_phase_pitches : phase that teeth and centre lines ask for, whatever is
-        given; None where no earlier mesh shares a gear with this one
+    geometric_phase_pitches : phase that follows from teeth and centre lines, even if
+        one is given; None where no earlier mesh shares a gear with this one
     """
     mesh, gears = gear_set.meshes[number], gear_set.gears
     pair, line = mesh.pair, mesh.center_line

@@ -37,7 +37,7 @@ def require_inertia_of_bodies(
 ) -> None:
     """Raise InputError for a gear whose body alone exceeds the given inertia.
 
-    An elastic body brings its own inertia, and what it leaves of the given one is the
+    An elastic body has its own inertia, and what it leaves of the given one is the
     hub's: without anything left the motion has no solution.
 
     otherwise : what has no elastic body

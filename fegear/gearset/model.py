@@ -18,7 +18,7 @@ RELIEF_POWERS: dict[ReliefShape, float] = {"linear": 1.0, "parabolic": 2.0}
 class Gear:
     """A spur gear with its width, material and, optionally, inertia.
 
-    pitch_errors : how far each tooth stands back from contact on the flank that
+    pitch_errors : how far each tooth is set back from contact on the flank that
         carries load in the gear's first mesh [m], or empty; positive opens a gap
     inertia, mass : as given [kg m2], [kg]; see `inertia_of` and `mass_of`
     bearing_stiffness : kx, ky [N/m], or None for a centre that does not move

@@ -77,7 +77,7 @@ def mesh_phases(gear_set: GearSet) -> tuple[MeshPhase, ...]:
 
 
 def geometric_phase(gear_set: GearSet, number: int) -> float | None:
-    """Phase [base pitches], nearest to 0, that a mesh's geometry asks for.
+    """Phase [base pitches], nearest to 0, that follows from a mesh's geometry.
 
     Whatever phase is given for it. None where no earlier mesh determines it: two
     gears on a shaft may be clocked at will.
@@ -154,7 +154,7 @@ def _links(gear_set: GearSet, number: int, known: Collection[int]) -> list[Link]
 def _open_branch(mesh: Mesh, other: Mesh) -> bool:
     """A gear in the same role in both meshes, and nothing says in what directions.
 
-    The two mates cannot stand in the same place, so this is no row.
+    The two mates cannot be in the same place, so this is no row.
     """
     same_role = mesh.driver == other.driver or mesh.driven == other.driven
     return same_role and mesh.center_line is None and other.center_line is None

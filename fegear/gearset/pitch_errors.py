@@ -1,7 +1,7 @@
 """Pitch errors of the gears as the meshes meet them.
 
 An error is material missing on the flank that carries load in the first mesh of its
-gear: the tooth stands back and opens a gap. It stands out of place as a whole, so that
+gear: the tooth is set back and opens a gap. It is displaced as a whole, so that
 its other flank is as much too far ahead: an idler's teeth, driven on one flank and
 driving with the other, have an error of the other sign in the mesh they drive.
 """
@@ -62,7 +62,7 @@ def tooth_pair_errors(gear_set: GearSet, number: int) -> Array:
 
 
 def require_room(gear_set: GearSet) -> None:
-    """Raise InputError where one tooth's error jams the pairs beside it.
+    """Raise InputError where one tooth's error jams the neighbouring pairs.
 
     A tooth ahead of its place lifts the flanks of its neighbours apart, until their
     back flanks touch.

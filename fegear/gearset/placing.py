@@ -1,4 +1,4 @@
-"""Where the gears of a set stand, and how they are turned, when it is drawn.
+"""Places and angles of the gears of a set, for drawings.
 
 Angles in radians, counter-clockwise from the x axis; lengths in metres.
 """
@@ -17,7 +17,7 @@ class Place:
     """A gear's centre, the direction of one tooth's axis, its sense of rotation.
 
     sense : 1 turns counter-clockwise, -1 clockwise
-    layer : 0 in front; gears on a shaft stand one behind the other
+    layer : 0 in front; gears on a shaft are one behind the other
     """
 
     x: float
@@ -38,7 +38,7 @@ class Layout:
 def layout(gear_set: GearSet) -> Layout:
     """Gears along their centre lines, the first mesh in contact at its pitch point.
 
-    Without a centre line they stand in a row. An idler's next mesh is then turned
+    Without a centre line they are in a row. An idler's next mesh is then turned
     out of the row just so far that its drive flanks are at the given phase, and
     further meshes of one gear branch off at right angles. A second gear on a shaft
     is clocked to its phase; what hangs on nothing else starts a row of its own below.
@@ -93,7 +93,7 @@ def _row(gear_set: GearSet, mesh: Mesh, directions: dict[int, float]) -> float:
 def _next_mesh(
     gear_set: GearSet, waiting: dict[int, Mesh], places: dict[int, Place]
 ) -> int:
-    """A mesh whose driver stands, else one that touches a gear, else an input's."""
+    """A mesh whose driver is placed, else one that touches a gear, else an input's."""
     driven = {mesh.driven for mesh in waiting.values()}
     ranks = {
         number: (
@@ -108,7 +108,7 @@ def _next_mesh(
 
 
 def _on_axis(gear_set: GearSet, index: int, places: dict[int, Place]) -> int | None:
-    """A placed gear that stands on the same axis, None if there is none."""
+    """A placed gear on the same axis, None if there is none."""
     return next((gear for gear in gear_set.axis(index) if gear in places), None)
 
 
@@ -127,7 +127,7 @@ def _new_place(
 
 
 def _direction(mesh: Mesh, driver: Place, row: float) -> float:
-    """From driver to driven: along the row, or near it where a phase asks for it."""
+    """From driver to driven: along the row, or near it where a phase requires it."""
     if mesh.phase is None or mesh.center_line is not None:
         return row
     ahead = driver.tooth_angle - tooth_axis(mesh, True, driver.sense, row)

@@ -1,7 +1,7 @@
 """The gear set file as it is written: TOML keys, units in their names.
 
 Strict about types, keys and finite numbers; what the numbers mean for the teeth is
-checked when they are cut. Every default of the format stands here.
+checked when they are cut. Every default of the format is here.
 """
 
 from __future__ import annotations
@@ -93,7 +93,7 @@ class GearDefaults(Keys):
     addendum_mm : height of the tip above the reference circle
     rack_tip_radius_mm : by default 0.3 module or, if less, what fits the space
     tooth_thinning_um : reduction of the arc thickness on the reference circle
-    pitch_errors_um : how far each tooth stands back from contact on the flank that
+    pitch_errors_um : how far each tooth is set back from contact on the flank that
         carries load in the gear's first mesh, in the order in which teeth come into
         contact, that of the reference pair first
     inertia_kg_m2, mass_kg : by default of the body between bore and tooth outline
@@ -189,7 +189,7 @@ class MeshEntry(Keys):
     phase : position of the mesh cycle when the first mesh is at its pitch point,
         in base pitches
     center_line_deg : direction from driver to driven, counter-clockwise from x; by
-        default the centres stand in a row along x
+        default the centres are in a row along x
     backlash_um : along the line of action, in place of the teeth's own
     mean_stiffness_N_per_m, stiffness_variation, load_share : figures for analytic
         stiffness waves; peak to peak over mean, and the share of a pair at the start
@@ -277,7 +277,7 @@ class LoadEntry(Keys):
 
 
 class DynamicsEntry(Keys):
-    """[dynamics]: what a lumped model needs beside the parts."""
+    """[dynamics]: what a lumped model needs in addition to the parts."""
 
     damping_ratio: Annotated[float, Field(ge=0.0, lt=1.0)] | None = None
 

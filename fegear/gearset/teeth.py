@@ -84,7 +84,7 @@ class Blank(Involute):
         return Tip(self.reference_radius + addendum, origin)
 
     def cut(self, tip: Tip) -> SpurGear:
-        """The gear; raises InputError on the key that stands in its way."""
+        """The gear; raises InputError with the key that prevents it."""
         try:
             return SpurGear(
                 teeth=self.entry.teeth,

@@ -31,7 +31,7 @@ class Search:
     figure : of `Machine`; limits : from where to where
     departures : of a period, at most, of the orbits that are looked for
     velocity : lowest and highest speed at which they are looked for [rad per turn]
-    starts : values of the figure at which they are looked for, beside both ends
+    starts : parameter values at which they are searched, in addition to both ends
     runs : values of the figure at which long runs settle
     doublings : how often the period may double on the way from branch to branch
     """

@@ -15,8 +15,8 @@ from lumped.rattle.motions import Motions
 from lumped.rattle.quiet import quiet_motion
 from lumped.rattle.receptances import critical_by_receptances
 
-CHANGED = 1e-4  # relative change of a figure that tells a slope
-PERCENT = 1e-2  # change of a figure over which a slope is told
+CHANGED = 1e-4  # relative change of a parameter that yields a slope
+PERCENT = 1e-2  # change of a parameter that yields a slope
 STRAIGHT = 0.2  # of the slope, by which changes over one per cent may differ from it
 FLAT = 1e-3  # per cent that are as good as none
 VARIED = "damping", "stiffness", "ripple"  # of the machine
@@ -50,7 +50,7 @@ def _simple_rattle(assembly: Assembly) -> float | None:
     """Eccentricity from which P(1,1,0) exists, flanks rigid.
 
     None of other parts than shafts, where a light gear may strike again before it is
-    back, with torque ripple, and where damping is too small to tell.
+    back, with torque ripple, and where damping is too small to decide.
     """
     if any(assembly.beside_shafts) or assembly.machine.ripple:
         return None
@@ -65,7 +65,7 @@ def _simple_rattle(assembly: Assembly) -> float | None:
 def _of_gears(
     named: NamedMachine, window: tuple[float, float] | None
 ) -> dict[str, float | None]:
-    """Eccentricity of each gear, and how far apart their long sides may stand."""
+    """Eccentricity of each gear, and the largest angle between their long sides."""
     if named.gear_eccentricities is None:
         return {}
     driving, driven, phase = named.gear_eccentricities

@@ -1,4 +1,4 @@
-"""Displacement, stress and contact pressure of two gears in mesh, where they stand.
+"""Displacement, stress and contact pressure of two gears in mesh, in place.
 
 World coordinates in metres, as the gear set is drawn by `fegear show`: the gears are
 turned so that their flanks touch without load at the position asked for. Nothing
@@ -259,7 +259,7 @@ def contact_field(
 
 @dataclass(frozen=True)
 class Stand:
-    """How the gears stand to each other.
+    """Position of the gears relative to each other.
 
     position : base pitches from the pitch point
     ste : the driver's rotation times its base radius, driven gear held [m]

@@ -1,4 +1,4 @@
-"""Where the teeth of two gears in mesh stand in the plane."""
+"""Positions of the teeth of two gears in mesh in the plane."""
 
 from __future__ import annotations
 

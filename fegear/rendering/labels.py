@@ -14,7 +14,7 @@ from fegear.rendering.look import COLOURS, CUT, HEADER, INK, Look, ribbon_base
 from fegear.rendering.recorded import Instant
 
 Array = NDArray[np.float64]
-BAR_LETTERS = 18  # of a line beside the picture
+BAR_LETTERS = 18  # of a line next to the picture
 NEAR = 0.005  # of the view's half height between a picture and its labels
 
 

@@ -1,7 +1,7 @@
 """Fields of two gears at an instant of their motion.
 
 The loads are those of the instant, pair by pair; the teeth under them are at rest:
-what a tooth's own mass adds to its stress is left out. The gears stand to each other
+what a tooth's own mass adds to its stress is left out. The gears are placed
 as the motion has them, so that flanks out of contact are apart by their gap.
 """
 

@@ -1,6 +1,6 @@
 """A page for browsers that shows the contact: one file, which needs no network.
 
-The template beside this module draws it by WebGL; what it is given is in millimetres
+The template in this folder draws it by WebGL; what it is given is in millimetres
 from the middle of the view, in the units shown, and single precision.
 """
 

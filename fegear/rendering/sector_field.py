@@ -148,7 +148,7 @@ class SectorField:
         """Points (n, 2), triangles (m, 6) and state (n, 5), fine at the contact.
 
         Nodes of the sector mesh come first. Elements are cut into quarters that
-        follow the same map until they are small beside their distance to the load.
+        follow the same map until they are small compared with the distance to the load.
         """
         mesh = self.body.sector.mesh
         places, state = mesh.points, self.smooth
@@ -189,7 +189,7 @@ def _located(elements: Array, points: Array) -> tuple[Indices, Array]:
     """Element (p,) around each point and its shape values there (p, 6).
 
     elements : (m, 6, 2) node places. Newton's method for the curved map; a point
-    just outside belongs to the nearest element, whose map goes on.
+    just outside belongs to the nearest element, whose map is extended.
     """
     center = elements.mean(axis=1)
     size = np.linalg.norm(elements - center[:, None], axis=2).max(axis=1)

@@ -205,7 +205,7 @@ def _require_own_table(
 
 
 def _require_all_pairs(gear_set: GearSet, mesh: int, table: MeshTable) -> None:
-    """A table stands for the teeth as they are, with their pitch errors."""
+    """A table describes the teeth as they are, with their pitch errors."""
     pairs, covered = tooth_pair_errors(gear_set, mesh).size, table_pitches(table)
     if pairs and covered != pairs:
         raise ValueError(
@@ -246,7 +246,7 @@ class Excitations:
     def table(self, gear_set: GearSet, mesh: int, torque: float) -> MeshTable:
         """The mesh table at one torque on the driver [N m].
 
-        With pitch errors it goes on until the tooth pairs repeat.
+        With pitch errors it continues until the tooth pairs repeat.
         """
         spec = gear_set.meshes[mesh]
         errors = mesh_errors(gear_set, mesh)
@@ -285,7 +285,7 @@ class Excitations:
     ) -> MeshExcitation:
         """Model-1 from tables of equal teeth.
 
-        A pair that stands out touches earlier and later than equal teeth would, as
+        A pair that protrudes touches earlier and later than equal teeth would, as
         they do at a torque that presses them on by as much.
         """
         equal, plain = without_pitch_errors(gear_set), unmodified(gear_set, mesh)

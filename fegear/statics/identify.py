@@ -4,8 +4,8 @@ Of most gears the mesh stiffness is known better, from print or from a test, tha
 plane model's two free choices: how wide the gears are taken to be and where their
 bodies are held. Wider gears are stiffer in proportion; larger hubs take compliance
 away that does not vary over the mesh cycle, so that the variation grows as well. Hubs
-of gears in mesh can stand in for each other: the figures leave a valley of sets that
-are equally good, which is returned beside the set chosen.
+of gears in mesh can replace each other: the measured values leave a valley of sets that
+are equally good, which is returned with the set chosen.
 """
 
 from __future__ import annotations
@@ -139,7 +139,7 @@ class StiffnessModel:
     """What gives the stiffness of all meshes for any widths and hubs.
 
     torque : (m,) on each mesh's driver [N m]
-    problems : of the gear set as it stands; their flanks and widths are replaced
+    problems : of the gear set as given; their flanks and widths are replaced
     families : of each gear
     """
 

@@ -187,7 +187,7 @@ def solve_mesh(
     """Mesh table of one mesh (index from 0) at torques on its driver [N m].
 
     Without torques the gear set's own load cases are used. With pitch errors the
-    table goes on until the tooth pairs repeat. Raises InputError for a mesh that is
+    table continues until the tooth pairs repeat. Raises InputError for a mesh that is
     not there, where no torque is known, and where the table is too long.
     """
     settings = settings or StaticsSettings()

@@ -174,7 +174,7 @@ class Eccentric(
             )
         meshes = wheel_meshes(self.gearing, *self.meshing)
         driver, driven = (ElasticWheel(mesh, STEEL) for mesh in meshes)
-        for wheel in (driver, driven):  # before threads ask for them
+        for wheel in (driver, driven):  # before threads use them
             _ = wheel.factor, wheel.boundary
         count = self.positions or POSITIONS * toothed.driven.teeth
         arcs = toothed.driven.curve.length * np.arange(count) / count

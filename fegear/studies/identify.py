@@ -187,7 +187,7 @@ class IdentificationResult(StudyResult):
         }
 
     def _doubts(self) -> Iterator[str]:
-        """Why the set chosen does not stand for what was measured, if so."""
+        """Why the set chosen does not represent what was measured, if so."""
         best = self.found.best
         misfits = self.study.measured.misfits(best.mean, best.variation)
         worst, factor = float(np.abs(misfits).max()), best.width_factor

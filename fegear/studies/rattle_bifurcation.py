@@ -219,7 +219,7 @@ class OverFigures(StudyResult):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class BifurcationResult(OverFigures):
-    """Branches of a named machine over a figure, beside long runs."""
+    """Branches of a named machine over a parameter, with long runs."""
 
     study: OrbitBifurcations
     found: Found

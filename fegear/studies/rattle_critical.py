@@ -130,7 +130,7 @@ def _largest(slope: Slope) -> float:
 
 
 def _of_gears(values: Mapping[str, Any]) -> str:
-    """What putting the gears together in another way would bring."""
+    """What assembling the gears at another angle would change."""
     driving, driven = (
         values[f"{side}_eccentricity_rad"] for side in ("driving", "driven")
     )

@@ -183,7 +183,7 @@ class ContactPictures(
         return contact_in_motion(gears, index, motion, self.elements)
 
     def _require_same(self, motion: RecordedMotion) -> None:
-        """Settings beside a recorded motion may only repeat what its file says."""
+        """Settings given with a recorded motion may only repeat what its file says."""
         file, usual, own = self.time_history, StaticsSettings(), self.elements
         if self.position is not None:
             reason = f"{file} has positions of its own, leave it out"

@@ -104,7 +104,7 @@ class ResponsesResult(StudyResult):
             return "about the loaded state"
         if self.model in ("1", "2", "3"):
             return "about the mean mesh stiffness"
-        return "of model 1"  # beside finite elements
+        return "of model 1"  # with finite elements
 
     @cached_property
     def summary(self) -> dict[str, Any]:

@@ -64,7 +64,7 @@ HEADERS = {
     "magnitude_um": "[um]",
     "length_pitches": "length [pitch angles]",
 }
-# Names of columns, and what stands in another table.
+# Names of columns, and what is in another table.
 HIDDEN_OF_GEARS = {"name", "form_roll_angle_deg", "tip_roll_angle_deg"}
 HIDDEN_OF_MESHES = {"driver", "driven", "ratio", "flanks"}
 HIDDEN_OF_FLANKS = {"gear", "role"}

@@ -13,7 +13,7 @@ A study is a frozen dataclass whose fields are settings:
         def gather(self, found: Mapping[str, Any]) -> NoiseResult: ...
 
 `fegear.studies.running.run` computes it. The command line, checkpoints and messages
-follow from the declaration. A field whose type is a dataclass stands for its fields;
+follow from the declaration. A field whose type is a dataclass represents its fields;
 by `group` it may be a class of the library that knows of no options.
 
 A result has what `StudyResult` says. `fegear.studies` lists all studies.
@@ -74,7 +74,7 @@ class Setting:
 
     option : its name on the command line, that of the field where it is empty; a field
         with `place` has none, it is found by its place; short : another one
-    flags : options without a value: name, value that it stands for, help; a field of
+    flags : options without a value: name, value that it means, help; a field of
         truth values that has some has no other option
     reads : whether it names files that are read
     read, write : between the text of a command and the value, where types do not say
@@ -146,7 +146,7 @@ class Offered:
 
     @property
     def group(self) -> Group | None:
-        """The group that it stands for, if it does."""
+        """The group that it represents, if it does."""
         if self.declared is None:
             return group_of(self.kind)
         return self.declared if isinstance(self.declared, Group) else None
@@ -375,7 +375,7 @@ class Study:
     more_files: ClassVar[Mapping[str, tuple[str, Sequence[str]]]] = MappingProxyType({})
     resumes: ClassVar[bool] = False  # whether tasks keep records or parts
     unit: ClassVar[str] = "speed"  # of what tasks keep, one by one
-    kept_beside: ClassVar[str] = "output"  # name of the file beside which that is
+    kept_beside: ClassVar[str] = "output"  # name of the file next to which that is
     partial: ClassVar[bool] = False  # whether what Ctrl-C leaves can be gathered
     distributes: ClassVar[bool] = False  # whether parts may go to other processes
     output: ClassVar[str] = "Write the results to this CSV file."
@@ -451,7 +451,7 @@ class Study:
 
     @property
     def words(self) -> list[str]:
-        """Words of the command line that ask for this study."""
+        """Words of the command line for this study."""
         return [*self.command.split(), *words_of(self)]
 
     @property
@@ -478,7 +478,7 @@ class StudyResult(Result):
     study : what was asked for
     summary : plain values for JSON, warnings among them
     figures : by name, functions that draw the pictures of the study
-    more_tables : by name, tables besides the first
+    more_tables : by name, tables in addition to the first
     more_files : by name, functions of a path that write other files
     complete : whether nothing is left out, after Ctrl-C or a failure
     empty : whether there is nothing to write

@@ -115,7 +115,7 @@ class Step(NamedTuple):
 class Clock(NamedTuple):
     """What a run of steps goes through.
 
-    speed : 2 pi times the first mesh's frequency, or 0 for gears that stand still
+    speed : 2 pi times the first mesh's frequency, or 0 for gears at rest
     cycle : steps of a cycle of the first mesh; start : of them since the clock began
     limit : sum of velocities beyond which a motion has diverged
     """

@@ -90,7 +90,7 @@ def predict(newmark, state, predicted):
 
 @inlined
 def set_balance(modal, newmark, state, predicted, right):
-    """What the new accelerations have to balance besides new contact forces (n,)."""
+    """Forces (n,) that new accelerations balance, without new contact forces."""
     alpha_f, new = newmark.alpha_f, 1.0 - newmark.alpha_f
     hubs, stiffness, rigidity = modal.damping.size, modal.stiffness, modal.rigidity
     mass_times(modal, state[A], right)
@@ -185,7 +185,7 @@ def step_compliance(jacobian, hubs, room, c, d):
         return total
     if not jacobian.linked[one, two]:
         return total
-    i, j = hubs, hubs  # columns increase, those of a common gear stand in both
+    i, j = hubs, hubs  # columns increase, a common gear's are in both
     while i < widths[one] and j < widths[two]:
         if columns[one, i] == columns[two, j]:
             total += normal.row[c, i] * pushing.elastic[d, j]
@@ -409,7 +409,7 @@ def march(model, step, clock, state, contact, record, where, room):
 
 @inlined
 def advance(model, step, speed, where, state, contact, room):
-    """One step, at whose end the meshes stand at `where`; the status."""
+    """Take one step, which ends with the meshes at `where`; return the status."""
     modal, newmark, right = model.modal, step.newmark, room.right
     predict(newmark, state, room.predicted)
     set_balance(modal, newmark, state, room.predicted, right)
