@@ -1,6 +1,6 @@
-"""Branches of periodic motions: run time against error, beside sweeps.
+"""Branches of periodic motions: run time against error, compared with sweeps.
 
-Errors are those of the RMS of the dynamic transmission error beside shooting, which
+Errors are of the RMS of the dynamic transmission error against shooting, which
 leaves no harmonics out.
 """
 
@@ -38,7 +38,7 @@ STEPS = 32, 64, 128, 256  # of the sweeps
 SPEED_STEPS = 170  # of a sweep's range
 SAMPLED = 60  # motions of the branches that are compared with shooting
 EXACT = Settings(steps=512, tolerance=1e-6)
-DRAWN = 50  # motions whose stability is told by integration
+DRAWN = 50  # motions whose stability is determined by integration
 MARGIN = 0.005  # of a multiplier from the unit circle, of those
 DISTURBED, FADED, GROWN = 1e-5, 1e-2, 1e2  # of the state, and of that
 MOST_PERIODS = 4000
@@ -62,7 +62,7 @@ class BranchCost:
 
 @dataclass(frozen=True)
 class Beside:
-    """Branches beside sweeps up and down.
+    """Branches compared with sweeps up and down.
 
     compared : motions of the sweeps that repeat soon enough; error of their RMS
     jumps : between such motions; at_bifurcations : that have one within their step
@@ -80,7 +80,7 @@ class Beside:
 class Stability:
     """What small disturbances of random motions do, and what multipliers say.
 
-    drawn : motions, until of so many it was `told` whether a disturbance dies away
+    drawn : motions, until for so many `told` it is known whether a disturbance decays
     stable : of these, by their multipliers; agree : of both
     """
 
@@ -312,7 +312,7 @@ def _fades(
     point: BranchPoint,
     random: np.random.Generator,
 ) -> bool | None:
-    """Whether a small disturbance dies away; None where that is not to be told."""
+    """Whether a small disturbance decays; None where this cannot be decided."""
     balance, frequency = finder.balance(branch.multiple, point.parameter)
     stepper, at = stepper_of(balance.system, ADAPTIVE), Speed(frequency, ADAPTIVE)
     try:

@@ -1,7 +1,7 @@
 """Eccentric gearing: run time against error of the centre distance and of contact.
 
-Centre distances stand beside the rolling integral in closed form of round-off; contact
-stands beside that of the finest mesh.
+Centre distances are compared with the rolling integral in closed form, contact with
+that of the finest mesh.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ class EccentricCost:
 
 @dataclass(frozen=True)
 class Contact:
-    """Transmission errors of a mesh beside the finest. freedoms : of the driver"""
+    """Transmission errors of a mesh and of the finest. freedoms : of the driver"""
 
     fineness: float
     freedoms: int
@@ -115,7 +115,7 @@ def _integral(samples: int) -> Callable[[], float]:
 
 
 def contact_rows(report: Progress) -> list[Contact]:
-    """Over the fineness, each beside the finest."""
+    """Over the fineness, each compared with the finest."""
     toothed = ToothedPair(
         EccentricPair(RADIUS, PART * RADIUS), math.radians(20.0), TEETH
     )

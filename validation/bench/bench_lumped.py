@@ -178,7 +178,7 @@ def _solve_by_scipy(
 
 @dataclass(frozen=True)
 class Race:
-    """A SciPy run beside the fastest compiled one that is no less accurate.
+    """A SciPy run and the fastest compiled one that is no less accurate.
 
     rtol, error : of SciPy; study, setting, own_error : of the compiled run
     ratio : of the times per speed

@@ -1,8 +1,8 @@
 """Floquet multipliers: run time against error, and what a chart of stability takes.
 
-Errors of state transitions are those beside the exact solution of Hill's equation with
+Errors of state transitions are against the exact solution of Hill's equation with
 a sawtooth, figure 5.4 of the multi-mesh source; those of the multipliers of a gear set
-are beside integration. Edges by perturbation stand beside traced ones.
+are against integration. Edges by perturbation are compared with traced ones.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ SIZES = (0.2, 0.1, 0.05, 0.025)  # of the stiffness variation, damping and frict
 WIDEST = 3  # combinations of modes whose edges are compared
 SPEEDS, VALUES = 400, 100  # of the chart
 RANGE = 0.2, 2.2  # of its speeds, over the highest natural frequency
-CHECKED = 24  # speeds of the gear set at which multipliers stand beside integration
+CHECKED = 24  # speeds whose multipliers are compared with integration
 
 
 @dataclass(frozen=True)
@@ -74,7 +74,7 @@ class MultiplierCost:
 
 @dataclass(frozen=True)
 class Multipliers:
-    """Largest multipliers of the gear set at CHECKED speeds, beside integration."""
+    """Largest multipliers of the gear set at CHECKED speeds, against integration."""
 
     method: str
     us_per_speed: float
@@ -84,7 +84,7 @@ class Multipliers:
 
 @dataclass(frozen=True)
 class Edge:
-    """Ends of an interval by perturbation beside traced ones, over their middle.
+    """Ends of an interval by perturbation and traced ones, over their middle.
 
     order : of the error over the variation, from the row before
     """

@@ -59,7 +59,7 @@ class Benchmark:
     name : of its files; about : what its figure shows, one sentence
     tables : rows with equal keys by the table's name, POINTS first
     panels : of its figure, the first with time over error
-    facts : single figures beside them
+    facts : single values in addition to them
     left_out : columns that no screen has room for; findings : sentences below them
     interrupted : whether Ctrl-C ended it
     """
@@ -173,7 +173,7 @@ def write_benchmark(measured: Benchmark, output: Path) -> None:
 
 
 def write_page(measured: Sequence[Benchmark], output: Path, command: str) -> Path:
-    """Write index.html with figures and tables beside it; the path of the page."""
+    """Write index.html next to its figures and tables; return its path."""
     page = output / "index.html"
     studies = [_study(each, output) for each in measured]
     about = {**dict(provenance()), "machine": machine()}

@@ -1,6 +1,6 @@
 """The energy of a train whose contacts deflect each other, by SciPy's root finder.
 
-Hubs stand at z, contacts press with F(x) and yield with the bodies by C F, and bodies
+Hubs are at z, contacts press with F(x) and yield with the bodies by C F, and bodies
 accelerate with a = load - K z - R'F in mean coordinates q, one per mode:
 
     q = z - U'F - W a,    x = R z - gap - C F - U a.

@@ -237,7 +237,7 @@ def rectangular_pairs(
     k [1 + eps (1 - c)] in single and half of k [1 + eps (2 - c)] in double contact,
     above eq. (2.28); contact lasts from c / 2 before to c / 2 after the pitch point.
     relief : of both tips [m], linear from the highest point of single contact
-    gaps : of each pair besides [m], two or more
+    gaps : of each further pair [m], two or more
     """
     c = contact_ratio
     single = mean * (1.0 + variation * (1.0 - c))

@@ -28,7 +28,7 @@ SIZE = re.compile(r'\s(?:width|height)="[^"]*"')
 
 @dataclass(frozen=True)
 class SavedFigure:
-    """A figure beside a page.
+    """A figure in the folder of a page.
 
     caption : what is to be seen; command : that makes it again
     svg, png : paths relative to the page; data : names and relative paths of CSV files

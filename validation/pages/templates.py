@@ -1,4 +1,4 @@
-"""Texts from the templates beside this file."""
+"""Texts from the templates in this folder."""
 
 from __future__ import annotations
 

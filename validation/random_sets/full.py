@@ -1,4 +1,4 @@
-"""All elastic freedoms of the gears beside their modes, on the smallest random sets.
+"""All elastic freedoms of the gears against their modes, on the smallest random sets.
 
 Both start at rest and pass the same mesh periods with equal steps, so that differences
 are those of one motion.

@@ -1,7 +1,7 @@
 """A random gear set by the finite elements and by lumped models, with what each costs.
 
 The reference is fidelity reduced with elastic modes up to twice each gear's usual
-cut-off, the speed rising. Its distance from the same with the usual cut-off tells how
+cut-off, the speed rising. Its distance from the same with the usual cut-off shows how
 far the reference itself can be trusted.
 """
 

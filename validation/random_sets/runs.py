@@ -2,7 +2,7 @@
 
 A run's directory below the store holds inputs.json, a table and result.json. For every
 set there is one with speeds.csv, the vibration by every source; for the smallest one
-with full.csv besides, all elastic freedoms beside their modes.
+and full.csv, all elastic freedoms against their modes.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from validation.study.kept import RESULT, begin_run, sealed, whole_texts, write_
 from validation.study.provenance import machine
 from validation.study.sources import digest_of
 
-FORMAT = "fegear random gear set 2"  # of the files and of what stands in them
+FORMAT = "fegear random gear set 2"  # of the files and of their content
 SPEEDS, FULL = "speeds.csv", "full.csv"
 Rows = list[dict[str, Any]]
 Result = tuple[dict[str, Any], Rows]  # of result.json and of the table
@@ -42,7 +42,7 @@ class SetRun:
 
     table : its CSV file; reused : whether nothing was computed
     machine : on which it was made
-    full : all freedoms beside modes, of the smallest sets
+    full : all freedoms against modes, of the smallest sets
     """
 
     name: str
@@ -72,7 +72,7 @@ def compared_sets(
     numbers: Iterable[int] = range(COUNT),
     measuring: Measure = measure,
 ) -> Iterator[SetRun]:
-    """The coupled model beside finite elements, set by set."""
+    """The coupled model against finite elements, set by set."""
     for number in numbers:
         gear_set = random_gear_set(number)
         told = partial(_report_of, report, number)
@@ -81,7 +81,7 @@ def compared_sets(
 
 
 def full_sets(store: Path, report: Progress = silent) -> Iterator[SetRun]:
-    """All elastic freedoms beside their modes, the smallest sets."""
+    """All elastic freedoms against their modes, for the smallest sets."""
     for number in smallest_sets():
         gear_set = random_gear_set(number)
         make = partial(_full, gear_set, partial(_report_of, report, number))

@@ -1,6 +1,6 @@
 """Figures of a report, functions of results; narrow, so that a phone can show them.
 
-Black stands for the finite elements and for all that is written; a page turns it into
+Black is the color of the finite elements and of all words; a page turns it into
 its own ink.
 """
 
@@ -40,7 +40,10 @@ LABELS: dict[Column, tuple[str, float]] = {
     "force_peak": ("largest mesh force [kN]", 1e-3),
     "contact_loss": ("contact lost [% of time]", 100.0),
 }
-SPAN = (1e-2, 1e2)  # of measured over allowed that is drawn; beyond stands on the edge
+SPAN = (
+    1e-2,
+    1e2,
+)  # of measured over allowed that is drawn; larger ones are on the edge
 
 
 def source_name(source: str) -> str:
@@ -196,7 +199,7 @@ def draw_budget(budget: Budget) -> Figure:
     """Draw the difference of each model from the finite elements, for every quantity.
 
     A dot for each torque, direction, mesh and peak, a bar at their mean; the models
-    stand below one another, from Model-1 to the coupled one.
+    are below one another, from Model-1 to the coupled one.
     """
     shown = {
         name: quantity

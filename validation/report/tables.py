@@ -13,7 +13,7 @@ RUN = ("source", "torque_Nm", "rows", "rows_not_repeating")
 
 
 def report_tables(values: Mapping[str, Any]) -> dict[str, list[Row]]:
-    """Rows by the name of the table; units stand in the columns' names."""
+    """Rows by the name of the table; units are in the columns' names."""
     cases = values["cases"]
     tables: Mapping[str, Callable[[Mapping[str, Any]], Iterable[Row]]] = {
         "overview": _overview,

@@ -208,7 +208,7 @@ def _file(run: Run, name: str, output: Path) -> str:
 
 
 def _printed_values(result: CaseResult, entry: Printed, output: Path) -> dict[str, Any]:
-    """A printed value and what each run has beside it."""
+    """A printed value and the value of each run."""
     found = []
     for run in result.judged if entry.figure else ():
         value, name = printed_figure(run, entry.figure or "", entry.value)

@@ -1,4 +1,4 @@
-"""Computed values beside references: how far apart, and how many agree."""
+"""Computed values compared with references: how far apart, and how many agree."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ NONE = math.nan
 
 @dataclass(frozen=True)
 class Compared:
-    """A reference beside the computed value, NaN where there is none.
+    """A reference and the computed value, NaN where there is none.
 
     value : of the reference; choices : computed values of which this is the nearest
     """
@@ -90,7 +90,7 @@ class Compared:
 
 
 def compare(reference: Reference, results: Results) -> Compared:
-    """A reference beside what its part found."""
+    """A reference and what its part found."""
     values = read_found(results, reference.part, reference.found)
     value: Value = NONE
     if reference.beside is not None:

@@ -53,14 +53,14 @@ ON_CELLS = {
     "stable manifold of P(1,1,1)": "lime",
 }
 LEVELS = 12  # of a surface
-LETTERS = 72  # of titles beside each other
+LETTERS = 72  # of titles side by side
 WHOLE = ("mode",)  # axes of whole numbers
 PLACES = 300  # of marks along an axis
 FAR = 0.5  # of the largest value, below which an axis begins at 0
 
 
 def draw_figure(result: FigureResult) -> Figure:
-    """Panels in the order of the parts; surfaces as contours beside each other."""
+    """Panels in the order of the parts; surfaces as contours side by side."""
     from matplotlib.ticker import MaxNLocator
 
     figure, curves = result.figure, result.curves
@@ -118,7 +118,7 @@ def column_names(result: FigureResult) -> tuple[str, ...]:
 def _color(curve: Curve, labels: Sequence[str]) -> Any:
     """That of the motion over all pictures for cells; light ones for curves on them.
 
-    Of two methods at several values a color stands for the value.
+    With two methods at several values, a color identifies the value.
     """
     if curve.style == "cells":
         return color_of_motion(curve.label)
@@ -226,7 +226,7 @@ def _draw(axes: Axes, curve: Curve, color: Any, look: Mapping[str, Any]) -> None
 
 
 def _apart(points: Array) -> Array:
-    """Marks (n, 2) of which no two stand in the same place of a panel."""
+    """Marks (n, 2), no two of them in the same place of a panel."""
     size = np.nanmax(points, axis=0) - np.nanmin(points, axis=0)
     places = np.round(points / np.where(size > 0.0, size, 1.0) * PLACES)
     return points[np.sort(np.unique(places, axis=0, return_index=True)[1])]

@@ -1,7 +1,7 @@
 """A part of a figure: what is computed, of which train, and what comes out.
 
 A kind of computation is a class of `Part` with its options, and a function from such a
-part and its `Scene`, or `MachineScene`, to a `PartResult`; all stand in
+part and its `Scene`, or `MachineScene`, to a `PartResult`; all are listed in
 `computations/kinds.py`.
 """
 
@@ -83,7 +83,7 @@ class Part(Train):
     """A computation of a figure.
 
     name : by which printed values refer to it, that of its kind if empty
-    label : of its curves; panel : in which they stand, by default one for each mesh
+    label : of its curves; panel : that shows them, by default one for each mesh
     y : label of its panel's axis, where it is not the figure's
     shown : whether its curves are drawn; else it is there for what it finds
     keys : patterns of the names of what it finds
@@ -107,7 +107,7 @@ class Part(Train):
         return self.name or str(vars(self)["kind"])
 
     def command(self, scene: Any) -> Sequence[str]:
-        """Words after `fegear` that compute the same, none where there are none."""
+        """Words after `fegear` that compute the same, empty if no command does."""
         return ()
 
 

@@ -1,4 +1,4 @@
-"""What stands beside a computed value, and where it comes from."""
+"""References of computed values, and their origin."""
 
 from __future__ import annotations
 
@@ -34,13 +34,13 @@ class Beside:
 
 @dataclass(frozen=True, kw_only=True)
 class Reference:
-    """A value that stands beside a computed one.
+    """A value with which a computed one is compared.
 
     value, point, beside : one of them; a point has two coordinates
-    origin : where it comes from, `method` if it is beside another part's value
+    origin : where it comes from, `method` if it is another part's value
     where : it was read, or what the source says of it
     bound : it is the largest or the least value that agrees, equal ones not
-    scale : of which differences are told, where its own size says nothing: of angles,
+    scale : to which differences are relative if its own size means nothing: of angles,
         places on an axis, and 0
     part, found : name of a part and of what it finds; of several values the nearest
     why : it does not agree, where it does not

@@ -36,7 +36,7 @@ from validation.study.kept import (
 from validation.study.provenance import machine
 from validation.study.sources import digest_of
 
-FORMAT = "fegear reproduce part 2"  # of the files and of what stands in them
+FORMAT = "fegear reproduce part 2"  # of the files and of their content
 CURVES = "curves.csv"
 COLUMNS = ("mesh", "panel", "curve", "style", "x", "y", "value")
 
@@ -46,7 +46,7 @@ class PartRun:
     """A part with what it gave.
 
     reused : whether nothing was computed; seconds : that it took when it was
-    commands : that compute the same alone, none where there are none
+    commands : that compute the same alone, empty if none does
     no_command : why there are none
     """
 
@@ -89,7 +89,7 @@ class FigureResult:
 
     @property
     def compared(self) -> tuple[Compared, ...]:
-        """Every reference beside what its part found."""
+        """Every reference and what its part found."""
         results = {run.part.own_name: run.result for run in self.runs}
         return tuple(compare(each, results) for each in self.figure.printed)
 

@@ -1,6 +1,6 @@
 """Figures and tables of the sources: what is computed, and what is printed.
 
-A figure is a TOML file named after its number; they stand in `validation/figures/`.
+A figure is a TOML file named after its number; they are in `validation/figures/`.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ class SourceFigure(Train):
     relative : whether frequencies are those over the first natural frequency
     edits : of the gear set or, `table.key=VALUE`, of the machine's file
     x, y : labels of the axes where they are not those of a frequency response
-    printed : what is said beside it, printed as a number or not
+    printed : references, printed as a number or not
     missing : parts of the source's figure that are not made, and why
     """
 
@@ -101,7 +101,7 @@ def figure_numbers() -> tuple[str, ...]:
 
 
 def _place(number: str) -> tuple[int, int, int, str]:
-    """Tables stand before the figures of their chapter, sources one after another."""
+    """Tables come before the figures of their chapter, sources one after another."""
     if short := SHORT.fullmatch(number):
         source, own, letter = short.groups()
         return ORDER.index(source), 0, int(own), letter

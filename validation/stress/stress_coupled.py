@@ -32,7 +32,7 @@ Array = NDArray[np.float64]
 PAIR, IDLER = "liu-pair", "liu-idler"
 COUPLED = LumpedModel(number="coupled")
 FINE = Settings(steps=512)
-SPEED = 2000.0  # Hz, beside the resonance of the pair
+SPEED = 2000.0  # Hz, near the resonance of the pair
 RATTLING = 2750.0  # Hz, where it loses contact
 LOOSE = {"dynamics.damping_ratio": 0.02}
 MANY_TEETH: Mapping[str, Any] = {
@@ -199,7 +199,7 @@ def coupled_fold() -> Trials:
     speed rises.
     """
     _, system = system_of(LOOSE)
-    # from far below on: from rest beside the fold the motion may rise at once
+    # from far below on: from rest near the fold the motion may rise at once
     speeds = np.r_[2400.0:2690.0:50.0, 2690.0:2760.0:2.0]
     found = []
     for steps in (64, 256):

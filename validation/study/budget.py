@@ -1,4 +1,4 @@
-"""What each part of the coupled model brings: an error budget of a gear set.
+"""What each part of the coupled model contributes: an error budget of a gear set.
 
 From Model-1 over the coupled model without each of its parts to the coupled model, all
 against the finite elements, with the metrics of `validation.study.metrics`.

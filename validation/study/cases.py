@@ -1,6 +1,6 @@
 """Validation cases: what to run, what to measure, and what a user would accept.
 
-A case is a TOML file; the built-in ones stand in `validation/cases/`. Units are in
+A case is a TOML file; the built-in ones are in `validation/cases/`. Units are in
 the keys. Every tolerance says why it is what it is.
 """
 
@@ -138,7 +138,7 @@ class SingleSpeed:
 class Printed:
     """A value that the source prints; whether it is met is a finding, no verdict.
 
-    figure : key of the figure that it stands beside, see `validation.study.printed`; of
+    figure : key of the computed value, see `validation.study.printed`; of
         jumps, peaks and natural frequencies the one nearest to the value
     """
 
@@ -242,7 +242,7 @@ def read_case(text: str, source: str = "case") -> Case:
 
 
 def _require_budget(case: Case, source: str) -> None:
-    """Nothing to ask of a case without a budget."""
+    """Require the models that a budget compares."""
     names = {model.name for model in case.model}
     if case.budget and not names >= set(LADDER):
         raise InputError(

@@ -1,4 +1,4 @@
-"""Finite elements beside closed forms: one table, per cent apart."""
+"""Finite elements against closed forms: one table, differences in per cent."""
 
 from __future__ import annotations
 
@@ -103,7 +103,7 @@ def _unknown_to_closed_forms(solved: _Solved) -> Iterator[str]:
 
 
 def _average_slopes(solved: _Solved, plane: Plane) -> list[Comparison]:
-    """Force over deflection, beside the potential-energy method."""
+    """Force over deflection, against the potential-energy method."""
     oracle = "potential energy, Sainsot body"
     driver, driven = map(_analytic, solved.gears)
     at = solved.pair.operating_pressure_angle
@@ -133,7 +133,7 @@ def _average_slopes(solved: _Solved, plane: Plane) -> list[Comparison]:
 
 
 def _local_slopes(solved: _Solved) -> list[Comparison]:
-    """Slope of force over deflection, beside ISO 6336, with and without bodies."""
+    """Slope of force over deflection, against ISO 6336, with and without bodies."""
     iso = _iso_mesh_stiffness(solved)
     twists = [_twist(gear, solved) for gear in solved.gears]
     series = 1.0 / (1.0 / iso + twists[0] + twists[1])

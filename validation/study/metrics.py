@@ -18,8 +18,8 @@ from lumped.steady.response import History
 from lumped.steady.sweep import Direction
 
 Array = NDArray[np.float64]
-FE = "fe"  # source of what the finite elements give, beside the names of models
-FE_PLAIN = "fe-without-friction"  # the same, beside those with friction
+FE = "fe"  # source of the finite elements' values, in addition to the names of models
+FE_PLAIN = "fe-without-friction"  # the same, where others have friction
 EFFECT = "friction_effect"
 SAME_FEATURE = 0.15  # of the frequency: jumps or peaks further apart are two
 CYCLE_POINTS = 256  # of a cycle
@@ -30,7 +30,7 @@ class Metric:
     """A unit and what is measured.
 
     least : whether the allowed value is the smallest
-    needs : what a case must ask for, `speeds_Hz`, `wave` or nothing
+    needs : what a case must contain, `speeds_Hz`, `wave` or nothing
     """
 
     unit: str
@@ -291,7 +291,7 @@ def _listed(reference: Sequence[float], model: Sequence[float]) -> str:
 class CycleMatch:
     """Two mesh forces over a cycle.
 
-    correlation : as they stand; phase : shift of the model's in cycles, -0.5 to 0.5,
+    correlation : without a shift; phase : shift of the model's in cycles, -0.5 to 0.5,
         positive where it is late; peak : ratio of the largest values less 1
     """
 

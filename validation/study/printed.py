@@ -1,4 +1,4 @@
-"""Figures of a run that stand beside printed values, by the keys that cases use."""
+"""Values of a run that are compared with printed ones, by the keys of cases."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Keys of figures that stand beside printed values, as cases name them."""
+"""Keys of values that are compared with printed ones, as cases name them."""
 
 from __future__ import annotations
 

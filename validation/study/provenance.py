@@ -36,7 +36,7 @@ def _version(name: str) -> str:
 
 
 def _processor() -> str:
-    """Its name where the system tells, else its architecture."""
+    """Its name where the system reports one, else its architecture."""
     try:
         lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
     except OSError:

@@ -40,7 +40,7 @@ class Run:
 
     reused : whether nothing was computed
     machine : on which it was made
-    natural_Hz : of the lumped train, all above 0; also beside the finite elements
+    natural_Hz : of the lumped train, all above 0; also with finite elements
     warnings : where the source leaves out too much, or values cannot be physical
     """
 

@@ -11,7 +11,7 @@ digest of all that determines it, the program's sources among it, and holds
     checkpoint    finished speeds of the finite elements, until the run is done
 
 A run without a result, or with files that do not fit its digests, is made again. Every
-run is handed on as read from these files, so that a reused one is the same.
+run is returned as read from these files, so that a reused one is the same.
 """
 
 from __future__ import annotations

@@ -50,7 +50,7 @@ class Cost:
         an earlier run had finished where one was taken up again
     speeds, steps : of the sweeps; steps until the motion had settled
     memory_MB : largest resident memory of the process, all that it had loaded before
-        included; NaN where the system does not tell
+        included; NaN where the system does not report it
     memory_above_start_MB : the same without what was resident when the run began. The
         first run of a process loads and compiles what later ones find there; of runs
         that share tables the first makes them
@@ -168,7 +168,7 @@ def solve_task(
     excitations: Excitations,
     report: Progress,
 ) -> RunResult:
-    """All that a task asks for.
+    """All that a task needs.
 
     checkpoint : where finished speeds are found and kept; None for a lumped model,
         which takes less than a second

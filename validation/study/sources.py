@@ -12,7 +12,7 @@ import validation
 
 ROOT = Path(str(validation.__file__)).parents[1]
 OWN = "fegear", "lumped", "meshes", "validation"
-DATA = "machines/*.toml", "gearboxes/*.toml"  # beside modules that read them
+DATA = "machines/*.toml", "gearboxes/*.toml"  # next to modules that read them
 # what only shows numbers: a change of it makes no result stale
 SHOWN = "fegear.cli", "fegear.rendering", "validation.report", "validation.pages"
 DRAWING = "figure", "figures", "drawing", "drawings", "plots", "page", "waterfall"

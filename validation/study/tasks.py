@@ -1,4 +1,4 @@
-"""Runs that a case asks for, and all that determines their results."""
+"""Runs that a case needs, and all that determines their results."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from validation.study.cases import Case, Model, Part, SingleSpeed
 from validation.study.metrics import EFFECT, FE, FE_PLAIN
 from validation.study.sources import digest_of
 
-FORMAT = "fegear validation run 4"  # of the files and of what stands in them
+FORMAT = "fegear validation run 4"  # of the files and of their content
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -48,7 +48,7 @@ class BranchesPart(Part):
     """Periodic motions by harmonic balance, stable in full and unstable dashed.
 
     between : frequencies, in the unit of the figure
-    starts : random states from which branches that stand alone are looked for
+    starts : random states from which isolated branches are searched
     """
 
     keys: ClassVar = (

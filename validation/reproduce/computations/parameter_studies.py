@@ -1,4 +1,4 @@
-"""Vibration over figures of the gear set: integration, and closed forms."""
+"""Vibration over parameters of the gear set, by integration and by closed forms."""
 
 from __future__ import annotations
 
@@ -87,7 +87,7 @@ OneOrTwo = Annotated[tuple[Over, ...], Field(min_length=1, max_length=2)]
 
 
 def _curve(points: Sequence[Point], values: Array, mesh: int) -> Curve:
-    """A line over one figure, a surface over two."""
+    """A line over one parameter, a surface over two."""
     rows = [(*p, float(v)) for p, v in zip(points, values, strict=True)]
     style: Literal["line", "surface"] = "line" if len(rows[0]) == 2 else "surface"
     return Curve(style, tuple(rows), mesh)
@@ -96,7 +96,7 @@ def _curve(points: Sequence[Point], values: Array, mesh: int) -> Curve:
 def _extremes(
     over: Sequence[Over], points: Sequence[Point], values: Array
 ) -> Iterator[tuple[str, tuple[Value, ...]]]:
-    """The largest and the least value and where they stand, on two axes a point.
+    """The largest and the smallest value and their positions, points on two axes.
 
     change_along : an axis, at most, over the height of all values
     peaks, valleys : where values are higher or lower than all their neighbours
@@ -181,7 +181,7 @@ class MapPart(Part):
 
 
 def parameter_map(part: MapPart, scene: Scene, report: Progress) -> PartResult:
-    """Found are the largest and the least RMS, and where they stand."""
+    """Find the largest and the smallest RMS, and their positions."""
     axes = tuple(Axis(over.key, over.values) for over in part.over)
     names = [axis.name for axis in axes]
     points = list(itertools.product(*(axis.values for axis in axes)))
@@ -230,7 +230,7 @@ class TheoryMapPart(Part):
 
 
 def theory_map(part: TheoryMapPart, scene: Scene, report: Progress) -> PartResult:
-    """Found are the largest and the least RMS, and where they stand."""
+    """Find the largest and the smallest RMS, and their positions."""
     points = list(itertools.product(*(over.values for over in part.over)))
     names = [over.key for over in part.over]
     rows = []
@@ -288,7 +288,7 @@ class IndicatorsPart(Part):
 
 
 def indicators(part: IndicatorsPart, scene: Scene, report: Progress) -> PartResult:
-    """Found of modeN.ORDER.: extremes and where they stand.
+    """Find the extremes of modeN.ORDER. and their positions.
 
     limit : where |p| passes twice the damping ratio, beyond which motions of half the
         frequency grow; unstable_part : of the range in which they do

@@ -169,7 +169,7 @@ def boundaries(
 ) -> PartResult:
     """Found are times and speeds of orbits, and the highest speed of grazing.
 
-    boundary : part of points on the manifolds beside which departures settle to
+    boundary : part of points on the manifolds next to which departures settle to
         different motions on both sides
     """
     machine, curves = scene.machine, []
@@ -233,7 +233,7 @@ def _shown(part: BoundariesPart, points: np.ndarray, label: str) -> Curve:
 
 
 def _parts_basins(machine: Machine, points: np.ndarray) -> list[float]:
-    """Whether departures 1e-6 beside points of a manifold, on both of its sides,
+    """Whether departures 1e-6 from points of a manifold, on both of its sides,
     settle to different motions."""
     at = points[5:-5:40]
     along = points[6:-4:40] - at

@@ -26,8 +26,8 @@ class MotionsPart(Part):
     """Relative rotation over the last turns of motions from 25 starts.
 
     machine : in place of the figure's; impacts : whether its flanks are rigid
-    speed : of the driving side beside steady rotation at the starts, at most [rad per
-        turn]; rotations are spread over the play
+    speed : of the driving side relative to steady rotation at the starts, at most
+        [rad per turn]; rotations are spread over the play
     turns, last : of a motion, and those over which its noise counts and it is drawn
     panels : starts that are drawn, counted from 0; none draws noise levels
     """

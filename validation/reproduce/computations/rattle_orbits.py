@@ -84,7 +84,7 @@ class Sought(Part):
 
 @dataclass(frozen=True, kw_only=True)
 class OrbitBranchesPart(Sought):
-    """Branches of orbits by the speeds of their departures, and long runs beside."""
+    """Branches of orbits by the speeds of their departures, and long runs."""
 
     keys: ClassVar = (f"{KIND} of {NAME}",)
 

@@ -1,4 +1,4 @@
-"""Errors of state transitions of Hill's equation beside its exact solution."""
+"""Errors of state transitions of Hill's equation against its exact solution."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Teeth that rub, at rest: arms of friction, stiffness of pairs, deflection."""
+"""Teeth with friction, at rest: arms of friction, stiffness of pairs, deflection."""
 
 from __future__ import annotations
 
