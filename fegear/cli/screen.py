@@ -31,7 +31,7 @@ def complain(message: str) -> None:
 def warn(warnings: Iterable[str]) -> None:
     """A line for each on the error stream."""
     for warning in warnings:
-        complain(f"warning: {warning}")
+        typer.echo(f"warning: {printable(' '.join(warning.split()))}", err=True)
 
 
 def print_json(values: Mapping[str, Any]) -> None:

@@ -25,7 +25,12 @@ from fegear.gearset.pitch_errors import (
 from lumped.common.checks import require_between, require_fields
 from lumped.common.csv_text import exact
 from lumped.train.analytic import Points, StiffnessFigures, analytic_excitation
-from lumped.train.excitation import MeshExcitation, excitation_from_table, table_pitches
+from lumped.train.excitation import (
+    MeshExcitation,
+    ReliefStiffness,
+    excitation_from_table,
+    table_pitches,
+)
 from lumped.train.table import (
     MeshTable,
     TableError,
@@ -36,7 +41,7 @@ from lumped.train.table import (
 )
 
 if TYPE_CHECKING:
-    from fegear.statics.solving import StaticsSettings
+    from fegear.statics.solving import StaticsResult, StaticsSettings
 
 Array = NDArray[np.float64]
 Kind = Literal["fe", "rectangular", "trapezoid", "fourier"]
@@ -62,6 +67,8 @@ class Source:
     harmonics : kept by kind fourier
     positions : per base pitch of a finite-element table
     resolution, plane, corner_contact : of the finite elements
+    relief_stiffness : of tooth pairs with relief in model 1, `own` or that of
+        `unmodified` teeth; see `lumped.train.excitation.excitation_from_table`
     """
 
     kind: Kind = "fe"
@@ -71,6 +78,7 @@ class Source:
     resolution: Literal["coarse", "default", "fine"] = "default"
     plane: Literal["stress", "strain"] = "stress"
     corner_contact: bool = True
+    relief_stiffness: ReliefStiffness = "own"
 
     def __post_init__(self) -> None:
         require_between("ramp", self.ramp, 0, 1)
@@ -100,6 +108,8 @@ class Source:
             "fourier": f"fourier, {self.harmonics} harmonics",
         }.get(self.kind, self.kind)
         elements = {"plane": self.plane, "resolution": self.resolution}
+        if self.relief_stiffness != "own":
+            elements["stiffness of relieved pairs"] = "that of unmodified teeth"
         return {"excitation": shape, **elements}
 
     def solves_elements(self, gear_set: GearSet) -> bool:
@@ -220,7 +230,7 @@ class Excitations:
     """Excitations of a gear set's meshes; tables are solved once each."""
 
     source: Source = field(default_factory=Source)
-    _tables: dict[tuple[object, ...], MeshTable] = field(default_factory=dict)
+    _results: dict[tuple[object, ...], StaticsResult] = field(default_factory=dict)
 
     @property
     def statics(self) -> StaticsSettings:
@@ -248,16 +258,19 @@ class Excitations:
 
         With pitch errors it continues until the tooth pairs repeat.
         """
+        return self._statics_of(gear_set, mesh, torque).table
+
+    def _statics_of(self, gear_set: GearSet, mesh: int, torque: float) -> StaticsResult:
         spec = gear_set.meshes[mesh]
         errors = mesh_errors(gear_set, mesh)
         gears = tuple(gear_set.gears[i] for i in (spec.driver, spec.driven))
         flanks = tuple(getattr(spec, name) for name in RELIEFS)
         key = (spec.pair, gears, flanks, errors, torque)
-        if key not in self._tables:
-            self._tables[key] = self._solved(gear_set, mesh, torque)
-        return self._tables[key]
+        if key not in self._results:
+            self._results[key] = self._solved(gear_set, mesh, torque)
+        return self._results[key]
 
-    def _solved(self, gear_set: GearSet, mesh: int, torque: float) -> MeshTable:
+    def _solved(self, gear_set: GearSet, mesh: int, torque: float) -> StaticsResult:
         from fegear.statics.solving import solve_mesh
 
         if not torque > 0.0:
@@ -266,35 +279,41 @@ class Excitations:
                 "need a load; rectangular stiffness of a sweep does not"
             )
         settings = self.source.statics_of(gear_set, mesh)
-        return solve_mesh(gear_set, mesh, [torque], settings).table
+        return solve_mesh(gear_set, mesh, [torque], settings)
 
     def _from_tables(
         self, gear_set: GearSet, mesh: int, torque: float, model: int
     ) -> MeshExcitation:
-        errors = tooth_pair_errors(gear_set, mesh)
-        if model == 1 and errors.size:
-            return self._of_unequal_pairs(gear_set, mesh, torque, errors)
+        if model == 1:
+            return self._of_pairs(gear_set, mesh, torque)
         table = self.table(gear_set, mesh, torque)
         # pairs that differ share less of the load: the stiffness of Model-3 varies
         plain = (without_relief if model == 3 else unmodified)(gear_set, mesh)
         stiffness = self.table(plain, mesh, torque)
         return excitation_from_table(table, torque, model, stiffness)
 
-    def _of_unequal_pairs(
-        self, gear_set: GearSet, mesh: int, torque: float, errors: Array
-    ) -> MeshExcitation:
-        """Model-1 from tables of equal teeth.
+    def _of_pairs(self, gear_set: GearSet, mesh: int, torque: float) -> MeshExcitation:
+        """Model-1 from tables of equal teeth, with and without relief.
 
-        A pair that protrudes touches earlier and later than equal teeth would, as
-        they do at a torque that presses them on by as much.
+        With pitch errors, a pair that protrudes touches earlier and later than equal
+        teeth would, as they do at a torque that presses them on by as much.
         """
         equal, plain = without_pitch_errors(gear_set), unmodified(gear_set, mesh)
-        nominal = self.table(plain, mesh, torque)
-        arm = gear_set.meshes[mesh].pair.driver.base_radius
-        press = 0.5 * arm * float(nominal[STIFFNESS].mean() * np.ptp(errors))
-        gaps, wide = (self.table(each, mesh, torque + press) for each in (equal, plain))
-        stiffness = _widened(nominal, wide)
-        return excitation_from_table(gaps, torque, 1, stiffness, errors)
+        stiffness, errors = (
+            self.table(plain, mesh, torque),
+            tooth_pair_errors(gear_set, mesh),
+        )
+        if errors.size:
+            arm = gear_set.meshes[mesh].pair.driver.base_radius
+            mean = stiffness[STIFFNESS].mean()
+            press = 0.5 * arm * float(mean * np.ptp(errors))
+            wide = self.table(plain, mesh, torque + press)
+            stiffness = _widened(stiffness, wide)
+        # unmodified teeth may touch where those with relief carry no load
+        solved = self._statics_of(equal, mesh, torque)
+        table = _with_gaps(solved, pair_teeth(stiffness))
+        how = self.source.relief_stiffness
+        return excitation_from_table(table, torque, 1, stiffness, errors, how)
 
     def _from_figures(
         self, gear_set: GearSet, mesh: int, torque: float, model: int
@@ -334,6 +353,30 @@ class Excitations:
             )
         except ValueError as error:
             raise InputError(f"mesh {mesh + 1}: {error}") from None
+
+
+def _with_gaps(solved: StaticsResult, teeth: Sequence[int]) -> MeshTable:
+    """The table with the gaps of more tooth pairs, which carry no load.
+
+    teeth : base pitches by which they are ahead of the reference pair
+    """
+    table, cycle = solved.table, solved.cycle
+    known = pair_teeth(table)
+    more = sorted(set(teeth) & set(cycle.teeth.tolist()) - set(known))
+    columns, labels = dict(table.columns), [f"{k:+d}" for k in [*known, *more]]
+    none = np.zeros((table.torque_Nm.size, table.position.size))
+    for number, k in enumerate(more, start=len(known) + 1):
+        gap = cycle.gap[..., cycle.teeth.tolist().index(k)]
+        columns |= {
+            f"pair{number}_{STIFFNESS}": none,
+            f"pair{number}_load_share": none,
+            f"pair{number}_gap_m": np.where(np.isfinite(gap), gap, np.nan),
+        }
+    text = " ".join(f"pair{i}={label}" for i, label in enumerate(labels, start=1))
+    header = {
+        k: text if k.startswith("pairs ahead") else v for k, v in table.header.items()
+    }
+    return MeshTable(table.torque_Nm, table.position, columns, header)
 
 
 def _widened(nominal: MeshTable, wide: MeshTable) -> MeshTable:

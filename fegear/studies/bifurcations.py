@@ -334,6 +334,7 @@ class BifurcationsResult(StudyResult):
 
     def page(self) -> Page:
         values = self.summary
+        yield from self.study.limits
         yield title_of(values)
         for branch in values["branches"]:
             done = counted(branch["finished_values"], "value")

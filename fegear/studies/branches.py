@@ -346,6 +346,7 @@ class BranchesResult(StudyResult):
 
     def page(self) -> Page:
         values = self.summary
+        yield from self.study.limits
         yield title_of(values)
         over_speed = self._over_speed
         name, unit = ("frequency_Hz", " Hz") if over_speed else ("value", "")

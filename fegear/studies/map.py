@@ -240,6 +240,7 @@ class MapResult(StudyResult):
     def page(self) -> Page:
         values = self.summary
         counts = ", ".join(f"{n} {status}" for status, n in values["statuses"].items())
+        yield from self.study.limits
         yield (
             f"{values['gear_set']}, {values['excitation']}, {values['response']}\n"
             f"{counted(values['points'], 'point')}: {counts}"

@@ -18,7 +18,7 @@ from fegear.studies.responses import UNITS
 from fegear.studies.study import Draw, Job, Study, StudyResult, Task, called, setting
 from fegear.studies.table import Table
 from fegear.studies.trains import (
-    COUPLED,
+    AUTO,
     FREQUENCY,
     MOVING,
     OfTrain,
@@ -38,6 +38,9 @@ from fegear.train.lumped_models import (
     integration_in_words,
     lumped_system,
     require_method,
+    static_entries,
+    static_line,
+    static_warnings,
 )
 from lumped.common.csv_text import exact
 from lumped.figures.sweeps import draw_time_history
@@ -54,6 +57,7 @@ from lumped.steady.pair_motions import CONDITIONS
 from lumped.steady.response import FIGURES
 from lumped.steady.settings import Settings
 from lumped.steady.sweep import reporting
+from lumped.train.system import LumpedSystem
 
 LINES = 5  # largest ones of a spectrum, in the summary
 ROWS = {  # of the screen, with the key of a mesh and its factor
@@ -87,7 +91,7 @@ class Motion(
         FREQUENCY,
     )
     torque: float | None = torque_setting()
-    model: LumpedModel = lumped_model(COUPLED | MOVING)
+    model: LumpedModel = lumped_model(AUTO | MOVING, "auto")
     table: tuple[str, ...] = tables_setting()
     integration: Settings = lumped_integration()
 
@@ -131,7 +135,9 @@ class MotionResult(StudyResult):
         study, motion, response = self.study, self.motion, self.motion.response
         return {
             **described(study, motion.system.train.damping_ratio),
+            "model_reason": study.reason or None,
             **friction_described(study.known),
+            **static_entries(self._systems, len(motion.pairs)),
             "torque_Nm": self.torque,
             "speed_Hz": float(response.frequency),
             "status": str(response.status),
@@ -140,6 +146,7 @@ class MotionResult(StudyResult):
             "section_points": len(motion.section_rate),
             "meshes": [_mesh_summary(motion, m) for m in range(len(motion.pairs))],
             "warnings": [
+                *static_warnings(self._systems),
                 *doubts_of_bodies(motion.system, [response.frequency]),
                 *doubts_of_meshes(
                     study.gears.meshes,
@@ -148,6 +155,11 @@ class MotionResult(StudyResult):
                 ),
             ],
         }
+
+    @property
+    def _systems(self) -> dict[float, LumpedSystem]:
+        """The train by the torque on its input gear [N m]."""
+        return {self.torque: self.motion.system}
 
     @property
     def table(self) -> Table:
@@ -184,6 +196,8 @@ class MotionResult(StudyResult):
 
     def page(self) -> Page:
         values = self.summary
+        if values["model_reason"]:
+            yield values["model_reason"]
         yield (
             f"{values['gear_set']} at {values['speed_Hz']:g} Hz, "
             f"{values['torque_Nm']:g} N m, model {values['model']}, "
@@ -192,6 +206,8 @@ class MotionResult(StudyResult):
             f"{values['status']}, settled for {values['settling_time_s']:.4g} s, "
             f"{counted(values['section_points'], 'point')} in the Poincaré section"
         )
+        if line := static_line(values):
+            yield line
         columns = {f"mesh {mesh['mesh']}": _cells(mesh) for mesh in values["meshes"]}
         labels = [
             *ROWS,

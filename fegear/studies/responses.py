@@ -15,7 +15,12 @@ from fegear.studies.headings import edits_in_words, friction_of_summary
 from fegear.studies.page import Columns, Grid, Page, cell, counted
 from fegear.studies.study import Draw, StudyResult
 from fegear.studies.table import Table
-from fegear.train.lumped_models import doubts_of_bodies, natural_frequencies
+from fegear.train.lumped_models import (
+    doubts_of_bodies,
+    natural_frequencies,
+    static_line,
+    static_warnings,
+)
 from lumped.figures.sweeps import ResponseCurve, draw_sweep
 from lumped.steady.jumps import find_jumps, find_peaks, largest_responses, opposites
 from lumped.steady.motion import DivergedError
@@ -148,6 +153,8 @@ class ResponsesResult(StudyResult):
 
     def page(self) -> Page:
         values = self.summary
+        if values.get("model_reason"):
+            yield values["model_reason"]
         lines = ", ".join(f"{f:.1f}" for f in values["natural_frequencies_Hz"])
         first, last = values["first_speed_Hz"], values["last_speed_Hz"]
         span = f"{first:g} Hz" if first == last else f"{first:g} to {last:g} Hz"
@@ -164,6 +171,8 @@ class ResponsesResult(StudyResult):
                 f"body modes of the gears {values['body_modes']}; those left out "
                 f"{values['body_modes_left_out']}"
             )
+        if values.get("static") and (line := static_line(values)):
+            yield line
         yield from _page_of_branches(values["branches"], values["speeds"])
         if "model_1_branches" in values:
             yield "Model 1 for comparison"
@@ -205,7 +214,9 @@ def doubts_of_sweep(
 
     speeds : mesh frequencies of the first mesh that were asked for [Hz]
     """
-    for system in dict.fromkeys(branch.system for _, branch in found):
+    systems = {branch.system: torque for torque, branch in found}
+    yield from static_warnings({torque: each for each, torque in systems.items()})
+    for system in systems:
         yield from doubts_of_bodies(system, speeds)
     for torque in dict.fromkeys(torque for torque, _ in found):
         responses = [

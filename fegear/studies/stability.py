@@ -269,6 +269,7 @@ class StabilityResult(StudyResult):
 
     def page(self) -> Page:
         values = self.summary
+        yield from self.study.limits
         yield title_of(values)
         natural = ", ".join(
             f"f{i} {number(hertz, 5)}"

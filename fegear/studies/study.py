@@ -103,11 +103,13 @@ class Group:
 
     kind : its class; offers : which fields of it are settings here, and how
     idle : as `Study.idle`, of a value of the class
+    default : its value where it is not given, None for that of the class
     """
 
     kind: type
     offers: Mapping[str, Setting | Group]
     idle: Idle = lambda value: iter(())
+    default: Any = None
 
 
 def setting(default: Any, text: str, allowed: Range | None = None, **words: Any) -> Any:
@@ -122,8 +124,11 @@ def argument(place: str, text: str, default: Any = MISSING) -> Any:
 
 
 def group(declared: Group) -> Any:
-    """A field with settings of its own, by default those of its class."""
-    return field(default_factory=declared.kind, metadata={"group": declared})
+    """A field with settings of its own, by default those of the group."""
+    metadata = {"group": declared}
+    if declared.default is not None:
+        return field(default=declared.default, metadata=metadata)
+    return field(default_factory=declared.kind, metadata=metadata)
 
 
 @dataclass(frozen=True)
@@ -133,6 +138,7 @@ class Offered:
     field: Field[Any]
     kind: Any  # annotated type
     declared: Setting | Group | None  # None for a dataclass with its own settings
+    default: Any
 
     @property
     def name(self) -> str:
@@ -188,7 +194,8 @@ def offered(group: Group) -> Iterator[Offered]:
     """Settings of a group, in order."""
     hints, known = get_type_hints(group.kind), {f.name: f for f in fields(group.kind)}
     for name, declared in group.offers.items():
-        yield Offered(known[name], hints[name], declared)
+        default = getattr(group.default, name, known[name].default)
+        yield Offered(known[name], hints[name], declared, default)
 
 
 def words_of(settings: Any, group: Group | None = None) -> list[str]:
@@ -206,7 +213,7 @@ def words_of(settings: Any, group: Group | None = None) -> list[str]:
         assert isinstance(declared, Setting)
         if declared.place:
             places += map(str, value if isinstance(value, tuple) else [value])
-        elif value != each.field.default:
+        elif value != each.default:
             options += _written(declared.short or each.option, declared, value)
     return [*places, *options]
 
@@ -276,7 +283,7 @@ def refuse_idle(settings: Any, group: Group) -> None:
     for each in offered(group):
         if each.group is not None:
             refuse_idle(getattr(settings, each.name), each.group)
-    known = {each.name: each.field.default for each in offered(group)}
+    known = {each.name: each.default for each in offered(group)}
     for name, reason in group.idle(settings):
         if name in known and getattr(settings, name) != known[name]:
             raise refusal(settings, name, reason, group)
@@ -301,7 +308,7 @@ def refuse_given(
     settings: Any, names: Sequence[str], reason: str, group: Group
 ) -> None:
     """Refuse those of the settings that are not the usual ones; see `refusal`."""
-    usual = group.kind()
+    usual = group.kind() if group.default is None else group.default
     for name in names:
         if getattr(settings, name) != getattr(usual, name):
             raise refusal(settings, name, reason, group)

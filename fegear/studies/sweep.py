@@ -12,7 +12,7 @@ from fegear.studies.responses import ResponsesResult
 from fegear.studies.study import PLOT, Draw, Job, Study, Task, called, setting
 from fegear.studies.table import Table
 from fegear.studies.trains import (
-    COUPLED,
+    AUTO,
     MOVING,
     OfTrain,
     bodies_described,
@@ -32,6 +32,7 @@ from fegear.train.lumped_models import (
     integration_in_words,
     lumped_system,
     require_method,
+    static_entries,
     usual_speeds,
 )
 from lumped.figures.waterfall import (
@@ -98,7 +99,7 @@ class Sweep(
         (),
         "Rotational speeds of the first mesh's driver [rpm], instead of --speeds.",
     )
-    model: LumpedModel = lumped_model(COUPLED | MOVING)
+    model: LumpedModel = lumped_model(AUTO | MOVING, "auto")
     table: tuple[str, ...] = tables_setting()
     integration: Settings = lumped_integration()
 
@@ -150,8 +151,10 @@ class Sweep(
         return SweepResult(
             study=self,
             facts=described(self, ratio)
+            | {"model_reason": self.reason or None}
             | friction_described(model)
-            | bodies_described(entries),
+            | bodies_described(entries)
+            | static_entries(self.systems, len(self.gears.meshes)),
             header=file_header(self.gears, model, ratio, words)
             | entries
             | self.gear_set.entries,

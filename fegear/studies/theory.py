@@ -243,6 +243,7 @@ class TheoryResult(StudyResult):
 
     def page(self) -> Page:
         values = self.summary
+        yield from self.study.limits
         yield (
             f"{values['gear_set']} by closed forms, {values['torque_Nm']:g} N m, model "
             f"{values['model']}, {values['excitation']}, damping ratio "

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, get_args
 
 from fegear.files.errors import InputError
 from fegear.files.speeds import parsed_speeds, written_speeds
@@ -30,7 +30,7 @@ from fegear.studies.study import (
     require_settings,
     setting,
 )
-from fegear.train.lumped_models import LumpedModel
+from fegear.train.lumped_models import LumpedModel, Number, resolve_model
 from lumped.steady.settings import Settings
 
 LEAST_TORQUE = 1e-6  # N m, less is lost in round-off
@@ -188,10 +188,11 @@ def chosen_torque(
 
 
 def _number(words: str) -> Any:
-    known = {"1": 1, "2": 2, "3": 3, "coupled": "coupled"}
-    if words not in known:
-        raise ValueError("allowed 1, 2, 3 and coupled")
-    return known[words]
+    if words in get_args(Number):
+        return words
+    if words not in ("1", "2", "3"):
+        raise ValueError("allowed auto, coupled, 1, 2 and 3")
+    return int(words)
 
 
 DAMPING = Setting(
@@ -216,6 +217,8 @@ def _idle_source(source: Source) -> Iterator[tuple[str, str]]:
         yield "ramp", "needs {kind} trapezoid"
     if source.kind != "fourier":
         yield "harmonics", "needs {kind} fourier"
+    if source.kind != "fe":
+        yield "relief_stiffness", "needs {kind} fe"
 
 
 SOURCE = Group(
@@ -239,6 +242,11 @@ SOURCE = Group(
         ),
         "plane": PLANE,
         "resolution": RESOLUTION,
+        "relief_stiffness": Setting(
+            text="Stiffness of tooth pairs with relief in model 1. own: that of the "
+            "relieved teeth where they carry load at rest; unmodified: that of teeth "
+            "without relief, as in the multi-mesh source."
+        ),
     },
 )
 SPRING_MODELS = (
@@ -267,6 +275,16 @@ COUPLED: dict[str, Setting | Group] = SPRINGS | {
         "contact stiffens with load; pairs: tooth pairs deflect each other; body: "
         "inertia of the elastic bodies; meshes: meshes of one gear deflect each "
         "other; modes: vibration of the bodies against their hubs. [default: none]"
+    ),
+}
+AUTO: dict[str, Setting | Group] = COUPLED | {
+    "number": Setting(
+        option="--model",
+        metavar="auto|coupled|1|2|3",
+        text=f"{SPRING_MODELS}; coupled: tooth pairs that stiffen with load and "
+        "deflect each other through elastic bodies with inertia; auto: coupled, or 1 "
+        "where friction, given stiffness or mesh tables need it.",
+        read=_number,
     ),
 }
 TORQUE_OF = Setting(
@@ -322,9 +340,12 @@ def _idle_model(model: LumpedModel) -> Iterator[tuple[str, str]]:
         yield "transition", "needs {sliding} instantaneous"
 
 
-def lumped_model(offers: Mapping[str, Setting | Group]) -> Any:
-    """A field for a lumped model with these settings."""
-    return group(Group(kind=LumpedModel, offers=offers, idle=_idle_model))
+def lumped_model(offers: Mapping[str, Setting | Group], number: Number = 1) -> Any:
+    """A field for a lumped model with these settings; number : by default."""
+    default = LumpedModel(number=number)
+    return group(
+        Group(kind=LumpedModel, offers=offers, idle=_idle_model, default=default)
+    )
 
 
 def _idle_integration(settings: Settings) -> Iterator[tuple[str, str]]:
@@ -411,9 +432,30 @@ class OfTrain:
         refuse_edits(self, own, model.translations, figures, bool(self.table))
         return self.gear_set.loaded
 
-    @cached_property
+    @property
     def known(self) -> LumpedModel:
         """The model, with mesh tables where they are given."""
+        return self._resolved[0]
+
+    @property
+    def limits(self) -> Iterator[str]:
+        """Line that says what the model leaves out, if it does."""
+        if line := self.known.leaves_out:
+            yield line
+
+    @property
+    def reason(self) -> str:
+        """Why a model was chosen, empty where it was given."""
+        return self._resolved[1]
+
+    @cached_property
+    def _resolved(self) -> tuple[LumpedModel, str]:
+        integration = getattr(self, "integration", None)
+        method = integration.method if isinstance(integration, Settings) else "rk4"
+        return resolve_model(self._with_tables, self.gears, method)
+
+    @property
+    def _with_tables(self) -> LumpedModel:
         source, gears = self.model.stiffness, self.gears
         if self.table:
             reason = f"{called(self, 'table')} replaces it, leave it out"

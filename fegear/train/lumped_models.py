@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from decimal import Decimal
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,20 +14,23 @@ from numpy.typing import NDArray
 from fegear.boundary import public
 from fegear.files.errors import InputError
 from fegear.files.version import package_version
+from fegear.gearset.inertia import require_inertia_of_bodies
 from fegear.gearset.lumped_train import train_of, with_efficiency
 from fegear.gearset.model import GearSet
-from fegear.gearset.pitch_errors import error_periods
+from fegear.gearset.pitch_errors import error_periods, without_pitch_errors
 from fegear.gearset.power_path import mesh_torques_at, power_path
 from fegear.statics.excitation import Excitations, ExcitationSource, GivenTables, Source
 from fegear.statics.unphysical import doubts_of_meshes
 from lumped.common.checks import require_between, require_choice, require_fields
 from lumped.common.csv_text import exact
 from lumped.steady.losses import nominal_efficiency
-from lumped.steady.settings import Settings
+from lumped.steady.settings import Method, Settings
+from lumped.train.at_rest import RestReference, of_equal_teeth
 from lumped.train.coupled import INGREDIENTS
-from lumped.train.excitation import at_torque, bending_along_path
+from lumped.train.excitation import MeshExcitation, at_torque, bending_along_path
 from lumped.train.friction import Sliding, ToothFriction, with_bending
 from lumped.train.left_out import ALLOWED, BodyInertia
+from lumped.train.path_laws import path_laws
 from lumped.train.system import LumpedSystem
 from lumped.train.table import pair_names
 from lumped.train.train import TrainError
@@ -37,7 +40,15 @@ BENDING = "friction-bending ratio"  # entries of the header of a file
 TURNED = "direction of friction"  # where vibration can turn it
 TORQUE_OF = "torque"  # where it is that of the input gear with friction
 TorqueOf = Literal["nominal", "input"]
-Number = Literal[1, 2, 3, "coupled"]
+Number = Literal[1, 2, 3, "coupled", "auto"]
+LEAVES_OUT = {  # of what the coupled model has
+    1: "stiffening with load, deflection of tooth pairs by each other and vibration of "
+    "the gears' bodies",
+    2: "varying stiffness, load sharing of tooth pairs and vibration of the gears' "
+    "bodies",
+    3: "load sharing of tooth pairs in motion and vibration of the gears' bodies",
+}
+STATIC_ERROR = 0.1  # allowed relative error of the peak to peak at rest
 COUPLED = 0.05  # of a mode's strain energy in meshes, to count for the usual speeds
 USUAL_SPEEDS = 400  # at most, where none are given
 BendingRatio = float | Mapping[int, Wave]
@@ -50,7 +61,8 @@ class LumpedModel:
 
     number : 1, every tooth pair with its own stiffness and gap; 2, mean mesh stiffness
         excited by the loaded static transmission error; 3, total mesh stiffness and
-        no-load transmission error; "coupled", see `lumped.train.coupled`
+        no-load transmission error; "coupled", see `lumped.train.coupled`; "auto", see
+        `resolve_model`
     without : which of `lumped.train.coupled.INGREDIENTS` are left out
     translations : gears with bearings move in the plane, else they rotate only
     damping_ratio : of every mode, None for the gear set's
@@ -86,7 +98,7 @@ class LumpedModel:
             require_choice("without", name, INGREDIENTS)
         if len(set(self.without)) < len(self.without):
             raise ValueError(f"without must name each part once, got {self.without!r}")
-        if self.friction and self.number != 1:
+        if self.friction and self.number not in (1, "auto"):
             raise ValueError(f"friction needs model 1, got {self.number}")
         require_between("friction", self.friction, 0, 1, below=True)
         ratio = self.bending
@@ -102,6 +114,8 @@ class LumpedModel:
     @property
     def springs(self) -> int:
         """The model that gives the modes and their damping."""
+        if self.number == "auto":
+            raise ValueError("number = auto; must be resolved for a gear set")
         return 1 if self.number == "coupled" else self.number
 
     @property
@@ -109,6 +123,13 @@ class LumpedModel:
         """The name of the model in files and on screens."""
         left_out = "".join(f", without {name}" for name in self.without)
         return f"{self.number}{left_out}"
+
+    @property
+    def leaves_out(self) -> str:
+        """Sentence that says what the model lacks of the coupled one, or empty."""
+        if self.number not in LEAVES_OUT:
+            return ""
+        return f"model {self.number} leaves out {LEAVES_OUT[self.number]}"
 
     @property
     def excitations(self) -> ExcitationSource:
@@ -137,7 +158,7 @@ def lumped_system(
 
     Raises InputError where the gear set gives no train, or one that would accelerate.
     """
-    model = model or LumpedModel()
+    model, _ = resolve_model(model or LumpedModel(), gear_set)
     source = excitations or model.excitations
     known = None
     if model.number == "coupled":
@@ -148,13 +169,14 @@ def lumped_system(
         source.of(gear_set, mesh, on_mesh, model.springs)
         for mesh, on_mesh in enumerate(on_meshes)
     )
+    references = rest_references(gear_set, on_meshes, source, model, driven)
     rubs: tuple[ToothFriction, ...] = ()
     try:
         if model.friction:
             ratios = bending_ratios(gear_set, on_meshes, source, model)
             rubs = tuple(map(model.tooth_friction, ratios))
             driven = tuple(map(with_bending, driven, rubs))
-        system = LumpedSystem(train, driven, friction=rubs)
+        system = LumpedSystem(train, driven, friction=rubs, references=references)
         if rubs and model.torque_of == "input":
             system = with_losses(gear_set, system)
     except (TrainError, ValueError) as error:
@@ -171,6 +193,183 @@ def lumped_system(
         kept=like.contacts.kept if like is not None and like.contacts else None,
     )
     return replace(system, contacts=contacts)
+
+
+def resolve_model(
+    model: LumpedModel, gear_set: GearSet, method: Method = "rk4"
+) -> tuple[LumpedModel, str]:
+    """Choose the model where its number is auto, and say why.
+
+    It is the coupled model, which has no error at rest and the vibration of the gears'
+    bodies, or model 1 where something needs that.
+
+    Parameters
+    ----------
+    model : LumpedModel
+        Model that is asked for.
+    gear_set : GearSet
+        Gear set whose train it is of.
+    method : str
+        Method of integration, which the coupled model has one of.
+
+    Returns
+    -------
+    model : LumpedModel
+        Model with a number that is not auto.
+    reason : str
+        Reason for the choice, empty where nothing was chosen.
+    """
+    if model.number != "auto":
+        return model, ""
+    reason = _needs_model_1(model, gear_set, method)
+    if reason:
+        return replace(model, number=1), f"model 1: {reason}"
+    reason = "coupled model: nothing here needs model 1"
+    return replace(model, number="coupled"), reason
+
+
+def _needs_model_1(model: LumpedModel, gear_set: GearSet, method: Method) -> str:
+    """Why a gear set cannot have the coupled model, empty if it can."""
+    source = model.stiffness
+    if model.friction:
+        return "the coupled model has no friction"
+    if method != "rk4":
+        return f"the coupled model has no integration by {method}"
+    if isinstance(source, Source) and source.kind != "fe":
+        return f"the coupled model has no {source.kind} stiffness"
+    try:
+        require_inertia_of_bodies(gear_set, "model 1 counts none of it")
+        if isinstance(source, GivenTables):
+            _require_coupled_tables(gear_set, source)
+    except InputError as error:
+        return str(error)
+    return ""
+
+
+def _require_coupled_tables(gear_set: GearSet, source: GivenTables) -> None:
+    """Raise InputError where mesh tables have too little for the coupled model."""
+    _known_contacts(gear_set, LumpedModel(number="coupled"), source)
+    for (name, table), mesh in zip(source.tables, gear_set.meshes, strict=True):
+        try:
+            path_laws(table, mesh.pair.driver.base_radius)
+        except ValueError as error:
+            raise InputError(f"{name}: {error}") from None
+
+
+def rest_references(
+    gear_set: GearSet,
+    on_meshes: Sequence[float],
+    source: ExcitationSource,
+    model: LumpedModel,
+    excitations: Sequence[MeshExcitation],
+) -> tuple[RestReference | None, ...]:
+    """What the meshes are compared with at rest: the tables that they are made from.
+
+    None for a mesh without load, or whose stiffness comes from no table.
+
+    on_meshes : torques on the drivers [N m]
+    excitations : of the meshes, without friction
+    """
+    of_pairs = model.number not in (2, 3)
+    equal = without_pitch_errors(gear_set) if of_pairs else gear_set
+    references: list[RestReference | None] = []
+    for mesh, (torque, excitation) in enumerate(
+        zip(on_meshes, excitations, strict=True)
+    ):
+        table = None
+        if isinstance(source, GivenTables):
+            table = source.tables[mesh][1]
+        elif isinstance(source, Excitations) and source.source.kind == "fe":
+            table = source.table(equal, mesh, torque)
+        error = None
+        if torque > 0.0 and table is not None and "ste_m" in table.columns:
+            error = at_torque(table, "ste_m", torque)
+        if error is None or not np.isfinite(error).all():
+            references.append(None)
+            continue
+        force = torque / gear_set.meshes[mesh].pair.driver.base_radius
+        own = of_equal_teeth(excitation) if of_pairs else excitation
+        references.append(RestReference(force, error, own))
+    return tuple(references)
+
+
+def static_entries(
+    systems: Mapping[float, LumpedSystem], meshes: int
+) -> dict[str, Any]:
+    """Return what a summary says of models at rest.
+
+    Parameters
+    ----------
+    systems : mapping
+        Systems by torque on the input gear [N m].
+    meshes : int
+        Number of meshes.
+
+    Returns
+    -------
+    dict
+        `static_error`, the relative error of the peak to peak of the static
+        transmission error of each mesh, the largest of all torques and None where it is
+        not known; `static`, what it is made of.
+    """
+    rows = [
+        {
+            "torque_Nm": torque,
+            "mesh": check.mesh + 1,
+            "peak_to_peak_m": check.peak_to_peak,
+            "reference_peak_to_peak_m": check.reference_peak_to_peak,
+            "peak_to_peak_error": check.error,
+            "mean_m": check.mean,
+            "reference_mean_m": check.reference_mean,
+            "mean_error": check.mean_error,
+        }
+        for torque, system in systems.items()
+        for check in system.static_checks
+    ]
+    errors = [
+        [row["peak_to_peak_error"] for row in rows if row["mesh"] == mesh + 1]
+        for mesh in range(meshes)
+    ]
+    return {
+        "static_error": [max(each, key=abs) if each else None for each in errors],
+        "static": rows,
+    }
+
+
+def static_line(entries: Mapping[str, Any]) -> str:
+    """Say in a line what `static_entries` has, the worst torque of each mesh."""
+    parts = []
+    for mesh, error in enumerate(entries["static_error"], start=1):
+        rows = [row for row in entries["static"] if row["mesh"] == mesh]
+        if error is None or not rows:
+            continue
+        row = max(rows, key=lambda row: abs(row["peak_to_peak_error"]))
+        parts.append(
+            f"mesh {mesh} {1e6 * row['peak_to_peak_m']:.4g} um, "
+            f"{100.0 * error:+.2g} % from its table at {row['torque_Nm']:g} N m, "
+            f"mean {100.0 * row['mean_error']:+.2g} %"
+        )
+    if not parts:
+        return ""
+    return f"peak to peak of the static transmission error: {'; '.join(parts)}"
+
+
+def static_warnings(systems: Mapping[float, LumpedSystem]) -> Iterator[str]:
+    """Warn where a model at rest is far from the table that it is made from.
+
+    systems : by torque on the input gear [N m]
+    """
+    for torque, system in systems.items():
+        for check in system.static_checks:
+            if abs(check.error) <= STATIC_ERROR:
+                continue
+            yield (
+                f"mesh {check.mesh + 1} at {torque:g} N m: the static transmission "
+                f"error of the model has a peak to peak of "
+                f"{1e6 * check.peak_to_peak:.3g} um, that of its table "
+                f"{1e6 * check.reference_peak_to_peak:.3g} um; allowed are "
+                f"{100.0 * STATIC_ERROR:g} % of difference"
+            )
 
 
 def with_losses(gear_set: GearSet, system: LumpedSystem) -> LumpedSystem:

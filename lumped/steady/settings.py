@@ -7,6 +7,7 @@ from typing import ClassVar, Literal
 
 from lumped.common.checks import require_between, require_fields
 
+Method = Literal["rk4", "dopri5"]
 SPRING_STEPS, CONTACT_STEPS = 64, 80  # steps per period of the fastest mesh
 FINEST, USUAL = 1e-13, 1e-8  # error of a step: just above round-off, and the default
 
@@ -54,7 +55,7 @@ class Settings(SteadySettings):
     """
 
     least_periods: ClassVar[int] = 2_000
-    method: Literal["rk4", "dopri5"] = "rk4"
+    method: Method = "rk4"
     steps: int | None = None
     step_angle: float = 0.6
     accuracy: float | None = None

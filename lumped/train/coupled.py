@@ -167,6 +167,12 @@ class CoupledContacts:
     without: tuple[str, ...] = ()
 
     @property
+    def of_equal_teeth(self) -> CoupledContacts:
+        """The contacts without pitch errors."""
+        errors = self.contacts.errors[:, :0]
+        return replace(self, contacts=self.contacts._replace(errors=errors))
+
+    @property
     def bodies(self) -> BodyModes:
         """Body modes that are coordinates of the model."""
         if self.modes is None or not {"body", "modes"}.isdisjoint(self.without):

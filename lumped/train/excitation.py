@@ -22,6 +22,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -39,6 +40,8 @@ from lumped.train.waves import (
 Array = NDArray[np.float64]
 MODELS = (1, 2, 3)
 WHOLE = "on the path of contact it must be finite"
+STIFFNESS = "stiffness_N_per_m"
+ReliefStiffness = Literal["own", "unmodified"]
 
 
 @dataclass(frozen=True)
@@ -92,12 +95,17 @@ def excitation_from_table(
     model: int = 1,
     stiffness_table: MeshTable | None = None,
     pitch_errors: ArrayLike = (),
+    relief_stiffness: ReliefStiffness = "own",
 ) -> MeshExcitation:
     """Excitation of one mesh at a torque on its driver [N m].
 
-    stiffness_table : table of the same teeth without profile modification, from which
-        stiffnesses are taken if given: modified teeth that carry no load at rest may
-        touch in motion, and their own table has no stiffness for that
+    stiffness_table : table of the same teeth without profile modification, if given.
+        Modified teeth that carry no load at rest may touch in motion, and their own
+        table has no stiffness for that
+    relief_stiffness : for Model-1 with that table, the stiffness of a pair. `own`: that
+        of the modified teeth where they carry load at rest, by which the transmission
+        error at rest is that of `table`; `unmodified`: that of `stiffness_table`
+        everywhere, as in the multi-mesh source
     pitch_errors : for Model-1, gaps of the tooth pairs [m] that a table of teeth
         without errors lacks; see `pair_errors`. In models 2 and 3 the table covers
         all base pitches until the pairs repeat
@@ -117,7 +125,13 @@ def excitation_from_table(
     mean = float(total.mean())
     errors = np.asarray(pitch_errors, float)
     if model == 1 and table.pair_count:
-        return MeshExcitation(_pairs(table, plain, torque, errors), mean)
+        own = relief_stiffness == "own"
+        if own and not np.array_equal(table.position, plain.position):
+            raise ValueError(
+                "stiffness_table must have the positions of the table, got "
+                f"{plain.position.size} for {table.position.size}"
+            )
+        return MeshExcitation(_pairs(table, plain, torque, errors, own), mean)
     if errors.size:
         raise ValueError(
             "pitch_errors are gaps of tooth pairs: model 1 and a table with columns "
@@ -225,18 +239,58 @@ def table_pitches(table: MeshTable) -> int:
 
 
 def _pairs(
-    table: MeshTable, plain: MeshTable, torque: float, errors: Array
+    table: MeshTable, plain: MeshTable, torque: float, errors: Array, own: bool
 ) -> tuple[PairExcitation, ...]:
-    """Springs of all pairs; a pair's waves continue those of the pair before it."""
+    """Springs of all pairs; a pair's waves continue those of the pair before it.
+
+    own : whether pairs that carry load have the stiffness of `table`
+    """
     for each in (plain, table):
         _require_whole_path(each)
-    stiffness = _along_the_path(plain, "stiffness_N_per_m", torque, 0.0)
-    gap = _along_the_path(table, "gap_m", torque, None)
-    none = constant(0.0)
+    stiffness = _by_pair(plain, STIFFNESS, torque)
+    gap = _by_pair(table, "gap_m", torque)
+    if own and table is not plain:
+        stiffness, gap = _with_loads_at_rest(table, stiffness, gap, torque)
+    unknown = np.full(table.position.size, np.nan)
+    gap = {k: gap.get(k, unknown) for k in stiffness}
+    springs = _along_the_path(stiffness, table_pitches(plain), 0.0)
+    gaps = _along_the_path(gap, table_pitches(table), None)
     return tuple(
-        PairExcitation(stiffness[k], with_errors(gap.get(k, none), k, errors), k)
-        for k in stiffness
+        PairExcitation(springs[k], with_errors(gaps[k], k, errors), k) for k in springs
     )
+
+
+def _with_loads_at_rest(
+    table: MeshTable, plain: dict[int, Array], gap: dict[int, Array], torque: float
+) -> tuple[dict[int, Array], dict[int, Array]]:
+    """Stiffness and gap (n,) of modified pairs that carry what they do at rest.
+
+    A pair that carries all of the load has the stiffness of its own table; the less it
+    carries, the more it has that of unmodified teeth, which it would have in motion if
+    pressed together further. Loads of its neighbours keep a pair apart that carries
+    little or nothing: its gap closes where its load begins.
+
+    plain : stiffness of unmodified teeth
+    gap : of the modified teeth
+    """
+    _require_finite(table, "ste_m")
+    error = at_torque(table, "ste_m", torque)
+    own = _by_pair(table, STIFFNESS, torque)
+    share = _by_pair(table, "load_share", torque)
+    none, unknown = np.zeros(error.size), np.full(error.size, np.nan)
+    stiffness, gaps = {}, {}
+    for k in sorted({*own, *plain}):
+        carried = np.nan_to_num(share.get(k, none))
+        part = np.clip(carried, 0.0, 1.0)
+        weight = part * part * (3.0 - 2.0 * part)
+        unmodified, closes = plain.get(k, none), gap.get(k, unknown)
+        secant = np.where(carried > 0.0, own.get(k, none), unmodified)
+        unmodified = np.where(unmodified > 0.0, unmodified, secant)
+        stiffness[k] = secant * weight + unmodified * (1.0 - weight)
+        load = np.where(carried > 0.0, secant * (error - closes), 0.0)
+        begins = error - load / np.where(carried > 0.0, stiffness[k], 1.0)
+        gaps[k] = np.where(carried > 0.0, begins, np.maximum(closes, error))
+    return stiffness, gaps
 
 
 def bending_along_path(table: MeshTable, torque: float) -> dict[int, Wave]:
@@ -244,7 +298,8 @@ def bending_along_path(table: MeshTable, torque: float) -> dict[int, Wave]:
 
     Where a pair carries no load, the ratio is that at the nearest loaded position.
     """
-    return _along_the_path(table, "friction_bending_ratio", torque, None)
+    ratio = _by_pair(table, "friction_bending_ratio", torque)
+    return _along_the_path(ratio, table_pitches(table), None)
 
 
 def with_errors(gap: Wave, ahead: int, errors: Array) -> Wave:
@@ -257,19 +312,25 @@ def with_errors(gap: Wave, ahead: int, errors: Array) -> Wave:
     return replace(gap, offsets=np.roll(errors, ahead)) if errors.size else gap
 
 
+def _by_pair(table: MeshTable, quantity: str, torque: float) -> dict[int, Array]:
+    """Column (n,) of each pair at a torque, by base pitches ahead in rising order."""
+    columns = zip(pair_teeth(table), pair_names(table, quantity), strict=True)
+    return {k: at_torque(table, name, torque) for k, name in sorted(columns)}
+
+
 def _along_the_path(
-    table: MeshTable, quantity: str, torque: float, outside: float | None
+    columns: dict[int, Array], pitches: int, outside: float | None
 ) -> dict[int, Wave]:
-    """Waves by pair; cells without a value take `outside`, or the nearest value."""
-    teeth = pair_teeth(table)
-    values = [at_torque(table, name, torque) for name in pair_names(table, quantity)]
-    order = sorted(range(len(teeth)), key=lambda i: teeth[i])
-    pitches = table_pitches(table)
+    """Waves by pair; cells without a value take `outside`, or the nearest value.
+
+    columns : (n,) of the pairs in rising order, over so many base pitches
+    """
     if pitches > 1:
-        columns = {teeth[i]: values[i].reshape(pitches, -1) for i in order}
-        return _along_all_paths(columns, outside)
-    path, end = _filled(np.concatenate([values[i] for i in order]), outside)
-    x = teeth[order[0]] + np.arange(path.size + 1) / table.position.size
+        by_pitch = {k: each.reshape(pitches, -1) for k, each in columns.items()}
+        return _along_all_paths(by_pitch, outside)
+    path, end = _filled(np.concatenate([*columns.values()]), outside)
+    size = next(iter(columns.values())).size
+    x = min(columns) + np.arange(path.size + 1) / size
     coefficients = monotone_cubics(x, np.append(path, end))
     return cut_into_pitches(x, coefficients, (), 0.0)
 

@@ -18,6 +18,12 @@ from lumped.kernels.arrays import (
     ModalSystem,
     Samples,
 )
+from lumped.train.at_rest import (
+    RestReference,
+    StaticCheck,
+    check_springs,
+    compare_at_rest,
+)
 from lumped.train.coupled import (
     CoupledContacts,
     LoadedState,
@@ -26,6 +32,7 @@ from lumped.train.coupled import (
     coupled_steps,
     coupled_system,
     loaded_state,
+    static_transmission_error,
 )
 from lumped.train.excitation import MeshExcitation
 from lumped.train.friction import FrictionRows, ToothFriction, friction_rows
@@ -59,6 +66,8 @@ class LumpedSystem:
     friction : friction of the meshes' teeth, none if empty; the excitations then
         include deflection by friction, from `lumped.train.friction.with_bending`
     losses : fraction of the torques lost to friction, by which they need not balance
+    references : for each mesh, what it is compared with at rest; None where nothing is
+        known, and empty where that is so of all
     """
 
     train: Train
@@ -66,6 +75,7 @@ class LumpedSystem:
     contacts: CoupledContacts | None = None
     friction: tuple[ToothFriction, ...] = ()
     losses: float = 0.0
+    references: tuple[RestReference | None, ...] = ()
 
     def __post_init__(self) -> None:
         require_between("losses", self.losses, 0, 1, below=True)
@@ -178,6 +188,28 @@ class LumpedSystem:
         start = np.zeros(self.coupled_arrays.load.size)
         start[: self.moving.size] = self.arrays.load / self.arrays.rigidity
         return loaded_state(self.coupled_arrays, start)
+
+    @cached_property
+    def static_checks(self) -> tuple[StaticCheck, ...]:
+        """Transmission errors at rest beside those of `references`, where these vary.
+
+        The coupled model's are those of each mesh alone, as in a mesh table, and of
+        teeth without pitch errors.
+        """
+        checks = []
+        for mesh, reference in enumerate(self.references):
+            if reference is None:
+                continue
+            if self.contacts is None:
+                check = check_springs(mesh, reference)
+            else:
+                contacts = self.contacts.of_equal_teeth
+                force = reference.force
+                own = static_transmission_error(contacts, mesh, force)[:-1]
+                check = compare_at_rest(mesh, own, reference.transmission_error)
+            if check is not None:
+                checks.append(check)
+        return tuple(checks)
 
     @cached_property
     def strained_angular(self) -> float:

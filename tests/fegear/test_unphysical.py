@@ -82,7 +82,7 @@ def told(capsys, *words: str) -> tuple[dict, list[str]]:
 )
 def test_commands_warn_in_one_line_and_in_json(capsys, words, part):
     values, lines = told(capsys, *words)
-    assert [f"fegear: warning: {each}" for each in values["warnings"]] == lines
+    assert [f"warning: {each}" for each in values["warnings"]] == lines
     assert len(lines) == 1
     assert part in lines[0]
 
@@ -119,7 +119,7 @@ def test_what_closed_forms_leave_out_is_said(capsys, tmp_path):
     text = text.replace("teeth = 38", f"teeth = 38\npitch_errors_um = [{errors}]")
     (tmp_path / "own.toml").write_text(text)
     _, lines = told(capsys, "compare", str(tmp_path / "own.toml"))
-    start = 'fegear: warning: gear "pinion" has '
+    start = 'warning: gear "pinion" has '
     assert lines == [
         f"{start}tip relief, which the closed forms leave out",
         f"{start}pitch_errors_um, which are left out: the closed forms know none",

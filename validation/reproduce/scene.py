@@ -178,10 +178,18 @@ class Scene:
 
     @property
     def words(self) -> list[str]:
-        """Words of a command: the gear set, the model, the excitation and the edits."""
+        """Words of a command of lumped models: what those of finite elements have, and
+        the model."""
+        found = [*self.element_words, "--model", str(self.number)]
+        if self.source.relief_stiffness != "own" and not self.needs_tables:
+            found += ["--relief-stiffness", self.source.relief_stiffness]
+        return found
+
+    @property
+    def element_words(self) -> list[str]:
+        """Words of a command: the gear set, the excitation and the edits."""
         source = self.source
         found = [self.set_name, "--torque", f"{self.torque:g}"]
-        found += [] if self.number == 1 else ["--model", str(self.number)]
         found += [] if source.kind == "fe" else ["--excitation", source.kind]
         if self.needs_tables:
             found += [word for path in self._tables for word in ("--table", path)]
@@ -274,11 +282,17 @@ def scene_of(part: Part, figure: Train, **others: Any) -> Scene:
     kind: Kind = values["excitation"] or "fe"
     kept = values["wave_harmonics"]
     fourier = {"harmonics": kept} if kind == "fourier" and kept else {}
+    edits = edits_by_key((*figure.edits, *part.edits))
+    # the source takes stiffnesses from teeth without relief
+    relieved = kind == "fe" and any("_relief" in key for key in edits)
     return Scene(
-        given=edits_by_key((*figure.edits, *part.edits)),
+        given=edits,
         torque=values["torque_Nm"] or 100.0,
         source=Source(
-            kind=kind, corner_contact=values["corner_contact"] is not False, **fourier
+            kind=kind,
+            corner_contact=values["corner_contact"] is not False,
+            relief_stiffness="unmodified" if relieved else "own",
+            **fourier,
         ),
         delay=values["delay_rad"],
         kept=kept if kind == "fe" else None,

@@ -40,7 +40,7 @@ class ElementsPart(Part):
     def command(self, scene: Scene) -> Sequence[str]:
         one = ["--direction", *self.directions] if len(self.directions) == 1 else []
         speeds = speeds_in_Hz(self.speeds, scene.unit_Hz)
-        words = ["dynamics", *scene.words, *scene.coefficient_words]
+        words = ["dynamics", *scene.element_words, *scene.coefficient_words]
         return [*words, "--speeds", speeds, *one]
 
 
