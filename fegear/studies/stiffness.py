@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from fegear.contact.problem import corner_positions
+from fegear.contact.edges import edge_pairs, edge_positions
 from fegear.figures.statics import draw_table
 from fegear.files.memory import peak_memory_MB
 from fegear.gearset.model import GearSet
@@ -66,7 +66,7 @@ COLUMNS: Columns = {
     "STE\nmean um": cell("ste_mean_um"),
     "STE\np-p um": cell("ste_peak_to_peak_um"),
     "NLTE\np-p um": cell("nlte_peak_to_peak_um"),
-    "p pitch\nMPa": cell("pressure_at_pitch_point_MPa"),
+    "p pitch\nMPa": cell("pressure_at_pitch_point_MPa", none="none"),
     "friction\nbending": cell("friction_bending_ratio_mean", 3),
 }
 
@@ -77,7 +77,12 @@ class MeshStiffness(
     command="stiffness",
     example="stiffness liu-idler --mesh 2 -o mesh2.csv --plot mesh2.png",
 ):
-    """Mesh stiffness, transmission error and load sharing."""
+    """Mesh stiffness, transmission error and load sharing.
+
+    max_pressure_MPa and pressure_at_pitch_point_MPa of --json leave out positions with
+    a tip corner or the start of a linear relief in contact, where a pressure has no
+    limit and follows the contact grid; the column max_pressure_Pa has all positions.
+    """
 
     gear_set: NamedSet = USUAL_PAIR
     mesh: int = mesh_setting()
@@ -187,15 +192,22 @@ def _evidence_lines(values: dict[str, float | None]) -> Iterator[str]:
     ).format_map(values)
 
 
-def at_torque(solved: StaticsResult, t: int) -> dict[str, float]:
-    """Means and ranges over the mesh cycle at one of the torques, by its index."""
+def at_torque(solved: StaticsResult, t: int) -> dict[str, Any]:
+    """Means and ranges over the mesh cycle at one of the torques, by its index.
+
+    Pressures are None where an edge is in contact, see `fegear.contact.edges`: at the
+    pitch point, or at all positions.
+    """
     names = "stiffness_N_per_m", "local_stiffness_N_per_m", "friction_bending_ratio"
     k, local, bending = (solved.table[name][t] for name in names)
     ste, no_load, pressure = (
         solved.table[name][t] for name in ("ste_m", "nlte_m", "max_pressure_Pa")
     )
+    smooth = ~edge_positions(solved.problem, solved.cycle, t)
+    largest = pressure[smooth].max(initial=0.0)
     pitch = solved.cycle.teeth == 0  # the reference pair, at the pitch point at 0
-    at_pitch_point = solved.cycle.pressure[t, 0, pitch][0]
+    sharp_pitch = bool(edge_pairs(solved.problem, solved.cycle, t)[0, pitch][0])
+    at_pitch_point = float(solved.cycle.pressure[t, 0, pitch][0])
     return {
         "torque_Nm": float(solved.cycle.torque[t]),
         "mean_stiffness_N_per_m": float(k.mean()),
@@ -204,8 +216,9 @@ def at_torque(solved: StaticsResult, t: int) -> dict[str, float]:
         "ste_mean_um": 1e6 * float(ste.mean()),
         "ste_peak_to_peak_um": 1e6 * float(np.ptp(ste)),
         "nlte_peak_to_peak_um": 1e6 * float(np.ptp(no_load)),
-        "pressure_at_pitch_point_MPa": 1e-6 * float(at_pitch_point),
-        "max_pressure_MPa": 1e-6 * float(pressure.max()),
+        "pressure_at_pitch_point_MPa": None if sharp_pitch else 1e-6 * at_pitch_point,
+        "max_pressure_MPa": 1e-6 * float(largest) if smooth.any() else None,
+        "positions_with_edge_contact": int((~smooth).sum()),
         "friction_bending_ratio_mean": float(bending.mean()),
     }
 
@@ -233,19 +246,16 @@ def doubts_of_table(solved: StaticsResult) -> list[str]:
             f"mesh {solved.mesh + 1} at {torque:g} N m",
             solved.problem.pair.driver.module,
             transmission_error=float(np.abs(solved.cycle.ste[t]).max()),
-            pressure=_pressure_on_path(solved, t),
+            pressure=_finite_pressure(solved, t),
         )
     ]
     return unphysical or list(_doubts_of_evidence(solved))
 
 
-def _pressure_on_path(solved: StaticsResult, t: int) -> float:
-    """Largest contact pressure [Pa], but for that of sharp tip corners.
-
-    Theirs has no limit: it follows the contact grid.
-    """
-    inside = ~corner_positions(solved.problem, solved.cycle, t)
-    return float(solved.table["max_pressure_Pa"][t][inside].max(initial=0.0))
+def _finite_pressure(solved: StaticsResult, t: int) -> float:
+    """Largest contact pressure [Pa], but for that of edges, which has no limit."""
+    smooth = ~edge_positions(solved.problem, solved.cycle, t)
+    return float(solved.table["max_pressure_Pa"][t][smooth].max(initial=0.0))
 
 
 def _doubts_of_evidence(solved: StaticsResult) -> Iterator[str]:
