@@ -204,11 +204,15 @@ class StaticsResult(Result):
 def solve_mesh(
     gear_set: GearSet,
     mesh: int = 0,
-    torques: Sequence[float] = (),
+    torques_on_driver: Sequence[float] = (),
     settings: StaticsSettings | None = None,
     progress: Progress | None = None,
+    *,
+    torques: Sequence[float] = (),
 ) -> StaticsResult:
     """Mesh table of one mesh (index from 0) at torques on its driver [N m].
+
+    torques : former name of torques_on_driver
 
     Without torques the gear set's own load cases are used. With pitch errors the
     table continues until the tooth pairs repeat. Raises InputError for a mesh that is
@@ -217,11 +221,7 @@ def solve_mesh(
     settings = settings or StaticsSettings()
     report = progress or (silent)
     require_mesh(gear_set, mesh)
-    for each in torques:
-        require_between("torques", each, 0, 1e9, below=True)
-    torque = np.array(torques if len(torques) else gear_set.meshes[mesh].torques, float)
-    if torque.size == 0:
-        raise InputError("torques must be given: the gear set has no load")
+    torque = _loads(torques_on_driver, torques, gear_set.meshes[mesh].torques)
     pitches = error_periods(gear_set)[mesh]
     _require_rows(gear_set, mesh, pitches, settings.positions * torque.size)
     with recorded_stages() as seconds:
@@ -244,6 +244,26 @@ def solve_mesh(
     return StaticsResult(
         table, cycle, problem, errors, dict(seconds), mesh, name, pitches
     )
+
+
+def _loads(
+    torques: Sequence[float], under_former_name: Sequence[float], cases: Sequence[float]
+) -> Array:
+    """Torques on the driver [N m] under either name, or the gear set's load cases."""
+    name = "torques_on_driver"
+    if len(under_former_name):
+        if len(torques):
+            raise InputError(
+                f"{name} = {list(torques)} and torques = {list(under_former_name)}; "
+                "one of both is allowed"
+            )
+        name, torques = "torques", under_former_name
+    for torque in torques:
+        require_between(name, torque, 0, 1e9, below=True)
+    loads = np.array(torques if len(torques) else cases, float)
+    if loads.size == 0:
+        raise InputError(f"{name} must be given: the gear set has no load")
+    return loads
 
 
 def _name(gear_set: GearSet, mesh: int) -> str:
