@@ -20,6 +20,7 @@ from fegear.contact.problem import (
     corner_positions,
     solve_cycle,
 )
+from fegear.contact.virtual_work import largest_deflection, work_on_gaps
 from fegear.elasticity.cache import cached_flank_compliance
 from fegear.elasticity.flank import FlankCompliance
 from fegear.elasticity.material import Plane, PlaneMaterial
@@ -189,9 +190,38 @@ class StaticsResult(Result):
     def work_balance(self) -> float:
         """Deviation of the mean of T2/T1 over the cycle from z2/z1, relative.
 
-        Work that comes in goes out again, but for friction and too few positions.
+        Work that comes in goes out again, but for friction, too few positions and that
+        by which deflected flanks tilt, see `fegear.contact.virtual_work`.
         """
         return float(np.abs(self._torque_deviation.mean(axis=1)).max())
+
+    @property
+    def virtual_work(self) -> float:
+        """Deviation of the mean of T2/T1 from what the gaps give, relative.
+
+        Zero but for friction and too few positions, whatever deflects.
+        """
+        deviation = self._torque_deviation.mean(axis=1)
+        return float(np.abs(deviation - self._gap_work).max())
+
+    @property
+    def gap_work(self) -> float:
+        """Largest work of the loads on the gaps of the pairs, relative."""
+        return float(np.abs(self._gap_work).max())
+
+    @property
+    def _gap_work(self) -> Array:
+        """Of each torque, see `fegear.contact.virtual_work`."""
+        return work_on_gaps(self.cycle, self.problem.pair.base_pitch, self.pitches)
+
+    @property
+    def deflection_over_pitch(self) -> float:
+        """Largest deflection of a tooth pair over the base pitch.
+
+        An upper bound of `gap_work`, see `fegear.contact.virtual_work`.
+        """
+        largest = float(largest_deflection(self.cycle).max())
+        return largest / self.problem.pair.base_pitch
 
     @property
     def _torque_deviation(self) -> Array:
