@@ -211,7 +211,7 @@ class StaticsResult(Result):
 
     @property
     def _gap_work(self) -> Array:
-        """Of each torque, see `fegear.contact.virtual_work`."""
+        """Work on the gaps at each torque, see `fegear.contact.virtual_work`."""
         return work_on_gaps(self.cycle, self.problem.pair.base_pitch, self.pitches)
 
     @property
