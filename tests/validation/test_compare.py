@@ -204,3 +204,16 @@ def test_a_fit_that_is_left_is_named():
         "the standard needs x1 >= x2",
         "the standard needs a contact ratio of 1.2 or more",
     ]
+
+
+def test_a_pressure_without_limit_is_named():
+    pair = load_gear_set("liu-pair").meshes[0].pair
+    edits = {
+        "mesh.1.driver_tip_relief.magnitude_um": 15,
+        "mesh.1.driver_tip_relief.length_pitches": pair.path[1],
+    }
+    rows = compare_mesh(load_gear_set("liu-pair", edits=edits), 0, 100.0, COARSE).rows
+    notes = [row.note for row in rows if row.oracle.startswith("Hertz")]
+    assert (
+        notes == ["an edge of a flank is in contact, where pressure has no limit"] * 2
+    )
