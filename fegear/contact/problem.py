@@ -248,6 +248,30 @@ def run_kernel(
     return solved
 
 
+def solve_pair_alone(
+    problem: ContactProblem, torque: float, position: float, pair: int = 0
+) -> ContactCycle:
+    """Contact at a torque on the driver [N m] with one pair carrying all of it.
+
+    The other pairs are left out of the problem, and their loads do not deflect this
+    one. Pitch errors are those of the pair's teeth.
+
+    position : base pitches from the pitch point of the reference pair
+    pair : base pitches by which it is ahead of the reference pair
+
+    Raises ContactFailure where its flanks do not face each other.
+    """
+    from fegear.contact.cycle import TORQUE
+
+    torques, positions = np.array([torque]), np.array([position])
+    teeth = np.array([pair], np.int64)
+    gaps = pair_gaps(problem, teeth[None, :])
+    per_width = torques[:, None] / problem.face_width
+    solved = solve_pairs(problem, teeth, gaps, positions, TORQUE, per_width)
+    _require_solved(solved.rows, torques, positions)
+    return _collect(problem, torques, positions, solved)
+
+
 def solve_pairs(
     problem: ContactProblem,
     teeth: Indices,

@@ -15,6 +15,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from fegear.contact.edges import has_edge
 from fegear.contact.loads import PatchLoad, patch_loads, tooth_loads
 from fegear.contact.problem import ContactProblem, run_kernel
 from fegear.elasticity.body_stress import von_mises
@@ -93,6 +94,8 @@ class PairField:
     normals : (n, 2) unit, out of the driver's flank
     motion : (n, 2) of the nodes with the driver [m]
     pressure : (n,) [Pa]; load : normal force of the pair [N]
+    has_edge : whether a tip corner or the start of a linear relief is in contact: the
+        largest pressure then follows the contact grid and has no limit
     """
 
     tooth: int
@@ -101,6 +104,7 @@ class PairField:
     motion: Array
     pressure: Array
     load: float
+    has_edge: bool
 
     @property
     def center(self) -> Array:
@@ -394,4 +398,5 @@ def _pair_field(
         motion=elastic + turn * np.stack([-y, x], axis=1),
         pressure=pressure,
         load=float(load.normal.sum()) * scene.problem.face_width,
+        has_edge=has_edge(scene.problem, load),
     )

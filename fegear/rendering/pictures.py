@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, replace
@@ -48,6 +49,7 @@ FILMS = (".gif", ".mp4")
 DRAWN = (".png", *FILMS)  # by VTK, which needs a window
 ENDINGS = (*DRAWN, ".html", ".vtu")
 WIDTH, FILM_WIDTH = 1920, 960  # pixels
+MAX_TORQUE = 1e9  # N m
 SAMPLES = 6  # positions that fix the colours of a film
 
 
@@ -224,25 +226,52 @@ class StressResult(Result):
 @public
 def solve_stress(
     gear_set: GearSet,
-    torque: float,
+    torque_on_driver: float | None = None,
     *,
     mesh: int = 0,
     position: float = 0.0,
     zoom: Zoom = "contact",
     settings: StaticsSettings | None = None,
+    torque: float | None = None,
 ) -> StressResult:
-    """Stress of a mesh (index from 0) under a torque on the input gear [N m].
+    """Stress of a mesh (index from 0) under a torque on its driver [N m].
 
     position : of the mesh, base pitches from the pitch point
     zoom : what is in view, and solved: the contact, a tooth or a gear
+    torque : on the input gear of the train [N m], in place of torque_on_driver;
+        deprecated, as `solve_mesh` and `fegear render` take that on the driver
     """
     settings = settings or StaticsSettings()
     require_mesh(gear_set, mesh)
-    on_driver = mesh_torques_at(gear_set, torque)[mesh]
+    on_driver = _torque_on_driver(gear_set, mesh, torque_on_driver, torque)
     contact = contact_at_rest(gear_set, mesh, on_driver, position, settings)
     scene = mesh_scene(gear_set, mesh, settings)
     view = scene.view(zoom, picture_aspect())
     return StressResult(contact, scene, contact.field(scene, contact.still, view))
+
+
+def _torque_on_driver(
+    gear_set: GearSet, mesh: int, on_driver: float | None, on_input: float | None
+) -> float:
+    """Torque on the driver of a mesh [N m], from exactly one of two arguments."""
+    if (on_driver is None) == (on_input is None):
+        raise InputError(
+            f"torque_on_driver = {on_driver}, torque = {on_input}; one is needed"
+        )
+    if on_driver is None:
+        warnings.warn(
+            "torque of solve_stress is on the input gear of the train; use "
+            "torque_on_driver",
+            DeprecationWarning,
+            stacklevel=4,  # behind the check of arguments, at the call
+        )
+        on_driver = mesh_torques_at(gear_set, on_input or 0.0)[mesh]
+    if not 0.0 < on_driver < MAX_TORQUE:
+        raise InputError(
+            f"torque_on_driver must be above 0 and below {MAX_TORQUE:g}, got "
+            f"{on_driver:g}"
+        )
+    return on_driver
 
 
 def draw_contact(

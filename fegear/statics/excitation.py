@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from hashlib import sha256
 from os import PathLike
@@ -22,6 +22,7 @@ from fegear.gearset.pitch_errors import (
     tooth_pair_errors,
     without_pitch_errors,
 )
+from fegear.gearset.power_path import mesh_torques_at
 from lumped.common.checks import require_between, require_fields
 from lumped.common.csv_text import exact
 from lumped.train.analytic import Points, StiffnessFigures, analytic_excitation
@@ -54,6 +55,7 @@ RELIEFS = (
 )
 CURVE_POINTS = 16  # along a parabolic relief
 STIFFNESS = "stiffness_N_per_m"
+MAX_TORQUE_RATIO = 1.5  # over the single torque of a table, or below it
 LONG_POSITIONS = 64  # of a base pitch, at most, where tooth pairs differ
 
 
@@ -175,6 +177,45 @@ class GivenTables:
             return excitation_from_table(table, torque, model)
         except ValueError as error:
             raise InputError(f"{name}: {error}") from None
+
+
+def table_warnings(
+    stiffness: Source | GivenTables, gear_set: GearSet, torque: float
+) -> Iterator[str]:
+    """A line for each mesh table whose torque or friction is not that of the run.
+
+    torque : on the input gear [N m]
+
+    Tables of several torques are interpolated, and refuse torques outside of them.
+    """
+    if not isinstance(stiffness, GivenTables):
+        return
+    on_drivers = mesh_torques_at(gear_set, torque)
+    for (name, table), on_driver in zip(stiffness.tables, on_drivers, strict=True):
+        torques = table.torque_Nm
+        low, high = torques[0] / MAX_TORQUE_RATIO, torques[0] * MAX_TORQUE_RATIO
+        if torques.size == 1 and not low <= on_driver <= high:
+            yield (
+                f"{name}: a mesh table of {torques[0]:g} N m alone serves "
+                f"{on_driver:.4g} N m on the driver, beyond a factor of "
+                f"{MAX_TORQUE_RATIO:g}; stiffness and contact of teeth follow the "
+                "torque, a table of several torques is interpolated"
+            )
+        friction = _friction_of(table)
+        if friction:
+            yield (
+                f"{name}: a mesh table with friction coefficient {friction}, "
+                "which its stiffness and transmission error contain already"
+            )
+
+
+def _friction_of(table: MeshTable) -> str:
+    """Friction coefficient of the header, empty for none."""
+    text = table.header.get("friction coefficient", "")
+    try:
+        return text if float(text) != 0.0 else ""
+    except ValueError:
+        return text
 
 
 @public

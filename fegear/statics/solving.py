@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
@@ -19,6 +20,7 @@ from fegear.contact.problem import (
     corner_positions,
     solve_cycle,
 )
+from fegear.contact.virtual_work import largest_deflection, work_on_gaps
 from fegear.elasticity.cache import cached_flank_compliance
 from fegear.elasticity.flank import FlankCompliance
 from fegear.elasticity.material import Plane, PlaneMaterial
@@ -107,24 +109,42 @@ class StaticsSettings:
         return cyclic_sector(gear.geometry, self.material(gear), size)
 
 
+ERROR_FACTOR = 3.5  # estimated error over the change against a coarser resolution
+
+
 @dataclass(frozen=True)
 class ErrorEstimate:
-    """Relative change of the transmission error against a coarser resolution.
+    """Estimated relative discretisation error of the transmission error at one torque.
 
-    The error itself is smaller: it shrinks with at least the square of the size.
-    mean : of its mean; path : the largest on the nominal path; corner : the
-    largest where a tip corner is in contact, NaN where there is none
+    ERROR_FACTOR times the change against a coarser resolution. With sizes in the ratio
+    0.7, errors of order p are 0.7^p / (1 - 0.7^p) times the change: as large at order
+    2, 2.3 times at order 1, and 3.5 times at order 0.7. On 100 random pairs (half with
+    relief) at three torques each, against a mesh 2.4 times as fine as the default, the
+    error was at most 2.5 times the change at resolution default and 3.0 times at
+    coarse, both in corner contact; 1.4 and 2.4 times in the mean. On 20 of the pairs it
+    was at most 1.3 times the change at resolution fine.
+
+    mean : of its mean, from the mean of the changes' amounts, whose signs may cancel
+    path : the largest on the nominal path
+    corner : the largest where a tip corner is in contact, from the largest change of
+        all positions, as those are few; NaN where there is none
     """
 
     mean: float
     path: float
     corner: float
 
+    @property
+    def change_of_mean(self) -> float:
+        """Mean change of the transmission error against the coarser resolution."""
+        return self.mean / ERROR_FACTOR
+
 
 @dataclass(frozen=True, repr=False)
 class StaticsResult(Result):
     """A mesh table with its evidence; seconds by stage.
 
+    errors : of the discretisation at each torque; empty where they are not estimated
     mesh : index from 0, and its name
     pitches : base pitches that it covers, until the tooth pairs repeat
     """
@@ -132,11 +152,16 @@ class StaticsResult(Result):
     table: MeshTable
     cycle: ContactCycle
     problem: ContactProblem
-    error: ErrorEstimate | None
+    errors: tuple[ErrorEstimate, ...]
     seconds: dict[str, float]
     mesh: int
     name: str
     pitches: int = 1
+
+    @property
+    def error(self) -> ErrorEstimate | None:
+        """The largest errors of all torques; None where they are not estimated."""
+        return largest_errors(self.errors)
 
     @property
     def teeth(self) -> str:
@@ -165,9 +190,38 @@ class StaticsResult(Result):
     def work_balance(self) -> float:
         """Deviation of the mean of T2/T1 over the cycle from z2/z1, relative.
 
-        Work that comes in goes out again, but for friction and too few positions.
+        Work that comes in goes out again, but for friction, too few positions and that
+        by which deflected flanks tilt, see `fegear.contact.virtual_work`.
         """
         return float(np.abs(self._torque_deviation.mean(axis=1)).max())
+
+    @property
+    def virtual_work(self) -> float:
+        """Deviation of the mean of T2/T1 from what the gaps give, relative.
+
+        Zero but for friction and too few positions, whatever deflects.
+        """
+        deviation = self._torque_deviation.mean(axis=1)
+        return float(np.abs(deviation - self._gap_work).max())
+
+    @property
+    def gap_work(self) -> float:
+        """Largest work of the loads on the gaps of the pairs, relative."""
+        return float(np.abs(self._gap_work).max())
+
+    @property
+    def _gap_work(self) -> Array:
+        """Work on the gaps at each torque, see `fegear.contact.virtual_work`."""
+        return work_on_gaps(self.cycle, self.problem.pair.base_pitch, self.pitches)
+
+    @property
+    def deflection_over_pitch(self) -> float:
+        """Largest deflection of a tooth pair over the base pitch.
+
+        An upper bound of `gap_work`, see `fegear.contact.virtual_work`.
+        """
+        largest = float(largest_deflection(self.cycle).max())
+        return largest / self.problem.pair.base_pitch
 
     @property
     def _torque_deviation(self) -> Array:
@@ -180,11 +234,15 @@ class StaticsResult(Result):
 def solve_mesh(
     gear_set: GearSet,
     mesh: int = 0,
-    torques: Sequence[float] = (),
+    torques_on_driver: Sequence[float] = (),
     settings: StaticsSettings | None = None,
     progress: Progress | None = None,
+    *,
+    torques: Sequence[float] = (),
 ) -> StaticsResult:
     """Mesh table of one mesh (index from 0) at torques on its driver [N m].
+
+    torques : former name of torques_on_driver
 
     Without torques the gear set's own load cases are used. With pitch errors the
     table continues until the tooth pairs repeat. Raises InputError for a mesh that is
@@ -193,22 +251,18 @@ def solve_mesh(
     settings = settings or StaticsSettings()
     report = progress or (silent)
     require_mesh(gear_set, mesh)
-    for each in torques:
-        require_between("torques", each, 0, 1e9, below=True)
-    torque = np.array(torques if len(torques) else gear_set.meshes[mesh].torques, float)
-    if torque.size == 0:
-        raise InputError("torques must be given: the gear set has no load")
+    torque = _loads(torques_on_driver, torques, gear_set.meshes[mesh].torques)
     pitches = error_periods(gear_set)[mesh]
     _require_rows(gear_set, mesh, pitches, settings.positions * torque.size)
     with recorded_stages() as seconds:
         problem = contact_problem(gear_set, mesh, settings, report)
         places = _places(settings.positions, pitches)
         cycle = _solve_in_chunks(problem, torque, places, report)
-        error = None
+        errors: tuple[ErrorEstimate, ...] = ()
         if settings.estimate_error:
-            error = _estimate(gear_set, mesh, settings, cycle, report)
+            errors = _estimate(gear_set, mesh, settings, cycle, report)
     columns = table_columns(cycle)
-    header = table_header(gear_set, mesh, settings, cycle, error)
+    header = table_header(gear_set, mesh, settings, cycle, errors)
     if pitches > 1:
         header["pitch errors"] = (
             f"tooth pairs repeat after {pitches} base pitches; pairs count anew in each"
@@ -218,8 +272,28 @@ def solve_mesh(
     table = MeshTable(cycle.torque, cycle.position, columns, header)
     name = _name(gear_set, mesh)
     return StaticsResult(
-        table, cycle, problem, error, dict(seconds), mesh, name, pitches
+        table, cycle, problem, errors, dict(seconds), mesh, name, pitches
     )
+
+
+def _loads(
+    torques: Sequence[float], under_former_name: Sequence[float], cases: Sequence[float]
+) -> Array:
+    """Torques on the driver [N m] under either name, or the gear set's load cases."""
+    name = "torques_on_driver"
+    if len(under_former_name):
+        if len(torques):
+            raise InputError(
+                f"{name} = {list(torques)} and torques = {list(under_former_name)}; "
+                "one of both is allowed"
+            )
+        name, torques = "torques", under_former_name
+    for torque in torques:
+        require_between(name, torque, 0, 1e9, below=True)
+    loads = np.array(torques if len(torques) else cases, float)
+    if loads.size == 0:
+        raise InputError(f"{name} must be given: the gear set has no load")
+    return loads
 
 
 def _name(gear_set: GearSet, mesh: int) -> str:
@@ -341,23 +415,51 @@ def _estimate(
     settings: StaticsSettings,
     cycle: ContactCycle,
     report: Progress,
-) -> ErrorEstimate:
-    """Compare the middle torque with the coarsened resolution."""
-    middle = len(cycle.torque) // 2
+) -> tuple[ErrorEstimate, ...]:
+    """Compare every torque with the coarsened resolution."""
     coarser = RESOLUTIONS[settings.resolution].coarsened()
-    coarse = contact_problem(gear_set, mesh, settings, report, coarser)
+    problem = contact_problem(gear_set, mesh, settings, report, coarser)
     pitch = np.floor(cycle.position[:CHUNK]).astype(np.int64)
     with stage("solving"):
         position = cycle.position[:CHUNK] - pitch
-        other = solve_cycle(coarse, cycle.torque[middle], position, pitch)
-    same = slice(0, other.position.size)
-    change = np.abs(other.ste[0] / cycle.ste[middle, same] - 1.0)
-    off_path = corner_positions(coarse, cycle, middle)[same]
-    means = other.ste.mean() / cycle.ste[middle, same].mean()
+        coarse = solve_cycle(problem, cycle.torque, position, pitch)
+    ste = cycle.ste[:, : position.size]
+    change = np.abs(coarse.ste - ste)
+    return tuple(
+        error_estimate(
+            change[t] / np.abs(ste[t]),
+            float(change[t].mean() / np.abs(ste[t].mean())),
+            corner_positions(problem, cycle, t)[: position.size],
+        )
+        for t in range(len(cycle.torque))
+    )
+
+
+def error_estimate(
+    change: Array, mean_change: float, is_corner: NDArray[np.bool_]
+) -> ErrorEstimate:
+    """Estimate from relative changes (n,) against a coarser resolution.
+
+    mean_change : mean of the changes' amounts over the mean transmission error
+    is_corner : (n,) positions with a tip corner in contact
+    """
+    largest = float(change.max()) if is_corner.any() else math.nan
     return ErrorEstimate(
-        mean=abs(float(means) - 1.0),
-        path=float(change[~off_path].max(initial=0.0)),
-        corner=float(change[off_path].max()) if off_path.any() else float("nan"),
+        mean=ERROR_FACTOR * mean_change,
+        path=ERROR_FACTOR * float(change[~is_corner].max(initial=0.0)),
+        corner=ERROR_FACTOR * largest,
+    )
+
+
+def largest_errors(errors: Sequence[ErrorEstimate]) -> ErrorEstimate | None:
+    """The largest of each error; None where there are no estimates."""
+    if not errors:
+        return None
+    corners = [error.corner for error in errors if math.isfinite(error.corner)]
+    return ErrorEstimate(
+        mean=max(error.mean for error in errors),
+        path=max(error.path for error in errors),
+        corner=max(corners, default=math.nan),
     )
 
 
@@ -414,7 +516,7 @@ def table_header(
     mesh: int,
     settings: StaticsSettings,
     cycle: ContactCycle,
-    error: ErrorEstimate | None,
+    errors: tuple[ErrorEstimate, ...],
 ) -> dict[str, str]:
     spec = gear_set.meshes[mesh]
     used = enumerate(_used_pairs(cycle), start=1)
@@ -437,11 +539,14 @@ def table_header(
         "units": "in column names; torque is on the driver; transmission errors are "
         "driver rotation times base radius, driven gear held; compliance of two pairs "
         "is the transmission error of either per load of the other",
+        "pressure": "the largest of all positions; with a tip corner or the start of a "
+        "linear relief in contact it has no limit and follows the contact grid",
         "largest complementarity residual": f"{cycle.residual.max():.3g}",
     }
+    error = largest_errors(errors)
     if error is not None:
         parts = {"mean": error.mean, "path": error.path, "corner": error.corner}
         header["estimated discretisation error of ste_m"] = ", ".join(
             f"{name} {part:.2g}" for name, part in parts.items() if part == part
-        )
+        ) + (", the largest of all torques" if len(errors) > 1 else "")
     return header

@@ -217,10 +217,15 @@ class ContactPicturesResult(StudyResult):
 
     @property
     def summary(self) -> dict[str, Any]:
-        """Largest stress of each gear and contact pressure in view."""
+        """Largest stress of each gear and contact pressure in view.
+
+        The pressure is that of pairs without a tip corner or the start of a linear
+        relief in contact, None where all have one.
+        """
         gears = zip(*(field.gears for field in self.shown), strict=True)
         pairs = [pair for field in self.shown for pair in field.pairs]
-        pressure = max((pair.pressure.max() for pair in pairs), default=0.0)
+        smooth = [pair.pressure.max() for pair in pairs if not pair.has_edge]
+        pressure = max(smooth, default=None if pairs else 0.0)
         return {
             "contact": self.contact.title,
             "output": self.study.file,
@@ -228,7 +233,10 @@ class ContactPicturesResult(StudyResult):
                 own[0].name: 1e-6 * float(max(gear.von_mises.max() for gear in own))
                 for own in gears
             },
-            "largest_contact_pressure_MPa": 1e-6 * float(pressure),
+            "largest_contact_pressure_MPa": (
+                None if pressure is None else 1e-6 * float(pressure)
+            ),
+            "pairs_with_edge_contact": sum(pair.has_edge for pair in pairs),
         }
 
     def page(self) -> Page:
@@ -236,8 +244,15 @@ class ContactPicturesResult(StudyResult):
         stress = values["largest_von_mises_MPa"].items()
         largest = ", ".join(f"{name} {value:.0f} MPa" for name, value in stress)
         yield values["contact"]
+        pressure = values["largest_contact_pressure_MPa"]
+        shown = "none" if pressure is None else f"{pressure:.0f} MPa"
         yield (
             f"largest von Mises stress in view: {largest}; largest contact pressure "
-            f"{values['largest_contact_pressure_MPa']:.0f} MPa"
+            f"{shown}"
         )
+        if values["pairs_with_edge_contact"]:
+            yield (
+                "pressures of pairs with a tip corner or the start of a linear relief "
+                "in contact have no limit and are left out"
+            )
         yield f"wrote {values['output']}"

@@ -39,6 +39,7 @@ from lumped.train.waves import (
 
 Array = NDArray[np.float64]
 MODELS = (1, 2, 3)
+TORQUE_RTOL = 1e-4  # of torques that are typed with five digits
 WHOLE = "on the path of contact it must be finite"
 STIFFNESS = "stiffness_N_per_m"
 ReliefStiffness = Literal["own", "unmodified"]
@@ -111,7 +112,8 @@ def excitation_from_table(
         all base pitches until the pairs repeat
 
     Columns are interpolated in torque; torques outside the table raise ValueError, but
-    a table of one torque serves for all. Stiffnesses must be positive. Tables without
+    a table of one torque serves for all but in Model-2, whose transmission error is
+    that under the torque. Stiffnesses must be positive. Tables without
     columns for pairs count as one pair in any model. All values used must be finite;
     the cells of a pair may be empty before and after its path of contact.
     """
@@ -138,6 +140,7 @@ def excitation_from_table(
             "for pairs are needed"
         )
     if model == 2:
+        _require_torque(table, torque)
         _require_finite(table, "ste_m")
         error = at_torque(table, "ste_m", torque)
         gap = from_samples(error - error.mean(), pitches)
@@ -169,6 +172,17 @@ def at_torque(table: MeshTable, column: str, torque: float) -> Array:
     step = torques[upper] - torques[upper - 1]
     part = min(max((torque - torques[upper - 1]) / step, 0.0), 1.0)
     return (1.0 - part) * values[upper - 1] + part * values[upper]
+
+
+def _require_torque(table: MeshTable, torque: float) -> None:
+    """Require that a table of a single torque is of this one."""
+    torques = table.torque_Nm
+    if torques.size == 1 and abs(torque - torques[0]) > TORQUE_RTOL * torques[0]:
+        raise ValueError(
+            f"torque {torque:g} N m; the mesh table is of {torques[0]:g} N m alone; "
+            "model 2 takes the transmission error under the torque, a table of this "
+            "torque, or of several around it, is needed"
+        )
 
 
 def _require_stiff(table: MeshTable) -> None:

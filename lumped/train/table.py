@@ -130,6 +130,8 @@ def _table_from(
 ) -> MeshTable:
     torque, position = (data[:, names.index(name)] for name in REQUIRED[:2])
     torques = np.array(list(dict.fromkeys(torque)))
+    if not (torques > 0.0).all():
+        raise TableError(f"torque_Nm = {torques.min():g}; must be above 0 N m")
     positions = position[torque == torque[0]]
     expected = [(t, p) for t in torques for p in positions]
     if expected != list(zip(torque, position, strict=True)):

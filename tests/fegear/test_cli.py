@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from fegear.cli import Announcer, run
+from fegear.statics.solving import ERROR_FACTOR
 from lumped import read_table
 
 
@@ -47,9 +48,9 @@ def test_default_job_gives_the_printed_stiffness(summary):
 
 def test_summary_carries_its_evidence(summary):
     evidence = summary["evidence"]
-    assert evidence["discretisation_ste_mean"] < 1e-3
-    assert evidence["discretisation_ste_path"] < 2e-3
-    assert evidence["discretisation_ste_corner"] < 1e-2
+    assert evidence["discretisation_ste_mean"] < ERROR_FACTOR * 1e-3
+    assert evidence["discretisation_ste_path"] < ERROR_FACTOR * 2e-3
+    assert evidence["discretisation_ste_corner"] < ERROR_FACTOR * 1e-2
     assert evidence["complementarity_residual"] < 1e-12
     assert {"solving"} <= set(summary["seconds"])
 
@@ -184,8 +185,9 @@ def test_compare_prints_both_slopes():
     assert done.returncode == 0, done.stderr
     rows = json.loads(done.stdout)["comparisons"]
     assert {"average", "local"} <= {row["slope"] for row in rows}
-    hertz = next(row for row in rows if row["oracle"] == "Hertz")
-    assert abs(hertz["per_cent"]) < 0.5
+    hertz = [row for row in rows if row["oracle"].startswith("Hertz")]
+    assert [row["plane"] for row in hertz] == ["stress", "strain"]
+    assert all(abs(row["per_cent"]) < 0.5 for row in hertz)
     single = next(row for row in rows if row["quantity"].startswith("one pair"))
     assert abs(single["per_cent"]) < 10.0
 

@@ -237,6 +237,22 @@ def test_all_public_settings_are_looked_at():
             "torques must be a list, each a finite number, got 100.0",
         ),
         (
+            lambda: fegear.solve_mesh(GEARS, torques_on_driver=[-5.0]),
+            "torques_on_driver must be 0 to below 1e9, got -5.0",
+        ),
+        (
+            lambda: fegear.solve_mesh(GEARS, 0, [1.0], torques=[2.0]),
+            "torques_on_driver = [1.0] and torques = [2.0]; one of both is allowed",
+        ),
+        (
+            lambda: fegear.solve_stress(GEARS),
+            "torque_on_driver = None, torque = None; one is needed",
+        ),
+        (
+            lambda: fegear.solve_stress(GEARS, -1.0),
+            "torque_on_driver must be above 0 and below 1e+09, got -1",
+        ),
+        (
             lambda: fegear.solve_stress(GEARS, 100.0, position=math.nan),
             "position must be a finite number, got nan",
         ),

@@ -10,7 +10,7 @@ import pytest
 
 from fegear.cli import run
 from fegear.gearset import load_gear_set
-from fegear.statics.solving import StaticsSettings, solve_mesh
+from fegear.statics.solving import ERROR_FACTOR, StaticsSettings, solve_mesh
 from fegear.statics.unphysical import PRESSURE, doubts
 from fegear.studies.stiffness import doubts_of_table
 
@@ -164,6 +164,6 @@ def test_a_self_check_that_fails_is_a_warning(coarse, change, words):
 
 
 def test_a_mesh_that_is_too_coarse_is_a_warning(coarse):
-    error = replace(coarse.error, mean=0.02)
-    (line,) = doubts_of_table(replace(coarse, error=error))
+    error = replace(coarse.error, mean=0.02 * ERROR_FACTOR)
+    (line,) = doubts_of_table(replace(coarse, errors=(coarse.error, error)))
     assert "mean transmission errors of two meshes are off by 0.02" in line

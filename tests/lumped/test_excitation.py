@@ -329,3 +329,23 @@ def test_a_missing_column_is_named():
     short = MeshTable(table.torque_Nm, table.position, columns, table.header)
     with pytest.raises(ValueError, match="no column pair2_gap_m"):
         excitation_from_table(short, 100.0)
+
+
+def single(torque=80.0):
+    return make_table(torques=(torque,))
+
+
+@pytest.mark.parametrize("torque", [800.0, 81.0, 0.0])
+def test_model_2_refuses_a_table_of_another_torque(torque):
+    """Its transmission error is that under the torque: 7 times off at ten times it."""
+    with pytest.raises(ValueError, match=r"torque .* N m; the mesh table is of 80 N m"):
+        excitation_from_table(single(), torque, model=2)
+    for model in (1, 3):
+        assert excitation_from_table(single(), torque, model=model).pairs
+
+
+def test_model_2_takes_a_table_of_its_torque_as_it_is_typed():
+    gap = excitation_from_table(single(144.74), 100.0 * 55 / 38, model=2).pairs[0].gap
+    own = excitation_from_table(single(144.74), 144.74, model=2).pairs[0].gap
+    x = np.linspace(0.0, 1.0, 9)
+    np.testing.assert_array_equal(gap(x), own(x))

@@ -2,14 +2,27 @@
 
 from __future__ import annotations
 
+import json
+import math
 from dataclasses import replace
 
 import pytest
 
-from fegear.gearset import load_gear_set
-from fegear.statics.solving import StaticsSettings
+from fegear.cli import run
+from fegear.gearset import load_gear_set, make_gear_set
+from fegear.statics.solving import StaticsSettings, solve_mesh
+from validation.oracles.iso6336 import regression_limits
 from validation.study.compare import compare_mesh
 
+STEEP = """
+name = "steep"
+defaults = { module_mm = 2.54, pressure_angle_deg = 28, face_width_mm = 20 }
+gear = [
+    { name = "pinion", teeth = 38, hub_radius_mm = 20 },
+    { name = "wheel", teeth = 55, hub_radius_mm = 30 },
+]
+mesh = [{ driver = "pinion", driven = "wheel", center_distance_mm = 118.11 }]
+"""
 COARSE = StaticsSettings(
     positions=16, resolution="coarse", estimate_error=False, corner_contact=False
 )
@@ -62,3 +75,145 @@ def test_the_smaller_gear_is_the_pinion_whoever_drives():
     iso = ("mean mesh stiffness", "ISO 6336 c_gamma")
     swapped = expected(replace(pair, meshes=(back,)), 100.0 * 55 / 38)[iso]
     assert swapped == pytest.approx(expected(pair)[iso], rel=1e-9)
+
+
+def pair_at(angle_deg, teeth=(38, 55), module=2.54, **changes):
+    return make_gear_set(
+        {
+            "name": "pair",
+            "gear": [
+                {
+                    "name": name,
+                    "teeth": z,
+                    "module_mm": module,
+                    "pressure_angle_deg": angle_deg,
+                    "face_width_mm": 20.0,
+                    "hub_radius_mm": 0.25 * module * z,
+                    **changes,
+                }
+                for name, z in zip(("pinion", "wheel"), teeth, strict=True)
+            ],
+            "mesh": [
+                {
+                    "driver": "pinion",
+                    "driven": "wheel",
+                    "center_distance_mm": 0.5 * module * sum(teeth),
+                }
+            ],
+        }
+    )
+
+
+@pytest.mark.parametrize("angle_deg", [25.0, 28.0])
+def test_a_closed_form_that_does_not_apply_says_why(angle_deg):
+    rows = compare_mesh(pair_at(angle_deg), 0, 100.0, COARSE).rows
+    energy = [row for row in rows if row.oracle.startswith("potential energy")]
+    assert len(energy) == 3
+    for row in energy:
+        assert row.expected is None
+        assert row.per_cent is None
+        assert "root fillets of 0.38 module must fit between the teeth" in row.note
+        assert row.note.startswith('does not apply: gear "')
+        assert row.finite_elements > 0.0
+    others = [row for row in rows if row not in energy]
+    assert len(others) == 4
+    assert all(abs(row.per_cent) < 40.0 for row in others)
+
+
+def test_a_row_without_closed_form_is_in_every_output(capsys, tmp_path):
+    (tmp_path / "own.toml").write_text(STEEP)
+    table = tmp_path / "own.csv"
+    words = ["compare", str(tmp_path / "own.toml"), "--torque", "100"]
+    assert run([*words, "--json", "-o", str(table)]) == 0
+    first = json.loads(capsys.readouterr().out)["comparisons"][0]
+    assert first["expected"] is None
+    assert first["per_cent"] is None
+    assert "must fit between the teeth" in first["note"]
+    assert "must fit between the teeth" in table.read_text()
+    assert run(words) == 0
+    screen = capsys.readouterr().out
+    assert "fillets" in screen
+    assert screen.count("none") == 2 * 3
+
+
+def test_a_pair_is_compared_without_deflection_by_others():
+    """At a contact ratio above 2 they deflect it by more than the methods differ."""
+    tall = pair_at(20.0, (60, 80), addendum_mm=3.4, dedendum_mm=3.9)
+    assert tall.meshes[0].pair.contact_ratio > 2.2
+    pair = next(
+        row
+        for row in compare_mesh(tall, 0, 200.0, COARSE).rows
+        if row.quantity.startswith("one pair alone")
+    )
+    cycle = solve_mesh(tall, 0, [200.0], COARSE).cycle
+    shared = cycle.pair_stiffness[0, 0, cycle.teeth == 0][0]
+    assert pair.finite_elements > 1.1 * shared
+    assert abs(pair.per_cent) < 10.0
+    assert 100.0 * (pair.expected / shared - 1.0) > 15.0
+
+
+def test_a_pair_that_is_alone_anyway_has_its_stiffness_of_the_table():
+    steel = load_gear_set("liu-pair")
+    cycle = solve_mesh(steel, 0, [100.0], COARSE).cycle
+    (pair,) = (
+        row
+        for row in compare_mesh(steel, 0, 100.0, COARSE).rows
+        if row.quantity.startswith("one pair alone")
+    )
+    assert pair.finite_elements == pytest.approx(cycle.pair_stiffness[0, 0, 0])
+
+
+def test_iso_names_its_reduction_at_low_load_and_is_shown_without():
+    steel = load_gear_set("liu-pair")
+    rows = {row.oracle: row for row in compare_mesh(steel, 0, 10.0, COARSE).rows}
+    reduced, full = (
+        rows[f"ISO 6336 c_gamma{words}"]
+        for words in ("", " without its reduction at low load")
+    )
+    assert "Ft/b is 10.16 N/mm, below 100 N/mm" in reduced.note
+    assert full.note == ""
+    assert reduced.expected == pytest.approx(full.expected * 0.10157**0.25, rel=1e-4)
+    heavy = compare_mesh(steel, 0, 200.0, COARSE).rows
+    assert not any("low load" in row.oracle or row.note for row in heavy)
+
+
+def test_the_pressure_is_shown_in_both_planes():
+    steel = load_gear_set("liu-pair")
+    for plane in ("stress", "strain"):
+        settings = replace(COARSE, plane=plane)
+        rows = compare_mesh(steel, 0, 100.0, settings).rows
+        stress, strain = sorted(
+            (row for row in rows if row.oracle.startswith("Hertz")),
+            key=lambda row: row.finite_elements,
+        )
+        assert (stress.plane, strain.plane) == ("stress", "strain")
+        for row in (stress, strain):
+            assert row.oracle == f"Hertz, plane {row.plane}"
+            assert abs(row.per_cent) < 1.0
+        stiffer = 1.0 / math.sqrt(1.0 - 0.3**2)
+        assert strain.expected / stress.expected == pytest.approx(stiffer, rel=1e-3)
+        assert {row.plane for row in rows if row.slope != "-"} == {plane}
+
+
+def test_a_fit_that_is_left_is_named():
+    small = pair_at(20.0, (19, 73))
+    rows = compare_mesh(small, 0, 100.0, COARSE).rows
+    assert "half tooth angle at the root from 0.01 to 0.12 rad" in rows[0].note
+    shifted = regression_limits((-0.2, 0.3), 1.1)
+    assert [line.split(",")[0] for line in shifted] == [
+        "the standard needs x1 >= x2",
+        "the standard needs a contact ratio of 1.2 or more",
+    ]
+
+
+def test_a_pressure_without_limit_is_named():
+    pair = load_gear_set("liu-pair").meshes[0].pair
+    edits = {
+        "mesh.1.driver_tip_relief.magnitude_um": 15,
+        "mesh.1.driver_tip_relief.length_pitches": pair.path[1],
+    }
+    rows = compare_mesh(load_gear_set("liu-pair", edits=edits), 0, 100.0, COARSE).rows
+    notes = [row.note for row in rows if row.oracle.startswith("Hertz")]
+    assert (
+        notes == ["an edge of a flank is in contact, where pressure has no limit"] * 2
+    )

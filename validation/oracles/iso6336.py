@@ -12,11 +12,15 @@ C_M = 0.8, C_R = 1, C_B = 0.975 (dedendum 1.25 m) c' = 12.505 and, at contact ra
 """
 
 import math
+from collections.abc import Iterator
 
 SI_PER_ISO_UNIT = 1e9  # 1 N/(mm um) = 1e9 N/m per m of face width
 STEEL = 206e9  # E_St [Pa], of the regression
 CORRECTION = 0.8  # C_M, measured against theoretical stiffness, clause 9.3.1
 STANDARD_DEDENDUM = 1.25  # h_fP / m of the ISO 53 profile A
+SHIFT_SUMS = -0.5, 2.0  # x1 + x2 for which the series of q' holds, clause 9.3.1
+MIN_CONTACT_RATIO = 1.2  # of c_gamma_alpha, clause 9.3.2
+FULL_SPECIFIC_LOAD = 100e3  # Ft KA / b [N/m], below which c' falls, clause 9.3.1
 
 
 def theoretical_single_stiffness(
@@ -80,7 +84,7 @@ def low_load_factor(specific_load: float) -> float:
     """
     if not specific_load > 0.0:
         raise ValueError(f"specific_load must be positive, got {specific_load}")
-    return math.sqrt(math.sqrt(min(specific_load / 100e3, 1.0)))
+    return math.sqrt(math.sqrt(min(specific_load / FULL_SPECIFIC_LOAD, 1.0)))
 
 
 def material_factor(young_moduli: tuple[float, float]) -> float:
@@ -92,6 +96,26 @@ def material_factor(young_moduli: tuple[float, float]) -> float:
     if not min(one, two) > 0.0:
         raise ValueError(f"young_moduli must be positive, got {young_moduli}")
     return 2.0 * one * two / (one + two) / STEEL
+
+
+def regression_limits(
+    profile_shifts: tuple[float, float], contact_ratio: float
+) -> Iterator[str]:
+    """A line for each limit of clauses 9.3.1 and 9.3.2 that the teeth exceed.
+
+    profile_shifts : x1, x2 of pinion and wheel
+    """
+    x1, x2 = profile_shifts
+    if not x1 >= x2:
+        yield f"the standard needs x1 >= x2, got {x1:g} and {x2:g}"
+    if not SHIFT_SUMS[0] <= x1 + x2 <= SHIFT_SUMS[1]:
+        low, high = SHIFT_SUMS
+        yield f"the standard needs x1 + x2 from {low:g} to {high:g}, got {x1 + x2:g}"
+    if not contact_ratio >= MIN_CONTACT_RATIO:
+        yield (
+            f"the standard needs a contact ratio of {MIN_CONTACT_RATIO:g} or more, "
+            f"got {contact_ratio:.4g}"
+        )
 
 
 def mesh_stiffness(single: float, contact_ratio: float) -> float:

@@ -18,6 +18,7 @@ the stiffness is too large in double contact, the more so the smaller the hub.
 """
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
@@ -42,6 +43,9 @@ QUADRATURE_POINTS = 16  # per stretch of profile
 SHARING_TOLERANCE = 1e-12  # of the force, between two rounds of load sharing
 SHARING_ROUNDS = 100  # the Hertz logarithm is weak: about ten are needed
 
+BODY_RATIOS = 1.4, 7.0  # root over hub radius for which the body was fitted
+BODY_ANGLES = 0.01, 0.12  # half tooth angle at the root, likewise [rad]
+
 # Columns A-F of X = A/theta^2 + B h^2 + C h/theta + D/theta + E h + F for
 # L*, M*, P*, Q*: Sainsot et al., J. Mech. Design 126 (2004) 748, table 1.
 BODY_COEFFICIENTS = np.array(
@@ -52,6 +56,10 @@ BODY_COEFFICIENTS = np.array(
         [-6.2042e-5, 9.0889e-3, -4.0964e-4, 7.8297e-3, -0.1472, 0.6904],
     ]
 )
+
+
+class NotApplicableError(ValueError):
+    """Teeth that the method does not describe; the message says why."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -82,14 +90,15 @@ class AnalyticGear:
         for name in ("young_modulus", "pressure_angle"):
             require_positive(name, getattr(self, name))
         if not self.tip_half_angle > 0.0:
-            raise ValueError(
+            raise NotApplicableError(
                 "tip_radius must leave some tooth thickness, "
                 f"got {self.tip_radius} with half angle {self.tip_half_angle} rad"
             )
         if self.root_half_angle > math.pi / self.teeth:
-            raise ValueError(
+            raise NotApplicableError(
                 f"root fillets of {FILLET_RADIUS} module must fit between the teeth, "
-                f"got half tooth angle {self.root_half_angle} rad at the root"
+                f"got half tooth angle {self.root_half_angle:.4g} rad at the root, "
+                f"allowed is at most {math.pi / self.teeth:.4g} rad"
             )
 
     @property
@@ -220,6 +229,20 @@ def tooth_sections(gear: AnalyticGear, roll_length: Array) -> Sections:
     return Sections(*columns)
 
 
+def body_fit_limits(gear: AnalyticGear) -> Iterator[str]:
+    """A line for each range of the fit of Sainsot et al. (2004) that a gear leaves."""
+    ratio, theta = gear.root_radius / gear.hub_radius, gear.root_half_angle
+    for name, value, (low, high), unit in (
+        ("root over hub radius", ratio, BODY_RATIOS, ""),
+        ("half tooth angle at the root", theta, BODY_ANGLES, " rad"),
+    ):
+        if not low <= value <= high:
+            yield (
+                f"body fitted for {name} from {low:g} to {high:g}{unit}, got "
+                f"{value:.4g}"
+            )
+
+
 def body_factors(radius_ratio: float, root_half_angle: float) -> Array:
     """L*, M*, P*, Q* of Sainsot et al. (2004) eq. (7), shape (4,).
 
@@ -276,9 +299,9 @@ def _require_on_flank(gear: AnalyticGear, roll_length: ArrayLike) -> Array:
     low, high = gear.form_roll_length, gear.tip_roll_length
     slack = 1e-9 * gear.module
     if not np.all((s >= low - slack) & (s <= high + slack)):
-        raise ValueError(
-            f"roll_length must lie on the involute between {low} and {high} m, "
-            f"got {s.min()} to {s.max()}"
+        raise NotApplicableError(
+            f"roll_length must lie on the involute between {low:.6g} and {high:.6g} m, "
+            f"got {s.min():.6g} to {s.max():.6g} m"
         )
     return s
 

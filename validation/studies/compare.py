@@ -33,16 +33,23 @@ from fegear.studies.trains import (
 from validation.study.compare import Compared, compare_mesh
 
 WORDS = "quantity", "closed form"
+
+
+def _number(value: float | None, form: str) -> str:
+    return "none" if value is None else format(value, form)
+
+
 COLUMNS: Columns = {
     "quantity": lambda row: (
         row["quantity"]
         + ("" if row["slope"] == "-" else f", {row['slope']} slope")
+        + f", plane {row['plane']}"
         + ("" if row["unit"] == "-" else f" [{row['unit']}]")
     ),
-    "closed form": lambda row: str(row["oracle"]),
+    "closed form": lambda row: ": ".join(filter(None, (row["oracle"], row["note"]))),
     "finite\nelements": lambda row: f"{row['finite_elements']:.4g}",
-    "closed\nform": lambda row: f"{row['expected']:.4g}",
-    "closed form\n- FE [%]": lambda row: f"{row['per_cent']:+.1f}",
+    "closed\nform": lambda row: _number(row["expected"], ".4g"),
+    "closed form\n- FE [%]": lambda row: _number(row["per_cent"], "+.1f"),
 }
 
 
@@ -51,7 +58,9 @@ class ClosedForms(Study, command="compare", example="compare liu-pair --torque 1
     """Finite elements compared with ISO 6336 and other closed forms.
 
     The others are the potential-energy method, Hertz and the twist of a ring. The
-    closed forms assume teeth without profile modification or pitch error.
+    closed forms assume teeth without profile modification or pitch error. A row
+    names the plane of the finite elements, and why its closed form does not apply to
+    the teeth or is reduced.
     """
 
     pictures = NO_PICTURES

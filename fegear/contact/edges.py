@@ -1,0 +1,101 @@
+"""Edges of flanks, where the contact pressure of an elastic body has no limit.
+
+Tip corners are edges, and so is the start of a linear relief: the flank has a kink
+there, and the pressure on it grows as the logarithm of the contact grid's fineness. The
+start of a parabolic relief has none.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fegear.contact.loads import PatchLoad
+from fegear.contact.problem import ContactCycle, ContactProblem, corner_positions
+from fegear.gearset.model import Relief
+from meshes import SpurGear
+from meshes.profile import arc_from_tip, roll_length_at_arc
+
+Array = NDArray[np.float64]
+HERTZ_MARGIN = 1.2  # contact half-widths from an edge within which it is in contact
+
+
+def edge_arcs(problem: ContactProblem) -> tuple[Array, Array]:
+    """Arc lengths (e,) of the edges of driver and driven from their tip corners [m].
+
+    The tip corner itself comes first.
+    """
+    return (
+        _edges(
+            problem.pair.driver, problem.driver_tip_relief, problem.driver_root_relief
+        ),
+        _edges(
+            problem.pair.driven, problem.driven_tip_relief, problem.driven_root_relief
+        ),
+    )
+
+
+def _edges(gear: SpurGear, *reliefs: Relief | None) -> Array:
+    kinks = [
+        relief.start_roll_length
+        for relief in reliefs
+        if relief is not None and relief.magnitude > 0.0 and relief.power <= 1.0
+    ]
+    return np.append(0.0, arc_from_tip(gear, kinks))
+
+
+def has_edge(problem: ContactProblem, load: PatchLoad) -> bool:
+    """Whether nodes under load, and the free ones beside them, contain an edge."""
+    loaded = load.normal > 0.0
+    return any(
+        bool(
+            (
+                (edges >= arcs[loaded].min() - load.step)
+                & (edges <= arcs[loaded].max() + load.step)
+            ).any()
+        )
+        for edges, arcs in zip(
+            edge_arcs(problem), (load.driver_arcs, load.driven_arcs), strict=True
+        )
+        if loaded.any()
+    )
+
+
+def edge_positions(
+    problem: ContactProblem, cycle: ContactCycle, torque: int
+) -> NDArray[np.bool_]:
+    """Positions (n,) at which the contact of a loaded pair contains an edge.
+
+    torque : index of one of the cycle's torques
+    """
+    corners = corner_positions(problem, cycle, torque)
+    return np.asarray(edge_pairs(problem, cycle, torque).any(axis=1) | corners)
+
+
+def edge_pairs(
+    problem: ContactProblem, cycle: ContactCycle, torque: int
+) -> NDArray[np.bool_]:
+    """Whether the contact of a pair contains an edge (n, k), at one torque.
+
+    The contact is as wide as that of unmodified flanks under the load of the pair; one
+    with a kink is narrower, as its gap grows faster.
+    """
+    load = np.abs(cycle.load[torque]) / problem.face_width
+    arc = cycle.arc[torque]
+    # arcs of pairs whose flanks do not face each other are anywhere
+    s1, s2 = (
+        roll_length_at_arc(gear, np.clip(at, 0.0, 0.999 * arc_from_tip(gear, 0.0)))
+        for gear, at in zip(
+            (problem.pair.driver, problem.pair.driven),
+            np.moveaxis(arc, -1, 0),
+            strict=True,
+        )
+    )
+    softness = 1.0 / problem.driver.modulus + 1.0 / problem.driven.modulus
+    # half-width along the flanks, Johnson (1985) eq. (4.43)
+    half_width = np.sqrt(4.0 / np.pi * load * softness * s1 * s2 / (s1 + s2))
+    is_edge = np.zeros(load.shape, np.bool_)
+    for i, edges in enumerate(edge_arcs(problem)):
+        distance = np.abs(arc[..., i, None] - edges).min(axis=-1)
+        is_edge |= distance < HERTZ_MARGIN * half_width
+    return is_edge & (load > 0.0)

@@ -1,0 +1,111 @@
+"""Positions where a contact pressure follows the grid are told from the others."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+from fegear.cli import run
+from fegear.contact.edges import edge_positions, has_edge
+from fegear.contact.loads import patch_loads
+from fegear.contact.problem import corner_positions
+from fegear.gearset import load_gear_set
+from fegear.statics.solving import StaticsSettings, solve_mesh
+from fegear.studies.stiffness import at_torque
+from lumped.train.table import read_table
+
+COLUMN = "max_pressure_Pa"
+TORQUE = 400.0
+
+
+def relieved(shape, end="tip"):
+    name = f"mesh.1.{end}_relief"
+    edits = {
+        f"{name}.magnitude_um": 15,
+        f"{name}.length_pitches": 0.3,
+        f"{name}.shape": shape,
+    }
+    return load_gear_set("liu-pair", edits=edits)
+
+
+def solved(gear_set, resolution="default", torque=TORQUE, **settings):
+    chosen = StaticsSettings(resolution=resolution, estimate_error=False, **settings)
+    return solve_mesh(gear_set, 0, [torque], chosen)
+
+
+@pytest.mark.parametrize("end", ["tip", "root"])
+def test_the_largest_pressure_does_not_follow_the_mesh(end):
+    gear_set = relieved("linear", end)
+    results = [solved(gear_set, name) for name in ("coarse", "default", "fine")]
+    largest = [at_torque(result, 0)["max_pressure_MPa"] for result in results]
+    assert np.ptp(largest) < 0.005 * largest[1]
+    for result in results:
+        pressure = result.table[COLUMN][0]
+        off_path = corner_positions(result.problem, result.cycle, 0)
+        assert pressure[~off_path].max() > 1.4e6 * max(largest)
+
+
+@pytest.mark.parametrize("shape", ["linear", "parabolic"])
+def test_edges_are_those_of_the_nodes_under_load(shape):
+    result = solved(relieved(shape), "coarse")
+    by_width = edge_positions(result.problem, result.cycle, 0)
+    by_nodes = np.array(
+        [
+            any(
+                has_edge(result.problem, load)
+                for load in patch_loads(result.problem, TORQUE, position)
+            )
+            for position in result.table.position
+        ]
+    )
+    assert not (by_nodes & ~by_width).any()
+    assert (by_width & ~by_nodes).sum() <= 8  # nearby
+
+
+def test_a_parabolic_relief_has_no_kink():
+    result = solved(relieved("parabolic"), "coarse")
+    corners = corner_positions(result.problem, result.cycle, 0)
+    edges = edge_positions(result.problem, result.cycle, 0)
+    assert (edges == corners).all()
+    linear = solved(relieved("linear"), "coarse")
+    more = edge_positions(linear.problem, linear.cycle, 0)
+    assert more.sum() > corners.sum() + 8
+
+
+def test_a_wide_contact_reaches_a_tip_corner_that_the_path_does_not():
+    """Of soft teeth, whose contact is wider than the path's usual margin."""
+    gears = load_gear_set("liu-pair", edits={"gear.1.young_modulus_GPa": 3})
+    result = solved(gears, torque=20.0)
+    corners = corner_positions(result.problem, result.cycle, 0)
+    edges = edge_positions(result.problem, result.cycle, 0)
+    assert edges.sum() > corners.sum()
+
+
+def test_a_kink_at_the_pitch_point_has_no_pressure_there():
+    pair = load_gear_set("liu-pair").meshes[0].pair
+    whole = (pair.path_end - pair.pitch_point) / pair.base_pitch
+    edits = {
+        "mesh.1.driver_tip_relief.magnitude_um": 15,
+        "mesh.1.driver_tip_relief.length_pitches": whole,
+    }
+    gears = load_gear_set("liu-pair", edits=edits)
+    assert at_torque(solved(gears, "coarse"), 0)["pressure_at_pitch_point_MPa"] is None
+
+
+KINK = [f"--set=mesh.1.tip_relief.{x}" for x in ("magnitude_um=15", "length_pitches=1")]
+
+
+def test_commands_leave_the_pressure_of_a_kink_out(capsys, tmp_path):
+    words = ["liu-pair", *KINK, "--torque", "400", "--resolution", "coarse"]
+    table = tmp_path / "t.csv"
+    assert run(["stiffness", *words, "--json", "-o", str(table)]) == 0
+    (values,) = json.loads(capsys.readouterr().out)["torques"]
+    header = table.read_text().split("torque_Nm,")[0]
+    assert "# pressure: the largest of all positions; with a tip corner" in header
+    assert values["positions_with_edge_contact"] > 10
+    assert values["max_pressure_MPa"] < 1e-6 * read_table(table)[COLUMN].max()
+    output = ["--position", "0.25", "-o", str(tmp_path / "c.html")]
+    assert run(["render", *words, *output]) == 0
+    assert "the start of a linear relief in contact" in capsys.readouterr().out

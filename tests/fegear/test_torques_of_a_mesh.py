@@ -1,0 +1,44 @@
+"""Functions and commands of one mesh take the torque on its driver."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+import fegear
+from fegear.cli import run
+
+SECOND, TORQUE = 1, 100.0
+COARSE = fegear.StaticsSettings(positions=4, resolution="coarse", estimate_error=False)
+
+
+@pytest.fixture(scope="module")
+def gears():
+    return fegear.load_gear_set("liu-idler")
+
+
+def test_stress_and_table_are_of_one_torque(gears, tmp_path, capsys):
+    table = fegear.solve_mesh(
+        gears, SECOND, torques_on_driver=[TORQUE], settings=COARSE
+    )
+    stress = fegear.solve_stress(
+        gears, torque_on_driver=TORQUE, mesh=SECOND, settings=COARSE
+    )
+    assert stress.field.torque == TORQUE
+    assert stress.field.ste == pytest.approx(table.table["ste_m"][0, 0], rel=1e-9)
+    words = ["liu-idler", "--mesh", "2", "--torque", "100", "--resolution", "coarse"]
+    file = tmp_path / "c.vtu"
+    assert run(["render", *words, "-o", str(file), "--json"]) == 0
+    printed = json.loads(capsys.readouterr().out)
+    assert printed["largest_von_mises_MPa"] == {
+        name: pytest.approx(1e-6 * value) for name, value in stress.largest_Pa.items()
+    }
+
+
+def test_former_arguments_keep_their_meaning(gears):
+    former = fegear.solve_mesh(gears, SECOND, torques=[TORQUE], settings=COARSE)
+    assert former.cycle.torque.tolist() == [TORQUE]
+    with pytest.deprecated_call(match="on the input gear of the train"):
+        stress = fegear.solve_stress(gears, torque=TORQUE, mesh=SECOND, settings=COARSE)
+    assert stress.field.torque == pytest.approx(TORQUE * 55 / 38)
