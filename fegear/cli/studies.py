@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import MISSING, make_dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -25,11 +25,9 @@ from fegear.files.output import make_directory, write_text
 from fegear.studies.page import Grid, Sheet
 from fegear.studies.study import (
     TABLES,
-    Group,
-    Setting,
     Study,
+    files_read,
     group_of,
-    offered,
     options_of,
 )
 
@@ -101,7 +99,7 @@ def _require(asked: Study, outputs: Any) -> None:
     for name, reason in asked.idle(given):
         value = given.get(name, getattr(asked, name, None))
         refuse_idle(reason.format_map(names), **{name: value})
-    taken = list(_read_files(asked, group_of(asked)))
+    taken = list(files_read(asked))
     outputs.require(*taken)
     taken += map(str, filter(None, (outputs.output, files.pop("plot", None))))
     for name, path in files.items():
@@ -121,19 +119,6 @@ def _placed(asked: Study, outputs: Any) -> Any:
     folder = make_directory(place)
     require_outputs([folder / name for name in asked.files])
     return replace(outputs, output=folder)
-
-
-def _read_files(asked: Any, group: Group) -> Iterator[str]:
-    """Values of arguments, which may be paths."""
-    for each in offered(group):
-        value = getattr(asked, each.name)
-        if each.group is not None:
-            yield from _read_files(value, each.group)
-        elif isinstance(each.declared, Setting):
-            if each.declared.place:
-                yield str(value)
-            elif each.declared.reads:
-                yield from value
 
 
 def _found(asked: Study, workers: Any, outputs: Any) -> tuple[Any, Mapping[str, Any]]:

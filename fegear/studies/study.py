@@ -30,6 +30,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, ClassVar, Protocol, get_type_hints
 
+from fegear.files.contents import exact_repr, file_digests
 from fegear.files.errors import InputError
 from fegear.result import Result
 
@@ -76,7 +77,7 @@ class Setting:
         with `place` has none, it is found by its place; short : another one
     flags : options without a value: name, value that it means, help; a field of
         truth values that has some has no other option
-    reads : whether it names files that are read
+    reads : whether it names files that are read; checkpoints depend on their content
     read, write : between the text of a command and the value, where types do not say
     several : whether the option is repeated for a tuple of values that are read
     """
@@ -116,9 +117,13 @@ def setting(default: Any, text: str, allowed: Range | None = None, **words: Any)
     return field(default=default, metadata={"setting": declared})
 
 
-def argument(place: str, text: str, default: Any = MISSING) -> Any:
-    """A field that is found by its place among the words of a command."""
-    return field(default=default, metadata={"setting": Setting(text=text, place=place)})
+def argument(place: str, text: str, default: Any = MISSING, reads: bool = False) -> Any:
+    """A field that is found by its place among the words of a command.
+
+    reads : whether it is, or may be, the name of a file that is read
+    """
+    declared = Setting(text=text, place=place, reads=reads)
+    return field(default=default, metadata={"setting": declared})
 
 
 def group(declared: Group) -> Any:
@@ -458,18 +463,41 @@ class Study:
     def inputs(self) -> dict[str, str]:
         """All that determines the records of a checkpoint.
 
-        A study whose settings name files has their texts here as well.
+        Files that settings name are among it by their content.
         """
-        return dict(_inputs(self, ""))
+        files = dict.fromkeys(files_read(self, whole=False))
+        return {
+            **dict(_inputs(self, "")),
+            **{f"content of {name}": text for name, text in file_digests(files)},
+        }
 
 
-def _inputs(settings: Any, group: str) -> Iterator[tuple[str, str]]:
+def files_read(
+    settings: Any, group: Group | None = None, whole: bool = True
+) -> Iterator[str]:
+    """Names of files that settings declare; also of what comes with the program.
+
+    whole : also those of groups that tell by `inputs` what they have read
+    """
+    for each in offered(group or group_of(settings)):
+        value = getattr(settings, each.name)
+        if each.group is not None:
+            if isinstance(value, each.group.kind) and (
+                whole or not hasattr(value, "inputs")
+            ):
+                yield from files_read(value, each.group, whole)
+        elif isinstance(each.declared, Setting) and each.declared.reads:
+            names = value if isinstance(value, tuple) else (value,)
+            yield from (str(name) for name in names if name is not None)
+
+
+def _inputs(settings: Any, prefix: str) -> Iterator[tuple[str, str]]:
     for each in fields(settings):
-        value, name = getattr(settings, each.name), f"{group}{each.name}"
+        value, name = getattr(settings, each.name), f"{prefix}{each.name}"
         if is_dataclass(value) and not hasattr(value, "inputs"):
             yield from _inputs(value, f"{name}.")
         else:
-            yield name, getattr(value, "inputs", repr(value))
+            yield name, getattr(value, "inputs", exact_repr(value))
 
 
 class StudyResult(Result):
