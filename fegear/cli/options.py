@@ -121,7 +121,7 @@ class ResumedOutputs(Outputs):
 
     @property
     def checkpoint(self) -> Path | None:
-        """What is finished is kept there until the table is written."""
+        """What is finished is kept there until all files are written."""
         path = getattr(self, self.beside)
         return None if path is None else Path(f"{path}.partial")
 

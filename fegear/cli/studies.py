@@ -126,16 +126,22 @@ def _found(asked: Study, workers: Any, outputs: Any) -> tuple[Any, Mapping[str, 
     from fegear.files.store import NOTHING
     from fegear.studies.running import run
 
-    keeping = outputs.keeping if asked.resumes else NOTHING
+    keeping, computed = outputs.keeping if asked.resumes else NOTHING, False
     try:
         with named_as_options(group_of(asked)), outputs.progress() as report:
-            found = run(asked, keeping, report, workers)
-            report("results", 0, 1)
-            if not found.empty:
-                _write(found, outputs)
+
+            def deliver(found: Any) -> None:
+                nonlocal computed
+                computed = True
+                report("results", 0, 1)
+                if not found.empty:
+                    _write(found, outputs)
+
+            found = run(asked, keeping, report, workers, deliver)
             return found, found.summary
-    except KeyboardInterrupt:
-        _say_what_is_kept(outputs)
+    except BaseException as error:
+        if computed or isinstance(error, KeyboardInterrupt):
+            _say_what_is_kept(outputs)
         raise
 
 

@@ -33,11 +33,14 @@ def run(
     keeping: Keeping = NOTHING,
     progress: Progress = silent,
     workers: int | Cluster | None = None,
+    deliver: Callable[[Any], None] | None = None,
 ) -> Any:
     """The result of a study.
 
     keeping : where tasks keep their records, and whether kept ones are taken up
     workers : threads, one a core by default, or a cluster for the parts of tasks
+    deliver : called with the result, to write its files; records that are kept are
+        removed after it, and stay if it fails
     After Ctrl-C the result of some studies holds what was finished and is not
     complete; of others it is raised again. Records are kept where `keeping` says.
     Raises InputError for what cannot be computed or kept.
@@ -64,6 +67,8 @@ def run(
         result = study.gather({task.key: found.get(task.key) for task in tasks})
         if result is None:  # of a task that had not begun
             raise KeyboardInterrupt
+        if deliver is not None:
+            deliver(result)
         done = result.complete
     except NoClusterError as error:
         raise InputError(str(error)) from None
