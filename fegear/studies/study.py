@@ -347,6 +347,10 @@ class Job(Protocol):
         """Threads, one a core if None, or the cluster that computes parts."""
 
     @property
+    def stop(self) -> Stop:
+        """Event after which `report` raises Stopped."""
+
+    @property
     def heeded(self) -> Stop:
         """What parts look at to end early, by Stopped."""
 
