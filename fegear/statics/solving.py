@@ -195,6 +195,9 @@ def solve_mesh(
     require_mesh(gear_set, mesh)
     for each in torques:
         require_between("torques", each, 0, 1e9, below=True)
+    if len(set(torques)) < len(torques):
+        given = ", ".join(f"{each:.12g}" for each in torques)
+        raise InputError(f"torques = {given}; must differ from each other")
     torque = np.array(torques if len(torques) else gear_set.meshes[mesh].torques, float)
     if torque.size == 0:
         raise InputError("torques must be given: the gear set has no load")

@@ -10,10 +10,12 @@ from dataclasses import dataclass, field
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
 
+from fegear.boundary import public
 from fegear.files.errors import InputError
 from fegear.files.store import NOTHING, Checkpoint, Keeping, Records
 from fegear.files.version import package_version
 from fegear.studies.study import Study, Task
+from lumped.common.checks import require_between
 from lumped.common.progress import Progress, silent
 from lumped.common.workers import (
     Cluster,
@@ -27,7 +29,10 @@ from lumped.common.workers import (
 if TYPE_CHECKING:
     from lumped.common.workers import Arrays, Parts
 
+MOST_THREADS = 1000
 
+
+@public
 def run(
     study: Study,
     keeping: Keeping = NOTHING,
@@ -45,6 +50,8 @@ def run(
     complete; of others it is raised again. Records are kept where `keeping` says.
     Raises InputError for what cannot be computed or kept.
     """
+    if not isinstance(workers, Cluster | None):
+        require_between("workers", workers, 1, MOST_THREADS)
     progress("preparation", 0, 1)
     tasks, found = list(study.tasks()), dict[str, Any]()
     checkpoint = _opened(study, tasks, keeping) if study.resumes else None

@@ -21,6 +21,7 @@ A result has what `StudyResult` says. `fegear.studies` lists all studies.
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from contextvars import ContextVar
@@ -30,7 +31,6 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, ClassVar, Protocol, get_type_hints
 
-from fegear.files.contents import exact_repr, file_digests
 from fegear.files.errors import InputError
 from fegear.result import Result
 
@@ -45,7 +45,6 @@ if TYPE_CHECKING:
 
 NO_PICTURES: Mapping[str, str] = MappingProxyType({})
 TABLES = (".csv", ".txt", "")  # endings of names
-PICTURES = (".png", ".pdf", ".svg")
 PLOT = {"plot": "Draw the results into this file, .png, .pdf or .svg."}
 
 
@@ -244,10 +243,31 @@ def _written(option: str, declared: Setting, value: Any) -> list[str]:
     return [word for each in values for word in (option, declared.write(each))]
 
 
+def take_plain_values(settings: Any) -> None:
+    """Lists and arrays become tuples, paths text, and NumPy's numbers Python's."""
+    for name, value in vars(settings).items():
+        if value is not (plain := _plain(value)):
+            object.__setattr__(settings, name, plain)
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, os.PathLike):
+        return os.fspath(value)
+    if hasattr(value, "tolist"):
+        value = value.tolist()
+    if isinstance(value, list | range) or type(value) is tuple:
+        return tuple(map(_plain, value))
+    return value
+
+
 def require_settings(settings: Any) -> None:
-    """Fields are what their types and ranges say; else InputError with the field."""
+    """Fields are what their types and ranges say; else InputError with the field.
+
+    See also `take_plain_values`.
+    """
     from lumped.common.checks import require_fields
 
+    take_plain_values(settings)
     try:
         unbounded = [name for name, value in vars(settings).items() if value == inf]
         require_fields(settings, infinite=unbounded)
@@ -399,6 +419,7 @@ class Study:
         cls.command, cls.example = command, f"fegear {example}"
 
     def __post_init__(self) -> None:
+        take_plain_values(self)
         for each in offered(group_of(self)):
             value, declared = self._read(each), each.group
             if declared is None or isinstance(value, declared.kind):
@@ -409,11 +430,6 @@ class Study:
                 object.__setattr__(self, each.name, kind(name=value))
             elif hasattr(kind, "of"):
                 object.__setattr__(self, each.name, kind.of(value))
-        for name, value in vars(self).items():  # lists and arrays
-            if isinstance(value, list | range) or hasattr(value, "tolist"):
-                values = value.tolist() if hasattr(value, "tolist") else value
-                values = tuple(values) if hasattr(values, "__len__") else values
-                object.__setattr__(self, name, values)
         require_settings(self)
         refuse_idle(self, group_of(self))
 
@@ -469,6 +485,8 @@ class Study:
 
         Files that settings name are among it by their content.
         """
+        from fegear.files.contents import file_digests
+
         files = dict.fromkeys(files_read(self, whole=False))
         return {
             **dict(_inputs(self, "")),
@@ -496,6 +514,8 @@ def files_read(
 
 
 def _inputs(settings: Any, prefix: str) -> Iterator[tuple[str, str]]:
+    from fegear.files.contents import exact_repr
+
     for each in fields(settings):
         value, name = getattr(settings, each.name), f"{prefix}{each.name}"
         if is_dataclass(value) and not hasattr(value, "inputs"):
@@ -541,9 +561,9 @@ class StudyResult(Result):
 
     def to_csv(self, path: str | Path) -> None:
         """Write the table. Raises InputError where the file cannot be written."""
-        from fegear.files.output import write_text
+        from fegear.files.output import path_of, write_text
 
-        write_text(Path(path), self.table.csv())
+        write_text(path_of(path), self.table.csv())
 
     def to_frame(self) -> DataFrame:
         """The table as a pandas frame; ImportError where pandas is missing."""
@@ -552,13 +572,16 @@ class StudyResult(Result):
     def draw(self, path: str | Path, name: str = "plot") -> None:
         """Draw a picture by the ending of the path: .png, .pdf or .svg."""
         from fegear.figures.statics import save_figure
-        from fegear.files.output import write_whole
+        from fegear.files.output import path_of, require_picture, write_whole
 
         if name not in self.figures:
-            raise InputError(f"name = {name}; drawn are {', '.join(self.figures)}")
+            drawn = f"drawn are {', '.join(self.figures)}"
+            raise InputError(f"name = {name}; {drawn if self.figures else 'none is'}")
+        target = path_of(path)
+        require_picture(target)
         figure = self.figures[name]
         write_whole(
-            Path(path), lambda place: save_figure(figure(), place, self.dots_per_inch)
+            target, lambda place: save_figure(figure(), place, self.dots_per_inch)
         )
 
     def _repr_html_(self) -> str:

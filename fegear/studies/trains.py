@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
+from fegear.boundary import require_gear_set
 from fegear.files.contents import exact_repr
 from fegear.files.errors import InputError
 from fegear.files.speeds import parsed_speeds, written_speeds
@@ -70,6 +71,7 @@ class NamedSet:
 
     @classmethod
     def of(cls, gear_set: GearSet) -> NamedSet:
+        require_gear_set(gear_set)
         return cls(name=gear_set.name, given=gear_set)
 
     @cached_property
