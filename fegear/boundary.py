@@ -31,8 +31,8 @@ def public(function: Callable[P, R]) -> Callable[P, R]:
 
 def require_gear_set(value: object) -> None:
     if not isinstance(value, GearSet):
-        named = isinstance(value, str)
-        makes = f'load_gear_set("{shortened(value)}")' if named else "load_gear_set"
+        named = f'("{shortened(value)}")' if isinstance(value, str) else ""
+        makes = f"load_gear_set{named}"
         raise InputError(
             f"gear_set must be a gear set, got {shown(value)}; {makes} makes one"
         )

@@ -166,13 +166,14 @@ class GearSet:
             if not getattr(self, name):
                 raise InputError(f"{name} = (); one or more are needed")
         last = len(self.gears) - 1
-        for each in (*self.meshes, *self.shafts):
-            for gear in each.gears:
-                if not 0 <= gear <= last:
-                    raise InputError(
-                        f"gear index = {gear}; allowed 0 to {last}, there are "
-                        f"{last + 1} gears"
-                    )
+        indices: list[tuple[int, ...]] = [each.gears for each in self.meshes]
+        indices += [each.gears for each in self.shafts]
+        for gear in (gear for gears in indices for gear in gears):
+            if not 0 <= gear <= last:
+                raise InputError(
+                    f"gear index = {gear}; allowed 0 to {last}, there are {last + 1} "
+                    "gears"
+                )
 
     @property
     def title(self) -> str:
