@@ -9,7 +9,7 @@ from typing import ParamSpec, TypeVar
 
 from fegear.files.errors import InputError
 from fegear.gearset.model import GearSet
-from lumped.common.checks import require_arguments
+from lumped.common.checks import require_arguments, shortened, shown
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -22,19 +22,19 @@ def public(function: Callable[P, R]) -> Callable[P, R]:
     def run(*args: P.args, **kwargs: P.kwargs) -> R:
         given = signature(function).bind(*args, **kwargs).arguments
         if "gear_set" in given:
-            _require_gear_set(given["gear_set"])
+            require_gear_set(given["gear_set"])
         require_arguments(function, given)
         return function(*args, **kwargs)
 
     return run
 
 
-def _require_gear_set(value: object) -> None:
+def require_gear_set(value: object) -> None:
     if not isinstance(value, GearSet):
-        named = isinstance(value, str)
-        makes = f'load_gear_set("{value}")' if named else "load_gear_set"
+        named = f'("{shortened(value)}")' if isinstance(value, str) else ""
+        makes = f"load_gear_set{named}"
         raise InputError(
-            f"gear_set must be a gear set, got {value!r}; {makes} makes one"
+            f"gear_set must be a gear set, got {shown(value)}; {makes} makes one"
         )
 
 

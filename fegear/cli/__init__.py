@@ -99,6 +99,7 @@ def main() -> None:
     # The matrices are small: threads gain nothing, and on a busy machine they wait
     # for each other twenty times as long as the work takes.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    _open_closed_streams()
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, TextIOWrapper):  # names may not fit the screen's letters
             stream.reconfigure(errors="backslashreplace")
@@ -106,6 +107,18 @@ def main() -> None:
     log.addHandler(Announcer())
     log.setLevel(logging.INFO)
     sys.exit(run(sys.argv[1:]))
+
+
+def _open_closed_streams() -> None:
+    """Streams that the shell has closed (`>&-`) lead nowhere.
+
+    Else a file that is opened later takes their place, and what is printed.
+    """
+    for name in ("stdin", "stdout", "stderr"):
+        if getattr(sys, name) is None:
+            handle = os.open(os.devnull, os.O_RDWR)
+            mode = "r" if name == "stdin" else "w"
+            setattr(sys, name, os.fdopen(handle, mode, encoding="utf-8"))
 
 
 class Announcer(logging.Handler):

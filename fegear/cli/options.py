@@ -13,7 +13,7 @@ import typer
 from fegear.cli.groups import option
 from fegear.cli.screen import complain, print_json, warn
 from fegear.files.errors import InputError
-from fegear.studies.study import PICTURES, TABLES
+from fegear.studies.study import TABLES
 
 if TYPE_CHECKING:
     from fegear.files.store import Keeping
@@ -121,7 +121,7 @@ class ResumedOutputs(Outputs):
 
     @property
     def checkpoint(self) -> Path | None:
-        """What is finished is kept there until the table is written."""
+        """What is finished is kept there until all files are written."""
         path = getattr(self, self.beside)
         return None if path is None else Path(f"{path}.partial")
 
@@ -138,15 +138,6 @@ def refuse_idle(reason: str, **options: Any) -> None:
             words = (f"{v:.12g}" if isinstance(v, float) else str(v) for v in given)
             shown = "" if value is True else f" = {', '.join(words)}"
             raise InputError(f"--{name.replace('_', '-')}{shown}; {reason}")
-
-
-def require_picture(path: Path) -> None:
-    """A file whose ending says what kind of picture it is, or a device."""
-    from fegear.files.output import is_device
-
-    if path.suffix.lower() not in PICTURES and not is_device(path):
-        allowed = ", ".join(PICTURES)
-        raise InputError(f"{path}: a picture's name must end in {allowed}")
 
 
 def require_ending(path: Path | None, allowed: Sequence[str] = TABLES) -> None:
@@ -201,7 +192,7 @@ def require_outputs(
 
     plot : one more output, a picture by its ending
     """
-    from fegear.files.output import require_writable
+    from fegear.files.output import require_picture, require_writable
 
     if plot is not None:
         require_picture(plot)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
+from fegear.files.errors import one_line
 from fegear.files.output import strict_json
 from fegear.files.printable import printable
 
@@ -25,7 +26,7 @@ def say(text: str) -> None:
 
 def complain(message: str) -> None:
     """One line on the error stream."""
-    typer.echo(f"fegear: {printable(' '.join(message.split()))}", err=True)
+    typer.echo(f"fegear: {printable(one_line(message))}", err=True)
 
 
 def warn(warnings: Iterable[str]) -> None:

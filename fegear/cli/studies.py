@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import MISSING, make_dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -25,11 +25,9 @@ from fegear.files.output import make_directory, write_text
 from fegear.studies.page import Grid, Sheet
 from fegear.studies.study import (
     TABLES,
-    Group,
-    Setting,
     Study,
+    files_read,
     group_of,
-    offered,
     options_of,
 )
 
@@ -101,7 +99,7 @@ def _require(asked: Study, outputs: Any) -> None:
     for name, reason in asked.idle(given):
         value = given.get(name, getattr(asked, name, None))
         refuse_idle(reason.format_map(names), **{name: value})
-    taken = list(_read_files(asked, group_of(asked)))
+    taken = list(files_read(asked))
     outputs.require(*taken)
     taken += map(str, filter(None, (outputs.output, files.pop("plot", None))))
     for name, path in files.items():
@@ -123,34 +121,27 @@ def _placed(asked: Study, outputs: Any) -> Any:
     return replace(outputs, output=folder)
 
 
-def _read_files(asked: Any, group: Group) -> Iterator[str]:
-    """Values of arguments, which may be paths."""
-    for each in offered(group):
-        value = getattr(asked, each.name)
-        if each.group is not None:
-            yield from _read_files(value, each.group)
-        elif isinstance(each.declared, Setting):
-            if each.declared.place:
-                yield str(value)
-            elif each.declared.reads:
-                yield from value
-
-
 def _found(asked: Study, workers: Any, outputs: Any) -> tuple[Any, Mapping[str, Any]]:
     """The result and its summary, files written; a bar moves all the while."""
     from fegear.files.store import NOTHING
     from fegear.studies.running import run
 
-    keeping = outputs.keeping if asked.resumes else NOTHING
+    keeping, computed = outputs.keeping if asked.resumes else NOTHING, False
     try:
         with named_as_options(group_of(asked)), outputs.progress() as report:
-            found = run(asked, keeping, report, workers)
-            report("results", 0, 1)
-            if not found.empty:
-                _write(found, outputs)
+
+            def deliver(found: Any) -> None:
+                nonlocal computed
+                computed = True
+                report("results", 0, 1)
+                if not found.empty:
+                    _write(found, outputs)
+
+            found = run(asked, keeping, report, workers, deliver)
             return found, found.summary
-    except KeyboardInterrupt:
-        _say_what_is_kept(outputs)
+    except BaseException as error:
+        if computed or isinstance(error, KeyboardInterrupt):
+            _say_what_is_kept(outputs)
         raise
 
 

@@ -15,7 +15,7 @@ from fegear.elasticity.sector import cyclic_sector
 from fegear.files.store import digest, load_arrays, save_arrays
 from meshes import MeshSize, SpurGear
 
-FORMAT = 3  # raise when geometry, mesh, elasticity or the file layout change
+FORMAT = 4  # raise when geometry, mesh, elasticity or the file layout change
 
 
 def cache_directory() -> Path:

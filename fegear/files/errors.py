@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import os
 
+LONGEST_WORD, LONGEST_MESSAGE = 500, 4000  # letters
+
 
 class InputError(ValueError):
     """What a user gave cannot be used; the message is one line for a reader.
@@ -12,7 +14,19 @@ class InputError(ValueError):
     """
 
     def __init__(self, message: str) -> None:
-        super().__init__(" ".join(message.split()))
+        super().__init__(one_line(message))
+
+
+def one_line(message: str) -> str:
+    """A message for a reader: one line, without the middle of what is very long."""
+    words = (_shortened(word, LONGEST_WORD) for word in message.split())
+    return _shortened(" ".join(words), LONGEST_MESSAGE)
+
+
+def _shortened(text: str, longest: int) -> str:
+    if len(text) <= longest:
+        return text
+    return f"{text[: longest // 2]}...{text[-longest // 4 :]}"
 
 
 def file_error(

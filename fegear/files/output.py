@@ -28,6 +28,7 @@ except ImportError:  # on Windows, where a file that is open cannot be removed
 
 BESIDE = ".fegear-{process}-"  # and some letters: a file that is being written
 OURS = re.compile(r"\.fegear-\d+-\w+(\.\w+)?")
+PICTURES = (".png", ".pdf", ".svg")  # endings of names
 LONGEST_SUFFIX = 8  # letters of the name that the temporary name repeats
 
 
@@ -64,6 +65,20 @@ def require_writable(path: str | os.PathLike[str]) -> Path:
     except (OSError, ValueError) as error:
         raise file_error(target, "written", error) from None
     return target
+
+
+def path_of(path: object) -> Path:
+    """The path of a file; InputError for what is none."""
+    if isinstance(path, str | os.PathLike):
+        return Path(path)
+    raise InputError(f"path must be text or a path, got {path!r}")
+
+
+def require_picture(path: Path) -> None:
+    """A file whose ending says what kind of picture it is, or a device."""
+    if path.suffix.lower() not in PICTURES and not is_device(path):
+        allowed = ", ".join(PICTURES)
+        raise InputError(f"{path}: a picture's name must end in {allowed}")
 
 
 def make_directory(path: str | os.PathLike[str]) -> Path:

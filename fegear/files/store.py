@@ -34,6 +34,7 @@ create table speeds (branch text, number integer, content blob, seal text,
 create table states (branch text primary key, number integer, content blob, seal text);
 """
 NUMBERS = "biufc"  # kinds of arrays that are saved without pickle
+SEAL_SIZE = hashlib.sha256().digest_size
 SHOWN = 40  # characters of a value in a message
 
 
@@ -44,11 +45,15 @@ def digest(inputs: Mapping[str, Any]) -> str:
 
 
 def save_arrays(path: Path, key: str, arrays: Mapping[str, Array]) -> None:
-    """Keep arrays under the key of what determines them, where the disk takes them."""
-    content = pack(dict(arrays) | {"key": np.frombuffer(key.encode(), np.uint8)})
+    """Keep arrays under the key of what determines them, where the disk takes them.
+
+    The archive is followed by a digest of the key and of all its bytes.
+    """
+    content = pack(arrays)
+    sealed = content + _arrays_seal(key, content)
     try:
         make_directory(path.parent)
-        write_whole(path, lambda beside: beside.write_bytes(content))
+        write_whole(path, lambda beside: beside.write_bytes(sealed))
     except InputError:  # next time they are computed again, which is only slower
         return
 
@@ -56,14 +61,18 @@ def save_arrays(path: Path, key: str, arrays: Mapping[str, Array]) -> None:
 def load_arrays(path: Path, key: str) -> dict[str, Array] | None:
     """The arrays of that key; None where the file is missing, damaged or another's.
 
-    NumPy's archives carry a checksum of every array.
+    The checksums of NumPy's archives do not cover all of their headers.
     """
     try:
-        arrays = unpack(path.read_bytes())
-        own = bytes(arrays.pop("key")).decode() == key
-    except Exception:  # whatever a damaged archive raises, it is not to be trusted
+        data = path.read_bytes()
+    except OSError:
         return None
-    return arrays if own else None
+    content, seal = data[:-SEAL_SIZE], data[-SEAL_SIZE:]
+    return unpack(content) if seal == _arrays_seal(key, content) else None
+
+
+def _arrays_seal(key: str, content: bytes) -> bytes:
+    return hashlib.sha256(key.encode() + content).digest()
 
 
 def pack(arrays: Mapping[str, Array]) -> bytes:

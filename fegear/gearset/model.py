@@ -5,13 +5,16 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Literal
+from typing import Any, Literal
 
+from fegear.files.errors import InputError
+from lumped.common.checks import is_number, require_fields
 from meshes import GearPair, SpurGear
 
 ReliefShape = Literal["linear", "parabolic"]
 # growing toward the end, so that the gap of two flanks has one least place
 RELIEF_POWERS: dict[ReliefShape, float] = {"linear": 1.0, "parabolic": 2.0}
+MOST = 1e18  # of any number, beyond all limits of files
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,6 +40,16 @@ class Gear:
     bearing_stiffness: tuple[float, float] | None = None
     coupling_stiffness: float = 0.0
 
+    def __post_init__(self) -> None:
+        _require_fields(self)
+        _require_positive(self, *("face_width", "young_modulus", "density"))
+        _require_positive(self, *("inertia", "mass", "bearing_stiffness"))
+        _require_within(self, "poisson_ratio", 0.0, 0.5)
+        _require_within(self, "coupling_stiffness", 0.0, MOST)
+        teeth, errors = self.geometry.teeth, len(self.pitch_errors)
+        if errors not in (0, teeth):
+            raise InputError(f"pitch_errors = {errors} values; {teeth} teeth need each")
+
 
 @dataclass(frozen=True, kw_only=True)
 class Relief:
@@ -53,6 +66,10 @@ class Relief:
     magnitude: float
     start_roll_length: float
     shape: ReliefShape = "linear"
+
+    def __post_init__(self) -> None:
+        _require_fields(self)
+        _require_positive(self, "magnitude", "start_roll_length")
 
     @property
     def power(self) -> float:
@@ -90,6 +107,13 @@ class Mesh:
     stiffness_variation: float | None = None
     load_share: float | None = None
 
+    def __post_init__(self) -> None:
+        _require_fields(self)
+        _require_positive(self, "torques", "mean_stiffness", "load_share")
+        _require_within(self, "backlash", 0.0, MOST)
+        _require_within(self, "stiffness_variation", 0.0, 1.0)
+        _require_within(self, "load_share", 0.0, 1.0)
+
     @property
     def gears(self) -> tuple[int, int]:
         return self.driver, self.driven
@@ -109,6 +133,10 @@ class Shaft:
 
     gears: tuple[int, ...]
     stiffness: float | None = None
+
+    def __post_init__(self) -> None:
+        _require_fields(self)
+        _require_positive(self, "stiffness")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -130,6 +158,22 @@ class GearSet:
     shafts: tuple[Shaft, ...] = ()
     damping_ratio: float | None = None
     inferences: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        _require_fields(self)
+        _require_within(self, "damping_ratio", 0.0, 1.0)
+        for name in ("gears", "meshes"):
+            if not getattr(self, name):
+                raise InputError(f"{name} = (); one or more are needed")
+        last = len(self.gears) - 1
+        indices: list[tuple[int, ...]] = [each.gears for each in self.meshes]
+        indices += [each.gears for each in self.shafts]
+        for gear in (gear for gears in indices for gear in gears):
+            if not 0 <= gear <= last:
+                raise InputError(
+                    f"gear index = {gear}; allowed 0 to {last}, there are {last + 1} "
+                    "gears"
+                )
 
     @property
     def title(self) -> str:
@@ -178,3 +222,26 @@ class GearSet:
             waiting += [(other, sense) for other in self.axis(gear)]
             for mesh in (self.meshes[number] for number in self.meshes_of[gear]):
                 waiting.append((mesh.driver + mesh.driven - gear, -sense))
+
+
+def _require_fields(part: Any) -> None:
+    try:
+        require_fields(part)
+    except ValueError as error:
+        raise InputError(str(error)) from None
+
+
+def _require_positive(part: Any, *names: str) -> None:
+    """Numbers, or all numbers of a tuple, are above 0 where they are not None."""
+    for name in names:
+        value = getattr(part, name)
+        for each in value if isinstance(value, tuple) else (value,):
+            if is_number(each) and not each > 0.0:
+                raise InputError(f"{name} = {each:.12g}; must be above 0")
+
+
+def _require_within(part: Any, name: str, low: float, below: float) -> None:
+    """A number is from low to below a limit where it is not None."""
+    value = getattr(part, name)
+    if value is not None and not low <= value < below:
+        raise InputError(f"{name} = {value:.12g}; allowed {low:g} to below {below:g}")

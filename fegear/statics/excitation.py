@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from hashlib import sha256
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, Protocol
@@ -35,7 +34,6 @@ from lumped.train.excitation import (
 from lumped.train.table import (
     MeshTable,
     TableError,
-    format_table,
     pair_names,
     pair_teeth,
     parse_table,
@@ -152,12 +150,6 @@ class GivenTables:
         """Entry of a file's header: the tables."""
         names = ", ".join(Path(name).name for name, _ in self.tables)
         return {"excitation": printable(f"tables {names}")}
-
-    @property
-    def digest(self) -> str:
-        """Tells tables apart that have one name, such as a file that was edited."""
-        texts = "".join(format_table(table) for _, table in self.tables)
-        return sha256(texts.encode()).hexdigest()[:16]
 
     @property
     def statics(self) -> StaticsSettings:

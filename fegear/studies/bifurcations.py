@@ -225,6 +225,7 @@ class Bifurcations(
             *(self.settling, self.sections),
             store=StoredAttractors(job),
             observer=reporting(job.report, len(self.over.values)),
+            stop=job.stop,
         )
 
     def gather(self, found: Mapping[str, AttractorBranch | None]) -> BifurcationsResult:

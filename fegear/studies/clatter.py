@@ -69,7 +69,9 @@ class Clatter(
         "into this file, .png, .pdf or .svg."
     }
 
-    gearbox: str = argument("GEARBOX", "Built-in gearbox or path of a TOML file.")
+    gearbox: str = argument(
+        "GEARBOX", "Built-in gearbox or path of a TOML file.", reads=True
+    )
     seconds: float = setting(10.0, "Simulated time [s].", Range(1e-6, 1e7, "s"))
     impacts: int = setting(
         MOST_IMPACTS,

@@ -267,11 +267,13 @@ class Dynamics(
             store=StoredBranch(job),
             keep=partial(self._keep, torque, direction, roots),
             observer=reporting(job.report, len(self.frequencies)),
+            stop=job.stop,
         )
 
     def _model_1(self, system: LumpedSystem, direction: Direction, job: Job) -> Branch:
         observer = reporting(job.report, len(self.frequencies))
-        return sweep(system, self.frequencies, direction, observer=observer)
+        given = system, self.frequencies, direction
+        return sweep(*given, observer=observer, stop=job.stop)
 
     def _keep(
         self,

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
+from fegear.files.contents import exact_repr
 from fegear.files.errors import InputError
 from fegear.files.speeds import limits_of
 from fegear.studies.study import Range, argument, called, require_settings, setting
@@ -109,7 +110,7 @@ class MotionFigures(LoadFigures):
 class LoadedMachine(LoadFigures):
     """A machine by its name, with figures in place of its own."""
 
-    name: str = argument("MACHINE", NAME)
+    name: str = argument("MACHINE", NAME, reads=True)
 
     @property
     def named(self) -> NamedMachine:
@@ -123,7 +124,7 @@ class MovingMachine(MotionFigures, LoadedMachine):
     @property
     def inputs(self) -> str:
         """The machine itself, whatever it is called."""
-        return repr(self.named.assembly)
+        return exact_repr(self.named.assembly)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -58,7 +58,9 @@ class RunDown(
     pictures: ClassVar[Mapping[str, str]] = {}
 
     file: str = argument(
-        "FILE", "CSV file of time_s and speed_rpm, speed_Hz or speed_rad_per_s."
+        "FILE",
+        "CSV file of time_s and speed_rpm, speed_Hz or speed_rad_per_s.",
+        reads=True,
     )
     speed_rpm: float | None = setting(
         None,

@@ -128,6 +128,7 @@ class ContactPictures(
         "Draw this recorded motion of the gear set, a file of `fegear dynamics "
         "--history`, by static fields under the loads of each moment.",
         metavar="FILE",
+        reads=True,
     )
     elements: StaticsSettings = group(
         Group(

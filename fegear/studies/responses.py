@@ -71,7 +71,8 @@ class ResponsesResult(StudyResult):
 
     @property
     def complete(self) -> bool:
-        return all(branch.complete for _, branch in self.found)
+        found = all(branch.complete for _, branch in self.found)
+        return found and not any(branch.interrupted for _, branch in self.beside)
 
     @property
     def empty(self) -> bool:

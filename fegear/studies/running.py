@@ -10,10 +10,12 @@ from dataclasses import dataclass, field
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
 
+from fegear.boundary import public
 from fegear.files.errors import InputError
 from fegear.files.store import NOTHING, Checkpoint, Keeping, Records
 from fegear.files.version import package_version
 from fegear.studies.study import Study, Task
+from lumped.common.checks import require_between
 from lumped.common.progress import Progress, silent
 from lumped.common.workers import (
     Cluster,
@@ -27,21 +29,29 @@ from lumped.common.workers import (
 if TYPE_CHECKING:
     from lumped.common.workers import Arrays, Parts
 
+MOST_THREADS = 1000
 
+
+@public
 def run(
     study: Study,
     keeping: Keeping = NOTHING,
     progress: Progress = silent,
     workers: int | Cluster | None = None,
+    deliver: Callable[[Any], None] | None = None,
 ) -> Any:
     """The result of a study.
 
     keeping : where tasks keep their records, and whether kept ones are taken up
     workers : threads, one a core by default, or a cluster for the parts of tasks
+    deliver : called with the result, to write its files; records that are kept are
+        removed after it, and stay if it fails
     After Ctrl-C the result of some studies holds what was finished and is not
     complete; of others it is raised again. Records are kept where `keeping` says.
     Raises InputError for what cannot be computed or kept.
     """
+    if not isinstance(workers, Cluster | None):
+        require_between("workers", workers, 1, MOST_THREADS)
     progress("preparation", 0, 1)
     tasks, found = list(study.tasks()), dict[str, Any]()
     checkpoint = _opened(study, tasks, keeping) if study.resumes else None
@@ -64,6 +74,8 @@ def run(
         result = study.gather({task.key: found.get(task.key) for task in tasks})
         if result is None:  # of a task that had not begun
             raise KeyboardInterrupt
+        if deliver is not None:
+            deliver(result)
         done = result.complete
     except NoClusterError as error:
         raise InputError(str(error)) from None

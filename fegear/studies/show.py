@@ -8,13 +8,13 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+from fegear.files.output import PICTURES
 from fegear.gearset.derived import gear_set_figures
 from fegear.gearset.draw import gear_set_figure
 from fegear.gearset.model import GearSet
 from fegear.studies.page import ROUND_OFF, Page, Sheet
 from fegear.studies.study import (
     NO_PICTURES,
-    PICTURES,
     Draw,
     Job,
     Study,

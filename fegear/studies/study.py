@@ -21,6 +21,7 @@ A result has what `StudyResult` says. `fegear.studies` lists all studies.
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from contextvars import ContextVar
@@ -44,7 +45,6 @@ if TYPE_CHECKING:
 
 NO_PICTURES: Mapping[str, str] = MappingProxyType({})
 TABLES = (".csv", ".txt", "")  # endings of names
-PICTURES = (".png", ".pdf", ".svg")
 PLOT = {"plot": "Draw the results into this file, .png, .pdf or .svg."}
 
 
@@ -76,7 +76,7 @@ class Setting:
         with `place` has none, it is found by its place; short : another one
     flags : options without a value: name, value that it means, help; a field of
         truth values that has some has no other option
-    reads : whether it names files that are read
+    reads : whether it names files that are read; checkpoints depend on their content
     read, write : between the text of a command and the value, where types do not say
     several : whether the option is repeated for a tuple of values that are read
     """
@@ -118,9 +118,13 @@ def setting(default: Any, text: str, allowed: Range | None = None, **words: Any)
     return field(default=default, metadata={"setting": declared})
 
 
-def argument(place: str, text: str, default: Any = MISSING) -> Any:
-    """A field that is found by its place among the words of a command."""
-    return field(default=default, metadata={"setting": Setting(text=text, place=place)})
+def argument(place: str, text: str, default: Any = MISSING, reads: bool = False) -> Any:
+    """A field that is found by its place among the words of a command.
+
+    reads : whether it is, or may be, the name of a file that is read
+    """
+    declared = Setting(text=text, place=place, reads=reads)
+    return field(default=default, metadata={"setting": declared})
 
 
 def group(declared: Group) -> Any:
@@ -246,10 +250,31 @@ def _written(option: str, declared: Setting, value: Any) -> list[str]:
     return [word for each in values for word in (option, declared.write(each))]
 
 
+def take_plain_values(settings: Any) -> None:
+    """Lists and arrays become tuples, paths text, and NumPy's numbers Python's."""
+    for name, value in vars(settings).items():
+        if value is not (plain := _plain(value)):
+            object.__setattr__(settings, name, plain)
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, os.PathLike):
+        return os.fspath(value)
+    if hasattr(value, "tolist"):
+        value = value.tolist()
+    if isinstance(value, list | range) or type(value) is tuple:
+        return tuple(map(_plain, value))
+    return value
+
+
 def require_settings(settings: Any) -> None:
-    """Fields are what their types and ranges say; else InputError with the field."""
+    """Fields are what their types and ranges say; else InputError with the field.
+
+    See also `take_plain_values`.
+    """
     from lumped.common.checks import require_fields
 
+    take_plain_values(settings)
     try:
         unbounded = [name for name, value in vars(settings).items() if value == inf]
         require_fields(settings, infinite=unbounded)
@@ -349,6 +374,10 @@ class Job(Protocol):
         """Threads, one a core if None, or the cluster that computes parts."""
 
     @property
+    def stop(self) -> Stop:
+        """Event after which `report` raises Stopped."""
+
+    @property
     def heeded(self) -> Stop:
         """What parts look at to end early, by Stopped."""
 
@@ -397,6 +426,7 @@ class Study:
         cls.command, cls.example = command, f"fegear {example}"
 
     def __post_init__(self) -> None:
+        take_plain_values(self)
         for each in offered(group_of(self)):
             value, declared = self._read(each), each.group
             if declared is None or isinstance(value, declared.kind):
@@ -407,11 +437,6 @@ class Study:
                 object.__setattr__(self, each.name, kind(name=value))
             elif hasattr(kind, "of"):
                 object.__setattr__(self, each.name, kind.of(value))
-        for name, value in vars(self).items():  # lists and arrays
-            if isinstance(value, list | range) or hasattr(value, "tolist"):
-                values = value.tolist() if hasattr(value, "tolist") else value
-                values = tuple(values) if hasattr(values, "__len__") else values
-                object.__setattr__(self, name, values)
         require_settings(self)
         refuse_idle(self, group_of(self))
 
@@ -465,18 +490,45 @@ class Study:
     def inputs(self) -> dict[str, str]:
         """All that determines the records of a checkpoint.
 
-        A study whose settings name files has their texts here as well.
+        Files that settings name are among it by their content.
         """
-        return dict(_inputs(self, ""))
+        from fegear.files.contents import file_digests
+
+        files = dict.fromkeys(files_read(self, whole=False))
+        return {
+            **dict(_inputs(self, "")),
+            **{f"content of {name}": text for name, text in file_digests(files)},
+        }
 
 
-def _inputs(settings: Any, group: str) -> Iterator[tuple[str, str]]:
+def files_read(
+    settings: Any, group: Group | None = None, whole: bool = True
+) -> Iterator[str]:
+    """Names of files that settings declare; also of what comes with the program.
+
+    whole : also those of groups that tell by `inputs` what they have read
+    """
+    for each in offered(group or group_of(settings)):
+        value = getattr(settings, each.name)
+        if each.group is not None:
+            if isinstance(value, each.group.kind) and (
+                whole or not hasattr(value, "inputs")
+            ):
+                yield from files_read(value, each.group, whole)
+        elif isinstance(each.declared, Setting) and each.declared.reads:
+            names = value if isinstance(value, tuple) else (value,)
+            yield from (str(name) for name in names if name is not None)
+
+
+def _inputs(settings: Any, prefix: str) -> Iterator[tuple[str, str]]:
+    from fegear.files.contents import exact_repr
+
     for each in fields(settings):
-        value, name = getattr(settings, each.name), f"{group}{each.name}"
+        value, name = getattr(settings, each.name), f"{prefix}{each.name}"
         if is_dataclass(value) and not hasattr(value, "inputs"):
             yield from _inputs(value, f"{name}.")
         else:
-            yield name, getattr(value, "inputs", repr(value))
+            yield name, getattr(value, "inputs", exact_repr(value))
 
 
 class StudyResult(Result):
@@ -516,9 +568,9 @@ class StudyResult(Result):
 
     def to_csv(self, path: str | Path) -> None:
         """Write the table. Raises InputError where the file cannot be written."""
-        from fegear.files.output import write_text
+        from fegear.files.output import path_of, write_text
 
-        write_text(Path(path), self.table.csv())
+        write_text(path_of(path), self.table.csv())
 
     def to_frame(self) -> DataFrame:
         """The table as a pandas frame; ImportError where pandas is missing."""
@@ -527,13 +579,16 @@ class StudyResult(Result):
     def draw(self, path: str | Path, name: str = "plot") -> None:
         """Draw a picture by the ending of the path: .png, .pdf or .svg."""
         from fegear.figures.statics import save_figure
-        from fegear.files.output import write_whole
+        from fegear.files.output import path_of, require_picture, write_whole
 
         if name not in self.figures:
-            raise InputError(f"name = {name}; drawn are {', '.join(self.figures)}")
+            drawn = f"drawn are {', '.join(self.figures)}"
+            raise InputError(f"name = {name}; {drawn if self.figures else 'none is'}")
+        target = path_of(path)
+        require_picture(target)
         figure = self.figures[name]
         write_whole(
-            Path(path), lambda place: save_figure(figure(), place, self.dots_per_inch)
+            target, lambda place: save_figure(figure(), place, self.dots_per_inch)
         )
 
     def _repr_html_(self) -> str:

@@ -141,7 +141,7 @@ class Sweep(
     def _swept(self, system: LumpedSystem, direction: Direction, job: Job) -> Branch:
         observer = reporting(job.report, len(self.frequencies))
         given = self.frequencies, direction, self.integration
-        return sweep(system, *given, observer=observer)
+        return sweep(system, *given, observer=observer, stop=job.stop)
 
     def gather(self, found: Mapping[str, Branch | None]) -> SweepResult:
         system, model = next(iter(self.systems.values())), self.known

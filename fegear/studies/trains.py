@@ -7,6 +7,8 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, get_args
 
+from fegear.boundary import require_gear_set
+from fegear.files.contents import exact_repr
 from fegear.files.errors import InputError
 from fegear.files.speeds import parsed_speeds, written_speeds
 from fegear.gearset import load_gear_set
@@ -50,7 +52,9 @@ class NamedSet:
     """
 
     name: str = argument(
-        "SET", "Name of a built-in gear set, or path of a gear-set file (TOML)."
+        "SET",
+        "Name of a built-in gear set, or path of a gear-set file (TOML).",
+        reads=True,
     )
     edits: tuple[str, ...] = setting(
         (),
@@ -67,6 +71,7 @@ class NamedSet:
 
     @classmethod
     def of(cls, gear_set: GearSet) -> NamedSet:
+        require_gear_set(gear_set)
         return cls(name=gear_set.name, given=gear_set)
 
     @cached_property
@@ -108,7 +113,7 @@ class NamedSet:
     @property
     def inputs(self) -> str:
         """All that a checkpoint must agree with."""
-        return repr(self.loaded)
+        return exact_repr(self.loaded)
 
 
 USUAL_PAIR = NamedSet(name="liu-pair")

@@ -189,8 +189,8 @@ class Warmup(Study, command="warmup", example="warmup"):
             if name in self.only or not self.only:
                 yield Task(name, partial(_compile, name), size=count)
 
-    def gather(self, found: Mapping[str, int]) -> WarmupResult:
-        return WarmupResult(self, sum(found.values()))
+    def gather(self, found: Mapping[str, set[str]]) -> WarmupResult:
+        return WarmupResult(self, len(set[str]().union(*found.values())))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -257,14 +257,14 @@ def kernel_folders() -> tuple[Path, ...]:
     )
 
 
-def _compile(name: str, job: Job) -> int:
-    """Use kernels in a process of their own; how many signatures it compiled."""
+def _compile(name: str, job: Job) -> set[str]:
+    """Use kernels in a process of their own; names of signatures that it compiled."""
     context = multiprocessing.get_context("spawn")  # forks copy locks of threads
     here, there = context.Pipe(duplex=False)
     process = context.Process(target=_use, args=(name, there), daemon=True)
     process.start()
     there.close()
-    done, compiled = 0, 0
+    done, compiled = 0, set[str]()
     try:
         while True:
             job.report("kernels", done, USES[name][0])
@@ -286,7 +286,7 @@ def _compile(name: str, job: Job) -> int:
 
 
 def _use(name: str, said: Connection) -> None:
-    """What a process does: after each use it says how many signatures it compiled."""
+    """What a process does: after each use it says which signatures it compiled."""
     from fegear.studies.running import run
 
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # it is ended after Ctrl-C
@@ -295,6 +295,6 @@ def _use(name: str, said: Connection) -> None:
         with CompileCount() as count:
             for study in USES[name][1]():
                 run(study, workers=1)
-                said.send(count.signatures)
+                said.send(count.names)
     except Exception as error:
         said.send(error)

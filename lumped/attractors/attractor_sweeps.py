@@ -6,7 +6,6 @@ Over the parameter they show where periods double, where chaos begins and where 
 from __future__ import annotations
 
 import math
-import threading
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -24,6 +23,7 @@ from lumped.attractors.attractors import (
     refined,
 )
 from lumped.common.checks import checked
+from lumped.common.workers import Stop
 from lumped.steady.response import Response, Status
 from lumped.steady.settings import Settings
 from lumped.steady.steady_state import Stepper, Watch, confirmed, steady_state
@@ -229,7 +229,7 @@ def sweep_attractors(
     *,
     store: AttractorStore | None = None,
     observer: Observer = SILENT,
-    stop: threading.Event | None = None,
+    stop: Stop | None = None,
 ) -> AttractorBranch:
     """Pass through values of a parameter, which rise or fall by the direction.
 

@@ -12,6 +12,7 @@ from dataclasses import fields
 from functools import lru_cache, wraps
 from inspect import signature
 from numbers import Integral, Real
+from operator import is_
 from types import NoneType, UnionType
 from typing import (
     Any,
@@ -30,6 +31,7 @@ import numpy as np
 P = ParamSpec("P")
 R = TypeVar("R")
 FREQUENCIES = 0.0, 1e9  # Hz, both excluded
+LONGEST = 200  # letters of a value in a message
 WORDS = {
     bool: "True or False",
     int: "a whole number",
@@ -69,14 +71,28 @@ def require_choice(name: str, value: object, allowed: Collection[object]) -> Non
 def require_fields(settings: Any, infinite: Collection[str] = ()) -> None:
     """Require that the fields of a dataclass match their types and are finite.
 
-    The contents of arrays and mappings are checked elsewhere.
+    NumPy's numbers, also in tuples, become Python's. The contents of arrays and
+    mappings are checked elsewhere.
 
     infinite : fields whose number may also be infinite
     """
     for name, kind in _kinds(settings.__class__).items():
         value = getattr(settings, name)
+        if value is not (plain := plain_numbers(value)):
+            object.__setattr__(settings, name, plain)
+            value = plain
         if not (name in infinite and is_number(value) and value == math.inf):
             require_kind(name, value, kind)
+
+
+def plain_numbers(value: Any) -> Any:
+    """A number or tuple with Python's numbers in place of NumPy's, else as it is."""
+    if isinstance(value, np.generic):
+        return value.item()
+    if type(value) is tuple:
+        plain = tuple(map(plain_numbers, value))
+        return value if all(map(is_, plain, value)) else plain
+    return value
 
 
 def require_frequency(name: str, value: float) -> None:
@@ -118,8 +134,16 @@ def is_number(value: object) -> bool:
 
 
 def shown(value: object) -> str:
-    """Received value as text for a message: numbers as printed, all else by repr."""
-    return str(value) if isinstance(value, Real) else repr(value)
+    """Received value as text for a message: numbers as printed, all else by repr.
+
+    Of a long one it is the beginning.
+    """
+    return shortened(str(value) if isinstance(value, Real) else repr(value))
+
+
+def shortened(text: str, longest: int = LONGEST) -> str:
+    """A text for a message, of a long one the beginning."""
+    return text if len(text) <= longest else f"{text[: longest - 3]}..."
 
 
 @lru_cache(maxsize=256)

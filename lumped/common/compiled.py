@@ -161,10 +161,18 @@ def _template(of_types: Callable[..., Any], args: Any, kws: Any) -> Any:
 
 
 class CompileCount(event.Listener):
-    """Counts in a `with` block what this process compiles of ours."""
+    """Counts in a `with` block what this process compiles of ours.
+
+    names : of functions with the types of their arguments; processes that run at once
+        may compile the same ones, of which the cache keeps one
+    """
 
     def __init__(self) -> None:
-        self.signatures = 0
+        self.names = set[str]()
+
+    @property
+    def signatures(self) -> int:
+        return len(self.names)
 
     def __enter__(self) -> CompileCount:
         event.register("numba:compile", self)
@@ -177,8 +185,12 @@ class CompileCount(event.Listener):
         """Nothing is done."""
 
     def on_end(self, event: event.Event) -> None:
-        cached = event.data["dispatcher"]._cache
-        self.signatures += isinstance(cached, _SealedCache)
+        dispatcher = event.data["dispatcher"]
+        if isinstance(dispatcher._cache, _SealedCache):
+            function = dispatcher.py_func
+            place = f"{function.__module__}.{function.__qualname__}"
+            line = function.__code__.co_firstlineno
+            self.names.add(f"{place}:{line} {event.data['args']}")
 
 
 class _FirstUse(event.Listener):

@@ -15,6 +15,10 @@ from dataclasses import dataclass
 from typing import Any
 
 DECIMAL_COMMA = re.compile(r"\s*[-+]?\d*,\d+([eE][-+]?\d+)?\s*")
+# thousands, or three decimals
+GROUPS = {
+    mark: re.compile(rf"\s*[-+]?[1-9]\d{{0,2}}\{mark}\d{{3}}\s*") for mark in ",."
+}
 
 
 class TableError(ValueError):
@@ -84,7 +88,7 @@ def parse_csv(text: str, source: str) -> CsvText:
     for place, row in body.items():
         if len(row) != len(names):
             raise TableError(f"{place}: {len(row)} cells where {len(names)} are named")
-    return CsvText(header, names, body)
+    return CsvText(header, names, body if between == "," else _with_points(body))
 
 
 def _between(line: str) -> str:
@@ -97,6 +101,29 @@ def _cells(line: str, between: str, place: str) -> list[str]:
         cells = next(csv.reader([line], delimiter=between))
     except csv.Error as error:
         raise TableError(f"{place}: {error}") from None
-    if between == ",":
-        return cells
-    return [c.replace(",", ".") if DECIMAL_COMMA.fullmatch(c) else c for c in cells]
+    return cells
+
+
+def _with_points(rows: Mapping[str, Sequence[str]]) -> dict[str, list[str]]:
+    """Rows of a spreadsheet with decimal points in place of decimal commas.
+
+    TableError where a mark may as well separate thousands: a comma where no other
+    cell has a decimal comma, a point where one has.
+    """
+    cells = [cell for row in rows.values() for cell in row]
+    commas = {cell for cell in cells if DECIMAL_COMMA.fullmatch(cell)}
+    decimal = any(not GROUPS[","].fullmatch(cell) for cell in commas)
+    unclear = GROUPS["." if decimal else ","]
+    for place, row in rows.items():
+        for cell in filter(unclear.fullmatch, row):
+            mark = "." if decimal else ","
+            number = cell.strip()
+            one, other = number.replace(mark, "."), number.replace(mark, "")
+            raise TableError(
+                f"{place}: {number!r} may be {one} or {other}; write thousands without "
+                "a separator, and decimals with a point"
+            )
+    return {
+        place: [c.replace(",", ".") if c in commas else c for c in row]
+        for place, row in rows.items()
+    }

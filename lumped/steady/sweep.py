@@ -46,6 +46,11 @@ class Branch:
     def frequency_Hz(self) -> Array:
         return np.array([response.frequency for response in self.responses])
 
+    @property
+    def interrupted(self) -> bool:
+        """Whether speeds are left that no divergence keeps from being reached."""
+        return not self.complete and not _diverged(self.responses)
+
     def column(self, name: str) -> Array:
         """Quantity (speeds, m) of all responses, such as dte_rms."""
         return np.array([getattr(response, name) for response in self.responses])
@@ -146,7 +151,8 @@ def settle_in_turn(
         for the last value in the store
     settle : function that settles from one station to the next; None for `confirmed`
     keep : function called with the motion of a value before it counts as finished
-    stop : event that ends the sweep at the next call of watch
+    stop : event that ends the sweep at the next call of watch; without it Stopped,
+        raised by the observer, leaves no responses
     Also returns whether all values were reached.
     """
 
@@ -177,7 +183,9 @@ def settle_in_turn(
             responses.append(response)
             last = stepper
             observer.passed()
-        except Stopped:
+        except Stopped:  # of others it is no end of a branch
+            if stop is None or not stop.is_set():
+                raise
             break
     complete = len(responses) == len(values) and not _diverged(responses)
     return tuple(responses), complete

@@ -45,6 +45,10 @@ class MeshTable:
         for name, values in self.columns.items():
             if values.shape != shape:
                 raise TableError(f"{name} must have shape {shape}, got {values.shape}")
+        torques = self.torque_Nm.tolist()
+        for torque in torques:
+            if torques.count(torque) > 1:
+                raise TableError(f"torque_Nm = {torque:g} is there more than once")
         if not (np.diff(self.position) > 0.0).all():
             fall = int(np.argmin(np.diff(self.position) > 0.0))
             before, after = self.position[fall : fall + 2]

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import json
+import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -59,3 +62,127 @@ def test_numbers_of_numpy_are_numbers():
 def test_paths_are_names(tmp_path):
     source = Path(fegear.__file__).parent / "gearset" / "sets" / "liu-pair.toml"
     assert fegear.load_gear_set(source).name == "liu-pair"
+
+
+QUICK = fegear.LumpedModel(stiffness=fegear.Source(kind="rectangular"))
+ONE = {"speeds": [1000.0], "torque": [100.0], "model": QUICK}
+
+
+@pytest.mark.parametrize("value", WRONG, ids=lambda value: type(value).__name__)
+def test_what_is_no_gear_set_is_refused_by_studies(value):
+    with pytest.raises(fegear.InputError, match=r"^gear_set must be ") as caught:
+        fegear.Sweep(gear_set=value, speeds=[1000.0])
+    assert "\n" not in str(caught.value)
+
+
+WORKERS = "workers must be a whole number or a Cluster or None, got"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"study": None}, "study must be a Study, got None"),
+        ({"study": fegear.Sweep}, "study must be a Study, got <class"),
+        ({"workers": "2"}, WORKERS),
+        ({"workers": 2.5}, WORKERS),
+        ({"workers": True}, WORKERS),
+        ({"workers": 0}, "workers must be 1 to 1000, got 0"),
+        ({"workers": -1}, "workers must be 1 to 1000, got -1"),
+        ({"keeping": "x"}, "keeping must be a Keeping, got 'x'"),
+        ({"keeping": None}, "keeping must be a Keeping, got None"),
+        ({"progress": None}, "progress must be a Callable, got None"),
+    ],
+)
+def test_run_names_what_it_cannot_use(arguments, message):
+    asked = {"study": fegear.Sweep(gear_set="liu-pair", **ONE)} | arguments
+    with pytest.raises(ValueError, match="^" + re.escape(message)):
+        fegear.run(**asked)
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"torque": (np.float64(100.0),), "speeds": (np.float32(1000.0), 1100.0)},
+        {"torque": [np.int64(100)], "speeds": [np.int64(1000)]},
+        {"torque": np.array([100]), "speeds": np.array([1000.0], np.float32)},
+        {"model": replace(QUICK, damping_ratio=np.float32(0.04), number=np.int64(1))},
+    ],
+)
+def test_numbers_of_numpy_become_plain_in_summaries(changes):
+    """Also in the inputs of a checkpoint, which would be others else."""
+    asked = fegear.Sweep(gear_set="liu-pair", **ONE | changes)
+    assert json.loads(json.dumps(fegear.run(asked).summary))["gear_set"] == "liu-pair"
+    assert "np." not in repr(asked.inputs)
+    assert "np." not in " ".join(asked.words)
+
+
+def test_paths_are_taken_where_texts_are(tmp_path):
+    path = tmp_path / "own.toml"
+    assert fegear.Sweep(gear_set=path, **ONE) == fegear.Sweep(gear_set=str(path), **ONE)
+    assert fegear.Noise(machine=path).machine.name == str(path)
+    assert fegear.Clatter(gearbox=path).gearbox == str(path)
+    assert fegear.RunDown(file=path).file == str(path)
+    for names in ((path,), [path]):
+        asked = fegear.Sweep(gear_set="liu-pair", speeds=[1000.0], table=names)
+        assert asked.table == (str(path),)
+    assert fegear.Dynamics(gear_set="liu-pair", history=path).history == str(path)
+    assert fegear.Validation(cases=[path], directory=path).cases == (str(path),)
+
+
+def test_files_that_results_cannot_write(tmp_path):
+    found = fegear.run(fegear.Sweep(gear_set="liu-pair", **ONE))
+    endings = r"a picture's name must end in \.png, \.pdf, \.svg$"
+    for name in ("x.jpg", "x"):
+        with pytest.raises(fegear.InputError, match=rf"{name}: {endings}"):
+            found.draw(tmp_path / name)
+    for write in (found.draw, found.to_csv, found.write):
+        with pytest.raises(fegear.InputError, match=r"^path must be text or a path"):
+            write(None)
+    assert not list(tmp_path.iterdir())
+
+
+def test_torques_of_a_table_are_given_once():
+    gears = fegear.load_gear_set("liu-pair")
+    with pytest.raises(fegear.InputError, match=r"^torques = 5, 5; must differ from"):
+        fegear.solve_mesh(gears, torques=[5.0, 5.0])
+
+
+@pytest.mark.parametrize(
+    ("part", "changes", "message"),
+    [
+        ("set", {"damping_ratio": 5.0}, "damping_ratio = 5; allowed 0 to below 1"),
+        ("set", {"damping_ratio": np.nan}, "damping_ratio must be a finite number or"),
+        ("set", {"gears": None}, "gears must be a tuple, each a Gear, got None"),
+        ("set", {"meshes": ()}, "meshes = (); one or more are needed"),
+        ("gear", {"face_width": -1.0}, "face_width = -1; must be above 0"),
+        ("gear", {"poisson_ratio": 0.5}, "poisson_ratio = 0.5; allowed 0 to below 0.5"),
+        ("gear", {"pitch_errors": (1e-6,)}, "pitch_errors = 1 values; 38 teeth need"),
+        ("mesh", {"backlash": -1e-6}, "backlash = -1e-06; allowed 0 to below 1e+18"),
+        ("mesh", {"torques": (100.0, 0.0)}, "torques = 0; must be above 0"),
+    ],
+)
+def test_a_gear_set_checks_its_own_fields(part, changes, message):
+    gears = fegear.load_gear_set("liu-pair")
+    value = {"set": gears, "gear": gears.gears[0], "mesh": gears.meshes[0]}[part]
+    with pytest.raises(fegear.InputError, match="^" + re.escape(message)):
+        replace(value, **changes)
+
+
+def test_a_mesh_is_of_gears_that_are_there():
+    gears = fegear.load_gear_set("liu-pair")
+    (mesh,) = gears.meshes
+    with pytest.raises(fegear.InputError, match=r"^gear index = 7; allowed 0 to 1, t"):
+        replace(gears, meshes=(replace(mesh, driver=7),))
+
+
+@pytest.mark.parametrize(
+    "key", ["k" * 2_000_000, "a b " * 500_000], ids=["word", "words"]
+)
+def test_a_key_of_megabytes_is_not_echoed_whole(key):
+    for values in (TABLES | {key: 1}, TABLES | {"gear": [{key: 1}]}):
+        with pytest.raises(fegear.InputError) as caught:
+            fegear.make_gear_set(values)
+        assert len(str(caught.value)) < 5000
+    with pytest.raises(fegear.InputError) as caught:
+        fegear.Sweep(gear_set="liu-pair", speeds=key)
+    assert len(str(caught.value)) < 5000

@@ -11,7 +11,7 @@ from conftest import make_gear
 
 from fegear.elasticity import cache
 from fegear.elasticity.material import PlaneMaterial
-from fegear.files.store import load_arrays
+from fegear.files.store import load_arrays, save_arrays
 from meshes import MeshSize
 
 STEEL = PlaneMaterial(206e9, 0.3)
@@ -73,6 +73,46 @@ def test_damaged_files_are_rebuilt(directory, counted, damage):
     np.testing.assert_array_equal(again.normal, good.normal)
     compute()
     assert len(counted) == 2
+
+
+def test_no_flipped_bit_gives_another_result(tmp_path):
+    """In any byte: checksums of NumPy's archives leave most header bits out."""
+    path, key = tmp_path / "flank.npz", "abc"
+    good = {"normal": np.arange(6.0).reshape(1, 2, 3), "grading": np.asarray(0.5)}
+    save_arrays(path, key, good)
+    whole = path.read_bytes()
+    assert same_arrays(load_arrays(path, key), good)
+    assert load_arrays(path, "abd") is None
+    for place in range(len(whole)):
+        damaged = bytearray(whole)
+        damaged[place] ^= 1 << place % 8
+        path.write_bytes(damaged)
+        assert load_arrays(path, key) is None, place
+
+
+def same_arrays(found, good):
+    return found.keys() == good.keys() and all(
+        np.array_equal(found[name], good[name]) for name in good
+    )
+
+
+def test_flipped_bits_of_a_real_file_change_no_compliance(directory, counted):
+    """Bits of the headers, where order and shape of the arrays are, and any others."""
+    good = compute()
+    (path,) = directory.glob("flank-*.npz")
+    whole, chance = path.read_bytes(), np.random.default_rng(43)
+    start = whole.index(b"fortran_order")
+    bits = {*range(8 * start, 8 * (start + 60), 8)}
+    bits |= set(chance.integers(0, 8 * len(whole), 100).tolist())
+    key = cache.cache_key(GEAR, STEEL, SMALL, 2, True)
+    for bit in bits:
+        damaged = bytearray(whole)
+        damaged[bit // 8] ^= 1 << bit % 8
+        path.write_bytes(damaged)
+        assert load_arrays(path, key) is None, bit
+    again = compute()
+    assert len(counted) == 2
+    np.testing.assert_array_equal(again.normal, good.normal)
 
 
 def test_a_valid_file_of_other_inputs_is_not_taken(directory, counted):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import math
+import threading
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from fegear.statics.excitation import Excitations, Source
 from fegear.train.lumped_models import lumped_system
 from lumped import History, Settings, respond
 from lumped.common.csv_text import format_csv
+from lumped.common.workers import Stopped
 from lumped.steady import motion as module
 from lumped.steady.motion import (
     DivergedError,
@@ -23,6 +25,7 @@ from lumped.steady.motion import (
     wave_columns,
 )
 from lumped.steady.pair_motions import contact_conditions
+from lumped.steady.sweep import Observer, sweep
 
 
 def idler_system(torque=100.0):
@@ -198,3 +201,29 @@ def test_a_divergence_names_speed_and_time(system, monkeypatch):
     )
     with pytest.raises(DivergedError, match=r"1234 Hz within 0\.5 s"):
         time_history(system, 1234.0)
+
+
+def test_a_sweep_that_is_stopped_is_short_only_where_it_was_asked_to_stop(system):
+    """Else a caller would take it for one that diverged."""
+    stop, speeds, seen = threading.Event(), [1000.0, 1100.0, 1200.0], []
+
+    def passed() -> None:
+        seen.append(1)
+        if len(seen) == 2:
+            raise Stopped
+
+    for own in (None, stop):
+        seen.clear()
+        with pytest.raises(Stopped):
+            sweep(system, speeds, observer=Observer(passed), stop=own)
+    with pytest.raises(Stopped):  # not IndexError
+        arrive(system, 1000.0, 1200.0, observer=Observer(watch=stopped))
+    stop.set()
+    begun = sweep(system, speeds, stop=stop)
+    assert not begun.responses
+    assert begun.interrupted
+    assert not sweep(system, speeds).interrupted
+
+
+def stopped(frequency: float, period: int) -> None:
+    raise Stopped

@@ -147,3 +147,26 @@ def test_positions_that_fall_are_told_with_the_file():
     message = r"^t.csv: position must increase, 0.25 follows 0.5$"
     with pytest.raises(TableError, match=message):
         parse_table(text, "t.csv")
+
+
+def test_three_digits_after_a_mark_may_be_thousands():
+    """Read as decimals only where another cell shows that commas are decimal."""
+    text = SPREADSHEET.replace("50,5", "50,125")
+    assert parse_table(text).torque_Nm.tolist() == [50.125]
+    for line in ("2,990;0;3e8;2", "2;0;2,990;2"):
+        lines = [*SPREADSHEET.splitlines()[:2], line]
+        with pytest.raises(TableError) as caught:
+            parse_table("\n".join(lines), "t.csv")
+        assert str(caught.value) == (
+            "t.csv, line 3: '2,990' may be 2.990 or 2990; write thousands without a "
+            "separator, and decimals with a point"
+        )
+    text = SPREADSHEET.replace("50,5", "2.990")
+    with pytest.raises(TableError, match=r"'2\.990' may be 2\.990 or 2990; write"):
+        parse_table(text, "t.csv")
+    assert parse_table(text.replace(",", ".")).torque_Nm.tolist() == [2.99]
+
+
+def test_a_torque_is_there_once():
+    with pytest.raises(TableError, match=r"^torque_Nm = 5 is there more than once$"):
+        MeshTable(np.array([5.0, 5.0]), np.zeros(1), {})

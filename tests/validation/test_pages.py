@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from PIL import Image
 
 from validation.pages import filled, save_figure
-from validation.pages.templates import shown
+from validation.pages.templates import address, code, escaped, shown
 
 
 def drawn():
@@ -81,3 +81,28 @@ def test_templates_escape_text_and_refuse_what_is_missing():
 )
 def test_numbers_are_shown_with_three_digits(value, text):
     assert shown(value) == text
+
+
+@pytest.mark.parametrize(
+    ("text", "written"),
+    [
+        ("plain, 3.5 of m-1", "plain, 3.5 of m-1"),
+        ("a | b *c* _d_ `e`", r"a \| b \*c\* \_d\_ \`e\`"),
+        ("[x](http://y) <script>", r"\[x\](http://y) \<script\>"),
+        ("one\n# two", "one # two"),
+        ("# one", r"\# one"),
+        ("1. one", r"1\. one"),
+        ("- one", r"\- one"),
+        ("--", r"\--"),
+    ],
+)
+def test_texts_are_escaped_in_markdown(text, written):
+    assert escaped(text) == written
+    assert escaped(escaped(text)) == written
+
+
+def test_commands_and_addresses_in_markdown():
+    assert escaped(code("fegear show a*b")) == "`fegear show a*b`"
+    assert code("a `b` c") == "`` a `b` c ``"
+    assert escaped(address("figures/a b_(1).png")) == "figures/a%20b_%281%29.png"
+    assert escaped(3.5) == 3.5

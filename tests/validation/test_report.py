@@ -203,6 +203,7 @@ def test_settings_versions_and_commands_are_stated(folder):
     for words in ("liu-pair", "50, 100 N m", "1000:1200:50 Hz", "quasistatic"):
         assert words in text
     assert "again by `fegear validate friction-pair -o " in text
+    assert r"## Pair \<in\> motion \& more" in text
     assert "numpy" in text
     assert "cores" in text
 

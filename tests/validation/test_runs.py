@@ -25,7 +25,7 @@ from fegear.files.store import open_checkpoint
 from fegear.gearset import load_gear_set
 from fegear.statics.excitation import Excitations
 from fegear.train.lumped_models import LumpedModel, lumped_system
-from lumped.common.workers import Cluster
+from lumped.common.workers import Cluster, Stopped
 from lumped.steady.steady_state import Diverged
 from lumped.steady.steppers import FixedStepper
 from lumped.train.excitation import MeshExcitation, PairExcitation
@@ -196,6 +196,34 @@ def test_an_interrupted_run_goes_on_where_it_was(few, tmp_path):
         require_same_files(here, there)
     assert result.verdicts == whole.verdicts
     assert not list(tmp_path.rglob("checkpoint"))
+
+
+@pytest.mark.parametrize("part", [0.2, 0.5, 0.7, 0.9])
+def test_a_run_that_is_stopped_is_not_finished(few, tmp_path, part):
+    """As by Ctrl-C in a study: the progress raises Stopped from then on."""
+    calls, stopped_at = [], math.inf
+
+    def report(*words):
+        calls.append(words)
+        if len(calls) >= stopped_at:
+            raise Stopped
+
+    runs.run_case(FEW, tmp_path / "whole", report)
+    stopped_at, store = max(2, round(part * len(calls))), tmp_path / "stopped"
+    calls.clear()
+    with pytest.raises(Stopped):
+        runs.run_case(FEW, store, report)
+    whole = few[1]
+    finished = {path.parent.name for path in store.rglob("result.json")}
+    for run in whole.runs:
+        if run.directory.name in finished:
+            require_same_files(
+                SimpleNamespace(directory=store / run.directory.name), run
+            )
+    result = runs.run_case(FEW, store)
+    for here, there in zip(result.runs, whole.runs, strict=True):
+        require_same_files(here, there)
+    assert result.verdicts == whole.verdicts
 
 
 @pytest.mark.slow

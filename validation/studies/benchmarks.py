@@ -157,7 +157,7 @@ class StiffnessBenchmark(
 
     output = f"{FOLDER} [default: bench-stiffness]"
 
-    name: str = argument("SET", SET, PAIR)
+    name: str = argument("SET", SET, PAIR, reads=True)
     torque: float = setting(TORQUE, "Torque on the driving gear of mesh 1 [N\u00a0m].")
 
     def measured(self, report: Progress) -> Benchmark:
@@ -177,7 +177,7 @@ class DynamicsBenchmark(
 
     output = f"{FOLDER} [default: bench-dynamics]"
 
-    name: str = argument("SET", SET, PAIR)
+    name: str = argument("SET", SET, PAIR, reads=True)
     torque: float | None = torque_setting()
 
     def measured(self, report: Progress) -> Benchmark:
@@ -202,7 +202,7 @@ class LumpedBenchmark(
 
     output = f"{FOLDER} [default: bench-lumped, none with --stress]"
 
-    name: str = argument("SET", SET, TRAIN)
+    name: str = argument("SET", SET, TRAIN, reads=True)
     stress: bool = setting(
         False, "Try to break the models instead, on one train of its own."
     )
@@ -280,7 +280,7 @@ class BranchesBenchmark(
 
     output = f"{FOLDER} [default: bench-branches]"
 
-    name: str = argument("SET", SET, TRAIN)
+    name: str = argument("SET", SET, TRAIN, reads=True)
     torque: float | None = torque_setting()
     damping: float | None = damping_setting()
 
@@ -299,7 +299,7 @@ class StabilityBenchmark(
 
     output = f"{FOLDER} [default: bench-stability]"
 
-    name: str = argument("SET", SET, RUBBING)
+    name: str = argument("SET", SET, RUBBING, reads=True)
     torque: float | None = torque_setting()
 
     def measured(self, report: Progress) -> Benchmark:

@@ -96,6 +96,7 @@ class Validation(
         "Names of built-in cases, or paths of case files (TOML); random-sets for the "
         "coupled model on 30 random gear sets.",
         (),
+        reads=True,
     )
     every: bool = setting(
         False, "Run all built-in cases and the random gear sets.", option="--all"

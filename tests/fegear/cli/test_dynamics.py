@@ -16,6 +16,7 @@ from importlib import resources
 import pytest
 from typer.testing import CliRunner
 
+import fegear
 from fegear.cli import app
 from lumped.steady.sweep_table import read_sweep
 
@@ -213,3 +214,29 @@ def test_torques_that_differ_little_are_branches_of_their_own(tmp_path):
     words = ["--torque", "100.00001", "--speeds", "2500", "-o", str(path)]
     assert run(*PAIR, *words).exit_code == 0
     assert {row.torque_Nm for row in read_sweep(str(path)).rows} == {100.0, 100.00001}
+
+
+def test_a_second_curve_that_is_interrupted_is_not_complete():
+    """Those of --model-1, which are computed last."""
+    calls = []
+
+    def progress(what: str, done: int, total: int) -> None:
+        calls.append(what)
+        if calls.count("sweep") == 3:
+            raise KeyboardInterrupt
+
+    asked = fegear.Dynamics(
+        gear_set="liu-pair",
+        torque=[100.0],
+        speeds=[1000.0, 1050.0],
+        direction="up",
+        elements=fegear.FiniteElements(fidelity="quasistatic"),
+        model_1=True,
+    )
+    found = fegear.run(asked, progress=progress, workers=1)
+    ((_, branch),), ((_, second),) = found.found, found.beside
+    assert branch.complete
+    assert not second.responses
+    assert second.interrupted
+    assert not found.complete
+    assert not found.failure

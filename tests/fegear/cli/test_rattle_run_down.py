@@ -68,3 +68,14 @@ def test_a_file_that_cannot_be_used_is_one_line(tmp_path, capsys, name, speed, m
     assert "test.csv" in error
     assert message in error
     assert error.count("\n") == 1
+
+
+def test_a_speed_with_a_separator_of_thousands_is_refused(tmp_path, capsys):
+    path = tmp_path / "r.csv"
+    speeds = ["2,990", "2,880", "2,775", "2,674", "2,577", "2,483"]
+    rows = [f"{10 * i};{speed}" for i, speed in enumerate(speeds)]
+    path.write_text("\n".join(["time_s;speed_rpm", *rows, ""]))
+    assert run(["rattle", "run-down", str(path)]) == 2
+    assert "'2,990' may be 2.990 or 2990; write" in capsys.readouterr().err
+    path.write_text(path.read_text().replace(",", ""))
+    assert told(str(path))["speed_at_start_rpm"] == pytest.approx(2990.0, rel=0.01)

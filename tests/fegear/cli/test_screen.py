@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import json
+import subprocess
+import sys
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -190,3 +193,16 @@ def test_legends_are_not_cut(letters, count):
     box = figure.legends[0].get_window_extent(canvas.get_renderer())
     assert box.x0 >= 0.0
     assert box.x1 <= canvas.get_width_height()[0]
+
+
+@pytest.mark.parametrize("words", [["sets"], ["sets", "--json"], ["--help"]])
+def test_a_closed_output_is_no_error(words, tmp_path):
+    """As by `>&-` of a shell; a file that is written takes no printed lines."""
+    command = [sys.executable, "-c", "from fegear.cli import main; main()", *words]
+    more = ["-o", "s.csv"] if words == ["sets"] else []
+    script = 'exec "$@" >&-'
+    run = partial(subprocess.run, cwd=tmp_path, capture_output=True, timeout=120)
+    done = run(["sh", "-c", script, "sh", *command, *more])
+    assert (done.returncode, done.stderr) == (0, b"")
+    if more:
+        assert (tmp_path / "s.csv").read_text().splitlines()[0].startswith("name,")

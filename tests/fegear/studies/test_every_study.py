@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 import json
+import os
 import sys
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
@@ -27,6 +28,7 @@ from fegear.files.output import strict_json
 from fegear.files.store import NOTHING, Keeping
 from fegear.studies import STUDIES, load_study
 from fegear.studies.page import Grid, Page, cell
+from fegear.studies.running import Job as RunningJob
 from fegear.studies.running import run as run_study
 from fegear.studies.study import (
     Job,
@@ -212,6 +214,56 @@ def test_parts_that_are_finished_are_not_computed_again(tmp_path):
     expected = [1, 2, 3, 4, 5, 0]
     assert expected[finished:] == CALLS
     assert later.squares == run_study(asked).squares == [1, 4, 9, 16, 25, 0]
+
+
+@pytest.mark.parametrize("error", [OSError(28, "No space left"), KeyboardInterrupt()])
+@pytest.mark.parametrize("fails", ["s.csv", "s.png"])
+def test_a_file_that_fails_leaves_what_was_computed(
+    toy, tmp_path, monkeypatch, fails, error
+):
+    """A full disk, or Ctrl-C in that second: the table is there, and --resume works."""
+    table, plot = tmp_path / "s.csv", tmp_path / "s.png"
+    kept, known, computed = tmp_path / "s.csv.partial", os.replace, list[int]()
+
+    def replaced(source: Any, target: Any) -> None:
+        if Path(target).name == fails:
+            raise error
+        known(source, target)
+
+    words = ["--count", 3, "-o", table, "--plot", plot]
+    with monkeypatch.context() as patched:
+        patched.setattr(os, "replace", replaced)
+        done = toy(*words)
+    assert done.exit_code != 0
+    assert f"{kept} is stored; --resume continues from it" in done.stderr
+    assert table.exists() == (fails == "s.png")
+    assert not plot.exists()
+    assert kept.exists()
+    monkeypatch.setattr(RunningJob, "keep", lambda *given: computed.append(1))
+    resumed = toy(*words, "--resume")
+    assert resumed.exit_code == 0, resumed.output
+    assert not computed
+    assert table.read_text() == fegear.run(Squares(count=3)).table.csv()
+    assert plot.exists()
+    assert not kept.exists()
+
+
+def test_what_a_caller_delivers_is_safe(tmp_path):
+    """`run` of Python without files removes the checkpoint, as nothing is to come."""
+    kept, seen = tmp_path / "s.partial", list[bool]()
+    keeping = Keeping(checkpoint=kept, resume=True)
+    run_study(Squares(), keeping)
+    assert not kept.exists()
+
+    def fail(found: Any) -> None:
+        raise ZeroDivisionError
+
+    with pytest.raises(ZeroDivisionError):
+        run_study(Squares(), keeping, deliver=fail)
+    assert kept.exists()
+    run_study(Squares(), keeping, deliver=lambda found: seen.append(kept.exists()))
+    assert seen == [True]
+    assert not kept.exists()
 
 
 MODEL = fegear.LumpedModel(

@@ -114,6 +114,12 @@ def test_after_it_the_first_uses_compile_nothing(tmp_path):
     assert used.stdout.splitlines()[-1] == "0"
 
 
+def test_what_two_processes_compile_at_once_counts_once():
+    """The cache keeps one of them."""
+    found = warmup.Warmup().gather({"a": {"f (int64,)", "g ()"}, "b": {"g ()"}})
+    assert found.compiled == 2
+
+
 def test_uses_are_as_many_as_their_list_says():
     for count, uses in USES.values():
         assert len(list(uses())) == count

@@ -198,8 +198,7 @@ def speeds_in_Hz(text: str, unit: float) -> str:
 def require_finished(swept: Sequence[Branch]) -> None:
     """Sweeps end early where they were interrupted, or where the motion diverges."""
     for branch in swept:
-        last = branch.responses[-1].status if branch.responses else None
-        if not branch.complete and last != Status.DIVERGED:
+        if branch.interrupted:
             raise KeyboardInterrupt
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Annotated, ClassVar, Literal
@@ -58,7 +57,6 @@ def attractors(part: AttractorsPart, scene: Scene, report: Progress) -> PartResu
         *(speeds, OverSpeed(scene.system).at, part.direction),
         *(Settings(multiples=32), SectionSettings(sections=part.sections)),
         observer=reporting(report, len(speeds)),
-        stop=threading.Event(),
     )
     pairs = list(zip(branch.values, branch.attractors, strict=True))
     found = {

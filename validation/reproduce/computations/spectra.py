@@ -11,7 +11,7 @@ from pydantic import Field
 
 from fegear.dynamics.stepper import DynamicSettings
 from lumped.common.progress import Progress
-from lumped.steady.motion import spectrum
+from lumped.steady.motion import DivergedError, spectrum
 from lumped.steady.settings import Settings
 from lumped.steady.steady_state import Speed, Stepper
 from lumped.steady.steppers import stepper_of
@@ -63,7 +63,7 @@ def spectra(part: SpectraPart, scene: Scene, report: Progress) -> PartResult:
 
     responses, complete = settle_in_turn(values, station, settings)
     if not complete:
-        raise KeyboardInterrupt
+        raise DivergedError(responses[-1].frequency, responses[-1].settling_time)
     curves: list[Curve] = []
     found: dict[str, tuple[float, ...]] = {}
     for number, (value, response) in enumerate(
