@@ -251,18 +251,7 @@ def solve_mesh(
     settings = settings or StaticsSettings()
     report = progress or (silent)
     require_mesh(gear_set, mesh)
-<<<<<<< HEAD
     torque = _loads(torques_on_driver, torques, gear_set.meshes[mesh].torques)
-=======
-    for each in torques:
-        require_between("torques", each, 0, 1e9, below=True)
-    if len(set(torques)) < len(torques):
-        given = ", ".join(f"{each:.12g}" for each in torques)
-        raise InputError(f"torques = {given}; must differ from each other")
-    torque = np.array(torques if len(torques) else gear_set.meshes[mesh].torques, float)
-    if torque.size == 0:
-        raise InputError("torques must be given: the gear set has no load")
->>>>>>> helper-a
     pitches = error_periods(gear_set)[mesh]
     _require_rows(gear_set, mesh, pitches, settings.positions * torque.size)
     with recorded_stages() as seconds:
@@ -301,6 +290,9 @@ def _loads(
         name, torques = "torques", under_former_name
     for torque in torques:
         require_between(name, torque, 0, 1e9, below=True)
+    if len(set(torques)) < len(torques):
+        listed = ", ".join(f"{torque:.12g}" for torque in torques)
+        raise InputError(f"{name} = {listed}; must differ from each other")
     loads = np.array(torques if len(torques) else cases, float)
     if loads.size == 0:
         raise InputError(f"{name} must be given: the gear set has no load")
