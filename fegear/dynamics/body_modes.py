@@ -14,7 +14,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from fegear.dynamics.build import elastic_damping
+from fegear.dynamics.build import BAND, STRAINED, elastic_damping
 from fegear.dynamics.elastic import ElasticGear
 from fegear.dynamics.kernels.arrays import ContactJacobian, ModalMatrices
 from fegear.dynamics.mesh_laws import pitch_point
@@ -22,7 +22,7 @@ from fegear.dynamics.model import modal_matrices
 from fegear.dynamics.rows import contact_rows
 from fegear.dynamics.sides import DRIVE, ContactSide
 from fegear.elasticity.modes import GearModes, lowest_modes, static_inertia
-from fegear.gearset.model import GearSet
+from fegear.gearset.model import Gear, GearSet
 from fegear.statics.solving import StaticsSettings
 from lumped.train.coupled import BodyModes, CoupledContacts, LoadedState
 from lumped.train.elastic_inertia import harmonic_amplitudes
@@ -31,22 +31,41 @@ from lumped.train.system import LumpedSystem
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
-DIAMETERS = 6  # families with fewer nodal diameters are looked at,
+DIAMETERS = 6, 12  # families with fewer nodal diameters are solved, at least and most
 EACH = 3  # the lowest modes of each
+ABOVE = 4.0  # times the highest resonance: families that begin there are not solved
 DAMPING = 0.01  # ratio where a gear's first elastic modes are, less above
 inertia_once = lru_cache(maxsize=32)(static_inertia)
 modes_once = lru_cache(maxsize=16)(lowest_modes)  # equal gears, and all torques
 
 
-def gears_modes(gear_set: GearSet, settings: StaticsSettings) -> list[GearModes]:
-    """The lowest modes of every gear, by families of nodal diameters."""
+def gears_modes(
+    gear_set: GearSet, settings: StaticsSettings, reference: LumpedSystem
+) -> list[GearModes]:
+    """The lowest modes of every gear, by families of nodal diameters.
+
+    reference : the lumped system (Model-1), whose resonances harmonics excite
+    """
+    highest = ABOVE * float(_resonances(reference).max(initial=0.0))
     return [
         modes_once(
             *(settings.sector(gear), gear.density),
-            *(range(min(DIAMETERS, (gear.geometry.teeth + 1) // 2)), EACH),
+            *(range(min(DIAMETERS[0], _half(gear))), EACH),
+            *(min(DIAMETERS[1], _half(gear)), highest),
         )
         for gear in gear_set.gears
     ]
+
+
+def _half(gear: Gear) -> int:
+    """Nodal diameters below half the number of teeth, of which modes are pairs."""
+    return (gear.geometry.teeth + 1) // 2
+
+
+def _resonances(system: LumpedSystem) -> Array:
+    """Natural frequencies [Hz] of modes that strain the meshes, without body modes."""
+    strained = system.modes.mesh_energy.sum(axis=0) >= STRAINED
+    return np.asarray(system.modes.frequency_Hz[strained])
 
 
 def static_inertias(
@@ -150,22 +169,42 @@ def with_body_modes(
     reference: LumpedSystem,
     modes: BodyModes,
     static: Array,
-    band: tuple[float, float],
     kept: NDArray[np.bool_] | None = None,
 ) -> CoupledContacts:
-    """Contacts with those body modes as coordinates that matter in a band of speeds
-    [Hz].
+    """Contacts with those body modes as coordinates that matter at the speeds of the
+    train's own resonances.
+
+    So the motion at one speed does not depend on which others are asked for.
 
     kept : those modes, where they are known
-
     reference : Model-1 of the same train; modes : all that were solved
     static : (m,) inertia of the meshes' static displacement, see `static_inertias`
     """
     still = replace(reference, contacts=replace(contacts, modes=None))
     assert still.loaded is not None
     inertia = _inertia(gear_set, contacts, reference, modes, static, still.loaded)
-    kept = inertia.choose(band) if kept is None else kept
-    return replace(contacts, modes=modes.only(kept), inertia=inertia, kept=kept)
+    if kept is None or kept.size != modes.count:
+        every = replace(reference, contacts=replace(contacts, modes=modes))
+        kept = inertia.choose(own_band(every))
+    return replace(
+        contacts, modes=modes.only(kept), solved=modes, inertia=inertia, kept=kept
+    )
+
+
+def own_band(system: LumpedSystem) -> tuple[float, float]:
+    """Mesh frequencies of the first mesh [Hz] around a train's resonances.
+
+    From a tenth of the lowest natural frequency of the coupled model with its body
+    modes that strains the meshes to 1.3 times the highest that strains them much.
+    """
+    loaded = system.loaded
+    if loaded is None:
+        raise ValueError("the system must have contacts of the coupled model")
+    strained = loaded.frequency_Hz[loaded.mesh_energy.sum(axis=0) >= STRAINED]
+    rates = [float(rate) for rate in system.train.mesh_rates]
+    low = BAND[0] * float(strained.min()) / max(rates)
+    high = BAND[1] * system.strained_angular / (2.0 * np.pi) / min(rates)
+    return low, max(high, low)
 
 
 def _inertia(

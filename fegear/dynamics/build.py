@@ -28,6 +28,7 @@ from lumped.common.checks import require_between, require_fields
 from lumped.train.elastic_inertia import (
     Choice,
     ElasticModes,
+    ExcitedMesh,
     choose,
     harmonic_amplitudes,
 )
@@ -42,6 +43,10 @@ Array = NDArray[np.float64]
 Fidelity = Literal["full", "reduced", "quasistatic", "auto"]
 HARMONICS = 7.0  # of the highest mesh frequency, whose modes are looked at
 modes_once = lru_cache(maxsize=16)(gear_modes)  # equal gears, and all torques
+BAND = 0.1, 1.3  # of speeds, over the lowest and the highest resonance of a train
+STRAINED = 0.05  # least part of a resonance's strain energy in the meshes
+GRID, ORDERS = 25, 12  # speeds of the band, and orders that meet elastic modes
+SHARE = 1e-4  # least part of a mode in the compliance of a mesh
 SHEAR_WAVES = 3.0  # along the tip circle: modes below that frequency are looked at
 
 
@@ -108,7 +113,8 @@ def prepare(
     laws = all_mesh_laws(gear_set, tables, statics)
     far = cross_mesh_compliance(gear_set, laws, statics)
     if elements.fidelity == "full":
-        wholes = _whole_gears(gear_set, statics, elements.mesh, max(speeds))
+        highest = highest_speed(reference, speeds)
+        wholes = _whole_gears(gear_set, statics, elements.mesh, highest)
         require_memory(gear_set, full_bytes(gear_set, laws, wholes))
         ratio = elements.elastic_damping
         return _prepare_full(
@@ -121,7 +127,8 @@ def prepare(
         return _prepared(
             rigid, settings, "quasistatic", "quasistatic: as asked for", []
         )
-    modes = modes_of(gear_set, speeds, statics, elements.cutoff_Hz)
+    highest = highest_speed(reference, speeds)
+    modes = modes_of(gear_set, highest, statics, elements.cutoff_Hz)
     if not any(each.frequencies_Hz.size for each in modes):
         if elements.cutoff_Hz is not None:
             raise InputError(
@@ -202,15 +209,14 @@ def _asked_for(choice: Choice, modes: Sequence[GearModes]) -> str:
 
 def modes_of(
     gear_set: GearSet,
-    speeds: Sequence[float],
+    highest: float,
     settings: StaticsSettings,
     cutoff_Hz: float | None = None,
 ) -> list[GearModes]:
-    """Elastic modes of every gear.
+    """Elastic modes of every gear that may matter.
 
-    speeds : mesh frequencies of the first mesh [Hz]
+    highest : mesh frequency of the first mesh [Hz]
     """
-    highest = max(speeds)
     return [
         modes_once(
             settings.sector(gear),
@@ -271,7 +277,9 @@ def _choice(
 ) -> Choice:
     """Whether elastic inertia matters, judged at each mesh's pitch point.
 
-    By the excitation of equal teeth: pitch errors add what is slower.
+    By the excitation of equal teeth: pitch errors add what is slower. It is judged at
+    the speeds of the train's own resonances as well, so that the choice, and with it
+    the motion at a speed, hardly depends on which other speeds are asked for.
     """
     jacobian = model.jacobian
     count, columns, normal = jacobian.widths, jacobian.columns, jacobian.normal
@@ -289,4 +297,51 @@ def _choice(
         modes = ElasticModes(frequencies, share, elements.elastic_damping)
         amplitudes = harmonic_amplitudes(table["ste_m"][0])
         meshes.append((modes, amplitudes, float(model.kinematics.rate[m])))
-    return choose(meshes, speeds, elements.tolerance)
+    judged = [*speeds, *_speeds_of_resonances(model.reference, meshes)]
+    return choose(meshes, judged, elements.tolerance)
+
+
+def own_band(reference: LumpedSystem) -> tuple[float, float] | None:
+    """Mesh frequencies of the first mesh [Hz] around a train's resonances.
+
+    From a tenth of the lowest to 1.3 times the highest natural frequency that strains
+    the meshes, without body modes; None where none does.
+    """
+    strained = reference.modes.mesh_energy.sum(axis=0) >= STRAINED
+    resonances = reference.modes.frequency_Hz[strained]
+    if not resonances.size:
+        return None
+    rates = [float(rate) for rate in reference.train.mesh_rates]
+    low = BAND[0] * float(resonances.min()) / max(rates)
+    return low, BAND[1] * float(resonances.max()) / min(rates)
+
+
+def highest_speed(reference: LumpedSystem, speeds: Sequence[float]) -> float:
+    """Mesh frequency of the first mesh [Hz] up to which elastic modes are kept.
+
+    That of the train's own resonances at least: harmonics of low speeds excite these,
+    and the motion at a speed must not depend on which others are asked for.
+    """
+    band = own_band(reference)
+    return max(speeds) if band is None else max(*speeds, band[1])
+
+
+def _speeds_of_resonances(
+    reference: LumpedSystem, meshes: Sequence[ExcitedMesh]
+) -> list[float]:
+    """Mesh frequencies of the first mesh [Hz] around a train's resonances.
+
+    Those at which harmonics meet an elastic mode are among them.
+    """
+    band = own_band(reference)
+    if band is None:
+        return []
+    low, high = band
+    orders = np.arange(1.0, ORDERS + 1.0)
+    met = [
+        np.divide.outer(modes.frequencies_Hz[modes.compliance > SHARE], rate * orders)
+        for modes, _, rate in meshes
+    ]
+    speeds = np.concatenate([each.ravel() for each in met])
+    inside = np.unique(speeds[(speeds > low) & (speeds < high)])
+    return [*np.geomspace(low, high, GRID).tolist(), *inside.tolist()]

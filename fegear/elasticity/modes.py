@@ -124,15 +124,28 @@ def gear_modes(sector: CyclicSector, density: float, cutoff_Hz: float) -> GearMo
 
 
 def lowest_modes(
-    sector: CyclicSector, density: float, nodal_diameters: Sequence[int], count: int
+    sector: CyclicSector,
+    density: float,
+    nodal_diameters: Sequence[int],
+    count: int,
+    most: int = 0,
+    below_Hz: float = 0.0,
 ) -> GearModes:
     """The `count` lowest modes, or pairs of modes, with each number of nodal diameters.
 
     nodal_diameters : below half the number of teeth; density in kg/m3
+    most, below_Hz : further numbers follow, each below `most`, as long as the lowest
+        mode of the last one is below a frequency
     """
-    mass = sector.mass(density)
+    mass, modes = sector.mass(density), list[CyclicModes]()
+    lowest = 2.0 * math.pi * below_Hz
     with stage("modes"):
-        modes = [_solve_modes(sector, mass, n, count) for n in nodal_diameters]
+        for n in nodal_diameters:
+            modes.append(_solve_modes(sector, mass, n, count))
+        for n in range(max(nodal_diameters) + 1, most):
+            if modes[-1].omega.min() >= lowest:
+                break
+            modes.append(_solve_modes(sector, mass, n, count))
     return _collect_modes(sector, math.inf, mass, modes)
 
 

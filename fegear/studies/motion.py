@@ -22,6 +22,7 @@ from fegear.studies.trains import (
     FREQUENCY,
     MOVING,
     OfTrain,
+    bodies_described,
     described,
     friction_described,
     lumped_integration,
@@ -32,8 +33,6 @@ from fegear.studies.trains import (
 )
 from fegear.train.lumped_models import (
     LumpedModel,
-    body_entries,
-    doubts_of_bodies,
     file_header,
     integration_in_words,
     lumped_system,
@@ -41,6 +40,9 @@ from fegear.train.lumped_models import (
     static_entries,
     static_line,
     static_warnings,
+    truncation_entries,
+    truncation_error,
+    truncation_warnings,
 )
 from lumped.common.csv_text import exact
 from lumped.figures.sweeps import draw_time_history
@@ -57,6 +59,7 @@ from lumped.steady.pair_motions import CONDITIONS
 from lumped.steady.response import FIGURES
 from lumped.steady.settings import Settings
 from lumped.steady.sweep import reporting
+from lumped.steady.truncation import TruncationCheck, check_truncation
 from lumped.train.system import LumpedSystem
 
 LINES = 5  # largest ones of a spectrum, in the summary
@@ -112,11 +115,15 @@ class Motion(
         require_method(model, integration)
         start = self.speed if self.from_speed is None else self.from_speed
         job.report("stiffness", 0, 1)
-        system = lumped_system(self.gears, torque, model, speeds=[start, self.speed])
+        system = lumped_system(self.gears, torque, model)
         observer = reporting(job.report, len(speeds_between(start, self.speed)))
         state = arrive(system, start, self.speed, integration, observer)
         given = system, self.speed, integration, state
-        return MotionResult(self, torque, time_history(*given, watch=observer.watch))
+        motion = time_history(*given, watch=observer.watch)
+        checks = check_truncation(
+            system, [motion.response], integration, observer.watch
+        )
+        return MotionResult(self, torque, motion, checks)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -124,11 +131,13 @@ class MotionResult(StudyResult):
     """A motion over time.
 
     torque : on the input gear [N m]
+    checks : of body modes that are left out
     """
 
     study: Motion
     torque: float
     motion: TimeHistory
+    checks: tuple[TruncationCheck, ...] = ()
 
     @cached_property
     def summary(self) -> dict[str, Any]:
@@ -138,6 +147,8 @@ class MotionResult(StudyResult):
             "model_reason": study.reason or None,
             **friction_described(study.known),
             **static_entries(self._systems, len(motion.pairs)),
+            **bodies_described(truncation_entries(motion.system, self.checks)),
+            "body_modes_error": truncation_error(self.checks),
             "torque_Nm": self.torque,
             "speed_Hz": float(response.frequency),
             "status": str(response.status),
@@ -147,7 +158,7 @@ class MotionResult(StudyResult):
             "meshes": [_mesh_summary(motion, m) for m in range(len(motion.pairs))],
             "warnings": [
                 *static_warnings(self._systems),
-                *doubts_of_bodies(motion.system, [response.frequency]),
+                *truncation_warnings(self.checks),
                 *doubts_of_meshes(
                     study.gears.meshes,
                     f" at {self.torque:g} N m",
@@ -165,12 +176,11 @@ class MotionResult(StudyResult):
     def table(self) -> Table:
         """A row for every time."""
         study, system = self.study, self.motion.system
-        start = study.speed if study.from_speed is None else study.from_speed
         words = integration_in_words(study.integration, system.contacts is not None)
         ratio = system.train.damping_ratio
         header = {
             **file_header(study.gears, study.known, ratio, words),
-            **body_entries(system, [start, study.speed]),
+            **truncation_entries(system, self.checks),
             "model": study.known.name,
             "torque_Nm": exact(self.torque),
             "speed_Hz": exact(study.speed),
@@ -208,6 +218,11 @@ class MotionResult(StudyResult):
         )
         if line := static_line(values):
             yield line
+        if values["body_modes"] is not None:
+            yield (
+                f"body modes of the gears {values['body_modes']}; those left out: "
+                f"{values['body_modes_left_out']}"
+            )
         columns = {f"mesh {mesh['mesh']}": _cells(mesh) for mesh in values["meshes"]}
         labels = [
             *ROWS,

@@ -16,10 +16,10 @@ from fegear.studies.page import Columns, Grid, Page, cell, counted
 from fegear.studies.study import Draw, StudyResult
 from fegear.studies.table import Table
 from fegear.train.lumped_models import (
-    doubts_of_bodies,
     natural_frequencies,
     static_line,
     static_warnings,
+    truncation_warnings,
 )
 from lumped.figures.sweeps import ResponseCurve, draw_sweep
 from lumped.steady.jumps import find_jumps, find_peaks, largest_responses, opposites
@@ -169,7 +169,7 @@ class ResponsesResult(StudyResult):
         )
         if values.get("body_modes") is not None:
             yield (
-                f"body modes of the gears {values['body_modes']}; those left out "
+                f"body modes of the gears {values['body_modes']}; those left out: "
                 f"{values['body_modes_left_out']}"
             )
         if values.get("static") and (line := static_line(values)):
@@ -217,8 +217,8 @@ def doubts_of_sweep(
     """
     systems = {branch.system: torque for torque, branch in found}
     yield from static_warnings({torque: each for each, torque in systems.items()})
-    for system in systems:
-        yield from doubts_of_bodies(system, speeds)
+    for _, branch in found:
+        yield from truncation_warnings(branch.checks)
     for torque in dict.fromkeys(torque for torque, _ in found):
         responses = [
             response

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from contextlib import suppress
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from typing import Literal
 
@@ -27,14 +28,16 @@ from fegear.studies.trains import (
 )
 from fegear.train.lumped_models import (
     LumpedModel,
-    body_entries,
     file_header,
     integration_in_words,
     lumped_system,
     require_method,
     static_entries,
+    truncation_entries,
+    truncation_error,
     usual_speeds,
 )
+from lumped.common.workers import Stopped
 from lumped.figures.waterfall import (
     COLUMNS,
     LEGEND,
@@ -45,6 +48,7 @@ from lumped.figures.waterfall import (
 )
 from lumped.steady.settings import Settings
 from lumped.steady.sweep import BOTH, Branch, Direction, reporting, sweep
+from lumped.steady.truncation import check_truncation
 from lumped.train.system import LumpedSystem
 
 MORE = {
@@ -113,7 +117,7 @@ class Sweep(
     def systems(self) -> dict[float, LumpedSystem]:
         """The train at each torque on the input gear [N m]."""
         require_method(self.known, self.integration)
-        given = self.known, self.known.excitations, self._asked
+        given = self.known, self.known.excitations
         return {
             torque: lumped_system(self.gears, torque, *given)
             for torque in chosen_torques(self.gears, self.torque)
@@ -141,19 +145,27 @@ class Sweep(
     def _swept(self, system: LumpedSystem, direction: Direction, job: Job) -> Branch:
         observer = reporting(job.report, len(self.frequencies))
         given = self.frequencies, direction, self.integration
-        return sweep(system, *given, observer=observer, stop=job.stop)
+        branch = sweep(system, *given, observer=observer, stop=job.stop)
+        if direction != self.directions[0]:
+            return branch
+        with suppress(Stopped):  # the speeds are finished without it
+            given = branch.responses, self.integration, observer.watch
+            return replace(branch, checks=check_truncation(system, *given))
+        return branch
 
     def gather(self, found: Mapping[str, Branch | None]) -> SweepResult:
         system, model = next(iter(self.systems.values())), self.known
         ratio = system.train.damping_ratio
         words = integration_in_words(self.integration, model.number == "coupled")
-        entries = body_entries(system, self.frequencies)
+        checks = [c for branch in found.values() if branch for c in branch.checks]
+        entries = truncation_entries(system, checks)
         return SweepResult(
             study=self,
             facts=described(self, ratio)
             | {"model_reason": self.reason or None}
             | friction_described(model)
             | bodies_described(entries)
+            | {"body_modes_error": truncation_error(checks)}
             | static_entries(self.systems, len(self.gears.meshes)),
             header=file_header(self.gears, model, ratio, words)
             | entries

@@ -46,7 +46,7 @@ class Varied(OfTrain):
 
     @property
     def at_speeds(self) -> tuple[float, ...]:
-        """Mesh frequencies of the first mesh for which body modes are chosen [Hz]."""
+        """Mesh frequencies of the first mesh [Hz], where they are given."""
         return ()
 
     @property
@@ -105,8 +105,7 @@ class Varied(OfTrain):
         return self.known.excitations
 
     def _first(self, model: LumpedModel) -> LumpedSystem:
-        given = model, self.excitations, self.at_speeds
-        return lumped_system(self.gears, self.load, *given)
+        return lumped_system(self.gears, self.load, model, self.excitations)
 
     @cached_property
     def _alike(self) -> LumpedSystem | None:
@@ -130,7 +129,7 @@ class Varied(OfTrain):
         changed = {SHORT.get(name, name): value for name, value in values.items()}
         gears = self._changed(tuple(changed.items()))
         given = gears, torque, model, self.excitations
-        return lumped_system(*given, self.at_speeds, self._alike)
+        return lumped_system(*given, self._alike)
 
     @cached_property
     def _changed(self) -> Any:

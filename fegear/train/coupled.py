@@ -41,7 +41,6 @@ def coupled_contacts(
     reference: LumpedSystem,
     excitations: Excitations | GivenTables,
     without: tuple[str, ...] = (),
-    band: tuple[float, float] | None = None,
     kept: NDArray[np.bool_] | None = None,
 ) -> CoupledContacts:
     """Contacts of all meshes, in the modal coordinates of a lumped system.
@@ -50,8 +49,6 @@ def coupled_contacts(
     excitations : finite elements, or tables that give the contacts; what bodies do
         while they accelerate, and from mesh to mesh, comes from finite elements anyway
     without : which of `lumped.train.coupled.INGREDIENTS` are left out
-    band : of mesh frequencies of the first mesh [Hz] for which body modes are chosen;
-        none are without it
     kept : the body modes to choose, where they are known
     """
     if "body" not in without:
@@ -64,13 +61,12 @@ def coupled_contacts(
         tables = equal_tables(gear_set, torque, excitations)
         laws = all_mesh_laws(gear_set, tables, settings)
     found = contacts_of(gear_set, reference, laws, settings)
-    if band is not None and "body" not in without:
+    if "body" not in without:
         sides = contact_sides(gear_set, laws)
-        modes = body_modes(gear_set, reference, sides, gears_modes(gear_set, settings))
+        of_gears = gears_modes(gear_set, settings, reference)
+        modes = body_modes(gear_set, reference, sides, of_gears)
         static = static_inertias(gear_set, sides, settings)
-        found = with_body_modes(
-            *(gear_set, found, reference, modes, static, band, kept)
-        )
+        found = with_body_modes(gear_set, found, reference, modes, static, kept)
     return replace(found, without=without)
 
 

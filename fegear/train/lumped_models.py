@@ -25,6 +25,7 @@ from lumped.common.checks import require_between, require_choice, require_fields
 from lumped.common.csv_text import exact
 from lumped.steady.losses import nominal_efficiency
 from lumped.steady.settings import Method, Settings
+from lumped.steady.truncation import TruncationCheck
 from lumped.train.at_rest import RestReference, of_equal_teeth
 from lumped.train.coupled import INGREDIENTS
 from lumped.train.excitation import MeshExcitation, at_torque, bending_along_path
@@ -146,14 +147,11 @@ def lumped_system(
     torque: float,
     model: LumpedModel | None = None,
     excitations: ExcitationSource | None = None,
-    speeds: Sequence[float] = (),
     like: LumpedSystem | None = None,
 ) -> LumpedSystem:
     """The lumped system at a torque on the input gear [N m].
 
     excitations : in place of the model's own, so that solved tables are used again
-    speeds : mesh frequencies of the first mesh [Hz] for which the coupled model chooses
-        its body modes; the usual ones if there are none
     like : a system whose choice of body modes this one shares
 
     Raises InputError where the gear set gives no train, or one that would accelerate.
@@ -186,10 +184,8 @@ def lumped_system(
     from fegear.train.coupled import coupled_contacts
 
     require_physical(gear_set, torque, system)
-    speeds = speeds if len(speeds) else usual_speeds(system)
     contacts = coupled_contacts(
         *(gear_set, torque, system, known, model.without),
-        band=(min(speeds), max(speeds)),
         kept=like.contacts.kept if like is not None and like.contacts else None,
     )
     return replace(system, contacts=contacts)
@@ -548,6 +544,49 @@ def body_entries(system: LumpedSystem, speeds: Sequence[float]) -> dict[str, str
         f"{100.0 * error:.2g} % of the excitation's RMS, and amplitudes on the flanks "
         f"of resonances by at most {100.0 * on_flanks:.2g} %",
     }
+
+
+def truncation_entries(
+    system: LumpedSystem, checks: Sequence[TruncationCheck]
+) -> dict[str, str]:
+    """Entries of a file's header: body modes of the coupled model's gears, in order,
+    and what those that are left out change.
+    """
+    contacts = system.contacts
+    if contacts is None or contacts.solved is None or not contacts.bodies.count:
+        return {}
+    gears, solved = contacts.bodies.gears, contacts.solved.count
+    counts = [int((gears == g).sum()) for g in range(len(system.train.gears))]
+    entries = {"body modes": " + ".join(map(str, counts))}
+    if contacts.bodies.count == solved:
+        return entries | {"body modes left out": "none"}
+    if checks:
+        worst = max(checks, key=lambda check: check.error)
+        speeds = "a speed" if len(checks) == 1 else f"{len(checks)} speeds"
+        entries["body modes left out"] = (
+            f"all {solved} solved ones change the RMS at {speeds} by at most "
+            f"{100.0 * worst.error:.2g} %, at {worst.frequency:.6g} Hz"
+        )
+    else:
+        entries["body modes left out"] = "not compared, no motion repeats"
+    return entries
+
+
+def truncation_error(checks: Sequence[TruncationCheck]) -> float | None:
+    """Largest relative change of the RMS by body modes that are left out."""
+    return max((check.error for check in checks), default=None)
+
+
+def truncation_warnings(checks: Sequence[TruncationCheck]) -> Iterator[str]:
+    """Warn of speeds at which body modes that are left out matter."""
+    for check in checks:
+        if not check.error <= ALLOWED:
+            yield (
+                f"body modes that the coupled model leaves out matter at "
+                f"{check.frequency:.6g} Hz: with all solved ones the RMS changes by "
+                f"{100.0 * check.error:.2g} %, allowed are {100.0 * ALLOWED:g} %; "
+                "finite elements of fidelity reduced have more"
+            )
 
 
 def usual_speeds(system: LumpedSystem) -> list[float]:

@@ -85,8 +85,11 @@ def settle_or_leap(
 
 
 def leap_cost(stepper: Leaping) -> int:
-    """Number of common periods whose integration takes as long as one derivative."""
-    return 8 + stepper.system.angular.size // 3
+    """Number of common periods whose integration takes as long as a leap.
+
+    Most of it is the derivative, and powers of that which show whether it contracts.
+    """
+    return 8 + 3 * stepper.system.angular.size // 2
 
 
 def leapt(
@@ -207,13 +210,15 @@ def stable_fixed_point(
     Returns None if the fixed point is far or unstable, or if the map is far from
     linear on the way to it.
     """
+    from scipy.linalg import lu_factor, lu_solve
+
     x, mapped = mapping.after(section)
     derivative = mapping.derivative(x)
     if not contracts(derivative):
         return None
-    matrix, steps = np.eye(section.size) - derivative, list[float]()
+    factors, steps = lu_factor(np.eye(section.size) - derivative), list[float]()
     for _ in range(ROUNDS):
-        step = np.asarray(np.linalg.solve(matrix, mapped - x), np.float64)
+        step = np.asarray(lu_solve(factors, mapped - x), np.float64)
         steps.append(size(step))
         ratio = steps[-1] / steps[-2] if len(steps) > 1 else 0.0
         if not (steps[0] <= LARGEST and ratio <= CONTRACTS):

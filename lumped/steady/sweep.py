@@ -19,6 +19,7 @@ from lumped.steady.response import Response, Status
 from lumped.steady.settings import Settings, SteadySettings
 from lumped.steady.steady_state import Stepper, Watch, confirmed
 from lumped.steady.steppers import stepper_of
+from lumped.steady.truncation import TruncationCheck
 from lumped.train.system import LumpedSystem
 
 Array = NDArray[np.float64]
@@ -35,12 +36,14 @@ class Branch:
     """Responses in the order in which the speeds were passed.
 
     complete : whether all speeds were reached; a divergence ends a branch
+    checks : of body modes that are left out, at some of the speeds
     """
 
     system: LumpedSystem
     direction: Direction
     responses: tuple[Response, ...]
     complete: bool
+    checks: tuple[TruncationCheck, ...] = ()
 
     @property
     def frequency_Hz(self) -> Array:

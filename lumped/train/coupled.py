@@ -148,6 +148,7 @@ class CoupledContacts:
         acceleration of each coordinate, reversed [s2/sqrt(kg)]
     work : (n, n) W, work of these loads on themselves [s2]
     modes : modes of the bodies as separate coordinates; C, U and W still include them
+    solved : all body modes that were solved, of which `modes` are coordinates
     inertia : inertia of all solved body modes, and of the rest of the bodies
     kept : (b,) mask of the solved modes that are coordinates
     without : those of INGREDIENTS that are left out
@@ -162,9 +163,17 @@ class CoupledContacts:
     inertial: Array
     work: Array
     modes: BodyModes | None = None
+    solved: BodyModes | None = None
     inertia: BodyInertia | None = None
     kept: NDArray[np.bool_] | None = None
     without: tuple[str, ...] = ()
+
+    @property
+    def with_all_modes(self) -> CoupledContacts:
+        """The contacts with all solved body modes as coordinates."""
+        if self.solved is None or self.kept is None:
+            return self
+        return replace(self, modes=self.solved, kept=np.ones_like(self.kept))
 
     @property
     def of_equal_teeth(self) -> CoupledContacts:
@@ -466,8 +475,8 @@ def _in_mean_axes(
     hubs = Hubs(turn, P @ turn.T)
     both = np.einsum("cpi,dpi->pcd", U, R)
     compliance = found.contacts.normal_compliance - both - both.transpose(0, 2, 1)
-    compliance += np.einsum("cpi,ij,dpj->pcd", R, W, R)
-    compliance -= np.einsum("cpi,ij,dpj->pcd", P, S @ K, P)
+    compliance += np.einsum("cpi,dpi->pcd", R @ W, R)
+    compliance -= np.einsum("cpi,dpi->pcd", P @ (S @ K), P)
     contacts = found.contacts._replace(
         normal_compliance=compliance, gap=found.contacts.gap + P @ load
     )
@@ -495,7 +504,8 @@ def _damping(
     turned = hubs.turn + np.einsum("cpi,pcj->pij", hubs.ahead, loaded.pressed)
     turned = bodies.to_unit @ turned[:-1]
     both = np.concatenate([train.damping, bodies.damping])
-    damped = np.einsum("pki,k,pkj->ij", turned, both, turned) / len(turned)
+    damped = np.tensordot(turned * both[:, None], turned, ((0, 1), (0, 1)))
+    damped /= len(turned)
     # pairs retain only their own damping: they must whirl unchanged
     pairs = slice(damped.shape[0] - 2 * bodies.pairs.size, None)
     damped[pairs], damped[:, pairs] = 0.0, 0.0

@@ -106,7 +106,7 @@ def measure(
     resonance = highest_resonance(plain)
     speeds = speeds_of(resonance, count)
     coupled, without = (
-        lumped_system(gear_set, torque, model, excitations, speeds)
+        lumped_system(gear_set, torque, model, excitations)
         for model in (
             LumpedModel(number="coupled"),
             LumpedModel(number="coupled", without=("modes",)),

@@ -1,0 +1,81 @@
+"""Measured effect of the body modes that a coupled model leaves out.
+
+The choice of modes is by a bound on the mesh compliance, which is none on amplitudes.
+At some speeds the motion is therefore compared with that of all solved modes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from lumped.steady.response import Response, Status
+from lumped.steady.settings import Settings
+from lumped.steady.steady_state import steady_state
+from lumped.steady.steppers import stepper_of
+from lumped.train.system import LumpedSystem
+
+MAX_SPEEDS = 4  # of a branch that are compared
+Watch = Callable[[float, int], None]
+
+
+@dataclass(frozen=True)
+class TruncationCheck:
+    """Largest relative change of a mesh's RMS with all solved body modes, at a speed.
+
+    frequency : of the first mesh [Hz]
+    """
+
+    frequency: float
+    error: float
+
+
+def leaves_modes_out(system: LumpedSystem) -> bool:
+    """Whether a system has fewer body modes than were solved."""
+    contacts = system.contacts
+    if contacts is None or contacts.solved is None:
+        return False
+    return 0 < contacts.bodies.count < contacts.solved.count
+
+
+def check_truncation(
+    system: LumpedSystem,
+    responses: Sequence[Response],
+    settings: Settings,
+    watch: Watch = lambda frequency, period: None,
+) -> tuple[TruncationCheck, ...]:
+    """Compare responses with those of all solved body modes, from the same states.
+
+    Up to `MAX_SPEEDS` of those that repeat are compared, by rising speed: the one with
+    the largest RMS of each mesh, and others at equal distances in the order in which
+    they were passed.
+
+    watch : as in `lumped.steady.steady_state.steady_state`
+    """
+    periodic = [each for each in responses if each.status == Status.PERIODIC]
+    if not periodic or not leaves_modes_out(system) or system.contacts is None:
+        return ()
+    every = replace(system, contacts=system.contacts.with_all_modes)
+    stepper, checks = stepper_of(every, settings), []
+    for response in _chosen(periodic):
+        state = every.state_from(system, response.state)
+        other, _ = steady_state(
+            stepper, response.frequency, settings, state, response.frequency, watch
+        )
+        change = np.abs(other.dte_rms / response.dte_rms - 1.0)
+        checks.append(TruncationCheck(response.frequency, float(change.max())))
+    return tuple(sorted(checks, key=lambda check: check.frequency))
+
+
+def _chosen(responses: Sequence[Response]) -> list[Response]:
+    if len(responses) <= MAX_SPEEDS:
+        return list(responses)
+    rms = np.array([response.dte_rms for response in responses])
+    chosen = list(dict.fromkeys(rms.argmax(axis=0).tolist()))[:MAX_SPEEDS]
+    spread = np.linspace(0, len(responses) - 1, MAX_SPEEDS + 2)[1:-1].round()
+    for place in spread.astype(int).tolist():
+        if len(chosen) < MAX_SPEEDS and place not in chosen:
+            chosen.append(place)
+    return [responses[place] for place in chosen]
