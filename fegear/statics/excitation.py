@@ -345,7 +345,8 @@ class Excitations:
         # unmodified teeth may touch where those with relief carry no load
         solved = self._statics_of(equal, mesh, torque)
         table = _with_gaps(solved, pair_teeth(stiffness))
-        how = self.source.relief_stiffness
+        relieved = any(getattr(gear_set.meshes[mesh], name) for name in RELIEFS)
+        how = self.source.relief_stiffness if relieved else "unmodified"
         return excitation_from_table(table, torque, 1, stiffness, errors, how)
 
     def _from_figures(

@@ -101,6 +101,10 @@ class LumpedModel:
             raise ValueError(f"without must name each part once, got {self.without!r}")
         if self.friction and self.number not in (1, "auto"):
             raise ValueError(f"friction needs model 1, got {self.number}")
+        if self._unmodified and self.number not in (1, "auto"):
+            raise ValueError(
+                f"relief_stiffness = unmodified needs model 1, got {self.number}"
+            )
         require_between("friction", self.friction, 0, 1, below=True)
         ratio = self.bending
         if ratio is None or isinstance(ratio, str):
@@ -111,6 +115,12 @@ class LumpedModel:
     def tooth_friction(self, bending: BendingRatio) -> ToothFriction:
         """Friction of a mesh, with its friction-bending ratio."""
         return ToothFriction(self.friction, bending, self.sliding, self.transition)
+
+    @property
+    def _unmodified(self) -> bool:
+        """Whether relieved pairs have the stiffness of unmodified teeth."""
+        source = self.stiffness
+        return isinstance(source, Source) and source.relief_stiffness == "unmodified"
 
     @property
     def springs(self) -> int:
@@ -233,6 +243,8 @@ def _needs_model_1(model: LumpedModel, gear_set: GearSet, method: Method) -> str
         return f"the coupled model has no integration by {method}"
     if isinstance(source, Source) and source.kind != "fe":
         return f"the coupled model has no {source.kind} stiffness"
+    if isinstance(source, Source) and source.relief_stiffness == "unmodified":
+        return "the coupled model has no stiffness of unmodified teeth"
     try:
         require_inertia_of_bodies(gear_set, "model 1 counts none of it")
         if isinstance(source, GivenTables):

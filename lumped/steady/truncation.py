@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from lumped.common.checks import require_fields
 from lumped.steady.response import Response, Status
 from lumped.steady.settings import Settings
 from lumped.steady.steady_state import steady_state
@@ -30,6 +31,9 @@ class TruncationCheck:
 
     frequency: float
     error: float
+
+    def __post_init__(self) -> None:
+        require_fields(self, infinite=["error"])
 
 
 def leaves_modes_out(system: LumpedSystem) -> bool:

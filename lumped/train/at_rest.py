@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from lumped.common.checks import require_fields
 from lumped.train.analytic import static_error
 from lumped.train.excitation import MeshExcitation
 
@@ -30,6 +31,9 @@ class RestReference:
     transmission_error: Array
     excitation: MeshExcitation
 
+    def __post_init__(self) -> None:
+        require_fields(self)
+
 
 @dataclass(frozen=True)
 class StaticCheck:
@@ -43,6 +47,9 @@ class StaticCheck:
     peak_to_peak: float
     reference_mean: float
     reference_peak_to_peak: float
+
+    def __post_init__(self) -> None:
+        require_fields(self)
 
     @property
     def error(self) -> float:

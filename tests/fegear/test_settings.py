@@ -20,6 +20,7 @@ from fegear.studies.machines import LoadedMachine, MovingMachine
 from fegear.studies.trains import NamedSet
 from lumped.branches.periodic import BranchSettings
 from lumped.steady.maps import Axis
+from lumped.train.at_rest import RestReference
 from lumped.train.coupled import CoupledContacts
 from lumped.train.friction import ToothFriction
 from lumped.train.waves import constant
@@ -27,6 +28,7 @@ from lumped.train.waves import constant
 GEARS = fegear.load_gear_set("liu-pair")
 RESULTS = {  # what functions return, made by nobody else
     CoupledContacts,
+    RestReference,
     lumped.Attractor,
     lumped.Branch,
     lumped.History,

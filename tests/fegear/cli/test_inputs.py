@@ -290,6 +290,7 @@ def lumped(base: str) -> dict[str, Case]:
         "--harmonics": plus(f"{tables} --excitation fourier", "--harmonics 1"),
         "--plane": plus(tables, "--plane strain"),
         "--resolution": plus(tables, COARSE),
+        "--relief-stiffness": unmodified(tables),
         "--steps": plus(base, "--steps 8"),
         "--method": plus(base, "--method dopri5"),
         "--tolerance": plus(base, "--tolerance 0.1"),
@@ -297,6 +298,12 @@ def lumped(base: str) -> dict[str, Case]:
         "--plot": plus(base, "--plot p.png"),
         "--json": less(base, "--json"),
     }
+
+
+def unmodified(base: str) -> Case:
+    """Pairs with relief that have the stiffness of teeth without."""
+    relieved = "--model 1 --set mesh.1.tip_relief.magnitude_um=10"
+    return plus(f"{base} {COARSE} {relieved}", "--relief-stiffness unmodified")
 
 
 def rubbed(base: str) -> dict[str, Case]:
@@ -330,6 +337,7 @@ def stable() -> dict[str, Case]:
         "--torque": plus(f"{RUBBED} {COARSE}", "--torque 60"),
         "--plane": plus(RUBBED, "--plane strain"),
         "--resolution": plus(RUBBED, COARSE),
+        "--relief-stiffness": unmodified(RUBBED),
         "--excitation": plus(f"{RUBBED} --bending 0.4", "--excitation trapezoid"),
         "--ramp": plus(f"{RUBBED} --bending 0.4 --excitation trapezoid", "--ramp 0.05"),
         "--translations": plus(BUILT, "--translations", TRAIN),

@@ -159,7 +159,7 @@ def test_gears_in_motion_run_over_all_pairs(uneven, tmp_path):
     run("dynamics", uneven, *words)
     (row,) = read_sweep(str(path)).rows
     assert row.period_multiple == CYCLES
-    beside = swept(tmp_path / "1.csv", uneven)
+    beside = swept(tmp_path / "1.csv", uneven, "--model", 1)
     assert row.dte_rms_m == pytest.approx(beside.dte_rms_m, rel=0.05)
     (file,) = history.iterdir()
     names = next(x for x in file.read_text().splitlines() if not x.startswith("#"))
