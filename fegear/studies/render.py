@@ -217,7 +217,7 @@ class ContactPicturesResult(StudyResult):
 
     @property
     def summary(self) -> dict[str, Any]:
-        """Largest stress of each gear and contact pressure in view, and when they occur.
+        """Largest stress of each gear and contact pressure in view, and their moments.
 
         Those of a film are the largest of all its frames. The pressure is that of
         pairs without a tip corner or the start of a linear relief in contact, None
