@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from dataclasses import MISSING, dataclass
 from functools import cached_property
 from typing import Any
-
-import numpy as np
 
 from fegear.files.errors import InputError
 from fegear.statics.unphysical import doubts_of_meshes
