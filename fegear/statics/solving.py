@@ -47,6 +47,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 CHUNK = 2048  # positions solved between two reports of progress
 MOST_ROWS = 1_000_000  # of a table
+PICTURES = (".png", ".pdf", ".svg")
 DOTS_PER_INCH = 130  # of a picture in a notebook
 
 
@@ -182,8 +183,11 @@ class StaticsResult(Result):
         """Draw stiffness, transmission error and load sharing: .png, .pdf or .svg."""
         from fegear.figures.statics import save_figure
 
+        file = Path(path)
+        if file.suffix.lower() not in PICTURES:
+            raise InputError(f"path = {path}; allowed endings {', '.join(PICTURES)}")
         figure = self._figure()
-        write_whole(Path(path), lambda place: save_figure(figure, place))
+        write_whole(file, lambda place: save_figure(figure, place))
 
     def _figure(self) -> Figure:
         from fegear.figures.statics import draw_table
