@@ -157,7 +157,7 @@ class Validation(
         results = self._run(store, job, report)
         complete, sets = len(results) == len(self.chosen), list[SetRun]()
         if self.random and complete:
-            sets, complete = random_sets.run_random_sets(store, report)
+            sets, complete = random_sets.run_random_sets(store, report, job.workers)
         if not (results or sets):
             return None
         output = Path(self.directory)

@@ -19,10 +19,7 @@ from validation.study.metrics import MeasuredCurve
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
-SAME_MOTION, OTHER_MOTION = (
-    0.02,
-    0.08,
-)  # error within which, and beyond which, it is one
+SAME_MOTION, OTHER_MOTION = 0.02, 0.08  # errors up to and beyond which it is one
 MAX_SHARE = 0.25  # of the speeds: with more on other branches nothing is known
 
 
@@ -91,8 +88,8 @@ def advice(common: Array, others: Array) -> str:
     """`12 of 171 speeds, 1600 to 1700 Hz, are on another branch; ...` smaller steps."""
     step = float(np.diff(common).min()) if common.size > 1 else 0.0
     words = (
-        f"{others.size} of {common.size} speeds, {others[0]:g} to {others[-1]:g} Hz, are "
-        "on another branch of coexisting motions"
+        f"{others.size} of {common.size} speeds, {others[0]:g} to {others[-1]:g} Hz, "
+        "are on another branch of coexisting motions"
     )
     if step > 0.0:
         words += f"; steps of {0.5 * step:g} Hz may lead both onto one"
