@@ -10,7 +10,7 @@ import pytest
 from matplotlib.colors import to_rgb
 
 from fegear.figures.statics import draw_table
-from fegear.gearset import load_gear_set
+from fegear.gearset import load_gear_set, make_gear_set
 from fegear.statics.solving import StaticsSettings, solve_mesh
 from lumped.attractors.attractor_sweeps import AttractorBranch
 from lumped.attractors.attractors import Attractor
@@ -21,6 +21,12 @@ from validation.reproduce.drawing import _color, _look, _name
 from validation.reproduce.parts import Curve
 
 TORQUES = (50.0, 100.0, 200.0)
+TEETH = {
+    "module_mm": 3.0,
+    "face_width_mm": 20.0,
+    "hub_radius_mm": 15.0,
+    "tooth_thinning_um": 20.0,
+}
 
 
 @pytest.fixture(scope="module")
@@ -43,6 +49,32 @@ def test_peak_to_peak_of_the_transmission_error_fills_its_panel(drawn):
         f"{torque:g} N m,\npeak to peak {width:.3g} um"
         for torque, width in zip(TORQUES, ranges, strict=True)
     ]
+
+
+def test_peak_to_peak_is_that_of_all_base_pitches_where_some_are_shown():
+    """With pitch errors of a gear of 21 teeth, 8 of 21 base pitches are drawn."""
+    errors = [0.0] * 21
+    errors[15] = 12.0  # um, passes after the pitches that are drawn
+    gears = make_gear_set(
+        {
+            "name": "one tooth set back",
+            "gear": [
+                {**TEETH, "name": "a", "teeth": 21, "pitch_errors_um": errors},
+                {**TEETH, "name": "b", "teeth": 42},
+            ],
+            "mesh": [{"driver": "a", "driven": "b", "center_distance_mm": 94.5}],
+        }
+    )
+    settings = StaticsSettings(resolution="coarse", positions=16, estimate_error=False)
+    result = solve_mesh(gears, torques=[100.0], settings=settings)
+    varying = draw_table(result).axes[2]
+    error = 1e6 * result.table["ste_m"][0]
+    first = error[: 8 * 16]
+    assert np.ptp(error) > 1.5 * np.ptp(first)
+    (label,) = [text.get_text() for text in varying.get_legend().get_texts()]
+    width = np.ptp(error)
+    assert label == f"100 N m,\npeak to peak {width:.3g} um\nof all 21 pitches"
+    np.testing.assert_allclose(varying.lines[0].get_ydata(), first - error.mean())
 
 
 def test_colors_of_torques_are_told_apart_by_their_lightness(drawn):

@@ -69,7 +69,7 @@ def draw_table(result: StaticsResult, title: str = "") -> Figure:
     middle = table.torque_Nm.size // 2
     _draw_stiffness(stiffness, table, middle)
     _draw_error(error, table)
-    _draw_varying_error(varying, table)
+    _draw_varying_error(varying, table, result.table)
     _draw_share(share, table, middle)
     for axes in every:
         _shade_contact(axes, table, middle, named=axes is stiffness)
@@ -150,16 +150,27 @@ def _draw_error(axes: Axes, table: MeshTable) -> None:
     axes.set_ylim(bottom=min(0.0, 1.1e6 * float(nlte.min())))
 
 
-def _draw_varying_error(axes: Axes, table: MeshTable) -> None:
-    """The transmission error about its mean, which excites vibration."""
-    error = 1e6 * table["ste_m"]
+def _draw_varying_error(axes: Axes, table: MeshTable, complete: MeshTable) -> None:
+    """The transmission error about its mean, which excites vibration.
+
+    complete : over all base pitches after which tooth pairs repeat, of which the table
+        has the first. Mean and peak to peak are those over all of them
+    """
+    error, every = 1e6 * table["ste_m"], 1e6 * complete["ste_m"]
+    pitches = _pitches(complete)
+    of = f"\nof all {pitches} pitches" if every.size > error.size else ""
     labels = [
-        f"{torque:.4g} N m,\npeak to peak {range_:.3g} um"
-        for torque, range_ in zip(table.torque_Nm, np.ptp(error, axis=1), strict=True)
+        f"{torque:.4g} N m,\npeak to peak {range_:.3g} um{of}"
+        for torque, range_ in zip(table.torque_Nm, np.ptp(every, axis=1), strict=True)
     ]
-    mean = error.mean(axis=1, keepdims=True)
+    mean = every.mean(axis=1, keepdims=True)
     _draw_by_torque(axes, table, error - mean, labels)
     axes.set_ylabel("transmission error\nabout its mean [um]")
+
+
+def _pitches(table: MeshTable) -> int:
+    """Number of base pitches that a table covers."""
+    return math.floor(table.position[-1]) + 1
 
 
 def _draw_share(axes: Axes, table: MeshTable, middle: int) -> None:
@@ -178,7 +189,7 @@ def _shade_contact(axes: Axes, table: MeshTable, middle: int, named: bool) -> No
     """Shade where two and more pairs are loaded; name the stretches."""
     count = table["n_pairs"][middle].astype(int)
     edges = np.flatnonzero(np.diff(count)) + 1
-    position = np.append(table.position, math.floor(table.position[-1]) + 1.0)
+    position = np.append(table.position, float(_pitches(table)))
     bounds = [0, *edges, len(count)]
     names = {1: "single", 2: "double", 3: "triple"}
     for low, high in itertools.pairwise(bounds):

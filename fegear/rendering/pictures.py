@@ -21,6 +21,7 @@ from fegear.gearset.model import GearSet
 from fegear.gearset.phases import mesh_phases
 from fegear.gearset.pitch_errors import error_periods
 from fegear.gearset.power_path import mesh_torques_at
+from fegear.rendering.extremes import PeaksInView
 from fegear.rendering.fields import (
     ContactField,
     MeshScene,
@@ -279,10 +280,10 @@ def draw_contact(
     output: Path,
     picture: PictureSettings,
     report: Progress = silent,
-) -> Sequence[ContactField]:
+) -> PeaksInView:
     """Write a picture, film, page or data file, whatever the ending says.
 
-    Returns what is shown; of a film, the moments among which its colours were chosen.
+    Returns the largest values that it shows, of a film those of all its frames.
     """
     require_drawable_file(output)
     with _window(output):
@@ -313,8 +314,8 @@ class Drawing:
     scene: MeshScene
     picture: PictureSettings
 
-    def write(self, output: Path, report: Progress = silent) -> Sequence[ContactField]:
-        """Write the file whose ending says what it is; returns what it shows."""
+    def write(self, output: Path, report: Progress = silent) -> PeaksInView:
+        """Write the file whose ending says what it is; returns its largest values."""
         if output.suffix in FILMS:
             return self._film(output, report)
         report("stress", 0, 2)
@@ -326,7 +327,9 @@ class Drawing:
             self._page(found, output)
         else:
             self._picture(found, output)
-        return [found]
+        peaks = PeaksInView()
+        peaks.add(found)
+        return peaks
 
     def _picture(self, found: ContactField, output: Path) -> None:
         from fegear.figures.film import write_picture
@@ -349,25 +352,31 @@ class Drawing:
         looks = [self._look([found], shown) for shown in every]
         write_text(output, page(found, looks, printable(self.contact.title)))
 
-    def _film(self, output: Path, report: Progress) -> Sequence[ContactField]:
+    def _film(self, output: Path, report: Progress) -> PeaksInView:
         """Colours and scales hold for all frames."""
         from fegear.figures.film import write_film
 
         report("colours", 0, 1)
         samples = [self._field(moment) for moment in self.contact.samples]
         look = self._look(samples, self.picture.shown)
-        images, colours = self._images(look, report), palette(look.shown)
+        peaks, colours = PeaksInView(), palette(look.shown)
+        images = self._images(look, peaks, report)
         write_whole(output, lambda path: write_film(images, path, colours))
-        return samples
+        return peaks
 
-    def _images(self, look: Look, report: Progress) -> Iterator[Image]:
+    def _images(
+        self, look: Look, peaks: PeaksInView, report: Progress
+    ) -> Iterator[Image]:
+        """Every frame; its largest values go to the peaks."""
         from fegear.rendering.scene import draw
 
         title = printable(self.contact.title + self.contact.film_title)
         count, size = self.picture.frames, self._size(FILM_WIDTH)
         for i, moment in enumerate(self.contact.frames(count)):
             report("frames", i, count)
-            yield draw(self._field(moment), look, title, size)
+            shown = self._field(moment)
+            peaks.add(shown)
+            yield draw(shown, look, title, size)
 
     @property
     def _view(self) -> View:

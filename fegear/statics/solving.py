@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
 from os import PathLike
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -26,7 +27,7 @@ from fegear.elasticity.flank import FlankCompliance
 from fegear.elasticity.material import Plane, PlaneMaterial
 from fegear.elasticity.sector import CyclicSector, cyclic_sector
 from fegear.files.errors import InputError
-from fegear.files.output import write_text
+from fegear.files.output import write_text, write_whole
 from fegear.files.timing import recorded_stages, stage
 from fegear.files.version import package_version
 from fegear.gearset.inertia import inertia_of, require_inertia_of_bodies
@@ -40,11 +41,14 @@ from lumped.train.table import MeshTable, format_table, pair_compliance_name
 from meshes import GearPair, MeshSize
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
     from pandas import DataFrame
 
 Array = NDArray[np.float64]
 CHUNK = 2048  # positions solved between two reports of progress
 MOST_ROWS = 1_000_000  # of a table
+PICTURES = (".png", ".pdf", ".svg")
+DOTS_PER_INCH = 130  # of a picture in a notebook
 
 
 @dataclass(frozen=True)
@@ -174,6 +178,30 @@ class StaticsResult(Result):
     def to_frame(self) -> DataFrame:
         """The table as a pandas frame; pandas is not installed with this package."""
         return frame(self.table.flat)
+
+    def draw(self, path: str | PathLike[str]) -> None:
+        """Draw stiffness, transmission error and load sharing: .png, .pdf or .svg."""
+        from fegear.figures.statics import save_figure
+
+        file = Path(path)
+        if file.suffix.lower() not in PICTURES:
+            raise InputError(f"path = {path}; allowed endings {', '.join(PICTURES)}")
+        figure = self._figure()
+        write_whole(file, lambda place: save_figure(figure, place))
+
+    def _figure(self) -> Figure:
+        from fegear.figures.statics import draw_table
+
+        return draw_table(self, f"mesh {self.mesh + 1}, {self.name}")
+
+    def _repr_html_(self) -> str:
+        """Means over the mesh cycle, evidence and figure, in a notebook."""
+        # as the study of the same table shows them
+        from fegear.studies.notebook import figure_png, page_html
+        from fegear.studies.stiffness import page_of_table
+
+        picture = figure_png(self._figure(), DOTS_PER_INCH)
+        return page_html(page_of_table(self), picture)
 
     @property
     def reciprocity_error(self) -> float:

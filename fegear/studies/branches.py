@@ -198,7 +198,7 @@ class Branches(
         return self.speeds or (() if self.at is None else (self.at,))
 
     @property
-    def limits(self) -> tuple[float, float]:
+    def ends(self) -> tuple[float, float]:
         """Ends of the parameter."""
         values = self.speeds if self.over is None else self.over.values
         assert values is not None
@@ -212,14 +212,14 @@ class Branches(
     @cached_property
     def first(self) -> LumpedSystem:
         """The train at the first value of the parameter."""
-        return self.system(() if self.over is None else self.limits[:1])
+        return self.system(() if self.over is None else self.ends[:1])
 
     @property
     def family(self) -> Family:
         if self.over is None or self.at is None:
             return OverSpeed(self.first)
         name = self.over.name
-        return OverFigure(name, lambda v: self.system((v,)), self.at, self.limits)
+        return OverFigure(name, lambda v: self.system((v,)), self.at, self.ends)
 
     @property
     def numerics(self) -> BranchSettings:
@@ -231,7 +231,7 @@ class Branches(
 
     def _followed(self, job: Job) -> BranchesResult:
         """Follow branches; Ctrl-C leaves those that were finished."""
-        low, high = self.limits
+        low, high = self.ends
 
         def watch(place: int, value: float) -> None:
             done = round(100.0 * (value - low) / (high - low))
@@ -239,7 +239,7 @@ class Branches(
 
         finder = BranchFinder(
             self.family,
-            self.limits,
+            self.ends,
             self.numerics,
             report=watch,
             finished=[*map(read_branch, job.kept)],

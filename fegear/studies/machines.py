@@ -11,6 +11,7 @@ from fegear.files.contents import exact_repr
 from fegear.files.errors import InputError
 from fegear.files.speeds import limits_of
 from fegear.studies.study import Range, argument, called, require_settings, setting
+from lumped.rattle.departures import RETURNS
 
 if TYPE_CHECKING:
     from fegear.rattle.machines import NamedMachine
@@ -147,6 +148,17 @@ class OfMachine:
             0.0,
             usual_speed(self.named.assembly.shafts_in_impacts),
         )
+
+
+def usual_returns(settling: float) -> int:
+    """Returns after which motions count as settled unless a study says otherwise.
+
+    They are those in which transients end at the machine's damping, and those of the
+    source where that is out of reach or not a number of returns.
+
+    settling : returns in which transients end, see `settling_returns`
+    """
+    return int(settling) if settling <= MOST_RETURNS else RETURNS
 
 
 def unsettled(study: Any, part: float, what: str, iterations: int, needed: int) -> str:

@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from dataclasses import MISSING, dataclass
 from functools import cached_property
 from typing import Any
-
-import numpy as np
 
 from fegear.files.errors import InputError
 from fegear.statics.unphysical import doubts_of_meshes
@@ -46,7 +43,7 @@ from fegear.train.lumped_models import (
 )
 from lumped.common.csv_text import exact
 from lumped.figures.sweeps import draw_time_history
-from lumped.steady.losses import driven_power
+from lumped.steady.losses import efficiency
 from lumped.steady.motion import (
     WAVE_LEGEND,
     TimeHistory,
@@ -274,17 +271,19 @@ def _mesh_summary(motion: TimeHistory, m: int) -> dict[str, Any]:
 
 def _losses(motion: TimeHistory, m: int) -> dict[str, float]:
     """What friction takes from a mesh over the motion; empty without friction."""
-    system, history = motion.system, motion.history
-    if not system.rubs:
+    if motion.transmitted_power is None:
         return {}
-    lost = motion.friction_power[:, m]
-    span = history.time[-1] - history.time[0]
-    mean = float(np.trapezoid(lost, history.time) / span)
-    carried = driven_power(system, m, motion.response.frequency)
+    lost = motion.friction_power
+    mean = float(motion.mean_of(lost)[m])
+    driver, driven = (
+        float(motion.mean_of(power)[m]) for power in motion.transmitted_power
+    )
     return {
         "friction_power_mean_W": mean,
-        "friction_power_largest_W": float(lost.max()),
-        "efficiency": 1.0 - mean / carried if carried > 0.0 else math.nan,
+        "friction_power_largest_W": float(lost[:, m].max()),
+        "driver_power_mean_W": driver,
+        "driven_power_mean_W": driven,
+        "efficiency": efficiency(driver, driven, mean),
     }
 
 

@@ -1,7 +1,8 @@
-"""What a result shows in a notebook: its page as HTML, its first figure as PNG."""
+"""What a result shows in a notebook: its page and its first figure, as HTML."""
 
 from __future__ import annotations
 
+from base64 import b64encode
 from collections.abc import Iterable, Iterator, Mapping
 from html import escape
 from io import BytesIO
@@ -14,9 +15,16 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-def page_html(page: Page) -> str:
-    """The page of a result: a paragraph for each line, and its tables."""
-    return "\n".join(_part(part) for part in page)
+def page_html(page: Page, picture: bytes | None = None) -> str:
+    """The page of a result: a paragraph for each line, its tables, and a picture.
+
+    The picture, a PNG file, is part of the HTML: a notebook shows that alone.
+    """
+    parts = [_part(part) for part in page]
+    if picture is not None:
+        content = b64encode(picture).decode("ascii")
+        parts.append(f'<img alt="figure" src="data:image/png;base64,{content}">')
+    return "\n".join(parts)
 
 
 def figure_png(figure: Figure, dots_per_inch: int) -> bytes:

@@ -15,16 +15,23 @@ import numpy as np
 
 from fegear.files.output import write_whole
 from fegear.rattle.machines import figures_of
-from fegear.studies.machines import LEAST_RETURNS, MOST_RETURNS, OfMachine, unsettled
+from fegear.studies.machines import (
+    LEAST_RETURNS,
+    MOST_RETURNS,
+    OfMachine,
+    unsettled,
+    usual_returns,
+)
 from fegear.studies.page import Columns, Grid, Page, cell, heading
 from fegear.studies.study import Draw, Job, Range, Study, StudyResult, Task, setting
 from fegear.studies.table import Table, plain
 from lumped.figures.rattle import draw_basins
 from lumped.rattle import basins as of
-from lumped.rattle.departures import settling_returns
+from lumped.rattle.departures import RETURNS, settling_returns
 
 SURE = 1.96  # standard errors of an interval that holds the value 19 times of 20
 MOST_CELLS = 6324  # a side: 40 million, of which each takes 48 bytes
+USUAL_CELLS, LEAST_CELLS = 400, 20  # a side
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -47,15 +54,17 @@ class Basins(
     output = "Write attractor and returns of every cell to this NPZ file."
     endings = (".npz",)
 
-    grid: int = setting(
-        400,
-        "Cells per side of the grid, over a turn and over the speeds.",
+    grid: int | None = setting(
+        None,
+        "Cells per side of the grid, over a turn and over the speeds. [default: 400, "
+        "or down to 20 where low damping makes each cell take longer]",
         Range(5, MOST_CELLS),
     )
-    iterations: int = setting(
-        1499,
+    iterations: int | None = setting(
+        None,
         "Returns to the upper flank after which a motion that still changes "
-        "counts as chaotic. Low damping needs more; the result then says so.",
+        "counts as chaotic. [default: 1499, or more where low damping prolongs "
+        "transients]",
         Range(LEAST_RETURNS, MOST_RETURNS),
     )
 
@@ -63,10 +72,18 @@ class Basins(
         yield Task("tiles", self._found)
 
     def _found(self, job: Job) -> BasinsResult:
-        grid = of.Grid(side=self.grid, velocity=self.speeds)
-        how = self.named.machine, grid, self.iterations
+        machine = self.named.machine
+        iterations = self.iterations or usual_returns(settling_returns(machine))
+        side = self.grid or usual_side(iterations)
+        how = machine, of.Grid(side=side, velocity=self.speeds), iterations
         settled = of.settle_grid(*how, partial(job.compute, "tiles of cells"))
         return BasinsResult(self, of.basins_of(*how, settled))
+
+
+def usual_side(iterations: int) -> int:
+    """Cells per side that all together take as many returns as 400 of 1499 returns."""
+    side = math.floor(USUAL_CELLS * math.sqrt(RETURNS / iterations))
+    return min(max(side, LEAST_CELLS), USUAL_CELLS)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -96,7 +113,9 @@ class BasinsResult(StudyResult):
         unclear = float(np.mean(self.basins.attractor < 0))
         if unclear:
             needed = settling_returns(self.basins.machine)
-            yield unsettled(self.study, unclear, "cells", self.study.iterations, needed)
+            yield unsettled(
+                self.study, unclear, "cells", self.basins.iterations, needed
+            )
 
     def _values_of(self, number: int) -> dict[str, Any]:
         basins, attractor = self.basins, self.basins.attractors[number]

@@ -14,7 +14,13 @@ from numpy.typing import NDArray
 
 from fegear.files.errors import InputError
 from fegear.rattle.machines import figures_of, header_of
-from fegear.studies.machines import LEAST_RETURNS, MOST_RETURNS, OfMachine, unsettled
+from fegear.studies.machines import (
+    LEAST_RETURNS,
+    MOST_RETURNS,
+    OfMachine,
+    unsettled,
+    usual_returns,
+)
 from fegear.studies.page import Columns, Grid, Page, cell, heading
 from fegear.studies.study import (
     Draw,
@@ -81,8 +87,7 @@ class Noise(
             )
         except ValueError as error:
             raise InputError(f"{named.name}: {error}") from None
-        few = many or settling > MOST_RETURNS
-        iterations = self.iterations or (RETURNS if few else int(settling))
+        iterations = self.iterations or (RETURNS if many else usual_returns(settling))
         how = starts, iterations, self.turns, partial(job.report, "runs")
         if many:
             noise = of.measure_noise_of_parts(assembly, *how)

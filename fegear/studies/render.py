@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import MISSING, dataclass
 from functools import cached_property, partial
 from pathlib import Path
@@ -12,7 +12,7 @@ from typing import Any
 from fegear.files.errors import InputError
 from fegear.gearset.edit import parsed_value
 from fegear.gearset.model import GearSet
-from fegear.rendering.fields import ContactField
+from fegear.rendering.extremes import Peak, PeaksInView
 from fegear.rendering.pictures import (
     DRAWN,
     FILMS,
@@ -209,51 +209,71 @@ class ContactPictures(
 class ContactPicturesResult(StudyResult):
     """What the file shows, which is written.
 
-    shown : one moment, or those among which the colours of a film were chosen
+    peaks : largest values of the picture, or of all frames of a film
     """
 
     study: ContactPictures
     contact: Contact
-    shown: Sequence[ContactField]
+    peaks: PeaksInView
 
     @property
     def summary(self) -> dict[str, Any]:
-        """Largest stress of each gear and contact pressure in view.
+        """Largest stress of each gear and contact pressure in view, and their moments.
 
-        The pressure is that of pairs without a tip corner or the start of a linear
-        relief in contact, None where all have one.
+        Those of a film are the largest of all its frames. The pressure is that of
+        pairs without a tip corner or the start of a linear relief in contact, None
+        where all have one.
         """
-        gears = zip(*(field.gears for field in self.shown), strict=True)
-        pairs = [pair for field in self.shown for pair in field.pairs]
-        smooth = [pair.pressure.max() for pair in pairs if not pair.has_edge]
-        pressure = max(smooth, default=None if pairs else 0.0)
+        peaks, pressure = self.peaks, self.peaks.pressure
+        none = None if peaks.pairs else 0.0
         return {
             "contact": self.contact.title,
             "output": self.study.file,
+            "frames": peaks.fields,
             "largest_von_mises_MPa": {
-                own[0].name: 1e-6 * float(max(gear.von_mises.max() for gear in own))
-                for own in gears
+                name: 1e-6 * peak.value for name, peak in peaks.stress.items()
+            },
+            "largest_von_mises_at": {
+                name: _moment(peak) for name, peak in peaks.stress.items()
             },
             "largest_contact_pressure_MPa": (
-                None if pressure is None else 1e-6 * float(pressure)
+                none if pressure is None else 1e-6 * pressure.value
             ),
-            "pairs_with_edge_contact": sum(pair.has_edge for pair in pairs),
+            "largest_contact_pressure_at": (
+                None if pressure is None else _moment(pressure)
+            ),
+            "pairs_with_edge_contact": peaks.edge_pairs,
         }
 
     def page(self) -> Page:
-        values = self.summary
-        stress = values["largest_von_mises_MPa"].items()
-        largest = ", ".join(f"{name} {value:.0f} MPa" for name, value in stress)
-        yield values["contact"]
-        pressure = values["largest_contact_pressure_MPa"]
-        shown = "none" if pressure is None else f"{pressure:.0f} MPa"
-        yield (
-            f"largest von Mises stress in view: {largest}; largest contact pressure "
-            f"{shown}"
+        peaks, pressure = self.peaks, self.peaks.pressure
+        stress = ", ".join(
+            f"{name} {self._value(peak)}" for name, peak in peaks.stress.items()
         )
-        if values["pairs_with_edge_contact"]:
+        if pressure is not None:
+            shown = self._value(pressure)
+        else:
+            shown = "none" if peaks.pairs else "0 MPa"
+        yield self.contact.title
+        film = f" of {peaks.fields} frames" if peaks.fields > 1 else ""
+        yield (
+            f"largest von Mises stress in view{film}: {stress}; largest contact "
+            f"pressure {shown}"
+        )
+        if peaks.edge_pairs:
             yield (
                 "pressures of pairs with a tip corner or the start of a linear relief "
                 "in contact have no limit and are left out"
             )
-        yield f"wrote {values['output']}"
+        yield f"wrote {self.study.file}"
+
+    def _value(self, peak: Peak) -> str:
+        """With its moment where there are several."""
+        at = f" at {peak.moment}" if self.peaks.fields > 1 else ""
+        return f"{1e-6 * peak.value:.0f} MPa{at}"
+
+
+def _moment(peak: Peak) -> dict[str, float]:
+    """Position [base pitches] and, in a motion, the time of a peak."""
+    at = {"position": peak.position}
+    return at if peak.time is None else at | {"time_s": peak.time}

@@ -185,6 +185,17 @@ class StiffnessResult(StudyResult):
         yield f"time: {stages}{memory}"
 
 
+def page_of_table(solved: StaticsResult) -> Page:
+    """What a result of `solve_mesh` shows: its mesh, torques and evidence."""
+    yield (
+        f"mesh {solved.mesh + 1}, {solved.name}, teeth {solved.teeth}, contact ratio "
+        f"{solved.problem.pair.contact_ratio:.4f}, friction {solved.problem.friction:g}"
+    )
+    rows = [at_torque(solved, t) for t in range(solved.cycle.torque.size)]
+    yield Grid(rows, COLUMNS, words=())
+    yield from _evidence_lines(evidence(solved))
+
+
 def _evidence_lines(values: dict[str, float | None]) -> Iterator[str]:
     if values["discretisation_ste_mean"] is not None:
         corner = values["discretisation_ste_corner"]

@@ -592,10 +592,10 @@ class StudyResult(Result):
         )
 
     def _repr_html_(self) -> str:
-        """The page of the result in a notebook."""
+        """The page of the result in a notebook, with its figure."""
         from fegear.studies.notebook import page_html
 
-        return page_html(self.page())
+        return page_html(self.page(), self._repr_png_())
 
     def _repr_png_(self) -> bytes | None:
         """The first figure that can be drawn, None where there is none."""

@@ -12,6 +12,10 @@ import numpy as np
 
 from fegear.figures.theory import draw_theory
 from fegear.files.errors import InputError
+from fegear.gearset.model import GearSet
+from fegear.gearset.power_path import mesh_torques_at
+from fegear.gearset.zones import zones
+from fegear.statics.excitation import ExcitationSource, unmodified
 from fegear.statics.unphysical import doubts_of_meshes
 from fegear.studies.page import Cell, Columns, Grid, Page, cell
 from fegear.studies.study import Draw, Job, Study, StudyResult, Task
@@ -41,6 +45,11 @@ from lumped.train.system import LumpedSystem
 
 NESTED = "excited_by", "meshes", "limits"  # lists in the summary of a resonance
 POSITIONS = 1024  # of a base pitch, for the extremes of the stiffness
+START_RTOL = 1e-6  # of roll lengths that are the same but for rounding
+OPTIMAL_RELIEF = (
+    "of each tip, driver's and driven gear's, linear from the highest point of "
+    "single-tooth contact (HPSTC), on teeth without other relief"
+)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -54,8 +63,9 @@ class Theory(
 
     First-order multiple scales about the mean mesh stiffness, `lumped.closed_forms`,
     predict resonances, loss of contact, peaks, the damping that suppresses a
-    subharmonic and the best tip relief without time integration. Every prediction
-    reports where its assumptions do not hold.
+    subharmonic and the best tip relief without time integration. The relief is that
+    of each tip, linear from the highest point of single-tooth contact (HPSTC). Every
+    prediction reports where its assumptions do not hold.
     """
 
     torque: float | None = torque_setting()
@@ -72,7 +82,8 @@ class Theory(
             raise InputError(
                 "number = coupled; closed forms are those of models 1, 2 and 3"
             )
-        system = lumped_system(self.gears, torque, model)
+        source = model.excitations
+        system = lumped_system(self.gears, torque, model, source)
         ratio = system.train.damping_ratio
         if not LEAST_DAMPING <= ratio < 1.0:
             raise InputError(
@@ -94,7 +105,20 @@ class Theory(
                 f"{name}: neither stiffness nor transmission error of a mesh varies, "
                 "nothing resonates"
             )
-        return TheoryResult(self, torque, system, parametric, found)
+        ranges = tuple(
+            self._stiffness_range(source, mesh, on_mesh)
+            for mesh, on_mesh in enumerate(mesh_torques_at(self.gears, torque))
+        )
+        return TheoryResult(self, torque, system, parametric, found, ranges)
+
+    def _stiffness_range(
+        self, source: ExcitationSource, mesh: int, torque: float
+    ) -> tuple[float, float] | None:
+        """That of a mesh whose teeth have no relief, None for tables of others."""
+        without = unmodified(self.gears, mesh)
+        if self.table and without.meshes[mesh] != self.gears.meshes[mesh]:
+            return None
+        return _stiffness_range(source.of(without, mesh, torque, self.known.springs))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -103,6 +127,8 @@ class TheoryResult(StudyResult):
 
     torque : on the input gear [N m]
     parametric : the lumped system as the closed forms take it
+    stiffness_ranges : lowest and highest stiffness of each mesh with teeth without
+        relief [N/m], None where it is not known
     """
 
     study: Theory
@@ -110,6 +136,7 @@ class TheoryResult(StudyResult):
     system: LumpedSystem
     parametric: ParametricSystem
     found: tuple[Prediction, ...]
+    stiffness_ranges: tuple[tuple[float, float] | None, ...]
 
     @cached_property
     def summary(self) -> dict[str, Any]:
@@ -149,8 +176,21 @@ class TheoryResult(StudyResult):
             **file_header(study.gears, study.known, ratio, f"closed forms, {order}"),
             "model": study.known.name,
             "torque_Nm": exact(self.torque),
+            **self._relief_entries,
             **study.gear_set.entries,
         }
+
+    @property
+    def _relief_entries(self) -> dict[str, str]:
+        """Best relief of each mesh that has one, and what it is."""
+        best = [
+            f"mesh {row['mesh']} {exact(row['optimal_tip_relief_m'])} m"
+            for row in self.summary["meshes"]
+            if row["optimal_tip_relief_m"] is not None
+        ]
+        if not best:
+            return {}
+        return {"best tip relief": f"{', '.join(best)}; {OPTIMAL_RELIEF}"}
 
     @property
     def figures(self) -> dict[str, Draw]:
@@ -172,11 +212,16 @@ class TheoryResult(StudyResult):
             "first_harmonic_over_mean": float(first),
             "mean_deflection_m": float(known.deflection[mesh]),
             "optimal_tip_relief_m": self._optimal_relief(mesh),
+            "optimal_tip_relief_is": OPTIMAL_RELIEF,
+            "other_reliefs": list(_other_reliefs(self.study.gears, mesh)),
         }
 
     def _optimal_relief(self, mesh: int) -> float | None:
         """None where eq. 2.28 has no pairs, or not one and two, that take turns."""
-        lowest, highest = _stiffness_range(self.system.excitations[mesh])
+        stiffness_range = self.stiffness_ranges[mesh]
+        if stiffness_range is None:
+            return None
+        lowest, highest = stiffness_range
         ratio = self.study.gears.meshes[mesh].pair.contact_ratio
         # rounding apart, it takes two pairs to be stiffer, and at most twice as stiff
         if not (1.0 < ratio < 2.0 and lowest * (1.0 + 1e-9) < highest <= 2.0 * lowest):
@@ -250,6 +295,11 @@ class TheoryResult(StudyResult):
             f"{values['damping_ratio']:g}; mesh frequencies are those of the first mesh"
         )
         yield Grid(values["meshes"], MESH, "Meshes", words=())
+        if any(row["optimal_tip_relief_m"] is not None for row in values["meshes"]):
+            yield f"best tip relief: {OPTIMAL_RELIEF}"
+            for row in values["meshes"]:
+                for line in row["other_reliefs"]:
+                    yield f"not so in the gear set, mesh {row['mesh']}: {line}"
         rows = list(_rows(values["resonances"]))
         direct = [row for row in rows if "subharmonic" not in row["resonance"]]
         grown = [row for row in rows if "subharmonic" in row["resonance"]]
@@ -287,6 +337,27 @@ def _stiffness_range(excitation: MeshExcitation) -> tuple[float, float]:
     return float(total.min()), float(total.max())
 
 
+def _other_reliefs(gear_set: GearSet, mesh: int) -> Iterator[str]:
+    """Reliefs of a mesh to which the best tip relief does not apply, in words."""
+    spec = gear_set.meshes[mesh]
+    for role, index in (("driver", spec.driver), ("driven", spec.driven)):
+        flank, name = zones(spec.pair, role), gear_set.gears[index].name
+        tip = getattr(spec, f"{role}_tip_relief")
+        if getattr(spec, f"{role}_root_relief") is not None:
+            yield f"{name} has a root relief too"
+        if tip is None:
+            continue
+        if tip.power != 1.0:
+            yield f"the tip relief of {name} is {tip.shape}"
+        start, high = tip.start_roll_length, flank.high
+        if not math.isclose(start, high, rel_tol=START_RTOL):
+            yield (
+                f"the tip relief of {name} starts at a roll angle of "
+                f"{flank.roll_angle_deg(start):.4g} deg, HPSTC is at "
+                f"{flank.roll_angle_deg(high):.4g} deg"
+            )
+
+
 def _rows(resonances: list[dict[str, Any]]) -> Iterator[dict[str, Any]]:
     """One for every resonance and mesh; the first one of each names the resonance."""
     for each in resonances:
@@ -310,7 +381,7 @@ MESH: Columns = {
     "mean stiffness\n[N/m]": cell("mean_stiffness_N_per_m", 5),
     "first harmonic\nover mean": cell("first_harmonic_over_mean", 3),
     "mean deflection\n[um]": cell("mean_deflection_m", 4, 1e6),
-    "best tip\nrelief [um]": cell("optimal_tip_relief_m", 4, 1e6, none="-"),
+    "best relief of\neach tip [um]": cell("optimal_tip_relief_m", 4, 1e6, none="-"),
 }
 PLACE: Columns = {
     "resonance": lambda row: str(row["kind"]),

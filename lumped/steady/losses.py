@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+from lumped.kernels.arrays import FrictionSamples
 from lumped.steady.response import History
 from lumped.train.excitation import MeshExcitation
 from lumped.train.friction import ToothFriction, base_pitch, torque_shares
@@ -28,8 +30,58 @@ def friction_power(system: LumpedSystem, history: History) -> Array:
     return np.add.reduceat(history.friction[:, 2], first[:-1], axis=1)
 
 
+def transmitted_power(
+    system: LumpedSystem, history: History, frequency: float, samples: FrictionSamples
+) -> Array:
+    """Power (2, t, m) that each mesh takes from its driver and gives to its driven
+    gear, at their nominal speeds and with friction [W].
+
+    With the normal force N of a pair and its friction f, which acts at the arms
+    r1 tan(alpha) + x and r2 tan(alpha) - x about the centres, x ahead of the pitch
+    point (-x on the back side), the torques over the base radii are
+    N + f (tan(alpha) + x / r1) and N + f (tan(alpha) - x / r2). Their difference is
+    the friction times the nominal sliding speed, over the speed along the line of
+    action.
+
+    samples : of the grid of the history, whose common periods repeat them
+    """
+    train, first = system.train, system.arrays.first_pair
+    if history.friction is None:
+        normal = friction = np.zeros((history.time.size, first[-1]))
+    else:
+        normal, sliding, power = history.friction.swapaxes(0, 1)
+        moving = sliding != 0.0
+        friction = np.divide(power, sliding, out=np.zeros_like(power), where=moving)
+    arm = samples.arm[np.arange(history.time.size) % samples.h.size, 0]
+    arm = np.where(normal < 0.0, -arm, arm)
+    powers = np.zeros((2, history.time.size, len(train.meshes)))
+    for m, mesh in enumerate(train.meshes):
+        pairs = slice(first[m], first[m + 1])
+        speed = frequency * float(train.mesh_rates[m]) * base_pitch(train, m)
+        slope = math.tan(mesh.pressure_angle)
+        for out, gear, side in ((0, mesh.driver, 1.0), (1, mesh.driven, -1.0)):
+            lever = slope + side * arm[:, pairs] / train.gears[gear].base_radius
+            load = normal[:, pairs] + friction[:, pairs] * lever
+            powers[out, :, m] = speed * load.sum(axis=1)
+    return powers
+
+
+def efficiency(driver: float, driven: float, lost: float) -> float:
+    """Output power over input power of a mesh, NaN where friction takes all of it.
+
+    The input is the output and what friction takes, vibration included. Where the
+    power flows back, the driver is the output.
+
+    driver, driven : mean power taken from the driver and given to the driven gear,
+        at nominal speeds [W]
+    lost : mean power of friction [W]
+    """
+    output = driven if driven > 0.0 else -driver
+    return output / (output + lost) if output > 0.0 else math.nan
+
+
 def driven_power(system: LumpedSystem, mesh: int, frequency: float) -> float:
-    """Power that the mesh transmits without friction [W], from its mean force."""
+    """Power that the mesh would transmit without friction [W], from its mean force."""
     along = frequency * float(system.train.mesh_rates[mesh])
     force = system.arrays.mean_stiffness[mesh] * system.static_deflection[mesh]
     return float(abs(force) * along * base_pitch(system.train, mesh))

@@ -9,12 +9,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.steady.losses import friction_power
+from lumped.kernels.arrays import FrictionSamples
+from lumped.steady.losses import friction_power, transmitted_power
 from lumped.steady.pair_motions import PairMotion, pair_motions
 from lumped.steady.respond import respond_confirmed, respond_with_history
 from lumped.steady.response import History, Response, Status
 from lumped.steady.settings import Settings
 from lumped.steady.steady_state import Watch
+from lumped.steady.steppers import steps_per_period
 from lumped.steady.sweep import SILENT, Direction, Observer, sweep
 from lumped.train.system import LumpedSystem
 
@@ -45,6 +47,8 @@ class TimeHistory:
         Fourier transform over the whole span, resampled evenly by the cubics through
         deflections and rates, so that no window is needed and no line leaks
     friction_power : (t, m) power that the teeth dissipate [W], 0 without friction
+    transmitted_power : (2, t, m) power taken from the driver and given to the driven
+        gear at nominal speeds [W], None without friction
     """
 
     system: LumpedSystem
@@ -57,6 +61,12 @@ class TimeHistory:
     spectrum_frequency: Array
     spectrum: Array
     friction_power: Array
+    transmitted_power: Array | None = None
+
+    def mean_of(self, power: Array) -> Array:
+        """Mean (m,) over the motion of powers (t, m)."""
+        time = self.history.time
+        return np.trapezoid(power, time, axis=0) / (time[-1] - time[0])
 
 
 def time_history(
@@ -95,7 +105,18 @@ def time_history(
         *section,
         *spectrum(history),
         friction_power(system, history),
+        _transmitted(system, frequency, settings, history),
     )
+
+
+def _transmitted(
+    system: LumpedSystem, frequency: float, settings: Settings, history: History
+) -> Array | None:
+    """See `TimeHistory.transmitted_power`."""
+    samples = system.samples(steps_per_period(system, frequency, settings))
+    if not isinstance(samples, FrictionSamples):
+        return None
+    return transmitted_power(system, history, frequency, samples)
 
 
 def speeds_between(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import doctest
+import pydoc
 import re
 import subprocess
 import sys
@@ -48,6 +49,21 @@ def test_the_section_of_the_readme():
     for block in blocks:
         assert len(block.splitlines()) < 20
         exec(compile(block, "README.md", "exec"), names)
+
+
+def test_the_readme_promises_no_more_than_runs():
+    """Calls stand in blocks that are run, and none is left out by dots."""
+    section = README.read_text("utf-8").partition("\n## Python\n")[2]
+    section = section.partition("\n## ")[0]
+    blocks = BLOCK.findall(section)
+    assert not re.search(r"`fegear\.\w+\([^`)]", BLOCK.sub("", section))
+    assert "..." not in section
+    assert any("fegear.make_gear_set(" in block for block in blocks)
+    text = pydoc.plain(pydoc.render_doc(fegear))
+    lines = text.splitlines()
+    first = next(i for i, line in enumerate(lines) if line.lstrip().startswith(">>>"))
+    assert first < 20  # it begins with examples
+    assert ("shows each in a few lines" in section) == (len(lines) < 500)
 
 
 def test_what_it_offers_is_there():

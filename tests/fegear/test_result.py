@@ -63,3 +63,17 @@ def test_without_pandas_a_frame_says_what_to_type(swept, monkeypatch):
     monkeypatch.setitem(sys.modules, "pandas", None)
     with pytest.raises(ImportError, match="pip install pandas"):
         swept.to_frame()
+
+
+def test_a_table_shows_and_draws_itself(gears, tmp_path):
+    coarse = fegear.StaticsSettings(positions=4, resolution="coarse")
+    result = fegear.solve_mesh(gears, 0, [50.0, 100.0], coarse)
+    html = result._repr_html_()
+    assert html.count("<table>") == 1
+    assert html.count("<tr>") == 3  # names and both torques
+    assert 'src="data:image/png;base64,' in html
+    path = tmp_path / "table.png"
+    result.draw(path)
+    assert path.read_bytes().startswith(b"\x89PNG")
+    with pytest.raises(fegear.InputError, match=r"allowed endings \.png"):
+        result.draw(tmp_path / "table.jpg")

@@ -110,7 +110,9 @@ def test_the_command_writes_what_the_library_finds(
         "Subharmonics",
         "0.0618",
         "range left",
-        "best tip",
+        "best relief of",
+        "each tip",
+        "HPSTC",
         "least excitation",
     ):
         assert text in shown
@@ -149,3 +151,35 @@ def test_what_has_no_closed_form_is_refused():
     )
     with pytest.raises(fegear.InputError, match="tooth pairs that differ"):
         predicted(uneven)
+
+
+def test_best_relief_is_that_of_teeth_without_relief_and_says_what_it_is():
+    """Whatever reliefs the gear set has, by finite elements of its plain teeth."""
+    model = fegear.LumpedModel(stiffness=fegear.Source(resolution="coarse"))
+    relief = {"magnitude_um": 15.0, "length_pitches": 0.3}
+    gears = fegear.load_gear_set("liu-pair")
+    relieved = fegear.load_gear_set(
+        "liu-pair", {f"mesh.1.tip_relief.{k}": v for k, v in relief.items()}
+    )
+    plain, modified = predicted(gears, model), predicted(relieved, model)
+    (row,), (changed,) = plain.summary["meshes"], modified.summary["meshes"]
+    assert changed["optimal_tip_relief_m"] == pytest.approx(
+        row["optimal_tip_relief_m"], rel=1e-9
+    )
+    assert row["other_reliefs"] == []
+    first, second = changed["other_reliefs"]
+    assert "the tip relief of pinion starts at a roll angle of" in first
+    assert "HPSTC is at" in second
+    header = modified.table.header["best tip relief"]
+    for words in (header, changed["optimal_tip_relief_is"]):
+        assert "of each tip" in words
+        assert "HPSTC" in words
+    page = [line for line in modified.page() if isinstance(line, str)]
+    assert any(line.startswith("best tip relief: of each tip") for line in page)
+    assert f"not so in the gear set, mesh 1: {first}" in page
+
+
+def test_a_relief_from_hpstc_needs_no_remark():
+    gears = fegear.load_gear_set("liu-pair", {"mesh.1.tip_relief.magnitude_um": 10.0})
+    (row,) = predicted(gears).summary["meshes"]
+    assert row["other_reliefs"] == []

@@ -15,7 +15,7 @@ from lumped.branches.balance import HarmonicBalance
 from lumped.closed_forms import parametric_system
 from lumped.stability.multipliers import largest_multiplier
 from lumped.stability.periodic import periodic_system
-from lumped.steady.losses import driven_power
+from lumped.steady.losses import driven_power, efficiency
 from lumped.steady.motion import time_history
 from lumped.steady.respond import respond
 from lumped.steady.settings import Settings
@@ -194,6 +194,48 @@ def test_losses_are_those_of_the_classical_formula(contact_ratio, approach):
     lost = np.trapezoid(found.friction_power[:, 0], found.history.time)
     share = lost / (found.history.time[-1] * driven_power(system, 0, SLOW))
     assert share == pytest.approx(exact, rel=0.01)
+
+
+@pytest.mark.parametrize(
+    ("sliding", "speed"),
+    [
+        *(("nominal", speed) for speed in (0.1, 1.0, 9.0)),
+        *(("instantaneous", speed) for speed in (1.0, 9.0)),
+    ],
+)
+def test_efficiency_is_that_of_the_balance_of_energy(sliding, speed):
+    """Input = output + loss, in a motion of strong friction.
+
+    By equilibrium of the means, written down for two gears: friction changes the power
+    of each gear from F v in proportion to its inertia r^2 / J of the other.
+    """
+    pair = pair_system(EPS, RATIO)
+    rub = ToothFriction(0.3, BENDING, sliding=sliding)
+    bent = with_bending(pair.excitations[0], rub)
+    gears = tuple(replace(gear, torque=1e-3 * gear.torque) for gear in pair.train.gears)
+    system = LumpedSystem(replace(pair.train, gears=gears), (bent,), friction=(rub,))
+    found = time_history(system, speed, Settings(steps=2048))
+    assert found.response.multiple  # no acceleration is left in the mean
+    (lost,) = found.mean_of(found.friction_power)
+    driver, driven = (found.mean_of(power)[0] for power in found.transmitted_power)
+    carried = driven_power(system, 0, speed)
+    masses = [gear.inertia / gear.base_radius**2 for gear in system.train.gears]
+    between = driver - driven  # friction at nominal sliding
+    assert between == pytest.approx(lost, rel=0.05)  # the rest is of vibration
+    assert driver == pytest.approx(
+        carried + between * masses[0] / sum(masses), rel=2e-4
+    )
+    assert driven == pytest.approx(
+        carried - between * masses[1] / sum(masses), rel=2e-4
+    )
+    share = efficiency(driver, driven, lost)
+    assert share * (driven + lost) == pytest.approx(driven, rel=1e-12)
+    assert abs(share - (1.0 - lost / carried)) > 1e-4  # not over what no friction has
+
+
+def test_efficiency_of_power_that_flows_back():
+    assert efficiency(-90.0, -100.0, 10.0) == pytest.approx(0.9)
+    assert math.isnan(efficiency(5.0, -5.0, 10.0))
 
 
 def test_power_is_that_of_the_force_in_balance_at_every_place():

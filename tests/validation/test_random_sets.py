@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import json
 import math
+import os
 from dataclasses import asdict, replace
 
 import numpy as np
 import pytest
+from quick_sets import measure_quickly
 
 from fegear.gearset.inertia import body_inertia
 from lumped.train.left_out import ALLOWED
@@ -25,7 +27,7 @@ from validation.random_sets.measuring import (
     Measured,
     measure,
 )
-from validation.random_sets.runs import FULL, SetRun, compared_sets
+from validation.random_sets.runs import FULL, SetRun, compared_sets, make_sets
 from validation.random_sets.verdicts import judge
 from validation.report import report_values, write_report
 
@@ -148,6 +150,45 @@ def test_natural_frequencies_count_both_ways():
     for name, other in (("natural", "natural_fe"), ("natural_fe", "natural")):
         verdict = judge(set_with(curve(), **{name: extra, other: [[901.0, 0.9]]}))
         assert (verdict.words, verdict.natural_Hz) == ("frequencies off", 1200.0)
+
+
+def test_processes_make_the_sets_that_one_makes(tmp_path):
+    """Files are the same to the byte but for the number of the process."""
+    numbers = range(5)
+    stores = []
+    for name in ("one", "two"):
+        stores.append(tmp_path / name)
+        stores[-1].mkdir()
+    one, two = stores
+    calls = []
+    with_workers = {"numbers": numbers, "measuring": measure_quickly}
+    made = make_sets(two, 2, lambda *words: calls.append(words), **with_workers)
+    assert len(made) == len(numbers)
+    assert calls[-1] == ("random sets of workers", 5, 5)
+    assert make_sets(two, 2, **with_workers) == set()  # nothing is missing
+    assert make_sets(one, 1, **with_workers) == set()  # one process makes them in turn
+    parallel = list(compared_sets(two, numbers=numbers, measuring=None))
+    serial = list(compared_sets(one, **with_workers))
+    pids = {run.measured.warnings[0] for run in parallel if run.measured}
+    assert str(os.getpid()) not in pids
+    for a, b in zip(parallel, serial, strict=True):
+        assert a.table.relative_to(two) == b.table.relative_to(one)
+        assert a.table.read_bytes() == b.table.read_bytes()
+        assert (a.failure, a.name) == (b.failure, b.name)
+        if a.measured:
+            assert replace(a.measured, warnings=[]) == replace(b.measured, warnings=[])
+    assert [run.failure for run in serial][1] == "no static equilibrium"
+
+
+def test_sets_that_are_finished_stay_where_the_run_is_to_end(tmp_path):
+    def report(what, done, total):
+        if done == 2:
+            raise KeyboardInterrupt
+
+    numbers = range(4)
+    with pytest.raises(KeyboardInterrupt):
+        make_sets(tmp_path, 2, report, numbers, measure_quickly)
+    assert len(list(tmp_path.glob("random-*/result.json"))) >= 2
 
 
 def test_table_in_the_report_and_kept_runs(tmp_path):

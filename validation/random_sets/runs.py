@@ -8,10 +8,15 @@ and full.csv, all elastic freedoms against their modes.
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterable, Iterator
+import os
+import signal
+import threading
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
 from contextlib import suppress
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import partial
+from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +27,7 @@ from fegear.files.version import package_version
 from fegear.gearset.model import GearSet
 from lumped.common.csv_text import format_records
 from lumped.common.progress import Progress, silent
+from lumped.common.workers import Cluster, NoClusterError, run_tasks
 from validation.random_sets.full import FullPoint, measure_full, smallest_sets
 from validation.random_sets.generator import COUNT, random_gear_set
 from validation.random_sets.measuring import REFERENCE, Measured, measure
@@ -31,6 +37,7 @@ from validation.study.sources import digest_of
 
 FORMAT = "fegear random gear set 2"  # of the files and of their content
 SPEEDS, FULL = "speeds.csv", "full.csv"
+POLL = 0.5  # seconds between looks at whether the run is to end
 Rows = list[dict[str, Any]]
 Result = tuple[dict[str, Any], Rows]  # of result.json and of the table
 Measure = Callable[[GearSet, int, Progress], Measured]
@@ -55,15 +62,114 @@ class SetRun:
 
 
 def run_random_sets(
-    store: Path, report: Progress = silent
+    store: Path, report: Progress = silent, workers: int | Cluster | None = None
 ) -> tuple[list[SetRun], bool]:
-    """Run what is not in the store yet; also whether all was finished before Ctrl-C."""
+    """Run what is not in the store yet; also whether all was finished before Ctrl-C.
+
+    workers : processes, one a core if None, or a cluster
+    """
     runs: list[SetRun] = []
     with suppress(KeyboardInterrupt):
-        runs.extend(compared_sets(store, report))
+        made = make_sets(store, workers, report)
+        for run in compared_sets(store, report):
+            runs.append(replace(run, reused=run.reused and run.name not in made))
         runs.extend(full_sets(store, report))
         return runs, True
     return runs, False
+
+
+def make_sets(
+    store: Path,
+    workers: int | Cluster | None = None,
+    report: Progress = silent,
+    numbers: Iterable[int] = range(COUNT),
+    measuring: Measure = measure,
+) -> set[str]:
+    """Make the sets that are not in the store yet, several at once; their names.
+
+    Each is stored as it is finished. They are made in processes, since meshes are not
+    made in threads; `compared_sets` then reads them. Of a single worker it makes none.
+
+    measuring : a function of a module
+    """
+    missing = [n for n in numbers if not _is_made(random_gear_set(n), store)]
+    if not isinstance(workers, Cluster):
+        workers = min(workers or os.cpu_count() or 1, len(missing))
+        if workers < 2:
+            return set()
+    made: set[str] = set()
+
+    def take(number: int, texts: Mapping[str, str]) -> None:
+        gear_set = random_gear_set(number)
+        inputs = inputs_of(gear_set, SPEEDS)
+        directory = make_directory(store / _directory_name(gear_set, SPEEDS))
+        begin_run(directory, inputs, [SPEEDS])
+        write_texts(directory, texts)
+        if read_set(gear_set.name, directory / SPEEDS, inputs, False) is None:
+            raise InputError(
+                f"{directory}: made by workers whose program is not the one of here"
+            )
+        made.add(gear_set.name)
+        report("random sets of workers", len(made), len(missing))
+
+    report("random sets of workers", 0, len(missing))
+    tasks = [(n, partial(texts_of_set, n, measuring)) for n in missing]
+    if isinstance(workers, Cluster):
+        try:
+            run_tasks(tasks, take, threading.Event(), workers)
+        except NoClusterError as error:
+            raise InputError(str(error)) from None
+        return made
+    with ProcessPoolExecutor(
+        workers, get_context("spawn"), initializer=_leave_interrupts_to_the_parent
+    ) as pool:
+        running = {pool.submit(task): number for number, task in tasks}
+        try:
+            while running:
+                ended = wait(running, POLL, return_when=FIRST_COMPLETED).done
+                for future in ended:
+                    take(running.pop(future), future.result())
+                report("random sets of workers", len(made), len(missing))
+        except BaseException:
+            pool.shutdown(cancel_futures=True)
+            for future, number in running.items():  # those that were in progress
+                if not future.cancelled() and future.exception() is None:
+                    take(number, future.result())
+            raise
+    return made
+
+
+def _leave_interrupts_to_the_parent() -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+def texts_of_set(number: int, measuring: Measure) -> dict[str, str]:
+    """The files of a set by name."""
+    gear_set = random_gear_set(number)
+    make = partial(_compared, gear_set, number, measuring, silent)
+    return _texts(inputs_of(gear_set, SPEEDS), SPEEDS, make)
+
+
+def _texts(
+    inputs: dict[str, str], table: str, make: Callable[[], Result]
+) -> dict[str, str]:
+    """The files of a run; one that fails is a result."""
+    try:
+        result, rows = make()
+    except (InputError, ArithmeticError) as error:
+        result, rows = {"failure": str(error)}, []
+    result = {"machine": machine(), "failure": ""} | result
+    return dict(sealed(inputs, {table: format_records(rows)}, result))
+
+
+def _directory_name(gear_set: GearSet, table: str) -> str:
+    kind = "random-full" if table == FULL else "random"
+    return f"{kind}-{gear_set.name}-{digest(inputs_of(gear_set, table))[:16]}"
+
+
+def _is_made(gear_set: GearSet, store: Path) -> bool:
+    place = store / _directory_name(gear_set, SPEEDS) / SPEEDS
+    return read_set(gear_set.name, place, inputs_of(gear_set, SPEEDS), True) is not None
 
 
 def compared_sets(
@@ -109,18 +215,12 @@ def found_or_made(
 ) -> SetRun:
     """A run with its table; one that fails is a result."""
     inputs = inputs_of(gear_set, table)
-    kind = "random-full" if table == FULL else "random"
-    directory = store / f"{kind}-{gear_set.name}-{digest(inputs)[:16]}"
+    directory = store / _directory_name(gear_set, table)
     found = read_set(gear_set.name, make_directory(directory) / table, inputs, True)
     if found is not None:
         return found
     begin_run(directory, inputs, [table])
-    try:
-        result, rows = make()
-    except (InputError, ArithmeticError) as error:
-        result, rows = {"failure": str(error)}, []
-    result = {"machine": machine(), "failure": ""} | result
-    write_texts(directory, sealed(inputs, {table: format_records(rows)}, result))
+    write_texts(directory, _texts(inputs, table, make))
     made = read_set(gear_set.name, directory / table, inputs, False)
     if made is None:
         raise InputError(f"{directory}: was changed while the run was made; run again")

@@ -31,11 +31,17 @@ from validation.random_sets.measuring import (
     REFERENCE_DOWN,
     Measured,
 )
+from validation.study.other_branches import (
+    MAX_SHARE,
+    OTHER_MOTION,
+    SAME_MOTION,
+    on_other_branch,
+)
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
-MEDIAN, TENTH = 0.02, 0.08  # bounds on the median and the 90th percentile
-MOST_APART = 0.25  # of the speeds
+MEDIAN, TENTH = SAME_MOTION, OTHER_MOTION  # bounds on median and 90th percentile
+MOST_APART = MAX_SHARE  # of the speeds
 NATURAL_ERROR = 5e-3
 STRAINS, PARTNER = 1e-2, 1e-3  # mesh energy of modes that count, and of partners
 
@@ -122,8 +128,8 @@ def other_branch(measured: Measured, errors: Array) -> Mask:
     differs = (own != reference).any(axis=1)
     own_reaches = speed_errors(measured, COUPLED_DOWN) <= MEDIAN
     is_reached = speed_errors(measured, COUPLED_UP, REFERENCE_DOWN) <= MEDIAN
-    known = differs | own_reaches | is_reached
-    return np.asarray((errors > TENTH) & np.isfinite(errors) & known)
+    known = own_reaches | is_reached
+    return on_other_branch(errors, differs, known)
 
 
 def spread(errors: Array) -> tuple[float, float]:

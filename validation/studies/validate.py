@@ -158,7 +158,7 @@ class Validation(
         results = self._run(store, job, report)
         complete, sets = len(results) == len(self.chosen), list[SetRun]()
         if self.random and complete:
-            sets, complete = random_sets.run_random_sets(store, report)
+            sets, complete = random_sets.run_random_sets(store, report, job.workers)
         if not (results or sets):
             return None
         output = Path(self.directory)
@@ -283,7 +283,9 @@ def failed_line(case: str, failed: Mapping[str, Any]) -> str:
     """`idler, model-2, 100 N m, up, mesh 1: rms_distance 0.61, allowed 0.5`."""
     least = "at least " if METRICS[failed["metric"]].least else ""
     unit = "" if failed["unit"] == "1" else f" {failed['unit']}"
+    cause = f"; {failed['cause']}" if failed.get("cause") else ""
     return (
         f"  {case}, {failed['model']}, {failed['where']}: {failed['metric']} "
         f"{failed['measured']:.3g}{unit}, allowed {least}{failed['allowed']:g}{unit}"
+        f"{cause}"
     )

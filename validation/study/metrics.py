@@ -80,6 +80,7 @@ class Verdict:
 
     measured : signed where it is a difference; NaN is never within
     allowed : size of what is measured, or the least where the metric says so
+    cause : of a value outside, whether the model is off or on another branch
     """
 
     metric: str
@@ -90,6 +91,7 @@ class Verdict:
     unit: str
     within: bool
     reason: str
+    cause: str = ""
 
 
 def verdict(
@@ -110,6 +112,8 @@ class MeasuredCurve:
     frequency : (n,) of the first mesh [Hz]; dte_rms [m], force_peak [N], contact_loss
         part of the time, all (n,)
     complete : whether all speeds were reached
+    period_multiple : (n,) periods of the mesh after which the motion repeats, 0 if it
+        does not; None where it is not known
     """
 
     direction: Direction
@@ -121,6 +125,7 @@ class MeasuredCurve:
     jumps: tuple[Jump, ...] = ()
     peaks: tuple[Peak, ...] = ()
     complete: bool = True
+    period_multiple: NDArray[np.int64] | None = None
 
 
 def matched(

@@ -161,6 +161,7 @@ def _read_curve(features: Mapping[str, Any], table: SweepTable) -> MeasuredCurve
         "dte_rms": "dte_rms_m",
         "force_peak": "force_peak_N",
         "contact_loss": "contact_loss_fraction",
+        "period_multiple": "period_multiple",
     }
     return MeasuredCurve(
         direction=features["direction"],

@@ -19,7 +19,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from math import nan
 from pathlib import Path
@@ -35,6 +35,7 @@ from validation.study.kept import begin_run, write_texts
 from validation.study.metrics import (
     EFFECT,
     Measured,
+    MeasuredCurve,
     Verdict,
     curve_measures,
     cycle_measures,
@@ -42,11 +43,23 @@ from validation.study.metrics import (
     static_measures,
     verdict,
 )
+from validation.study.other_branches import (
+    MAX_SHARE,
+    advice,
+    speeds_on_other_branches,
+    without_speeds,
+)
 from validation.study.run_files import NAMES, Run, contents, read_run
 from validation.study.solving import solve_task
 from validation.study.tasks import FE, FE_PLAIN, Task, tasks_of
 
 CHECKPOINT = "checkpoint"  # file in the directory of a run
+OFF = "the model is off"
+OF_CURVES = {  # metrics of vibration over speed
+    *("rms_distance", "off_jump_distance", "peak_amplitude", "peak_frequency"),
+    *("peaks_unmatched", "jump_frequency", "jumps_unmatched", "contact_loss"),
+    "peak_force",
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -175,7 +188,48 @@ def case_verdicts(case: Case, runs: Sequence[Run]) -> Iterator[Verdict]:
             if name in tolerances:
                 entry = tolerances[name]
                 at = ", ".join(filter(None, (where, place)))
-                yield verdict(name, run.source, at, value, entry.allowed, entry.reason)
+                given = name, run.source, at, value, entry.allowed, entry.reason
+                yield with_cause(verdict(*given), references[run.torque], run, where)
+
+
+def with_cause(found: Verdict, reference: Run, run: Run, where: str) -> Verdict:
+    """The verdict, outside of what is allowed with its cause.
+
+    The model is on another branch if the value is within without the speeds at which
+    it is, and off otherwise. The verdict itself stays.
+
+    where : of the curve, `100 N m, up, mesh 1`
+    """
+    if found.within or found.metric not in OF_CURVES:
+        return found
+    for known, own in zip(reference.curves, run.curves, strict=True):
+        if where == f"{run.torque:g} N m, {own.direction}, mesh {own.mesh}":
+            words = cause(found, (known, own), reference.curves, run.curves)
+            return replace(found, cause=words)
+    return found
+
+
+def cause(
+    found: Verdict,
+    curves: tuple[MeasuredCurve, MeasuredCurve],
+    reference: Sequence[MeasuredCurve],
+    model: Sequence[MeasuredCurve],
+) -> str:
+    """Why a metric of two curves, reference and model, is outside, in words.
+
+    reference, model : curves of all meshes and directions of both
+    """
+    common, others = speeds_on_other_branches(reference, model, curves[1].direction)
+    if not others.size:
+        return OFF
+    words = advice(common, others)
+    if others.size > MAX_SHARE * common.size:
+        return f"not known: {words}"
+    remaining = curve_measures(*(without_speeds(curve, others) for curve in curves))
+    values = [value for name, _, value in remaining if name == found.metric]
+    if all(abs(value) <= found.allowed for value in values):
+        return f"another branch: {words}"
+    return f"{OFF}; besides, {words}"
 
 
 def _friction_measures(

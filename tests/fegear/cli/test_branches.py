@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+import fegear
 from fegear.cli import app
 from lumped.common.csv_text import parse_csv
 
@@ -200,3 +201,11 @@ def test_what_is_wrong_is_said(words, message):
 def test_damping_of_zero_is_named():
     result = CliRunner().invoke(app, ["branches", *SHORT, "--damping", "0"])
     assert "damping ratio = 0; motions do not settle" in str(result.exception)
+
+
+def test_the_first_line_says_what_model_1_leaves_out():
+    page = run("liu-idler", *FAST[1:], "--speeds", "2400:2500", "--harmonics", 8)
+    study = fegear.Branches(gear_set="liu-idler", speeds=(2400.0, 2500.0))
+    (line,) = study.limits
+    assert line.startswith("model 1")
+    assert " ".join(page.split()).startswith(" ".join(line.split()))

@@ -10,13 +10,17 @@ import signal
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
 from typer.testing import CliRunner
 
 from fegear.cli import app, run
+from fegear.studies.machines import usual_returns
+from fegear.studies.rattle_basin import usual_side
 
+README = Path(__file__).parents[3] / "README.md"
 BASIN = "rattle", "basin", "roots-scaled"
 SMALL = (*BASIN, "--grid", "30", "--delta", "0.575")
 
@@ -186,15 +190,15 @@ def test_speeds_are_those_of_the_machine():
 
 @pytest.mark.slow
 def test_what_has_not_settled_is_told_and_left_out():
-    """Where damping is low 1499 returns are few; enough of them are the default of
-    noise."""
-    result = CliRunner().invoke(app, ["rattle", "basin", "roots-a", "--grid", "5"])
+    """Where damping is low 1499 returns are few; enough of them are the default."""
+    basin = "rattle", "basin", "roots-a", "--grid", "5", "--iterations", "1499"
+    result = CliRunner().invoke(app, list(basin))
     assert (
         "100 % of the cells have reached no attractor in 1499 returns" in result.stderr
     )
     assert "--iterations 138200" in result.stderr
     assert "basin entropy" not in result.stdout
-    values = told("rattle", "basin", "roots-a", "--grid", "5")
+    values = told(*basin)
     assert (values["attractors"], values["basin_entropy"]) == ([], None)
     assert values["unclear_fraction"] == 1.0
     words = "noise", "roots-a", "--starts", "4", "--turns", "20"
@@ -205,6 +209,28 @@ def test_what_has_not_settled_is_told_and_left_out():
     assert enough["iterations"] == 138_200
     assert enough["noise_rad2_per_turn3"] > 0.0
     assert not enough["warnings"]
+
+
+def test_basins_of_low_damping_are_followed_until_transients_end(tmp_path):
+    """The machine of the README, whose basin was grey: no cell had an attractor."""
+    blocks = re.findall(r"```toml\n(.*?)```", README.read_text("utf-8"), re.DOTALL)
+    (text,) = [block for block in blocks if 'name = "my-pump"' in block]
+    machine = tmp_path / "my-pump.toml"
+    machine.write_text(text, "utf-8")
+    values = told("rattle", "basin", str(machine), "--grid", "5")
+    assert values["iterations"] == 138_200
+    assert values["unclear_fraction"] < 0.5
+    assert len(values["attractors"]) > 1
+
+
+def test_returns_by_default_are_those_of_the_damping():
+    """One rule for basins and noise; a grid takes no more returns for it."""
+    assert usual_returns(1499) == 1499
+    assert usual_returns(138_200) == 138_200
+    assert usual_returns(4.14e10) == usual_returns(math.inf) == 1499
+    assert usual_side(1499) == 400
+    assert usual_side(138_200) ** 2 * 138_200 <= 400**2 * 1499
+    assert usual_side(10_000_000) == 20
 
 
 @pytest.mark.parametrize("words", ["basin --grid 5", "noise --starts 4"])

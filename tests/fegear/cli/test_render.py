@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import subprocess
@@ -369,3 +370,39 @@ def test_render_says_what_it_drew(tmp_path):
     assert largest.endswith(" MPa")
     assert "largest contact pressure" in largest
     assert written == f"wrote {path}"
+
+
+def shown(*words: str) -> dict:
+    return json.loads(printed(*words, "--json"))
+
+
+def test_a_film_prints_the_largest_values_of_all_its_frames(tmp_path):
+    """Seven frames hit moments that those which choose the colours do not."""
+    films = ("--resolution", "coarse", "--width", "480", "--frames", "7")
+    film = shown("render", *films, "-o", str(tmp_path / "cycle.gif"))
+    stills = [
+        shown(
+            *("render", "--resolution", "coarse", "--position", str(i / 7)),
+            *("-o", str(tmp_path / f"{i}.vtu")),
+        )
+        for i in range(7)
+    ]
+    assert film["frames"] == 7
+    key = "largest_von_mises_MPa"
+    for gear, value in film[key].items():
+        every = [still[key][gear] for still in stills]
+        assert value == pytest.approx(max(every))
+        at = film["largest_von_mises_at"][gear]["position"]
+        assert at == pytest.approx(int(np.argmax(every)) / 7)
+
+
+def test_a_film_of_a_motion_prints_the_time_of_its_largest_values(tmp_path):
+    path = tmp_path / "motion.gif"
+    coarse = ("--resolution", "coarse", "--width", "480", "--frames", "3")
+    history = ("--time-history", moving(tmp_path))
+    film = shown("render", *history, *coarse, "-o", str(path))
+    times = {at["time_s"] for at in film["largest_von_mises_at"].values()}
+    period = columns()["time_s"][-1]
+    frames = [pytest.approx(i * period / 6) for i in range(6)]
+    assert all(time in frames for time in times)
+    assert film["frames"] == 3

@@ -94,7 +94,7 @@ def test_wrong_words_end_in_one_line(words, message, tmp_path, monkeypatch):
 
 @pytest.mark.parametrize(("complete", "code"), [(True, 1), (False, 130)])
 def test_random_sets_run_alone(complete, code, tmp_path, monkeypatch):
-    def runs(store, report):
+    def runs(store, report, workers):
         table = store / "random-pair-1" / "speeds.csv"
         return [SetRun("pair-1", table, False, "here", "it diverged")], complete
 

@@ -461,6 +461,7 @@ def test_the_command_and_the_call_find_the_same(command, tmp_path):
     assert of_runs_left_out(values) == of_runs_left_out(summary)
     shown, picture = found._repr_html_(), found._repr_png_()
     assert shown.count("<table>") == shown.count("</table>")
+    assert ('src="data:image/png;base64,' in shown) == bool(found.figures)
     assert picture.startswith(b"\x89PNG") if found.figures else picture is None
     if files:
         written = contents(path)

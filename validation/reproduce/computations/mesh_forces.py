@@ -3,20 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import ClassVar, Literal
+from dataclasses import dataclass, replace
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
+from pydantic import Field
 
 from fegear.studies.motion import Motion
 from fegear.studies.running import run
 from fegear.studies.trains import NamedSet
 from lumped.common.progress import Progress
+from lumped.steady.motion import TimeHistory, arrive, time_history
+from lumped.steady.respond import respond
 from validation.reproduce.computations.frequency_response import Frequency
 from validation.reproduce.parts import Curve, Part, PartResult
 from validation.reproduce.scene import Scene
 from validation.study.metrics import CYCLE_POINTS, force_cycle
 
+DAMPING_STEPS = 8  # from one damping ratio to another
 CYCLE = np.arange(CYCLE_POINTS) / CYCLE_POINTS  # of a mesh
 
 
@@ -25,6 +29,8 @@ class ForcesPart(Part):
     """Forces [N] of the settled motion over the cycle of each mesh.
 
     at, from_speed : frequencies, in the unit of the figure; from rest without the last
+    from_damping : damping ratio at which the speed is reached, before it is raised to
+        the figure's: a branch is followed that a passage from other speeds misses
     """
 
     keys: ClassVar = (r"mesh[12]\.(force_peak|force_mean|contact_loss)",)
@@ -32,8 +38,12 @@ class ForcesPart(Part):
     kind: Literal["forces"] = "forces"
     at: Frequency
     from_speed: Frequency | None = None
+    from_damping: Annotated[float, Field(strict=True, gt=0.0, lt=1.0)] | None = None
+    no_command: ClassVar = "no command follows a motion over the damping ratio"
 
     def command(self, scene: Scene) -> Sequence[str]:
+        if self.from_damping is not None:
+            return ()
         unit = scene.unit_Hz
         waves = scene.kept_harmonics("--harmonics")
         how = [*scene.friction_words(), *waves]
@@ -45,17 +55,8 @@ class ForcesPart(Part):
 
 def forces(part: ForcesPart, scene: Scene, report: Progress) -> PartResult:
     """Found are the largest and the mean force, and the time without contact."""
-    unit, start = scene.unit_Hz, part.from_speed
-    came = None if start is None else unit * start
-    asked = Motion(
-        gear_set=NamedSet.of(scene.gear_set),
-        torque=scene.torque,
-        speed=unit * part.at,
-        from_speed=came,
-        model=scene.model,
-    )
-    settled = run(asked, progress=report)
-    history, response = settled.motion.history, settled.motion.response
+    motion = _motion(part, scene, report)
+    history, response = motion.history, motion.response
     curves, found = [], {}
     for mesh, rate in zip(scene.meshes, scene.system.train.mesh_rates, strict=True):
         force = history.force[:, mesh - 1]
@@ -67,3 +68,37 @@ def forces(part: ForcesPart, scene: Scene, report: Progress) -> PartResult:
         found[f"mesh{mesh}.force_mean"] = (float(mean),)
         found[f"mesh{mesh}.contact_loss"] = (float(response.contact_loss[mesh - 1]),)
     return PartResult(tuple(curves), found)
+
+
+def _motion(part: ForcesPart, scene: Scene, report: Progress) -> TimeHistory:
+    unit, start = scene.unit_Hz, part.from_speed
+    speed, first = unit * part.at, None if start is None else unit * start
+    if part.from_damping is not None:
+        return _over_damping(part.from_damping, scene, first or speed, speed)
+    study = Motion(
+        gear_set=NamedSet.of(scene.gear_set),
+        torque=scene.torque,
+        speed=speed,
+        from_speed=first,
+        model=scene.model,
+    )
+    motion: TimeHistory = run(study, progress=report).motion
+    return motion
+
+
+def _over_damping(
+    from_damping: float, scene: Scene, start: float, speed: float
+) -> TimeHistory:
+    """Motion at a speed [Hz], reached from another one at a damping ratio that is then
+    raised, or lowered, to the scene's.
+    """
+    system = scene.system
+    ratios = np.linspace(from_damping, system.train.damping_ratio, DAMPING_STEPS + 1)
+    state = None
+    for ratio in ratios[:-1]:
+        train = replace(system.train, damping_ratio=float(ratio))
+        other = replace(system, train=train)
+        if state is None:
+            state = arrive(other, start, speed)
+        state = respond(other, speed, state=state).state
+    return time_history(system, speed, state=state)

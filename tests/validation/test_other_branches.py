@@ -1,0 +1,90 @@
+"""Speeds on another branch of coexisting motions, told from a model that is off."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from validation.random_sets import verdicts
+from validation.study.metrics import MeasuredCurve, verdict
+from validation.study.other_branches import (
+    on_other_branch,
+    speeds_on_other_branches,
+    without_speeds,
+)
+from validation.study.runs import OFF, with_cause
+
+SPEEDS = np.arange(1000.0, 2000.0, 20.0)
+LOW, HIGH = np.full(SPEEDS.size, 1e-6), np.full(SPEEDS.size, 4e-6)
+BETWEEN = (SPEEDS >= 1400.0) & (SPEEDS < 1500.0)  # 5 of 50 speeds with both motions
+
+
+def curve(direction, values, multiple=1, mesh=1):
+    still = np.zeros_like(values)
+    periods = np.broadcast_to(np.asarray(multiple), values.shape).astype(np.int64)
+    return MeasuredCurve(
+        *(direction, mesh, SPEEDS, values, still + 1.0, still),
+        period_multiple=periods,
+    )
+
+
+def judged(reference, model):
+    """The verdict on the distance of the curves of the model up."""
+    runs = [SimpleNamespace(torque=100.0, curves=each) for each in (reference, model)]
+    found = verdict("rms_distance", "m", "100 N m, up, mesh 1, 50 speeds", 1.0, 0.1, "")
+    return with_cause(found, *runs, "100 N m, up, mesh 1")
+
+
+def test_a_motion_that_the_other_has_with_the_speed_falling_is_another_branch():
+    jumped = np.where(BETWEEN, HIGH, LOW)
+    reference = [curve("up", LOW), curve("down", jumped)]
+    model = [curve("up", jumped), curve("down", jumped)]
+    common, others = speeds_on_other_branches(reference, model, "up")
+    assert common.size == SPEEDS.size
+    np.testing.assert_array_equal(others, SPEEDS[BETWEEN])
+    found = judged(reference, model)
+    assert not found.within  # the verdict stays
+    assert found.cause.startswith("another branch: 5 of 50 speeds, 1400 to 1480 Hz")
+    assert found.cause.endswith("steps of 10 Hz may lead both onto one")
+
+
+def test_motions_of_other_periods_are_other_branches():
+    jumped, periods = np.where(BETWEEN, HIGH, LOW), np.where(BETWEEN, 2, 1)
+    found = judged([curve("up", LOW)], [curve("up", jumped, periods)])
+    assert found.cause.startswith("another branch")
+
+
+def test_a_model_that_is_off_is_said_to_be():
+    reference = [curve("up", LOW), curve("down", LOW)]
+    raised = np.where(BETWEEN, HIGH, LOW)
+    found = judged(reference, [curve("up", raised), curve("down", raised)])
+    assert found.cause == OFF
+    both = np.where(BETWEEN, HIGH, 1.5 * LOW)
+    periods = np.where(BETWEEN, 2, 1)
+    found = judged([curve("up", LOW)], [curve("up", both, periods)])
+    assert found.cause.startswith(f"{OFF}; besides, 5 of 50 speeds")
+
+
+def test_of_too_many_speeds_nothing_is_known():
+    found = judged([curve("up", LOW)], [curve("up", HIGH, 2)])
+    assert found.cause.startswith("not known: 50 of 50 speeds")
+
+
+def test_the_worst_mesh_counts_and_speeds_are_left_out_of_all():
+    reference = [curve("up", LOW), curve("up", LOW, mesh=2)]
+    jumped, periods = np.where(BETWEEN, HIGH, LOW), np.where(BETWEEN, 2, 1)
+    model = [curve("up", LOW), curve("up", jumped, periods, mesh=2)]
+    _, others = speeds_on_other_branches(reference, model, "up")
+    assert others.size == BETWEEN.sum()
+    left = without_speeds(model[1], others)
+    assert left.frequency.size == SPEEDS.size - others.size
+    assert left.dte_rms.max() == pytest.approx(1e-6)
+
+
+def test_random_sets_and_cases_have_one_mechanism():
+    assert verdicts.on_other_branch is on_other_branch
+    assert verdicts.OTHER_MOTION == verdicts.TENTH == 0.08
+    assert verdicts.SAME_MOTION == verdicts.MEDIAN == 0.02
+    assert verdicts.MOST_APART == 0.25
