@@ -38,6 +38,7 @@ from fegear.studies.trains import (
     lumped_integration,
     lumped_model,
     torque_setting,
+    train_warnings,
 )
 from fegear.studies.varied import TORQUE, Varied
 from fegear.train.lumped_models import (
@@ -307,6 +308,7 @@ class BifurcationsResult(StudyResult):
             "values": len(study.over.values),
             "branches": [_branch_values(branch) for branch in self.branches],
             "warnings": [
+                *train_warnings(study, study.at_load),
                 *doubts_of_bodies(last, study.at_speeds),
                 *self._doubts_of_size(),
             ],

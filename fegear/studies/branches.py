@@ -43,6 +43,7 @@ from fegear.studies.trains import (
     lumped_model,
     tables_setting,
     torque_setting,
+    train_warnings,
 )
 from fegear.studies.varied import TORQUE, Varied
 from fegear.train.lumped_models import LumpedModel, doubts_of_bodies
@@ -322,7 +323,7 @@ class BranchesResult(StudyResult):
                 _branch_values(branch, study.parameter, self._stepped)
                 for branch in self.branches
             ],
-            "warnings": list(self._doubts()),
+            "warnings": [*train_warnings(study, study.at_load), *self._doubts()],
         }
 
     def _doubts(self) -> Iterator[str]:

@@ -27,6 +27,7 @@ from fegear.studies.trains import (
     lumped_model,
     speeds_setting,
     torque_setting,
+    train_warnings,
 )
 from fegear.studies.varied import TORQUE, Varied, digest
 from fegear.train.lumped_models import LumpedModel, integration_in_words, require_method
@@ -199,7 +200,10 @@ class MapResult(StudyResult):
             },
             "reasons": sorted({c.status for c in cells if c.status.startswith("imp")}),
             "extremes": list(self._extremes()),
-            "warnings": list(_map_warnings(found, self.study.gears)),
+            "warnings": [
+                *train_warnings(self.study, self.study.at_load),
+                *_map_warnings(found, self.study.gears),
+            ],
         }
 
     def _extremes(self) -> Iterator[dict[str, Any]]:

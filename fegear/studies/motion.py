@@ -27,6 +27,7 @@ from fegear.studies.trains import (
     one_load,
     tables_setting,
     torque_setting,
+    train_warnings,
 )
 from fegear.train.lumped_models import (
     LumpedModel,
@@ -36,7 +37,6 @@ from fegear.train.lumped_models import (
     require_method,
     static_entries,
     static_line,
-    static_warnings,
     truncation_entries,
     truncation_error,
     truncation_warnings,
@@ -154,7 +154,7 @@ class MotionResult(StudyResult):
             "section_points": len(motion.section_rate),
             "meshes": [_mesh_summary(motion, m) for m in range(len(motion.pairs))],
             "warnings": [
-                *static_warnings(self._systems),
+                *train_warnings(study, self._systems),
                 *truncation_warnings(self.checks),
                 *doubts_of_meshes(
                     study.gears.meshes,

@@ -18,7 +18,6 @@ from fegear.studies.table import Table
 from fegear.train.lumped_models import (
     natural_frequencies,
     static_line,
-    static_warnings,
     truncation_warnings,
 )
 from lumped.figures.sweeps import ResponseCurve, draw_sweep
@@ -127,7 +126,7 @@ class ResponsesResult(StudyResult):
         if self.beside:
             values["model_1_branches"] = _summarise_branches(self.beside)
         found = (*self.found, *self.beside)
-        doubts = doubts_of_sweep(self.study.gears, found, self.frequencies)
+        doubts = doubts_of_sweep(self.study.gears, found)
         return values | {"warnings": list(doubts)}
 
     @property
@@ -208,15 +207,8 @@ def _summarise_branch(
     }
 
 
-def doubts_of_sweep(
-    gear_set: GearSet, found: Branches, speeds: Sequence[float]
-) -> Iterator[str]:
-    """Warnings where a model leaves out too much, or values cannot be physical.
-
-    speeds : mesh frequencies of the first mesh that were asked for [Hz]
-    """
-    systems = {branch.system: torque for torque, branch in found}
-    yield from static_warnings({torque: each for each, torque in systems.items()})
+def doubts_of_sweep(gear_set: GearSet, found: Branches) -> Iterator[str]:
+    """Warnings where a model leaves out too much, or values cannot be physical."""
     for _, branch in found:
         yield from truncation_warnings(branch.checks)
     for torque in dict.fromkeys(torque for torque, _ in found):

@@ -35,6 +35,7 @@ from fegear.studies.trains import (
     speeds_setting,
     tables_setting,
     torque_setting,
+    train_warnings,
 )
 from fegear.studies.varied import FRICTION, OF_TEETH, TORQUE, Varied
 from fegear.train.lumped_models import BENDING as RATIO
@@ -240,7 +241,7 @@ class StabilityResult(StudyResult):
                 }
                 for value, column in zip(study.over.values, self.columns, strict=False)
             ],
-            "warnings": list(self._warnings()),
+            "warnings": [*train_warnings(study, study.at_load), *self._warnings()],
         }
 
     def _warnings(self) -> Iterator[str]:

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
-from typing import Literal
+from typing import Any, Literal
 
 from fegear.files.errors import InputError
 from fegear.studies.responses import ResponsesResult
@@ -25,6 +25,7 @@ from fegear.studies.trains import (
     speeds_setting,
     tables_setting,
     torques_setting,
+    train_warnings,
 )
 from fegear.train.lumped_models import (
     LumpedModel,
@@ -194,6 +195,14 @@ class SweepResult(ResponsesResult):
         settings = self.study.integration
         every = [spectra_over_speed(*each, settings) for each in self.found]
         return [each for each in every if each.lines]
+
+    @cached_property
+    def summary(self) -> dict[str, Any]:
+        """Peaks, jumps and warnings."""
+        values = super().summary
+        systems = {torque: branch.system for torque, branch in self.found}
+        warnings = train_warnings(self.study, systems)
+        return values | {"warnings": [*warnings, *values["warnings"]]}
 
     @property
     def more_tables(self) -> dict[str, Table]:

@@ -28,6 +28,7 @@ from fegear.studies.trains import (
     one_load,
     tables_setting,
     torque_setting,
+    train_warnings,
 )
 from fegear.train.lumped_models import LumpedModel, file_header, lumped_system
 from lumped.closed_forms import (
@@ -146,7 +147,10 @@ class TheoryResult(StudyResult):
             "torque_Nm": self.torque,
             "meshes": [self._mesh(m) for m in range(len(self.system.excitations))],
             "resonances": [self._resonance(each) for each in self.found],
-            "warnings": list(self._doubts()),
+            "warnings": [
+                *train_warnings(self.study, {self.torque: self.system}),
+                *self._doubts(),
+            ],
         }
 
     def _doubts(self) -> Iterator[str]:

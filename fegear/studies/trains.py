@@ -15,7 +15,7 @@ from fegear.gearset import load_gear_set
 from fegear.gearset.edit import parsed_value
 from fegear.gearset.model import GearSet
 from fegear.gearset.power_path import input_torques
-from fegear.statics.excitation import Source, read_mesh_tables
+from fegear.statics.excitation import Source, read_mesh_tables, table_warnings
 from fegear.studies.page import counted
 from fegear.studies.study import (
     Group,
@@ -32,8 +32,14 @@ from fegear.studies.study import (
     require_settings,
     setting,
 )
-from fegear.train.lumped_models import LumpedModel, Number, resolve_model
+from fegear.train.lumped_models import (
+    LumpedModel,
+    Number,
+    resolve_model,
+    static_warnings,
+)
 from lumped.steady.settings import Settings
+from lumped.train.system import LumpedSystem
 
 LEAST_TORQUE = 1e-6  # N m, less is lost in round-off
 FREQUENCY = Range(above=0.0, below=1e9, unit="Hz")
@@ -510,6 +516,18 @@ def refuse_edits(
             reason = f"{called(study, 'table')} has the teeth with their relief"
         if reason:
             raise study.gear_set.refused(key, reason)
+
+
+def train_warnings(
+    study: OfTrain, systems: Mapping[float, LumpedSystem]
+) -> Iterator[str]:
+    """Warnings of a lumped train at rest, and of the mesh tables that it is made from.
+
+    systems : by torque on the input gear [N m]
+    """
+    for torque in systems:
+        yield from table_warnings(study.known.stiffness, study.gears, torque)
+    yield from static_warnings(systems)
 
 
 def described(study: OfTrain, damping_ratio: float) -> dict[str, Any]:

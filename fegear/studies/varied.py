@@ -146,8 +146,15 @@ class Varied(OfTrain):
         varies = bool({DAMPING, SHORT[DAMPING]} & self.names)
         return None if varies else self._any_system.train.damping_ratio
 
+    @property
+    def at_load(self) -> dict[float, LumpedSystem]:
+        """A system by its torque on the input gear [N m], without what varies."""
+        return {self.load: self._any_system}
+
     @cached_property
     def _any_system(self) -> LumpedSystem:
+        if self._alike is not None:
+            return self._alike
         model = self.known
         if BENDING in self.names:
             model = replace(model, bending=0.0)  # no mesh table need have it
