@@ -826,7 +826,7 @@ def test_the_damping_ratio_of_chapter_2_ends_a_branch_between_printed_speeds():
 
     def is_upper(speed, ratio):
         state = start
-        for step in np.linspace(0.012, ratio, 9):
+        for step in np.linspace(0.012, ratio, 41):
             response, _, _ = respond_confirmed(of(float(step)), speed, None, state)
             state = response.state
         return response.contact_loss[0] > 0.4
@@ -834,4 +834,4 @@ def test_the_damping_ratio_of_chapter_2_ends_a_branch_between_printed_speeds():
     assert is_upper(2490.0, DAMPING_OF_CHAPTER_2)
     assert not is_upper(2470.0, DAMPING_OF_CHAPTER_2)
     assert is_upper(2470.0, 0.0253)
-    assert not is_upper(2490.0, 0.0255)
+    assert not is_upper(2490.0, 0.0259)
