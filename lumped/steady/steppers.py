@@ -32,10 +32,13 @@ Array = NDArray[np.float64]
 WATCHED = 100_000  # fixed steps between calls of watch, or a common period if more
 CONTACT_ROWS, FRICTION_ROWS = 2, 3  # rows recorded for each contact, or pair
 FINEST = 512  # fixed steps per period, beyond which results do not depend on them
-# Phase angle of the highest contact resonance per step of the coupled model [rad]. The
-# engagement of teeth is a kink of the excitation, whose high harmonics the steps take for
-# lower ones: where the eighth harmonic met a resonance, 0.65 rad made amplitudes 7 % too
-# small, 0.3 rad 1 %.
+# Steps of the coupled model shift a contact resonance by a relative amount of some 1e-3
+# times the square of its phase angle per step. At an angle of FLANK times the root of
+# the damping ratio, this is a tenth of half the bandwidth. Least and most angle [rad].
+FLANK, LEAST, MOST = 4.0, 0.25, 1.0
+# The engagement of teeth is a kink of the excitation, whose high harmonics steps take for
+# lower ones: where the eighth harmonic met a resonance, 0.65 rad per step made amplitudes
+# 7 % too small, 0.3 rad 1 %. So up to FINEST steps have this angle [rad].
 CONTACT_ANGLE = 0.25
 
 
@@ -358,7 +361,8 @@ def steps_per_period(system: LumpedSystem, frequency: float, settings: Settings)
     base = settings.least_steps(system.contacts is not None) * fastest
     needed = max(base, highest / (frequency * settings.step_angle))
     if system.loaded is not None and settings.steps is None:
-        resolved = system.strained_angular / (frequency * CONTACT_ANGLE)
-        needed = max(needed, resolved)
+        angle = min(max(FLANK * math.sqrt(system.train.damping_ratio), LEAST), MOST)
+        turned = system.strained_angular / frequency
+        needed = max(needed, turned / angle, min(turned / CONTACT_ANGLE, FINEST))
     doublings = max(0, math.ceil(2.0 * math.log2(needed / base) - 1e-9))
     return math.ceil(base * 2.0 ** (0.5 * doublings))
