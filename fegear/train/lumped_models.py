@@ -565,7 +565,7 @@ def truncation_entries(
     and what those that are left out change.
     """
     contacts = system.contacts
-    if contacts is None or contacts.solved is None or not contacts.bodies.count:
+    if contacts is None or contacts.solved is None:
         return {}
     gears, solved = contacts.bodies.gears, contacts.solved.count
     counts = [int((gears == g).sum()) for g in range(len(system.train.gears))]

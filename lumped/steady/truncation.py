@@ -41,7 +41,7 @@ def leaves_modes_out(system: LumpedSystem) -> bool:
     contacts = system.contacts
     if contacts is None or contacts.solved is None:
         return False
-    return 0 < contacts.bodies.count < contacts.solved.count
+    return contacts.bodies.count < contacts.solved.count
 
 
 def check_truncation(

@@ -173,7 +173,9 @@ class CoupledContacts:
         """The contacts with all solved body modes as coordinates."""
         if self.solved is None or self.kept is None:
             return self
-        return replace(self, modes=self.solved, kept=np.ones_like(self.kept))
+        without = tuple(name for name in self.without if name != "modes")
+        kept = np.ones_like(self.kept)
+        return replace(self, modes=self.solved, kept=kept, without=without)
 
     @property
     def of_equal_teeth(self) -> CoupledContacts:

@@ -91,7 +91,7 @@ def test_the_coupled_model_warns_of_body_modes_that_it_leaves_out():
     words = "liu-pair", "--model", "coupled", "--speed", 9000, "--json"
     assert json.loads(run(*words))["warnings"] == []
     (warning,) = json.loads(run(*words, "--without", "modes"))["warnings"]
-    assert warning.startswith("body modes that the coupled model leaves out change")
+    assert warning.startswith("body modes that the coupled model leaves out matter")
 
 
 def test_progress_tells_the_speed_on_the_way(monkeypatch):

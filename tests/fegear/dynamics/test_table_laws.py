@@ -50,7 +50,7 @@ def given_of(tmp_path_factory):
     return make
 
 
-def from_tables(case, given, without=()):
+def from_tables(case, given, without=("modes",)):
     contacts = coupled_contacts(case.gear_set, 100.0, case.reference, given, without)
     return replace(case.reference, contacts=contacts)
 
