@@ -85,7 +85,7 @@ ELEMENTS = Group(
         "cutoff_Hz": Setting(
             option="--cutoff",
             text="Natural frequency [Hz] up to which elastic modes are considered. "
-            "[default: 7 times the highest speed, or more]",
+            "[default: 7 times the highest speed or resonance, or more]",
         ),
     },
 )

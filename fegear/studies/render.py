@@ -268,7 +268,7 @@ class ContactPicturesResult(StudyResult):
         yield f"wrote {self.study.file}"
 
     def _value(self, peak: Peak) -> str:
-        """With its moment where there are several."""
+        """Value of a peak in MPa, and its moment where there are several."""
         at = f" at {peak.moment}" if self.peaks.fields > 1 else ""
         return f"{1e-6 * peak.value:.0f} MPa{at}"
 

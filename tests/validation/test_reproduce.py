@@ -16,7 +16,12 @@ from typer.testing import CliRunner
 import validation.reproduce
 from fegear.cli import app, run
 from fegear.files.errors import InputError
+from fegear.gearset import load_gear_set
+from fegear.statics.excitation import Excitations, Source
+from fegear.train.lumped_models import LumpedModel, lumped_system
 from lumped.closed_forms import parametric_system
+from lumped.steady.respond import respond_confirmed
+from lumped.steady.sweep import sweep
 from validation.reproduce import (
     figure_numbers,
     find_figure,
@@ -780,3 +785,53 @@ def test_modes_move_from_the_shaft_to_the_meshes():
     shaft = "strain energy in shaft"
     assert ends[shaft, "mode 1"][0] > 0.98 > 0.02 > ends[shaft, "mode 1"][1]
     assert ends[shaft, "mode 3"][0] < 0.02 < 0.98 < ends[shaft, "mode 3"][1]
+
+
+DAMPING_OF_CHAPTER_2 = 0.0254  # fitted, see figure 2.12
+
+
+def test_figures_of_chapter_2_have_one_damping_ratio():
+    """But for those of which the source prints or needs another."""
+    for number in ("2.5", "2.6", "2.7", "2.8", "2.9", "2.10", "2.12", "2.13", "2.15"):
+        figure = load_figure(number)
+        scene = figure.scene(figure.part[0])
+        assert float(scene.edits["dynamics.damping_ratio"]) == DAMPING_OF_CHAPTER_2
+        assert f"{DAMPING_OF_CHAPTER_2} is fitted" in figure.notes
+
+
+@pytest.mark.slow
+def test_the_damping_ratio_of_chapter_2_ends_a_branch_between_printed_speeds():
+    """Printed are the upper branch at 2490 Hz and the lower one at 2470 Hz.
+
+    The branch is followed at 0.01 and the damping ratio then raised, on both sides of
+    the interval that the note of the figures states.
+    """
+    stiffness = Source(relief_stiffness="unmodified")
+    gears, excitations = load_gear_set("liu-idler"), Excitations(stiffness)
+
+    def of(ratio):
+        model = LumpedModel(number=1, stiffness=stiffness, damping_ratio=ratio)
+        return lumped_system(gears, 100.0, model, excitations)
+
+    def first_state():
+        """Where it lands after aperiodic motion depends on the steps of the speed."""
+        for step in (10.0, 20.0, 15.0, 5.0):
+            speeds = np.arange(2490.0, 3601.0, step)
+            last = sweep(of(0.01), speeds, "down").responses[-1]
+            if last.contact_loss[0] > 0.4:
+                return last.state
+        raise LookupError("no passage leads onto the upper branch")
+
+    start = first_state()
+
+    def is_upper(speed, ratio):
+        state = start
+        for step in np.linspace(0.012, ratio, 41):
+            response, _, _ = respond_confirmed(of(float(step)), speed, None, state)
+            state = response.state
+        return response.contact_loss[0] > 0.4
+
+    assert is_upper(2490.0, DAMPING_OF_CHAPTER_2)
+    assert not is_upper(2470.0, DAMPING_OF_CHAPTER_2)
+    assert is_upper(2470.0, 0.0253)
+    assert not is_upper(2490.0, 0.0259)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -21,7 +21,12 @@ from fegear.gearset.power_path import mesh_torques_at
 from fegear.statics.excitation import Excitations
 from fegear.statics.solving import solve_mesh
 from fegear.studies.responses import doubts_of_sweep
-from fegear.train.lumped_models import LumpedModel, lumped_system
+from fegear.train.lumped_models import (
+    LumpedModel,
+    lumped_system,
+    static_warnings,
+    truncation_warnings,
+)
 from lumped.common.progress import Progress
 from lumped.steady.motion import speeds_between
 from lumped.steady.response import Response, Status
@@ -29,6 +34,7 @@ from lumped.steady.settings import Settings
 from lumped.steady.steady_state import Stepper, steady_state
 from lumped.steady.steppers import stepper_of, steps_per_period, warm_up
 from lumped.steady.sweep import Branch, Direction, Observer, sweep_branch
+from lumped.steady.truncation import check_truncation
 from lumped.train.analytic import lowest_deflection
 from lumped.train.coupled import static_transmission_error
 from lumped.train.excitation import MeshExcitation
@@ -175,9 +181,7 @@ def solve_task(
     """
     level, begin = memory_level(), time.perf_counter()
     report(f"{_name(task)}: statics", 0, 1)
-    system = lumped_system(
-        *(task.gear_set, task.torque, _model(task), excitations, task.speeds)
-    )
+    system = lumped_system(task.gear_set, task.torque, _model(task), excitations)
     statics = [
         mesh_statics(task, excitations, m, system)
         for m in range(len(system.excitations))
@@ -199,7 +203,7 @@ def solve_task(
         steps=sum(map(integrator.steps_to_settle, responses)),
     )
     swept = [(task.torque, branch) for branch in branches]
-    doubts = doubts_of_sweep(task.gear_set, swept, task.speeds) if swept else ()
+    doubts = [*doubts_of_sweep(task.gear_set, swept), *_warnings(task, system, swept)]
     cost = _with_memory(cost, level)
     return RunResult(system, statics, branches, cycles, cost, tuple(doubts))
 
@@ -305,6 +309,18 @@ def static_deflection(
         for name in ("stiffness", "gap")
     )
     return lowest_deflection(shares * stiffness, gap, force)
+
+
+def _warnings(
+    task: Task, system: LumpedSystem, swept: Sequence[tuple[float, Branch]]
+) -> Iterator[str]:
+    """Warn of a lumped model at rest, and of body modes that it leaves out."""
+    if task.model is None:
+        return
+    yield from static_warnings({task.torque: system})
+    for _, branch in swept[:1]:
+        checks = check_truncation(system, branch.responses, Settings())
+        yield from truncation_warnings(checks)
 
 
 def _with_memory(cost: Cost, level: MemoryLevel) -> Cost:

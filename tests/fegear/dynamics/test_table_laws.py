@@ -165,20 +165,6 @@ def linear_table(pair, gap, coupling, torques=(50.0, 150.0)):
     return MeshTable(np.array(torques), np.arange(8) / 8, columns), stiff, gaps
 
 
-def test_speeds_may_be_an_array(case_of):
-    gear_set = case_of("liu-pair").gear_set
-    table = linear_table(gear_set.meshes[0].pair, 0.0, 0.0, (100.0,))[0]
-    given = GivenTables((("hand.csv", table),))
-    model = LumpedModel(number="coupled", without=("hardening",), stiffness=given)
-    band = np.array([1000.0, 3000.0])
-    found, same = (
-        lumped_system(gear_set, 100.0, model, speeds=speeds)
-        for speeds in (band, [1000.0, 2000.0, 3000.0])
-    )
-    np.testing.assert_array_equal(found.angular, same.angular)
-    assert lumped_system(gear_set, 100.0, model, speeds=band[:0]).contacts is not None
-
-
 @pytest.mark.parametrize(
     ("gap", "coupling", "torques", "without"),
     [

@@ -1,0 +1,138 @@
+"""Which elastic modes a train has does not depend on the speeds that are asked for."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import fegear
+from fegear.dynamics.build import FiniteElements, prepare
+from fegear.dynamics.stepper import DynamicSettings
+from fegear.gearset import load_gear_set, make_gear_set
+from fegear.statics.excitation import Excitations
+from fegear.train.lumped_models import (
+    LumpedModel,
+    lumped_system,
+    truncation_entries,
+    truncation_warnings,
+)
+from lumped.steady.respond import respond
+from lumped.steady.settings import Settings
+from lumped.steady.steady_state import steady_state
+from lumped.steady.truncation import check_truncation, leaves_modes_out
+
+COUPLED = LumpedModel(number="coupled")
+# an idler whose second harmonic meets a mode of its body at some 930 Hz
+HEAVY_IDLER = {
+    "name": "heavy-idler",
+    "defaults": {"module_mm": 5.82, "face_width_mm": 51.7},
+    "gear": [
+        {"name": "a", "teeth": 21, "profile_shift": 0.377, "hub_radius_mm": 36.31}
+        | {"inertia_kg_m2": 0.0127576},
+        {"name": "b", "teeth": 95, "profile_shift": 0.23, "hub_radius_mm": 78.74}
+        | {"inertia_kg_m2": 6.75009},
+        {"name": "c", "teeth": 66, "profile_shift": 0.367, "hub_radius_mm": 130.55}
+        | {"inertia_kg_m2": 1.23552},
+    ],
+    "mesh": [
+        {"driver": "a", "driven": "b", "operating_pressure_angle_deg": 21.668}
+        | {
+            "tip_relief": {"magnitude_um": 20.4, "start": "HPSTC"}
+            | {"shape": "parabolic"}
+        },
+        {"driver": "b", "driven": "c", "operating_pressure_angle_deg": 21.2501}
+        | {"tip_relief": {"magnitude_um": 21.9, "start": "HPSTC"}},
+    ],
+    "load": {"gear": "a", "torques_Nm": [1300.0]},
+    "dynamics": {"damping_ratio": 0.0279},
+}
+
+
+@pytest.fixture(scope="module")
+def pair():
+    return lumped_system(load_gear_set("liu-pair"), 100.0, COUPLED)
+
+
+def with_modes(system, count):
+    """The system with no more than so many families of body modes."""
+    contacts = system.contacts
+    kept = np.isin(
+        contacts.inertia.families, np.unique(contacts.inertia.families)[:count]
+    )
+    contacts = replace(contacts, modes=contacts.solved.only(kept), kept=kept)
+    return replace(system, contacts=contacts)
+
+
+def test_a_speed_has_the_same_motion_alone_and_among_others():
+    alone, among = (
+        fegear.run(
+            fegear.Sweep(
+                gear_set="liu-idler", torque=[100.0], speeds=speeds, direction="up"
+            )
+        )
+        for speeds in ([2300.0], [600.0, 2300.0, 6000.0])
+    )
+    one, other = alone.found[0][1].responses[0], among.found[0][1].responses[1]
+    np.testing.assert_allclose(one.dte_rms, other.dte_rms, rtol=2e-3)
+    assert alone.facts["body_modes"] == among.facts["body_modes"]
+
+
+def test_finite_elements_keep_the_same_modes_at_any_speed():
+    gear_set, excitations = load_gear_set("liu-idler"), Excitations()
+    reference = lumped_system(gear_set, 100.0, excitations=excitations)
+    kept = {
+        prepare(
+            *(gear_set, 100.0, reference, speeds, FiniteElements(fidelity=fidelity)),
+            *(DynamicSettings(), excitations),
+        ).elastic
+        for fidelity in ("auto", "reduced")
+        for speeds in ([300.0], [2000.0], [300.0, 4000.0])
+    }
+    assert len(kept) <= 2  # one of each fidelity
+
+
+def test_what_is_left_out_is_measured(pair):
+    """Beside both motions from rest, which the check does not use."""
+    few = with_modes(pair, 2)
+    assert leaves_modes_out(few)
+    one = respond(few, 5900.0)
+    every = replace(few, contacts=few.contacts.with_all_modes)
+    other = respond(every, 5900.0)
+    (check,) = check_truncation(few, [one], Settings())
+    expected = float(np.abs(other.dte_rms / one.dte_rms - 1.0).max())
+    assert check.error == pytest.approx(expected, rel=0.02)
+    assert check.frequency == 5900.0
+    entries = truncation_entries(few, [check])
+    assert f"{100.0 * check.error:.2g} %" in entries["body modes left out"]
+
+
+def test_all_modes_leave_nothing_out(pair):
+    every = replace(pair, contacts=pair.contacts.with_all_modes)
+    assert not leaves_modes_out(every)
+    assert check_truncation(every, [respond(every, 2900.0)], Settings()) == ()
+    assert truncation_entries(every, ())["body modes left out"] == "none"
+
+
+@pytest.mark.slow
+def test_a_harmonic_that_meets_a_mode_of_a_body_is_seen():
+    gear_set, excitations, speed = make_gear_set(HEAVY_IDLER), Excitations(), 930.0
+    system = lumped_system(gear_set, 1300.0, COUPLED, excitations)
+    response = respond(system, speed)
+    reference = lumped_system(gear_set, 1300.0, excitations=excitations)
+    settings = DynamicSettings()
+    elements = prepare(
+        *(gear_set, 1300.0, reference, [speed], FiniteElements(fidelity="reduced")),
+        *(settings, excitations),
+    )
+    expected, _ = steady_state(elements.stepper, speed, settings)
+    np.testing.assert_allclose(response.dte_rms, expected.dte_rms, rtol=0.03)
+    (check,) = check_truncation(system, [response], Settings())
+    assert check.error < 0.02
+    # one family alone is far off, and warned of
+    few = with_modes(system, 1)
+    off = respond(few, speed)
+    assert np.abs(off.dte_rms / expected.dte_rms - 1.0).max() > 0.08
+    checks = check_truncation(few, [off], Settings())
+    assert len(list(truncation_warnings(checks))) == 1
