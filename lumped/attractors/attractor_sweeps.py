@@ -103,7 +103,7 @@ def find_jumps(attractors: Sequence[Attractor]) -> list[bool]:
     """
     apart = [_distance(*pair) for pair in pairwise(attractors)]
     beside = [math.nan, *apart, math.nan]
-    return [False] + [
+    return [False] * len(attractors[:1]) + [
         own > FAR and own > STRONG * one and own > STRONG * two
         for one, own, two in zip(beside, apart, beside[2:], strict=False)
     ]

@@ -362,6 +362,7 @@ for branch in ("1-up", "1-down"):
     state = checkpoint.state(branch)
     x = state["x"] if done else np.linspace(0.1, 0.9, 20_000)
     for index in range(len(done), count):
+        sys.stdin.readline()  # how many it may add
         x = 3.9 * x * (1.0 - x)  # chaos: any wrong bit shows
         values = {"mean": float(x.mean()), "nan": float("nan"), "index": index}
         checkpoint.add(branch, values, {"x": x})
@@ -371,9 +372,16 @@ checkpoint.close(keep=True)
 
 def start_writer(place: Path, count: int) -> subprocess.Popen:
     command = [sys.executable, "-c", WRITER, str(place), str(count)]
-    writer = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+    pipe = subprocess.PIPE
+    writer = subprocess.Popen(command, stdin=pipe, stdout=pipe, text=True)
     assert writer.stdout.readline() == "open\n"
     return writer
+
+
+def allow(writer: subprocess.Popen, records: int) -> None:
+    """Let it add so many records, and wait for more after them."""
+    writer.stdin.write("\n" * records)
+    writer.stdin.flush()
 
 
 def contents(place: Path) -> list[list[tuple]]:
@@ -385,21 +393,23 @@ def test_killed_at_any_time_and_resumed_nothing_differs(tmp_path):
     count, chance = 60, random.Random(2)
     with start_writer(tmp_path / "whole", count) as writer:
         began = time.perf_counter()
+        allow(writer, 2 * count)
     span = time.perf_counter() - began
-    kills = lengths = 0
+    lengths = 0
     for _ in range(8):
         writer = start_writer(tmp_path / "killed", count)
-        time.sleep(chance.uniform(0.0, 0.25 * span))
+        allow(writer, 14)  # not all in eight times, however long it has
+        time.sleep(chance.uniform(0.0, 0.125 * span))
         writer.kill()
         with writer:
-            kills += writer.wait() != 0
+            assert writer.wait() != 0
         with opened(tmp_path / "killed", inputs={"a": "b"}) as checkpoint:
             found = sum(len(checkpoint.finished(b)) for b in ("1-up", "1-down"))
         assert found >= lengths  # a kill loses nothing that was finished
         lengths = found
-    assert kills >= 1
+    assert lengths < 2 * count
     with start_writer(tmp_path / "killed", count) as writer:
-        pass
+        allow(writer, 2 * count - lengths)
     assert writer.returncode == 0
     assert contents(tmp_path / "killed") == contents(tmp_path / "whole")
 

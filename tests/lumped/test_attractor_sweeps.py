@@ -120,6 +120,14 @@ def test_a_stopped_sweep_goes_on_where_it_ended(at, falling):
         np.testing.assert_array_equal(one.deflection, other.deflection)
 
 
+def test_a_sweep_that_is_stopped_at_once_has_no_stretches(at):
+    stop = threading.Event()
+    stop.set()
+    begun = sweep_attractors(SPEEDS, at, "down", SETTINGS, FEW, stop=stop)
+    assert not begun.complete
+    assert begun.values == begun.stretches == ()
+
+
 def test_a_motion_that_only_coarse_steps_hold_is_left(system, idler):
     """At 1630 Hz on 64 steps the motion of one period repeats, though it doubles."""
     train = idler(inertias=CHAPTER_3, phases=(0.0, -0.125))

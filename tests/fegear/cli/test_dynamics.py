@@ -4,16 +4,14 @@ from __future__ import annotations
 
 import csv
 import json
-import os
-import signal
 import sqlite3
 import subprocess
 import sys
-import time
 from contextlib import closing
 from importlib import resources
 
 import pytest
+from ended_runs import killed_after
 from typer.testing import CliRunner
 
 import fegear
@@ -96,12 +94,9 @@ def test_unknown_gear_for_root_stress(tmp_path):
 
 
 def finished_in(partial):
-    """Speeds in a checkpoint that another process may hold and write to."""
-    try:
-        with closing(sqlite3.connect(f"file:{partial}?immutable=1", uri=True)) as found:
-            return found.execute("select count(*) from speeds").fetchone()[0]
-    except sqlite3.DatabaseError:
-        return 0
+    """Speeds in a checkpoint that no process holds."""
+    with closing(sqlite3.connect(partial)) as found:
+        return found.execute("select count(*) from speeds").fetchone()[0]
 
 
 @pytest.mark.slow
@@ -111,15 +106,8 @@ def test_killed_and_resumed_gives_the_same_file(tmp_path):
     assert run(*words, str(whole)).exit_code == 0
     command = [*MAIN, *words, str(killed), "--resume"]
     partial = tmp_path / "killed.csv.partial"
-    for least in (3, 30):
-        process = subprocess.Popen(
-            command, stdout=subprocess.DEVNULL, start_new_session=True
-        )
-        while process.poll() is None and finished_in(partial) <= least:
-            time.sleep(0.01)
-        if process.poll() is None:
-            os.kill(process.pid, signal.SIGKILL)
-        process.wait()
+    for more in (4, 27):
+        killed_after(more, command[len(MAIN) :])
         assert not killed.exists(), "killed before the end"
     assert finished_in(partial) > 30
     for _ in range(2):  # resuming is safe to repeat
@@ -133,7 +121,7 @@ def test_resuming_tells_what_is_left_and_what_is_computed_again(tmp_path):
     path = tmp_path / "d.csv"
     partial = tmp_path / "d.csv.partial"
     words = [*PAIR, "--speeds", "1000:1400:10", "--direction", "up", "-o", str(path)]
-    started_and_killed(words, partial, speeds=3)
+    killed_after(4, words)
     with closing(sqlite3.connect(partial)) as connection, connection:
         connection.execute("update speeds set content = x'00' where number = 1")
     command = [*MAIN, *words, "--resume"]
@@ -149,7 +137,7 @@ def test_resuming_tells_what_is_left_and_what_is_computed_again(tmp_path):
 def test_finished_speeds_are_not_thrown_away(tmp_path):
     path = tmp_path / "d.csv"
     words = [*PAIR, "--speeds", "1000:1400:1", "--direction", "up", "-o", str(path)]
-    started_and_killed(words, tmp_path / "d.csv.partial")
+    killed_after(2, words)
     with closing(sqlite3.connect(tmp_path / "d.csv.partial")) as connection:
         # takes back what the kill may have left half committed
         assert connection.execute("select count(*) from speeds").fetchone()[0] > 0
@@ -172,7 +160,7 @@ def test_a_cut_off_below_all_modes_is_refused():
 def test_a_checkpoint_of_other_settings_is_refused(tmp_path):
     path = tmp_path / "d.csv"
     words = [*PAIR, "--speeds", "1000:1400:10", "--direction", "up", "-o", str(path)]
-    started_and_killed(words, tmp_path / "d.csv.partial")
+    killed_after(2, words)
     done = subprocess.run(
         [*MAIN, *words, "--steps", "64", "--resume"],
         capture_output=True,
@@ -182,15 +170,6 @@ def test_a_checkpoint_of_other_settings_is_refused(tmp_path):
     assert "integration.steps = '128', now '64'" in done.stderr
 
 
-def started_and_killed(words, partial, speeds=1):
-    """A run that was killed after so many speeds."""
-    process = subprocess.Popen([*MAIN, *words], stdout=subprocess.DEVNULL)
-    while finished_in(partial) <= speeds:  # the last may not be committed yet
-        time.sleep(0.01)
-    process.kill()
-    process.wait()
-
-
 @pytest.mark.slow
 def test_a_checkpoint_of_other_gears_or_histories_is_refused(tmp_path):
     text = (resources.files("fegear.gearset") / "sets" / "liu-pair.toml").read_text()
@@ -198,7 +177,7 @@ def test_a_checkpoint_of_other_gears_or_histories_is_refused(tmp_path):
     own.write_text(text)
     words = ["dynamics", str(own), *PAIR[2:], "--speeds", "1000:1400:10"]
     words += ["--direction", "up", "-o", str(path)]
-    started_and_killed(words, tmp_path / "d.csv.partial")
+    killed_after(2, words)
     history = ["--history", str(tmp_path / "h")]
     done = subprocess.run(
         [*MAIN, *words, *history, "--resume"], capture_output=True, text=True

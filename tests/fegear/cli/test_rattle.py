@@ -4,16 +4,14 @@ from __future__ import annotations
 
 import json
 import math
-import os
 import re
-import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import numpy as np
 import pytest
+from ended_runs import killed_after
 from typer.testing import CliRunner
 
 from fegear.cli import app, run
@@ -136,15 +134,8 @@ def test_a_killed_run_loses_the_tiles_under_way_only(tmp_path):
     program = [sys.executable, "-c", "from fegear.cli import main; main()"]
     whole, file = tmp_path / "whole.npz", tmp_path / "b.npz"
     assert run([*words, str(whole)]) == 0
-    going = subprocess.Popen([*program, *words, str(file)])
     kept = tmp_path / "b.npz.partial"
-    until = time.monotonic() + 60.0
-    while time.monotonic() < until and going.poll() is None:
-        if kept.exists() and kept.stat().st_size > 150_000:
-            break
-        time.sleep(0.05)
-    os.kill(going.pid, signal.SIGKILL)
-    going.wait()
+    killed_after(3, [*words, str(file)])
     assert not file.exists()
     assert kept.exists()
     again = subprocess.run(

@@ -4,15 +4,11 @@ from __future__ import annotations
 
 import importlib
 import json
-import os
-import signal
-import subprocess
-import sys
-import time
 from dataclasses import replace
 from importlib import resources
 
 import pytest
+from ended_runs import interrupted_after
 from typer.testing import CliRunner
 
 from fegear.cli import app
@@ -184,21 +180,10 @@ def test_a_divergence_keeps_the_rows_before_it(tmp_path, monkeypatch):
 
 @pytest.mark.slow
 def test_ctrl_c_keeps_finished_rows(tmp_path):
-    code = "from fegear.cli import main; main()"
     words = (*FAST, "--speeds", "800:4200:0.1", "-o", "s.csv")
-    process = subprocess.Popen(
-        [sys.executable, "-c", code, "sweep", *words],
-        cwd=tmp_path,
-        env=os.environ,
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
-    time.sleep(6.0)
-    process.send_signal(signal.SIGINT)
-    _, error = process.communicate(timeout=60)
-    assert process.returncode == 130, error
-    assert "interrupted" in error
+    done = interrupted_after(500, ["sweep", *words], tmp_path)
+    assert done.returncode == 130, done.stderr
+    assert "interrupted" in done.stderr
     table = read_sweep(str(tmp_path / "s.csv"))
     assert 0 < len(table.rows) < 2 * 2 * 34001
     assert table.header["incomplete"] == f"{len(table.rows) // 2} of 68002 speeds"
