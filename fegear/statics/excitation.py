@@ -107,7 +107,8 @@ class Source:
             "trapezoid": f"trapezoid, ramp {exact(self.ramp)} base pitches",
             "fourier": f"fourier, {self.harmonics} harmonics",
         }.get(self.kind, self.kind)
-        elements = {"plane": self.plane, "resolution": self.resolution}
+        elements: dict[str, str] = {"plane": self.plane}
+        elements["resolution"] = self.resolution
         if self.relief_stiffness != "own":
             elements["stiffness of relieved pairs"] = "that of unmodified teeth"
         return {"excitation": shape, **elements}

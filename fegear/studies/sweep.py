@@ -150,8 +150,10 @@ class Sweep(
         if direction != self.directions[0]:
             return branch
         with suppress(Stopped):  # the speeds are finished without it
-            given = branch.responses, self.integration, observer.watch
-            return replace(branch, checks=check_truncation(system, *given))
+            checks = check_truncation(
+                system, branch.responses, self.integration, observer.watch
+            )
+            return replace(branch, checks=checks)
         return branch
 
     def gather(self, found: Mapping[str, Branch | None]) -> SweepResult:
