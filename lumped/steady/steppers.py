@@ -36,9 +36,9 @@ FINEST = 512  # fixed steps per period, beyond which results do not depend on th
 # times the square of its phase angle per step. At an angle of FLANK times the root of
 # the damping ratio, this is a tenth of half the bandwidth. Least and most angle [rad].
 FLANK, LEAST, MOST = 4.0, 0.25, 1.0
-# The engagement of teeth is a kink of the excitation, whose high harmonics steps take for
-# lower ones: where the eighth harmonic met a resonance, 0.65 rad per step made amplitudes
-# 7 % too small, 0.3 rad 1 %. So up to FINEST steps have this angle [rad].
+# The engagement of teeth is a kink of the excitation, whose high harmonics steps take
+# for lower ones: where the eighth harmonic met a resonance, 0.65 rad per step made
+# amplitudes 7 % too small, 0.3 rad 1 %. So up to FINEST steps have this angle [rad].
 CONTACT_ANGLE = 0.25
 
 
