@@ -575,6 +575,10 @@ def truncation_entries(
     if checks:
         worst = max(checks, key=lambda check: check.error)
         speeds = "a speed" if len(checks) == 1 else f"{len(checks)} speeds"
+        if not math.isfinite(worst.error):
+            words = f"with all {solved} solved ones the motion diverges"
+            worst_at = f"at {worst.frequency:.6g} Hz"
+            return entries | {"body modes left out": f"{words} {worst_at}"}
         entries["body modes left out"] = (
             f"all {solved} solved ones change the RMS at {speeds} by at most "
             f"{100.0 * worst.error:.2g} %, at {worst.frequency:.6g} Hz"
@@ -593,10 +597,12 @@ def truncation_warnings(checks: Sequence[TruncationCheck]) -> Iterator[str]:
     """Warn of speeds at which body modes that are left out matter."""
     for check in checks:
         if not check.error <= ALLOWED:
+            change = f"RMS changes by {100.0 * check.error:.2g} %"
+            change = change if math.isfinite(check.error) else "motion diverges"
             yield (
                 f"body modes that the coupled model leaves out matter at "
-                f"{check.frequency:.6g} Hz: with all solved ones the RMS changes by "
-                f"{100.0 * check.error:.2g} %, allowed are {100.0 * ALLOWED:g} %; "
+                f"{check.frequency:.6g} Hz: with all solved ones the {change}, "
+                f"allowed are {100.0 * ALLOWED:g} %; "
                 "finite elements of fidelity reduced have more"
             )
 

@@ -6,6 +6,7 @@ At some speeds the motion is therefore compared with that of all solved modes.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
@@ -27,6 +28,7 @@ class TruncationCheck:
     """Largest relative change of a mesh's RMS with all solved body modes, at a speed.
 
     frequency : of the first mesh [Hz]
+    error : infinite where the motion of all modes diverges
     """
 
     frequency: float
@@ -69,7 +71,8 @@ def check_truncation(
             stepper, response.frequency, settings, state, response.frequency, watch
         )
         change = np.abs(other.dte_rms / response.dte_rms - 1.0)
-        checks.append(TruncationCheck(response.frequency, float(change.max())))
+        error = math.inf if other.status == Status.DIVERGED else float(change.max())
+        checks.append(TruncationCheck(response.frequency, error))
     return tuple(sorted(checks, key=lambda check: check.frequency))
 
 

@@ -18,7 +18,9 @@ from fegear.train.lumped_models import (
     truncation_entries,
     truncation_warnings,
 )
+from lumped.steady import truncation
 from lumped.steady.respond import respond
+from lumped.steady.response import Status
 from lumped.steady.settings import Settings
 from lumped.steady.steady_state import steady_state
 from lumped.steady.truncation import check_truncation, leaves_modes_out
@@ -106,6 +108,19 @@ def test_what_is_left_out_is_measured(pair):
     assert check.frequency == 5900.0
     entries = truncation_entries(few, [check])
     assert f"{100.0 * check.error:.2g} %" in entries["body modes left out"]
+
+
+def test_a_motion_that_diverges_with_all_modes_is_warned_of(pair, monkeypatch):
+    few = with_modes(pair, 2)
+    one = respond(few, 5900.0)
+    gone = replace(one, status=Status.DIVERGED, dte_rms=np.full(1, np.nan))
+    monkeypatch.setattr(truncation, "steady_state", lambda *_: (gone, None))
+    checks = check_truncation(few, [one], Settings())
+    assert [check.error for check in checks] == [np.inf]
+    (warning,) = truncation_warnings(checks)
+    assert "with all solved ones the motion diverges, allowed are" in warning
+    entries = truncation_entries(few, checks)
+    assert entries["body modes left out"].endswith("diverges at 5900 Hz")
 
 
 def test_all_modes_leave_nothing_out(pair):
