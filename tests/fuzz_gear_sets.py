@@ -516,7 +516,7 @@ def complaint(code: int, out: str, err: str) -> str | None:
         return "exit code 1 without a reason"
     if code == 2 and len(lines) != 1:
         return f"{len(lines)} lines for wrong input"
-    if any(not line.startswith("fegear: ") for line in lines):
+    if any(not line.startswith(("fegear: ", "warning: ")) for line in lines):
         return "an error line that is not ours"
     harmful = {c for c in out + err if unicodedata.category(c) in HARMFUL} - {"\n"}
     if harmful:
