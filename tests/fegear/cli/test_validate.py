@@ -40,7 +40,7 @@ def test_within_ends_with_0_and_outside_with_1(tmp_path):
     assert bad.exit_code == 1
     line = "tiny, model-1, 100 N m, up, mesh 1, 5 speeds: rms_distance 0."
     assert line in bad.stdout
-    assert "allowed 0\n" in bad.stdout
+    assert "allowed 0; the model is off\n" in bad.stdout
     assert len(list((out / "runs").iterdir())) == 2
 
 
