@@ -197,20 +197,29 @@ def test_what_diverges_is_warmed_up_all_the_same(monkeypatch):
     assert seen
 
 
-def test_sharp_resonances_take_more_steps():
-    """Large steps would shift them; a refined run doubles the steps that they take."""
+def test_resonances_of_harmonics_take_more_steps():
+    """Large steps would shift sharp ones, and take high harmonics for lower ones; a
+    refined run doubles the steps that they take."""
     sharp, broad = (replace(FIRM, damping=d).coupled for d in (0.005, 0.05))
-    frequency = sharp.strained_angular / (2.0 * math.pi) / 8.0
-    many, few = (steps_per_period(s, frequency, Settings()) for s in (sharp, broad))
-    assert few < 120 < 200 < many
-    assert steps_per_period(sharp, 8.0 * frequency, Settings()) == 80
-    settings = FixedStepper(sharp).refined(frequency, Settings(), repeats=True)
-    assert steps_per_period(sharp, frequency, settings) >= 2 * many
-    found, fine = (
-        respond(sharp, frequency, replace(settings, steps=steps)).dte_rms
-        for steps in (many, 1024)
+    highest = sharp.strained_angular / (2.0 * math.pi)
+    frequency = highest / 8.0
+    for system in (sharp, broad):
+        many = steps_per_period(system, frequency, Settings())
+        assert 200 < many < 300
+        assert steps_per_period(system, highest, Settings()) == 80
+        settings = FixedStepper(system).refined(frequency, Settings(), repeats=True)
+        assert steps_per_period(system, frequency, settings) >= 2 * many
+        coarse, fine = (
+            respond(system, frequency, replace(settings, steps=steps)).dte_rms
+            for steps in (many, 1024)
+        )
+        np.testing.assert_allclose(coarse, fine, rtol=0.05)
+    # the fortieth harmonic is small: only sharp resonances need more than the finest
+    most, enough = (
+        steps_per_period(system, highest / 40.0, Settings())
+        for system in (sharp, broad)
     )
-    np.testing.assert_allclose(found, fine, rtol=0.05)
+    assert most > enough >= 512
 
 
 @pytest.mark.parametrize("backlash", [math.inf, 5e-6])
